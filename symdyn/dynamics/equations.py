@@ -1,0 +1,66 @@
+"""The noun that the derivation hands to everybody else: named functions on one graph."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symdyn.graph import Expr, Graph
+from symdyn.scene import Scene
+
+
+@dataclass(frozen=True)
+class Argument:
+    """One vector argument of a function.
+
+    Attributes:
+        name: "q", "qd", "qdd", "tau" or "params".
+        symbols: graph symbols of its entries, shape (len,).
+        text: what it is, for headers and docstrings.
+        units: unit of each entry, "" where there is none to tell.
+    """
+
+    name: str
+    symbols: tuple[Expr, ...]
+    text: str
+    units: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Function:
+    """One generated function: entries of an array as expressions of its arguments.
+
+    Attributes:
+        name: as in generated code, e.g. "inverse_dynamics" or "pose_tool".
+        text: what it computes, one line.
+        arguments: in calling order; free parameters last, whether used or not.
+        result: name of the result, e.g. "tau".
+        shape: shape of the result; () for a scalar.
+        entries: row-major, length = product of shape.
+        units: unit of the result, one line.
+        formulation: which road derived it, e.g. "RNEA".
+    """
+
+    name: str
+    text: str
+    arguments: tuple[Argument, ...]
+    result: str
+    shape: tuple[int, ...]
+    entries: tuple[Expr, ...]
+    units: str
+    formulation: str
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Named functions of a scene on one graph."""
+
+    scene: Scene
+    graph: Graph
+    functions: tuple[Function, ...]
+
+    def __getitem__(self, name: str) -> Function:
+        """Return the function called `name`; KeyError if it was not derived."""
+        for function in self.functions:
+            if function.name == name:
+                return function
+        raise KeyError(f"{name} was not derived; there are {', '.join(f.name for f in self.functions)}")

@@ -1,0 +1,24 @@
+"""The expression graph: operations, hash-consed nodes, evaluation, differentiation. Knows no mechanics."""
+
+from symdyn.graph.differentiate import gradient, substitute, tangents
+from symdyn.graph.evaluate import Algebra, evaluate, reachable
+from symdyn.graph.expression import Expr, Graph, Scalar
+from symdyn.graph.identities import LinearForm, linear_form
+from symdyn.graph.ops import ARITY, FUNCTIONS, Op
+
+__all__ = [
+    "ARITY",
+    "FUNCTIONS",
+    "Algebra",
+    "Expr",
+    "Graph",
+    "LinearForm",
+    "Op",
+    "Scalar",
+    "evaluate",
+    "gradient",
+    "linear_form",
+    "reachable",
+    "substitute",
+    "tangents",
+]

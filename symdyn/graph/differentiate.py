@@ -1,0 +1,111 @@
+"""Automatic differentiation on the graph, forward and reverse, and substitution. The results are exact nodes.
+
+Forward: ẏ = Σ ∂y/∂x ẋ, one sweep for one direction of all inputs (a time derivative, a column of a Jacobian).
+Reverse: x̄ = Σ ∂y/∂x ȳ, one sweep for all partial derivatives of one output (a gradient).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from symdyn.graph.evaluate import reachable
+from symdyn.graph.expression import Expr, Graph
+from symdyn.graph.ops import Op
+
+Partials = Callable[..., tuple[Expr, ...]]
+
+PARTIALS: dict[Op, Partials] = {  # z = op(x, y)  ->  (dz/dx, dz/dy)
+    Op.ADD: lambda z, x, y: (z.graph.one, z.graph.one),
+    Op.SUB: lambda z, x, y: (z.graph.one, -z.graph.one),
+    Op.MUL: lambda z, x, y: (y, x),
+    Op.DIV: lambda z, x, y: (1 / y, -z / y),
+    Op.NEG: lambda z, x: (-z.graph.one,),
+    Op.SIN: lambda z, x: (z.graph.cos(x),),
+    Op.COS: lambda z, x: (-z.graph.sin(x),),
+    Op.SQRT: lambda z, x: (1 / (2 * z),),
+    Op.EXP: lambda z, x: (z,),
+    Op.LOG: lambda z, x: (1 / x,),
+    Op.TANH: lambda z, x: (1 - z * z,),
+    Op.ABS: lambda z, x: (z.graph.function(Op.SIGN, x),),
+    Op.SIGN: lambda z, x: (z.graph.zero,),  # away from the jump
+    Op.ATAN2: lambda z, y, x: (x / (x * x + y * y), -y / (x * x + y * y)),
+}
+
+
+def tangents(outputs: Sequence[Expr], seeds: Mapping[Expr, Expr]) -> list[Expr]:
+    """Return the derivative of every output along one direction.
+
+    Args:
+        outputs: nodes of one graph.
+        seeds: tangent ẋ of each input that moves; all others rest.
+
+    Returns:
+        ẏ for every output y, shape (len(outputs),).
+    """
+    if not outputs:
+        return []
+    zero = outputs[0].graph.zero
+    moving: dict[Expr, Expr] = {}
+    for node in reachable(outputs):
+        if node in seeds:
+            moving[node] = seeds[node]
+        elif any(arg in moving for arg in node.args):
+            rate = zero
+            for arg, partial in zip(node.args, PARTIALS[node.op](node, *node.args), strict=True):
+                if arg in moving:
+                    rate = rate + partial * moving[arg]
+            if rate is not zero:
+                moving[node] = rate
+    return [moving.get(node, zero) for node in outputs]
+
+
+def gradient(output: Expr, inputs: Sequence[Expr]) -> list[Expr]:
+    """Return the partial derivatives of one output with respect to `inputs`, shape (len(inputs),)."""
+    graph = output.graph
+    adjoint: dict[Expr, Expr] = {output: graph.one}
+    wanted = set(inputs)
+    nodes = reachable([output])
+    moving: set[Expr] = set()
+    for node in nodes:
+        if node in wanted or any(arg in moving for arg in node.args):
+            moving.add(node)
+    for node in reversed(nodes):
+        if node not in moving or node not in adjoint or node in wanted:
+            continue
+        for arg, partial in zip(node.args, PARTIALS[node.op](node, *node.args), strict=True):
+            if arg in moving:
+                adjoint[arg] = adjoint.get(arg, graph.zero) + adjoint[node] * partial
+    return [adjoint.get(node, graph.zero) for node in inputs]
+
+
+def substitute(outputs: Sequence[Expr], values: Mapping[Expr, Expr], graph: Graph | None = None) -> list[Expr]:
+    """Return `outputs` with nodes replaced by others, rebuilt (and simplified at birth) in `graph`.
+
+    Args:
+        outputs: nodes of one graph.
+        values: what stands for which node.
+        graph: where to build; the outputs' own graph if None.
+    """
+    if not outputs:
+        return []
+    target = graph or outputs[0].graph
+    binary = {Op.ADD: target.add, Op.SUB: target.sub, Op.MUL: target.mul, Op.DIV: target.div}
+    known: dict[Expr, Expr] = {}
+    for node in reachable(outputs):
+        if node in values:
+            known[node] = values[node]
+        elif all(known[arg] is arg for arg in node.args) and (node.args or target is node.graph):
+            known[node] = node
+        elif node.op in binary:
+            known[node] = binary[node.op](known[node.args[0]], known[node.args[1]])
+        elif node.op is Op.NEG:
+            known[node] = target.neg(known[node.args[0]])
+        elif node.op is Op.CONSTANT:
+            known[node] = target.constant(node.value)  # type: ignore[arg-type]
+        elif node.op is Op.PI:
+            known[node] = target.pi
+        elif node.op is Op.SYMBOL:
+            known[node] = target.symbol(str(node.value))
+        else:
+            known[node] = target.function(node.op, *(known[arg] for arg in node.args))
+    return [known[node] for node in outputs]

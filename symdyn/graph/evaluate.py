@@ -1,0 +1,84 @@
+"""Running a graph over an algebra: one loop for floats, batches, big floats, fields, polynomials and text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any, Protocol, TypeVar
+
+from symdyn.graph.expression import Expr
+from symdyn.graph.ops import Op
+
+T = TypeVar("T")
+
+
+class Algebra(Protocol[T]):
+    """What a set of values must offer so that a graph can be run over it."""
+
+    def constant(self, value: Fraction) -> T:
+        """Return the value of an exact constant."""
+
+    def pi(self) -> T:
+        """Return the value of π."""
+
+    def add(self, a: T, b: T) -> T:
+        """Return a + b."""
+
+    def sub(self, a: T, b: T) -> T:
+        """Return a - b."""
+
+    def mul(self, a: T, b: T) -> T:
+        """Return a b."""
+
+    def div(self, a: T, b: T) -> T:
+        """Return a / b."""
+
+    def neg(self, a: T) -> T:
+        """Return -a."""
+
+    def function(self, node: Expr, args: Sequence[T]) -> T:
+        """Return node.op(args) for an operation of `FUNCTIONS`; the node itself tells an exact algebra its angle."""
+
+
+def reachable(outputs: Iterable[Expr]) -> list[Expr]:
+    """Return every node that `outputs` need, arguments first."""
+    seen = set(outputs)
+    stack = list(seen)
+    while stack:
+        for arg in stack.pop().args:
+            if arg not in seen:
+                seen.add(arg)
+                stack.append(arg)
+    return sorted(seen, key=lambda node: node.index)
+
+
+def evaluate(outputs: Sequence[Expr], algebra: Algebra[T], values: Mapping[Expr, T]) -> list[T]:
+    """Return the values of `outputs` over `algebra`.
+
+    Args:
+        outputs: nodes of one graph.
+        algebra: what to compute with.
+        values: value of every symbol that is needed; a node given here is not computed.
+
+    Raises:
+        KeyError: a needed symbol has no value.
+    """
+    binary = {Op.ADD: algebra.add, Op.SUB: algebra.sub, Op.MUL: algebra.mul, Op.DIV: algebra.div}
+    known: dict[Expr, Any] = {}
+    for node in reachable(outputs):
+        op, args = node.op, node.args
+        if node in values:
+            known[node] = values[node]
+        elif op in binary:
+            known[node] = binary[op](known[args[0]], known[args[1]])
+        elif op is Op.NEG:
+            known[node] = algebra.neg(known[args[0]])
+        elif op is Op.CONSTANT:
+            known[node] = algebra.constant(node.value)  # type: ignore[arg-type]
+        elif op is Op.PI:
+            known[node] = algebra.pi()
+        elif op is Op.SYMBOL:
+            raise KeyError(f"symbol {node.value} has no value")
+        else:
+            known[node] = algebra.function(node, [known[arg] for arg in args])
+    return [known[node] for node in outputs]

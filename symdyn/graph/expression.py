@@ -1,0 +1,287 @@
+"""Hash-consed exact expressions: the one graph that everything else reads.
+
+A `Graph` is an append-only list of nodes; an argument always comes before the node that uses it, so evaluation and
+differentiation are plain loops and nothing recurses. Equal subexpressions are one object, so `is` compares them and
+common-subexpression elimination never has to run. Constants are exact fractions or π; no float ever enters.
+
+Identities applied at birth, cheap and always true:
+
+    x + 0 = x    x - x = 0    x + x = 2 x    0 x = 0    1 x = x    x / x = 1    a (b x) = (a b) x    (a, b constant)
+    -(-x) = x    a + (-b) = a - b    (-a) b = -(a b)    b - a = -(a - b) when a - b exists
+    sin(-x) = -sin x    cos(-x) = cos x    sin(x + π/2) = cos x    exact sines of the usual multiples of π
+    sqrt(x) sqrt(x) = x    sqrt(8) = 2 sqrt(2)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import Union
+
+from symdyn.graph.ops import FUNCTIONS, Op
+
+Scalar = Union["Expr", int, Fraction]
+
+
+class Expr:
+    """One node of a graph. Made by the graph only; compared by identity."""
+
+    __slots__ = ("graph", "index", "op", "args", "value")
+
+    def __init__(self, graph: Graph, op: Op, args: tuple[Expr, ...], value: Fraction | str | None) -> None:
+        """Append the node to the graph; `value` is the fraction of a constant or the name of a symbol."""
+        self.graph = graph
+        self.index = len(graph.nodes)
+        self.op = op
+        self.args = args
+        self.value = value
+        graph.nodes.append(self)
+
+    def __add__(self, other: Scalar) -> Expr:
+        return self.graph.add(self, other if type(other) is Expr else self.graph.lift(other))
+
+    def __radd__(self, other: Scalar) -> Expr:
+        return self.graph.add(self.graph.lift(other), self)
+
+    def __sub__(self, other: Scalar) -> Expr:
+        return self.graph.sub(self, other if type(other) is Expr else self.graph.lift(other))
+
+    def __rsub__(self, other: Scalar) -> Expr:
+        return self.graph.sub(self.graph.lift(other), self)
+
+    def __mul__(self, other: Scalar) -> Expr:
+        return self.graph.mul(self, other if type(other) is Expr else self.graph.lift(other))
+
+    def __rmul__(self, other: Scalar) -> Expr:
+        return self.graph.mul(self.graph.lift(other), self)
+
+    def __truediv__(self, other: Scalar) -> Expr:
+        return self.graph.div(self, self.graph.lift(other))
+
+    def __rtruediv__(self, other: Scalar) -> Expr:
+        return self.graph.div(self.graph.lift(other), self)
+
+    def __neg__(self) -> Expr:
+        return self.graph.neg(self)
+
+    def __pow__(self, exponent: int) -> Expr:
+        return self.graph.power(self, exponent)
+
+    def __repr__(self) -> str:
+        if self.op in (Op.CONSTANT, Op.SYMBOL):
+            return str(self.value)
+        if self.op is Op.PI:
+            return "pi"
+        return f"{self.op.name.lower()}({', '.join(f'#{a.index}' for a in self.args)})"
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether the node is the constant 0 (structurally; see `verify` for zero as a function)."""
+        return self is self.graph.zero
+
+
+class Graph:
+    """An append-only list of hash-consed nodes."""
+
+    def __init__(self) -> None:
+        """Make a graph that holds only 0 and 1."""
+        self.nodes: list[Expr] = []
+        self._table: dict[tuple[object, ...], Expr] = {}
+        self.zero = self.constant(Fraction(0))
+        self.one = self.constant(Fraction(1))
+
+    # Leaves
+
+    def constant(self, value: Fraction | int) -> Expr:
+        """Return the node of an exact constant."""
+        value = Fraction(value)
+        key = (Op.CONSTANT, value.numerator, value.denominator)
+        return self._table.get(key) or self._append(key, Op.CONSTANT, (), value)
+
+    def symbol(self, name: str) -> Expr:
+        """Return the node of a named input."""
+        key = (Op.SYMBOL, name)
+        return self._table.get(key) or self._append(key, Op.SYMBOL, (), name)
+
+    @property
+    def pi(self) -> Expr:
+        """The named constant π."""
+        return self._table.get((Op.PI,)) or self._append((Op.PI,), Op.PI, (), None)
+
+    def lift(self, value: Scalar) -> Expr:
+        """Return `value` as a node of this graph; floats are refused, since their digits are not exact."""
+        if type(value) is Expr:
+            assert value.graph is self, "an expression of another graph was mixed in"
+            return value
+        if isinstance(value, (int, Fraction)):
+            return self.constant(value)
+        raise TypeError(f"{value!r} is a {type(value).__name__}; give an int, a Fraction or an Expr")
+
+    # Field arithmetic
+
+    def add(self, a: Expr, b: Expr) -> Expr:
+        """Return a + b."""
+        if a is self.zero:
+            return b
+        if b is self.zero:
+            return a
+        if b.op is Op.NEG:
+            return self.sub(a, b.args[0])
+        if a.op is Op.NEG:
+            return self.sub(b, a.args[0])
+        if a is b:
+            return self.mul(self.constant(2), a)
+        if b.op is Op.CONSTANT:
+            if a.op is Op.CONSTANT:
+                return self.constant(_fraction(a) + _fraction(b))
+            if _fraction(b) < 0:
+                return self.sub(a, self.neg(b))
+        elif a.op is Op.CONSTANT and _fraction(a) < 0:
+            return self.sub(b, self.neg(a))
+        if a.index > b.index:
+            a, b = b, a
+        key = (Op.ADD, a, b)
+        return self._table.get(key) or self._append(key, Op.ADD, (a, b), None)
+
+    def sub(self, a: Expr, b: Expr) -> Expr:
+        """Return a - b."""
+        if b is self.zero:
+            return a
+        if a is self.zero:
+            return self.neg(b)
+        if a is b:
+            return self.zero
+        if b.op is Op.NEG:
+            return self.add(a, b.args[0])
+        if a.op is Op.NEG:
+            return self.neg(self.add(a.args[0], b))
+        if b.op is Op.CONSTANT:
+            if a.op is Op.CONSTANT:
+                return self.constant(_fraction(a) - _fraction(b))
+            if _fraction(b) < 0:
+                return self.add(a, self.neg(b))
+        elif a.op is Op.CONSTANT and _fraction(a) < 0:
+            return self.neg(self.add(self.neg(a), b))
+        found = self._table.get((Op.SUB, a, b))
+        if found is not None:
+            return found
+        reverse = self._table.get((Op.SUB, b, a))
+        if reverse is not None:
+            return self.neg(reverse)
+        return self._append((Op.SUB, a, b), Op.SUB, (a, b), None)
+
+    def mul(self, a: Expr, b: Expr) -> Expr:
+        """Return a b."""
+        if a is self.zero or b is self.zero:
+            return self.zero
+        if a is self.one:
+            return b
+        if b is self.one:
+            return a
+        if a.op is Op.NEG:
+            return self.neg(self.mul(a.args[0], b))
+        if b.op is Op.NEG:
+            return self.neg(self.mul(a, b.args[0]))
+        if b.op is Op.CONSTANT:
+            a, b = b, a
+        if a.op is Op.CONSTANT:
+            return self._scale(_fraction(a), b)
+        if a is b and a.op is Op.SQRT:
+            return a.args[0]
+        if a.index > b.index:
+            a, b = b, a
+        key = (Op.MUL, a, b)
+        return self._table.get(key) or self._append(key, Op.MUL, (a, b), None)
+
+    def _scale(self, factor: Fraction, x: Expr) -> Expr:
+        """Return factor x, the sign outside and one constant at most inside."""
+        if x.op is Op.CONSTANT:
+            return self.constant(factor * _fraction(x))
+        if x.op is Op.MUL and x.args[0].op is Op.CONSTANT:
+            return self.mul(self.constant(factor * _fraction(x.args[0])), x.args[1])
+        if factor < 0:
+            return self.neg(self.mul(self.constant(-factor), x))
+        constant = self.constant(factor)
+        key = (Op.MUL, constant, x)
+        return self._table.get(key) or self._append(key, Op.MUL, (constant, x), None)
+
+    def div(self, a: Expr, b: Expr) -> Expr:
+        """Return a / b; a constant zero below raises ZeroDivisionError."""
+        if b.op is Op.CONSTANT:
+            return self.mul(self.constant(1 / _fraction(b)), a)
+        if a is self.zero:
+            return a
+        if a is b:
+            return self.one
+        if a.op is Op.NEG:
+            return self.neg(self.div(a.args[0], b))
+        if b.op is Op.NEG:
+            return self.neg(self.div(a, b.args[0]))
+        key = (Op.DIV, a, b)
+        return self._table.get(key) or self._append(key, Op.DIV, (a, b), None)
+
+    def neg(self, a: Expr) -> Expr:
+        """Return -a."""
+        if a.op is Op.NEG:
+            return a.args[0]
+        if a.op is Op.CONSTANT:
+            return self.constant(-_fraction(a))
+        key = (Op.NEG, a)
+        return self._table.get(key) or self._append(key, Op.NEG, (a,), None)
+
+    def power(self, base: Expr, exponent: int) -> Expr:
+        """Return base to an integer power, by squaring."""
+        if exponent < 0:
+            return self.div(self.one, self.power(base, -exponent))
+        result, square = self.one, base
+        while exponent:
+            if exponent & 1:
+                result = self.mul(result, square)
+            exponent >>= 1
+            if exponent:
+                square = self.mul(square, square)
+        return result
+
+    # Functions
+
+    def function(self, op: Op, *args: Scalar) -> Expr:
+        """Return op(args) for any operation of `FUNCTIONS`."""
+        assert op in FUNCTIONS, f"{op.name} is arithmetic; use the operators"
+        nodes = tuple(self.lift(arg) for arg in args)
+        from symdyn.graph.identities import simplify_function
+
+        simpler = simplify_function(self, op, nodes)
+        if simpler is not None:
+            return simpler
+        key = (op, *nodes)
+        return self._table.get(key) or self._append(key, op, nodes, None)
+
+    def sin(self, x: Scalar) -> Expr:
+        """Return sin x; x in rad."""
+        return self.function(Op.SIN, x)
+
+    def cos(self, x: Scalar) -> Expr:
+        """Return cos x; x in rad."""
+        return self.function(Op.COS, x)
+
+    def sqrt(self, x: Scalar) -> Expr:
+        """Return the non-negative square root of x."""
+        return self.function(Op.SQRT, x)
+
+    def total(self, terms: Iterable[Expr]) -> Expr:
+        """Return the sum of `terms`, 0 if there are none."""
+        result = self.zero
+        for term in terms:
+            result = self.add(result, term)
+        return result
+
+    def _append(self, key: tuple[object, ...], op: Op, args: tuple[Expr, ...], value: Fraction | str | None) -> Expr:
+        node = Expr(self, op, args, value)
+        self._table[key] = node
+        return node
+
+
+def _fraction(node: Expr) -> Fraction:
+    value = node.value
+    assert type(value) is Fraction, "only a constant has a fraction"
+    return value

@@ -1,0 +1,180 @@
+"""The scene: what the user declared, and nothing derived from it. Frozen, exact, comparable.
+
+Body 0 is the ground. Each moving body hangs on one joint, whose placement reads
+
+    pose of child in parent = origin · motion(q) · tip
+
+with `origin` from the parent's body frame to the joint frame and `tip` from the moved joint frame to the child's body
+frame (the identity unless a standard Denavit-Hartenberg table or the user says otherwise).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+
+from symdyn.scene.quantity import ZERO, Quantity, number
+
+GROUND = "ground"
+
+Vector = tuple[Quantity, Quantity, Quantity]
+
+NULL: Vector = (ZERO, ZERO, ZERO)
+
+STANDARD_GRAVITY: Vector = (ZERO, ZERO, number(Fraction("-9.81")))
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A named constant of the scene.
+
+    Attributes:
+        name: as formulas write it.
+        value: its value, free of symbols; None leaves it an argument of every generated function.
+        positive: an assumption that printing and certificates may use.
+        unit: for tables, e.g. "kg".
+        latex: how to print it; None derives it from the name.
+        text: a description for tables.
+    """
+
+    name: str
+    value: Quantity | None = None
+    positive: bool = False
+    unit: str = ""
+    latex: str | None = None
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A placement as a product of elementary motions, read from left to right.
+
+    Attributes:
+        steps: pairs of "Tx", "Ty", "Tz" (m), "Rx", "Ry" or "Rz" (rad) and an amount; () is the identity.
+    """
+
+    steps: tuple[tuple[str, Quantity], ...] = ()
+
+
+ELEMENTARY = ("Tx", "Ty", "Tz", "Rx", "Ry", "Rz")
+
+
+@dataclass(frozen=True)
+class Particle:
+    """A point mass fixed to a body: mass in kg, place in body coordinates, m."""
+
+    mass: Quantity
+    at: Vector
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body: an extended mass, point masses, or both.
+
+    Attributes:
+        mass: mass of the extended part, kg; the particles come on top.
+        com: its centre of mass in body coordinates, m; None when `first_moment` is declared.
+        first_moment: mass times centre of mass, kg m; None when `com` is declared.
+        inertia: matrix entries (xx, yy, zz, xy, xz, yz) along the body axes, kg m^2; products enter as matrix
+            entries, the negative of the textbook's D.
+        about: "com" or "frame" (the origin of the body frame): the point that `inertia` refers to.
+        particles: point masses fixed to the body.
+        allow_invalid_inertia: the user knows that no real body has this inertia and wants it all the same.
+    """
+
+    name: str
+    mass: Quantity = ZERO
+    com: Vector | None = NULL
+    first_moment: Vector | None = None
+    inertia: tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity] = (ZERO,) * 6
+    about: str = "com"
+    particles: tuple[Particle, ...] = ()
+    allow_invalid_inertia: bool = False
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint, and with it one coordinate (none for a fixed joint).
+
+    Attributes:
+        type: a key of `JOINTS`.
+        parent, child: body names; `GROUND` is the ground.
+        axis: direction in the joint frame, any length but zero, free of symbols.
+        origin: from the parent's body frame to the joint frame.
+        tip: from the moved joint frame to the child's body frame.
+        coordinate: name of q; the velocity is called `<q>_dot`, the acceleration `<q>_ddot`; "" for a fixed joint.
+        drive: name of the driving force or torque (positive: accelerates q); None for a passive joint.
+        force: generalized force Q^A beside the drive (5.22), in parameters, coordinates and velocities; N m or N.
+    """
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    axis: Vector = (ZERO, ZERO, number(1))
+    origin: Pose = Pose()
+    tip: Pose = Pose()
+    coordinate: str = ""
+    drive: str | None = None
+    force: Quantity = ZERO
+
+
+@dataclass(frozen=True)
+class Point:
+    """A named frame fixed to a body, for kinematic outputs."""
+
+    name: str
+    body: str
+    at: Pose = Pose()
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A mechanism, checked and in order: every joint comes after the joint of its parent.
+
+    Attributes:
+        name: used for file and function names.
+        parameters: in declared order; those without a value become the argument `params`, in this order.
+        gravity: acceleration of free fall in the ground frame, m/s^2.
+        bodies: bodies[i] is the child of joints[i].
+        joints: parents first; the coordinates q follow this order.
+        points: named frames.
+        source: where it was read from, for messages; not compared.
+    """
+
+    name: str
+    parameters: tuple[Parameter, ...] = ()
+    gravity: Vector = STANDARD_GRAVITY
+    bodies: tuple[Body, ...] = ()
+    joints: tuple[Joint, ...] = ()
+    points: tuple[Point, ...] = ()
+    source: str = field(default="", compare=False)
+
+    @property
+    def moving(self) -> tuple[Joint, ...]:
+        """The joints that have a coordinate, in order of q."""
+        return tuple(joint for joint in self.joints if joint.coordinate)
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of q, shape (nq,)."""
+        return tuple(joint.coordinate for joint in self.moving)
+
+    @property
+    def free_parameters(self) -> tuple[Parameter, ...]:
+        """Parameters without a value: the argument `params` of generated functions, in this order."""
+        return tuple(parameter for parameter in self.parameters if parameter.value is None)
+
+    def with_gravity(self, gravity: Vector) -> Scene:
+        """Return the scene with another acceleration of free fall, m/s^2."""
+        return replace(self, gravity=gravity)
+
+
+def velocity_name(coordinate: str) -> str:
+    """Return the name of q̇ in formulas."""
+    return f"{coordinate}_dot"
+
+
+def acceleration_name(coordinate: str) -> str:
+    """Return the name of q̈ on the graph."""
+    return f"{coordinate}_ddot"

@@ -1,0 +1,90 @@
+"""Quantities: what a user may write wherever a scene wants a number.
+
+A quantity is an exact formula: a fraction, π, a named parameter, or an operation on quantities. It is a small frozen
+tree with no graph behind it, so that two scenes compare equal when they say the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from symdyn.graph import Expr, Graph, Op
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A node of a formula.
+
+    Attributes:
+        op: what the node computes.
+        args: its operands.
+        value: the fraction of a constant, the name of a symbol, else None.
+    """
+
+    op: Op
+    args: tuple[Quantity, ...] = ()
+    value: Fraction | str | None = None
+
+    def __neg__(self) -> Quantity:
+        return self if self == ZERO else Quantity(Op.NEG, (self,))
+
+    def __mul__(self, other: Quantity) -> Quantity:
+        if ZERO in (self, other):
+            return ZERO
+        return other if self == ONE else self if other == ONE else Quantity(Op.MUL, (self, other))
+
+    def __add__(self, other: Quantity) -> Quantity:
+        return other if self == ZERO else self if other == ZERO else Quantity(Op.ADD, (self, other))
+
+    @property
+    def symbols(self) -> tuple[str, ...]:
+        """Names of the symbols in the formula, in order of appearance."""
+        names = {str(self.value): None} if self.op is Op.SYMBOL else {}
+        for arg in self.args:
+            names.update(dict.fromkeys(arg.symbols))
+        return tuple(names)
+
+
+def number(value: Fraction | int) -> Quantity:
+    """Return an exact constant."""
+    return Quantity(Op.CONSTANT, (), Fraction(value))
+
+
+def symbol(name: str) -> Quantity:
+    """Return a named parameter, coordinate or velocity."""
+    return Quantity(Op.SYMBOL, (), name)
+
+
+ZERO = number(0)
+ONE = number(1)
+PI = Quantity(Op.PI)
+
+_BINARY: Mapping[Op, Callable[[Expr, Expr], Expr]] = {
+    Op.ADD: lambda a, b: a + b,
+    Op.SUB: lambda a, b: a - b,
+    Op.MUL: lambda a, b: a * b,
+    Op.DIV: lambda a, b: a / b,
+}
+
+
+def express(quantity: Quantity, graph: Graph) -> Expr:
+    """Return the quantity as a node of `graph`; symbols keep their names.
+
+    Raises:
+        ZeroDivisionError: the formula divides by a constant zero.
+    """
+    if quantity.op is Op.CONSTANT:
+        assert isinstance(quantity.value, Fraction)
+        return graph.constant(quantity.value)
+    if quantity.op is Op.SYMBOL:
+        return graph.symbol(str(quantity.value))
+    if quantity.op is Op.PI:
+        return graph.pi
+    args = [express(arg, graph) for arg in quantity.args]
+    if quantity.op in _BINARY:
+        return _BINARY[quantity.op](*args)
+    if quantity.op is Op.NEG:
+        return -args[0]
+    return graph.function(quantity.op, *args)
