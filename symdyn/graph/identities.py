@@ -90,7 +90,7 @@ def _circular(graph: Graph, op: Op, x: Expr) -> Expr | None:
     if not form.terms and not form.constant:
         return _exact(graph, op, turns)
     quarter = turns // Fraction(1, 2)
-    rest = turns - quarter / 2
+    rest = turns - Fraction(quarter, 2)
     angle = graph.total(
         [graph.constant(form.constant), graph.mul(graph.constant(rest), graph.pi)]
         + [graph.mul(graph.constant(coefficient), node) for node, coefficient in form.terms]

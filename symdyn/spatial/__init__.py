@@ -1,5 +1,6 @@
 """Vectors, rotations, placements and inertias, generic in the scalar."""
 
+from symdyn.spatial.inertia import Inertia, no_inertia, point_inertia
 from symdyn.spatial.rigid import Transform, elementary, unit_transform
 from symdyn.spatial.vector import (
     Mat,
@@ -25,6 +26,7 @@ from symdyn.spatial.vector import (
 )
 
 __all__ = [
+    "Inertia",
     "Mat",
     "Transform",
     "Vec",
@@ -38,7 +40,9 @@ __all__ = [
     "identity",
     "multiply",
     "neg",
+    "no_inertia",
     "outer",
+    "point_inertia",
     "rotation",
     "scale",
     "scale_matrix",

@@ -1,0 +1,252 @@
+"""GF(p): where two graphs are proved equal as functions.
+
+Two rational functions that agree at random points of a large field are equal, up to a probability of about
+degree / p a point (Schwartz 1980, Zippel 1979). What is not rational is made so:
+
+    angle x      a random unit e of the field stands for exp(i x): sums of angles are products of units, a multiple of
+                 π is a root of unity, and cos x = (e + 1/e)/2, sin x = (e - 1/e)/(2i) with i = sqrt(-1) in GF(p).
+                 The unit of an atom is drawn from a hash of the atom's value, so it is independent of the value (q and
+                 sin q may stand in one formula) and the same in every graph.
+    sqrt n       for a constant n: built from the roots of its prime factors; those of 2, 3, 5, 7 from the same root of
+                 unity as the sines, so that 2 sin(π/4) = sqrt(2) holds here too.
+    sqrt x       otherwise: one of the two roots of the value; no root: redraw the point.
+    exp, tanh, … uninterpreted: a random value that depends on the function and on its argument's value.
+
+Primes are p ≡ 1 (mod 5040 · denominators of the scene's multiples of π), so that all those roots exist.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from hashlib import blake2b
+from math import lcm
+
+from flint import fmpz
+
+from symdyn.graph import FUNCTIONS, Expr, Op, linear_form, reachable
+from symdyn.graph.identities import SMALL_PRIMES
+
+BITS = 61
+ROOT_ORDER = 5040  # 2^4 3^2 5 7: i, sqrt(2), sqrt(3), sqrt(5), sqrt(7) and the usual sines
+
+
+class Redraw(Exception):  # noqa: N818  a signal, not an error
+    """The point is unlucky (a zero divisor, a root that does not exist); draw another one."""
+
+
+@dataclass(frozen=True)
+class Needs:
+    """What a field must offer for a set of graphs.
+
+    Attributes:
+        turn: common denominator of the multiples of π in angles.
+        radian: common denominator of the rational constants in angles.
+        atom: common denominator of the coefficients of everything else in angles.
+        radicands: primes whose square roots appear, ascending.
+    """
+
+    turn: int
+    radian: int
+    atom: int
+    radicands: tuple[int, ...]
+
+
+def needs(outputs: Iterable[Expr]) -> Needs:
+    """Return what a finite field must offer so that `outputs` can be run over it."""
+    turn = radian = atom = 1
+    radicands: dict[int, None] = {}
+    for node in reachable(outputs):
+        if node.op in (Op.SIN, Op.COS):
+            form = linear_form(node.args[0])
+            turn = lcm(turn, form.turns.denominator)
+            radian = lcm(radian, form.constant.denominator)
+            atom = lcm(atom, *(coefficient.denominator for _, coefficient in form.terms))
+        if node.op is Op.SQRT and node.args[0].op is Op.CONSTANT:
+            radicands.update(dict.fromkeys(_factors(node.args[0].value)))  # type: ignore[arg-type]
+    return Needs(turn, radian, atom, tuple(sorted(radicands)))
+
+
+def draw_prime(seed: int, wanted: Needs) -> int:
+    """Return a random prime of 61 bits over which every root in `wanted` exists; the same seed, the same prime."""
+    step = lcm(ROOT_ORDER, 2 * wanted.turn)
+    start = _hash(seed, "prime") % (2 ** (BITS - 1) // step)
+    candidate = 2 ** (BITS - 1) + 1 + step * start
+    candidate -= (candidate - 1) % step
+    while not (fmpz(candidate).is_prime() and all(_is_square(n, candidate) for n in wanted.radicands)):
+        candidate += step
+    return candidate
+
+
+class FiniteField:
+    """The field of p elements as an algebra; values are ints in 0 .. p - 1."""
+
+    def __init__(self, prime: int, seed: int, wanted: Needs) -> None:
+        """Prepare the field.
+
+        Args:
+            prime: from `draw_prime` with the same `wanted`.
+            seed: of the uninterpreted functions and of the units that stand for angles.
+            wanted: needs of all graphs that will be compared.
+        """
+        self.p = prime
+        self.seed = seed
+        self.needs = wanted
+        self._order = lcm(ROOT_ORDER, 2 * wanted.turn)
+        self._root = _root_of_unity(prime, self._order)
+        self._i = pow(self._root, self._order // 4, prime)
+        self._half = (prime + 1) // 2
+        self._units: dict[Expr, int] = {}
+        self._radicals = {n: self._prime_radical(n) for n in (-1, 2, 3, 5, 7, *wanted.radicands)}
+
+    def constant(self, value: Fraction) -> int:
+        """Return numerator / denominator mod p."""
+        return value.numerator * pow(value.denominator, -1, self.p) % self.p
+
+    def pi(self) -> int:
+        """Return a random element: outside angles, π is an independent transcendental."""
+        return _hash(self.seed, "pi") % self.p
+
+    def add(self, a: int, b: int) -> int:
+        """Return a + b."""
+        return (a + b) % self.p
+
+    def sub(self, a: int, b: int) -> int:
+        """Return a - b."""
+        return (a - b) % self.p
+
+    def mul(self, a: int, b: int) -> int:
+        """Return a b."""
+        return a * b % self.p
+
+    def div(self, a: int, b: int) -> int:
+        """Return a / b; raise Redraw if b is zero."""
+        if not b:
+            raise Redraw
+        return a * pow(b, -1, self.p) % self.p
+
+    def neg(self, a: int) -> int:
+        """Return -a."""
+        return -a % self.p
+
+    def function(self, node: Expr, args: Sequence[int]) -> int:
+        """Return node.op(args); raise Redraw if a root does not exist at this point."""
+        if node.op in (Op.SIN, Op.COS):
+            raise TypeError("angles need the values of their atoms; use evaluate_over_field")
+        if node.op is Op.SQRT:
+            return self._square_root(node.args[0], args[0])
+        return _hash(self.seed, node.op.name, *args) % self.p
+
+    def circular(self, op: Op, unit: int) -> int:
+        """Return the sine or cosine of the angle that `unit` stands for."""
+        inverse = pow(unit, -1, self.p)
+        if op is Op.COS:
+            return (unit + inverse) * self._half % self.p
+        return (inverse - unit) * self._half * self._i % self.p  # 1/i = -i
+
+    def unit(self, angle: Expr, values: dict[Expr, int]) -> int:
+        """Return the unit that stands for exp(i angle), given the values of the nodes before it."""
+        form = linear_form(angle)
+        unit = pow(self._root, int(form.turns * (self._order // 2)), self.p)
+        if form.constant:
+            base = self._draw_unit("radian")
+            unit = unit * pow(base, int(form.constant * self.needs.radian), self.p) % self.p
+        for node, coefficient in form.terms:
+            base = self._draw_unit("atom", values[node])
+            unit = unit * pow(base, int(coefficient * self.needs.atom), self.p) % self.p
+        return unit
+
+    def _draw_unit(self, *key: object) -> int:
+        return _hash(self.seed, "unit", *key) % (self.p - 1) + 1
+
+    def _square_root(self, radicand: Expr, value: int) -> int:
+        if radicand.op is Op.CONSTANT:
+            assert isinstance(radicand.value, Fraction)
+            root = pow(radicand.value.denominator, -1, self.p)
+            for prime in _factors(radicand.value):
+                root = root * self._radicals[prime] % self.p
+            return root
+        if not _is_square(value, self.p):
+            raise Redraw
+        return int(fmpz(value).sqrtmod(fmpz(self.p))) if value else 0
+
+    def _prime_radical(self, n: int) -> int:
+        """Return a square root of n, from the root of unity where n divides its order."""
+        cosine = {2: Fraction(1, 4), 3: Fraction(1, 6), 5: Fraction(1, 5)}
+        if n == -1:
+            return self._i
+        if n in cosine:
+            unit = pow(self._root, int(cosine[n] * (self._order // 2)), self.p)
+            twice = 2 * self.circular(Op.COS, unit)
+            return (2 * twice - 1 if n == 5 else twice) % self.p
+        if n == 7:  # Gauss sum: Σ ζ^(k²) = i sqrt(7) for ζ = exp(2πi/7)
+            zeta = pow(self._root, self._order // 7, self.p)
+            return -self._i * sum(pow(zeta, k * k, self.p) for k in range(7)) % self.p
+        return int(fmpz(n).sqrtmod(fmpz(self.p)))
+
+
+def evaluate_over_field(outputs: Sequence[Expr], field: FiniteField, values: dict[Expr, int]) -> list[int]:
+    """Return the values of `outputs` in `field`; see `symdyn.graph.evaluate` for the arguments.
+
+    It differs from the general loop in one point: a sine is computed from the values of its angle's atoms.
+
+    Raises:
+        Redraw: the point is unlucky.
+    """
+    binary = {Op.ADD: field.add, Op.SUB: field.sub, Op.MUL: field.mul, Op.DIV: field.div}
+    known: dict[Expr, int] = {}
+    units: dict[Expr, int] = {}
+    for node in reachable(outputs):
+        op, args = node.op, node.args
+        if node in values:
+            known[node] = values[node]
+        elif op in binary:
+            known[node] = binary[op](known[args[0]], known[args[1]])
+        elif op is Op.NEG:
+            known[node] = field.neg(known[args[0]])
+        elif op is Op.CONSTANT:
+            known[node] = field.constant(node.value)  # type: ignore[arg-type]
+        elif op is Op.PI:
+            known[node] = field.pi()
+        elif op in (Op.SIN, Op.COS):
+            angle = args[0]
+            if angle not in units:
+                units[angle] = field.unit(angle, known)
+            known[node] = field.circular(op, units[angle])
+        elif op in FUNCTIONS:
+            known[node] = field.function(node, [known[arg] for arg in args])
+        else:
+            raise KeyError(f"symbol {node.value} has no value")
+    return [known[node] for node in outputs]
+
+
+def _hash(*key: object) -> int:
+    return int.from_bytes(blake2b(repr(key).encode(), digest_size=32).digest(), "big")
+
+
+def _is_square(n: int, p: int) -> bool:
+    return n % p == 0 or pow(n, (p - 1) // 2, p) == 1
+
+
+def _root_of_unity(p: int, order: int) -> int:
+    """Return an element of exact multiplicative order `order`, which divides p - 1."""
+    factors = [prime for prime, _ in fmpz(order).factor()]
+    base = 2
+    while True:
+        root = pow(base, (p - 1) // order, p)
+        if all(pow(root, order // int(prime), p) != 1 for prime in factors):
+            return root
+        base += 1
+
+
+def _factors(value: Fraction) -> list[int]:
+    """Return primes, and perhaps one unfactored rest, whose product is numerator·denominator; -1 for a sign."""
+    rest = value.numerator * value.denominator
+    found = [-1] if rest < 0 else []
+    rest = abs(rest)
+    for prime in SMALL_PRIMES:
+        while rest % prime == 0:
+            rest //= prime
+            found.append(prime)
+    return found + ([rest] if rest > 1 else [])

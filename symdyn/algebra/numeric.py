@@ -1,0 +1,118 @@
+"""Numbers to run a graph over: floats, NumPy batches, exact fractions.
+
+Each is an `Algebra`. Constants are rounded here and nowhere earlier.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from symdyn.graph import Expr, Op
+
+
+class Arithmetic:
+    """Field arithmetic by Python's operators; the numeric algebras share it."""
+
+    def add(self, a: Any, b: Any) -> Any:
+        """Return a + b."""
+        return a + b
+
+    def sub(self, a: Any, b: Any) -> Any:
+        """Return a - b."""
+        return a - b
+
+    def mul(self, a: Any, b: Any) -> Any:
+        """Return a b."""
+        return a * b
+
+    def div(self, a: Any, b: Any) -> Any:
+        """Return a / b."""
+        return a / b
+
+    def neg(self, a: Any) -> Any:
+        """Return -a."""
+        return -a
+
+
+class Floats(Arithmetic):
+    """Python floats: one state, no dependencies, raises as `math` does."""
+
+    functions: dict[Op, Callable[..., float]] = {
+        Op.SIN: math.sin,
+        Op.COS: math.cos,
+        Op.SQRT: math.sqrt,
+        Op.EXP: math.exp,
+        Op.LOG: math.log,
+        Op.TANH: math.tanh,
+        Op.ABS: abs,
+        Op.SIGN: lambda x: float((x > 0) - (x < 0)),
+        Op.ATAN2: math.atan2,
+    }
+
+    def constant(self, value: Fraction) -> float:
+        """Return the nearest float."""
+        return float(value)
+
+    def pi(self) -> float:
+        """Return the nearest float."""
+        return math.pi
+
+    def function(self, node: Expr, args: Sequence[float]) -> float:
+        """Return node.op(args)."""
+        return self.functions[node.op](*args)
+
+
+class Batches(Arithmetic):
+    """NumPy arrays, all of one (broadcast) shape: many states at once."""
+
+    functions: dict[Op, Callable[..., Any]] = {
+        Op.SIN: np.sin,
+        Op.COS: np.cos,
+        Op.SQRT: np.sqrt,
+        Op.EXP: np.exp,
+        Op.LOG: np.log,
+        Op.TANH: np.tanh,
+        Op.ABS: np.abs,
+        Op.SIGN: np.sign,
+        Op.ATAN2: np.arctan2,
+    }
+
+    def constant(self, value: Fraction) -> Any:
+        """Return the nearest double."""
+        return np.float64(float(value))
+
+    def pi(self) -> Any:
+        """Return the nearest double."""
+        return np.float64(math.pi)
+
+    def function(self, node: Expr, args: Sequence[Any]) -> Any:
+        """Return node.op(args)."""
+        return self.functions[node.op](*args)
+
+
+class Fractions(Arithmetic):
+    """Exact rationals; a graph with a sine, a root or π has no value here."""
+
+    functions: dict[Op, Callable[[Fraction], Fraction]] = {
+        Op.ABS: abs,
+        Op.SIGN: lambda x: Fraction((x > 0) - (x < 0)),
+    }
+
+    def constant(self, value: Fraction) -> Fraction:
+        """Return the value itself."""
+        return value
+
+    def pi(self) -> Fraction:
+        """Raise ArithmeticError: π is not rational."""
+        raise ArithmeticError("pi is not rational; run the graph over mpmath or floats")
+
+    def function(self, node: Expr, args: Sequence[Fraction]) -> Fraction:
+        """Return |x| or sign x; raise ArithmeticError for any other function."""
+        if node.op not in self.functions:
+            raise ArithmeticError(f"{node.op.name.lower()} is not rational; run the graph over mpmath or floats")
+        return self.functions[node.op](args[0])

@@ -1,0 +1,212 @@
+"""Closed forms of Lagrange's coefficients: every k_z, k_C, k_D, k_G as a trigonometric polynomial in normal form.
+
+Positions are differentiated, as in lagrange.py, but over the ring and one coordinate at a time. K does not depend on
+the frame in which a body's velocity is written, so it is written in the body, where the inertia is constant:
+
+    T = (R, p)   placement of body B in a frame that stands before joint i
+    v_i          Rᵀ ∂p/∂q_i          velocity of B's origin for q̇_i = 1, body frame
+    w_i          (Rᵀ ∂R/∂q_i)∨       angular velocity for q̇_i = 1, body frame
+    k_z          M_ij = Σ_B m v_i·v_j + v_i·(w_j × h) + v_j·(w_i × h) + w_i·I w_j      h = m r, I about B's origin
+    k_C, k_D     from ∂M/∂q by Christoffel symbols, signs as in christoffel.py; k_G = ∂P/∂q
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations
+
+from symdyn.algebra.sums_of_angles import AngleGroup
+from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
+from symdyn.dynamics.parallel import angle_groups, parallel_candidates
+from symdyn.dynamics.positions import body_placements
+from symdyn.dynamics.state import State, joint_motion, placement, state_symbols, vector
+from symdyn.graph import Expr, Graph, evaluate
+from symdyn.scene import GROUND, Body, Joint, Scene, express
+from symdyn.spatial import Inertia, Transform, add_matrices, apply, cross, dot, no_inertia, point_inertia, symmetric
+
+Row = tuple[Polynomial, ...]
+Matrix = tuple[Row, ...]
+
+NAMES = ("k_z", "k_C", "k_D", "k_G", "K", "P")
+
+
+@dataclass(frozen=True)
+class ClosedForm:
+    """All coefficients of Lagrange's equations of a scene, elements of `ring` in normal form.
+
+    Attributes:
+        scene: the mechanism.
+        ring: where the coefficients live.
+        state: symbols of q, q̇ on the ring's graph.
+        parallel: joints that turn about parallel axes; sums of their angles make short forms.
+        M: k_z, shape (n, n); kg m^2, kg m or kg.
+        k_D: multiplies q̇_j², shape (n, n).
+        k_C: multiplies q̇_j q̇_k, j < k in lexicographic order, shape (n, n(n-1)/2).
+        k_G: gravity and nothing else, shape (n,); N m or N.
+        K, P: kinetic and potential energy, J.
+    """
+
+    scene: Scene
+    ring: TrigonometricRing
+    state: State
+    parallel: tuple[AngleGroup, ...]
+    M: Matrix
+    k_D: Matrix
+    k_C: Matrix
+    k_G: Row
+    K: Polynomial
+    P: Polynomial
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return self.state.n
+
+    def __getitem__(self, key: tuple[str, int, int] | tuple[str, int] | str) -> Polynomial:
+        """Return one coefficient: ("k_z", i, j), ("k_C", i, pair), ("k_D", i, j), ("k_G", i), "K" or "P"; from 0."""
+        name, *index = (key,) if isinstance(key, str) else key
+        table = {"k_z": self.M, "k_C": self.k_C, "k_D": self.k_D, "k_G": self.k_G, "K": self.K, "P": self.P}
+        value = table[str(name)]
+        for i in index:
+            value = value[i]
+        return value
+
+
+def closed_form(scene: Scene) -> ClosedForm:
+    """Return the closed forms of a scene.
+
+    Raises:
+        DerivationError: a coordinate stands in a function or a denominator, so there is no trigonometric polynomial.
+    """
+    graph = Graph()
+    state = state_symbols(scene, graph)
+    bodies = [
+        (inertia, list(_chain(scene, joint, graph)))
+        for joint, body in zip(scene.joints, scene.bodies, strict=True)
+        if not _is_nothing(inertia := _inertia_about_frame(body, graph))
+    ]
+    potential = _potential(scene, graph)
+    neighbours = parallel_candidates(scene, graph)
+    needed = [*state.qd, potential, *(candidate.alignment for candidate in neighbours)]
+    for inertia, chain in bodies:
+        needed += [inertia.m, *inertia.h, *(x for row in inertia.I for x in row)]
+        needed += [x for _, T in chain for x in _entries(T)]
+    ring = TrigonometricRing(needed, (*state.q, *state.qd))
+    found = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))
+    M = [[ring.zero] * state.n for _ in range(state.n)]
+    for inertia, chain in bodies:
+        _add_body(M, ring, found, inertia, chain, state)
+    P = found[potential]
+    k_C, k_D = _christoffel(M, ring, state)
+    k_G = tuple(ring.derivative(P, q) for q in state.q)
+    half = ring.one / 2
+    K = half * sum((M[i][j] * found[state.qd[i]] * found[state.qd[j]] for i, j in _square(state.n)), ring.zero)
+    parallel = angle_groups(neighbours, [found[candidate.alignment] for candidate in neighbours], ring)
+    return ClosedForm(scene, ring, state, parallel, tuple(map(tuple, M)), k_D, k_C, k_G, K, P)
+
+
+def _square(n: int) -> list[tuple[int, int]]:
+    return [(i, j) for i in range(n) for j in range(n)]
+
+
+def _inertia_about_frame(body: Body, graph: Graph) -> Inertia:
+    """Return m, h, I of all that the body carries, about its frame's origin (Steiner where declared at the com)."""
+    m, matrix = express(body.mass, graph), symmetric(*(express(entry, graph) for entry in body.inertia))
+    if body.about == "frame":
+        if body.first_moment is not None:
+            h = vector(body.first_moment, graph)
+        else:
+            assert body.com is not None
+            r = vector(body.com, graph)
+            h = (m * r[0], m * r[1], m * r[2])
+        total = Inertia(m, h, matrix)
+    else:
+        assert body.com is not None
+        point = point_inertia(m, vector(body.com, graph))
+        total = Inertia(m, point.h, add_matrices(point.I, matrix))
+    for particle in body.particles:
+        total = total + point_inertia(express(particle.mass, graph), vector(particle.at, graph))
+    return total
+
+
+def _is_nothing(inertia: Inertia) -> bool:
+    return inertia == no_inertia(inertia.m.graph)
+
+
+def _chain(scene: Scene, joint: Joint | None, graph: Graph) -> Iterator[tuple[int, Transform]]:
+    """Yield, for every coordinate that moves the joint's child, its number and the child's placement before it.
+
+    The frame is the coordinate's joint frame, before the motion: where the joints nearer to the ground stand does
+    not change a velocity written in the body.
+    """
+    number = {coordinate: i for i, coordinate in enumerate(scene.coordinates)}
+    carrier = {j.child: j for j in scene.joints}
+    T = None
+    while joint is not None:
+        tip = placement(joint.tip, graph)
+        T = tip if T is None else tip @ T
+        if joint.coordinate:
+            T = joint_motion(joint, graph) @ T
+            yield number[joint.coordinate], T
+        T = placement(joint.origin, graph) @ T
+        joint = None if joint.parent == GROUND else carrier[joint.parent]
+
+
+def _entries(T: Transform) -> list[Expr]:
+    return [*T.R[0], *T.R[1], *T.R[2], *T.p]
+
+
+def _add_body(
+    M: list[list[Polynomial]],
+    ring: TrigonometricRing,
+    found: dict[Expr, Polynomial],
+    inertia: Inertia,
+    chain: list[tuple[int, Transform]],
+    state: State,
+) -> None:
+    """Add one body's share to M."""
+    m, h = found[inertia.m], [found[x] for x in inertia.h]
+    matrix = [[found[x] for x in row] for row in inertia.I]
+    columns = []
+    for i, T in chain:
+        R = [[found[x] for x in row] for row in T.R]
+        dR = [[ring.derivative(x, state.q[i]) for x in row] for row in R]
+        dp = [ring.derivative(found[x], state.q[i]) for x in T.p]
+        v = [ring.dot(column, dp) for column in zip(*R, strict=True)]
+        w = [ring.dot((row[a] for row in R), (row[b] for row in dR)) for a, b in ((2, 1), (0, 2), (1, 0))]
+        linear = [m * v[k] + x for k, x in enumerate(_cross(w, h))]
+        angular = [sum((a * b for a, b in zip(row, w, strict=True)), x) for row, x in zip(matrix, _cross(h, v), strict=True)]
+        columns.append((i, [*v, *w], [*linear, *angular]))
+    for i, motion, _ in columns:
+        for j, _, momentum in columns:
+            if j >= i:
+                M[i][j] = M[j][i] = M[i][j] + ring.dot(motion, momentum)
+
+
+def _cross(a: list[Polynomial], b: list[Polynomial]) -> list[Polynomial]:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def _potential(scene: Scene, graph: Graph) -> Expr:
+    """Return P = -Σ g·(m p + R h), ground frame."""
+    gravity, placed = vector(scene.gravity, graph), body_placements(scene, graph)
+    total = graph.zero
+    for body in scene.bodies:
+        inertia, T = _inertia_about_frame(body, graph), placed[body.name]
+        total = total - dot(gravity, apply(T.R, inertia.h)) - inertia.m * dot(gravity, T.p)
+    return total
+
+
+def _christoffel(M: list[list[Polynomial]], ring: TrigonometricRing, state: State) -> tuple[Matrix, Matrix]:
+    """Return k_C and k_D."""
+    n = range(state.n)
+    slope = {(i, j, k): ring.derivative(M[i][j], state.q[k]) for i, j in _square(state.n) if i <= j for k in n}
+
+    def d(i: int, j: int, k: int) -> Polynomial:
+        return slope[min(i, j), max(i, j), k]
+
+    k_C = tuple(tuple(d(i, j, k) + d(i, k, j) - d(j, k, i) for j, k in combinations(n, 2)) for i in n)
+    k_D = tuple(tuple(d(i, j, j) - d(j, j, i) / 2 for j in n) for i in n)
+    return k_C, k_D
+

@@ -1,0 +1,64 @@
+"""Solving M q̈ = b by M = Lᵀ D L, without square roots and without fill-in between branches.
+
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 6.5, tables 6.3 and 6.4.
+
+Elimination starts at the tips, so that L keeps the zeros of M: row i has entries for the ancestors of joint i only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr
+
+
+def solve(parent: Sequence[int], M: list[list[Expr]], b: Sequence[Expr]) -> list[Expr]:
+    """Return M⁻¹ b, shape (n,).
+
+    Args:
+        parent: parent[i] < i of the moving bodies 1..n, entry 0 unused; M[i-1][j-1] is zero unless one of i, j is
+            an ancestor of the other. A chain (0, 0, 1, 2, …) promises nothing.
+        M: symmetric matrix, shape (n, n).
+        b: right-hand side, shape (n,).
+
+    Raises:
+        DerivationError: a pivot is zero: a massless body ends a branch.
+    """
+    n = len(b)
+    H = [list(row) for row in M]
+    for k in range(n, 0, -1):
+        pivot = H[k - 1][k - 1]
+        if pivot.is_zero:
+            raise DerivationError(singular(k))
+        for i in _path(parent, parent[k]):
+            a = H[k - 1][i - 1] / pivot
+            for j in _path(parent, i):
+                H[i - 1][j - 1] = H[i - 1][j - 1] - a * H[k - 1][j - 1]
+            H[k - 1][i - 1] = a
+    x = list(b)
+    for i in range(n, 0, -1):  # Lᵀ y = b
+        for j in _path(parent, parent[i]):
+            x[j - 1] = x[j - 1] - H[i - 1][j - 1] * x[i - 1]
+    x = [x[i] / H[i][i] for i in range(n)]  # D z = y
+    for i in range(1, n + 1):  # L x = z
+        for j in _path(parent, parent[i]):
+            x[i - 1] = x[i - 1] - H[i - 1][j - 1] * x[j - 1]
+    return x
+
+
+def _path(parent: Sequence[int], i: int) -> list[int]:
+    """Return i and its ancestors, down to the last moving body."""
+    bodies = []
+    while i > 0:
+        bodies.append(i)
+        i = parent[i]
+    return bodies
+
+
+def singular(coordinate: int) -> str:
+    """Return the message for a mass matrix that is singular at a coordinate, counted from 1."""
+    return (
+        f"forward dynamics does not exist: nothing beyond joint {coordinate} has inertia along its motion, "
+        "so the mass matrix is singular; give the last body of that branch a mass or an inertia, or fix the joint"
+    )

@@ -1,0 +1,286 @@
+"""The outputs that a scene has, one row each: what it is, what it takes, and every road that derives it.
+
+The first road of a row is the one that code is generated from; the others prove it. A road takes the workspace (and
+the name of a body or point for kinematic outputs) and returns the entries of the result, row by row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import combinations
+
+from symdyn.dynamics import kinematics, lagrange
+from symdyn.dynamics.aba import aba
+from symdyn.dynamics.ldl import solve
+from symdyn.dynamics.rnea import rnea
+from symdyn.dynamics.workspace import Matrix, Workspace
+from symdyn.graph import Expr, substitute
+
+Road = Callable[..., list[Expr]]
+Shape = Callable[[int], tuple[int, ...]]
+
+
+@dataclass(frozen=True)
+class Output:
+    """One row of the table.
+
+    Attributes:
+        text: what it computes, one line.
+        arguments: names of its arguments, "q", "qd", "qdd" or "tau".
+        result: short name of the result.
+        shape: shape of the result from the number of coordinates.
+        units: unit of the result, one line.
+        roads: derivations by name.
+        place: "" for a whole-scene output, "body" or "point" where a name must be given.
+    """
+
+    text: str
+    arguments: tuple[str, ...]
+    result: str
+    shape: Shape
+    units: str
+    roads: dict[str, Road]
+    place: str = ""
+
+
+def _flat(matrix: Matrix) -> list[Expr]:
+    return [entry for row in matrix for entry in row]
+
+
+def _minus(a: list[Expr], b: list[Expr]) -> list[Expr]:
+    return [x - y for x, y in zip(a, b, strict=True)]
+
+
+# Recursive roads
+
+
+def _inverse(w: Workspace) -> list[Expr]:
+    return _minus(rnea(w.tree, w.state.qd, w.state.qdd), w.Q)
+
+
+def _forward_aba(w: Workspace) -> list[Expr]:
+    drive = [tau + force for tau, force in zip(w.state.tau, w.Q, strict=True)]
+    return aba(w.tree, w.state.qd, drive)
+
+
+def _forward_crba(w: Workspace) -> list[Expr]:
+    bias = rnea(w.tree, w.state.qd, w.still)
+    rest = [tau + force - load for tau, force, load in zip(w.state.tau, w.Q, bias, strict=True)]
+    return solve(w.tree.parent, w.composite_mass, rest)
+
+
+def _momentum(w: Workspace) -> list[Expr]:
+    return rnea(w.tree, w.still, w.state.qd, gravity=False)
+
+
+def _kinetic(w: Workspace) -> list[Expr]:
+    total = w.graph.total(p * qd for p, qd in zip(_momentum(w), w.state.qd, strict=True))
+    return [total / 2]
+
+
+def _unit(w: Workspace, *moving: int) -> list[Expr]:
+    return [w.graph.one if i in moving else w.graph.zero for i in range(w.state.n)]
+
+
+def _polarised_centrifugal(w: Workspace) -> list[Expr]:
+    """Return k_D from c(q, q̇): column j is c at q̇ = e_j."""
+    columns = [w.velocity_forces(_unit(w, j)) for j in range(w.state.n)]
+    return [column[i] for i in range(w.state.n) for column in columns]
+
+
+def _polarised_coriolis(w: Workspace) -> list[Expr]:
+    """Return k_C from c(q, q̇): column jk is c(e_j + e_k) - c(e_j) - c(e_k)."""
+    alone = [w.velocity_forces(_unit(w, j)) for j in range(w.state.n)]
+    columns = [
+        _minus(_minus(w.velocity_forces(_unit(w, j, k)), alone[j]), alone[k])
+        for j, k in combinations(range(w.state.n), 2)
+    ]
+    return [column[i] for i in range(w.state.n) for column in columns]
+
+
+def _polarised_matrix(w: Workspace) -> list[Expr]:
+    """Return C(q, q̇) from k_D and k_C: C_ij = k_D[i,j] q̇_j + ½ Σ_k≠j k_C[i,jk] q̇_k."""
+    n = range(w.state.n)
+    pairs = {pair: position for position, pair in enumerate(combinations(n, 2))}
+    k_D, k_C = _polarised_centrifugal(w), _polarised_coriolis(w)
+    entries = []
+    for i in n:
+        for j in n:
+            mixed = (k_C[i * len(pairs) + pairs[min(j, k), max(j, k)]] * w.state.qd[k] for k in n if k != j)
+            entries.append(k_D[i * w.state.n + j] * w.state.qd[j] + w.graph.total(mixed) / 2)
+    return entries
+
+
+# Lagrange roads
+
+
+def _lagrange_forward(w: Workspace) -> list[Expr]:
+    chain = range(-1, w.state.n)
+    at_rest = dict.fromkeys(w.state.qdd, w.graph.zero)
+    bias = substitute(lagrange.driving_forces(w.energy), at_rest)
+    return solve(chain, w.lagrange_mass, _minus(list(w.state.tau), bias))
+
+
+def _lagrange_velocity_forces(w: Workspace) -> list[Expr]:
+    C = w.lagrange_christoffel.coriolis_matrix(w.state.qd)
+    return [w.graph.total(c * qd for c, qd in zip(row, w.state.qd, strict=True)) for row in C]
+
+
+OUTPUTS: dict[str, Output] = {
+    "inverse_dynamics": Output(
+        "driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q",
+        ("q", "qd", "qdd"),
+        "tau",
+        lambda n: (n,),
+        "N m (revolute) or N (prismatic)",
+        {"rnea": _inverse, "lagrange": lambda w: lagrange.driving_forces(w.energy)},
+    ),
+    "forward_dynamics": Output(
+        "accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)",
+        ("q", "qd", "tau"),
+        "qdd",
+        lambda n: (n,),
+        "rad/s^2 (revolute) or m/s^2 (prismatic)",
+        {"crba": _forward_crba, "aba": _forward_aba, "lagrange": _lagrange_forward},
+    ),
+    "mass_matrix": Output(
+        "mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2",
+        ("q",),
+        "M",
+        lambda n: (n, n),
+        "kg m^2, kg m or kg",
+        {"crba": lambda w: _flat(w.composite_mass), "lagrange": lambda w: _flat(w.lagrange_mass)},
+    ),
+    "velocity_forces": Output(
+        "Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd",
+        ("q", "qd"),
+        "c",
+        lambda n: (n,),
+        "N m (revolute) or N (prismatic)",
+        {"rnea": lambda w: w.velocity_forces(list(w.state.qd)), "lagrange": _lagrange_velocity_forces},
+    ),
+    "gravity_forces": Output(
+        "gravity forces g(q) = dP/dq",
+        ("q",),
+        "g",
+        lambda n: (n,),
+        "N m (revolute) or N (prismatic)",
+        {"rnea": lambda w: rnea(w.tree, w.still, w.still), "lagrange": lambda w: lagrange.gravity_forces(w.energy)},
+    ),
+    "coriolis_matrix": Output(
+        "Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric",
+        ("q", "qd"),
+        "C",
+        lambda n: (n, n),
+        "N m s or N s per unit of velocity",
+        {
+            "rnea": _polarised_matrix,
+            "lagrange": lambda w: _flat(w.lagrange_christoffel.coriolis_matrix(w.state.qd)),
+        },
+    ),
+    "momentum": Output(
+        "generalized momentum p = M(q) qd",
+        ("q", "qd"),
+        "p",
+        lambda n: (n,),
+        "kg m^2/s or kg m/s",
+        {"rnea": _momentum, "lagrange": lambda w: lagrange.momenta(w.energy)},
+    ),
+    "kinetic_energy": Output(
+        "kinetic energy K(q, qd)",
+        ("q", "qd"),
+        "K",
+        lambda n: (),
+        "J",
+        {"rnea": _kinetic, "lagrange": lambda w: [w.energy.K]},
+    ),
+    "potential_energy": Output(
+        "potential energy P(q) = -sum m g.r, zero at the origin of the ground frame",
+        ("q",),
+        "P",
+        lambda n: (),
+        "J",
+        {"recursive": lambda w: [kinematics.potential_energy(w.tree)], "lagrange": lambda w: [w.energy.P]},
+    ),
+    "k_z": Output(
+        "inertia coefficients k_z of qdd_j, which is M(q)",
+        ("q",),
+        "k_z",
+        lambda n: (n, n),
+        "kg m^2, kg m or kg",
+        {"crba": lambda w: _flat(w.composite_mass), "lagrange": lambda w: _flat(w.lagrange_mass)},
+    ),
+    "k_C": Output(
+        "Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order",
+        ("q",),
+        "k_C",
+        lambda n: (n, n * (n - 1) // 2),
+        "N m s^2 or N s^2 per unit of velocity squared",
+        {"rnea": _polarised_coriolis, "lagrange": lambda w: _flat(w.lagrange_christoffel.coriolis())},
+    ),
+    "k_D": Output(
+        "centrifugal coefficients k_D of qd_j^2",
+        ("q",),
+        "k_D",
+        lambda n: (n, n),
+        "N m s^2 or N s^2 per unit of velocity squared",
+        {"rnea": _polarised_centrifugal, "lagrange": lambda w: _flat(w.lagrange_christoffel.centrifugal())},
+    ),
+    "k_G": Output(
+        "gravity coefficients k_G, which is g(q)",
+        ("q",),
+        "k_G",
+        lambda n: (n,),
+        "N m (revolute) or N (prismatic)",
+        {"rnea": lambda w: rnea(w.tree, w.still, w.still), "lagrange": lambda w: lagrange.gravity_forces(w.energy)},
+    ),
+    "pose": Output(
+        "placement [R | p] of {name} in the ground frame",
+        ("q",),
+        "T",
+        lambda n: (3, 4),
+        "1 and m",
+        {
+            "recursive": lambda w, name: kinematics.pose(kinematics.tree_placed(w.scene, w.tree, name)),
+            "positions": lambda w, name: kinematics.pose(kinematics.placed(w.scene, name, w.graph)),
+        },
+        place="point",
+    ),
+    "jacobian": Output(
+        "Jacobian J of {name}: [velocity of its origin; angular velocity] = J qd, ground frame",
+        ("q",),
+        "J",
+        lambda n: (6, n),
+        "m or 1, and 1",
+        {
+            "recursive": lambda w, name: kinematics.jacobian(w.scene, w.tree, name),
+            "differentiation": lambda w, name: kinematics.differentiated_jacobian(w.scene, name, w.graph),
+        },
+        place="point",
+    ),
+    "jdot_qdot": Output(
+        "velocity product Jdot qd of {name}: its [acceleration; angular acceleration] at qdd = 0, ground frame",
+        ("q", "qd"),
+        "a",
+        lambda n: (6,),
+        "m/s^2 and rad/s^2",
+        {
+            "recursive": lambda w, name: kinematics.velocity_product(w.scene, w.tree, name, w.state.qd),
+            "differentiation": lambda w, name: kinematics.differentiated_velocity_product(w.scene, name, w.graph),
+        },
+        place="point",
+    ),
+    "com_acceleration": Output(
+        "acceleration of the centre of mass of {name}, ground frame, without gravity",
+        ("q", "qd", "qdd"),
+        "a",
+        lambda n: (3,),
+        "m/s^2",
+        {
+            "recursive": lambda w, name: kinematics.acceleration(w.scene, w.tree, name, w.state.qd, w.state.qdd),
+            "differentiation": lambda w, name: kinematics.differentiated_acceleration(w.scene, name, w.graph),
+        },
+        place="body",
+    ),
+}

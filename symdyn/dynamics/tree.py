@@ -1,0 +1,90 @@
+"""The kinematic tree that the recursions run over: only moving bodies, frames on the joints.
+
+The scene says `pose of child in parent = origin · motion · tip`, with frames wherever the user put them. Here body i
+carries its frame in the moved joint frame, so that the axis is constant and as simple as declared, and whatever hangs
+on it by fixed joints is part of it.
+
+    i, p      a moving body 1..n and its parent, p < i; body 0 is the ground
+    T[i]      placement of frame i in frame p
+    S[i]      motion subspace of joint i in frame i: (angular, linear)
+    inertia   of body i about the origin of frame i, everything welded to it included
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symdyn.dynamics.state import first_moment, joint_motion, placement, unit_axis, vector
+from symdyn.graph import Graph
+from symdyn.scene import GROUND, JOINTS, Body, Scene, express
+from symdyn.spatial import Inertia, Transform, Vec, add_matrices, no_inertia, point_inertia, symmetric, unit_transform, zero_vector
+
+
+@dataclass(frozen=True)
+class Tree:
+    """A tree of n moving bodies; tuples have n + 1 entries, entry 0 is the ground.
+
+    Attributes:
+        graph: where the entries live.
+        gravity: acceleration of free fall, ground frame, m/s^2.
+        parent: parent[i] < i; parent[0] is -1.
+        T, S, inertia: as in the module's legend.
+        home: for every body of the scene the moving body that carries it, and its placement there.
+    """
+
+    graph: Graph
+    gravity: Vec
+    parent: tuple[int, ...]
+    T: tuple[Transform, ...]
+    S: tuple[tuple[Vec, Vec], ...]
+    inertia: tuple[Inertia, ...]
+    home: dict[str, tuple[int, Transform]]
+
+    @property
+    def n(self) -> int:
+        """Number of moving bodies, which is the number of coordinates."""
+        return len(self.parent) - 1
+
+    def outward(self) -> range:
+        """Return the moving bodies from the ground to the tips."""
+        return range(1, self.n + 1)
+
+    def inward(self) -> range:
+        """Return the moving bodies from the tips to the ground."""
+        return range(self.n, 0, -1)
+
+
+def build_tree(scene: Scene, graph: Graph) -> Tree:
+    """Return the scene's kinematic tree."""
+    still = unit_transform(graph)
+    nothing = (zero_vector(graph), zero_vector(graph))
+    parent, T, S, inertia = [-1], [still], [nothing], [no_inertia(graph)]
+    home: dict[str, tuple[int, Transform]] = {GROUND: (0, still)}
+    for joint, body in zip(scene.joints, scene.bodies, strict=True):
+        carrier, place = home[joint.parent]
+        place = place @ placement(joint.origin, graph)
+        if joint.coordinate:
+            parent.append(carrier)
+            T.append(place @ joint_motion(joint, graph))
+            S.append(JOINTS[joint.type].subspace(unit_axis(joint, graph))[0])
+            inertia.append(no_inertia(graph))
+            carrier, place = len(parent) - 1, still
+        place = place @ placement(joint.tip, graph)
+        home[body.name] = (carrier, place)
+        inertia[carrier] = inertia[carrier] + body_inertia(body, graph).seen_from(place)
+    gravity = vector(scene.gravity, graph)
+    return Tree(graph, gravity, tuple(parent), tuple(T), tuple(S), tuple(inertia), home)
+
+
+def body_inertia(body: Body, graph: Graph) -> Inertia:
+    """Return the inertia of a declared body about the origin of its own frame."""
+    total = no_inertia(graph)
+    for particle in body.particles:
+        total = total + point_inertia(express(particle.mass, graph), vector(particle.at, graph))
+    m = express(body.mass, graph)
+    matrix = symmetric(*(express(entry, graph) for entry in body.inertia))
+    if body.about == "frame":
+        return total + Inertia(m, first_moment(body, graph), matrix)
+    assert body.com is not None
+    steiner = point_inertia(m, vector(body.com, graph))
+    return total + Inertia(m, steiner.h, add_matrices(matrix, steiner.I))
