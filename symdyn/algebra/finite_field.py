@@ -29,6 +29,7 @@ from symdyn.graph import FUNCTIONS, Expr, Op, linear_form, reachable
 from symdyn.graph.identities import SMALL_PRIMES
 
 BITS = 61
+SPARE_BITS = 24  # so that the primes drawn are random ones
 ROOT_ORDER = 5040  # 2^4 3^2 5 7: i, sqrt(2), sqrt(3), sqrt(5), sqrt(7) and the usual sines
 
 
@@ -69,10 +70,13 @@ def needs(outputs: Iterable[Expr]) -> Needs:
 
 
 def draw_prime(seed: int, wanted: Needs) -> int:
-    """Return a random prime of 61 bits over which every root in `wanted` exists; the same seed, the same prime."""
+    """Return a random prime of 61 bits over which every root in `wanted` exists; the same seed, the same prime.
+
+    It has more bits where the scene's multiples of π are so fine that 61 would leave little choice.
+    """
     step = lcm(ROOT_ORDER, 2 * wanted.turn)
-    start = _hash(seed, "prime") % (2 ** (BITS - 1) // step)
-    candidate = 2 ** (BITS - 1) + 1 + step * start
+    floor = 1 << max(BITS - 1, step.bit_length() + SPARE_BITS)
+    candidate = floor + 1 + step * (_hash(seed, "prime") % (floor // step))
     candidate -= (candidate - 1) % step
     while not (fmpz(candidate).is_prime() and all(_is_square(n, candidate) for n in wanted.radicands)):
         candidate += step

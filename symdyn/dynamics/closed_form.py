@@ -14,8 +14,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
+from typing import Any
 
+from symdyn.algebra.compact import Compactor
+from symdyn.algebra.form import Form, Symbol, power_of, product_of, sum_of, terms_of
 from symdyn.algebra.sums_of_angles import AngleGroup
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.dynamics.parallel import angle_groups, parallel_candidates
@@ -28,7 +32,7 @@ from symdyn.spatial import Inertia, Transform, add_matrices, apply, cross, dot, 
 Row = tuple[Polynomial, ...]
 Matrix = tuple[Row, ...]
 
-NAMES = ("k_z", "k_C", "k_D", "k_G", "K", "P")
+Key = tuple[Any, ...]  # name and indices from 0, such as ("k_z", 0, 1)
 
 
 @dataclass(frozen=True)
@@ -63,14 +67,19 @@ class ClosedForm:
         """Number of coordinates."""
         return self.state.n
 
-    def __getitem__(self, key: tuple[str, int, int] | tuple[str, int] | str) -> Polynomial:
-        """Return one coefficient: ("k_z", i, j), ("k_C", i, pair), ("k_D", i, j), ("k_G", i), "K" or "P"; from 0."""
-        name, *index = (key,) if isinstance(key, str) else key
+    def __getitem__(self, key: Key) -> Polynomial:
+        """Return one coefficient: ("k_z", i, j), ("k_C", i, pair), ("k_D", i, j), ("k_G", i), ("K",) or ("P",)."""
+        name, *index = key
         table = {"k_z": self.M, "k_C": self.k_C, "k_D": self.k_D, "k_G": self.k_G, "K": self.K, "P": self.P}
-        value = table[str(name)]
+        value = table[name]
         for i in index:
             value = value[i]
         return value
+
+    @cached_property
+    def compactor(self) -> Compactor:
+        """What turns coefficients into forms; it remembers the parts that coefficients share."""
+        return Compactor(self.ring, self.parallel)
 
 
 def closed_form(scene: Scene) -> ClosedForm:
@@ -80,6 +89,8 @@ def closed_form(scene: Scene) -> ClosedForm:
         DerivationError: a coordinate stands in a function or a denominator, so there is no trigonometric polynomial.
     """
     graph = Graph()
+    for parameter in scene.parameters:
+        graph.symbol(parameter.name)  # first, so that forms print them in declared order and before coordinates
     state = state_symbols(scene, graph)
     bodies = [
         (inertia, list(_chain(scene, joint, graph)))
@@ -210,3 +221,30 @@ def _christoffel(M: list[list[Polynomial]], ring: TrigonometricRing, state: Stat
     k_D = tuple(tuple(d(i, j, j) - d(j, j, i) / 2 for j in n) for i in n)
     return k_C, k_D
 
+
+# Forms to read
+
+
+def coefficient_names(closed: ClosedForm) -> list[Key]:
+    """Return the keys of every coefficient, row by row: all of k_z, k_C, k_D, then k_G."""
+    n = range(closed.n)
+    keys: list[Key] = [("k_z", i, j) for i in n for j in n]
+    keys += [("k_C", i, pair) for i in n for pair in range(len(closed.k_C[i]))]
+    keys += [("k_D", i, j) for i in n for j in n]
+    return [*keys, *(("k_G", i) for i in n)]
+
+
+def coefficient_form(closed: ClosedForm, key: Key) -> Form:
+    """Return one coefficient as short as the ring can write it; K as Σ k_z,ij q̇_i q̇_j / 2, ordered by velocities."""
+    if key[0] != "K":
+        return closed.compactor(closed[key])
+    terms = []
+    for i in range(closed.n):
+        for j in range(i, closed.n):
+            rates = [Symbol(str(closed.state.qd[k].value)) for k in (i, j)]
+            speeds = [power_of(rates[0], 2)] if i == j else rates
+            share = closed.M[i][j] / 2 if i == j else closed.M[i][j]
+            form = closed.compactor(share)
+            if terms_of(form):
+                terms.append(product_of((form, *speeds)))
+    return sum_of(terms)

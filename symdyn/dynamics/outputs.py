@@ -166,7 +166,7 @@ OUTPUTS: dict[str, Output] = {
         "g",
         lambda n: (n,),
         "N m (revolute) or N (prismatic)",
-        {"rnea": lambda w: rnea(w.tree, w.still, w.still), "lagrange": lambda w: lagrange.gravity_forces(w.energy)},
+        {"lagrange": lambda w: lagrange.gravity_forces(w.energy), "rnea": lambda w: rnea(w.tree, w.still, w.still)},
     ),
     "coriolis_matrix": Output(
         "Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric",
@@ -175,6 +175,7 @@ OUTPUTS: dict[str, Output] = {
         lambda n: (n, n),
         "N m s or N s per unit of velocity",
         {
+            "crba": lambda w: _flat(w.composite_christoffel.coriolis_matrix(w.state.qd)),
             "rnea": _polarised_matrix,
             "lagrange": lambda w: _flat(w.lagrange_christoffel.coriolis_matrix(w.state.qd)),
         },
@@ -217,7 +218,11 @@ OUTPUTS: dict[str, Output] = {
         "k_C",
         lambda n: (n, n * (n - 1) // 2),
         "N m s^2 or N s^2 per unit of velocity squared",
-        {"rnea": _polarised_coriolis, "lagrange": lambda w: _flat(w.lagrange_christoffel.coriolis())},
+        {
+            "crba": lambda w: _flat(w.composite_christoffel.coriolis()),
+            "rnea": _polarised_coriolis,
+            "lagrange": lambda w: _flat(w.lagrange_christoffel.coriolis()),
+        },
     ),
     "k_D": Output(
         "centrifugal coefficients k_D of qd_j^2",
@@ -225,7 +230,11 @@ OUTPUTS: dict[str, Output] = {
         "k_D",
         lambda n: (n, n),
         "N m s^2 or N s^2 per unit of velocity squared",
-        {"rnea": _polarised_centrifugal, "lagrange": lambda w: _flat(w.lagrange_christoffel.centrifugal())},
+        {
+            "crba": lambda w: _flat(w.composite_christoffel.centrifugal()),
+            "rnea": _polarised_centrifugal,
+            "lagrange": lambda w: _flat(w.lagrange_christoffel.centrifugal()),
+        },
     ),
     "k_G": Output(
         "gravity coefficients k_G, which is g(q)",
@@ -233,7 +242,7 @@ OUTPUTS: dict[str, Output] = {
         "k_G",
         lambda n: (n,),
         "N m (revolute) or N (prismatic)",
-        {"rnea": lambda w: rnea(w.tree, w.still, w.still), "lagrange": lambda w: lagrange.gravity_forces(w.energy)},
+        {"lagrange": lambda w: lagrange.gravity_forces(w.energy), "rnea": lambda w: rnea(w.tree, w.still, w.still)},
     ),
     "pose": Output(
         "placement [R | p] of {name} in the ground frame",

@@ -61,6 +61,11 @@ class Workspace:
         """M by the composite-rigid-body algorithm, shape (n, n)."""
         return crba(self.tree)
 
+    @cached_property
+    def composite_christoffel(self) -> Christoffel:
+        """Christoffel symbols of that M."""
+        return christoffel(self.composite_mass, self.state.q)
+
     def velocity_forces(self, qd: list[Expr]) -> list[Expr]:
         """Return c(q, q̇) at the given velocities, shape (n,)."""
         return rnea(self.tree, qd, self.still, gravity=False)

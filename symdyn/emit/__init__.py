@@ -1,0 +1,6 @@
+"""Emitters: the only room that knows syntax."""
+
+from symdyn.emit.door import TARGETS, emit
+from symdyn.emit.sources import Sources, write
+
+__all__ = ["TARGETS", "Sources", "emit", "write"]

@@ -1,0 +1,46 @@
+# The two commands of the README, and what they are made of. Needs Python >= 3.11, make and a C compiler.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+.PHONY: demo test lint types doctest golden closed-forms clean
+
+demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 560 modules
+	$(BIN)/symdyn equations examples/two_link.toml
+	$(BIN)/symdyn generate examples/puma560.toml --target numpy -o build/demo
+	$(BIN)/symdyn generate examples/puma560.toml --target c -o build/demo
+	$(BIN)/symdyn verify examples/puma560.toml
+
+test: $(READY)  ## everything that must hold
+	$(BIN)/python -m pytest
+
+slow: $(READY)  ## what takes minutes
+	$(BIN)/python -m pytest -m slow
+
+lint: $(READY)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(READY)
+	$(BIN)/mypy
+
+doctest: $(READY)
+	$(BIN)/python -m pytest --doctest-modules symdyn
+	$(BIN)/python -m pytest --doctest-glob='*.md' README.md CONTRIBUTING.md
+
+golden: $(READY)  ## rewrite generated/ after a change that is meant
+	$(BIN)/python -m pytest tests/test_generated.py --update-golden
+
+closed-forms: $(READY)  ## time of all coefficients in closed form
+	$(BIN)/python benchmarks/closed_forms.py
+
+$(READY): pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	$(BIN)/python -m pip install --quiet -e '.[dev]'
+	touch $@
+
+clean:
+	rm -rf $(VENV) build dist

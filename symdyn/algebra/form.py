@@ -1,0 +1,181 @@
+"""Forms: expressions as a reader would write them. A small frozen tree that printers walk.
+
+The graph shares and orders for machines; a form keeps the brackets, the order of terms and the sums inside a sine.
+`express_form` takes a form back to a graph, so every algebra can check what is printed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Union
+
+from symdyn.graph import Expr, Graph, Op, evaluate, reachable
+
+Form = Union["Number", "Pi", "Symbol", "Sum", "Product", "Power", "Function"]
+
+
+@dataclass(frozen=True)
+class Number:
+    """An exact number."""
+
+    value: Fraction
+
+
+@dataclass(frozen=True)
+class Pi:
+    """The constant π."""
+
+
+@dataclass(frozen=True)
+class Symbol:
+    """A named coordinate, velocity or parameter."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Sum:
+    """Two terms or more, in order."""
+
+    terms: tuple[Form, ...]
+
+
+@dataclass(frozen=True)
+class Product:
+    """Two factors or more, in order; a number comes first."""
+
+    factors: tuple[Form, ...]
+
+
+@dataclass(frozen=True)
+class Power:
+    """A base to an integer power other than 0 and 1."""
+
+    base: Form
+    exponent: int
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of the graph, such as sin, of forms."""
+
+    op: Op
+    args: tuple[Form, ...]
+
+
+ZERO = Number(Fraction(0))
+ONE = Number(Fraction(1))
+MINUS_ONE = Number(Fraction(-1))
+
+
+def sum_of(terms: Iterable[Form]) -> Form:
+    """Return the sum of `terms`; sums among them are laid open, zeros left out."""
+    flat: list[Form] = []
+    for term in terms:
+        flat += term.terms if isinstance(term, Sum) else [] if term == ZERO else [term]
+    return Sum(tuple(flat)) if len(flat) > 1 else flat[0] if flat else ZERO
+
+
+def product_of(factors: Iterable[Form]) -> Form:
+    """Return the product of `factors`; products among them are laid open, numbers multiplied and put first."""
+    number, flat = Fraction(1), list[Form]()
+    for factor in factors:
+        for part in factor.factors if isinstance(factor, Product) else (factor,):
+            if isinstance(part, Number):
+                number *= part.value
+            else:
+                flat.append(part)
+    if number == 0:
+        return ZERO
+    if number != 1 or not flat:
+        flat.insert(0, Number(number))
+    return Product(tuple(flat)) if len(flat) > 1 else flat[0]
+
+
+def power_of(base: Form, exponent: int) -> Form:
+    """Return base to an integer power."""
+    if exponent == 0:
+        return ONE
+    return base if exponent == 1 else Power(base, exponent)
+
+
+def split_sign(form: Form) -> tuple[int, Form]:
+    """Return (sign, rest) with form = sign · rest and no minus sign left in front of `rest`."""
+    if isinstance(form, Number) and form.value < 0:
+        return -1, Number(-form.value)
+    if isinstance(form, Product) and isinstance(form.factors[0], Number) and form.factors[0].value < 0:
+        return -1, product_of((MINUS_ONE, *form.factors))
+    return 1, form
+
+
+def terms_of(form: Form) -> tuple[Form, ...]:
+    """Return the terms of a sum, or the form alone; none for zero."""
+    if form == ZERO:
+        return ()
+    return form.terms if isinstance(form, Sum) else (form,)
+
+
+class Forms:
+    """The algebra that turns a graph into a form as it stands."""
+
+    def constant(self, value: Fraction) -> Form:
+        """Return the number."""
+        return Number(value)
+
+    def pi(self) -> Form:
+        """Return π."""
+        return Pi()
+
+    def add(self, a: Form, b: Form) -> Form:
+        """Return a + b."""
+        return sum_of((a, b))
+
+    def sub(self, a: Form, b: Form) -> Form:
+        """Return a - b, the sign in every term."""
+        return sum_of((a, self.neg(b)))
+
+    def mul(self, a: Form, b: Form) -> Form:
+        """Return a b; x x is a square."""
+        if a == b and not isinstance(a, Number):
+            return Power(a.base, 2 * a.exponent) if isinstance(a, Power) else Power(a, 2)
+        return product_of((a, b))
+
+    def div(self, a: Form, b: Form) -> Form:
+        """Return a / b."""
+        return product_of((a, Power(b, -1)))
+
+    def neg(self, a: Form) -> Form:
+        """Return -a."""
+        return sum_of(product_of((MINUS_ONE, term)) for term in terms_of(a))
+
+    def function(self, node: Expr, args: Sequence[Form]) -> Form:
+        """Return node.op(args)."""
+        return Function(node.op, tuple(args))
+
+
+def form_of(node: Expr) -> Form:
+    """Return a node as a form, unsimplified."""
+    symbols: dict[Expr, Form] = {x: Symbol(str(x.value)) for x in reachable([node]) if x.op is Op.SYMBOL}
+    return evaluate([node], Forms(), symbols)[0]
+
+
+def express_form(form: Form, graph: Graph) -> Expr:
+    """Return a form as a node of `graph`; symbols keep their names."""
+    if isinstance(form, Number):
+        return graph.constant(form.value)
+    if isinstance(form, Symbol):
+        return graph.symbol(form.name)
+    if isinstance(form, Pi):
+        return graph.pi
+    if isinstance(form, Sum):
+        return graph.total(express_form(term, graph) for term in form.terms)
+    if isinstance(form, Power):
+        return graph.power(express_form(form.base, graph), form.exponent)
+    if isinstance(form, Function):
+        return graph.function(form.op, *(express_form(arg, graph) for arg in form.args))
+    result = graph.one
+    for factor in form.factors:
+        result = graph.mul(result, express_form(factor, graph))
+    return result

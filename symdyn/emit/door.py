@@ -1,0 +1,41 @@
+"""The door of this room: a program in, the text of files out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from symdyn.emit.c import emit_c
+from symdyn.emit.python import emit_numpy
+from symdyn.emit.real import Real, find_real
+from symdyn.emit.sources import Sources
+from symdyn.errors import EmitError
+from symdyn.program import Program
+
+Emitter = Callable[[Program, Real, str], tuple[tuple[str, str], ...]]
+
+TARGETS: Mapping[str, Emitter] = {"numpy": emit_numpy, "c": emit_c}
+
+
+def emit(program: Program, target: str = "numpy", real: str = "double", command: str = "") -> Sources:
+    """Return the files that compute `program`; the same program gives the same bytes.
+
+    Args:
+        program: what to compute.
+        target: "numpy" or "c".
+        real: "double" or "float".
+        command: what the header says to run to make the files again; "" for the plain command line.
+
+    Raises:
+        EmitError: an unknown target or real type, two functions of one name, a constant too large for the type.
+    """
+    if target not in TARGETS:
+        raise EmitError(f"target {target!r} is not known; give {' or '.join(TARGETS)}")
+    again = command or _command(program, target, real)
+    return Sources(program, target, real, TARGETS[target](program, find_real(real), again))
+
+
+def _command(program: Program, target: str, real: str) -> str:
+    """Return the command line that makes the same files."""
+    functions = ",".join(routine.function.name for routine in program.routines)
+    precision = "" if real == "double" else f" --real {real}"
+    return f"symdyn generate {program.scene.name} --target {target}{precision} --functions {functions}"

@@ -1,0 +1,127 @@
+"""What a template is given: every piece of a file as finished text, the same for all targets up to the code itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from symdyn.dynamics.equations import Argument
+from symdyn.emit.names import function_names
+from symdyn.emit.spelling import Printer
+from symdyn.program import Program, Routine
+from symdyn.program.assemble import PARAMS
+
+
+@dataclass(frozen=True)
+class ArgumentText:
+    """One argument: name, length, what it is, its units in one phrase."""
+
+    name: str
+    length: int
+    text: str
+    units: str
+
+
+@dataclass(frozen=True)
+class Line:
+    """One assignment: `target` is a name or a subscript."""
+
+    target: str
+    code: str
+
+
+@dataclass(frozen=True)
+class FunctionText:
+    """One function, ready to be laid out.
+
+    Attributes:
+        name, text, result, units, formulation: as in `symdyn.dynamics.equations.Function`.
+        arguments: in calling order.
+        shape: of the result.
+        inputs: (local name, argument, place) of every entry that is read.
+        steps: intermediate results.
+        outputs: one line an entry of the result, the target being its subscript.
+        unused: arguments that are not read.
+        counts: operations of one call, in words.
+    """
+
+    name: str
+    text: str
+    arguments: tuple[ArgumentText, ...]
+    result: str
+    shape: tuple[int, ...]
+    units: str
+    formulation: str
+    inputs: tuple[tuple[str, str, int], ...]
+    steps: tuple[Line, ...]
+    outputs: tuple[Line, ...]
+    unused: tuple[str, ...]
+    counts: str
+
+
+@dataclass(frozen=True)
+class Page:
+    """One generated module.
+
+    Attributes:
+        scene: its name as the user wrote it.
+        command: what made the file, for its header.
+        functions: in the order of the program.
+        arguments: every argument of any function, once.
+        parameters: (name, unit, description) of the free parameters, in the order of `params`.
+    """
+
+    scene: str
+    command: str
+    functions: tuple[FunctionText, ...]
+    arguments: tuple[ArgumentText, ...]
+    parameters: tuple[tuple[str, str, str], ...]
+
+
+def compose(program: Program, printer: Printer, command: str) -> Page:
+    """Return the page of `program` with its code in the printer's language."""
+    names = function_names([routine.function.name for routine in program.routines])
+    functions = tuple(
+        _function(program, routine, name, printer) for routine, name in zip(program.routines, names, strict=True)
+    )
+    arguments = {argument.name: argument for function in functions for argument in function.arguments}
+    free = program.scene.free_parameters if PARAMS in arguments else ()
+    parameters = tuple((parameter.name, parameter.unit, parameter.text) for parameter in free)
+    return Page(program.scene.name, command, functions, tuple(arguments.values()), parameters)
+
+
+def _function(program: Program, routine: Routine, name: str, printer: Printer) -> FunctionText:
+    """Return one routine as text."""
+    function, named = routine.function, routine.names
+    places = {symbol: (a.name, i) for a in function.arguments for i, symbol in enumerate(a.symbols)}
+    return FunctionText(
+        name=name,
+        text=function.text,
+        arguments=tuple(_argument(argument) for argument in function.arguments),
+        result=function.result,
+        shape=function.shape,
+        units=function.units,
+        formulation=function.formulation,
+        inputs=tuple((step.name, *places[step.node]) for step in routine.inputs),
+        steps=tuple(Line(s.name, printer.definition(s.node, named, program.constants)) for s in routine.steps),
+        outputs=tuple(
+            Line(", ".join(map(str, index)), printer.code(entry, named, program.constants))
+            for index, entry in zip(_indices(function.shape), function.entries, strict=True)
+        ),
+        unused=routine.unused,
+        counts=str(routine.counts),
+    )
+
+
+def _argument(argument: Argument) -> ArgumentText:
+    """Return one argument as text; equal units are told once."""
+    units = argument.units if len(set(argument.units)) > 1 else argument.units[:1]
+    return ArgumentText(argument.name, len(argument.symbols), argument.text, ", ".join(unit or "1" for unit in units))
+
+
+def _indices(shape: tuple[int, ...]) -> Iterable[tuple[int, ...]]:
+    """Return the subscripts of an array, the last one running fastest."""
+    indices: list[tuple[int, ...]] = [()]
+    for length in shape:
+        indices = [(*index, place) for index in indices for place in range(length)]
+    return indices

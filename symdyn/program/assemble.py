@@ -1,0 +1,157 @@
+"""Choosing the lines of a program: which nodes get a name, and which name.
+
+A node is named when it is used more than once, when it is a sine or cosine, or when the line it would stand in grows
+too wide to read. Everything else is printed inside the line that uses it. Naming changes no operation and no order.
+
+    q_1, qd_2    entries of an argument        p_m1    a free parameter by its name
+    s1, c2_3     sin q1, cos(q2 + q3)          sa1     sine of any other angle
+    x1, x2 ...   what is left
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+from symdyn.dynamics.equations import Argument, Function
+from symdyn.graph import Expr, Graph, Op, linear_form, reachable
+from symdyn.program.constants import constants
+from symdyn.program.count import count
+from symdyn.program.model import Program, Routine, Step
+from symdyn.scene import Scene
+
+Constants = Mapping[Expr, Fraction]
+
+WIDEST = 100
+"""Characters that an expression may take, estimated, before a part of it gets a name and a line of its own."""
+
+NAME, OPERATOR, CALL = 5, 3, 12
+"""Estimated characters of a name, of an operator with its spaces, of a function with its parentheses."""
+
+PARAMS = "params"
+
+
+def assemble(scene: Scene, graph: Graph, functions: tuple[Function, ...]) -> Program:
+    """Return the program whose routines compute `functions`, whose nodes are all on `graph`."""
+    known = constants([entry for function in functions for entry in function.entries])
+    routines = tuple(_routine(function, known) for function in functions)
+    return Program(scene, graph, routines, known)
+
+
+def _routine(function: Function, known: Constants) -> Routine:
+    """Return one function as named steps."""
+    needed = [node for node in reachable(function.entries) if node not in known]
+    symbols = {node for node in needed if node.op is Op.SYMBOL}
+    lines = _lines(function, needed, known)
+    return Routine(
+        function=function,
+        inputs=tuple(
+            Step(_input_name(argument, place), symbol)
+            for argument in function.arguments
+            for place, symbol in enumerate(argument.symbols)
+            if symbol in symbols
+        ),
+        steps=_named(lines, function),
+        unused=tuple(a.name for a in function.arguments if symbols.isdisjoint(a.symbols)),
+        counts=count(function),
+    )
+
+
+def _input_name(argument: Argument, place: int) -> str:
+    """Return the local name of an argument's entry; the underscore keeps it apart from every other name."""
+    if argument.name == PARAMS:
+        return f"p_{identifier(str(argument.symbols[place].value))}"
+    return f"{argument.name}_{place + 1}"
+
+
+def identifier(text: str) -> str:
+    """Return `text` in letters, digits and underscores, as every target allows them; α becomes u03b1."""
+    return "".join(_spell(character) for character in text)
+
+
+def _spell(character: str) -> str:
+    if character.isascii():
+        return character if character.isalnum() else "_"
+    return f"u{ord(character):04x}"
+
+
+# Which nodes are lines
+
+
+def _lines(function: Function, needed: list[Expr], known: Constants) -> list[Expr]:
+    """Return the nodes that get a name, arguments first."""
+    uses = _uses(function, needed)
+    named: set[Expr] = set()
+    width: dict[Expr, int] = {}
+    for node in needed:
+        if node.op is Op.SYMBOL:
+            width[node] = NAME
+            continue
+        _shorten(node, width, named, known)
+        if node.op in (Op.SIN, Op.COS) or (uses[node] > 1 and node.op is not Op.NEG):
+            named.add(node)
+        width[node] = NAME if node in named else _width(node, width, known)
+    return [node for node in needed if node in named]
+
+
+def _uses(function: Function, needed: list[Expr]) -> dict[Expr, int]:
+    """Return how many lines use each node; a sign is written wherever it is used, so its operand is used there."""
+    uses = dict.fromkeys(needed, 0)
+    for entry in function.entries:
+        if entry in uses:
+            uses[entry] += 1
+    for node in reversed(needed):
+        for arg in node.args:
+            if arg in uses:
+                uses[arg] += uses[node] if node.op is Op.NEG else 1
+    return uses
+
+
+def _shorten(node: Expr, width: dict[Expr, int], named: set[Expr], known: Constants) -> None:
+    """Name operands of `node`, the widest first, until it fits a line."""
+    while _width(node, width, known) > WIDEST:
+        widest = max((arg for arg in node.args if arg in width), key=lambda arg: width[arg])
+        inner = widest.args[0] if widest.op is Op.NEG else widest
+        named.add(inner)
+        width[inner] = NAME
+        width[widest] = NAME
+
+
+def _width(node: Expr, width: Mapping[Expr, int], known: Constants) -> int:
+    """Return about how many characters `node` takes when it is printed in full."""
+    parts = sum(_digits(known[arg]) if arg in known else width[arg] for arg in node.args)
+    return parts + (OPERATOR if node.op in (Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG) else CALL)
+
+
+def _digits(value: Fraction) -> int:
+    """Return about how many characters a constant takes; a double never takes more than 24."""
+    return min(24, 3 + (value.numerator.bit_length() + value.denominator.bit_length()) // 3)
+
+
+# Which names they get
+
+
+def _named(lines: list[Expr], function: Function) -> tuple[Step, ...]:
+    """Return the steps with their names."""
+    joints = {symbol: i for a in function.arguments if a.name == "q" for i, symbol in enumerate(a.symbols, 1)}
+    angles: dict[Expr, str] = {}
+    steps: list[Step] = []
+    plain = 0
+    for node in lines:
+        if node.op in (Op.SIN, Op.COS):
+            angle = node.args[0]
+            angles.setdefault(angle, _angle_label(angle, joints, angles))
+            steps.append(Step(("s" if node.op is Op.SIN else "c") + angles[angle], node))
+        else:
+            plain += 1
+            steps.append(Step(f"x{plain}", node))
+    return tuple(steps)
+
+
+def _angle_label(angle: Expr, joints: Mapping[Expr, int], angles: Mapping[Expr, str]) -> str:
+    """Return 2_3 for q2 + q3, or the next of a1, a2 ... for any other angle; the graph has one form of each sum."""
+    form = linear_form(angle)
+    plain = form.turns == form.constant == 0 and all(node in joints and factor == 1 for node, factor in form.terms)
+    if plain and form.terms:
+        return "_".join(str(number) for number in sorted(joints[node] for node, _ in form.terms))
+    return f"a{sum(label.startswith('a') for label in angles.values()) + 1}"

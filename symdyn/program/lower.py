@@ -1,0 +1,82 @@
+"""From equations to a program: bind what has a value, fold what is constant, name what is used.
+
+The program gets a graph of its own. What is bound there simplifies at birth, and the equations are left as they were.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from symdyn.dynamics.equations import Argument, Equations, Function
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Graph, Op, reachable, substitute
+from symdyn.program.assemble import assemble
+from symdyn.program.constants import constants, is_simple
+from symdyn.program.model import Program, check
+from symdyn.scene import Scene, express
+
+Functions = tuple[Function, ...]
+
+
+def lower(equations: Equations) -> Program:
+    """Return the program of `equations`: pruned, parameters with values bound, constants folded.
+
+    Raises:
+        DerivationError: a constant is not a finite real number, such as 1/m with m = 0 bound.
+    """
+    graph = Graph()
+    try:
+        functions = _rebuild(equations.functions, _bindings(equations.scene, equations.functions, graph), graph)
+    except ZeroDivisionError as fault:
+        message = f"{equations.scene.name}: with its parameters' values the equations divide by zero"
+        raise DerivationError(f"{message}; give another value, or none to keep the parameter free") from fault
+    graph, functions = _fold(graph, functions)
+    return check(assemble(equations.scene, graph, functions))
+
+
+def entries_of(functions: Functions) -> list[Expr]:
+    """Return the entries of all functions, one function after the other."""
+    return [entry for function in functions for entry in function.entries]
+
+
+def _bindings(scene: Scene, functions: Functions, graph: Graph) -> dict[Expr, Expr]:
+    """Return what stands for each parameter with a value, on the program's graph."""
+    values = {parameter.name: parameter.value for parameter in scene.parameters}
+    bound: dict[Expr, Expr] = {}
+    for node in reachable(entries_of(functions)):
+        value = values.get(str(node.value)) if node.op is Op.SYMBOL else None
+        if value is not None:
+            bound[node] = express(value, graph)
+    return bound
+
+
+def _fold(graph: Graph, functions: Functions) -> tuple[Graph, Functions]:
+    """Return the functions with hidden fractions, zeros above all, in the open, so that their products simplify."""
+    known = constants(entries_of(functions))
+    hidden = {node: value for node, value in known.items() if node.op is not Op.CONSTANT and is_simple(value)}
+    if not hidden:
+        return graph, functions
+    target = Graph()
+    try:
+        return target, _rebuild(functions, {node: target.constant(value) for node, value in hidden.items()}, target)
+    except ZeroDivisionError as fault:
+        raise DerivationError("the equations divide by a constant that is zero") from fault
+
+
+def _rebuild(functions: Functions, values: Mapping[Expr, Expr], graph: Graph) -> Functions:
+    """Return the functions on `graph`, with `values` in place of nodes."""
+    entries = iter(substitute(entries_of(functions), values, graph))
+    return tuple(
+        replace(
+            function,
+            arguments=tuple(_rebuild_argument(argument, graph) for argument in function.arguments),
+            entries=tuple(next(entries) for _ in function.entries),
+        )
+        for function in functions
+    )
+
+
+def _rebuild_argument(argument: Argument, graph: Graph) -> Argument:
+    """Return the argument with its symbols on `graph`."""
+    return replace(argument, symbols=tuple(graph.symbol(str(symbol.value)) for symbol in argument.symbols))

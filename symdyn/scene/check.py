@@ -1,0 +1,225 @@
+"""Checks of a scene as a whole: names, tree, symbols, values, physics. Every fault is reported, none is repaired."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from symdyn.graph import Graph
+from symdyn.scene.folding import FormulaError
+from symdyn.scene.model import GROUND, Joint, Pose, Scene, acceleration_name, velocity_name
+from symdyn.scene.names import check_name, listed, suggestion
+from symdyn.scene.physical import mass_faults
+from symdyn.scene.quantity import ZERO, Quantity, express
+from symdyn.scene.spelling import spell
+from symdyn.scene.table import Faults
+from symdyn.scene.value import Value, value_of
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A scene in declared order, not yet checked; bodies and joints need not belong together.
+
+    Attributes:
+        scene: what was declared.
+        where: for each of "parameters", "bodies", "joints" and "points" the places of its entries, for messages.
+    """
+
+    scene: Scene
+    where: Mapping[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Use:
+    """A quantity of the scene, where it stands, and what it may name beside parameters."""
+
+    where: str
+    key: str
+    quantity: Quantity
+    allowed: frozenset[str] = frozenset()
+
+
+def check(draft: Draft, faults: Faults) -> None:
+    """Report every fault of a draft."""
+    values = _parameter_values(draft, faults)
+    _names(draft, faults)
+    _symbols(draft, faults)
+    _tree(draft, faults)
+    _axes(draft, faults)
+    _formulas(draft, values, faults)
+    for where, body in zip(draft.where["bodies"], draft.scene.bodies, strict=True):
+        for fault in mass_faults(body, values):
+            faults.add(where, fault)
+
+
+def _parameter_values(draft: Draft, faults: Faults) -> dict[str, Value]:
+    values: dict[str, Value] = {}
+    for where, parameter in zip(draft.where["parameters"], draft.scene.parameters, strict=True):
+        if parameter.value is None:
+            continue
+        if parameter.value.symbols:
+            names = ", ".join(parameter.value.symbols)
+            faults.add(where, f"value = {spell(parameter.value)} uses {names}; a value may hold numbers and pi only")
+            continue
+        try:
+            value = value_of(parameter.value, {})
+        except FormulaError as error:
+            faults.add(where, f"value = {spell(parameter.value)} {error}")
+            continue
+        assert value is not None, "a formula without symbols has a value"
+        if parameter.positive and value <= 0:
+            faults.add(where, f"value = {spell(parameter.value)} is not positive; correct it or drop positive = true")
+        values[parameter.name] = value
+    return values
+
+
+def _names(draft: Draft, faults: Faults) -> None:
+    """Names are printable, and each stands for one thing."""
+    scene = draft.scene
+    fault = check_name(scene.name)
+    if fault:
+        faults.add("", f'name = "{scene.name}" {fault}')
+    taken: dict[str, dict[str, str]] = {}
+    for kind, family, names in (
+        ("parameters", "symbol", [parameter.name for parameter in scene.parameters]),
+        ("bodies", "frame", [body.name for body in scene.bodies]),
+        ("joints", "joint", [joint.name for joint in scene.joints]),
+        ("points", "frame", [point.name for point in scene.points]),
+    ):
+        for where, name in zip(draft.where[kind], names, strict=True):
+            _claim(faults, taken.setdefault(family, {}), where, "", name)
+            if family == "frame" and name == GROUND:
+                faults.add(where, "ground is the name of what does not move; choose another")
+    for where, joint in zip(draft.where["joints"], scene.joints, strict=True):
+        for key, symbol in (("coordinate", joint.coordinate), ("drive", joint.drive)):
+            if symbol:
+                _claim(faults, taken.setdefault("symbol", {}), where, f"{key} = ", symbol)
+
+
+def _claim(faults: Faults, taken: dict[str, str], where: str, key: str, name: str) -> None:
+    fault = check_name(name)
+    if fault:
+        faults.add(where, f'{key}"{name}" {fault}')
+    elif name in taken:
+        faults.add(where, f'{key}"{name}" is already the name of {taken[name]}; choose another name')
+    taken.setdefault(name, f"{where} ({key.removesuffix(' = ')})" if key else where)
+
+
+def _symbols(draft: Draft, faults: Faults) -> None:
+    """Every symbol is a parameter, or a coordinate where coordinates may stand."""
+    parameters = {parameter.name: None for parameter in draft.scene.parameters}
+    motion = dict.fromkeys(_motion_names(draft.scene))
+    for use in _uses(draft):
+        for name in use.quantity.symbols:
+            if name in parameters or name in use.allowed:
+                continue
+            known = [*parameters, *(other for other in motion if other in use.allowed)]
+            if name in motion:
+                why = f"uses {name}, which moves; only the force of a joint may depend on coordinates and velocities"
+            else:
+                why = f"uses the undefined symbol {name}; declare it in parameters, or {suggestion(name, known)}"
+            faults.add(use.where, f"{use.key} = {spell(use.quantity)} {why}")
+
+
+def _tree(draft: Draft, faults: Faults) -> None:
+    """Joints hang every body on ground, each on one joint."""
+    scene = draft.scene
+    bodies = {body.name: None for body in scene.bodies}
+    carrier: dict[str, Joint] = {}
+    for where, joint in zip(draft.where["joints"], scene.joints, strict=True):
+        for key, name in (("parent", joint.parent), ("child", joint.child)):
+            if name and name not in bodies and name != GROUND:
+                near = suggestion(name, [*bodies, GROUND] if key == "parent" else bodies)
+                faults.add(where, f'{key} = "{name}" is not a body; {near}')
+        if joint.child == GROUND:
+            faults.add(where, f'child = "{GROUND}" cannot move; swap parent and child')
+        elif joint.child in carrier:
+            other = carrier[joint.child].name
+            advice = "a body hangs on one joint (closed loops are not part of a tree)"
+            faults.add(where, f'child = "{joint.child}" already hangs on the joint {other}; {advice}')
+        elif joint.child:
+            carrier[joint.child] = joint
+    for where, body in zip(draft.where["bodies"], scene.bodies, strict=True):
+        if body.name not in carrier and body.name != GROUND:
+            faults.add(where, f'the body hangs on no joint; add one with child = "{body.name}"')
+    _cycles(draft, carrier, faults)
+    if not any(joint.coordinate for joint in scene.joints):
+        faults.add("", "nothing moves; declare at least one body and a revolute or prismatic joint that carries it")
+
+
+def _cycles(draft: Draft, carrier: Mapping[str, Joint], faults: Faults) -> None:
+    settled: set[str] = set()
+    for where, joint in zip(draft.where["joints"], draft.scene.joints, strict=True):
+        path: dict[str, None] = {}
+        name = joint.child
+        while name in carrier and name not in settled and name not in path:
+            path[name] = None
+            name = carrier[name].parent
+        if name in path:
+            ring = list(path)[list(path).index(name) :]
+            shown = " -> ".join([*ring[:10], *(["..."] if len(ring) > 10 else []), name])
+            faults.add(where, f"its body hangs on itself: {shown} (child -> parent); let one of them hang on {GROUND}")
+        settled.update(path)
+
+
+def _axes(draft: Draft, faults: Faults) -> None:
+    for where, joint in zip(draft.where["joints"], draft.scene.joints, strict=True):
+        shown = f"axis = [{', '.join(spell(x) for x in joint.axis)}]"
+        names = listed(name for x in joint.axis for name in x.symbols)
+        if names != "none":
+            faults.add(where, f"{shown} depends on {names}; give numbers, and tilt by origin.rpy instead")
+        elif all(_vanishes(x) for x in joint.axis):
+            faults.add(where, f"{shown} has zero length; give a direction such as [0, 0, 1]")
+
+
+def _vanishes(quantity: Quantity) -> bool:
+    try:
+        return express(quantity, graph := Graph()) is graph.zero or value_of(quantity, {}) == 0
+    except (FormulaError, ZeroDivisionError):
+        return False  # reported as a formula without a value
+
+
+def _formulas(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
+    """Every formula has a value: no division by what is zero, no root of what is negative."""
+    graph = Graph()
+    for use in _uses(draft):
+        try:
+            express(use.quantity, graph)
+            value_of(use.quantity, values)
+        except ZeroDivisionError:
+            faults.add(use.where, f"{use.key} = {spell(use.quantity)} divides by zero; check the denominator")
+        except FormulaError as error:
+            faults.add(use.where, f"{use.key} = {spell(use.quantity)} {error}; check the values of its parameters")
+
+
+def _motion_names(scene: Scene) -> list[str]:
+    names = []
+    for q in scene.coordinates:
+        names += [q, velocity_name(q), acceleration_name(q)]
+    return names
+
+
+def _uses(draft: Draft) -> Iterator[Use]:
+    """Return every quantity but parameter values and axes, in declared order."""
+    scene = draft.scene
+    for i, x in enumerate(scene.gravity):
+        yield Use("", f"gravity[{i}]", x)
+    for where, body in zip(draft.where["bodies"], scene.bodies, strict=True):
+        yield Use(where, "mass", body.mass)
+        for key, vector in (("com", body.com), ("first_moment", body.first_moment), ("inertia", body.inertia)):
+            yield from (Use(where, f"{key}[{i}]", x) for i, x in enumerate(vector or ()))
+        for k, particle in enumerate(body.particles):
+            yield Use(where, f"particles[{k}].mass", particle.mass)
+            yield from (Use(where, f"particles[{k}].at[{i}]", x) for i, x in enumerate(particle.at))
+    moving = frozenset(name for q in scene.coordinates for name in (q, velocity_name(q)))
+    for where, joint in zip(draft.where["joints"], scene.joints, strict=True):
+        yield from _steps(where, "origin", joint.origin)
+        yield from _steps(where, "tip", joint.tip)
+        if joint.force != ZERO:
+            yield Use(where, "force", joint.force, moving)
+    for where, point in zip(draft.where["points"], scene.points, strict=True):
+        yield from _steps(where, "at", point.at)
+
+
+def _steps(where: str, key: str, pose: Pose) -> Iterator[Use]:
+    yield from (Use(where, f"{key}.{kind}", amount) for kind, amount in pose.steps)

@@ -1,0 +1,74 @@
+"""Names that survive every target: Python, C, LaTeX and formulas."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+FORMULA_NAMES = (
+    "pi", "deg", "sin", "cos", "tan", "sqrt", "exp", "log", "tanh", "abs", "sign", "atan2",
+)  # fmt: skip
+
+GENERATED_NAMES = ("q", "qd", "qdd", "tau", "params", "out", "t", "np")
+
+C_KEYWORDS = (
+    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern",
+    "float", "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short",
+    "signed", "sizeof", "static", "struct", "switch", "typedef", "union", "unsigned", "void", "volatile",
+    "while",
+)  # fmt: skip
+
+_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+
+LONGEST = 60
+
+
+def check_name(name: object) -> str | None:
+    """Return what is wrong with a name and what would work, or None for a good one."""
+    if not isinstance(name, str):
+        return f"is a {type(name).__name__}, not text; give a name such as m1"
+    if not name:
+        return "is empty; give a name such as m1"
+    if len(name) > LONGEST:
+        return f"has {len(name)} characters; {LONGEST} are enough"
+    if not _IDENTIFIER.match(name):
+        better = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")
+        hint = better if better and better[0].isalpha() and check_name(better) is None else "link_1"
+        return f"is not a plain identifier; use ASCII letters, digits and _ and begin with a letter, such as {hint}"
+    if name.startswith("_"):
+        return "begins with _, as only names inside generated code do; begin with a letter"
+    if keyword.iskeyword(name):
+        return f"is a keyword of Python; try {name}1"
+    if name in C_KEYWORDS:
+        return f"is a keyword of C; try {name}1"
+    if name in FORMULA_NAMES:
+        return f"is a function or constant of formulas; try {name}1"
+    if name in GENERATED_NAMES:
+        return f"is used by generated code; try {name}1"
+    if name.endswith(("_dot", "_ddot")):
+        return "ends like a velocity or an acceleration; leave _dot and _ddot to the coordinates"
+    return None
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name that `name` was probably meant to be, or None."""
+    lowered = {candidate.lower(): candidate for candidate in known}
+    found = get_close_matches(name.lower(), list(lowered), n=1, cutoff=0.6)
+    return lowered[found[0]] if found else None
+
+
+def listed(names: Iterable[str], most: int = 12) -> str:
+    """Return names as text for a message, shortened when there are many."""
+    every = list(names)
+    if not every:
+        return "none"
+    return ", ".join(every[:most]) + (f", ... ({len(every)} in all)" if len(every) > most else "")
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """Return "did you mean X?" when something known is near, else the known names."""
+    every = list(known)
+    near = nearest(name, every)
+    return f"did you mean {near}?" if near else f"known are {listed(every)}"

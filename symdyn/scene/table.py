@@ -1,0 +1,188 @@
+"""Reading one declared table: every fault is collected, a usable stand-in takes its place, reading goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+from symdyn.errors import SceneError
+from symdyn.scene.folding import FormulaError
+from symdyn.scene.formula import quantity
+from symdyn.scene.model import ELEMENTARY, NULL, Pose, Vector
+from symdyn.scene.names import suggestion
+from symdyn.scene.quantity import ZERO, Quantity
+
+T = TypeVar("T")
+
+
+class Faults:
+    """The faults of one scene, in the order they were found."""
+
+    def __init__(self, source: str) -> None:
+        """Start without faults; `source` stands in front of every one."""
+        self.source = source
+        self.lines: list[str] = []
+
+    def add(self, where: str, what: str) -> None:
+        """Add a fault: where, what was found, what would work."""
+        line = ": ".join(part for part in (self.source, where, what) if part)
+        if line not in self.lines:
+            self.lines.append(line)
+
+    def close(self) -> None:
+        """Raise all faults together, if there are any."""
+        if self.lines:
+            raise SceneError(self.lines)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A declared table, as raw as the user wrote it.
+
+    Attributes:
+        name: of the parameter, body, joint or point.
+        table: its keys and raw values.
+        where: for messages, such as "bodies.link1".
+    """
+
+    name: str
+    table: Mapping[str, object]
+    where: str
+
+
+def show(value: object) -> str:
+    """Return a raw value as a scene file would write it, shortened for a message."""
+    if value is True or value is False:
+        text = str(value).lower()
+    elif isinstance(value, str):
+        text = f'"{value}"'
+    elif isinstance(value, Mapping):
+        text = "{" + ", ".join(f"{key} = {show(item)}" for key, item in list(value.items())[:9]) + "}"
+    elif isinstance(value, (list, tuple)):
+        text = f"[{', '.join(show(item) for item in value[:9])}]"
+    else:
+        text = str(value) if not isinstance(value, int) or abs(value) < 10**80 else "a very long integer"
+    text = " ".join(text.split())
+    return text if len(text) <= 100 else text[:97] + "..."
+
+
+def plain(value: object) -> object:
+    """Return arrays as lists; everything else as it is."""
+    convert = getattr(value, "tolist", None)
+    return convert() if callable(convert) else value
+
+
+class Table:
+    """Typed access to the keys of an entry."""
+
+    def __init__(self, entry: Entry, faults: Faults, keys: Sequence[str]) -> None:
+        """Report the keys that are not in `keys`."""
+        self.entry, self.faults, self.raw = entry, faults, entry.table
+        for key in entry.table:
+            if key not in keys:
+                self.fault(f"unknown key {show(str(key))}; {suggestion(str(key), keys)}")
+
+    def fault(self, what: str) -> None:
+        """Report a fault of this table."""
+        self.faults.add(self.entry.where, what)
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.raw
+
+    def quantity(self, key: str, default: Quantity = ZERO) -> Quantity:
+        """Return a number or formula."""
+        return self._read(key, default, quantity) if key in self else default
+
+    def vector(self, key: str, default: Vector = NULL) -> Vector:
+        """Return three quantities."""
+        return self._read(key, default, vector) if key in self else default
+
+    def pose(self, key: str) -> Pose:
+        """Return a placement; the identity when it is not given."""
+        return self._read(key, Pose(), pose) if key in self else Pose()
+
+    def text(self, key: str, default: str = "") -> str:
+        """Return text."""
+        value = self.raw.get(key, default)
+        if isinstance(value, str):
+            return value
+        self.fault(f'{key} = {show(value)} is not text; put it in quotes, such as {key} = "{default or "m1"}"')
+        return default
+
+    def flag(self, key: str) -> bool:
+        """Return true or false; false when it is not given."""
+        value = self.raw.get(key, False)
+        if isinstance(value, bool):
+            return value
+        self.fault(f"{key} = {show(value)} is neither true nor false")
+        return False
+
+    def required(self, key: str, hint: str) -> str:
+        """Return text that must be given, "" after a fault."""
+        if key in self:
+            return self.text(key)
+        self.fault(f"{key} is missing; {hint}")
+        return ""
+
+    def _read(self, key: str, default: T, reader: Callable[[object], T]) -> T:
+        try:
+            return reader(plain(self.raw[key]))
+        except FormulaError as error:
+            self.fault(_joined(key, self.raw[key], str(error)))
+            return default
+
+
+def _joined(key: str, raw: object, error: str) -> str:
+    shown = show(raw)
+    if error.startswith(shown):  # the formula reader quotes the text itself
+        return f"{key} = {error}"
+    return f"{key} = {shown} {error}" if error.startswith(("is ", "has ")) else f"{key} = {shown}: {error}"
+
+
+def vector(value: object) -> Vector:
+    """Return three quantities from a list.
+
+    Raises:
+        FormulaError: it is no list of three numbers or formulas.
+    """
+    value = plain(value)
+    if not isinstance(value, (list, tuple)):
+        raise FormulaError("is not a list of three; give one such as [0, 0, 1]")
+    if len(value) != 3:
+        raise FormulaError(f"has {len(value)} entries; three are needed, such as [0, 0, 1]")
+    return (quantity(value[0]), quantity(value[1]), quantity(value[2]))
+
+
+def pose(value: object) -> Pose:
+    """Return a placement from {xyz, rpy}, from three coordinates, or from a list of elementary steps.
+
+    The angles are those of URDF: about the fixed axes, roll first, so that R = Rz(yaw) Ry(pitch) Rx(roll).
+
+    Raises:
+        FormulaError: it is none of these.
+    """
+    if isinstance(value, Pose):
+        return value
+    if isinstance(value, Mapping):
+        for key in value:
+            if key not in ("xyz", "rpy"):
+                raise FormulaError(f"has an unknown key {show(str(key))}; {suggestion(str(key), ('xyz', 'rpy'))}")
+        shift = vector(value.get("xyz", NULL))
+        roll, pitch, yaw = vector(value.get("rpy", NULL))
+        return compose(*zip(("Tx", "Ty", "Tz"), shift, strict=True), ("Rz", yaw), ("Ry", pitch), ("Rx", roll))
+    if not isinstance(value, (list, tuple)):
+        raise FormulaError("is not a placement; give { xyz = [0, 0, 0], rpy = [0, 0, 0] }")
+    if len(value) == 3 and not any(isinstance(item, (list, tuple)) for item in value):
+        return compose(*zip(("Tx", "Ty", "Tz"), vector(value), strict=True))
+    steps = []
+    for step in value:
+        if not isinstance(step, (list, tuple)) or len(step) != 2 or step[0] not in ELEMENTARY:
+            raise FormulaError(f'is not made of steps: {show(step)}; give a list such as [["Tz", 0.1], ["Rx", "pi/2"]]')
+        steps.append((str(step[0]), quantity(step[1])))
+    return compose(*steps)
+
+
+def compose(*steps: tuple[str, Quantity]) -> Pose:
+    """Return the product of elementary motions, without those that do nothing."""
+    return Pose(tuple(step for step in steps if step[1] != ZERO))

@@ -1,0 +1,129 @@
+"""Scenes from TOML files. Numbers keep the digits they are written with; every fault names file, table and key."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from decimal import Decimal, InvalidOperation
+from os import PathLike
+from pathlib import Path
+
+from symdyn.errors import SceneError
+from symdyn.scene.declare import Declaration, assemble
+from symdyn.scene.model import Scene
+from symdyn.scene.names import check_name, suggestion
+from symdyn.scene.table import Entry, Faults, show
+
+ROOT_KEYS = ("name", "gravity", "parameters", "bodies", "joints", "points", "dh")
+
+
+def read(path: str | PathLike[str]) -> Scene:
+    """Return the scene in a TOML file.
+
+    Raises:
+        SceneError: with every fault of the file, one line each.
+    """
+    file = Path(path)
+    try:
+        text = file.read_bytes().decode("utf-8")
+    except FileNotFoundError:
+        raise SceneError(f"{path}: there is no such file; check the path, or begin one with symdyn new") from None
+    except IsADirectoryError:
+        raise SceneError(f"{path}: is a folder; give a scene file such as {path}/scene.toml") from None
+    except UnicodeDecodeError as error:
+        raise SceneError(f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8 text") from None
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
+    return read_text(text, str(path))
+
+
+def read_text(text: str, source: str = "scene.toml") -> Scene:
+    """Return the scene in TOML text.
+
+    Args:
+        text: the contents of a scene file.
+        source: stands in front of every fault; its stem is the name of a scene that gives none.
+
+    Raises:
+        SceneError: with every fault of the text, one line each.
+    """
+    faults = Faults(source)
+    declaration = _declaration(_parse(text, source), source, faults)
+    return assemble(declaration, source, faults)
+
+
+def _parse(text: str, source: str) -> dict[str, object]:
+    try:
+        return tomllib.loads(text.removeprefix("\ufeff"), parse_float=_decimal)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(f"{source}: {_reworded(str(error))}") from None
+    except (ValueError, RecursionError) as error:
+        reason = "it nests too deep" if isinstance(error, RecursionError) else str(error)
+        raise SceneError(f"{source}: is not TOML that can be read: {reason}") from None
+
+
+def _decimal(digits: str) -> Decimal:
+    try:
+        return Decimal(digits)
+    except InvalidOperation:  # an exponent of twenty digits
+        return Decimal("-Infinity" if digits.startswith("-") else "Infinity")
+
+
+def _reworded(message: str) -> str:
+    place = re.search(r" \(at (.*)\)$", message)
+    what = message[: place.start()] if place else message
+    where = f"{place[1]}: " if place else ""
+    twice = re.search(r"Cannot (?:declare|mutate immutable namespace) \((.*)\)", what)
+    if twice and "twice" in what:
+        name = ".".join(re.findall(r"'([^']*)'", twice[1]))
+        return f"{where}{name} is declared twice; give each table a name of its own"
+    if "Cannot overwrite" in what:
+        return f"{where}a key is given twice in one table; remove one of them"
+    return f"{where}is not valid TOML: {what}"
+
+
+def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Declaration:
+    for key in root:
+        if key not in ROOT_KEYS:
+            faults.add("", f"unknown key {show(key)}; {suggestion(key, ROOT_KEYS)}")
+    name = root.get("name", _default_name(source))
+    if not isinstance(name, str):
+        faults.add("", f'name = {show(name)} is not text; write one such as name = "two_link"')
+        name = _default_name(source)
+    dh = root.get("dh")
+    if dh is not None and not isinstance(dh, Mapping):
+        faults.add("dh", f'is {show(dh)}, not a table; write [dh] and convention = "standard" or "modified"')
+        dh = None
+    return Declaration(
+        name=name,
+        gravity=root.get("gravity"),
+        parameters=_entries(root, "parameters", faults),
+        bodies=_entries(root, "bodies", faults),
+        joints=_entries(root, "joints", faults),
+        points=_entries(root, "points", faults),
+        dh=None if dh is None else Entry("dh", dh, "dh"),
+    )
+
+
+def _entries(root: Mapping[str, object], kind: str, faults: Faults) -> tuple[Entry, ...]:
+    tables = root.get(kind, {})
+    if not isinstance(tables, Mapping):
+        faults.add(kind, f"is {show(tables)}, not a table; write [{kind}.NAME]")
+        return ()
+    entries = []
+    for name, table in tables.items():
+        where = f"{kind}.{name}"
+        if isinstance(table, Mapping):
+            entries.append(Entry(name, table, where))
+        elif kind == "parameters":
+            entries.append(Entry(name, {"value": table}, where))
+        else:
+            faults.add(where, f"is {show(table)}, not a table; write [{where}] and its keys below")
+    return tuple(entries)
+
+
+def _default_name(source: str) -> str:
+    """Return the stem of a file as a name: two-link.toml is the scene two_link."""
+    stem = re.sub(r"[^A-Za-z0-9_]+", "_", Path(source).stem).strip("_")
+    return stem if check_name(stem) is None else f"scene_{stem}".rstrip("_")[:60]

@@ -1,0 +1,176 @@
+"""The certificate of a scene: what was proved, over which fields, and how accurate the built code is."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from symdyn.build import build, run_python
+from symdyn.dynamics import DYNAMICS, Equations, Function, Workspace, derive_one, roads
+from symdyn.emit import emit
+from symdyn.errors import BuildError, DerivationError
+from symdyn.graph import Expr, reachable, substitute
+from symdyn.program import Program, lower
+from symdyn.scene import Scene, express
+from symdyn.verify.accuracy import Accuracy, measure, sample
+from symdyn.verify.equality import DIFFERENT, NUMERICAL, Claim, Fields, Finding, prove
+from symdyn.verify.laws import laws
+
+QUADRATIC = ("coriolis_matrix", "k_C", "k_D")
+LARGE = 12  # coordinates from which the n^3 coefficients are left out unless asked for
+
+STATES = 50  # at which positive definiteness is looked at
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What is known about a scene's equations and code.
+
+    Attributes:
+        scene: its name.
+        fields: primes, points and seed of the proofs.
+        findings: derivations against each other, laws, and the program against the equations.
+        accuracy: built modules against 50 digits.
+        notes: what was left out and why.
+    """
+
+    scene: str
+    fields: Fields
+    findings: tuple[Finding, ...]
+    accuracy: tuple[Accuracy, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing differs and every module is as accurate as doubles allow."""
+        return all(f.verdict != DIFFERENT for f in self.findings) and all(a.passed for a in self.accuracy)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the certificate for JSON."""
+        return {**asdict(self), "passed": self.passed}
+
+
+def certify(
+    scene: Scene, outputs: Sequence[str] | None = None, seed: int = 1, progress: Progress = lambda _: None
+) -> Certificate:
+    """Return the certificate of a scene.
+
+    Args:
+        scene: the mechanism.
+        outputs: what to certify, as for `derive`; None takes everything that the scene has.
+        seed: of primes, points and states; the same seed, the same proofs.
+        progress: told what is being done.
+
+    Raises:
+        DerivationError: an output that was asked for by name does not exist.
+        VerifyError: the scene's equations are defined nowhere.
+    """
+    notes: list[str] = []
+    workspace = Workspace(scene)
+    progress("deriving")
+    derived = _derive(workspace, outputs, notes)
+    claims = [
+        Claim(name, one.formulation, other.formulation, one.entries, other.entries)
+        for name, (one, *others) in derived.items()
+        for other in others
+    ]
+    claims += _laws(workspace, tuple(derived), notes)
+    preferred = tuple(functions[0] for functions in derived.values())
+    program = lower(Equations(scene, workspace.graph, preferred))
+    claims += _program_claims(scene, preferred, program)
+    progress("proving over finite fields")
+    fields, findings = prove(claims, seed)
+    progress("building")
+    modules = _modules(program, notes)
+    findings += _positive_definite(program, modules, seed, notes)
+    progress("measuring against 50 digits")
+    accuracy = measure(program, modules, seed=seed)
+    return Certificate(scene.name, fields, tuple(findings), tuple(accuracy), tuple(notes))
+
+
+def everything(scene: Scene) -> tuple[str, ...]:
+    """Return all outputs of a scene: its dynamics, and the kinematics of its points and of the last body."""
+    n = len(scene.coordinates)
+    dynamics = tuple(name for name in DYNAMICS if n <= LARGE or name not in QUADRATIC)
+    places = [point.name for point in scene.points] + [scene.bodies[-1].name]
+    kinematic = tuple(f"{name}:{place}" for place in places for name in ("pose", "jacobian", "jdot_qdot"))
+    massive = [body.name for body in scene.bodies if body.particles or body.com is not None]
+    return dynamics + kinematic + tuple(f"com_acceleration:{name}" for name in massive[-1:])
+
+
+def _derive(workspace: Workspace, outputs: Sequence[str] | None, notes: list[str]) -> dict[str, list[Function]]:
+    """Return every output by every road, the preferred one first."""
+    derived = {}
+    for name in outputs or everything(workspace.scene):
+        try:
+            derived[name] = [derive_one(workspace, name, road) for road in roads(name)]
+        except DerivationError as fault:
+            if outputs:
+                raise
+            notes.append(f"{name}: {fault}")
+    if not outputs and workspace.state.n > LARGE:
+        notes.append(f"{', '.join(QUADRATIC)}: left out for more than {LARGE} coordinates; ask with --functions")
+    return derived
+
+
+def _laws(workspace: Workspace, derived: Sequence[str], notes: list[str]) -> list[Claim]:
+    """Return the laws among what was derived; those that need what is missing are left out."""
+    if workspace.state.n > LARGE:
+        notes.append(f"laws: left out for more than {LARGE} coordinates, they need the n^3 coefficients")
+        return []
+    if not set(DYNAMICS) <= set(derived):
+        notes.append("laws: left out, they need all dynamic outputs")
+        return []
+    return laws(workspace)
+
+
+def _program_claims(scene: Scene, functions: Sequence[Function], program: Program) -> list[Claim]:
+    """Return that each routine of the program computes its function, parameters with values bound."""
+    values = {p.name: p.value for p in scene.parameters if p.value is not None}
+    entries = [entry for function in functions for entry in function.entries]
+    bound: dict[Expr, Expr] = {
+        node: express(value, node.graph)
+        for node in reachable(entries)
+        if isinstance(node.value, str) and (value := values.get(node.value)) is not None
+    }
+    return [
+        Claim(
+            routine.function.name,
+            "program",
+            "equations",
+            routine.function.entries,
+            tuple(substitute(function.entries, bound)),
+        )
+        for function, routine in zip(functions, program.routines, strict=True)
+    ]
+
+
+def _modules(program: Program, notes: list[str]) -> dict[str, Any]:
+    modules = {"numpy": run_python(emit(program, "numpy"))}
+    try:
+        modules["c"] = build(emit(program, "c"))
+    except BuildError as fault:
+        notes.append(f"C: {fault}")
+    return modules
+
+
+def _positive_definite(program: Program, modules: dict[str, Any], seed: int, notes: list[str]) -> list[Finding]:
+    """Return that M is positive definite at sampled states, where the parameters' values make sense."""
+    routines = [routine.function for routine in program.routines if routine.function.name == "mass_matrix"]
+    if not routines:
+        return []
+    if not all(parameter.positive for parameter in program.scene.free_parameters):
+        notes.append("positive definiteness of M: left out, free parameters that are not declared positive")
+        return []
+    rng = random.Random(seed)  # noqa: S311
+    states = [sample(routines[0].arguments, rng) for _ in range(STATES)]
+    smallest = [float(np.linalg.eigvalsh(modules["numpy"].mass_matrix(*state)).min()) for state in states]
+    where = next((k for k, value in enumerate(smallest) if value <= 0), -1)
+    verdict = NUMERICAL if where < 0 else DIFFERENT
+    return [Finding("mass matrix: positive definite", verdict, STATES, 0, 0.0, where)]

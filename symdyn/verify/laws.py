@@ -1,0 +1,88 @@
+"""Laws of mechanics as claims about the derived equations; each is proved for the scene at hand, not sampled.
+
+    M = ∂²K/∂q̇²                         the mass matrix is the Hessian of the kinetic energy
+    Ṁ = C + Cᵀ                           so that Ṁ - 2C is skew
+    C q̇ = c
+    ∂P/∂q = g
+    τ = k_z q̈ + k_C q̇q̇ + k_D q̇² + k_G - Q      the textbook's sum, with this product's signs
+    q̇·(τ + Q) = d/dt (K + P)            power in is the rate of energy
+    FD(q, q̇, ID(q, q̇, q̈)) = q̈          forward dynamics inverts inverse dynamics
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import combinations
+
+from symdyn.dynamics import Workspace, derive_one
+from symdyn.graph import Expr, gradient, substitute, tangents
+from symdyn.verify.equality import Claim
+
+
+def laws(workspace: Workspace) -> list[Claim]:
+    """Return the laws of a scene as claims; derives on the workspace what they need.
+
+    Raises:
+        DerivationError: the scene has no forward dynamics.
+    """
+    return [law(workspace) for law in LAWS]
+
+
+def _entries(w: Workspace, name: str) -> tuple[Expr, ...]:
+    return derive_one(w, name).entries
+
+
+def _hessian(w: Workspace) -> Claim:
+    (K,) = _entries(w, "kinetic_energy")
+    slopes = gradient(K, w.state.qd)
+    rows = tuple(entry for slope in slopes for entry in gradient(slope, w.state.qd))
+    return Claim("mass matrix", "Hessian of K", "M", rows, _entries(w, "mass_matrix"))
+
+
+def _skew(w: Workspace) -> Claim:
+    n, C = w.state.n, _entries(w, "coriolis_matrix")
+    rates = tangents(_entries(w, "mass_matrix"), dict(zip(w.state.q, w.state.qd, strict=True)))
+    sums = tuple(C[i * n + j] + C[j * n + i] for i in range(n) for j in range(n))
+    return Claim("passivity", "dM/dt", "C + C^T", tuple(rates), sums)
+
+
+def _product(w: Workspace) -> Claim:
+    n, C = w.state.n, _entries(w, "coriolis_matrix")
+    product = tuple(w.graph.total(C[i * n + j] * w.state.qd[j] for j in range(n)) for i in range(n))
+    return Claim("velocity forces", "C qd", "c", product, _entries(w, "velocity_forces"))
+
+
+def _slope(w: Workspace) -> Claim:
+    (P,) = _entries(w, "potential_energy")
+    return Claim("gravity forces", "dP/dq", "g", tuple(gradient(P, w.state.q)), _entries(w, "gravity_forces"))
+
+
+def _textbook(w: Workspace) -> Claim:
+    n, s = w.state.n, w.state
+    pairs = list(combinations(range(n), 2))
+    k_z, k_C, k_D, k_G = (_entries(w, name) for name in ("k_z", "k_C", "k_D", "k_G"))
+    sums = []
+    for i in range(n):
+        terms = [k_z[i * n + j] * s.qdd[j] for j in range(n)]
+        terms += [k_C[i * len(pairs) + m] * s.qd[j] * s.qd[k] for m, (j, k) in enumerate(pairs)]
+        terms += [k_D[i * n + j] * s.qd[j] * s.qd[j] for j in range(n)]
+        sums.append(w.graph.total(terms) + k_G[i] - w.Q[i])
+    right = _entries(w, "inverse_dynamics")
+    return Claim("coefficients", "k_z qdd + k_C qd qd + k_D qd^2 + k_G - Q", "tau", tuple(sums), right)
+
+
+def _power(w: Workspace) -> Claim:
+    (K,), (P,) = _entries(w, "kinetic_energy"), _entries(w, "potential_energy")
+    s, tau = w.state, _entries(w, "inverse_dynamics")
+    motion = dict(zip(s.q + s.qd, s.qd + s.qdd, strict=True))
+    power = w.graph.total((t + force) * qd for t, force, qd in zip(tau, w.Q, s.qd, strict=True))
+    return Claim("power balance", "qd.(tau + Q)", "d(K + P)/dt", (power,), tuple(tangents([K + P], motion)))
+
+
+def _inverse(w: Workspace) -> Claim:
+    drive = dict(zip(w.state.tau, _entries(w, "inverse_dynamics"), strict=True))
+    back = substitute(_entries(w, "forward_dynamics"), drive)
+    return Claim("forward dynamics", "FD(q, qd, ID(q, qd, qdd))", "qdd", tuple(back), w.state.qdd)
+
+
+LAWS: tuple[Callable[[Workspace], Claim], ...] = (_hessian, _skew, _product, _slope, _textbook, _power, _inverse)

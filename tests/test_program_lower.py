@@ -1,0 +1,132 @@
+"""Lowering keeps values, binds parameters, folds constants and leaves the equations alone."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+from formulas import QUARTER, every_op, one, states
+from mechanisms import random_tree
+
+from symdyn.algebra.numeric import Batches, Fractions
+from symdyn.dynamics.derive import derive
+from symdyn.dynamics.equations import Equations
+from symdyn.errors import DerivationError
+from symdyn.graph import Graph, Op, evaluate, reachable
+from symdyn.program import Program, check, lower
+from symdyn.scene import Parameter, Scene, number
+
+
+def values_of(source: Equations | Program, name: str, args: list[np.ndarray], **bound: float) -> list[np.ndarray]:
+    function = source[name] if isinstance(source, Equations) else source[name].function
+    named = {
+        str(symbol.value): array[:, i]
+        for a, array in zip(function.arguments, args, strict=True)
+        for i, symbol in enumerate(a.symbols)
+    } | bound
+    symbols = {node: named[str(node.value)] for node in reachable(function.entries) if node.op is Op.SYMBOL}
+    return evaluate(function.entries, Batches(), symbols)
+
+
+@pytest.mark.parametrize("name", ["matrix", "scalar", "rotated"])
+def test_lowering_keeps_the_value_of_every_operation(name):
+    equations = every_op()
+    args = states(equations, name)
+    lowered = values_of(lower(equations), name, args)
+    for got, wanted in zip(lowered, values_of(equations, name, args, b=0.25), strict=True):
+        np.testing.assert_allclose(got, wanted, rtol=1e-13, atol=1e-14)
+
+
+def test_lowering_keeps_the_equations_of_a_tree_with_bound_parameters():
+    equations = derive(random_tree(3, 4, free=False), ("inverse_dynamics", "forward_dynamics"))
+    program = lower(equations)
+    for name in ("inverse_dynamics", "forward_dynamics"):
+        args = states(equations, name)
+        wanted = values_of(equations, name, args, m0=1.4, beta=0.8)
+        np.testing.assert_allclose(values_of(program, name, args), wanted, rtol=1e-9)
+
+
+def test_lowering_is_exact_where_the_equations_are_rational():
+    g = Graph()
+    x, b = g.symbol("x"), g.symbol("b")
+    equations = one([(x + b) * (x - b) / (1 + b * x)], [x], Scene("hand", (QUARTER,)))
+    program = lower(equations)
+    (entry,) = program.outputs
+    third = Fraction(1, 3)
+    (got,) = evaluate([entry], Fractions(), {program["f"].inputs[0].node: third})
+    assert got == (third + Fraction(1, 4)) * (third - Fraction(1, 4)) / (1 + third / 4)
+
+
+def test_lowering_leaves_the_equations_and_their_graph_as_they_were():
+    equations = every_op()
+    before = [(node.op, node.args, node.value) for node in equations.graph.nodes]
+    program = lower(equations)
+    assert [(node.op, node.args, node.value) for node in equations.graph.nodes] == before
+    assert all(entry.graph is program.graph is not equations.graph for entry in program.outputs)
+
+
+def test_a_parameter_with_a_value_is_bound_and_one_without_stays():
+    program = lower(every_op())
+    names = {str(node.value) for node in reachable(program.outputs) if node.op is Op.SYMBOL}
+    assert "mass" in names
+    assert "b" not in names
+
+
+def test_a_constant_keeps_more_than_fifty_digits():
+    g = Graph()
+    x = g.symbol("x")
+    program = lower(one([x * g.cos(g.pi * Fraction(37, 180))], [x]))
+    (value,) = [v for node, v in program.constants.items() if node.op is Op.COS]
+    with mpmath.workdps(60):
+        wanted = mpmath.cos(37 * mpmath.pi / 180)
+        assert abs(mpmath.mpf(value.numerator) / value.denominator - wanted) < mpmath.mpf(10) ** -58
+
+
+def test_a_constant_that_cancels_to_zero_takes_its_products_along():
+    g = Graph()
+    x, y = g.symbol("x"), g.symbol("y")
+    s, c = g.sin(g.pi * Fraction(2, 9)), g.cos(g.pi * Fraction(2, 9))
+    program = lower(one([x * (s * s + c * c - 1) + y], [x, y]))
+    assert repr(program.outputs) == "(y,)"
+    assert program["f"].counts.multiplications == 0
+
+
+def test_a_tiny_constant_is_not_taken_for_zero():
+    g = Graph()
+    x = g.symbol("x")
+    tiny = g.sqrt(2) * Fraction(1, 10**120)
+    program = lower(one([x * tiny], [x]))
+    (value,) = [v for node, v in program.constants.items() if node.op is Op.MUL]
+    assert abs(float(value * 10**120) - 2**0.5) < 1e-15
+
+
+@pytest.mark.parametrize("bad", ["root", "logarithm", "hidden pole"])
+def test_a_constant_that_is_no_real_number_is_refused(bad):
+    g = Graph()
+    x, fifth = g.symbol("x"), g.pi * Fraction(1, 5)
+    pole = 1 / (g.sin(fifth) ** 2 + g.cos(fifth) ** 2 - 1)
+    value = {"root": g.sqrt(-2), "logarithm": g.function(Op.LOG, 0), "hidden pole": pole}[bad]
+    with pytest.raises(DerivationError, match="zero|not a finite real number"):
+        lower(one([x * value], [x]))
+
+
+def test_a_bound_zero_below_a_fraction_is_refused():
+    g = Graph()
+    x, m = g.symbol("x"), g.symbol("m")
+    scene = Scene("hand", (Parameter("m", number(0)),))
+    with pytest.raises(DerivationError, match="hand: with its parameters' values the equations divide by zero"):
+        lower(one([x / m], [x], scene))
+
+
+def test_a_symbol_that_is_no_argument_is_our_own_mistake():
+    g = Graph()
+    x, stray = g.symbol("x"), g.symbol("stray")
+    with pytest.raises(AssertionError, match="f needs.*stray.*none of its arguments"):
+        lower(one([x * stray], [x]))
+
+
+def test_every_lowered_tree_passes_the_check():
+    program = lower(derive(random_tree(2, 4)))
+    assert check(program) is program

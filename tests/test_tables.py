@@ -1,0 +1,42 @@
+"""Every operation has a row in every table: nothing can be built that cannot be differentiated, counted and written."""
+
+from __future__ import annotations
+
+import pytest
+
+from symdyn.algebra.big import BigFloats
+from symdyn.algebra.numeric import Batches, Floats
+from symdyn.emit.c import spellings
+from symdyn.emit.python import NUMPY
+from symdyn.emit.real import REALS
+from symdyn.emit.spelling import Spelling
+from symdyn.graph import ARITY, FUNCTIONS, Op
+from symdyn.graph.differentiate import PARTIALS
+from symdyn.graph.ops import LEAVES
+from symdyn.program import CATEGORY
+
+TARGETS = {"numpy": NUMPY, **{f"c {name}": spellings(real) for name, real in REALS.items()}}
+
+
+def test_every_operation_has_an_arity_and_a_cost():
+    assert set(ARITY) == set(Op)
+    assert set(CATEGORY) == set(Op)
+
+
+def test_every_operation_but_the_leaves_has_partial_derivatives():
+    assert set(PARTIALS) == set(Op) - LEAVES
+
+
+@pytest.mark.parametrize("table", [Floats.functions, Batches.functions, BigFloats().functions], ids=["f", "np", "mp"])
+def test_every_function_has_a_value_in_every_numeric_algebra(table):
+    assert set(table) == FUNCTIONS
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_every_operation_has_a_spelling_with_one_place_an_operand(target):
+    table = TARGETS[target]
+    assert set(table) == set(Op)
+    for op, spelling in table.items():
+        assert isinstance(spelling, Spelling)
+        assert len(spelling.wants) == ARITY[op]
+        assert spelling.pattern.count("{}") == max(ARITY[op], 1)
