@@ -1,1 +1,56 @@
-"""symdyn: equations of motion of mechanisms, from a declared scene to proved code."""
+"""symdyn: equations of motion of mechanisms, from a declared scene to proved code.
+
+    scene = symdyn.read("arm.toml")                         a frozen Scene; or declare it with symdyn.scene
+    equations = symdyn.derive(scene, ["mass_matrix"])       named functions on one expression graph
+    M = symdyn.lambdify(scene, "mass_matrix")               a NumPy callable of q, (n,) or (..., n)
+    symdyn.closed_form(scene).sympy("k_z", 0, 1)            one coefficient for SymPy
+    symdyn.certify(scene).passed                            derivations proved equal, code measured
+
+    from symdyn.emit import emit, write                     source text: emit(symdyn.lower(equations), "c")
+    from symdyn.build import build                          the same, compiled and loaded
+
+Everything is imported when it is first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from symdyn.build import lambdify
+    from symdyn.dynamics import derive
+    from symdyn.dynamics.closed_form import closed_form
+    from symdyn.errors import SymdynError
+    from symdyn.program import lower
+    from symdyn.scene import Scene, read
+    from symdyn.verify import certify
+
+_DOORS = {
+    "Scene": "symdyn.scene",
+    "SymdynError": "symdyn.errors",
+    "certify": "symdyn.verify",
+    "closed_form": "symdyn.dynamics.closed_form",
+    "derive": "symdyn.dynamics",
+    "lambdify": "symdyn.build",
+    "lower": "symdyn.program",
+    "read": "symdyn.scene",
+}
+
+__all__ = [
+    "Scene",
+    "SymdynError",
+    "certify",
+    "closed_form",
+    "derive",
+    "lambdify",
+    "lower",
+    "read",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a door when it is first asked for."""
+    if name in _DOORS:
+        return getattr(import_module(_DOORS[name]), name)
+    raise AttributeError(f"symdyn has no {name!r}; it has {', '.join(__all__)}")

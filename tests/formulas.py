@@ -1,4 +1,4 @@
-"""Hand-made equations for the tests of programs, emitters and builds: every operation, empty shapes, unused arguments."""
+"""Hand-made equations for tests: every operation, empty shapes, unused arguments."""
 
 from __future__ import annotations
 

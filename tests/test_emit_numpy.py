@@ -85,7 +85,7 @@ def test_the_header_tells_functions_counts_units_and_parameters():
         "symdyn generate every_op.toml",
         "Do not edit",
         "matrix(q, qd, params) -> r, shape (2, 3); N m",
-        "by hand; 5 mul, 1 add",
+        "by hand; 4 mul, 3 add, 2 sincos",
         "Not used, kept so that all calls look alike: q, qd, params",
         "qd, shape (2,); rad/s",
         "params[0] = mass, kg: of the load",
@@ -113,6 +113,12 @@ def test_float_module_works_in_float32():
     assert result.dtype == np.float32
     exact = run_python(emit(lower(every_op()))).matrix(q, qd, params)
     np.testing.assert_allclose(result, exact, rtol=1e-5, atol=1e-5)
+
+
+def test_a_program_without_functions_is_refused():
+    equations = every_op()
+    with pytest.raises(EmitError, match="every op: there is no function to write"):
+        emit(lower(Equations(equations.scene, equations.graph, ())))
 
 
 def test_unknown_targets_and_types_are_refused():

@@ -47,7 +47,9 @@ def test_printed_formulas_are_evaluated_in_the_order_of_the_graph(seed):
     numpy.testing.assert_array_equal(got, wanted)
 
 
-fractions = st.fractions() | st.builds(lambda m, e: Fraction(m) * Fraction(2) ** e, st.integers(), st.integers(-160, 60))
+fractions = st.fractions() | st.builds(
+    lambda m, e: Fraction(m) * Fraction(2) ** e, st.integers(), st.integers(-160, 60)
+)
 
 
 @given(fractions)

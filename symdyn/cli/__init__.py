@@ -1,0 +1,56 @@
+"""The command line: one file a verb. Results go to stdout, talk to stderr, exit status 0, 1 (our errors) or 2 (usage)."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+
+from symdyn.cli import equations, generate, info, new, verify
+from symdyn.errors import SymdynError
+
+VERBS = (equations, generate, verify, info, new)
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of all verbs."""
+    top = argparse.ArgumentParser(
+        prog="symdyn",
+        description="Equations of motion of mechanisms: printed, generated as NumPy and C, and proved.",
+        epilog="Start with: symdyn new arm --template rr && symdyn equations arm.toml",
+    )
+    top.add_argument("--version", action="version", version=f"symdyn {version()}")
+    verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True)
+    for verb in VERBS:
+        verb.register(verbs)
+    return top
+
+
+def version() -> str:
+    """Return the installed version."""
+    from importlib.metadata import PackageNotFoundError
+    from importlib.metadata import version as installed
+
+    try:
+        return installed("symdyn")
+    except PackageNotFoundError:
+        return "(not installed)"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit status."""
+    options = parser().parse_args(arguments)
+    try:
+        status: int = options.run(options)
+        sys.stdout.flush()
+    except SymdynError as fault:
+        print(f"symdyn: {fault}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("symdyn: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:  # the reader, such as head, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    return status

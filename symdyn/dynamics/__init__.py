@@ -1,17 +1,21 @@
 """Equations of motion, derived twice: by Lagrange's equations and by recursion along the tree."""
 
-from symdyn.dynamics.derive import DYNAMICS, derive, derive_one, roads
+from symdyn.dynamics.derive import CUBIC, DYNAMICS, KINEMATICS, LARGE, available, derive, derive_one, roads
 from symdyn.dynamics.equations import Argument, Equations, Function
 from symdyn.dynamics.outputs import OUTPUTS
 from symdyn.dynamics.workspace import Workspace
 
 __all__ = [
+    "CUBIC",
     "DYNAMICS",
+    "KINEMATICS",
+    "LARGE",
     "OUTPUTS",
     "Argument",
     "Equations",
     "Function",
     "Workspace",
+    "available",
     "derive",
     "derive_one",
     "roads",

@@ -14,6 +14,14 @@ from symdyn.scene import JOINTS, Scene
 DYNAMICS: tuple[str, ...] = tuple(name for name, row in OUTPUTS.items() if not row.place)
 """Outputs of the whole scene; kinematic ones are asked for by name, as in "pose:tool"."""
 
+KINEMATICS = ("pose", "jacobian", "jdot_qdot")
+
+CUBIC = ("coriolis_matrix", "k_C", "k_D")
+"""Outputs that grow with the cube of the number of coordinates."""
+
+LARGE = 12
+
+
 def derive(scene: Scene, outputs: Sequence[str] = DYNAMICS, road: str | None = None) -> Equations:
     """Return the equations of motion of a scene, only the outputs asked for.
 
@@ -30,8 +38,28 @@ def derive(scene: Scene, outputs: Sequence[str] = DYNAMICS, road: str | None = N
     return Equations(scene, workspace.graph, tuple(functions))
 
 
+def available(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
+    """Return the outputs that a user expects of a scene without asking, and why others are left out.
+
+    These are its dynamics, and the kinematics of its declared points. Left out is what does not exist (forward
+    dynamics where the mass matrix is singular) and what is too large to be wanted unasked.
+    """
+    n = len(scene.coordinates)
+    wanted = [*DYNAMICS, *(f"{name}:{point.name}" for point in scene.points for name in KINEMATICS)]
+    left_out = []
+    if n > LARGE:
+        wanted = [name for name in wanted if name not in CUBIC]
+        left_out.append(f"{', '.join(CUBIC)} are left out for more than {LARGE} coordinates; ask with --functions")
+    try:
+        derive(scene, ("forward_dynamics",))
+    except DerivationError as fault:
+        wanted.remove("forward_dynamics")
+        left_out.append(str(fault))
+    return tuple(wanted), left_out
+
+
 def roads(request: str) -> tuple[str, ...]:
-    """Return the names of the derivations of an output, the preferred one first.
+    """Return the names of the derivations of an output.
 
     Raises:
         DerivationError: there is no such output.
@@ -42,7 +70,7 @@ def roads(request: str) -> tuple[str, ...]:
 def derive_one(workspace: Workspace, request: str, road: str | None = None) -> Function:
     """Return one output as a function on the workspace's graph; see `derive`."""
     row, place = _row(request)
-    name = road or next(iter(row.roads))
+    name = road or row.preferred(workspace)
     if name not in row.roads:
         raise DerivationError(f"{request} has no road {name!r}; there are {', '.join(row.roads)}")
     entries = row.roads[name](workspace, place) if row.place else row.roads[name](workspace)

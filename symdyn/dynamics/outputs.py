@@ -1,6 +1,6 @@
 """The outputs that a scene has, one row each: what it is, what it takes, and every road that derives it.
 
-The first road of a row is the one that code is generated from; the others prove it. A road takes the workspace (and
+One road of a row is preferred, and code is generated from it; the others prove it. A road takes the workspace (and
 the name of a body or point for kinematic outputs) and returns the entries of the result, row by row.
 """
 
@@ -31,8 +31,9 @@ class Output:
         result: short name of the result.
         shape: shape of the result from the number of coordinates.
         units: unit of the result, one line.
-        roads: derivations by name.
+        roads: derivations by name; the first is the one that code is generated from, unless `prefer` says otherwise.
         place: "" for a whole-scene output, "body" or "point" where a name must be given.
+        prefer: which road is cheapest for a mechanism, where that depends on it.
     """
 
     text: str
@@ -42,6 +43,11 @@ class Output:
     units: str
     roads: dict[str, Road]
     place: str = ""
+    prefer: Callable[[Workspace], str] | None = None
+
+    def preferred(self, workspace: Workspace) -> str:
+        """Return the name of the road that code is generated from."""
+        return self.prefer(workspace) if self.prefer else next(iter(self.roads))
 
 
 def _flat(matrix: Matrix) -> list[Expr]:
@@ -68,6 +74,18 @@ def _forward_crba(w: Workspace) -> list[Expr]:
     bias = rnea(w.tree, w.state.qd, w.still)
     rest = [tau + force - load for tau, force, load in zip(w.state.tau, w.Q, bias, strict=True)]
     return solve(w.tree.parent, w.composite_mass, rest)
+
+
+def _cheaper_forward(w: Workspace) -> str:
+    """Return "aba" for long chains: factoring M costs a term for every pair of a joint and an ancestor, ABA does not.
+
+    On chains and trees of benchmarks/building.py the counts cross between 3.5 and 4.5 pairs a joint.
+    """
+    depth = [0]
+    for i in w.tree.outward():
+        depth.append(depth[w.tree.parent[i]] + 1)
+    pairs = sum(depth) - w.tree.n
+    return "aba" if pairs > 4 * w.tree.n else "crba"
 
 
 def _momentum(w: Workspace) -> list[Expr]:
@@ -143,6 +161,7 @@ OUTPUTS: dict[str, Output] = {
         lambda n: (n,),
         "rad/s^2 (revolute) or m/s^2 (prismatic)",
         {"crba": _forward_crba, "aba": _forward_aba, "lagrange": _lagrange_forward},
+        prefer=_cheaper_forward,
     ),
     "mass_matrix": Output(
         "mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2",

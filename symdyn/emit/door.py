@@ -26,10 +26,13 @@ def emit(program: Program, target: str = "numpy", real: str = "double", command:
         command: what the header says to run to make the files again; "" for the plain command line.
 
     Raises:
-        EmitError: an unknown target or real type, two functions of one name, a constant too large for the type.
+        EmitError: an unknown target or real type, no function at all, two functions of one name, a constant too large
+            for the type.
     """
     if target not in TARGETS:
         raise EmitError(f"target {target!r} is not known; give {' or '.join(TARGETS)}")
+    if not program.routines:
+        raise EmitError(f"{program.scene.name}: there is no function to write; name one, such as inverse_dynamics")
     again = command or _command(program, target, real)
     return Sources(program, target, real, TARGETS[target](program, find_real(real), again))
 

@@ -19,7 +19,7 @@ from fractions import Fraction
 from symdyn.scene.declare import Declaration, assemble
 from symdyn.scene.model import Particle, Pose, Scene
 from symdyn.scene.quantity import Quantity
-from symdyn.scene.table import Entry, Faults
+from symdyn.scene.table import Entry, Faults, show
 
 Number = int | float | Fraction | str | Quantity
 Three = Sequence[Number]
@@ -205,13 +205,31 @@ def scene(
     """
     if isinstance(parameters, Mapping):
         parameters = [parameter(key, value) for key, value in parameters.items()]
+    faults = Faults(source or str(name))
     declaration = Declaration(
-        name, gravity, tuple(parameters), tuple(bodies), tuple(joints), tuple(points), dh
-    )  # fmt: skip
-    return assemble(declaration, source, Faults(source or str(name)))
+        name=name,
+        gravity=gravity,
+        parameters=_entries("parameters", "parameter", parameters, faults),
+        bodies=_entries("bodies", "body", bodies, faults),
+        joints=_entries("joints", "joint", joints, faults),
+        points=_entries("points", "point", points, faults),
+        dh=dh,
+    )
+    return assemble(declaration, source, faults)
+
+
+def _entries(kind: str, maker: str, entries: Sequence[Entry], faults: Faults) -> tuple[Entry, ...]:
+    right = []
+    for entry in entries:
+        if isinstance(entry, Entry) and entry.where.startswith(f"{kind}."):
+            right.append(entry)
+        else:
+            shown = entry.where if isinstance(entry, Entry) else show(entry)
+            faults.add(kind, f"{shown} was not made by {maker}(...)")
+    return tuple(right)
 
 
 def _entry(kind: str, name: str, **table: object) -> Entry:
     """Return a table of what was given; what is None or at its default was not."""
     given = {key: value for key, value in table.items() if value is not None}
-    return Entry(name, given, f"{kind}.{name}")
+    return Entry(str(name), given, f"{kind}.{name}")

@@ -12,7 +12,7 @@ from symdyn.scene.names import check_name, listed, suggestion
 from symdyn.scene.physical import mass_faults
 from symdyn.scene.quantity import ZERO, Quantity, express
 from symdyn.scene.spelling import spell
-from symdyn.scene.table import Faults
+from symdyn.scene.table import Faults, shorten
 from symdyn.scene.value import Value, value_of
 
 
@@ -59,16 +59,18 @@ def _parameter_values(draft: Draft, faults: Faults) -> dict[str, Value]:
             continue
         if parameter.value.symbols:
             names = ", ".join(parameter.value.symbols)
-            faults.add(where, f"value = {spell(parameter.value)} uses {names}; a value may hold numbers and pi only")
+            faults.add(where, f"value = {_shown(parameter.value)} uses {names}; a value may hold numbers and pi only")
             continue
         try:
+            express(parameter.value, Graph())  # sees that sin(pi) is zero, which a float does not
             value = value_of(parameter.value, {})
-        except FormulaError as error:
-            faults.add(where, f"value = {spell(parameter.value)} {error}")
+        except (FormulaError, ZeroDivisionError) as error:
+            why = error if isinstance(error, FormulaError) else "divides by zero"
+            faults.add(where, f"value = {_shown(parameter.value)} {why}; give a finite number")
             continue
         assert value is not None, "a formula without symbols has a value"
         if parameter.positive and value <= 0:
-            faults.add(where, f"value = {spell(parameter.value)} is not positive; correct it or drop positive = true")
+            faults.add(where, f"value = {_shown(parameter.value)} is not positive; correct it or drop positive = true")
         values[parameter.name] = value
     return values
 
@@ -117,8 +119,8 @@ def _symbols(draft: Draft, faults: Faults) -> None:
             if name in motion:
                 why = f"uses {name}, which moves; only the force of a joint may depend on coordinates and velocities"
             else:
-                why = f"uses the undefined symbol {name}; declare it in parameters, or {suggestion(name, known)}"
-            faults.add(use.where, f"{use.key} = {spell(use.quantity)} {why}")
+                why = f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known)})"
+            faults.add(use.where, f"{use.key} = {_shown(use.quantity)} {why}")
 
 
 def _tree(draft: Draft, faults: Faults) -> None:
@@ -164,7 +166,7 @@ def _cycles(draft: Draft, carrier: Mapping[str, Joint], faults: Faults) -> None:
 
 def _axes(draft: Draft, faults: Faults) -> None:
     for where, joint in zip(draft.where["joints"], draft.scene.joints, strict=True):
-        shown = f"axis = [{', '.join(spell(x) for x in joint.axis)}]"
+        shown = f"axis = [{', '.join(_shown(x) for x in joint.axis)}]"
         names = listed(name for x in joint.axis for name in x.symbols)
         if names != "none":
             faults.add(where, f"{shown} depends on {names}; give numbers, and tilt by origin.rpy instead")
@@ -187,9 +189,9 @@ def _formulas(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None
             express(use.quantity, graph)
             value_of(use.quantity, values)
         except ZeroDivisionError:
-            faults.add(use.where, f"{use.key} = {spell(use.quantity)} divides by zero; check the denominator")
+            faults.add(use.where, f"{use.key} = {_shown(use.quantity)} divides by zero; check the denominator")
         except FormulaError as error:
-            faults.add(use.where, f"{use.key} = {spell(use.quantity)} {error}; check the values of its parameters")
+            faults.add(use.where, f"{use.key} = {_shown(use.quantity)} {error}; check the values of its parameters")
 
 
 def _motion_names(scene: Scene) -> list[str]:
@@ -223,3 +225,7 @@ def _uses(draft: Draft) -> Iterator[Use]:
 
 def _steps(where: str, key: str, pose: Pose) -> Iterator[Use]:
     yield from (Use(where, f"{key}.{kind}", amount) for kind, amount in pose.steps)
+
+
+def _shown(quantity: Quantity) -> str:
+    return shorten(spell(quantity))

@@ -170,7 +170,7 @@ def _inertia(table: Table) -> tuple[Quantity, Quantity, Quantity, Quantity, Quan
             raise FormulaError("is not symmetric; entry [i][j] must equal entry [j][i]")
         (xx, xy, xz), (_, yy, yz), (_, _, zz) = rows
     except FormulaError as error:
-        table.fault(f"inertia = {show(raw)}: {error}")
+        table.refuse("inertia", error)
         return nothing
     return xx, yy, zz, xy, xz, yz
 

@@ -131,8 +131,8 @@ class _Reader:
                 warnings.simplefilter("ignore")
                 tree = ast.parse(self.text, mode="eval")
         except SyntaxError as error:
-            where = f"at character {error.offset or 0}; check brackets, operators and the space in 90 deg"
-            raise FormulaError(f"it breaks off {where}") from None
+            where = f"at character {error.offset}" if error.offset else "at its end"
+            raise FormulaError(f"it breaks off {where}; check brackets, operators and the space in 90 deg") from None
         except (ValueError, MemoryError, RecursionError):
             raise FormulaError("it nests too deep; name a part of it as a parameter") from None
         return self.visit(tree.body, 0)

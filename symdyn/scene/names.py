@@ -28,7 +28,7 @@ LONGEST = 60
 def check_name(name: object) -> str | None:
     """Return what is wrong with a name and what would work, or None for a good one."""
     if not isinstance(name, str):
-        return f"is a {type(name).__name__}, not text; give a name such as m1"
+        return f"is not text but of type {type(name).__name__}; give a name such as m1"
     if not name:
         return "is empty; give a name such as m1"
     if len(name) > LONGEST:

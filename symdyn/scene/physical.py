@@ -77,7 +77,9 @@ def central_inertia(body: Body, values: Mapping[str, Value]) -> Matrix | None:
 
 def impossible(matrix: Matrix) -> str | None:
     """Return the condition that an inertia matrix about the centre of mass breaks, None if a body can have it."""
-    largest = max(max(x, -x) for row in matrix for x in row) or Fraction(1)
+    largest = max(max(x, -x) for row in matrix for x in row)
+    if not largest:
+        return None
     scaled = [[x / largest for x in row] for row in matrix]
     half = (scaled[0][0] + scaled[1][1] + scaled[2][2]) / 2
     moments = [[(half if i == j else Fraction(0)) - scaled[i][j] for j in range(3)] for i in range(3)]
@@ -145,4 +147,4 @@ def _known(quantities: Sequence[Quantity], values: Mapping[str, Value]) -> list[
 
 
 def _short(value: Value) -> str:
-    return f"{float(value):.9g}"
+    return f"{float(value):.6g}"

@@ -63,7 +63,11 @@ def show(value: object) -> str:
         text = f"[{', '.join(show(item) for item in value[:9])}]"
     else:
         text = str(value) if not isinstance(value, int) or abs(value) < 10**80 else "a very long integer"
-    text = " ".join(text.split())
+    return shorten(" ".join(text.split()))
+
+
+def shorten(text: str) -> str:
+    """Return text that fits a message."""
     return text if len(text) <= 100 else text[:97] + "..."
 
 
@@ -106,7 +110,10 @@ class Table:
         """Return text."""
         value = self.raw.get(key, default)
         if isinstance(value, str):
-            return value
+            if value.isprintable():
+                return value
+            self.fault(f"{key} = {show(value)} holds a line break or another unprintable character; write one line")
+            return default
         self.fault(f'{key} = {show(value)} is not text; put it in quotes, such as {key} = "{default or "m1"}"')
         return default
 
@@ -129,15 +136,16 @@ class Table:
         try:
             return reader(plain(self.raw[key]))
         except FormulaError as error:
-            self.fault(_joined(key, self.raw[key], str(error)))
+            self.refuse(key, error)
             return default
 
-
-def _joined(key: str, raw: object, error: str) -> str:
-    shown = show(raw)
-    if error.startswith(shown):  # the formula reader quotes the text itself
-        return f"{key} = {error}"
-    return f"{key} = {shown} {error}" if error.startswith(("is ", "has ")) else f"{key} = {shown}: {error}"
+    def refuse(self, key: str, error: FormulaError) -> None:
+        """Report a value that its reader refused."""
+        shown, reason = show(self.raw[key]), str(error)
+        if reason.startswith(shown):  # the formula reader quotes the text itself
+            self.fault(f"{key} = {reason}")
+        else:
+            self.fault(f"{key} = {shown}{' ' if reason.startswith(('is ', 'has ')) else ': '}{reason}")
 
 
 def vector(value: object) -> Vector:

@@ -10,18 +10,23 @@ from typing import Any
 import numpy as np
 
 from symdyn.build import build, run_python
-from symdyn.dynamics import DYNAMICS, Equations, Function, Workspace, derive_one, roads
+from symdyn.dynamics import (
+    KINEMATICS,
+    Equations,
+    Function,
+    Workspace,
+    available,
+    derive_one,
+    roads,
+)
 from symdyn.emit import emit
-from symdyn.errors import BuildError, DerivationError
+from symdyn.errors import BuildError
 from symdyn.graph import Expr, reachable, substitute
 from symdyn.program import Program, lower
 from symdyn.scene import Scene, express
 from symdyn.verify.accuracy import Accuracy, measure, sample
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, Claim, Fields, Finding, prove
 from symdyn.verify.laws import laws
-
-QUADRATIC = ("coriolis_matrix", "k_C", "k_D")
-LARGE = 12  # coordinates from which the n^3 coefficients are left out unless asked for
 
 STATES = 50  # at which positive definiteness is looked at
 
@@ -74,14 +79,17 @@ def certify(
     notes: list[str] = []
     workspace = Workspace(scene)
     progress("deriving")
-    derived = _derive(workspace, outputs, notes)
+    if outputs is None:
+        outputs, left_out = everything(scene)
+        notes += left_out
+    preferred = tuple(derive_one(workspace, name) for name in outputs)
     claims = [
-        Claim(name, one.formulation, other.formulation, one.entries, other.entries)
-        for name, (one, *others) in derived.items()
-        for other in others
+        Claim(name, one.formulation, road, one.entries, derive_one(workspace, name, road).entries)
+        for name, one in zip(outputs, preferred, strict=True)
+        for road in roads(name)
+        if road != one.formulation
     ]
-    claims += _laws(workspace, tuple(derived), notes)
-    preferred = tuple(functions[0] for functions in derived.values())
+    claims += laws(workspace, outputs)
     program = lower(Equations(scene, workspace.graph, preferred))
     claims += _program_claims(scene, preferred, program)
     progress("proving over finite fields")
@@ -94,40 +102,13 @@ def certify(
     return Certificate(scene.name, fields, tuple(findings), tuple(accuracy), tuple(notes))
 
 
-def everything(scene: Scene) -> tuple[str, ...]:
-    """Return all outputs of a scene: its dynamics, and the kinematics of its points and of the last body."""
-    n = len(scene.coordinates)
-    dynamics = tuple(name for name in DYNAMICS if n <= LARGE or name not in QUADRATIC)
-    places = [point.name for point in scene.points] + [scene.bodies[-1].name]
-    kinematic = tuple(f"{name}:{place}" for place in places for name in ("pose", "jacobian", "jdot_qdot"))
-    massive = [body.name for body in scene.bodies if body.particles or body.com is not None]
-    return dynamics + kinematic + tuple(f"com_acceleration:{name}" for name in massive[-1:])
-
-
-def _derive(workspace: Workspace, outputs: Sequence[str] | None, notes: list[str]) -> dict[str, list[Function]]:
-    """Return every output by every road, the preferred one first."""
-    derived = {}
-    for name in outputs or everything(workspace.scene):
-        try:
-            derived[name] = [derive_one(workspace, name, road) for road in roads(name)]
-        except DerivationError as fault:
-            if outputs:
-                raise
-            notes.append(f"{name}: {fault}")
-    if not outputs and workspace.state.n > LARGE:
-        notes.append(f"{', '.join(QUADRATIC)}: left out for more than {LARGE} coordinates; ask with --functions")
-    return derived
-
-
-def _laws(workspace: Workspace, derived: Sequence[str], notes: list[str]) -> list[Claim]:
-    """Return the laws among what was derived; those that need what is missing are left out."""
-    if workspace.state.n > LARGE:
-        notes.append(f"laws: left out for more than {LARGE} coordinates, they need the n^3 coefficients")
-        return []
-    if not set(DYNAMICS) <= set(derived):
-        notes.append("laws: left out, they need all dynamic outputs")
-        return []
-    return laws(workspace)
+def everything(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
+    """Return all outputs worth certifying, the kinematics of the last body included, and why others are left out."""
+    outputs, left_out = available(scene)
+    last = scene.bodies[-1]
+    extra = [f"{name}:{last.name}" for name in KINEMATICS]
+    extra += [f"com_acceleration:{last.name}"] if last.com is not None and not last.particles else []
+    return outputs + tuple(extra), left_out
 
 
 def _program_claims(scene: Scene, functions: Sequence[Function], program: Program) -> list[Claim]:

@@ -11,21 +11,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from itertools import combinations
 
-from symdyn.dynamics import Workspace, derive_one
+from symdyn.dynamics import DYNAMICS, Workspace, derive_one
 from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.verify.equality import Claim
 
 
-def laws(workspace: Workspace) -> list[Claim]:
-    """Return the laws of a scene as claims; derives on the workspace what they need.
+def laws(workspace: Workspace, outputs: Collection[str] = DYNAMICS) -> list[Claim]:
+    """Return the laws about `outputs` as claims; one that needs another output is left out.
 
     Raises:
-        DerivationError: the scene has no forward dynamics.
+        DerivationError: an output does not exist, such as forward dynamics where M is singular.
     """
-    return [law(workspace) for law in LAWS]
+    return [law(workspace) for needed, law in LAWS if set(needed) <= set(outputs)]
 
 
 def _entries(w: Workspace, name: str) -> tuple[Expr, ...]:
@@ -85,4 +85,13 @@ def _inverse(w: Workspace) -> Claim:
     return Claim("forward dynamics", "FD(q, qd, ID(q, qd, qdd))", "qdd", tuple(back), w.state.qdd)
 
 
-LAWS: tuple[Callable[[Workspace], Claim], ...] = (_hessian, _skew, _product, _slope, _textbook, _power, _inverse)
+LAWS: tuple[tuple[tuple[str, ...], Callable[[Workspace], Claim]], ...] = (
+    (("kinetic_energy", "mass_matrix"), _hessian),
+    (("mass_matrix", "coriolis_matrix"), _skew),
+    (("coriolis_matrix", "velocity_forces"), _product),
+    (("potential_energy", "gravity_forces"), _slope),
+    (("inverse_dynamics", "k_z", "k_C", "k_D", "k_G"), _textbook),
+    (("inverse_dynamics", "kinetic_energy", "potential_energy"), _power),
+    (("inverse_dynamics", "forward_dynamics"), _inverse),
+)
+"""Each law with the outputs that it is about."""

@@ -1,0 +1,36 @@
+"""`symdyn equations SCENE`: print the equations of motion in closed form."""
+
+from __future__ import annotations
+
+import argparse
+
+
+def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the verb."""
+    verb = verbs.add_parser("equations", help="print the equations of motion", description=__doc__)
+    verb.add_argument("scene", help="scene file (TOML)")
+    verb.add_argument("--format", choices=("latex", "text", "sympy"), default="latex", help="default: latex")
+    verb.add_argument(
+        "--as",
+        dest="group",
+        choices=("equations", "coefficients", "textbook", "matrix"),
+        default="equations",
+        help="one equation a joint (default), coefficient by coefficient, under-braced as in a textbook, or M and c",
+    )
+    verb.add_argument("--angles", choices=("long", "short"), default="long", help="sin(q1 + q2) or s_{12}")
+    verb.add_argument("--document", action="store_true", help="a whole LaTeX document with a symbol table")
+    verb.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the equations."""
+    from symdyn.cli.talk import Waiting
+    from symdyn.emit.equations import equations_text
+    from symdyn.scene import read
+
+    scene = read(options.scene)
+    with Waiting() as progress:
+        progress("expanding")
+        text = equations_text(scene, options.format, options.group, options.angles)
+    print(text)
+    return 0

@@ -1,0 +1,65 @@
+"""`symdyn generate SCENE`: a NumPy module or C source for the scene's functions."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from symdyn.scene import Scene
+
+
+def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the verb."""
+    verb = verbs.add_parser("generate", help="write a NumPy module or C source", description=__doc__)
+    verb.add_argument("scene", help="scene file (TOML)")
+    verb.add_argument("--target", choices=("numpy", "c"), default="numpy", help="language (default: numpy)")
+    verb.add_argument("--functions", metavar="LIST", help="comma-separated, e.g. inverse_dynamics,pose:tool")
+    verb.add_argument("--real", choices=("double", "float"), default="double", help="number type (default: double)")
+    verb.add_argument("-o", "--output", metavar="DIR", default=".", help="folder to write to (default: here)")
+    verb.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the files and print their paths."""
+    from symdyn.cli.talk import Waiting, say
+    from symdyn.dynamics import derive
+    from symdyn.emit import emit, write
+    from symdyn.program import lower
+    from symdyn.scene import read
+
+    scene = read(options.scene)
+    with Waiting() as progress:
+        progress("deriving")
+        outputs, left_out = requested(scene, options.functions)
+        for reason in left_out:
+            say(f"symdyn: {reason}")
+        program = lower(derive(scene, outputs))
+        progress("printing")
+        sources = emit(program, options.target, options.real, command(options))
+    for path in write(sources, options.output):
+        print(path)
+    return 0
+
+
+def requested(scene: Scene, functions: str | None) -> tuple[tuple[str, ...], list[str]]:
+    """Return the outputs to generate and why some of the usual ones are left out."""
+    from symdyn.dynamics import available
+
+    if functions is not None:
+        return split(functions), []
+    return available(scene)
+
+
+def split(functions: str) -> tuple[str, ...]:
+    """Return the names of a comma-separated list, each once."""
+    return tuple(dict.fromkeys(name.strip() for name in functions.split(",") if name.strip()))
+
+
+def command(options: argparse.Namespace) -> str:
+    """Return the command that makes the same files again, free of folders."""
+    words = ["symdyn", "generate", Path(options.scene).name, "--target", options.target]
+    words += ["--functions", options.functions.replace(" ", "")] if options.functions else []
+    words += ["--real", options.real] if options.real != "double" else []
+    return " ".join(words)

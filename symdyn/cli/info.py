@@ -1,0 +1,107 @@
+"""`symdyn info SCENE`: the tree, the freedoms, the parameters, and what each function costs."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from symdyn.scene import Scene
+
+
+def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the verb."""
+    verb = verbs.add_parser("info", help="show the mechanism and what its functions cost", description=__doc__)
+    verb.add_argument("scene", help="scene file (TOML)")
+    verb.add_argument("--json", action="store_true", help="print JSON")
+    verb.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print what is known about the scene."""
+    from symdyn.cli.talk import Waiting, print_json, say
+    from symdyn.scene import read
+
+    scene = read(options.scene)
+    with Waiting() as progress:
+        progress("deriving and counting")
+        facts, left_out = gather(scene)
+    for reason in left_out:
+        say(f"symdyn: {reason}")
+    if options.json:
+        print_json(facts)
+    else:
+        show(facts)
+    return 0
+
+
+def gather(scene: Scene) -> tuple[dict[str, Any], list[str]]:
+    """Return the facts for JSON, and why some functions are missing."""
+    from dataclasses import asdict
+
+    from symdyn.dynamics import available, derive
+    from symdyn.program import lower
+    from symdyn.scene import JOINTS, spell
+
+    outputs, left_out = available(scene)
+    program = lower(derive(scene, outputs))
+    facts = {
+        "name": scene.name,
+        "degrees_of_freedom": len(scene.coordinates),
+        "gravity": [spell(component) for component in scene.gravity],
+        "joints": [
+            {
+                "name": joint.name,
+                "type": joint.type,
+                "parent": joint.parent,
+                "child": joint.child,
+                "coordinate": joint.coordinate,
+                "unit": "".join(JOINTS[joint.type].units),
+                "drive": joint.drive,
+            }
+            for joint in scene.joints
+        ],
+        "points": [{"name": point.name, "body": point.body} for point in scene.points],
+        "parameters": [
+            {"name": p.name, "value": spell(p.value) if p.value else None, "unit": p.unit, "text": p.text}
+            for p in scene.parameters
+        ],
+        "functions": [
+            {
+                "name": routine.function.name,
+                "shape": routine.function.shape,
+                "road": routine.function.formulation,
+                "operations": asdict(routine.counts),
+            }
+            for routine in program.routines
+        ],
+    }
+    return facts, left_out
+
+
+def show(facts: dict[str, Any]) -> None:
+    """Print the facts for people."""
+    from rich.console import Console
+    from rich.tree import Tree
+
+    from symdyn.cli.talk import print_table
+
+    free = facts["degrees_of_freedom"]
+    print(f"{facts['name']}: {free} degree{'s' * (free != 1)} of freedom, gravity ({', '.join(facts['gravity'])}) m/s^2\n")
+    branches = {"ground": Tree("ground")}
+    for joint in facts["joints"]:
+        label = f"{joint['child']}  ({joint['name']}: {joint['type']}"
+        label += f", {joint['coordinate']} in {joint['unit']})" if joint["coordinate"] else ")"
+        branches[joint["child"]] = branches[joint["parent"]].add(label)
+    Console(highlight=False, markup=False).print(branches["ground"])
+    print()
+    if facts["parameters"]:
+        rows = [(p["name"], p["value"] or "free", p["unit"], p["text"]) for p in facts["parameters"]]
+        print_table("Parameters; free ones are passed as params, in this order", ("name", "value", "unit", ""), rows)
+    columns = ("function", "shape", "road", "mul ", "add ", "div ", "sin/cos ", "other ")
+    rows = []
+    for function in facts["functions"]:
+        operations = function["operations"]
+        shape = " x ".join(map(str, function["shape"])) or "scalar"
+        rows.append((function["name"], shape, function["road"], *(str(count) for count in operations.values())))
+    print_table("Operations of one call", columns, rows)

@@ -1,0 +1,32 @@
+"""`symdyn new NAME`: write a commented scene to start from."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the verb."""
+    verb = verbs.add_parser("new", help="write a commented scene to start from", description=__doc__)
+    verb.add_argument("name", help="name of the scene; NAME.toml is written here")
+    verb.add_argument("--template", help="rr, rrp, rrr, puma, chain, …; default: NAME if there is such a template, else rr")
+    verb.add_argument("--n", type=int, help="number of links, for chains")
+    verb.add_argument("--force", action="store_true", help="overwrite an existing file")
+    verb.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the scene and print its path."""
+    from symdyn.emit import write
+    from symdyn.errors import EmitError
+    from symdyn.scene.starters import STARTERS, starter
+
+    template = options.template or (options.name if options.name in STARTERS else "rr")
+    text = starter(options.name, template, options.n)
+    path = Path(f"{options.name}.toml")
+    if path.exists() and not options.force:
+        raise EmitError(f"{path} exists; give another name, or --force to overwrite it")
+    write({path.name: text}, ".")
+    print(path)
+    return 0

@@ -1,0 +1,73 @@
+"""What the command line says beside its results: tables on stdout, progress on stderr."""
+
+from __future__ import annotations
+
+import json
+import sys
+import threading
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Any
+
+PATIENCE = 2.0  # seconds after which a user wants to know what is going on
+WIDTH = 160  # of tables that are not shown on a terminal
+
+
+def say(text: str) -> None:
+    """Print talk on stderr."""
+    print(text, file=sys.stderr)
+
+
+def print_json(value: Any) -> None:
+    """Print a result for machines."""
+    print(json.dumps(value, indent=2, ensure_ascii=False))
+
+
+def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table on stdout; columns whose name ends in a space are numbers and aligned to the right."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False, markup=False)
+    table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False)
+    for column in columns:
+        table.add_column(column.rstrip(), justify="right" if column.endswith(" ") else "left")
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
+
+
+class Waiting:
+    """Tells on stderr what is being done, on a terminal, once it has taken longer than `PATIENCE`."""
+
+    def __init__(self) -> None:
+        """Start quiet."""
+        self._stage = "working"
+        self._status: Any = None
+        self._timer = threading.Timer(PATIENCE, self._show)
+        self._timer.daemon = True
+
+    def __enter__(self) -> Waiting:
+        """Start the clock, if there is a terminal to talk to."""
+        if sys.stderr.isatty():
+            self._timer.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None) -> None:
+        """Take the line away again."""
+        self._timer.cancel()
+        if self._status is not None:
+            self._status.stop()
+
+    def __call__(self, stage: str) -> None:
+        """Say what comes next."""
+        self._stage = stage
+        if self._status is not None:
+            self._status.update(stage)
+
+    def _show(self) -> None:
+        from rich.console import Console
+
+        self._status = Console(stderr=True).status(self._stage)
+        self._status.start()

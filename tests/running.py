@@ -1,0 +1,45 @@
+"""Running derived functions on numbers of any kind."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from symdyn.dynamics import Equations
+from symdyn.graph import Algebra, evaluate
+from symdyn.scene import express
+
+
+def call(equations: Equations, name: str, algebra: Algebra[Any], **arguments: Sequence[Any]) -> list[Any]:
+    """Return the entries of a derived function, row by row.
+
+    Args:
+        equations: from `derive`.
+        name: of the function.
+        algebra: what to compute with.
+        arguments: q, qd, qdd, tau, params; each a sequence of values of the algebra. More than needed is fine.
+    """
+    function = equations[name]
+    values = dict(settings(equations, algebra))
+    for argument in function.arguments:
+        values.update(zip(argument.symbols, arguments[argument.name], strict=True))
+    return evaluate(function.entries, algebra, values)
+
+
+def settings(equations: Equations, algebra: Algebra[Any]) -> dict[Any, Any]:
+    """Return the values of the parameters that have one."""
+    graph = equations.graph
+    known = {p.name: express(p.value, graph) for p in equations.scene.parameters if p.value is not None}
+    return {graph.symbol(name): evaluate([node], algebra, {})[0] for name, node in known.items()}
+
+
+def matrix(entries: Sequence[Any], columns: int) -> list[list[Any]]:
+    """Return entries as rows."""
+    return [list(entries[k : k + columns]) for k in range(0, len(entries), columns)]
+
+
+def random_fractions(rng: random.Random, n: int, reach: int = 2) -> list[Fraction]:
+    """Return n rationals in -reach .. reach, none of them zero."""
+    return [Fraction(rng.choice((-1, 1)) * rng.randint(1, 1000 * reach), 1000) for _ in range(n)]
