@@ -55,7 +55,8 @@ def random_tree(seed: int, n: int = 5, free: bool = True) -> Scene:
         )
         points = (Particle(number(Fraction(1, 2)), (small(), small(), small())),) if rng.random() < 0.3 else ()
         xx, yy = Fraction(rng.randint(10, 20), 10), Fraction(rng.randint(10, 20), 10)
-        inertia = tuple(number(x) for x in (xx, yy, Fraction(3, 2), small().value / 3, small().value / 4, Fraction(1, 9)))
+        products = (small().value / 3, small().value / 4, Fraction(1, 9))
+        inertia = tuple(number(x) for x in (xx, yy, Fraction(3, 2), *products))
         mass = symbol("m0") if i == 0 else number(Fraction(rng.randint(1, 30), 10))
         bodies.append(Body(f"b{i}", mass, (small(), small(), small()), None, inertia, "com", points, True))
     parameters = (

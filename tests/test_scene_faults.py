@@ -1,6 +1,7 @@
 """Every mistake in a scene is named: file, table, what was found, what would work; and all of them together."""
 
 import re
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 
 from symdyn.errors import SceneError
 from symdyn.scene import GROUND, body, dh_table, parameter, point, read, read_text, revolute, scene
+from symdyn.scene.physical import impossible
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
 
@@ -395,3 +397,32 @@ def test_any_value_in_any_place_gives_a_scene_or_a_scene_error(raw):
     except SceneError as error:
         outcome = str(error)
     assert all(line.startswith("s") for line in outcome.splitlines())
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_inertia_of_any_point_masses_is_one_that_a_body_has(seed):
+    random = np.random.default_rng(seed)
+    points = [[Fraction(int(x), 7) for x in row] for row in random.integers(-9, 10, (3, 3))]
+    masses = [Fraction(int(m)) for m in random.integers(1, 9, 3)]
+    matrix = [
+        [
+            sum((m * ((np.dot(r, r) if i == j else 0) - r[i] * r[j]) for m, r in zip(masses, points, strict=True)))
+            for j in range(3)
+        ]
+        for i in range(3)
+    ]
+
+    assert impossible(matrix) is None
+    assert impossible([[float(x) for x in row] for row in matrix]) is None
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_principal_minors_decide_as_principal_moments_do(seed):
+    random = np.random.default_rng(seed)
+    entries = random.integers(-3, 4, (3, 3)) + np.diag(random.integers(2, 9, 3))
+    matrix = entries + entries.T
+    small, middle, large = np.linalg.eigvalsh(matrix)
+
+    decided = impossible([[Fraction(int(x)) for x in row] for row in matrix])
+
+    assert (decided is None) == (small >= 0 and small + middle >= large)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -42,7 +42,7 @@ class Arithmetic:
 class Floats(Arithmetic):
     """Python floats: one state, no dependencies, raises as `math` does."""
 
-    functions: dict[Op, Callable[..., float]] = {
+    functions: ClassVar[dict[Op, Callable[..., float]]] = {
         Op.SIN: math.sin,
         Op.COS: math.cos,
         Op.SQRT: math.sqrt,
@@ -70,7 +70,7 @@ class Floats(Arithmetic):
 class Batches(Arithmetic):
     """NumPy arrays, all of one (broadcast) shape: many states at once."""
 
-    functions: dict[Op, Callable[..., Any]] = {
+    functions: ClassVar[dict[Op, Callable[..., Any]]] = {
         Op.SIN: np.sin,
         Op.COS: np.cos,
         Op.SQRT: np.sqrt,
@@ -98,7 +98,7 @@ class Batches(Arithmetic):
 class Fractions(Arithmetic):
     """Exact rationals; a graph with a sine, a root or π has no value here."""
 
-    functions: dict[Op, Callable[[Fraction], Fraction]] = {
+    functions: ClassVar[dict[Op, Callable[[Fraction], Fraction]]] = {
         Op.ABS: abs,
         Op.SIGN: lambda x: Fraction((x > 0) - (x < 0)),
     }

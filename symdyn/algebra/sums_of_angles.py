@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache
 from itertools import combinations
 from operator import itemgetter
 
@@ -134,7 +134,7 @@ def _fourier(part: Poly, atoms: Sequence[int]) -> Series:
     return {frequency: pair for frequency, pair in total.items() if any(pair)}
 
 
-@lru_cache(maxsize=None)
+@cache
 def _series_of_monomial(
     powers: tuple[tuple[str, int, int, int], ...], n: int
 ) -> tuple[tuple[Frequency, tuple[Fraction, Fraction]], ...]:
@@ -200,7 +200,7 @@ def _in_basis(series: Series, basis: Basis, inverse: Basis, atoms: Sequence[int]
 Wave = tuple[tuple[tuple[tuple[int, int], ...], int], ...]  # ((((power of c, of s) of each angle), coefficient), …)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _wave(k: Frequency) -> tuple[Wave, Wave]:
     """Return cos and sin of k·u as polynomials in c_u, s_u with s² eliminated."""
     pair: list[dict[tuple[tuple[int, int], ...], int]] = [{(): 1}, {}]
@@ -219,7 +219,7 @@ def _wave(k: Frequency) -> tuple[Wave, Wave]:
     return tuple(tuple((key, value) for key, value in wave.items() if value) for wave in pair)  # type: ignore[return-value]
 
 
-@lru_cache(maxsize=None)
+@cache
 def _multiple(n: int) -> tuple[dict[tuple[int, int], int], dict[tuple[int, int], int]]:
     """Return cos(n u) and sin(n u) by (power of c, power of s): Chebyshev's recurrence."""
     before: list[dict[tuple[int, int], int]] = [{(0, 0): 1}, {}]

@@ -1,4 +1,4 @@
-"""The command line: one file a verb. Results go to stdout, talk to stderr, exit status 0, 1 (our errors) or 2 (usage)."""
+"""The command line: one file a verb. Results on stdout, talk on stderr; exit status 0, 1 (our errors) or 2 (usage)."""
 
 from __future__ import annotations
 

@@ -87,7 +87,8 @@ def show(facts: dict[str, Any]) -> None:
     from symdyn.cli.talk import print_table
 
     free = facts["degrees_of_freedom"]
-    print(f"{facts['name']}: {free} degree{'s' * (free != 1)} of freedom, gravity ({', '.join(facts['gravity'])}) m/s^2\n")
+    freedom = f"{free} degree{'s' * (free != 1)} of freedom"
+    print(f"{facts['name']}: {freedom}, gravity ({', '.join(facts['gravity'])}) m/s^2\n")
     branches = {"ground": Tree("ground")}
     for joint in facts["joints"]:
         label = f"{joint['child']}  ({joint['name']}: {joint['type']}"

@@ -10,7 +10,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     """Add the verb."""
     verb = verbs.add_parser("new", help="write a commented scene to start from", description=__doc__)
     verb.add_argument("name", help="name of the scene; NAME.toml is written here")
-    verb.add_argument("--template", help="rr, rrp, rrr, puma, chain, …; default: NAME if there is such a template, else rr")
+    verb.add_argument("--template", help="rr, rrp, rrr, cart_pole, puma, arm7 or chain; default: NAME, else rr")
     verb.add_argument("--n", type=int, help="number of links, for chains")
     verb.add_argument("--force", action="store_true", help="overwrite an existing file")
     verb.set_defaults(run=run)

@@ -57,7 +57,8 @@ def show(certificate: Certificate) -> None:
     ]
     columns = ("function", "module", "median ", "max ", "allowed ", "")
     states = certificate.accuracy[0].states if certificate.accuracy else 0
-    print_table(f"Error of the built code against 50 digits, {states} states, ulp of the largest entry", columns, measured)
+    title = f"Error of the built code against 50 digits, {states} states, ulp of the largest entry"
+    print_table(title, columns, measured)
     for note in certificate.notes:
         print(f"Note: {note}")
     print(f"{certificate.scene}: {_word(certificate.passed)}")

@@ -158,4 +158,3 @@ def _turn(E: Mat, block: Mat) -> Mat:
 def _symmetric(m: Mat) -> Mat:
     """Return m with the lower triangle taken from the upper, so that equal entries are one node."""
     return symmetric(m[0][0], m[1][1], m[2][2], m[0][1], m[0][2], m[1][2])
-

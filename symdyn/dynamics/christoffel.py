@@ -2,7 +2,7 @@
 
     c_ijk  = ½ (∂M_ij/∂q_k + ∂M_ik/∂q_j - ∂M_jk/∂q_i)
     k_D    [i, j]  = c_ijj                     multiplies q̇_j²          shape (n, n)
-    k_C    [i, jk] = 2 c_ijk, j < k            multiplies q̇_j q̇_k       shape (n, n(n-1)/2), pairs in lexicographic order
+    k_C    [i, jk] = 2 c_ijk, j < k            multiplies q̇_j q̇_k       shape (n, n(n-1)/2), pairs lexicographic
     C      [i, j]  = Σ_k c_ijk q̇_k            Ṁ - 2C is skew           shape (n, n)
 
 Reference: Siciliano et al., Robotics (2009), eq. (7.44)-(7.45); the split into k_C and k_D is the textbook's (5.40).

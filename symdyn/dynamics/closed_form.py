@@ -27,7 +27,7 @@ from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import State, joint_motion, placement, state_symbols, vector
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import GROUND, Body, Joint, Scene, express
-from symdyn.spatial import Inertia, Transform, add_matrices, apply, cross, dot, no_inertia, point_inertia, symmetric
+from symdyn.spatial import Inertia, Transform, add_matrices, apply, dot, no_inertia, point_inertia, symmetric
 
 Row = tuple[Polynomial, ...]
 Matrix = tuple[Row, ...]
@@ -187,7 +187,9 @@ def _add_body(
         v = [ring.dot(column, dp) for column in zip(*R, strict=True)]
         w = [ring.dot((row[a] for row in R), (row[b] for row in dR)) for a, b in ((2, 1), (0, 2), (1, 0))]
         linear = [m * v[k] + x for k, x in enumerate(_cross(w, h))]
-        angular = [sum((a * b for a, b in zip(row, w, strict=True)), x) for row, x in zip(matrix, _cross(h, v), strict=True)]
+        angular = [
+            sum((a * b for a, b in zip(row, w, strict=True)), x) for row, x in zip(matrix, _cross(h, v), strict=True)
+        ]
         columns.append((i, [*v, *w], [*linear, *angular]))
     for i, motion, _ in columns:
         for j, _, momentum in columns:

@@ -158,5 +158,3 @@ def potential_energy(tree: Tree) -> Expr:
     for inertia, T in zip(tree.inertia, tree_placements(tree), strict=True):
         terms.append(-dot(tree.gravity, add(scale(inertia.m, T.p), apply(T.R, inertia.h))))
     return tree.graph.total(terms)
-
-

@@ -17,7 +17,17 @@ from dataclasses import dataclass
 from symdyn.dynamics.state import first_moment, joint_motion, placement, unit_axis, vector
 from symdyn.graph import Graph
 from symdyn.scene import GROUND, JOINTS, Body, Scene, express
-from symdyn.spatial import Inertia, Transform, Vec, add_matrices, no_inertia, point_inertia, symmetric, unit_transform, zero_vector
+from symdyn.spatial import (
+    Inertia,
+    Transform,
+    Vec,
+    add_matrices,
+    no_inertia,
+    point_inertia,
+    symmetric,
+    unit_transform,
+    zero_vector,
+)
 
 
 @dataclass(frozen=True)

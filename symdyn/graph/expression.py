@@ -26,7 +26,7 @@ Scalar = Union["Expr", int, Fraction]
 class Expr:
     """One node of a graph. Made by the graph only; compared by identity."""
 
-    __slots__ = ("graph", "index", "op", "args", "value")
+    __slots__ = ("args", "graph", "index", "op", "value")
 
     def __init__(self, graph: Graph, op: Op, args: tuple[Expr, ...], value: Fraction | str | None) -> None:
         """Append the node to the graph; `value` is the fraction of a constant or the name of a symbol."""

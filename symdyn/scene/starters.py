@@ -42,7 +42,7 @@ def starter(name: str, template: str, n: int | None = None) -> str:
     if not 1 <= links <= LONGEST_CHAIN:
         raise SceneError(f"n = {links} is out of range; a chain has 1 to {LONGEST_CHAIN} links")
 
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined  # noqa: PLC0415  only this door needs it
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
         loader=FileSystemLoader(template_folder() / "scenes"),

@@ -1,7 +1,7 @@
 """Placements of frames: rotation and translation, generic in the scalar.
 
-    T_AB = (R_AB, p_AB)     takes coordinates in B to coordinates in A: x_A = R_AB x_B + p_AB
-    T_AC = T_AB @ T_BC      inner letters match
+T_AB = (R_AB, p_AB)     takes coordinates in B to coordinates in A: x_A = R_AB x_B + p_AB
+T_AC = T_AB @ T_BC      inner letters match
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ class NoisyFloats(BigFloats):
     def __init__(self, seed: int) -> None:
         """Seed the noise."""
         super().__init__(DIGITS)
-        self._rng = random.Random(seed)  # noqa: S311
+        self._rng = random.Random(seed)
 
     def _noise(self, value: Any) -> Any:
         return value * (1 + self._rng.uniform(-ULP, ULP))
@@ -106,7 +106,7 @@ def measure(program: Program, modules: Mapping[str, Any], states: int = 12, seed
         function = routine.function
         if not function.entries:
             continue
-        rng = random.Random(f"{seed}:{function.name}")  # noqa: S311
+        rng = random.Random(f"{seed}:{function.name}")
         cases = [_case(function, sample(function.arguments, rng), seed + k) for k in range(states)]
         found += [_compare(function, name, getattr(module, function.name), cases) for name, module in modules.items()]
     return found

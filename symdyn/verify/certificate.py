@@ -142,15 +142,15 @@ def _modules(program: Program, notes: list[str]) -> dict[str, Any]:
 
 
 def _positive_definite(program: Program, modules: dict[str, Any], seed: int, notes: list[str]) -> list[Finding]:
-    """Return that M is positive definite at sampled states, where the parameters' values make sense."""
-    routines = [routine.function for routine in program.routines if routine.function.name == "mass_matrix"]
-    if not routines:
+    """Return that M is positive definite at sampled states, where it should be and the parameters' values make sense."""
+    functions = {routine.function.name: routine.function for routine in program.routines}
+    if not {"mass_matrix", "forward_dynamics"} <= functions.keys():
         return []
     if not all(parameter.positive for parameter in program.scene.free_parameters):
         notes.append("positive definiteness of M: left out, free parameters that are not declared positive")
         return []
-    rng = random.Random(seed)  # noqa: S311
-    states = [sample(routines[0].arguments, rng) for _ in range(STATES)]
+    rng = random.Random(seed)
+    states = [sample(functions["mass_matrix"].arguments, rng) for _ in range(STATES)]
     smallest = [float(np.linalg.eigvalsh(modules["numpy"].mass_matrix(*state)).min()) for state in states]
     where = next((k for k, value in enumerate(smallest) if value <= 0), -1)
     verdict = NUMERICAL if where < 0 else DIFFERENT

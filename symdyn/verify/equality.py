@@ -113,7 +113,7 @@ def _draw(
 
 def _field_values(outputs: Sequence[Expr], field: FiniteField) -> list[int]:
     symbols = [node for node in reachable(outputs) if node.op is Op.SYMBOL]
-    rng = random.Random()  # noqa: S311  reseeded below, a point is no secret
+    rng = random.Random()
     values = {}
     for node in symbols:
         rng.seed(f"{field.seed}:{node.value}")
@@ -175,6 +175,6 @@ def _big_values(outputs: Sequence[Expr], algebra: BigFloats, trial: int) -> list
     values = {}
     for node in reachable(outputs):
         if node.op is Op.SYMBOL:
-            rng = random.Random(f"{trial}:{node.value}")  # noqa: S311
+            rng = random.Random(f"{trial}:{node.value}")
             values[node] = algebra.number(rng.uniform(0.25, 2.0))
     return evaluate(outputs, algebra, values)

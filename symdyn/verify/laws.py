@@ -1,12 +1,12 @@
 """Laws of mechanics as claims about the derived equations; each is proved for the scene at hand, not sampled.
 
-    M = ∂²K/∂q̇²                         the mass matrix is the Hessian of the kinetic energy
-    Ṁ = C + Cᵀ                           so that Ṁ - 2C is skew
-    C q̇ = c
-    ∂P/∂q = g
-    τ = k_z q̈ + k_C q̇q̇ + k_D q̇² + k_G - Q      the textbook's sum, with this product's signs
-    q̇·(τ + Q) = d/dt (K + P)            power in is the rate of energy
-    FD(q, q̇, ID(q, q̇, q̈)) = q̈          forward dynamics inverts inverse dynamics
+M = ∂²K/∂q̇²                         the mass matrix is the Hessian of the kinetic energy
+Ṁ = C + Cᵀ                           so that Ṁ - 2C is skew
+C q̇ = c
+∂P/∂q = g
+τ = k_z q̈ + k_C q̇q̇ + k_D q̇² + k_G - Q      the textbook's sum, with this product's signs
+q̇·(τ + Q) = d/dt (K + P)            power in is the rate of energy
+FD(q, q̇, ID(q, q̇, q̈)) = q̈          forward dynamics inverts inverse dynamics
 """
 
 from __future__ import annotations

@@ -1,0 +1,163 @@
+"""The equations of motion in print: LaTeX, plain text, SymPy; per joint, per coefficient, grouped or as matrices.
+
+    k_z,ij q̈_j + k_C,i,jk q̇_j q̇_k + k_D,ij q̇_j² + k_G,i = drive + Q_i          sums over j, and over j < k
+
+The coefficients carry their own sign (the textbook's (5.40) pulls the minus of k_C and k_D in front).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+from symdyn.algebra.form import Form, Power, Symbol, form_of, product_of, sum_of, terms_of
+from symdyn.dynamics.closed_form import ClosedForm, Key, closed_form, coefficient_form, coefficient_names
+from symdyn.emit.formula_text import shortened
+from symdyn.errors import EmitError
+from symdyn.graph import Graph
+from symdyn.scene import JOINTS, Joint, Scene, acceleration_name, express
+
+GROUPS = ("equations", "coefficients", "textbook", "matrix")
+FORMATS = ("latex", "text", "sympy")
+ANGLES = ("long", "short")
+
+KINDS = ("k_z", "k_C", "k_D", "k_G")
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """One coefficient.
+
+    Attributes:
+        kind: "k_z", "k_C", "k_D" or "k_G".
+        indices: from 1: (i, j), (i, j, k), (i, j) or (i,).
+        form: its value.
+        rate: what it multiplies: q̈_j, q̇_j q̇_k, q̇_j² or 1.
+    """
+
+    kind: str
+    indices: tuple[int, ...]
+    form: Form
+    rate: Form
+
+    @property
+    def vanishes(self) -> bool:
+        """Whether it is identically zero."""
+        return not terms_of(self.form)
+
+    @property
+    def term(self) -> Form:
+        """The product of form and rate."""
+        return product_of((self.form, self.rate))
+
+
+@dataclass(frozen=True)
+class Printable:
+    """All that a page about a scene says, before it is spelled.
+
+    Attributes:
+        scene: the mechanism.
+        rows: for each joint its coefficients, those that vanish included: k_z, k_C, k_D, k_G.
+        right: for each joint the right-hand side, drive + Q.
+        K, P: the energies.
+        short: whether s12 stands for sin(q1 + q2).
+    """
+
+    scene: Scene
+    rows: tuple[tuple[Coefficient, ...], ...]
+    right: tuple[Form, ...]
+    K: Form
+    P: Form
+    short: bool
+
+    @property
+    def coefficients(self) -> list[Coefficient]:
+        """All coefficients: k_z row by row, then k_C, k_D, k_G."""
+        return [c for kind in KINDS for row in self.rows for c in row if c.kind == kind]
+
+    def left(self, joint: int) -> Form:
+        """Return the left-hand side of one equation."""
+        return sum_of(c.term for c in self.rows[joint] if not c.vanishes)
+
+
+def equations_text(
+    scene: Scene | ClosedForm,
+    format: str = "latex",  # noqa: A002  the word of the command line
+    group: str = "equations",
+    angles: str = "long",
+    document: bool = False,
+) -> str:
+    r"""Return the equations of motion as text.
+
+    Args:
+        scene: the mechanism, or its closed forms.
+        format: "latex", "text" (numbers exact; `symdyn.scene.parse` reads it back) or "sympy".
+        group: "equations" (one a joint), "coefficients" (k_{z,11} = …), "textbook" (under-braced, as (5.40)) or
+            "matrix" (M(q) q̈ + c + g).
+        angles: "long" for \sin(q_1 + q_2), "short" for s_{12}.
+        document: a whole LaTeX document with energies and a symbol table.
+
+    Raises:
+        EmitError: an unknown choice, or a document in another format than LaTeX.
+        DerivationError: the scene has no closed form.
+    """
+    for name, value, known in (("format", format, FORMATS), ("group", group, GROUPS), ("angles", angles, ANGLES)):
+        if value not in known:
+            raise EmitError(f"{name} {value!r} is not known; give {', '.join(known[:-1])} or {known[-1]}")
+    if document and format != "latex":
+        raise EmitError(f"a document is written in LaTeX, not as {format}; leave the format out, or the document")
+    page = printable(scene, angles == "short")
+    if format == "latex":
+        from symdyn.emit.latex_page import latex_document, latex_fragment
+
+        return latex_document(page, group) if document else latex_fragment(page, group)
+    from symdyn.emit.text_page import sympy_page, text_page
+
+    return (text_page if format == "text" else sympy_page)(page, group)
+
+
+def printable(scene: Scene | ClosedForm, short: bool = False) -> Printable:
+    """Return what is to be printed."""
+    closed = scene if isinstance(scene, ClosedForm) else closed_form(scene)
+    scene = closed.scene
+    names = {parameter.name for parameter in scene.parameters} | set(scene.coordinates)
+    names |= {joint.drive for joint in scene.moving if joint.drive}
+    numbers = {joint.coordinate: i for i, joint in enumerate(scene.moving, 1) if JOINTS[joint.type].units == ("rad",)}
+
+    def write(key: Key) -> Form:
+        form = coefficient_form(closed, key)
+        return shortened(form, numbers, names) if short else form
+
+    rows: list[list[Coefficient]] = [[] for _ in scene.moving]
+    for key in coefficient_names(closed):
+        rows[key[1]].append(_coefficient(key, write(key), closed))
+    right = tuple(_right_hand_side(joint) for joint in scene.moving)
+    return Printable(scene, tuple(map(tuple, rows)), right, write(("K",)), write(("P",)), short)
+
+
+def _coefficient(key: Key, form: Form, closed: ClosedForm) -> Coefficient:
+    kind, i, *place = key
+    qd = [Symbol(str(rate.value)) for rate in closed.state.qd]
+    if kind == "k_C":
+        j, k = list(combinations(range(closed.n), 2))[place[0]]
+        return Coefficient(kind, (i + 1, j + 1, k + 1), form, product_of((qd[j], qd[k])))
+    if kind == "k_G":
+        return Coefficient(kind, (i + 1,), form, product_of(()))
+    j = place[0]
+    rate: Form = Power(qd[j], 2) if kind == "k_D" else Symbol(acceleration_name(closed.scene.coordinates[j]))
+    return Coefficient(kind, (i + 1, j + 1), form, rate)
+
+
+def _right_hand_side(joint: Joint) -> Form:
+    drive = [Symbol(joint.drive)] if joint.drive else []
+    return sum_of([*drive, form_of(express(joint.force, Graph()))])
+
+
+def coriolis(page: Printable, joint: int) -> Form:
+    """Return c_i = Σ k_C q̇_j q̇_k + Σ k_D q̇_j² of one joint."""
+    return sum_of(c.term for c in page.rows[joint] if c.kind in ("k_C", "k_D") and not c.vanishes)
+
+
+def gravity(page: Printable, joint: int) -> Form:
+    """Return k_G,i."""
+    return page.rows[joint][-1].form

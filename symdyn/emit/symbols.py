@@ -1,0 +1,121 @@
+"""How names look in print: `I1xx` is I_{1,xx}, `theta1` is θ_1, whatever the name is in code."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from symdyn.scene import Scene, acceleration_name, velocity_name
+
+GREEK = frozenset(
+    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi omega "
+    "Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega".split()
+)
+AXES = "(?:xx|yy|zz|xy|xz|yz|yx|zx|zy|x|y|z)"
+
+
+@dataclass(frozen=True)
+class PrintName:
+    """A symbol in LaTeX: head and subscript, so that an accent sits on the head."""
+
+    head: str
+    subscript: str = ""
+
+    def __str__(self) -> str:
+        """Return the symbol."""
+        return self.head + _index(self.subscript)
+
+    def accented(self, accent: str) -> str:
+        r"""Return the symbol with an accent, such as "dot"."""
+        simple = len(self.head) == 1
+        return f"\\{accent}{' ' if simple else '{'}{self.head}{'' if simple else '}'}{_index(self.subscript)}"
+
+
+def _index(subscript: str) -> str:
+    return "" if not subscript else f"_{subscript}" if len(subscript) == 1 else f"_{{{subscript}}}"
+
+
+def print_name(name: str) -> PrintName:
+    """Return how a name of code is printed.
+
+    A Greek name becomes its letter, digits and what follows the first letter become the subscript, words stay words.
+    """
+    inertial = re.fullmatch(rf"([Im])_?({AXES})_?(\d+)((?:_\w+)?)", name)
+    if inertial:
+        head, axes, digits, rest = inertial.groups()
+        return PrintName(head, ",".join([digits, axes, *map(_upright, filter(None, rest.split("_")))]))
+    words = [part for part in re.findall(r"[A-Za-z]+|\d+", name) if part]
+    if not words or not name[0].isalpha():
+        return PrintName(f"\\mathtt{{{escape(name)}}}")
+    first, *rest = words
+    if first in GREEK:
+        head = f"\\{first}"
+    elif len(first) == 1:
+        head = first
+    elif len(first) == 2 or re.fullmatch(f"[Im]{AXES}", first):
+        head, rest = first[0], [first[1:], *rest]
+    else:
+        head = f"\\mathit{{{first}}}"
+    return PrintName(head, ",".join(map(_upright, rest)))
+
+
+def _upright(part: str) -> str:
+    if part in GREEK:
+        return f"\\{part}"
+    plain = part.isdigit() or len(part) == 1 or re.fullmatch(AXES, part)
+    return part if plain else f"\\mathrm{{{part}}}"
+
+
+def escape(text: str) -> str:
+    """Return plain text for LaTeX."""
+    special = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
+    special |= {character: f"\\{character}" for character in "&%$#_{}"}
+    return "".join(special.get(character, character) for character in text)
+
+
+def latex_symbols(scene: Scene) -> dict[str, str]:
+    """Return LaTeX for every parameter, coordinate, velocity, acceleration and drive of a scene, by its name in code.
+
+    Two names that would look alike (m1 and m_1) are told apart: the later one is printed as it is written in code.
+    """
+    found: dict[str, str] = {}
+    taken: set[str] = set()
+
+    def enter(name: str, latex: str | None = None) -> PrintName:
+        shown = print_name(name) if latex is None else _declared(latex)
+        if str(shown) in taken:
+            shown = PrintName(f"\\mathtt{{{escape(name)}}}")
+        taken.add(str(shown))
+        found[name] = str(shown)
+        return shown
+
+    for coordinate in scene.coordinates:
+        shown = enter(coordinate)
+        found[velocity_name(coordinate)] = shown.accented("dot")
+        found[acceleration_name(coordinate)] = shown.accented("ddot")
+    for parameter in scene.parameters:
+        enter(parameter.name, parameter.latex)
+    for joint in scene.moving:
+        if joint.drive and joint.drive not in found:
+            enter(joint.drive)
+    return found
+
+
+def _declared(latex: str) -> PrintName:
+    parts = re.fullmatch(r"(\\?[A-Za-z]+)_(?:\{([^{}]*)\}|(\w))", latex)
+    return PrintName(parts[1], parts[2] or parts[3]) if parts else PrintName(latex)
+
+
+def latex_unit(unit: str) -> str:
+    r"""Return a unit such as "kg m^2" or "m/s^2" upright, with thin spaces."""
+    if not unit:
+        return ""
+    parts = []
+    for token in re.findall(r"[A-Za-z°%µΩ]+|\^-?\d+|[/*·]|\d+", unit):
+        if token.startswith("^"):
+            parts.append(f"^{{{token[1:]}}}")
+        elif token == "/":
+            parts.append("/")
+        elif token not in "*·":
+            parts.append(("\\," if parts and parts[-1] != "/" else "") + f"\\mathrm{{{token}}}")
+    return "".join(parts)

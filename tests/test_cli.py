@@ -1,0 +1,132 @@
+"""The command line as a user meets it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from symdyn.cli import main
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+Capture = pytest.CaptureFixture[str]
+
+
+def test_info_tells_the_tree_and_the_costs(capsys: Capture) -> None:
+    assert main(["info", str(EXAMPLES / "puma560.toml")]) == 0
+    out = capsys.readouterr().out
+
+    assert "puma560: 6 degrees of freedom, gravity (0, 0, -9.81) m/s^2" in out
+    assert "link6  (joint6: revolute, q6 in rad)" in out
+    assert "inverse_dynamics" in out
+
+
+def test_info_as_json_has_every_function(capsys: Capture) -> None:
+    assert main(["info", str(EXAMPLES / "two_link.toml"), "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+
+    assert facts["degrees_of_freedom"] == 2
+    assert [p["name"] for p in facts["parameters"]] == ["m1", "m2", "h1", "h2", "g"]
+    assert {"inverse_dynamics", "k_z", "k_C", "k_D", "k_G", "pose_tool"} <= {f["name"] for f in facts["functions"]}
+
+
+def test_generate_prints_the_paths_of_what_it_wrote(tmp_path: Path, capsys: Capture) -> None:
+    scene = str(EXAMPLES / "cart_pole.toml")
+
+    assert (
+        main(["generate", scene, "--target", "c", "--functions", "mass_matrix, mass_matrix", "-o", str(tmp_path)]) == 0
+    )
+    out = capsys.readouterr().out.split()
+    assert out == [str(tmp_path / "cart_pole.c"), str(tmp_path / "cart_pole.h")]
+    assert "symdyn generate cart_pole.toml --target c --functions mass_matrix" in (tmp_path / "cart_pole.c").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["info", "nowhere.toml"], "nowhere.toml: there is no such file"),
+        (["generate", "{two_link}", "--functions", "mass"], "there is no output 'mass'"),
+        (["generate", "{two_link}", "--functions", "pose"], "pose needs a point; write pose:NAME"),
+        (["generate", "{two_link}", "--functions", "pose:hand"], "there is no body or point 'hand'"),
+        (["generate", "{two_link}", "--functions", "k_z:tool"], "k_z is about the whole scene"),
+        (["generate", "{two_link}", "--functions", ""], "there is no function to write; name one"),
+        (["verify", "{two_link}", "--functions", "com_acceleration:tool"], "there is no body 'tool'"),
+        (["generate", "{two_link}", "-o", "{file}"], "cannot write"),
+        (["new", "arm", "--template", "rx"], 'there is no template "rx"'),
+        (["new", "chain", "--n", "0"], "n = 0 is out of range"),
+    ],
+)
+def test_a_users_mistake_is_one_message_and_exit_1(
+    arguments: list[str], words: str, tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("in the way")
+    places = {"two_link": str(EXAMPLES / "two_link.toml"), "file": "file"}
+
+    assert main([word.format(**places) for word in arguments]) == 1
+    streams = capsys.readouterr()
+    assert streams.out == ""
+    assert streams.err.startswith("symdyn: ")
+    assert words in streams.err
+    assert "Traceback" not in streams.err
+
+
+@pytest.mark.parametrize("arguments", [[], ["derive"], ["info"], ["generate", "x.toml", "--target", "fortran"]])
+def test_wrong_usage_is_exit_2(arguments: list[str], capsys: Capture) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(arguments)
+
+    assert "usage: symdyn" in capsys.readouterr().err
+
+
+def test_new_writes_a_scene_that_generates_and_never_overwrites(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    assert main(["new", "chain", "--n", "3"]) == 0
+    assert main(["generate", "chain.toml"]) == 0
+    assert (tmp_path / "chain.py").exists()
+    assert main(["new", "chain", "--n", "3"]) == 1
+    assert "chain.toml exists" in capsys.readouterr().err
+    assert main(["new", "chain", "--n", "4", "--force"]) == 0
+
+
+def test_verify_reports_the_certificate_as_json(capsys: Capture) -> None:
+    assert main(["verify", str(EXAMPLES / "pendulum.toml"), "--json"]) == 0
+    certificate = json.loads(capsys.readouterr().out)
+
+    assert certificate["passed"] is True
+    assert len(certificate["fields"]["primes"]) == 2
+    assert {f["verdict"] for f in certificate["findings"]} == {"proved", "checked numerically"}
+
+
+def test_verify_for_people_ends_with_the_verdict(capsys: Capture) -> None:
+    assert main(["verify", str(EXAMPLES / "cart_pole.toml"), "--functions", "mass_matrix"]) == 0
+    out = capsys.readouterr().out
+
+    assert "mass_matrix: crba = lagrange" in out
+    assert out.rstrip().endswith("cart_pole: passed")
+
+
+def test_the_module_runs_as_a_command_and_survives_a_closed_pipe() -> None:
+    command = f"{sys.executable} -m symdyn info {EXAMPLES / 'puma560.toml'} | head -n 1"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False, env=os.environ)
+
+    assert done.stdout == "puma560: 6 degrees of freedom, gravity (0, 0, -9.81) m/s^2\n"
+    assert done.stderr == ""
+
+
+def test_an_interrupted_run_leaves_one_line(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    def interrupt(path: str) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("symdyn.scene.read", interrupt)
+
+    assert main(["info", "x.toml"]) == 130
+    assert capsys.readouterr().err == "symdyn: interrupted\n"

@@ -1,0 +1,40 @@
+"""generated/ holds what the command line writes for some examples, byte for byte."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from symdyn.cli import main
+
+ROOT = Path(__file__).parent.parent
+CASES = [
+    ("pendulum", "numpy", "double"),
+    ("pendulum", "c", "double"),
+    ("two_link", "numpy", "double"),
+    ("two_link", "c", "double"),
+    ("two_link", "c", "float"),
+    ("cart_pole", "numpy", "double"),
+    ("cart_pole", "c", "double"),
+    ("puma560", "numpy", "double"),
+    ("puma560", "c", "double"),
+]
+
+
+@pytest.mark.parametrize(("scene", "target", "real"), CASES)
+def test_generated_files_are_what_the_command_line_writes(
+    scene: str, target: str, real: str, tmp_path: Path, update_golden: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = f"{scene}_float" if real == "float" else scene
+    golden = ROOT / "generated" / folder
+    place = golden if update_golden else tmp_path
+    status = main(
+        ["generate", str(ROOT / "examples" / f"{scene}.toml"), "--target", target, "--real", real, "-o", str(place)]
+    )
+    names = [Path(line).name for line in capsys.readouterr().out.splitlines()]
+
+    assert status == 0
+    assert names
+    for name in names:
+        assert (place / name).read_bytes() == (golden / name).read_bytes(), f"{name}: run pytest --update-golden"

@@ -1,0 +1,84 @@
+"""The certificate sees what is wrong: in derivations, in programs, in built code."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from mechanisms import random_tree
+
+from symdyn.build import run_python
+from symdyn.dynamics import derive
+from symdyn.emit import emit
+from symdyn.errors import DerivationError
+from symdyn.program import lower
+from symdyn.scene import read, read_text
+from symdyn.verify import DIFFERENT, PROVED, certify, measure
+
+EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_every_example_passes_with_every_output(path: Path) -> None:
+    certificate = certify(read(path))
+
+    assert certificate.passed, [f for f in certificate.findings if f.verdict == DIFFERENT]
+    assert all(f.verdict == PROVED for f in certificate.findings if "positive definite" not in f.claim)
+    assert {a.module for a in certificate.accuracy} == {"numpy", "c"}
+    json.dumps(certificate.as_dict())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_random_trees_with_oblique_axes_and_odd_angles_pass(seed: int) -> None:
+    certificate = certify(random_tree(seed, 4), ("inverse_dynamics", "forward_dynamics", "mass_matrix", "k_C"))
+
+    assert certificate.passed
+    assert max(f.error_log10 for f in certificate.findings if f.verdict == PROVED) < -40
+
+
+def test_the_same_seed_gives_the_same_certificate() -> None:
+    scene = random_tree(3, 3)
+
+    assert certify(scene, ("mass_matrix",), seed=5) == certify(scene, ("mass_matrix",), seed=5)
+    assert certify(scene, ("mass_matrix",), seed=5).fields != certify(scene, ("mass_matrix",), seed=6).fields
+
+
+@pytest.mark.parametrize("fault", [1e-12, float("nan"), float("inf")])
+def test_a_module_that_is_slightly_wrong_fails(fault: float) -> None:
+    program = lower(derive(read(EXAMPLES[0]), ("inverse_dynamics",)))
+    module = run_python(emit(program))
+    wrong = SimpleNamespace(inverse_dynamics=lambda *state: module.inverse_dynamics(*state) * (1 + fault))
+
+    assert all(a.passed for a in measure(program, {"numpy": module}))
+    with np.errstate(invalid="ignore"):
+        assert not any(a.passed for a in measure(program, {"numpy": wrong}))
+
+
+def test_a_massless_end_has_no_forward_dynamics_and_the_rest_is_certified() -> None:
+    text = """
+    [bodies.arm]
+    mass = 1
+    com = [1, 0, 0]
+    [bodies.ghost]
+    [joints.a]
+    type = "revolute"
+    parent = "ground"
+    child = "arm"
+    axis = [0, 0, 1]
+    [joints.b]
+    type = "revolute"
+    parent = "arm"
+    child = "ghost"
+    axis = [0, 0, 1]
+    """
+    scene = read_text(text, "ghost.toml")
+    certificate = certify(scene)
+
+    assert any("nothing beyond joint 2 has inertia" in note for note in certificate.notes)
+    assert certificate.passed
+    assert all(f.verdict == PROVED for f in certificate.findings)
+    with pytest.raises(DerivationError, match="forward dynamics does not exist"):
+        certify(scene, ("forward_dynamics",))

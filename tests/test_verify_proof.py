@@ -1,0 +1,210 @@
+"""What the prover proves, what it refuses, and that no single mistake in a derivation slips through."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+from arms import spatial_arm, two_link
+
+from symdyn.algebra.finite_field import Needs, draw_prime, needs
+from symdyn.dynamics import Workspace, derive_one
+from symdyn.errors import VerifyError
+from symdyn.graph import Graph, Op, reachable, substitute
+from symdyn.verify.equality import DIFFERENT, NUMERICAL, PROVED, Claim, prove
+
+
+def finding(formulas, **how):
+    """Return the finding for formulas(graph, x, y) = (left, right)."""
+    graph = Graph()
+    left, right = formulas(graph, graph.symbol("x"), graph.symbol("y"))
+    return prove([Claim("claim", "left", "right", (left,), (right,))], **how)[1][0]
+
+
+IDENTITIES = {
+    "sin^2 + cos^2 = 1": lambda g, x, y: (g.sin(x) ** 2 + g.cos(x) ** 2, g.one),
+    "sin 2x": lambda g, x, y: (g.sin(2 * x), 2 * g.sin(x) * g.cos(x)),
+    "half angle": lambda g, x, y: (2 * g.sin(x / 2) ** 2, 1 - g.cos(x)),
+    "sum of angles": lambda g, x, y: (g.cos(x + y), g.cos(x) * g.cos(y) - g.sin(x) * g.sin(y)),
+    "angle and number": lambda g, x, y: (x * g.sin(x + g.pi / 6) * 2, x * (g.sqrt(3) * g.sin(x) + g.cos(x))),
+    "0.6 rad": lambda g, x, y: (g.sin(Fraction(3, 5)), 2 * g.sin(Fraction(3, 10)) * g.cos(Fraction(3, 10))),
+    "pi in and outside": lambda g, x, y: (g.sin(g.pi * x) * g.pi, g.pi * g.sin(x * g.pi)),
+    "golden section": lambda g, x, y: (4 * g.cos(g.pi / 5), 1 + g.sqrt(5)),
+    "tan 22.5 deg": lambda g, x, y: (g.sin(g.pi / 8) / g.cos(g.pi / 8), g.sqrt(2) - 1),
+    "heptagon": lambda g, x, y: (2 * (g.sin(g.pi * 2 / 7) + g.sin(g.pi * 4 / 7) - g.sin(g.pi / 7)), g.sqrt(7)),
+    "radicals": lambda g, x, y: (g.sqrt(2) * g.sqrt(3) / 6, 1 / g.sqrt(6)),
+    "division": lambda g, x, y: ((x**2 - y**2) / (x - y), x + y),
+    "continued fraction": lambda g, x, y: (1 / (1 + 1 / (1 + 1 / x)), (x + 1) / (2 * x + 1)),
+    "function of equal arguments": lambda g, x, y: (
+        g.function(Op.EXP, (x + 1) ** 2) * g.function(Op.TANH, x * y),
+        g.function(Op.TANH, y * x) * g.function(Op.EXP, x**2 + 2 * x + 1),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", IDENTITIES)
+def test_identity_is_proved_with_a_stated_error(name):
+    found = finding(IDENTITIES[name])
+
+    assert found.verdict == PROVED
+    assert found.error_log10 < -30
+    assert found.where == -1
+
+
+MISTAKES = {
+    "sin q = q": lambda g, x, y: (g.sin(x), x),
+    "sine of another variable": lambda g, x, y: (g.sin(x), g.sin(y)),
+    "sign in a sum of angles": lambda g, x, y: (g.cos(x + y), g.cos(x) * g.cos(y) + g.sin(x) * g.sin(y)),
+    "pi = 22/7": lambda g, x, y: (g.pi, g.constant(Fraction(22, 7))),
+    "sin 1 to 18 digits": lambda g, x, y: (g.sin(1), g.constant(Fraction("0.841470984807896506"))),
+    "wrong root": lambda g, x, y: (4 * g.cos(g.pi / 5), 1 - g.sqrt(5)),
+    "heptagon with the other sign": lambda g, x, y: (
+        2 * (g.sin(g.pi * 2 / 7) + g.sin(g.pi * 4 / 7) - g.sin(g.pi / 7)),
+        -g.sqrt(7),
+    ),
+    "30 deg for 60 deg": lambda g, x, y: (g.cos(x + g.pi / 6), g.cos(x + g.pi / 3)),
+    "a term of 1e-40": lambda g, x, y: (g.sin(x) + y * Fraction(1, 10**40), g.sin(x)),
+    "sqrt(x^2) = x": lambda g, x, y: (g.sqrt(x**2), x),
+    "|x| = x": lambda g, x, y: (g.function(Op.ABS, x), x),
+    "sign x = 1": lambda g, x, y: (g.function(Op.SIGN, x), g.one),
+    "exp of a product": lambda g, x, y: (g.function(Op.EXP, x * y), g.function(Op.EXP, x) * g.function(Op.EXP, y)),
+}
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("name", MISTAKES)
+def test_wrong_identity_is_called_different(name, seed):
+    assert finding(MISTAKES[name], seed=seed).verdict == DIFFERENT
+
+
+BEYOND_THE_FIELDS = {
+    "root of something variable": lambda g, x, y: (g.sqrt((x + 1) ** 2 + y**2), g.sqrt(x**2 + 2 * x + 1 + y**2)),
+    "nested radical": lambda g, x, y: (g.sqrt(3 + 2 * g.sqrt(2)), 1 + g.sqrt(2)),
+    "|x|^2 = x^2": lambda g, x, y: (g.function(Op.ABS, x) ** 2, x**2),
+    "exp of a sum": lambda g, x, y: (g.function(Op.EXP, x + y), g.function(Op.EXP, x) * g.function(Op.EXP, y)),
+    "log exp": lambda g, x, y: (g.function(Op.LOG, g.function(Op.EXP, x)), x),
+    "product under roots, where both exist": lambda g, x, y: (g.sqrt(x) * g.sqrt(y), g.sqrt(x * y)),
+    "equal angles of another form": lambda g, x, y: (g.sin(x * (x + 1)), g.sin(x**2 + x)),
+}
+
+
+@pytest.mark.parametrize("name", BEYOND_THE_FIELDS)
+def test_what_a_field_cannot_decide_is_checked_numerically_and_says_so(name):
+    found = finding(BEYOND_THE_FIELDS[name])
+
+    assert found.verdict == NUMERICAL
+    assert found.error_log10 == 0.0
+
+
+def test_a_root_of_something_variable_is_never_proved_even_when_both_sides_are_one_node():
+    assert finding(lambda g, x, y: (g.sqrt(x + y) * 2, g.sqrt(x + y) * 2)).verdict == NUMERICAL
+
+
+def test_a_divisor_that_is_always_zero_is_an_error():
+    with pytest.raises(VerifyError, match="a divisor is zero for all values"):
+        finding(lambda g, x, y: (x / (g.sin(x) ** 2 + g.cos(x) ** 2 - 1), x))
+
+
+def test_first_differing_entry_is_named():
+    graph = Graph()
+    x = graph.symbol("x")
+    claim = Claim("claim", "left", "right", (x, x * x, x), (x, x * 2, x * 3))
+
+    assert prove([claim])[1][0].where == 1
+
+
+# Fields and points
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("wanted", [Needs(1, 1, 1, ()), Needs(180, 10, 2, (3, 5, 11, 101))], ids=["plain", "rich"])
+def test_primes_have_61_bits_and_every_root_that_is_needed(seed, wanted):
+    p = draw_prime(seed, wanted)
+
+    assert p.bit_length() == 61
+    assert p % 5040 == 1
+    assert p % (2 * wanted.turn) == 1
+    assert all(pow(a, p - 1, p) == 1 for a in (2, 3, 5, 7, 11, 13))
+    assert all(pow(n, (p - 1) // 2, p) == 1 for n in (-1 % p, 2, 3, 5, 7, *wanted.radicands))
+    assert draw_prime(seed, wanted) == p
+
+
+def test_needs_are_read_off_the_angles_and_roots():
+    graph = Graph()
+    x = graph.symbol("x")
+    outputs = [graph.sin(x / 3 + graph.pi * Fraction(37, 180)), graph.cos(x + Fraction(3, 10)), graph.sqrt(33)]
+
+    assert needs(outputs) == Needs(turn=180, radian=10, atom=3, radicands=(3, 11))
+
+
+def certificate(seed):
+    w = Workspace(spatial_arm())
+    claims = [
+        Claim(name, "first", "lagrange", derive_one(w, name).entries, derive_one(w, name, "lagrange").entries)
+        for name in ("inverse_dynamics", "mass_matrix")
+    ]
+    return prove(claims, seed=seed)
+
+
+def test_a_seed_gives_one_certificate_and_another_seed_other_fields():
+    fields, findings = certificate(7)
+
+    assert certificate(7) == (fields, findings)
+    assert [found.verdict for found in findings] == [PROVED, PROVED]
+    assert certificate(8)[0].primes != fields.primes
+    assert len(set(fields.primes)) == 2
+
+
+# A mistake anywhere in a derivation
+
+SWAP = {Op.ADD: "sub", Op.SUB: "add"}
+
+
+def mutants(entries):
+    """Yield (what, node, wrong node) for every single mistake: a wrong sign, a dropped term, a wrong operand."""
+    graph = entries[0].graph
+    nodes = [node for node in reachable(entries) if node.args]
+    for node in nodes:
+        if node.op in SWAP:
+            yield "wrong sign", node, getattr(graph, SWAP[node.op])(*node.args)
+            yield "dropped term", node, node.args[0]
+            yield "dropped term", node, node.args[1]
+        elif node.op is Op.NEG:
+            yield "wrong sign", node, node.args[0]
+        elif node.op is Op.MUL:
+            yield "dropped factor", node, node.args[1]
+        elif node.op in (Op.SIN, Op.COS):
+            yield "sine for cosine", node, graph.function(Op.COS if node.op is Op.SIN else Op.SIN, *node.args)
+
+
+@pytest.mark.parametrize(
+    ("scene", "output"),
+    [(two_link(), "inverse_dynamics"), (two_link(), "forward_dynamics"), (spatial_arm(), "gravity_forces")],
+    ids=["two_link ID", "two_link FD", "spatial_arm g"],
+)
+def test_every_single_mistake_in_a_graph_is_caught(scene, output):
+    w = Workspace(scene)
+    right, witness = derive_one(w, output, "rnea" if output != "forward_dynamics" else "crba").entries, None
+    witness = derive_one(w, output, "lagrange").entries
+    wrong = [(what, substitute(right, {node: bad})) for what, node, bad in mutants(list(right))]
+    assert len(wrong) > 40
+    claims = [Claim(f"{k} {what}", "wrong", "right", tuple(bad), witness) for k, (what, bad) in enumerate(wrong)]
+
+    findings = prove([Claim("right", "derived", "witness", right, witness), *claims], primes=1, points=1)[1]
+
+    assert findings[0].verdict == PROVED
+    assert [found.claim for found in findings[1:] if found.verdict != DIFFERENT] == []
+
+
+def test_swapped_indices_are_caught():
+    w = Workspace(spatial_arm())
+    for name, road in [("coriolis_matrix", "rnea"), ("k_D", "rnea"), ("k_C", "crba"), ("mass_matrix", "crba")]:
+        entries, witness = derive_one(w, name, road).entries, derive_one(w, name, "lagrange").entries
+        n = w.state.n
+        transposed = tuple(entries[j * n + i] for i in range(n) for j in range(n))
+        shifted = (*entries[1:], entries[0])
+        claims = [Claim(name, "swapped", "witness", bad, witness) for bad in (transposed, shifted)]
+
+        verdicts = [found.verdict for found in prove(claims)[1]]
+
+        assert verdicts == [PROVED if name == "mass_matrix" else DIFFERENT, DIFFERENT]  # only M is symmetric
