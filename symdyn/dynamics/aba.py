@@ -95,8 +95,10 @@ def aba(tree: Tree, qd: Sequence[Expr], tau: Sequence[Expr]) -> list[Expr]:
     """Return q̈ for the joint forces τ, shape (n,); rad/s^2 or m/s^2.
 
     Raises:
-        DerivationError: a joint has no inertia beyond it.
+        DerivationError: a joint has no inertia beyond it, or follows another one.
     """
+    if tree.coupled:
+        raise DerivationError("the articulated-body algorithm knows no coupled joints; use the road crba")
     still = zero_vector(tree.graph)
     w, c = [still], [(still, still)]
     A = [_rigid(tree, 0, still)]
@@ -114,7 +116,7 @@ def aba(tree: Tree, qd: Sequence[Expr], tau: Sequence[Expr]) -> list[Expr]:
     for i in tree.inward():  # articulated inertias, tips to ground
         p, S = tree.parent[i], tree.S[i]
         U[i] = A[i].times(S)
-        D[i] = _dot(S, U[i])
+        D[i] = _dot(S, U[i]) + tree.armature[i]
         if D[i].is_zero:
             raise DerivationError(singular(i))
         u[i] = tau[i - 1] - _dot(S, A[i].bias)

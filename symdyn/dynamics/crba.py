@@ -23,13 +23,22 @@ def crba(tree: Tree) -> list[list[Expr]]:
     """
     Ic = list(tree.inertia)
     M = [[tree.graph.zero] * tree.n for _ in range(tree.n)]
+
+    def enter(i: int, j: int, value: Expr) -> None:
+        """Add the term of joints i and j to the entry of their coordinates, which joints that follow share."""
+        k, m = tree.column[i], tree.column[j]
+        M[k][m] = M[k][m] + tree.ratio[i] * tree.ratio[j] * value
+
     for i in tree.inward():
         z, s = tree.S[i]
         n, f = Ic[i].momentum(z, s)
         j = i
         while j:
             z, s = tree.S[j]
-            M[i - 1][j - 1] = M[j - 1][i - 1] = dot(z, n) + dot(s, f)
+            value = dot(z, n) + dot(s, f)
+            enter(i, j, value + tree.armature[i] if i == j else value)
+            if i != j:
+                enter(j, i, value)
             f = apply(tree.T[j].R, f)
             n = add(apply(tree.T[j].R, n), cross(tree.T[j].p, f))
             j = tree.parent[j]

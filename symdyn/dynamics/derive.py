@@ -21,6 +21,9 @@ CUBIC = ("coriolis_matrix", "k_C", "k_D")
 
 LARGE = 12
 
+TREES_ONLY = ("aba",)
+"""Roads that know no joint that follows another one."""
+
 
 def derive(scene: Scene, outputs: Sequence[str] = DYNAMICS, road: str | None = None) -> Equations:
     """Return the equations of motion of a scene, only the outputs asked for.
@@ -58,13 +61,14 @@ def available(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
     return tuple(wanted), left_out
 
 
-def roads(request: str) -> tuple[str, ...]:
-    """Return the names of the derivations of an output.
+def roads(request: str, scene: Scene | None = None) -> tuple[str, ...]:
+    """Return the names of the derivations of an output, for a scene only those that it has.
 
     Raises:
         DerivationError: there is no such output.
     """
-    return tuple(_row(request)[0].roads)
+    coupled = scene is not None and any(joint.coupling for joint in scene.joints)
+    return tuple(road for road in _row(request)[0].roads if not (coupled and road in TREES_ONLY))
 
 
 def derive_one(workspace: Workspace, request: str, road: str | None = None) -> Function:

@@ -106,7 +106,9 @@ def jacobian(scene: Scene, tree: Tree, name: str) -> list[Expr]:
     i = tree.home[body][0]
     while i:
         z, s = apply(placements[i].R, tree.S[i][0]), apply(placements[i].R, tree.S[i][1])
-        columns[i - 1] = (*add(cross(z, sub(p, placements[i].p)), s), *z)
+        column = (*add(cross(z, sub(p, placements[i].p)), s), *z)
+        k, ratio = tree.column[i], tree.ratio[i]
+        columns[k] = tuple(x + ratio * y for x, y in zip(columns[k], column, strict=True))
         i = tree.parent[i]
     return [column[k] for k in range(6) for column in columns]
 

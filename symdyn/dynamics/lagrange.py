@@ -14,9 +14,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symdyn.dynamics.positions import body_placements
-from symdyn.dynamics.state import State, first_moment, generalized_forces, state_symbols, vector
+from symdyn.dynamics.state import (
+    State,
+    first_moment,
+    generalized_forces,
+    joint_position,
+    state_symbols,
+    vector,
+)
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
-from symdyn.scene import Body, Scene, express
+from symdyn.scene import Body, Joint, Scene, express
 from symdyn.spatial import Mat, Transform, Vec, apply_transposed, cross, dot, symmetric
 from symdyn.spatial import apply as matvec
 
@@ -39,6 +46,7 @@ def energies(scene: Scene, graph: Graph) -> Energies:
     gravity = vector(scene.gravity, graph)
     placed = body_placements(scene, graph)
     kinetic = [_kinetic(body, placed[body.name], rates, graph) for body in scene.bodies]
+    kinetic += [_rotor(joint, rates, graph) for joint in scene.joints if joint.moves]
     potential = [-dot(gravity, _weighted_place(body, placed[body.name], graph)) for body in scene.bodies]
     return Energies(scene, graph, state, graph.total(kinetic), graph.total(potential))
 
@@ -60,6 +68,12 @@ def _kinetic(body: Body, T: Transform, rates: dict[Expr, Expr], graph: Graph) ->
     v = _rate(T.p, rates)  # of the body frame's origin: K = ½ m v² + v·(ω × R h) + ½ ω·I ω, h = m r
     h = first_moment(body, graph)
     return total + _half(graph) * m * _square(v) + dot(v, cross(omega, matvec(T.R, h))) + spin
+
+
+def _rotor(joint: Joint, rates: dict[Expr, Expr], graph: Graph) -> Expr:
+    """Return ½ armature (rate of the joint)²."""
+    (rate,) = tangents([joint_position(joint, graph)], rates)
+    return _half(graph) * express(joint.armature, graph) * rate * rate
 
 
 def _weighted_place(body: Body, T: Transform, graph: Graph) -> Vec:

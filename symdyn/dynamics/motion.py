@@ -32,20 +32,21 @@ def body_motion(tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], ground: Vec
 
     Args:
         tree: the mechanism.
-        qd: joint velocities, shape (n,).
-        qdd: joint accelerations, shape (n,).
+        qd: rates of the coordinates, shape (n,).
+        qdd: their accelerations, shape (n,).
         ground: acceleration of the ground, m/s^2; -g puts gravity into every body at once.
     """
     still = zero_vector(tree.graph)
+    rate, acceleration = tree.rates(qd), tree.rates(qdd)
     motion = [Motion(still, still, ground)]
     for i in tree.outward():
         (z, s), E, r = tree.S[i], tree.T[i].R, tree.T[i].p
         parent = motion[tree.parent[i]]
         wp = apply_transposed(E, parent.w)
-        spin, slide = scale(qd[i - 1], z), scale(qd[i - 1], s)
+        spin, slide = scale(rate[i], z), scale(rate[i], s)
         w = add(wp, spin)
-        dw = add(add(apply_transposed(E, parent.dw), cross(wp, spin)), scale(qdd[i - 1], z))
+        dw = add(add(apply_transposed(E, parent.dw), cross(wp, spin)), scale(acceleration[i], z))
         carried = add(parent.a, add(cross(parent.dw, r), cross(parent.w, cross(parent.w, r))))
-        a = add(add(apply_transposed(E, carried), scale(2, cross(wp, slide))), scale(qdd[i - 1], s))
+        a = add(add(apply_transposed(E, carried), scale(2, cross(wp, slide))), scale(acceleration[i], s))
         motion.append(Motion(w, dw, a))
     return motion

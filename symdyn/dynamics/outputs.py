@@ -73,7 +73,7 @@ def _forward_aba(w: Workspace) -> list[Expr]:
 def _forward_crba(w: Workspace) -> list[Expr]:
     bias = rnea(w.tree, w.state.qd, w.still)
     rest = [tau + force - load for tau, force, load in zip(w.state.tau, w.Q, bias, strict=True)]
-    return solve(w.tree.parent, w.composite_mass, rest)
+    return solve(w.tree.coordinate_parents(), w.composite_mass, rest)
 
 
 def _cheaper_forward(w: Workspace) -> str:
@@ -81,6 +81,8 @@ def _cheaper_forward(w: Workspace) -> str:
 
     On chains and trees of benchmarks/building.py the counts cross between 3.5 and 4.5 pairs a joint.
     """
+    if w.tree.coupled:
+        return "crba"
     depth = [0]
     for i in w.tree.outward():
         depth.append(depth[w.tree.parent[i]] + 1)

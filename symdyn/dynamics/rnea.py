@@ -36,15 +36,16 @@ def rnea(tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], gravity: bool = Tr
     ground = neg(tree.gravity) if gravity else zero_vector(tree.graph)
     motion = body_motion(tree, qd, qdd, ground)  # pass 1: motion, ground to tips
     wrench = [balance(inertia, moved) for inertia, moved in zip(tree.inertia, motion, strict=True)]
-    tau: list[Expr] = []
+    acceleration = tree.rates(qdd)
+    tau = [tree.graph.zero] * len(tree.parent)
     for i in tree.inward():  # pass 2: force, tips to ground
         p, (z, s), T = tree.parent[i], tree.S[i], tree.T[i]
         n, f = wrench[i]
-        tau.append(dot(z, n) + dot(s, f))
+        tau[i] = dot(z, n) + dot(s, f) + tree.armature[i] * acceleration[i]
         force = apply(T.R, f)
         moment = add(apply(T.R, n), cross(T.p, force))
         wrench[p] = (add(wrench[p][0], moment), add(wrench[p][1], force))
-    return tau[::-1]
+    return tree.gather(tau)
 
 
 def balance(inertia: Inertia, motion: Motion) -> tuple[Vec, Vec]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.graph import Expr, Graph
+from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import JOINTS, Body, Joint, Pose, Quantity, Scene, acceleration_name, express, velocity_name
 from symdyn.spatial import Transform, Vec, dot, elementary, scale, unit_transform
 
@@ -56,9 +56,17 @@ def placement(pose: Pose, graph: Graph) -> Transform:
     return result
 
 
+def joint_position(joint: Joint, graph: Graph) -> Expr:
+    """Return the position of a joint that moves, in terms of the coordinates; rad or m."""
+    if joint.coupling is None:
+        return graph.symbol(joint.coordinate)
+    ratio, offset = express(joint.coupling.ratio, graph), express(joint.coupling.offset, graph)
+    return ratio * graph.symbol(joint.coupling.coordinate) + offset
+
+
 def joint_motion(joint: Joint, graph: Graph) -> Transform:
     """Return the placement of the moved joint frame in the joint frame."""
-    q = (graph.symbol(joint.coordinate),) if joint.coordinate else ()
+    q = (joint_position(joint, graph),) if joint.moves else ()
     return JOINTS[joint.type].motion(unit_axis(joint, graph), q)
 
 
@@ -72,5 +80,17 @@ def first_moment(body: Body, graph: Graph) -> Vec:
 
 
 def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
-    """Return the declared forces Q^A of (5.22) beside the drives, shape (n,); N m or N."""
-    return [express(joint.force, graph) for joint in scene.moving]
+    """Return Q^A of (5.22), shape (n,): declared forces and viscous damping, everything but the drives; N m or N."""
+    state = state_symbols(scene, graph)
+    rates = dict(zip(state.q, state.qd, strict=True))
+    declared = {joint.coordinate: express(joint.force, graph) for joint in scene.moving}
+    forces = [declared[name] for name in scene.coordinates]
+    for joint in scene.joints:
+        damping = express(joint.damping, graph)
+        if damping.is_zero or not joint.moves:
+            continue
+        position = joint_position(joint, graph)
+        (rate,) = tangents([position], rates)
+        for k, slope in enumerate(gradient(position, state.q)):
+            forces[k] = forces[k] - damping * rate * slope
+    return forces

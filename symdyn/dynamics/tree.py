@@ -8,14 +8,17 @@ on it by fixed joints is part of it.
     T[i]      placement of frame i in frame p
     S[i]      motion subspace of joint i in frame i: (angular, linear)
     inertia   of body i about the origin of frame i, everything welded to it included
+    k, ratio  coordinate that moves joint i, and its rate per unit rate of that coordinate: 1, unless joint i follows
+              another joint's coordinate, so that two bodies share one k
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics.state import first_moment, joint_motion, placement, unit_axis, vector
-from symdyn.graph import Graph
+from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, JOINTS, Body, Scene, express
 from symdyn.spatial import (
     Inertia,
@@ -32,13 +35,17 @@ from symdyn.spatial import (
 
 @dataclass(frozen=True)
 class Tree:
-    """A tree of n moving bodies; tuples have n + 1 entries, entry 0 is the ground.
+    """A tree of moving bodies 1..N in n coordinates; tuples have N + 1 entries, entry 0 is the ground.
 
     Attributes:
         graph: where the entries live.
         gravity: acceleration of free fall, ground frame, m/s^2.
         parent: parent[i] < i; parent[0] is -1.
         T, S, inertia: as in the module's legend.
+        column: column[i] is the coordinate k of joint i, from 0; -1 for the ground.
+        ratio: as in the module's legend.
+        armature: inertia of the rotor of joint i, seen at the joint, kg m^2 or kg.
+        n: number of coordinates.
         home: for every body of the scene the moving body that carries it, and its placement there.
     """
 
@@ -48,20 +55,39 @@ class Tree:
     T: tuple[Transform, ...]
     S: tuple[tuple[Vec, Vec], ...]
     inertia: tuple[Inertia, ...]
+    column: tuple[int, ...]
+    ratio: tuple[Expr, ...]
+    armature: tuple[Expr, ...]
+    n: int
     home: dict[str, tuple[int, Transform]]
 
     @property
-    def n(self) -> int:
-        """Number of moving bodies, which is the number of coordinates."""
-        return len(self.parent) - 1
+    def coupled(self) -> bool:
+        """Whether some joint follows another joint's coordinate."""
+        return len(self.parent) - 1 > self.n
 
     def outward(self) -> range:
         """Return the moving bodies from the ground to the tips."""
-        return range(1, self.n + 1)
+        return range(1, len(self.parent))
 
     def inward(self) -> range:
         """Return the moving bodies from the tips to the ground."""
-        return range(self.n, 0, -1)
+        return range(len(self.parent) - 1, 0, -1)
+
+    def rates(self, qd: Sequence[Expr]) -> list[Expr]:
+        """Return the rate of every joint for the rates of the coordinates, shape (n,); entry 0 is the ground's, zero."""
+        return [self.graph.zero] + [self.ratio[i] * qd[self.column[i]] for i in self.outward()]
+
+    def gather(self, forces: Sequence[Expr]) -> list[Expr]:
+        """Return the forces on the coordinates, shape (n,), for the forces on the joints, entry 0 unused."""
+        total = [self.graph.zero] * self.n
+        for i in self.outward():
+            total[self.column[i]] = total[self.column[i]] + self.ratio[i] * forces[i]
+        return total
+
+    def coordinate_parents(self) -> list[int]:
+        """Return the tree of coordinates 1..n for `ldl.solve`: that of the bodies, or a chain where joints follow."""
+        return list(range(-1, self.n)) if self.coupled else list(self.parent)
 
 
 def build_tree(scene: Scene, graph: Graph) -> Tree:
@@ -69,11 +95,17 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
     still = unit_transform(graph)
     nothing = (zero_vector(graph), zero_vector(graph))
     parent, T, S, inertia = [-1], [still], [nothing], [no_inertia(graph)]
+    column, ratio, armature = [-1], [graph.zero], [graph.zero]
+    coordinates = {name: k for k, name in enumerate(scene.coordinates)}
     home: dict[str, tuple[int, Transform]] = {GROUND: (0, still)}
     for joint, body in zip(scene.joints, scene.bodies, strict=True):
         carrier, place = home[joint.parent]
         place = place @ placement(joint.origin, graph)
-        if joint.coordinate:
+        if joint.moves:
+            leader = joint.coupling.coordinate if joint.coupling else joint.coordinate
+            column.append(coordinates[leader])
+            ratio.append(express(joint.coupling.ratio, graph) if joint.coupling else graph.one)
+            armature.append(express(joint.armature, graph))
             parent.append(carrier)
             T.append(place @ joint_motion(joint, graph))
             S.append(JOINTS[joint.type].subspace(unit_axis(joint, graph))[0])
@@ -83,7 +115,19 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         home[body.name] = (carrier, place)
         inertia[carrier] = inertia[carrier] + body_inertia(body, graph).seen_from(place)
     gravity = vector(scene.gravity, graph)
-    return Tree(graph, gravity, tuple(parent), tuple(T), tuple(S), tuple(inertia), home)
+    return Tree(
+        graph=graph,
+        gravity=gravity,
+        parent=tuple(parent),
+        T=tuple(T),
+        S=tuple(S),
+        inertia=tuple(inertia),
+        column=tuple(column),
+        ratio=tuple(ratio),
+        armature=tuple(armature),
+        n=len(coordinates),
+        home=home,
+    )
 
 
 def body_inertia(body: Body, graph: Graph) -> Inertia:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
-from symdyn.scene.quantity import ZERO, Quantity, number
+from symdyn.scene.quantity import ONE, ZERO, Quantity, number
 
 GROUND = "ground"
 
@@ -93,8 +93,39 @@ class Body:
 
 
 @dataclass(frozen=True)
+class Coupling:
+    """A joint that follows another one's coordinate: its position is ratio · coordinate + offset.
+
+    Attributes:
+        coordinate: the coordinate that it follows.
+        ratio: position of this joint per unit of that coordinate, free of coordinates.
+        offset: position of this joint at coordinate zero; rad or m.
+    """
+
+    coordinate: str
+    ratio: Quantity = ONE
+    offset: Quantity = ZERO
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a joint may do; data for controllers, no part of the equations. None: unlimited.
+
+    Attributes:
+        lower, upper: position, rad or m.
+        velocity: largest speed, rad/s or m/s.
+        effort: largest driving force, N m or N.
+    """
+
+    lower: Quantity | None = None
+    upper: Quantity | None = None
+    velocity: Quantity | None = None
+    effort: Quantity | None = None
+
+
+@dataclass(frozen=True)
 class Joint:
-    """A joint, and with it one coordinate (none for a fixed joint).
+    """A joint, and with it one coordinate (none for a fixed or a coupled joint).
 
     Attributes:
         type: a key of `JOINTS`.
@@ -105,6 +136,11 @@ class Joint:
         coordinate: name of q; the velocity is called `<q>_dot`, the acceleration `<q>_ddot`; "" for a fixed joint.
         drive: name of the driving force or torque (positive: accelerates q); None for a passive joint.
         force: generalized force Q^A beside the drive (5.22), in parameters, coordinates and velocities; N m or N.
+        coupling: the coordinate that the joint follows, in place of one of its own.
+        armature: inertia of a rotor, seen at the joint: adds ½ armature (rate of the joint)² to K; kg m^2 or kg.
+        damping: viscous damping, adds -damping · rate to Q^A; N m s/rad or N s/m.
+        friction: dry friction, N m or N; data, no part of the equations.
+        limits: data, no part of the equations.
     """
 
     name: str
@@ -117,6 +153,16 @@ class Joint:
     coordinate: str = ""
     drive: str | None = None
     force: Quantity = ZERO
+    coupling: Coupling | None = None
+    armature: Quantity = ZERO
+    damping: Quantity = ZERO
+    friction: Quantity = ZERO
+    limits: Limits = Limits()
+
+    @property
+    def moves(self) -> bool:
+        """Whether the joint moves, by a coordinate of its own or by one that it follows."""
+        return bool(self.coordinate) or self.coupling is not None
 
 
 @dataclass(frozen=True)

@@ -86,7 +86,7 @@ def certify(
     claims = [
         Claim(name, one.formulation, road, one.entries, derive_one(workspace, name, road).entries)
         for name, one in zip(outputs, preferred, strict=True)
-        for road in roads(name)
+        for road in roads(name, scene)
         if road != one.formulation
     ]
     claims += laws(workspace, outputs)
