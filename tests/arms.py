@@ -1,26 +1,20 @@
-"""Scenes with names: the textbook's arm, the arms of the oracles, and small ones that laws are tried on."""
+"""Scenes with names: the arms of the textbook and of the oracles, and small ones that laws are tried on."""
 
 from __future__ import annotations
 
 from fractions import Fraction
+from pathlib import Path
 
 from oracles import oracle
 
-from symdyn.scene import Scene, body, dh_table, point, prismatic, revolute, scene
+from symdyn.scene import Scene, body, point, prismatic, read, revolute, scene
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
 
 
 def two_link() -> Scene:
-    """Example 5.28, figure 5.40: q1 from the downward vertical, q2 relative; x right, y up, turning about z."""
-    return scene(
-        "two_link",
-        parameters=dict.fromkeys(("m1", "m2", "h1", "h2", "g")),
-        gravity=[0, "-g", 0],
-        bodies=[
-            body("link1", particles=[{"mass": "m1", "at": [0, "-h1", 0]}]),
-            body("link2", particles=[{"mass": "m2", "at": [0, "-h2", 0]}]),
-        ],
-        joints=[revolute("S1", "ground", "link1"), revolute("S2", "link1", "link2", origin=[0, "-h1", 0])],
-    )
+    """Example 5.28, figure 5.40: q1 from the downward vertical, q2 relative; params m1, m2, h1, h2, g."""
+    return read(EXAMPLES / "two_link.toml")
 
 
 def chain(n: int, length: Fraction = Fraction(1)) -> Scene:
@@ -39,25 +33,7 @@ def chain(n: int, length: Fraction = Fraction(1)) -> Scene:
 
 def puma560() -> Scene:
     """Corke's PUMA 560 in a standard Denavit-Hartenberg table, without motors; right angles are exact."""
-    rows = []
-    for i, link in enumerate(oracle("puma560_corke")["links"]):
-        xx, yy, zz, xy, yz, xz = link["I"]
-        twist = {"0.0": "0", "1.5707963267948966192": "pi/2", "-1.5707963267948966192": "-pi/2"}[link["alpha"]]
-        rows.append(
-            {
-                "name": f"link{i + 1}",
-                "theta": 0,
-                "d": link["d"],
-                "a": link["a"],
-                "alpha": twist,
-                "mass": link["m"],
-                "com": link["r"],
-                "inertia": {"xx": xx, "yy": yy, "zz": zz, "xy": xy, "xz": xz, "yz": yz},
-                "inertia_about": "com",
-                "allow_invalid_inertia": True,  # link 1 was identified as Iyy and nothing else
-            }
-        )
-    return scene("puma560", gravity=[0, 0, "-9.81"], dh=dh_table("standard", rows))
+    return read(EXAMPLES / "puma560.toml")
 
 
 def three_link() -> Scene:
@@ -105,7 +81,7 @@ def cart_pole() -> Scene:
 
 def spatial_arm() -> Scene:
     """Two crossed revolute joints and a prismatic one: R, R, P in space, with every product of inertia."""
-    tensor = {"xx": 2, "yy": 3, "zz": Fraction(5, 2), "xy": Fraction(1, 10), "xz": Fraction(-1, 5), "yz": Fraction(1, 4)}
+    tensor = {"xx": 2, "yy": 3, "zz": "5/2", "xy": "1/10", "xz": "-1/5", "yz": "1/4"}
     return scene(
         "spatial_arm",
         parameters=dict.fromkeys(("m1", "m2", "m3", "a", "g")),

@@ -1,4 +1,4 @@
-"""The three-link arm of Lynch and Park, Modern Robotics, chapter 8: published to 8 decimals, recomputed to 30 digits."""
+"""The three-link arm of Lynch and Park, Modern Robotics, chapter 8: published to 8 decimals, known to 30."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ def mass_faults(body: Body, values: Mapping[str, Value]) -> list[str]:
         mass = _known([quantity], values)
         if mass and mass[0] < 0:
             faults.append(f"{label} = {_short(mass[0])} is negative; give a mass of zero or more")
-    if faults or body.allow_invalid_inertia:
+    if body.allow_invalid_inertia or (faults and body.about == "frame"):
         return faults
     mass, matrix = _known([body.mass], values), central_inertia(body, values)
     if matrix is None:

@@ -93,7 +93,7 @@ def certify(
     program = lower(Equations(scene, workspace.graph, preferred))
     claims += _program_claims(scene, preferred, program)
     progress("proving over finite fields")
-    fields, findings = prove(claims, seed)
+    fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
     progress("building")
     modules = _modules(program, notes)
     findings += _positive_definite(program, modules, seed, notes)

@@ -1,13 +1,14 @@
 """Proving that two graphs are the same function: random points over random 61-bit primes (Schwartz-Zippel).
 
 What the field cannot decide (a branch of a square root, an identity of an uninterpreted function) is compared at
-random points in 50 digits instead and reported as "checked numerically", never as proved.
+random points in 50 digits instead and reported as "checked numerically", never as proved. Points are of either sign,
+except for symbols that are declared positive, and lie where every root and logarithm is real.
 """
 
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from math import log10
 from typing import Any
@@ -16,7 +17,7 @@ from symdyn.algebra.big import BigFloats
 from symdyn.algebra.degree import degree_bound
 from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime, evaluate_over_field, needs
 from symdyn.errors import VerifyError
-from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.graph import FUNCTIONS, Expr, Op, evaluate, linear_form, reachable
 
 PROVED = "proved"
 NUMERICAL = "checked numerically"
@@ -25,6 +26,8 @@ DIFFERENT = "different"
 MAX_DRAWS = 200
 DIGITS = 50
 TOLERANCE = 1e-35  # relative; 50 digits leave 15 for cancellation
+TRIALS = 6  # numerical points, half of them the mirror images of the others
+CONSISTENT_RADICANDS = frozenset({2, 3, 5, 7})  # their roots are built from the root of unity that gives the sines
 
 
 @dataclass(frozen=True)
@@ -68,7 +71,9 @@ class Fields:
     points: int
 
 
-def prove(claims: Sequence[Claim], seed: int = 1, primes: int = 2, points: int = 2) -> tuple[Fields, list[Finding]]:
+def prove(
+    claims: Sequence[Claim], seed: int = 1, primes: int = 2, points: int = 2, positive: Collection[str] = ()
+) -> tuple[Fields, list[Finding]]:
     """Return a finding for every claim.
 
     Args:
@@ -76,21 +81,26 @@ def prove(claims: Sequence[Claim], seed: int = 1, primes: int = 2, points: int =
         seed: of primes and points; the same seed, the same certificate.
         primes: how many primes.
         points: how many points over each.
+        positive: names of symbols that are assumed positive where a claim is checked numerically.
 
     Raises:
         VerifyError: no point could be drawn at which everything is defined.
     """
-    graphs = [entries for claim in claims for entries in (claim.left, claim.right) if entries]
-    wanted = needs([node for entries in graphs for node in entries])
+    exact = {k: claim for k, claim in enumerate(claims) if not _has_branches((*claim.left, *claim.right))}
+    wanted = needs([node for claim in exact.values() for node in (*claim.left, *claim.right)])
     chosen = tuple(draw_prime(seed + k, wanted) for k in range(primes))
-    agree = [[True] * len(claim.left) for claim in claims]
+    agree = {k: [True] * len(claim.left) for k, claim in exact.items()}
     for k, prime in enumerate(chosen):
         for point in range(points):
-            for flags, (left, right) in zip(agree, _draw(claims, prime, wanted, (seed, k, point)), strict=True):
+            drawn = _draw(tuple(exact.values()), prime, wanted, (seed, k, point))
+            for flags, (left, right) in zip(agree.values(), drawn, strict=True):
                 for i, (a, b) in enumerate(zip(left, right, strict=True)):
                     flags[i] = flags[i] and a == b
     findings = [
-        _judge(claim, flags, wanted, min(chosen), primes * points) for claim, flags in zip(claims, agree, strict=True)
+        _judge(claim, agree[k], wanted, min(chosen), primes * points, positive)
+        if k in exact
+        else _look(claim, positive)
+        for k, claim in enumerate(claims)
     ]
     return Fields(seed, chosen, points), findings
 
@@ -129,22 +139,49 @@ def hash_seed(*key: int) -> int:
     return result
 
 
-def _judge(claim: Claim, flags: Sequence[bool], wanted: Needs, prime: int, points: int) -> Finding:
+def _judge(
+    claim: Claim, flags: Sequence[bool], wanted: Needs, prime: int, points: int, positive: Collection[str]
+) -> Finding:
     """Return the finding for a claim, given which entries agreed over the fields."""
-    agreed = all(flags)
-    name = f"{claim.name}: {claim.left_name} = {claim.right_name}"
-    if agreed and not _has_branches((*claim.left, *claim.right)):
+    if all(flags):
         degree = degree_bound(claim.left, claim.right, wanted)
         error = points * (log10(max(degree, 1)) - log10(prime))
         if error < -6:
-            return Finding(name, PROVED, len(flags), degree, error, -1)
-    where = _first_difference(claim)
-    verdict = NUMERICAL if where < 0 else DIFFERENT
-    return Finding(name, verdict, len(flags), 0, 0.0, where)
+            return Finding(_title(claim), PROVED, len(flags), degree, error, -1)
+    elif _is_decided((*claim.left, *claim.right)):
+        return Finding(_title(claim), DIFFERENT, len(flags), 0, 0.0, list(flags).index(False))
+    return _look(claim, positive)
+
+
+def _look(claim: Claim, positive: Collection[str]) -> Finding:
+    """Return the finding for a claim at numerical points alone."""
+    where = _first_difference(claim, positive)
+    return Finding(_title(claim), NUMERICAL if where < 0 else DIFFERENT, len(claim.left), 0, 0.0, where)
+
+
+def _title(claim: Claim) -> str:
+    return f"{claim.name}: {claim.left_name} = {claim.right_name}"
+
+
+def _is_decided(outputs: Sequence[Expr]) -> bool:
+    """Whether values that differ over a field mean different functions, however small the difference.
+
+    So it is where the field knows every relation: sines of linear angles, and roots of 2, 3, 5, 7.
+    """
+    for entries in _by_graph(outputs):
+        if not set(needs(entries).radicands) <= CONSISTENT_RADICANDS:
+            return False
+        for node in reachable(entries):
+            if node.op in (Op.SIN, Op.COS):
+                if any(atom.op is not Op.SYMBOL for atom, _ in linear_form(node.args[0]).terms):
+                    return False
+            elif node.op in FUNCTIONS and not (node.op is Op.SQRT and node.args[0].op is Op.CONSTANT):
+                return False
+    return True
 
 
 def _has_branches(outputs: Sequence[Expr]) -> bool:
-    """Whether a square root of something variable occurs."""
+    """Whether a root of something variable occurs: a field has two such roots or none, and no sign to choose by."""
     return any(
         node.op is Op.SQRT and node.args[0].op is not Op.CONSTANT
         for entries in _by_graph(outputs)
@@ -159,11 +196,13 @@ def _by_graph(outputs: Sequence[Expr]) -> list[list[Expr]]:
     return list(groups.values())
 
 
-def _first_difference(claim: Claim) -> int:
-    """Return the first entry that differs at three random points in 50 digits, -1 if none does."""
+def _first_difference(claim: Claim, positive: Collection[str]) -> int:
+    """Return the first entry that differs at random points in 50 digits, -1 if none does."""
     algebra = BigFloats(DIGITS)
-    for trial in range(3):
-        left, right = (_big_values(side, algebra, trial) for side in (claim.left, claim.right))
+    algebra.context.trap_complex = True  # the root of a negative number is no value
+    draws = iter(range(MAX_DRAWS))
+    for _ in range(TRIALS):
+        left, right = _next_point(claim, algebra, positive, draws)
         scale = max([abs(value) for value in (*left, *right)], default=1) or 1
         for i, (a, b) in enumerate(zip(left, right, strict=True)):
             if not abs(a - b) <= TOLERANCE * scale:
@@ -171,10 +210,24 @@ def _first_difference(claim: Claim) -> int:
     return -1
 
 
-def _big_values(outputs: Sequence[Expr], algebra: BigFloats, trial: int) -> list[Any]:
+def _next_point(
+    claim: Claim, algebra: BigFloats, positive: Collection[str], draws: Iterator[int]
+) -> tuple[list[Any], list[Any]]:
+    """Return the values of both sides at the next point where they are real."""
+    for draw in draws:
+        try:
+            return _big_values(claim.left, algebra, positive, draw), _big_values(claim.right, algebra, positive, draw)
+        except (ValueError, ZeroDivisionError):
+            continue
+    raise VerifyError(f"{claim.name}: no point was found at which every root and logarithm is real ({MAX_DRAWS} tries)")
+
+
+def _big_values(outputs: Sequence[Expr], algebra: BigFloats, positive: Collection[str], draw: int) -> list[Any]:
     values = {}
     for node in reachable(outputs):
         if node.op is Op.SYMBOL:
-            rng = random.Random(f"{trial}:{node.value}")
-            values[node] = algebra.number(rng.uniform(0.25, 2.0))
+            rng = random.Random(f"{draw // 2}:{node.value}")
+            signed = draw < MAX_DRAWS // 2 and node.value not in positive  # if few points are real, try all positive
+            sign = rng.choice((-1, 1)) * (-1) ** draw if signed else 1  # points come as x and -x
+            values[node] = algebra.number(sign * rng.uniform(0.25, 2.0))
     return evaluate(outputs, algebra, values)

@@ -1,0 +1,164 @@
+"""Closed forms: the textbook's formulas to the letter, the energies of the graph exactly, within the promised time."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+
+import pytest
+
+from symdyn.algebra.form import express_form
+from symdyn.algebra.numeric import Floats
+from symdyn.algebra.trigonometric import TrigonometricRing
+from symdyn.dynamics.christoffel import christoffel
+from symdyn.dynamics.closed_form import ClosedForm, closed_form, coefficient_names
+from symdyn.dynamics.lagrange import energies, gravity_forces, mass_matrix
+from symdyn.graph import Expr, Graph, Op, evaluate, reachable
+from symdyn.scene import Scene, number, read, with_symbolic_inertia
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+SMALL = ["pendulum", "two_link", "cart_pole", "double_pendulum", "scara"]
+
+
+def example(name: str) -> Scene:
+    return read(str(EXAMPLES / f"{name}.toml"))
+
+
+@pytest.fixture(scope="module")
+def two_link() -> ClosedForm:
+    return closed_form(example("two_link"))
+
+
+TEXTBOOK = {
+    "(5.45)": (("k_z", 0, 0), "(m1 + m2)*h1**2 + m2*h2**2 + 2*m2*h1*h2*cos(q2)"),
+    "(5.51)": (("k_z", 0, 1), "m2*h2**2 + m2*h1*h2*cos(q2)"),
+    "(5.54)": (("k_z", 1, 0), "m2*h2**2 + m2*h1*h2*cos(q2)"),
+    "(5.49)": (("k_z", 1, 1), "m2*h2**2"),
+    "(5.40) k_C1": (("k_C", 0, 0), "-2*m2*h1*h2*sin(q2)"),
+    "(5.44) k_C2": (("k_C", 1, 0), "0"),
+    "(5.55) k_D11": (("k_D", 0, 0), "0"),
+    "(5.40) k_D12": (("k_D", 0, 1), "-m2*h1*h2*sin(q2)"),
+    "(5.44) k_D21": (("k_D", 1, 0), "m2*h1*h2*sin(q2)"),
+    "(5.44) k_D22": (("k_D", 1, 1), "0"),
+    "(5.40) k_G1": (("k_G", 0), "(m1 + m2)*g*h1*sin(q1) + m2*g*h2*sin(q1 + q2)"),
+    "(5.44) k_G2": (("k_G", 1), "m2*g*h2*sin(q1 + q2)"),
+    "(5.34)": (("P",), "-g*h1*(m1 + m2)*cos(q1) - m2*g*h2*cos(q1 + q2)"),
+}
+
+
+@pytest.mark.parametrize("equation", TEXTBOOK)
+def test_the_two_link_arm_reads_as_in_the_textbook(equation: str, two_link: ClosedForm) -> None:
+    import sympy
+
+    key, text = TEXTBOOK[equation]
+    positive = {name: sympy.Symbol(name, positive=True) for name in ("m1", "m2", "h1", "h2", "g")}
+    real = {name: sympy.Symbol(name, real=True) for name in ("q1", "q2")}
+
+    assert two_link.sympy(*key) == sympy.sympify(text, {**positive, **real})  # the same form, not only the same value
+
+
+@pytest.mark.parametrize("name", [*SMALL, "puma560"])
+def test_energies_equal_those_of_the_graph_exactly(name: str) -> None:
+    scene, graph = example(name), Graph()
+    closed, energy = closed_form(scene), energies(scene, graph)
+    nodes = [energy.K, energy.P, express_form(closed.form("K"), graph), express_form(closed.form("P"), graph)]
+    ring = TrigonometricRing(nodes, (*energy.state.q, *energy.state.qd))
+    K, P, printed_K, printed_P = evaluate(nodes, ring, ring.values(nodes))
+
+    assert ring.is_zero(K - printed_K)
+    assert ring.is_zero(P - printed_P)
+
+
+def float_values(nodes: list[Expr]) -> list[float]:
+    """Return the values of nodes at a state that depends on the names of their symbols only."""
+    names = sorted({str(x.value) for x in reachable(nodes) if x.op is Op.SYMBOL})
+    numbers = {name: 0.3 + 0.37 * k for k, name in enumerate(names)}
+    values = {x: numbers[str(x.value)] for x in reachable(nodes) if x.op is Op.SYMBOL}
+    return evaluate(nodes, Floats(), values)
+
+
+def coefficients_of_the_graph(scene: Scene, graph: Graph) -> dict[tuple[object, ...], Expr]:
+    energy = energies(scene, graph)
+    M, q, n = mass_matrix(energy), energy.state.q, energy.state.n
+    symbols = christoffel(M, q)
+    k_C, k_D, k_G = symbols.coriolis(), symbols.centrifugal(), gravity_forces(energy)
+    found: dict[tuple[object, ...], Expr] = {("k_z", i, j): M[i][j] for i in range(n) for j in range(n)}
+    pairs = range(len(list(combinations(range(n), 2))))
+    found.update({("k_C", i, pair): k_C[i][pair] for i in range(n) for pair in pairs})
+    found.update({("k_D", i, j): k_D[i][j] for i in range(n) for j in range(n)})
+    found.update({("k_G", i): k_G[i] for i in range(n)})
+    return found
+
+
+@pytest.mark.parametrize("name", [*SMALL, "puma560"])
+def test_every_coefficient_has_the_value_of_the_graph(name: str) -> None:
+    scene, graph = example(name), Graph()
+    closed, expected = closed_form(scene), coefficients_of_the_graph(scene, graph)
+    keys = coefficient_names(closed)
+    values = float_values([expected[key] for key in keys] + [express_form(closed.form(*key), graph) for key in keys])
+
+    assert set(keys) == set(expected)
+    assert values[len(keys) :] == pytest.approx(values[: len(keys)], rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", [*SMALL, "puma560"])
+def test_a_compact_form_equals_the_normal_form_in_the_ring(name: str) -> None:
+    closed = closed_form(example(name))
+    graph, ring = closed.state.q[0].graph, closed.ring
+    for key in coefficient_names(closed):
+        node = express_form(closed.form(*key), graph)
+        assert ring.is_zero(evaluate([node], ring, ring.values([node]))[0] - closed[key]), key
+
+
+def test_parallel_axes_are_found_through_prismatic_joints() -> None:
+    groups = {name: [[str(q) for q in group.atoms] for group in closed_form(example(name)).parallel] for name in SMALL}
+
+    assert groups["two_link"] == [["q1", "q2"]]
+    assert groups["scara"] == [["q1", "q2", "q4"]]
+    assert groups["cart_pole"] == []
+
+
+def test_opposed_axes_print_differences() -> None:
+    scene = example("two_link")
+    shoulder, elbow = scene.joints
+    turned = replace(elbow, axis=(number(0), number(0), number(-1)))
+
+    assert str(closed_form(replace(scene, joints=(shoulder, turned))).sympy("k_G", 1)) == "-g*h2*m2*sin(q1 - q2)"
+
+
+def test_a_puma_shows_the_sum_of_its_parallel_axes() -> None:
+    gravity = str(closed_form(example("puma560")).sympy("k_G", 2))
+
+    assert "q2 + q3" in gravity
+    assert "q1" not in gravity
+
+
+@pytest.mark.parametrize(("name", "limit"), [("two_link", 0.05), ("puma560", 1.0), ("arm7", 2.0)])
+def test_all_coefficients_come_within_the_promised_time(name: str, limit: float) -> None:
+    scene = example(name) if name == "two_link" else with_symbolic_inertia(example(name))
+    closed_form(scene)  # caches of the process
+    start = time.perf_counter()
+    closed = closed_form(scene)
+
+    assert time.perf_counter() - start < limit
+    assert len(closed.M) == closed.n
+
+
+def test_energy_is_linear_in_the_inertial_parameters() -> None:
+    scene = with_symbolic_inertia(example("puma560"))
+    closed = closed_form(scene)
+    names = {parameter.name for parameter in scene.parameters}
+    inertial = {i for i, g in enumerate(closed.ring.generators) if g.kind == "symbol" and str(g.node) in names}
+    powers = [sum(power for i, power in monomial if i in inertial) for monomial, _ in closed.ring.terms(closed.K)]
+
+    assert set(powers) == {1}
+    assert len(powers) > 1000
+
+
+def test_without_gravity_there_are_no_gravity_terms() -> None:
+    closed = closed_form(example("two_link").with_gravity((number(0), number(0), number(0))))
+
+    assert all(closed.ring.is_zero(k) for k in closed.k_G)
+    assert not closed.ring.is_zero(closed.M[0][0])

@@ -1,0 +1,254 @@
+"""Laws of mechanics over small scenes with names and over seeded random trees: proved, and looked at in numbers."""
+
+from __future__ import annotations
+
+import random
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from arms import cart_pole, chain, puma560, spatial_arm, two_link
+from mechanisms import random_tree
+from oracles import BIG
+from running import call, matrix, random_fractions
+
+from symdyn.algebra.numeric import Batches, Floats
+from symdyn.dynamics import DYNAMICS, OUTPUTS, Workspace, derive, derive_one, roads
+from symdyn.errors import DerivationError
+from symdyn.graph import Op, reachable
+from symdyn.scene import body, number, prismatic, revolute, scene
+from symdyn.verify.equality import PROVED, Claim, prove
+from symdyn.verify.laws import laws
+
+SEEDS = range(8)
+TREES = [random_tree(seed) for seed in SEEDS]
+ARMS = [two_link(), cart_pole(), spatial_arm(), chain(3)]
+SCENES = [*ARMS, *TREES]
+
+
+def by_name(one):
+    return one.name
+
+
+def test_random_trees_have_every_kind_of_joint_and_angle():
+    kinds = {joint.type for tree in TREES for joint in tree.joints}
+    torques = [derive(tree, ["inverse_dynamics"])["inverse_dynamics"].entries for tree in TREES]
+    nodes = [node for entries in torques for node in reachable(entries)]
+    roots = {node.args[0].value for node in nodes if node.op is Op.SQRT}
+    angles = {node.args[0].value for node in nodes if node.op is Op.SIN}
+
+    assert kinds == {"revolute", "prismatic", "fixed"}
+    assert {2, 3, 14} <= roots  # 45° or axis (1, 1, 0); 30° and 60°; axis (1, 2, 3)
+    assert {"beta", Fraction(3, 10)} <= angles  # a parameter; 0.3 rad
+
+
+@pytest.mark.parametrize("one", SCENES, ids=by_name)
+def test_all_roads_of_all_outputs_are_proved_equal(one):
+    w = Workspace(one)
+    claims = []
+    for request in [*DYNAMICS, *kinematics(one)]:
+        first, *others = (derive_one(w, request, road) for road in roads(request))
+        claims += [Claim(request, first.formulation, o.formulation, first.entries, o.entries) for o in others]
+
+    findings = prove(claims)[1]
+
+    assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
+    assert {finding.claim.split(":")[0] for finding in findings} == set(OUTPUTS)
+
+
+def kinematics(one):
+    """Return every kinematic output of the last body, and of one in the middle."""
+    names = dict.fromkeys((one.bodies[-1].name, one.bodies[len(one.bodies) // 2].name))
+    return [f"{name}:{place}" for place in names for name, row in OUTPUTS.items() if row.place]
+
+
+@pytest.mark.parametrize("one", SCENES, ids=by_name)
+def test_every_law_is_proved(one):
+    findings = prove(laws(Workspace(one)))[1]
+
+    assert len(findings) == 7
+    assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
+
+
+# In numbers
+
+
+def a_state(one, seed):
+    """Return a random state; parameters are positive, as masses and lengths are."""
+    rng, n = random.Random(seed), len(one.coordinates)
+    state = {name: random_fractions(rng, n) for name in ("q", "qd", "qdd", "tau")}
+    return {**state, "params": [abs(x) for x in random_fractions(rng, len(one.free_parameters))]}
+
+
+def floats(state):
+    return {name: [float(x) for x in values] for name, values in state.items()}
+
+
+@pytest.mark.parametrize("one", [*SCENES, puma560()], ids=by_name)
+def test_mass_matrix_is_symmetric_positive_definite(one):
+    equations, n = derive(one, ["mass_matrix"]), len(one.coordinates)
+    for seed in range(5):
+        M = np.array(matrix(call(equations, "mass_matrix", Floats(), **floats(a_state(one, seed))), n))
+
+        assert np.array_equal(M, M.T)
+        np.linalg.cholesky(M)  # raises for anything that is not positive definite
+
+
+@pytest.mark.parametrize("one", TREES, ids=by_name)
+def test_coriolis_matrix_leaves_a_skew_remainder(one):
+    """Ṁ by a central difference in big floats along q̇, apart from all differentiation on the graph."""
+    equations, n = derive(one, ["mass_matrix", "coriolis_matrix"]), len(one.coordinates)
+    state = {name: [BIG.constant(x) for x in values] for name, values in a_state(one, 3).items()}
+    h = BIG.number("1e-20")
+
+    def mass(step):
+        moved = [q + step * v for q, v in zip(state["q"], state["qd"], strict=True)]
+        return call(equations, "mass_matrix", BIG, **{**state, "q": moved})
+
+    rates = [(a - b) / (2 * h) for a, b in zip(mass(h), mass(-h), strict=True)]
+    C = matrix(call(equations, "coriolis_matrix", BIG, **state), n)
+    S = [[rates[n * i + j] - 2 * C[i][j] for j in range(n)] for i in range(n)]
+
+    assert all(abs(S[i][j] + S[j][i]) < 1e-30 for i in range(n) for j in range(n))
+    assert any(abs(S[i][j]) > 1e-3 for i in range(n) for j in range(n)) or n == 1
+
+
+@pytest.mark.parametrize("one", SCENES, ids=by_name)
+@pytest.mark.parametrize("road", roads("forward_dynamics"))
+def test_forward_dynamics_inverts_inverse_dynamics(one, road):
+    state = {name: [BIG.constant(x) for x in values] for name, values in a_state(one, 5).items()}
+    tau = call(derive(one, ["inverse_dynamics"]), "inverse_dynamics", BIG, **state)
+
+    back = call(derive(one, ["forward_dynamics"], road), "forward_dynamics", BIG, **{**state, "tau": tau})
+
+    assert all(abs(a - b) < 1e-40 for a, b in zip(back, state["qdd"], strict=True))
+
+
+@pytest.mark.parametrize("one", SCENES, ids=by_name)
+def test_power_in_is_the_rate_of_energy(one):
+    """Energy is differenced along the motion q + q̇ t + q̈ t²/2."""
+    equations = derive(one, ["inverse_dynamics", "kinetic_energy", "potential_energy"])
+    state = {name: [BIG.constant(x) for x in values] for name, values in a_state(one, 7).items()}
+    h = BIG.number("1e-18")
+
+    def energy(t):
+        motion = list(zip(state["q"], state["qd"], state["qdd"], strict=True))
+        moved = {"q": [q + v * t + a * t * t / 2 for q, v, a in motion], "qd": [v + a * t for _, v, a in motion]}
+        there = {**state, **moved}
+        return sum(call(equations, name, BIG, **there)[0] for name in ("kinetic_energy", "potential_energy"))
+
+    tau = call(equations, "inverse_dynamics", BIG, **state)
+    power = sum(t * v for t, v in zip(tau, state["qd"], strict=True))
+
+    assert abs((energy(h) - energy(-h)) / (2 * h) - power) < 1e-30 * (1 + abs(power))
+
+
+@pytest.mark.parametrize("one", TREES[:3], ids=by_name)
+def test_a_batch_of_states_is_its_states_one_by_one(one):
+    equations = derive(one, ["forward_dynamics"])
+    states = [floats(a_state(one, seed)) for seed in range(4)]
+    batch = {name: list(np.array([state[name] for state in states]).T) for name in states[0]}
+
+    together = np.array(np.broadcast_arrays(*call(equations, "forward_dynamics", Batches(), **batch)))
+
+    for k, state in enumerate(states):
+        alone = call(equations, "forward_dynamics", Floats(), **state)
+        assert np.allclose(together[:, k], alone, rtol=1e-12)
+
+
+# Gravity
+
+
+def dropped(axis, gravity=None):
+    joints = [prismatic("fall", "ground", "stone", axis=axis)]
+    return scene("dropped", bodies=[body("stone", mass=3, com=["1/2", 1, 2])], joints=joints, gravity=gravity)
+
+
+@pytest.mark.parametrize("road", roads("forward_dynamics"))
+@pytest.mark.parametrize(
+    ("axis", "gravity", "expected"),
+    [
+        ([0, 0, 1], None, "-9.81"),
+        ([0, 0, -1], None, "9.81"),
+        ([1, 0, 0], None, "0"),
+        ([0, 1, 0], [0, "9.81", 0], "9.81"),
+        ([0, 3, -4], None, "7.848"),
+    ],
+)
+def test_a_dropped_body_falls_at_g(road, axis, gravity, expected):
+    (qdd,) = derive(dropped(axis, gravity), ["forward_dynamics"], road)["forward_dynamics"].entries
+    graph = qdd.graph
+    drive = graph.symbol("tau[0]")
+
+    fall = Claim("fall", "qdd", "g + F/m", (qdd,), (graph.constant(Fraction(expected)) + drive / 3,))
+    assert prove([fall])[1][0].verdict == PROVED
+
+
+def test_holding_a_body_up_takes_its_weight():
+    (tau,) = derive(dropped([0, 0, 1]), ["gravity_forces"])["gravity_forces"].entries
+
+    assert tau.value == 3 * Fraction("9.81")
+
+
+@pytest.mark.parametrize("road", roads("forward_dynamics"))
+def test_a_horizontal_rod_begins_to_fall_with_three_halves_of_g_over_l(road):
+    rod = scene(
+        "rod",
+        bodies=[body("rod", mass=2, com=["1/2", 0, 0], inertia=[0, "1/6", "1/6"], about="com")],  # m l²/12, l = 1
+        joints=[revolute("pin", "ground", "rod", axis=[0, -1, 0])],
+    )
+    found = call(derive(rod, ["forward_dynamics"], road), "forward_dynamics", BIG, q=[0], qd=[0], tau=[0])
+
+    assert abs(found[0] + BIG.number("14.715")) < 1e-40  # positive lifts the rod
+
+
+@pytest.mark.parametrize("road", roads("gravity_forces"))
+@pytest.mark.parametrize("one", TREES[:3], ids=by_name)
+def test_without_gravity_no_gravity_term_is_left_in_the_graph(one, road):
+    weightless = one.with_gravity((number(0),) * 3)
+    forces = derive(weightless, ["gravity_forces"], road)["gravity_forces"].entries
+
+    assert all(entry.is_zero for entry in forces)
+    (P,) = derive(weightless, ["potential_energy"])["potential_energy"].entries
+    assert P.is_zero
+
+
+# Growth and refusal
+
+
+@pytest.mark.parametrize("name", ["inverse_dynamics", "forward_dynamics", "mass_matrix"])
+def test_a_tree_of_thirty_joints_is_derived(name):
+    tree = random_tree(5, n=30)
+
+    assert all(entry.graph.nodes for entry in derive(tree, [name])[name].entries)
+
+
+@pytest.mark.parametrize("road", roads("forward_dynamics"))
+def test_a_massless_tip_has_no_forward_dynamics(road):
+    arm = scene(
+        "massless",
+        bodies=[body("heavy", mass=1, com=[1, 0, 0]), body("nothing")],
+        joints=[revolute("a", "ground", "heavy"), revolute("b", "heavy", "nothing")],
+    )
+    with pytest.raises(DerivationError, match="nothing beyond joint 2 has inertia along its motion"):
+        derive(arm, ["forward_dynamics"], road)
+
+
+@pytest.mark.parametrize(
+    ("request_", "message"),
+    [
+        ("inverse", "there is no output 'inverse'; there are inverse_dynamics"),
+        ("pose", "pose needs a point; write pose:NAME"),
+        ("mass_matrix:link1", "mass_matrix is about the whole scene"),
+        ("pose:link9", "there is no body or point 'link9'; there are link1, link2"),
+        ("com_acceleration:end", "there is no body 'end'"),
+    ],
+)
+def test_an_unknown_output_or_place_is_named(request_, message):
+    with pytest.raises(DerivationError, match=message):
+        derive(two_link(), [request_])
+
+
+def test_an_unknown_road_is_named():
+    with pytest.raises(DerivationError, match="mass_matrix has no road 'aba'; there are crba, lagrange"):
+        derive(two_link(), ["mass_matrix"], "aba")

@@ -1,0 +1,288 @@
+"""Printed equations say what the graph says, fit the page, and look the same every time."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from symdyn.algebra.form import Function, Number, Power, Product, Sum, Symbol, express_form
+from symdyn.algebra.numeric import Floats
+from symdyn.dynamics.closed_form import closed_form
+from symdyn.dynamics.lagrange import driving_forces, energies
+from symdyn.emit.breaking import break_lines, latex_width
+from symdyn.emit.equations import FORMATS, GROUPS, equations_text
+from symdyn.emit.formula_text import BREAK, Latex, significant, text_of
+from symdyn.emit.latex_page import LINE
+from symdyn.emit.symbols import latex_symbols, latex_unit, print_name
+from symdyn.errors import EmitError
+from symdyn.graph import Expr, Graph, Op, evaluate, reachable
+from symdyn.scene import Parameter, Scene, express, number, parse, read, symbol
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+SMALL = ["pendulum", "two_link", "cart_pole", "double_pendulum", "scara"]
+
+
+def example(name: str) -> Scene:
+    return read(str(EXAMPLES / f"{name}.toml"))
+
+
+def number_of(name: str) -> float:
+    """Return a value for a symbol that depends on its name only."""
+    return 0.2 + sum(ord(letter) * (k + 3) for k, letter in enumerate(name)) % 97 / 60
+
+
+def float_values(nodes: list[Expr]) -> list[float]:
+    values = {x: number_of(str(x.value)) for x in reachable(nodes) if x.op is Op.SYMBOL}
+    return evaluate(nodes, Floats(), values)
+
+
+def paragraphs(text: str) -> list[str]:
+    return re.sub(r"\n +", " ", text).splitlines()
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_text_read_back_has_the_values_of_the_graph(name: str) -> None:
+    scene, graph = example(name), Graph()
+    forces = driving_forces(energies(scene, graph))  # drive = left-hand side - Q
+    printed = [line.split(" = ") for line in paragraphs(equations_text(scene, "text"))]
+    assert len(printed) == len(scene.moving)
+    for joint, (left, right), force in zip(scene.moving, printed, forces, strict=True):
+        drive = symbol(joint.drive) if joint.drive else number(0)
+        balance = express(parse(left), graph) - express(parse(right), graph) + express(drive, graph)
+        shown, derived = float_values([balance, force])
+        assert shown == pytest.approx(derived, rel=1e-9, abs=1e-9)
+
+
+def test_coefficients_read_back_have_their_values() -> None:
+    closed, graph = closed_form(example("puma560")), Graph()
+    lines = [line.split(" = ") for line in paragraphs(equations_text(closed, "text", "coefficients"))]
+    printed = {name: expression for *names, expression in lines for name in names}
+    for i in range(closed.n):
+        for j in range(closed.n):
+            for kind, name in (("k_z", f"k_z{i + 1}{j + 1}"), ("k_D", f"k_D{i + 1}{j + 1}")):
+                nodes = [express_form(closed.form(kind, i, j), graph), express(parse(printed[name]), graph)]
+                expected, shown = float_values(nodes)
+                assert shown == pytest.approx(expected, rel=1e-12), name
+
+
+def test_sympy_text_and_lambdified_sympy_have_the_values_of_the_graph() -> None:
+    import sympy
+
+    scene, graph = example("scara"), Graph()
+    forces = driving_forces(energies(scene, graph))
+    for line, force in zip(equations_text(scene, "sympy").splitlines(), forces, strict=True):
+        equation = sympy.sympify(line)
+        symbols = sorted(equation.lhs.free_symbols, key=str)
+        value = sympy.lambdify(symbols, equation.lhs, "math")(*(number_of(str(x)) for x in symbols))
+        assert value == pytest.approx(float_values([force])[0], rel=1e-12)
+
+
+def test_coefficients_name_what_vanishes() -> None:
+    lines = equations_text(example("two_link"), "text", "coefficients").splitlines()
+
+    assert lines[0] == "k_z11 = (m1 + m2)*h1**2 + m2*h2**2 + 2*m2*h1*h2*cos(q2)"
+    assert "k_C2_12 = 0" in lines
+    assert "k_D11 = k_D22 = 0" in lines
+
+
+def test_the_textbook_grouping_is_that_of_5_40() -> None:
+    text = equations_text(example("two_link"), group="textbook")
+
+    assert r"\underbrace{((m_1 + m_2) h_1^2 + m_2 h_2^2 + 2 m_2 h_1 h_2 \cos q_2)}_{k_{z,11}}\, \ddot q_1" in text
+    assert r"- \underbrace{2 m_2 h_1 h_2 \sin q_2}_{-k_{C,1,12}}\, \dot q_1 \dot q_2" in text
+    assert r"\underbrace{m_2 h_1 h_2 \sin q_2}_{k_{D,21}}\, \dot q_1^2" in text
+
+
+def test_short_notation_writes_sines_by_joint_number() -> None:
+    text = equations_text(example("two_link"), "text", "coefficients", "short")
+
+    assert "k_G2 = m2*" in text
+    assert "*s12" in text
+    assert "sin" not in text
+    assert "s_{12}" in equations_text(example("two_link"), "latex", "matrix", "short")
+
+
+def test_short_notation_does_not_take_the_name_of_a_parameter() -> None:
+    scene = example("two_link")
+    named = replace(scene, parameters=(*scene.parameters, Parameter("c2", number(1))))
+
+    assert "cos(q2)" in equations_text(named, "text", "coefficients", "short")
+
+
+def test_passive_joints_and_declared_forces_stand_on_the_right() -> None:
+    scene = example("two_link")
+    shoulder, elbow = scene.joints
+    damped = replace(elbow, drive=None, force=parse("-d*q2_dot"))
+    free = replace(shoulder, drive=None)
+    scene = replace(scene, joints=(free, damped), parameters=(*scene.parameters, Parameter("d")))
+    first, second = paragraphs(equations_text(scene, "text"))
+
+    assert first.endswith(" = 0")
+    assert second.endswith(" = -d*q2_dot")
+
+
+PRINTED = {
+    "q1": "q_1",
+    "I1xx": "I_{1,xx}",
+    "Ixx1": "I_{1,xx}",
+    "theta1": r"\theta_1",
+    "omega_max": r"\omega_{\mathrm{max}}",
+    "m12": "m_{12}",
+    "lc1": "l_{c,1}",
+    "stiffness": r"\mathit{stiffness}",
+    "g": "g",
+}
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_names_of_code_become_symbols_of_print(name: str) -> None:
+    assert str(print_name(name)) == PRINTED[name]
+
+
+def test_accents_sit_on_the_head_of_a_symbol() -> None:
+    symbols = latex_symbols(example("two_link"))
+
+    assert symbols["q1_dot"] == r"\dot q_1"
+    assert symbols["q2_ddot"] == r"\ddot q_2"
+
+
+def test_two_names_never_look_alike() -> None:
+    scene = Scene("s", (Parameter("m1"), Parameter("m_1"), Parameter("k", latex=r"\kappa")))
+
+    assert latex_symbols(scene) == {"m1": "m_1", "m_1": r"\mathtt{m\_1}", "k": r"\kappa"}
+
+
+def test_units_stand_upright() -> None:
+    assert latex_unit("kg m^2") == r"\mathrm{kg}\,\mathrm{m}^{2}"
+    assert latex_unit("m/s^2") == r"\mathrm{m}/\mathrm{s}^{2}"
+
+
+A, B, Q = Symbol("a"), Symbol("b"), Symbol("q1")
+SPELLED = [
+    (Product((Number(parse("-1/2").value), A, B)), "-0.5*a*b", r"-\tfrac{1}{2} a b"),
+    (Power(Sum((A, B)), 2), "(a + b)**2", "(a + b)^2"),
+    (Product((A, Power(B, -1))), "a/b", r"\frac{a}{b}"),
+    (Power(B, -2), "1/b**2", r"\frac{1}{b^2}"),
+    (Power(Function(Op.SIN, (Sum((Q, A)),)), 2), "sin(q1 + a)**2", r"\sin^2(q_1 + a)"),
+    (Product((Number(parse("-1").value), Sum((A, B)), Q)), "-(a + b)*q1", "-(a + b) q_1"),
+    (Sum((A, Product((Number(parse("-1").value), Sum((A, B)))))), "a - (a + b)", "a - (a + b)"),
+    (Function(Op.SQRT, (A,)), "sqrt(a)", r"\sqrt{a}"),
+]
+
+
+@pytest.mark.parametrize(("form", "text", "latex"), SPELLED, ids=[text for _, text, _ in SPELLED])
+def test_brackets_and_signs_are_right(form: Product | Power | Sum, text: str, latex: str) -> None:
+    spelled = text_of(form)
+    assert spelled == text
+    assert Latex({})(form).replace(BREAK, "") == latex
+    assert float_values([express(parse(spelled), Graph())]) == pytest.approx(
+        float_values([express(parse(text), Graph())])
+    )
+
+
+def test_numbers_are_rounded_to_significant_digits() -> None:
+    assert significant(parse("0.123456789").value, 6) == "0.123457"
+    assert significant(parse("0.9999999").value, 6) == "1"
+    assert significant(parse("0.0000123456789").value, 3) == "1.23e-5"
+
+
+def test_lines_break_outside_brackets_where_they_can() -> None:
+    text = f"aaaaaaaaaaaaaa {BREAK}+ bb(c {BREAK}+ d) {BREAK}+ e"
+
+    assert break_lines(text, 24, 20, len) == ["aaaaaaaaaaaaaa", "+ bb(c + d) + e"]
+    assert break_lines(text, 40, 20, len) == ["aaaaaaaaaaaaaa + bb(c + d) + e"]
+
+
+@pytest.mark.parametrize("name", ["two_link", "scara", "puma560"])
+@pytest.mark.parametrize("group", GROUPS)
+def test_every_line_fits_the_page(name: str, group: str) -> None:
+    body = equations_text(example(name), "latex", group)
+    lines = [line for line in body.splitlines() if not line.startswith((r"\begin", r"\end", "where", "%"))]
+
+    assert lines
+    for line in lines:
+        if "bmatrix" not in line and "underbrace" not in line:
+            assert latex_width(line.removesuffix(r" \\")) < LINE + 15, line
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="there is no pdflatex")
+@pytest.mark.parametrize(
+    ("name", "group"), [("two_link", "textbook"), ("double_pendulum", "matrix"), ("puma560", "coefficients")]
+)
+def test_documents_compile_without_overfull_lines(name: str, group: str, tmp_path: Path) -> None:
+    text = equations_text(example(name), group=group, document=True)
+    (tmp_path / "page.tex").write_text(text, encoding="utf-8")
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "page.tex"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False, timeout=60)
+    log = done.stdout.decode("utf-8", "replace")
+
+    assert done.returncode == 0, log[-2000:]
+    assert "Overfull" not in log
+    assert (tmp_path / "page.pdf").stat().st_size > 10_000
+
+
+def test_a_document_lists_every_symbol_with_its_unit() -> None:
+    text = equations_text(example("two_link"), document=True)
+
+    assert r"$m_1$ & point mass at the end of link 1 & $\mathrm{kg}$" in text
+    assert r"$q_2$ & coordinate of joint elbow, revolute & $\mathrm{rad}$" in text
+    assert r"$M_1$ & driving torque of joint shoulder & $\mathrm{N}\,\mathrm{m}$" in text
+
+
+def test_closed_forms_print_like_their_scene() -> None:
+    scene = example("two_link")
+
+    assert equations_text(closed_form(scene)) == equations_text(scene)
+
+
+@pytest.mark.parametrize(
+    ("choice", "message"),
+    [
+        ({"format": "pdf"}, "format 'pdf' is not known; give latex, text or sympy"),
+        ({"group": "all"}, "group 'all' is not known; give equations, coefficients, textbook or matrix"),
+        ({"angles": "tiny"}, "angles 'tiny' is not known; give long or short"),
+        ({"format": "text", "document": True}, "a document is written in LaTeX, not as text"),
+    ],
+)
+def test_unknown_choices_say_what_would_work(choice: dict[str, str], message: str) -> None:
+    with pytest.raises(EmitError, match=re.escape(message)):
+        equations_text(example("pendulum"), **choice)  # type: ignore[arg-type]
+
+
+SCRIPT = """
+import sys
+from symdyn.emit.equations import FORMATS, GROUPS, equations_text
+from symdyn.scene import read
+for name in sys.argv[1:]:
+    scene = read(name)
+    for group in GROUPS:
+        print(equations_text(scene, 'latex', group, document=True), equations_text(scene, 'text', group))
+print('sympy' in sys.modules, 'numpy' in sys.modules)
+"""
+
+
+def run_script(seed: str) -> str:
+    files = [str(EXAMPLES / f"{name}.toml") for name in ("two_link", "scara")]
+    environment = {**os.environ, "PYTHONHASHSEED": seed}
+    command = [sys.executable, "-c", SCRIPT, *files]
+    return subprocess.run(command, capture_output=True, text=True, check=True, env=environment, timeout=60).stdout
+
+
+def test_the_same_bytes_under_any_hash_seed_and_no_sympy_for_latex() -> None:
+    first = run_script("1")
+
+    assert first == run_script("2")
+    assert first.splitlines()[-1] == "False False"
+
+
+@pytest.mark.parametrize("format_", FORMATS)
+@pytest.mark.parametrize("group", GROUPS)
+def test_every_format_has_every_grouping(format_: str, group: str) -> None:
+    assert "h1" in equations_text(example("two_link"), format_, group).replace("h_1", "h1")

@@ -1,0 +1,156 @@
+"""Differentiation and substitution: every partial against numbers, forward and reverse against each other."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from symdyn.algebra.big import BigFloats
+from symdyn.graph import ARITY, FUNCTIONS, Graph, Op, evaluate, gradient, substitute, tangents
+from symdyn.graph.differentiate import PARTIALS
+from symdyn.graph.ops import LEAVES
+
+BIG = BigFloats(60)
+STEP = BIG.number("1e-20")
+PLACES = {"x": BIG.number("0.7"), "y": BIG.number("-1.3"), "z": BIG.number("0.4")}
+
+
+def build(graph, op, args):
+    arithmetic = {Op.ADD: graph.add, Op.SUB: graph.sub, Op.MUL: graph.mul, Op.DIV: graph.div, Op.NEG: graph.neg}
+    return arithmetic[op](*args) if op in arithmetic else graph.function(op, *args)
+
+
+def value(node, places):
+    graph = node.graph
+    return evaluate([node], BIG, {graph.symbol(name): place for name, place in places.items()})[0]
+
+
+def slope(node, name, places=PLACES):
+    """Return ∂node/∂name as a central difference."""
+    ahead, behind = ({**places, name: places[name] + sign * STEP} for sign in (1, -1))
+    return (value(node, ahead) - value(node, behind)) / (2 * STEP)
+
+
+@pytest.mark.parametrize("op", sorted(set(Op) - LEAVES), ids=lambda op: op.name)
+def test_partial_derivatives_are_what_differences_tell(op):
+    graph = Graph()
+    symbols = [graph.symbol(name) for name in ("x", "y")[: ARITY[op]]]
+    node = build(graph, op, symbols)
+    assert node.op is op
+
+    partials = PARTIALS[op](node, *symbols)
+
+    assert len(partials) == ARITY[op]
+    for partial, symbol in zip(partials, symbols, strict=True):
+        assert abs(value(partial, PLACES) - slope(node, symbol.value)) < 1e-35
+
+
+@pytest.mark.parametrize("op", [Op.ABS, Op.SIGN, Op.TANH, Op.ATAN2, Op.SIN, Op.COS, Op.EXP], ids=lambda op: op.name)
+def test_partial_derivatives_hold_left_of_zero_too(op):
+    graph = Graph()
+    symbols = [graph.symbol(name) for name in ("y", "x")[: ARITY[op]]]
+    node = build(graph, op, symbols)
+
+    for partial, symbol in zip(PARTIALS[op](node, *symbols), symbols, strict=True):
+        assert abs(value(partial, PLACES) - slope(node, symbol.value)) < 1e-35
+
+
+# Small random expressions, defined everywhere: divisors and roots stay away from zero
+
+UNARY = [op for op in sorted(FUNCTIONS) if ARITY[op] == 1 and op not in (Op.ABS, Op.SIGN)]
+
+
+def combine(children):
+    pairs = st.tuples(st.sampled_from([Op.ADD, Op.SUB, Op.MUL, Op.DIV]), children, children)
+    return pairs | st.tuples(st.sampled_from([Op.NEG, *UNARY]), children)
+
+
+RECIPES = st.recursive(st.sampled_from(["x", "y", "z", Fraction(2), Fraction(-1, 3), "pi"]), combine, max_leaves=8)
+
+
+def cook(graph, recipe):
+    """Return a recipe as a node; x/y becomes x/(2 + y²), sqrt x becomes sqrt(1 + x²), exp x becomes exp(sin x)."""
+    if isinstance(recipe, Fraction):
+        return graph.constant(recipe)
+    if isinstance(recipe, str):
+        return graph.pi if recipe == "pi" else graph.symbol(recipe)
+    op, *args = (recipe[0], *(cook(graph, arg) for arg in recipe[1:]))
+    if op is Op.DIV:
+        args[1] = 2 + args[1] * args[1]
+    if op in (Op.SQRT, Op.LOG):
+        args[0] = 1 + args[0] * args[0]
+    if op is Op.EXP:
+        args[0] = graph.sin(args[0])
+    return build(graph, op, args)
+
+
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(RECIPES)
+def test_reverse_and_forward_agree_with_differences(recipe):
+    graph = Graph()
+    symbols = [graph.symbol(name) for name in PLACES]
+    node = cook(graph, recipe)
+
+    backward = [value(entry, PLACES) for entry in gradient(node, symbols)]
+    forward = [value(tangents([node], {symbol: graph.one})[0], PLACES) for symbol in symbols]
+    measured = [slope(node, name) for name in PLACES]
+
+    size = 1 + max(abs(x) for x in measured)
+    for a, b, c in zip(backward, forward, measured, strict=True):
+        assert abs(a - b) < 1e-45 * size
+        assert abs(a - c) < 1e-25 * size**3
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(RECIPES, RECIPES)
+def test_substitution_commutes_with_evaluation(recipe, inner):
+    graph = Graph()
+    node, replacement = cook(graph, recipe), cook(graph, inner)
+    replaced = substitute([node], {graph.symbol("x"): replacement})[0]
+
+    expected = value(node, {**PLACES, "x": value(replacement, PLACES)})
+
+    assert abs(value(replaced, PLACES) - expected) < 1e-40 * (1 + abs(expected))
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(RECIPES)
+def test_a_copy_on_another_graph_is_the_same_function(recipe):
+    node, other = cook(Graph(), recipe), Graph()
+
+    (copy,) = substitute([node], {}, other)
+
+    assert copy.graph is other
+    assert abs(value(copy, PLACES) - value(node, PLACES)) < 1e-45 * (1 + abs(value(node, PLACES)))
+
+
+def test_substitution_simplifies_at_birth():
+    graph = Graph()
+    x, y = graph.symbol("x"), graph.symbol("y")
+
+    assert substitute([x * graph.sin(y) + y], {x: graph.zero}) == [y]
+    assert substitute([graph.sin(x + y)], {x: graph.pi / 2}) == [graph.cos(y)]
+    assert substitute([x + y, x * y], {}) == [x + y, x * y]
+    assert substitute([], {}) == []
+
+
+def test_substitution_replaces_a_node_that_is_no_symbol_and_all_at_once():
+    graph = Graph()
+    x, y = graph.symbol("x"), graph.symbol("y")
+
+    assert substitute([graph.sin(x) * y], {graph.sin(x): x}) == [x * y]
+    assert substitute([x - y], {x: y, y: x}) == [y - x]
+
+
+def test_a_gradient_can_be_taken_with_respect_to_an_inner_node():
+    graph = Graph()
+    x = graph.symbol("x")
+    s = graph.sin(x)
+
+    assert gradient(s * s + x, [s, x])[0] is 2 * s
+    assert gradient(graph.cos(x), [graph.symbol("elsewhere")]) == [graph.zero]
+    assert tangents([graph.one, x], {x: s}) == [graph.zero, s]
+    assert tangents([], {}) == []

@@ -1,0 +1,49 @@
+"""The wheel is complete: it runs where there is no checkout."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder that holds the unpacked wheel and nothing else."""
+    pytest.importorskip("hatchling")
+    folder = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(folder), str(ROOT)]
+    subprocess.run(build, check=True, capture_output=True)
+    (wheel,) = folder.glob("symdyn-*.whl")
+    zipfile.ZipFile(wheel).extractall(folder / "site")
+    return folder / "site"
+
+
+def test_the_wheel_carries_templates_and_types_and_every_room(installed: Path) -> None:
+    expected = {p.relative_to(ROOT) for p in (ROOT / "symdyn").rglob("*.py")}
+    expected |= {Path("symdyn") / p.relative_to(ROOT) for p in (ROOT / "templates").rglob("*.jinja")}
+    expected |= {Path("symdyn/py.typed")}
+
+    assert {p for p in expected if not (installed / p).exists()} == set()
+
+
+@pytest.mark.parametrize("target", ["numpy", "c"])
+def test_the_wheel_does_the_main_job_without_a_checkout(installed: Path, target: str, tmp_path: Path) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(installed), "PYTHONSAFEPATH": "1"}
+
+    def symdyn(*words: str) -> str:
+        code = "import sys; sys.path.insert(0, sys.argv.pop(1)); from symdyn.cli import main; sys.exit(main())"
+        command = [sys.executable, "-c", code, str(installed), *words]
+        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    assert symdyn("new", "arm", "--template", "rrp") == "arm.toml\n"
+    assert "arm." in symdyn("generate", "arm.toml", "--target", target)
+    assert r"\ddot q_1" in symdyn("equations", "arm.toml")
