@@ -86,6 +86,11 @@ def test_digits_read_back_as_the_number_they_were(value):
         assert "." in text or "e" in text
 
 
+def test_digits_near_the_largest_float_do_not_round_beyond_it():
+    largest = Fraction(2) ** 128 - Fraction(2) ** 104
+    assert nearest(Fraction(digits(largest, FLOAT)), FLOAT) == largest
+
+
 def test_digits_are_as_few_as_possible():
     assert digits(Fraction(1, 10), FLOAT) == digits(Fraction(1, 10), DOUBLE) == "0.1"
     assert digits(Fraction(1, 3), FLOAT) == "0.33333334"
