@@ -81,6 +81,8 @@ def test_rounding_twice_would_have_been_wrong():
 @given(fractions)
 def test_digits_read_back_as_the_number_they_were(value):
     for real in REALS.values():
+        if abs(value) >= 2 ** (real.top - 1):
+            continue  # near there it may be too large for the type, which other tests show
         text = digits(value, real)
         assert nearest(Fraction(text), real) == nearest(value, real)
         assert "." in text or "e" in text
