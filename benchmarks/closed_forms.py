@@ -52,7 +52,9 @@ def arm(name: str, table: list[tuple[str, str, int]]) -> Scene:
         tip += [("Rx", Quantity(Op.MUL, (number(alpha), QUARTER)))]
         parent = f"link{i - 1}" if i > 1 else "ground"
         joints.append(
-            Joint(f"joint{i}", "revolute", parent, f"link{i}", tip=Pose(tuple(tip)), coordinate=f"q{i}", drive=f"tau{i}")
+            Joint(
+                f"joint{i}", "revolute", parent, f"link{i}", tip=Pose(tuple(tip)), coordinate=f"q{i}", drive=f"tau{i}"
+            )
         )
     return Scene(name, (*parameters, Parameter("g")), (ZERO, ZERO, -symbol("g")), tuple(bodies), tuple(joints))
 
@@ -90,8 +92,8 @@ def measure(name: str) -> None:
     terms = sum(len(closed[key]) for key in names if key[0] in ("k_C", "k_D"))
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(
-        f"{name:9} closed forms {derived - start:6.3f} s, compact {done - derived:6.3f} s for {len(forms)} coefficients; "
-        f"{energy} terms in K, {terms} in k_C and k_D; {memory:.0f} MB"
+        f"{name:9} closed forms {derived - start:6.3f} s, compact {done - derived:6.3f} s "
+        f"for {len(forms)} coefficients; {energy} terms in K, {terms} in k_C and k_D; {memory:.0f} MB"
     )
 
 

@@ -162,3 +162,38 @@ def test_without_gravity_there_are_no_gravity_terms() -> None:
 
     assert all(closed.ring.is_zero(k) for k in closed.k_G)
     assert not closed.ring.is_zero(closed.M[0][0])
+
+
+def chain(n: int, turned: int = -1) -> Scene:
+    """Return n point masses in a row on parallel axes; the axis of joint `turned` points the other way."""
+    scene = example("two_link")
+    shoulder, elbow = scene.joints
+    joints, bodies = [], []
+    for i in range(n):
+        joint = replace(elbow, name=f"j{i}", child=f"b{i}", coordinate=f"q{i}", drive=None)
+        joint = (
+            replace(joint, parent=f"b{i - 1}") if i else replace(joint, parent=shoulder.parent, origin=shoulder.origin)
+        )
+        up = -1 if i == turned else 1
+        joints.append(replace(joint, axis=(number(0), number(0), number(up))))
+        bodies.append(replace(scene.bodies[0], name=f"b{i}"))
+    return replace(scene, bodies=tuple(bodies), joints=tuple(joints), points=())
+
+
+@pytest.mark.parametrize("turned", [-1, 2])
+def test_a_long_chain_has_few_terms_and_the_values_of_the_graph(turned: int) -> None:
+    scene, graph = chain(5, turned), Graph()
+    closed, expected = closed_form(scene), coefficients_of_the_graph(scene, graph)
+    keys = coefficient_names(closed)
+    values = float_values([expected[key] for key in keys] + [express_form(closed.form(*key), graph) for key in keys])
+
+    assert values[len(keys) :] == pytest.approx(values[: len(keys)], rel=1e-9, abs=1e-9)
+    assert len(closed["k_G", 4]) == 1
+
+
+def test_a_chain_of_twelve_prints_sums_of_angles() -> None:
+    closed = closed_form(chain(12))
+
+    assert len(closed.K) < 10_000
+    assert str(closed.sympy("k_D", 10, 11)) == "-h1**2*m1*sin(q11)"
+    assert str(closed.sympy("k_G", 11)).startswith("g*h1*m1*sin(q0 + q1")

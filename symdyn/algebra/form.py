@@ -98,6 +98,8 @@ def power_of(base: Form, exponent: int) -> Form:
     """Return base to an integer power."""
     if exponent == 0:
         return ONE
+    if isinstance(base, Power):
+        return power_of(base.base, base.exponent * exponent)
     return base if exponent == 1 else Power(base, exponent)
 
 

@@ -21,7 +21,7 @@ from operator import itemgetter
 
 from symdyn.graph import Expr
 
-Angle = tuple[tuple[int, int], ...]  # ((atom, multiple), …), by ascending atom
+Angle = tuple[tuple[int, int], ...]  # ((atom, multiple), …), in the order of the group
 Factor = tuple[str, Angle]  # ("c" or "s", angle)
 Monomial = tuple[tuple[Factor, int], ...]  # ((factor, power), …), in ascending order
 Poly = dict[Monomial, Fraction]
@@ -38,15 +38,32 @@ class AngleGroup:
     Attributes:
         atoms: the angles.
         sums: integer combinations of them, each of shape (len(atoms),); single angles are among them.
+        below: for each angle its sign, and the angle that it is added to (None: to nothing); () if nothing is known.
     """
 
     atoms: tuple[Expr, ...]
     sums: tuple[tuple[int, ...], ...]
+    below: tuple[tuple[int, Expr | None], ...] = ()
+
+    @property
+    def is_long(self) -> bool:
+        """Whether the group is better written in total angles, from its first axis on, already in the ring."""
+        return len(self.atoms) > MANY_ANGLES and bool(self.below)
+
+
+def total_angles(groups: Iterable[AngleGroup]) -> dict[Expr, tuple[int, Expr | None]]:
+    """Return sign and angle below of every angle in a long group: what a ring needs to compute in total angles."""
+    return {
+        atom: step for group in groups if group.is_long for atom, step in zip(group.atoms, group.below, strict=True)
+    }
 
 
 @dataclass
 class SumFinder:
-    """Rewrites polynomials in the angles `atoms` (generator numbers) of one group; memoised."""
+    """Rewrites polynomials in the angles `atoms` (generator numbers) of one group; memoised.
+
+    A sum begins with a positive multiple of the atom that comes first here.
+    """
 
     atoms: tuple[int, ...]
     sums: tuple[Frequency, ...]
@@ -79,7 +96,7 @@ class SumFinder:
     def _candidates(self, part: Poly) -> Iterable[Poly]:
         """Yield `part` in every basis that is tried, the angles themselves first."""
         yield part
-        present = sorted({angle[0][0] for monomial in part for (_, angle), _ in monomial})
+        present = sorted({angle[0][0] for monomial in part for (_, angle), _ in monomial}, key=self.atoms.index)
         series = _fourier(part, present)
         where = [self.atoms.index(atom) for atom in present]
         others = [k for k in range(len(self.atoms)) if k not in where]

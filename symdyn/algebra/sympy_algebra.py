@@ -1,4 +1,4 @@
-"""The outside door to SymPy: graphs and forms as SymPy expressions. SymPy is imported when the first one is asked for."""
+"""The outside door to SymPy: graphs and forms as SymPy expressions; SymPy is imported when one is asked for."""
 
 from __future__ import annotations
 

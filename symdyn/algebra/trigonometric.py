@@ -14,7 +14,7 @@ is the greatest common divisor of its coefficients, so that q and q/2 share one 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd, lcm
@@ -22,29 +22,24 @@ from typing import Any
 
 from flint import Ordering, fmpq, fmpq_mpoly_ctx, fmpz_poly
 
+from symdyn.algebra.generators import Generator, angle_units, atoms_of, choose_generators, prime_factors
 from symdyn.errors import DerivationError
 from symdyn.graph import FUNCTIONS, Expr, Op, linear_form, reachable
-from symdyn.graph.identities import SMALL_PRIMES
+
+_COSINE_POLYNOMIAL: Any = fmpz_poly.cos_minpoly  # minimal polynomial of 2 cos(2π/m)
 
 Polynomial = Any  # flint.fmpq_mpoly, which carries no type hints
 Pair = tuple[Polynomial, Polynomial]  # cosine and sine
 
-
-@dataclass(frozen=True)
-class Generator:
-    """What a generator of the ring stands for.
-
-    Attributes:
-        kind: "sin", "cos", "symbol", "pi", "root", "inverse", "function" or "cyclotomic".
-        node: the angle's atom (None: 1 rad), the symbol, the root or the function.
-        unit: sine and cosine are those of unit · node.
-        number: the prime under a root, the order m of a cyclotomic generator, the slot of an inverse; else 0.
-    """
-
-    kind: str
-    node: Expr | None = None
-    unit: Fraction = Fraction(1)
-    number: int = 0
+COSINES = {  # part of a turn -> 4 cos = a + b √2 + c √3 + d √6
+    Fraction(0): (4, 0, 0, 0),
+    Fraction(1, 24): (0, 1, 0, 1),
+    Fraction(1, 12): (0, 0, 2, 0),
+    Fraction(1, 8): (0, 2, 0, 0),
+    Fraction(1, 6): (2, 0, 0, 0),
+    Fraction(5, 24): (0, -1, 0, 1),
+    Fraction(1, 4): (0, 0, 0, 0),
+}
 
 
 @dataclass(frozen=True)
@@ -59,12 +54,19 @@ class _Relation:
 class TrigonometricRing:
     """A ring wide enough for given outputs, and an `Algebra` that graphs are run over with `ring.values(outputs)`."""
 
-    def __init__(self, outputs: Sequence[Expr], variables: Sequence[Expr] = ()) -> None:
+    def __init__(
+        self,
+        outputs: Sequence[Expr],
+        variables: Sequence[Expr] = (),
+        totals: Mapping[Expr, tuple[int, Expr | None]] | None = None,
+    ) -> None:
         """Choose the generators.
 
         Args:
             outputs: nodes that will be run over the ring.
             variables: coordinates and velocities; functions, roots and denominators must be free of them.
+            totals: angles q whose generators are the sine and cosine of a total angle u = sign · q + u(below), by
+                (sign, below). In a chain of n parallel axes cos(q1 + … + qn) is one term then, not 2^(n-1).
 
         Raises:
             DerivationError: an output is no trigonometric polynomial in `variables`.
@@ -72,9 +74,10 @@ class TrigonometricRing:
         self.variables = tuple(variables)
         nodes = reachable([*outputs, *variables])
         self._refuse_variables(nodes)
-        units, turn = _angle_units(nodes)
+        self._totals = dict(totals or {})
+        units, turn = angle_units(nodes, self._totals)
         self._order = lcm(4, (turn / 2).denominator)  # of the root of unity that all multiples of π are powers of
-        self.generators = tuple(_choose(nodes, units, self._order))
+        self.generators = tuple(choose_generators(nodes, units, self._order))
         self._index = {(g.kind, g.node, g.number): i for i, g in enumerate(self.generators)}
         names = [f"{g.kind}{i}" for i, g in enumerate(self.generators)]
         self.context = fmpq_mpoly_ctx.get(names or ["none"], Ordering.lex)
@@ -84,14 +87,18 @@ class TrigonometricRing:
         self._inverses: dict[str, int] = {}
         self._constants: dict[Fraction, Polynomial] = {}
         self._pairs: dict[Expr, Pair] = {}
+        self._turning: dict[Expr, list[tuple[int, int, Fraction]]] = {q: [] for q in self.variables}
         for i, g in enumerate(self.generators):
             if g.kind == "sin":
-                c = self._gens[self._index["cos", g.node, 0]]
-                self._relate(i, 2, self._gens[i] ** 2 + c**2 - 1)
+                c = self._index["cos", g.node, 0]
+                self._relate(i, 2, self._gens[i] ** 2 + self._gens[c] ** 2 - 1)
+                for q, rate in self.angle(i):
+                    if q in self._turning:
+                        self._turning[q].append((i, c, rate))
             elif g.kind == "root" and g.node is None:
                 self._relate(i, 2, self._gens[i] ** 2 - g.number)
             elif g.kind == "cyclotomic":
-                minimal = fmpz_poly.cos_minpoly(g.number).coeffs()
+                minimal = _COSINE_POLYNOMIAL(g.number).coeffs()
                 self._relate(i, len(minimal) - 1, sum(int(a) * self._gens[i] ** k for k, a in enumerate(minimal)))
 
     def _refuse_variables(self, nodes: Sequence[Expr]) -> None:
@@ -107,17 +114,15 @@ class TrigonometricRing:
                 names = [str(n.value) for n in reachable([found]) if n in moving]
                 if names:
                     raise DerivationError(
-                        f"{node.op.name.lower()} of an expression in {', '.join(names)} is no trigonometric polynomial, "
-                        "so it has no closed form; use the graph (lagrange, NumPy, C), which has no such limit"
+                        f"{node.op.name.lower()} of an expression in {', '.join(names)} is no trigonometric "
+                        "polynomial, so it has no closed form; generated code (NumPy, C) has no such limit"
                     )
 
     # The algebra
 
     def values(self, outputs: Iterable[Expr]) -> dict[Expr, Polynomial]:
         """Return the value of every symbol that `outputs` need, for `evaluate`."""
-        return {
-            node: self._gens[self._index["symbol", node, 0]] for node in reachable(outputs) if node.op is Op.SYMBOL
-        }
+        return {node: self._gens[self._index["symbol", node, 0]] for node in reachable(outputs) if node.op is Op.SYMBOL}
 
     def constant(self, value: Fraction) -> Polynomial:
         """Return an exact constant."""
@@ -226,7 +231,7 @@ class TrigonometricRing:
         if value < 0:
             raise DerivationError(f"sqrt({value}) is not real; only roots of non-negative numbers have a closed form")
         product = self.constant(Fraction(1, value.denominator))
-        for prime in prime_factors(value.numerator * value.denominator):
+        for prime in prime_factors(value):
             product = self.normal(product * self._radical(prime))
         return product
 
@@ -255,17 +260,14 @@ class TrigonometricRing:
             for _ in range(k):
                 before, now = now, self.normal(x * now) - before
             return before / 2
-        half = self.constant(Fraction(1, 2))
-        roots = {
-            Fraction(0): lambda: self.one,
-            Fraction(1, 24): lambda: half * half * self._radical(2) * (self._radical(3) + 1),
-            Fraction(1, 12): lambda: half * self._radical(3),
-            Fraction(1, 8): lambda: half * self._radical(2),
-            Fraction(1, 6): lambda: half,
-            Fraction(5, 24): lambda: half * half * self._radical(2) * (self._radical(3) - 1),
-            Fraction(1, 4): lambda: self.zero,
-        }
-        return roots[Fraction(k, m)]()
+        total = self.zero
+        for quarters, prime_product in zip(COSINES[Fraction(k, m)], ((), (2,), (3,), (2, 3)), strict=True):
+            if quarters:
+                root = self.one
+                for p in prime_product:
+                    root = root * self._radical(p)
+                total += root * quarters / 4
+        return total
 
     def _circular(self, angle: Expr) -> Pair:
         """Return cosine and sine of an angle."""
@@ -273,14 +275,13 @@ class TrigonometricRing:
             return self._pairs[angle]
         form = linear_form(angle)
         pair = self._power_of_unity(int(form.turns / 2 * self._order))
-        for atom, coefficient in ((None, form.constant), *form.terms):
-            if coefficient:
-                index = self._index["cos", atom, 0]
-                base = (self._gens[index], self._gens[self._index["sin", atom, 0]])
-                count = int(coefficient / self.generators[index].unit)
-                base = base if count > 0 else (base[0], -base[1])
-                for _ in range(abs(count)):
-                    pair = self.turned(pair, base)
+        for atom, coefficient in atoms_of(form, self._totals):
+            index = self._index["cos", atom, 0]
+            base = (self._gens[index], self._gens[self._index["sin", atom, 0]])
+            count = int(coefficient / self.generators[index].unit)
+            base = base if count > 0 else (base[0], -base[1])
+            for _ in range(abs(count)):
+                pair = self.turned(pair, base)
         self._pairs[angle] = pair
         return pair
 
@@ -318,12 +319,20 @@ class TrigonometricRing:
         """Return ∂p/∂variable in normal form; ∂c = -unit s, ∂s = unit c."""
         assert variable in self.variables, f"{variable} was not announced as a variable of this ring"
         total = p.derivative(self._index["symbol", variable, 0])
-        if ("cos", variable, 0) in self._index:
-            c, s = self._index["cos", variable, 0], self._index["sin", variable, 0]
-            unit = self.generators[c].unit
+        for s, c, rate in self._turning[variable]:
             turning = self._gens[c] * p.derivative(s) - self._gens[s] * p.derivative(c)
-            total += turning if unit == 1 else self.constant(unit) * turning
+            total += turning if rate == 1 else self.constant(rate) * turning
         return self.normal(total)
+
+    def angle(self, generator: int) -> list[tuple[Expr | None, Fraction]]:
+        """Return the angle whose sine or cosine a generator is: Σ coefficient · node (None: 1 rad)."""
+        found, unit = [], self.generators[generator].unit
+        node = self.generators[generator].node
+        while node in self._totals:
+            sign, below = self._totals[node]
+            found.append((node, sign * unit))
+            node = below
+        return found[::-1] or [(node, unit)]
 
     def terms(self, p: Polynomial) -> list[tuple[tuple[tuple[int, int], ...], Fraction]]:
         """Return the terms of p: ((generator, power), …) by ascending generator, and the coefficient."""
@@ -331,67 +340,3 @@ class TrigonometricRing:
             (tuple((i, int(e)) for i, e in enumerate(powers) if e), Fraction(int(a.p), int(a.q)))
             for powers, a in zip(p.monoms(), p.coeffs(), strict=True)
         ]
-
-
-def _angle_units(nodes: Sequence[Expr]) -> tuple[dict[Expr | None, Fraction], Fraction]:
-    """Return each angle atom's unit (None: 1 rad), and the unit of the multiples of π."""
-    units: dict[Expr | None, Fraction] = {}
-    turn = Fraction(1)
-    for node in nodes:
-        if node.op in (Op.SIN, Op.COS):
-            form = linear_form(node.args[0])
-            turn = _divisor(turn, form.turns)
-            for atom, coefficient in ((None, form.constant), *form.terms):
-                if coefficient:
-                    units[atom] = _divisor(units.get(atom, Fraction(0)), coefficient)
-    return units, turn
-
-
-def _divisor(a: Fraction, b: Fraction) -> Fraction:
-    """Return the greatest fraction of which both are integer multiples."""
-    scale = lcm(a.denominator, b.denominator)
-    return Fraction(gcd(int(a * scale), int(b * scale)), scale)
-
-
-def _choose(nodes: Sequence[Expr], units: dict[Expr | None, Fraction], order: int) -> Iterable[Generator]:
-    """Yield the generators, those that relations eliminate first (the ordering is lexicographic)."""
-    atoms = sorted(units, key=lambda atom: -1 if atom is None else atom.index)
-    for atom in atoms:
-        yield Generator("sin", atom, units[atom])
-    radicands = [node.args[0] for node in nodes if node.op is Op.SQRT]
-    for node in reversed(nodes):
-        if node.op is Op.SQRT and node.args[0].op is not Op.CONSTANT:
-            yield Generator("root", node)
-    wanted = {p for x in radicands if x.op is Op.CONSTANT for p in prime_factors(x.value.numerator * x.value.denominator)}  # type: ignore[union-attr]
-    below = reachable([node.args[1] for node in nodes if node.op is Op.DIV])
-    slots = sum(node.op is Op.DIV for node in nodes) + 2 * len(below)
-    for slot in range(slots, 0, -1):
-        yield Generator("inverse", number=slot)
-    radical = order in (4, 8, 12, 24)
-    if radical:
-        wanted |= {p for p, m in ((2, 8), (3, 12)) if order % m == 0}
-    for p in sorted(wanted):
-        if radical or order % (8 if p == 2 else p):
-            yield Generator("root", number=p)
-    if not radical:
-        yield Generator("cyclotomic", number=order)
-    for atom in atoms:
-        yield Generator("cos", atom, units[atom])
-    for node in nodes:
-        if node.op in FUNCTIONS and node.op not in (Op.SIN, Op.COS, Op.SQRT):
-            yield Generator("function", node)
-    if any(node.op is Op.PI for node in nodes):
-        yield Generator("pi")
-    for node in nodes:
-        if node.op is Op.SYMBOL:
-            yield Generator("symbol", node)
-
-
-def prime_factors(n: int) -> list[int]:
-    """Return primes, and perhaps one unfactored rest, whose product is n > 0; with multiplicity."""
-    found = []
-    for prime in SMALL_PRIMES:
-        while n % prime == 0:
-            n //= prime
-            found.append(prime)
-    return found + ([n] if n > 1 else [])

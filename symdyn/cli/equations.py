@@ -31,6 +31,6 @@ def run(options: argparse.Namespace) -> int:
     scene = read(options.scene)
     with Waiting() as progress:
         progress("expanding")
-        text = equations_text(scene, options.format, options.group, options.angles)
+        text = equations_text(scene, options.format, options.group, options.angles, options.document)
     print(text)
     return 0

@@ -20,9 +20,9 @@ from typing import Any
 
 from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Symbol, power_of, product_of, sum_of, terms_of
-from symdyn.algebra.sums_of_angles import AngleGroup
+from symdyn.algebra.sums_of_angles import AngleGroup, total_angles
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
-from symdyn.dynamics.parallel import angle_groups, parallel_candidates
+from symdyn.dynamics.parallel import angle_groups
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import State, joint_motion, placement, state_symbols, vector
 from symdyn.graph import Expr, Graph, evaluate
@@ -76,6 +76,19 @@ class ClosedForm:
             value = value[i]
         return value
 
+    def form(self, *key: Any) -> Form:
+        """Return one coefficient as short as the ring can write it; key as in `closed["k_z", 0, 1]`."""
+        return coefficient_form(self, key)
+
+    def sympy(self, *key: Any) -> Any:
+        """Return one coefficient as a compact SymPy expression; key as in `closed["k_z", 0, 1]`.
+
+        Symbols are real, those of parameters declared positive are positive.
+        """
+        from symdyn.algebra.sympy_algebra import form_to_sympy
+
+        return form_to_sympy(self.form(*key), [p.name for p in self.scene.parameters if p.positive])
+
     @cached_property
     def compactor(self) -> Compactor:
         """What turns coefficients into forms; it remembers the parts that coefficients share."""
@@ -92,28 +105,27 @@ def closed_form(scene: Scene) -> ClosedForm:
     for parameter in scene.parameters:
         graph.symbol(parameter.name)  # first, so that forms print them in declared order and before coordinates
     state = state_symbols(scene, graph)
-    bodies = [
+    massive = [
         (inertia, list(_chain(scene, joint, graph)))
         for joint, body in zip(scene.joints, scene.bodies, strict=True)
         if not _is_nothing(inertia := _inertia_about_frame(body, graph))
     ]
     potential = _potential(scene, graph)
-    neighbours = parallel_candidates(scene, graph)
-    needed = [*state.qd, potential, *(candidate.alignment for candidate in neighbours)]
-    for inertia, chain in bodies:
+    needed = [*state.qd, potential]
+    for inertia, chain in massive:
         needed += [inertia.m, *inertia.h, *(x for row in inertia.I for x in row)]
         needed += [x for _, T in chain for x in _entries(T)]
-    ring = TrigonometricRing(needed, (*state.q, *state.qd))
+    parallel = angle_groups(scene, graph)
+    ring = TrigonometricRing(needed, (*state.q, *state.qd), total_angles(parallel))
     found = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))
     M = [[ring.zero] * state.n for _ in range(state.n)]
-    for inertia, chain in bodies:
-        _add_body(M, ring, found, inertia, chain, state)
+    for body in massive:
+        _add_body(M, body, ring, found, state.q)
     P = found[potential]
     k_C, k_D = _christoffel(M, ring, state)
     k_G = tuple(ring.derivative(P, q) for q in state.q)
     half = ring.one / 2
     K = half * sum((M[i][j] * found[state.qd[i]] * found[state.qd[j]] for i, j in _square(state.n)), ring.zero)
-    parallel = angle_groups(neighbours, [found[candidate.alignment] for candidate in neighbours], ring)
     return ClosedForm(scene, ring, state, parallel, tuple(map(tuple, M)), k_D, k_C, k_G, K, P)
 
 
@@ -170,20 +182,20 @@ def _entries(T: Transform) -> list[Expr]:
 
 def _add_body(
     M: list[list[Polynomial]],
+    body: tuple[Inertia, list[tuple[int, Transform]]],
     ring: TrigonometricRing,
     found: dict[Expr, Polynomial],
-    inertia: Inertia,
-    chain: list[tuple[int, Transform]],
-    state: State,
+    q: tuple[Expr, ...],
 ) -> None:
-    """Add one body's share to M."""
+    """Add one body's share to M; `body` is its inertia and its `_chain`."""
+    inertia, chain = body
     m, h = found[inertia.m], [found[x] for x in inertia.h]
     matrix = [[found[x] for x in row] for row in inertia.I]
     columns = []
     for i, T in chain:
         R = [[found[x] for x in row] for row in T.R]
-        dR = [[ring.derivative(x, state.q[i]) for x in row] for row in R]
-        dp = [ring.derivative(found[x], state.q[i]) for x in T.p]
+        dR = [[ring.derivative(x, q[i]) for x in row] for row in R]
+        dp = [ring.derivative(found[x], q[i]) for x in T.p]
         v = [ring.dot(column, dp) for column in zip(*R, strict=True)]
         w = [ring.dot((row[a] for row in R), (row[b] for row in dR)) for a, b in ((2, 1), (0, 2), (1, 0))]
         linear = [m * v[k] + x for k, x in enumerate(_cross(w, h))]

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symdyn.algebra.sums_of_angles import AngleGroup
-from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
+from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics.state import placement, unit_axis
-from symdyn.graph import Expr, Graph
+from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import GROUND, Joint, Scene
 from symdyn.spatial import apply, dot
 
@@ -28,7 +27,7 @@ class Neighbours:
     alignment: Expr
 
 
-def parallel_candidates(scene: Scene, graph: Graph) -> list[Neighbours]:
+def _candidates(scene: Scene, graph: Graph) -> list[Neighbours]:
     """Return every revolute joint with the one below it, ground first."""
     carrier = {joint.child: joint for joint in scene.joints}
     return [_neighbours(joint, carrier, graph) for joint in scene.joints if joint.type == "revolute"]
@@ -45,16 +44,12 @@ def _neighbours(joint: Joint, carrier: dict[str, Joint], graph: Graph) -> Neighb
     return Neighbours(q, None, graph.zero)
 
 
-def angle_groups(
-    neighbours: Sequence[Neighbours], alignments: Sequence[Polynomial], ring: TrigonometricRing
-) -> tuple[AngleGroup, ...]:
-    """Return the groups of two and more joints with parallel axes, with every sum of angles along a path.
-
-    Args:
-        neighbours: from `parallel_candidates`.
-        alignments: their `alignment` over the ring.
-        ring: where "equal to ±1" is decided, exactly.
-    """
+def angle_groups(scene: Scene, graph: Graph) -> tuple[AngleGroup, ...]:
+    """Return the groups of two and more joints with parallel axes, with every sum of angles along a path."""
+    neighbours = _candidates(scene, graph)
+    nodes = [pair.alignment for pair in neighbours]
+    ring = TrigonometricRing(nodes)  # where "equal to ±1" is decided, exactly
+    alignments = evaluate(nodes, ring, ring.values(nodes))
     members: list[list[Expr]] = []
     signs: dict[Expr, int] = {}
     previous: dict[Expr, Expr] = {}
@@ -82,4 +77,4 @@ def _group(atoms: list[Expr], signs: dict[Expr, int], previous: dict[Expr, Expr]
             first = signs[joint]
             sums.append(tuple(first * signs[atom] if atom in path else 0 for atom in atoms))
             joint = previous.get(joint)
-    return AngleGroup(tuple(atoms), tuple(sums))
+    return AngleGroup(tuple(atoms), tuple(sums), tuple((signs[atom], previous.get(atom)) for atom in atoms))

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import combinations
 
-from symdyn.algebra.form import Form, Power, Symbol, form_of, product_of, sum_of, terms_of
+from symdyn.algebra.form import MINUS_ONE, Form, Power, Symbol, form_of, product_of, split_sign, sum_of, terms_of
 from symdyn.dynamics.closed_form import ClosedForm, Key, closed_form, coefficient_form, coefficient_names
 from symdyn.emit.formula_text import shortened
 from symdyn.errors import EmitError
@@ -47,7 +47,10 @@ class Coefficient:
 
     @property
     def term(self) -> Form:
-        """The product of form and rate."""
+        """The product of form and rate; a sum of negative terms takes its sign in front."""
+        terms = terms_of(self.form)
+        if len(terms) > 1 and all(split_sign(term)[0] < 0 for term in terms):
+            return product_of((MINUS_ONE, sum_of(split_sign(term)[1] for term in terms), self.rate))
         return product_of((self.form, self.rate))
 
 
@@ -82,7 +85,7 @@ class Printable:
 
 def equations_text(
     scene: Scene | ClosedForm,
-    format: str = "latex",  # noqa: A002  the word of the command line
+    format: str = "latex",
     group: str = "equations",
     angles: str = "long",
     document: bool = False,

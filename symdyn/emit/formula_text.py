@@ -16,7 +16,7 @@ from symdyn.graph import Op
 from symdyn.scene.spelling import spell_fraction
 
 BREAK = "\v"
-SMALL_DENOMINATOR = 12  # 1/12 stays a fraction; 7/20 is read as 0.35
+FRACTIONS = (2, 3, 4, 6, 7, 8, 9, 11, 12)  # 1/12 stays a fraction; 7/20 is read as 0.35
 
 
 def significant(value: Fraction, digits: int) -> str:
@@ -30,8 +30,7 @@ def significant(value: Fraction, digits: int) -> str:
     if scaled == 10**digits:
         exponent, scaled = exponent + 1, 10 ** (digits - 1)
     if -4 <= exponent < digits + 2:
-        text = spell_fraction(Fraction(scaled) * Fraction(10) ** (exponent - digits + 1))
-        return text
+        return spell_fraction(Fraction(scaled) * Fraction(10) ** (exponent - digits + 1))
     return f"{spell_fraction(Fraction(scaled, 10 ** (digits - 1)))}e{exponent}"
 
 
@@ -50,7 +49,7 @@ def broken_text(form: Form) -> str:
 
 def _text(form: Form) -> str:
     if isinstance(form, Sum):
-        return _signed_sum(form, lambda term: _text(term))
+        return _signed_sum(form, _text, _text_factor)
     if isinstance(form, Product):
         sign, rest = split_sign(form)
         if sign < 0:
@@ -84,14 +83,14 @@ def _is_inverse(form: Form) -> bool:
     return isinstance(form, Power) and form.exponent < 0
 
 
-def _signed_sum(form: Form, show: Callable[[Form], str]) -> str:
+def _signed_sum(form: Form, show: Callable[[Form], str], factor: Callable[[Form], str]) -> str:
+    """Return a sum with break marks; `factor` shows what stands behind a minus sign, in brackets if it is a sum."""
     text = ""
     for term in terms_of(form):
         sign, rest = split_sign(term)
-        if text:
-            text += f" {BREAK}- {show(rest)}" if sign < 0 else f" {BREAK}+ {show(rest)}"
-        else:
-            text = f"-{show(rest)}" if sign < 0 else show(rest)
+        mark = "-" if sign < 0 else "+"
+        shown = factor(rest) if sign < 0 and isinstance(rest, Sum) else show(rest)
+        text += f" {BREAK}{mark} {shown}" if text else f"{mark}{shown}".removeprefix("+")
     return text
 
 
@@ -123,7 +122,7 @@ class Latex:
     def __call__(self, form: Form) -> str:
         """Return LaTeX with break marks."""
         if isinstance(form, Sum):
-            return _signed_sum(form, lambda term: self(term))
+            return _signed_sum(form, self, self.bracketed)
         if isinstance(form, Product):
             return self._product(form)
         if isinstance(form, Number):
@@ -138,7 +137,7 @@ class Latex:
         """Return a number that is not negative."""
         if value.denominator == 1 and (self.digits is None or value < 10 ** (self.digits + 2)):
             return str(value.numerator)
-        if value.denominator <= SMALL_DENOMINATOR and value.numerator < 10**4:
+        if value.denominator in FRACTIONS and value.numerator <= 12:
             return rf"\tfrac{{{value.numerator}}}{{{value.denominator}}}"
         if self.digits is None:
             text = spell_fraction(value)
@@ -170,7 +169,9 @@ class Latex:
         text = shown[0]
         for previous, factor, following in zip(above, above[1:], shown[1:], strict=False):
             loose = isinstance(previous, Number) and isinstance(factor, Number)
-            thin = isinstance(previous, Function) or (isinstance(previous, Power) and isinstance(previous.base, Function))
+            thin = isinstance(previous, Function) or (
+                isinstance(previous, Power) and isinstance(previous.base, Function)
+            )
             text += (r" \cdot " if loose else r" \, " if thin else " ") + following
         return text
 

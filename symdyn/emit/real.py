@@ -69,5 +69,13 @@ def digits(value: Fraction, real: Real) -> str:
     if real.name == "double":
         return repr(number)
     texts = (f"{number:.{count}g}" for count in range(1, 18))
-    short = next(text for text in texts if nearest(Fraction(text), real) == number)
+    short = next(text for text in texts if _reads_as(text, number, real))
     return repr(float(short))
+
+
+def _reads_as(text: str, number: float, real: Real) -> bool:
+    """Tell whether `text` is read as `number`; near the largest number fewer digits may be too large."""
+    try:
+        return nearest(Fraction(text), real) == number
+    except EmitError:
+        return False

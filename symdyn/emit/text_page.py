@@ -61,11 +61,11 @@ def _paragraphs(page: Printable, group: str, show: Show) -> Iterator[str]:
         for i, row in enumerate(page.rows, 1):
             for c in row:
                 if c.kind == "k_z" and c.indices[1] >= i:
-                    mirrored = "" if c.indices[1] == i else f" = M{c.indices[1]}{i}"
-                    yield show(f"M{i}{c.indices[1]}{mirrored}", c.form, "")
+                    mirrored = "" if c.indices[1] == i else f" = M[{c.indices[1]},{i}]"
+                    yield show(f"M[{i},{c.indices[1]}]{mirrored}", c.form, "")
         for name, entry in (("c", coriolis), ("g", gravity)):
-            yield from (show(f"{name}{i + 1}", entry(page, i), "") for i in range(n))
-        yield from (f"tau{i} = {text_of(right)}" for i, right in enumerate(page.right, 1))
+            yield from (show(f"{name}[{i + 1}]", entry(page, i), "") for i in range(n))
+        yield from (f"tau[{i}] = {text_of(right)}" for i, right in enumerate(page.right, 1))
     else:
         for i, right in enumerate(page.right):
             yield show("", page.left(i), text_of(right))

@@ -1,5 +1,6 @@
 """The expression graph: operations, hash-consed nodes, evaluation, differentiation. Knows no mechanics."""
 
+from symdyn.graph.check import check
 from symdyn.graph.differentiate import gradient, substitute, tangents
 from symdyn.graph.evaluate import Algebra, evaluate, reachable
 from symdyn.graph.expression import Expr, Graph, Scalar
@@ -15,6 +16,7 @@ __all__ = [
     "LinearForm",
     "Op",
     "Scalar",
+    "check",
     "evaluate",
     "gradient",
     "linear_form",

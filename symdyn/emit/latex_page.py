@@ -1,0 +1,272 @@
+r"""Equations in LaTeX: a fragment for a text that loads amsmath, or a whole document that pdflatex compiles.
+
+Lines fit an A4 page with 20 mm margins at 10 pt; they break at + and -, so brackets are \bigl( and not \left(.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+from symdyn.algebra.form import MINUS_ONE, product_of, split_sign, sum_of, terms_of
+from symdyn.emit.breaking import break_lines, latex_width
+from symdyn.emit.equations import KINDS, Coefficient, Printable, coriolis, gravity
+from symdyn.emit.formula_text import BREAK, Latex
+from symdyn.emit.symbols import escape, latex_symbols, latex_unit
+from symdyn.scene import JOINTS, Scene, acceleration_name
+from symdyn.scene.spelling import spell
+
+LINE = 470.0  # pt: 170 mm less a little for what the estimate misses
+INDENT = 20.0
+DIGITS = 6
+BRACED = 0.45 * LINE  # a wider coefficient is named under its brace and written out below
+MOST_LINES = 60  # of one align, which TeX reads whole
+
+Lines = list[str]
+
+
+def latex_fragment(page: Printable, group: str) -> str:
+    """Return the equations as displays; short notation is explained in a comment."""
+    note = "% s_{12} = \\sin(q_1 + q_2), c_2 = \\cos q_2: sines and cosines by joint number\n" if page.short else ""
+    return note + "\n".join(_displays(page, group))
+
+
+def latex_document(page: Printable, group: str) -> str:
+    """Return a standalone document: equations, energies, symbol table."""
+    from symdyn.emit.render import render
+
+    write = _writer(page)
+    title = "Coefficients" if group == "coefficients" else "Equations"
+    sections = [{"title": title, "text": _introduction(page, group), "body": "\n".join(_displays(page, group))}]
+    energies = [_definition(name, write(form)) for name, form in (("K", page.K), ("P", page.P))]
+    sections.append({"title": "Energies", "text": "", "body": "\n".join(_align(energies))})
+    return render(
+        "latex/equations.tex.jinja",
+        {
+            "title": escape(page.scene.name),
+            "comment": page.scene.name,
+            "sections": sections,
+            "symbols": (symbols := _symbol_table(page.scene, write)),
+            "values": any(row["value"] for row in symbols),
+        },
+    )
+
+
+def _writer(page: Printable) -> Latex:
+    return Latex(latex_symbols(page.scene), DIGITS)
+
+
+def _introduction(page: Printable, group: str) -> str:
+    sums = r"\sum_j k_{z,ij}\,\ddot q_j + \sum_{j<k} k_{C,i,jk}\,\dot q_j\,\dot q_k + \sum_j k_{D,ij}\,\dot q_j^2"
+    text = (
+        rf"Lagrange's equations, joint by joint: $\displaystyle {sums} + k_{{G,i}}$ equals the drive and the other "
+        "forces of joint $i$."
+    )
+    if group == "matrix":
+        text = "Lagrange's equations: inertia, Coriolis and centrifugal forces, gravity and the drives."
+    if page.short:
+        text += r" Sines and cosines go by joint number: $s_{12} = \sin(q_1 + q_2)$, $c_2 = \cos q_2$."
+    if any("." in _writer(page)(c.form) for c in page.coefficients):
+        text += f" Decimal numbers are rounded to {DIGITS} digits."
+    return text
+
+
+def _displays(page: Printable, group: str) -> list[str]:
+    return GROUPS[group](page, _writer(page))
+
+
+# Lines and displays
+
+
+def _lines(left: str, text: str, right: str = "") -> Lines:
+    """Return the lines of `left text right`, aligned at the start of `text`."""
+    room = LINE - latex_width(left)
+    lines = break_lines(text, room, room - INDENT, latex_width)
+    if right and latex_width(lines[-1] + right) > room - INDENT * (len(lines) > 1):
+        lines.append(right)
+    else:
+        lines[-1] = f"{lines[-1]} {right}".rstrip()
+    first, *others = lines
+    return [f"{left} &{first}" if left else f"& {first}", *(rf"&\quad {{}}{line}" for line in others)]
+
+
+def _definition(left: str, text: str) -> Lines:
+    """Return `left = text`; a long left-hand side does not push the lines to the right."""
+    return _lines(left, f"= {text}")
+
+
+def _align(paragraphs: Sequence[Lines]) -> Iterator[str]:
+    """Yield align* displays, a few paragraphs each."""
+    chunk: list[Lines] = []
+    for i, paragraph in enumerate(paragraphs):
+        chunk.append(paragraph)
+        full = sum(map(len, chunk)) + (len(paragraphs[i + 1]) if i + 1 < len(paragraphs) else MOST_LINES) > MOST_LINES
+        if full:
+            body = " \\\\\n".join("  " + " \\\\\n  ".join(lines) for lines in chunk)
+            yield f"\\begin{{align*}}\n{body}\n\\end{{align*}}"
+            chunk = []
+
+
+# Coefficients
+
+
+def coefficient_name(c: Coefficient) -> str:
+    """Return k_{z,12}, k_{C,1,23}, k_{D,12} or k_{G,1}; indices of ten and more are set apart."""
+    kind = c.kind[-1]
+    first, *rest = [str(i) for i in c.indices]
+    if kind == "C":
+        return f"k_{{C,{first},{_together(rest)}}}"
+    return f"k_{{{kind},{_together([first, *rest])}}}"
+
+
+def _together(indices: Sequence[str]) -> str:
+    return (r"\," if any(len(i) > 1 for i in indices) else "").join(indices)
+
+
+def _coefficients(page: Printable, write: Latex, wanted: Callable[[Coefficient], bool] = lambda c: True) -> list[str]:
+    paragraphs = []
+    for c in page.coefficients:
+        if c.vanishes or not wanted(c) or (c.kind == "k_z" and c.indices[0] > c.indices[1]):
+            continue
+        name = coefficient_name(c)
+        if c.kind == "k_z" and c.indices[0] != c.indices[1]:
+            name += f" = {coefficient_name(Coefficient(c.kind, c.indices[::-1], c.form, c.rate))}"
+        paragraphs.append(_definition(name, write(c.form)))
+    return list(_align(paragraphs))
+
+
+def _vanishing(page: Printable) -> list[str]:
+    """Return one line that names the coefficients that vanish."""
+    names = [coefficient_name(c) for kind in KINDS for c in page.coefficients if c.kind == kind and c.vanishes]
+    if not names:
+        return []
+    text = f" = {BREAK}".join([*names, "0"])
+    return list(_align([_lines("", text)]))
+
+
+# The four groupings
+
+
+def _equations(page: Printable, write: Latex) -> list[str]:
+    paragraphs = [_lines("", write(page.left(i)), f"= {write.unbroken(right)}") for i, right in enumerate(page.right)]
+    return [display for paragraph in paragraphs for display in _align([paragraph])]
+
+
+def _all_coefficients(page: Printable, write: Latex) -> list[str]:
+    return [*_coefficients(page, write), *_vanishing(page)]
+
+
+def _textbook(page: Printable, write: Latex) -> list[str]:
+    """Return drive = k_z1 q̈_1 + …, every coefficient written above its name, as (5.40); long ones below."""
+    named: dict[tuple[str, tuple[int, ...]], None] = {}
+    paragraphs = []
+    for row, right in zip(page.rows, page.right, strict=True):
+        text = ""
+        for c in row:
+            if c.vanishes:
+                continue
+            sign, shown, short = _braced(c, write)
+            if not short:
+                named[c.kind, tuple(sorted(c.indices)) if c.kind == "k_z" else c.indices] = None
+            rate = "" if c.kind == "k_G" else rf"\, {write.unbroken(c.rate)}"
+            text += (f" {BREAK}{sign} " if text else "-" if sign == "-" else "") + shown + rate
+        paragraphs.append(_definition(write.unbroken(right), text or "0"))
+    displays = [display for paragraph in paragraphs for display in _align([paragraph])]
+    if named:
+        displays += ["where"]
+        displays += _coefficients(page, write, lambda c: (c.kind, c.indices) in named)
+    return displays
+
+
+def _braced(c: Coefficient, write: Latex) -> tuple[str, str, bool]:
+    r"""Return (sign, \underbrace{value}_{name}, True), or the name alone and False where the value is long."""
+    name = coefficient_name(c)
+    terms = terms_of(c.form)
+    negative = all(split_sign(term)[0] < 0 for term in terms)
+    value = sum_of(product_of((MINUS_ONE, term)) for term in terms) if negative else c.form
+    text = write.unbroken(value)
+    if latex_width(text) > BRACED:
+        return "+", name, False
+    text = f"({text})" if len(terms) > 1 else text
+    return ("-" if negative else "+"), rf"\underbrace{{{text}}}_{{{'-' if negative else ''}{name}}}", True
+
+
+def _matrix(page: Printable, write: Latex) -> list[str]:
+    """Return M(q) q̈ + c + g = τ, with the entries in place if they fit, else named and written below."""
+    n = range(len(page.rows))
+    M = [[c.form for c in row if c.kind == "k_z"] for row in page.rows]
+    acceleration = [write.symbols[acceleration_name(q)] for q in page.scene.coordinates]
+    columns = [
+        [[write.unbroken(form) for form in row] for row in M],
+        [[x] for x in acceleration],
+        [[write.unbroken(coriolis(page, i))] for i in n],
+        [[write.unbroken(gravity(page, i))] for i in n],
+        [[write.unbroken(right)] for right in page.right],
+    ]
+    if _matrix_width(columns[0]) + 40 < LINE:
+        first, q, c, g, tau = map(_bmatrix, columns)
+        parts = [f"{first} {q}", f"+ {c}", f"+ {g}", f"= {tau}"]
+        if all(_matrix_width(column) + 60 < LINE for column in columns):
+            text = BREAK.join(part + " " for part in parts)
+            widths = iter([_matrix_width(columns[0]) + 30, *(_matrix_width(x) + 30 for x in columns[2:])])
+            lines = break_lines(text, LINE, LINE - INDENT, lambda _: next(widths))
+            return list(_align([[f"& {lines[0]}", *(rf"&\quad {{}}{line}" for line in lines[1:])]]))
+    names = [r"M(q)\,\ddot q + c(q, \dot q) + g(q) = \tau,", rf"\tau = {_bmatrix(columns[4])}"]
+    head = list(_align([["& " + r" \qquad ".join(names)]]))
+    entries = [
+        _definition(_entry_name("M", i, j), write(M[i][j])) for i in n for j in n if i <= j and terms_of(M[i][j])
+    ]
+    entries += [_definition(_entry_name("c", i), write(coriolis(page, i))) for i in n]
+    entries += [_definition(_entry_name("g", i), write(gravity(page, i))) for i in n]
+    zero = [_entry_name("M", i, j) for i in n for j in n if i < j and not terms_of(M[i][j])]
+    if zero:
+        entries.append(_lines("", f" = {BREAK}".join([*zero, "0"])))
+    return [*head, *_align(entries)]
+
+
+def _entry_name(letter: str, *index: int) -> str:
+    place = _together([str(i + 1) for i in index])
+    if len(index) == 2 and index[0] != index[1]:
+        return f"{letter}_{{{place}}} = {letter}_{{{_together([str(i + 1) for i in index[::-1]])}}}"
+    return f"{letter}_{{{place}}}"
+
+
+def _bmatrix(rows: Sequence[Sequence[str]]) -> str:
+    return r"\begin{bmatrix} " + r" \\ ".join(" & ".join(row) for row in rows) + r" \end{bmatrix}"
+
+
+def _matrix_width(rows: Sequence[Sequence[str]]) -> float:
+    return sum(max(latex_width(row[j]) for row in rows) + 10 for j in range(len(rows[0])))
+
+
+GROUPS: dict[str, Callable[[Printable, Latex], list[str]]] = {
+    "equations": _equations,
+    "coefficients": _all_coefficients,
+    "textbook": _textbook,
+    "matrix": _matrix,
+}
+
+
+# The symbol table
+
+
+def _symbol_table(scene: Scene, write: Latex) -> list[dict[str, str]]:
+    """Return the rows: coordinates, drives, parameters."""
+    rows = []
+    for joint in scene.moving:
+        unit = JOINTS[joint.type].units[0]
+        text = f"coordinate of joint {joint.name}, {joint.type}"
+        rows.append(_row(write.symbols[joint.coordinate], text, unit))
+    for joint in scene.moving:
+        if joint.drive:
+            turning = JOINTS[joint.type].units[0] == "rad"
+            text = f"driving {'torque' if turning else 'force'} of joint {joint.name}"
+            rows.append(_row(write.symbols[joint.drive], text, "N m" if turning else "N"))
+    for parameter in scene.parameters:
+        value = escape(spell(parameter.value)) if parameter.value is not None else ""
+        rows.append(_row(write.symbols[parameter.name], parameter.text or "parameter", parameter.unit, value))
+    return rows
+
+
+def _row(symbol: str, text: str, unit: str, value: str = "") -> dict[str, str]:
+    shown = latex_unit(unit)
+    return {"symbol": symbol, "text": escape(text), "unit": f"${shown}$" if shown else "", "value": value}
