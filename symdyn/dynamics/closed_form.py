@@ -25,9 +25,10 @@ from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.dynamics.parallel import angle_groups
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import State, joint_motion, placement, state_symbols, vector
+from symdyn.dynamics.tree import body_inertia
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import GROUND, Body, Joint, Scene, express
-from symdyn.spatial import Inertia, Transform, add_matrices, apply, dot, no_inertia, point_inertia, symmetric
+from symdyn.scene import GROUND, Joint, Scene, express
+from symdyn.spatial import Inertia, Transform, apply, dot, no_inertia
 
 Row = tuple[Polynomial, ...]
 Matrix = tuple[Row, ...]
@@ -106,21 +107,25 @@ def closed_form(scene: Scene) -> ClosedForm:
         graph.symbol(parameter.name)  # first, so that forms print them in declared order and before coordinates
     state = state_symbols(scene, graph)
     massive = [
-        (inertia, list(_chain(scene, joint, graph)))
+        (inertia, list(dict(_chain(scene, joint, graph)).items()))
         for joint, body in zip(scene.joints, scene.bodies, strict=True)
-        if not _is_nothing(inertia := _inertia_about_frame(body, graph))
+        if not _is_nothing(inertia := body_inertia(body, graph))
     ]
     potential = _potential(scene, graph)
     needed = [*state.qd, potential]
     for inertia, chain in massive:
         needed += [inertia.m, *inertia.h, *(x for row in inertia.I for x in row)]
         needed += [x for _, T in chain for x in _entries(T)]
+    rotors = _rotors(scene, graph)
+    needed += [inertia for _, inertia in rotors]
     parallel = angle_groups(scene, graph)
     ring = TrigonometricRing(needed, (*state.q, *state.qd), total_angles(parallel))
     found = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))
     M = [[ring.zero] * state.n for _ in range(state.n)]
     for body in massive:
         _add_body(M, body, ring, found, state.q)
+    for i, inertia in rotors:
+        M[i][i] = M[i][i] + found[inertia]
     P = found[potential]
     k_C, k_D = _christoffel(M, ring, state)
     k_G = tuple(ring.derivative(P, q) for q in state.q)
@@ -133,35 +138,16 @@ def _square(n: int) -> list[tuple[int, int]]:
     return [(i, j) for i in range(n) for j in range(n)]
 
 
-def _inertia_about_frame(body: Body, graph: Graph) -> Inertia:
-    """Return m, h, I of all that the body carries, about its frame's origin (Steiner where declared at the com)."""
-    m, matrix = express(body.mass, graph), symmetric(*(express(entry, graph) for entry in body.inertia))
-    if body.about == "frame":
-        if body.first_moment is not None:
-            h = vector(body.first_moment, graph)
-        else:
-            assert body.com is not None
-            r = vector(body.com, graph)
-            h = (m * r[0], m * r[1], m * r[2])
-        total = Inertia(m, h, matrix)
-    else:
-        assert body.com is not None
-        point = point_inertia(m, vector(body.com, graph))
-        total = Inertia(m, point.h, add_matrices(point.I, matrix))
-    for particle in body.particles:
-        total = total + point_inertia(express(particle.mass, graph), vector(particle.at, graph))
-    return total
-
-
 def _is_nothing(inertia: Inertia) -> bool:
     return inertia == no_inertia(inertia.m.graph)
 
 
 def _chain(scene: Scene, joint: Joint | None, graph: Graph) -> Iterator[tuple[int, Transform]]:
-    """Yield, for every coordinate that moves the joint's child, its number and the child's placement before it.
+    """Yield, for every joint that moves the child, the number of its coordinate and the child's placement before it.
 
-    The frame is the coordinate's joint frame, before the motion: where the joints nearer to the ground stand does
-    not change a velocity written in the body.
+    The frame is the joint frame, before the motion: where the joints nearer to the ground stand does not change a
+    velocity written in the body. Of joints that share a coordinate the last one counts, nearest to the ground: its
+    placement holds the others.
     """
     number = {coordinate: i for i, coordinate in enumerate(scene.coordinates)}
     carrier = {j.child: j for j in scene.joints}
@@ -169,11 +155,24 @@ def _chain(scene: Scene, joint: Joint | None, graph: Graph) -> Iterator[tuple[in
     while joint is not None:
         tip = placement(joint.tip, graph)
         T = tip if T is None else tip @ T
-        if joint.coordinate:
+        if joint.moves:
             T = joint_motion(joint, graph) @ T
-            yield number[joint.coordinate], T
+            yield number[joint.coupling.coordinate if joint.coupling else joint.coordinate], T
         T = placement(joint.origin, graph) @ T
         joint = None if joint.parent == GROUND else carrier[joint.parent]
+
+
+def _rotors(scene: Scene, graph: Graph) -> list[tuple[int, Expr]]:
+    """Return the coordinate that turns each rotor, and the rotor's inertia seen at that coordinate, kg m^2 or kg."""
+    number = {coordinate: i for i, coordinate in enumerate(scene.coordinates)}
+    rotors = []
+    for joint in scene.joints:
+        inertia = express(joint.armature, graph)
+        if joint.moves and not inertia.is_zero:
+            leader = joint.coupling.coordinate if joint.coupling else joint.coordinate
+            ratio = express(joint.coupling.ratio, graph) if joint.coupling else graph.one
+            rotors.append((number[leader], ratio * ratio * inertia))
+    return rotors
 
 
 def _entries(T: Transform) -> list[Expr]:
@@ -218,7 +217,7 @@ def _potential(scene: Scene, graph: Graph) -> Expr:
     gravity, placed = vector(scene.gravity, graph), body_placements(scene, graph)
     total = graph.zero
     for body in scene.bodies:
-        inertia, T = _inertia_about_frame(body, graph), placed[body.name]
+        inertia, T = body_inertia(body, graph), placed[body.name]
         total = total - dot(gravity, apply(T.R, inertia.h)) - inertia.m * dot(gravity, T.p)
     return total
 
