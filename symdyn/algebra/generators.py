@@ -7,8 +7,19 @@ from dataclasses import dataclass
 from fractions import Fraction
 from math import gcd, lcm
 
+from symdyn.errors import DerivationError
 from symdyn.graph import FUNCTIONS, Expr, LinearForm, Op, linear_form, reachable
 from symdyn.graph.identities import SMALL_PRIMES
+
+COSINES = {  # part of a turn -> 4 cos = a + b √2 + c √3 + d √6
+    Fraction(0): (4, 0, 0, 0),
+    Fraction(1, 24): (0, 1, 0, 1),
+    Fraction(1, 12): (0, 0, 2, 0),
+    Fraction(1, 8): (0, 2, 0, 0),
+    Fraction(1, 6): (2, 0, 0, 0),
+    Fraction(5, 24): (0, -1, 0, 1),
+    Fraction(1, 4): (0, 0, 0, 0),
+}
 
 
 @dataclass(frozen=True)
@@ -32,7 +43,7 @@ Totals = Mapping[Expr, tuple[int, Expr | None]]  # see `TrigonometricRing`
 
 
 def atoms_of(form: LinearForm, totals: Totals) -> list[tuple[Expr | None, Fraction]]:
-    """Return the angle, but for its multiple of π, as Σ coefficient · atom (None: 1 rad); q = sign (u(q) - u(below))."""
+    """Return an angle without its multiple of π as Σ coefficient · atom (None: 1 rad); q = sign (u(q) - u(below))."""
     found: dict[Expr | None, Fraction] = {None: form.constant}
     for atom, coefficient in form.terms:
         sign, below = totals.get(atom, (1, None))
@@ -103,3 +114,22 @@ def prime_factors(value: Fraction) -> list[int]:
             n //= prime
             found.append(prime)
     return found + ([n] if n > 1 else [])
+
+
+def refuse_variables(nodes: Sequence[Expr], variables: Sequence[Expr]) -> None:
+    """Raise DerivationError if a function, a root or a denominator needs one of `variables`."""
+    moving = set(variables)
+    for node in nodes:
+        if node.op is Op.SIN or node.op is Op.COS:
+            guilty = [atom for atom, _ in linear_form(node.args[0]).terms if atom.op is not Op.SYMBOL]
+        elif node.op is Op.DIV:
+            guilty = [node.args[1]]
+        else:
+            guilty = list(node.args) if node.op in FUNCTIONS else []
+        for found in guilty:
+            names = [str(n.value) for n in reachable([found]) if n in moving]
+            if names:
+                raise DerivationError(
+                    f"{node.op.name.lower()} of an expression in {', '.join(names)} is no trigonometric "
+                    "polynomial, so it has no closed form; generated code (NumPy, C) has no such limit"
+                )

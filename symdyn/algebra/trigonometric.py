@@ -22,24 +22,14 @@ from typing import Any
 
 from flint import Ordering, fmpq, fmpq_mpoly_ctx, fmpz_poly
 
-from symdyn.algebra.generators import Generator, angle_units, atoms_of, choose_generators, prime_factors
+from symdyn.algebra.generators import COSINES, angle_units, atoms_of, choose_generators, prime_factors, refuse_variables
 from symdyn.errors import DerivationError
-from symdyn.graph import FUNCTIONS, Expr, Op, linear_form, reachable
+from symdyn.graph import Expr, Op, linear_form, reachable
 
 _COSINE_POLYNOMIAL: Any = fmpz_poly.cos_minpoly  # minimal polynomial of 2 cos(2π/m)
 
 Polynomial = Any  # flint.fmpq_mpoly, which carries no type hints
 Pair = tuple[Polynomial, Polynomial]  # cosine and sine
-
-COSINES = {  # part of a turn -> 4 cos = a + b √2 + c √3 + d √6
-    Fraction(0): (4, 0, 0, 0),
-    Fraction(1, 24): (0, 1, 0, 1),
-    Fraction(1, 12): (0, 0, 2, 0),
-    Fraction(1, 8): (0, 2, 0, 0),
-    Fraction(1, 6): (2, 0, 0, 0),
-    Fraction(5, 24): (0, -1, 0, 1),
-    Fraction(1, 4): (0, 0, 0, 0),
-}
 
 
 @dataclass(frozen=True)
@@ -73,7 +63,7 @@ class TrigonometricRing:
         """
         self.variables = tuple(variables)
         nodes = reachable([*outputs, *variables])
-        self._refuse_variables(nodes)
+        refuse_variables(nodes, self.variables)
         self._totals = dict(totals or {})
         units, turn = angle_units(nodes, self._totals)
         self._order = lcm(4, (turn / 2).denominator)  # of the root of unity that all multiples of π are powers of
@@ -100,23 +90,6 @@ class TrigonometricRing:
             elif g.kind == "cyclotomic":
                 minimal = _COSINE_POLYNOMIAL(g.number).coeffs()
                 self._relate(i, len(minimal) - 1, sum(int(a) * self._gens[i] ** k for k, a in enumerate(minimal)))
-
-    def _refuse_variables(self, nodes: Sequence[Expr]) -> None:
-        moving = set(self.variables)
-        for node in nodes:
-            if node.op is Op.SIN or node.op is Op.COS:
-                guilty = [atom for atom, _ in linear_form(node.args[0]).terms if atom.op is not Op.SYMBOL]
-            elif node.op is Op.DIV:
-                guilty = [node.args[1]]
-            else:
-                guilty = list(node.args) if node.op in FUNCTIONS else []
-            for found in guilty:
-                names = [str(n.value) for n in reachable([found]) if n in moving]
-                if names:
-                    raise DerivationError(
-                        f"{node.op.name.lower()} of an expression in {', '.join(names)} is no trigonometric "
-                        "polynomial, so it has no closed form; generated code (NumPy, C) has no such limit"
-                    )
 
     # The algebra
 
@@ -326,7 +299,8 @@ class TrigonometricRing:
 
     def angle(self, generator: int) -> list[tuple[Expr | None, Fraction]]:
         """Return the angle whose sine or cosine a generator is: Σ coefficient · node (None: 1 rad)."""
-        found, unit = [], self.generators[generator].unit
+        found: list[tuple[Expr | None, Fraction]] = []
+        unit = self.generators[generator].unit
         node = self.generators[generator].node
         while node in self._totals:
             sign, below = self._totals[node]
