@@ -30,7 +30,12 @@ class Neighbours:
 def _candidates(scene: Scene, graph: Graph) -> list[Neighbours]:
     """Return every revolute joint with the one below it, ground first."""
     carrier = {joint.child: joint for joint in scene.joints}
-    return [_neighbours(joint, carrier, graph) for joint in scene.joints if joint.type == "revolute"]
+    return [_neighbours(joint, carrier, graph) for joint in scene.joints if _turns(joint)]
+
+
+def _turns(joint: Joint) -> bool:
+    """Whether the joint turns by a coordinate of its own; the angle of one that follows is no unit of the ring."""
+    return joint.type == "revolute" and joint.coupling is None
 
 
 def _neighbours(joint: Joint, carrier: dict[str, Joint], graph: Graph) -> Neighbours:
@@ -39,7 +44,9 @@ def _neighbours(joint: Joint, carrier: dict[str, Joint], graph: Graph) -> Neighb
         axis = apply(placement(below.origin, graph).R, axis)
         below = carrier[below.parent]
         axis = apply(placement(below.tip, graph).R, axis)
-        if below.type == "revolute":
+        if below.type == "revolute" and below.coupling:
+            break  # its turn takes the axis out of line
+        if _turns(below):
             return Neighbours(q, graph.symbol(below.coordinate), dot(axis, unit_axis(below, graph)))
     return Neighbours(q, None, graph.zero)
 

@@ -75,7 +75,7 @@ class Tree:
         return range(len(self.parent) - 1, 0, -1)
 
     def rates(self, qd: Sequence[Expr]) -> list[Expr]:
-        """Return the rate of every joint for the rates of the coordinates, shape (n,); entry 0 is the ground's, zero."""
+        """Return the rate of every joint, entry 0 the ground's, for the rates of the coordinates, shape (n,)."""
         return [self.graph.zero] + [self.ratio[i] * qd[self.column[i]] for i in self.outward()]
 
     def gather(self, forces: Sequence[Expr]) -> list[Expr]:
