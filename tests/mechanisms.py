@@ -1,13 +1,27 @@
-"""Mechanisms that the tests run over: seeded random trees with every joint type, oblique axes and odd placements."""
+"""Mechanisms that the tests run over: seeded random trees of all joints, oblique axes, odd placements, couplings."""
 
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 from fractions import Fraction
 
-from symdyn.graph import Op
-from symdyn.scene import Body, Joint, Parameter, Particle, Pose, Quantity, Scene, number, symbol
+from symdyn.scene import (
+    Body,
+    Coupling,
+    Joint,
+    Limits,
+    Parameter,
+    Particle,
+    Pose,
+    Quantity,
+    Scene,
+    folding,
+    number,
+    symbol,
+)
 from symdyn.scene.quantity import PI
+from symdyn.scene.table import compose
 
 AXES = [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, 1, 0), (1, 1, 0), (1, -2, 2), (3, 0, 4), (1, 2, 3)]
 ANGLES = [0, Fraction(1, 6), Fraction(1, 3), Fraction(1, 4), Fraction(1, 2), Fraction(-2, 3), 1, Fraction(37, 180)]
@@ -15,7 +29,7 @@ ANGLES = [0, Fraction(1, 6), Fraction(1, 3), Fraction(1, 4), Fraction(1, 2), Fra
 
 def turn(multiple: Fraction | int) -> Quantity:
     """Return multiple·π."""
-    return Quantity(Op.MUL, (number(multiple), PI))
+    return folding.mul(number(multiple), PI)
 
 
 def random_tree(seed: int, n: int = 5, free: bool = True) -> Scene:
@@ -41,6 +55,7 @@ def random_tree(seed: int, n: int = 5, free: bool = True) -> Scene:
         if i == 2:
             steps.append(("Ry", number(Fraction(3, 10))))
         axis = rng.choice(AXES)
+        axis = axis if kind != "fixed" else AXES[0]
         joints.append(
             Joint(
                 f"j{i}",
@@ -48,8 +63,8 @@ def random_tree(seed: int, n: int = 5, free: bool = True) -> Scene:
                 "ground" if i == 0 else f"b{rng.randint(max(0, i - 2), i - 1)}",
                 f"b{i}",
                 tuple(number(x) for x in axis),
-                Pose(tuple(steps)),
-                Pose((("Tx", small()), ("Rz", turn(rng.choice(ANGLES))))) if rng.random() < 0.4 else Pose(),
+                compose(*steps),
+                compose(("Tx", small()), ("Rz", turn(rng.choice(ANGLES)))) if rng.random() < 0.4 else Pose(),
                 "" if kind == "fixed" else f"x{i}",
             )
         )
@@ -65,3 +80,39 @@ def random_tree(seed: int, n: int = 5, free: bool = True) -> Scene:
     )
     gravity = (number(0), number(Fraction(1, 2)), number(Fraction("-9.81")))
     return Scene(f"random{seed}", parameters, gravity, tuple(bodies), tuple(joints))
+
+
+RATIOS = [1, -1, 2, Fraction(1, 2), Fraction(-3, 2), 3]
+OFFSETS = [number(0), turn(Fraction(1, 4)), turn(Fraction(-1, 3)), number(Fraction(1, 5))]
+
+
+def coupled_tree(seed: int, n: int = 5) -> Scene:
+    """Return a tree of which some joints follow others, with rotors and dampers; at least one does.
+
+    A joint follows one that comes earlier or later; a sliding joint may do so by the ratio of a parameter.
+    """
+    rng = random.Random(seed)
+    tree = random_tree(seed, n)
+    moving = [k for k, joint in enumerate(tree.joints) if joint.moves]
+    if len(moving) < 2:
+        return coupled_tree(seed + 1000, n)
+    followers = rng.sample(moving, rng.randint(1, len(moving) - 1))
+    leaders = [tree.joints[k].coordinate for k in moving if k not in followers]
+    joints = list(tree.joints)
+    for k in moving:
+        joints[k] = replace(joints[k], armature=tenths(rng), damping=tenths(rng), friction=tenths(rng))
+    for k in followers:
+        ratio = symbol("rho") if joints[k].type == "prismatic" else number(rng.choice(RATIOS))
+        coupling = Coupling(rng.choice(leaders), ratio, rng.choice(OFFSETS))
+        joints[k] = replace(joints[k], coordinate="", coupling=coupling)
+    rotor = min(k for k in moving if k not in followers)
+    joints[rotor] = replace(
+        joints[rotor], armature=symbol("Ia"), limits=Limits(tenths(rng), number(3), None, number(9))
+    )
+    parameters = (*tree.parameters, Parameter("rho"), Parameter("Ia", positive=True))
+    return replace(tree, name=f"coupled{seed}", joints=tuple(joints), parameters=parameters)
+
+
+def tenths(rng: random.Random) -> Quantity:
+    """Return 0.1 ... 0.9, or zero."""
+    return number(Fraction(max(0, rng.randint(-3, 9)), 10))

@@ -123,10 +123,10 @@ def test_the_module_runs_as_a_command_and_survives_a_closed_pipe() -> None:
 
 
 def test_an_interrupted_run_leaves_one_line(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
-    def interrupt(path: str) -> None:
+    def interrupt(path: str, options: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("symdyn.scene.read", interrupt)
+    monkeypatch.setattr("symdyn.scene.read_noting", interrupt)
 
     assert main(["info", "x.toml"]) == 130
     assert capsys.readouterr().err == "symdyn: interrupted\n"

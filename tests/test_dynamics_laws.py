@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from arms import cart_pole, chain, puma560, spatial_arm, two_link
-from mechanisms import random_tree
+from mechanisms import coupled_tree, random_tree
 from oracles import BIG
 from running import call, matrix, random_fractions
 
@@ -23,11 +23,16 @@ from symdyn.verify.laws import laws
 SEEDS = range(8)
 TREES = [random_tree(seed) for seed in SEEDS]
 ARMS = [two_link(), cart_pole(), spatial_arm(), chain(3)]
-SCENES = [*ARMS, *TREES]
+COUPLED = [coupled_tree(seed) for seed in range(5)]
+SCENES = [*ARMS, *TREES, *COUPLED]
 
 
 def by_name(one):
     return one.name
+
+
+def str_or_name(one):
+    return getattr(one, "name", one)
 
 
 def test_random_trees_have_every_kind_of_joint_and_angle():
@@ -47,7 +52,7 @@ def test_all_roads_of_all_outputs_are_proved_equal(one):
     w = Workspace(one)
     claims = []
     for request in [*DYNAMICS, *kinematics(one)]:
-        first, *others = (derive_one(w, request, road) for road in roads(request))
+        first, *others = (derive_one(w, request, road) for road in roads(request, one))
         claims += [Claim(request, first.formulation, o.formulation, first.entries, o.entries) for o in others]
 
     findings = prove(claims)[1]
@@ -94,7 +99,7 @@ def test_mass_matrix_is_symmetric_positive_definite(one):
         np.linalg.cholesky(M)  # raises for anything that is not positive definite
 
 
-@pytest.mark.parametrize("one", TREES, ids=by_name)
+@pytest.mark.parametrize("one", [*TREES, *COUPLED], ids=by_name)
 def test_coriolis_matrix_leaves_a_skew_remainder(one):
     """Ṁ by a central difference in big floats along q̇, apart from all differentiation on the graph."""
     equations, n = derive(one, ["mass_matrix", "coriolis_matrix"]), len(one.coordinates)
@@ -113,8 +118,9 @@ def test_coriolis_matrix_leaves_a_skew_remainder(one):
     assert any(abs(S[i][j]) > 1e-3 for i in range(n) for j in range(n)) or n == 1
 
 
-@pytest.mark.parametrize("one", SCENES, ids=by_name)
-@pytest.mark.parametrize("road", roads("forward_dynamics"))
+@pytest.mark.parametrize(
+    ("one", "road"), [(one, road) for one in SCENES for road in roads("forward_dynamics", one)], ids=str_or_name
+)
 def test_forward_dynamics_inverts_inverse_dynamics(one, road):
     state = {name: [BIG.constant(x) for x in values] for name, values in a_state(one, 5).items()}
     tau = call(derive(one, ["inverse_dynamics"]), "inverse_dynamics", BIG, **state)
@@ -126,7 +132,7 @@ def test_forward_dynamics_inverts_inverse_dynamics(one, road):
 
 @pytest.mark.parametrize("one", SCENES, ids=by_name)
 def test_power_in_is_the_rate_of_energy(one):
-    """Energy is differenced along the motion q + q̇ t + q̈ t²/2."""
+    """Energy is differenced along the motion q + q̇ t + q̈ t²/2; dampers take damping · (rate of their joint)²."""
     equations = derive(one, ["inverse_dynamics", "kinetic_energy", "potential_energy"])
     state = {name: [BIG.constant(x) for x in values] for name, values in a_state(one, 7).items()}
     h = BIG.number("1e-18")
@@ -138,9 +144,23 @@ def test_power_in_is_the_rate_of_energy(one):
         return sum(call(equations, name, BIG, **there)[0] for name in ("kinetic_energy", "potential_energy"))
 
     tau = call(equations, "inverse_dynamics", BIG, **state)
-    power = sum(t * v for t, v in zip(tau, state["qd"], strict=True))
+    power = sum(t * v for t, v in zip(tau, state["qd"], strict=True)) - dissipation(one, state)
 
     assert abs((energy(h) - energy(-h)) / (2 * h) - power) < 1e-30 * (1 + abs(power))
+
+
+def dissipation(one, state):
+    """Return the power that dampers take."""
+    rates = dict(zip(one.coordinates, state["qd"], strict=True))
+    known = dict(zip((p.name for p in one.free_parameters), state["params"], strict=True))
+    total = BIG.constant(Fraction(0))
+    for joint in one.joints:
+        if joint.damping != number(0):
+            follows = joint.coupling
+            rate = rates[follows.coordinate if follows else joint.coordinate]
+            factor = known.get(follows.ratio.value) or BIG.constant(follows.ratio.value) if follows else 1
+            total += BIG.constant(joint.damping.value) * (factor * rate) ** 2
+    return total
 
 
 @pytest.mark.parametrize("one", TREES[:3], ids=by_name)

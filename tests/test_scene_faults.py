@@ -162,7 +162,7 @@ EDITS = [
     ("mass = 1\n", "mass = 1\ncom = [0, 0, 0]\nfirst_moment = [0, 0, 0]\n",
      "bodies.link2: com and first_moment say the same thing twice; give one of them"),
     ("mass = 1\n", "first_moment = [1, 0, 0]\n",
-     "bodies.link2: first_moment is not zero but the mass is; give a mass, or allow_invalid_inertia = true"),
+     "bodies.link2: first_moment is not zero but the mass is; give a mass, or write allow_invalid_inertia = true"),
     ("value = 2", "value = -2",
      "parameters.m1: value = -2 is not positive; correct it or drop positive = true"),
     ("value = 2", 'value = "2*g"', "parameters.m1: value = 2*g uses g; a value may hold numbers and pi only"),

@@ -7,10 +7,10 @@ import os
 import sys
 from collections.abc import Sequence
 
-from symdyn.cli import equations, generate, info, new, verify
+from symdyn.cli import convert, equations, generate, info, new, verify
 from symdyn.errors import SymdynError
 
-VERBS = (equations, generate, verify, info, new)
+VERBS = (equations, generate, verify, info, convert, new)
 
 
 def parser() -> argparse.ArgumentParser:

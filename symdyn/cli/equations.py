@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 
+from symdyn.cli.reading import add_reading_options, read_scene
+
 
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the verb."""
     verb = verbs.add_parser("equations", help="print the equations of motion", description=__doc__)
-    verb.add_argument("scene", help="scene file (TOML)")
+    add_reading_options(verb)
     verb.add_argument("--format", choices=("latex", "text", "sympy"), default="latex", help="default: latex")
     verb.add_argument(
         "--as",
@@ -26,9 +28,8 @@ def run(options: argparse.Namespace) -> int:
     """Print the equations."""
     from symdyn.cli.talk import Waiting
     from symdyn.emit.equations import equations_text
-    from symdyn.scene import read
 
-    scene = read(options.scene)
+    scene = read_scene(options)
     with Waiting() as progress:
         progress("expanding")
         text = equations_text(scene, options.format, options.group, options.angles, options.document)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING
+
+from symdyn.cli.reading import add_reading_options, read_scene, reading_words
 
 if TYPE_CHECKING:
     from symdyn.scene import Scene
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the verb."""
     verb = verbs.add_parser("generate", help="write a NumPy module or C source", description=__doc__)
-    verb.add_argument("scene", help="scene file (TOML)")
+    add_reading_options(verb)
     verb.add_argument("--target", choices=("numpy", "c"), default="numpy", help="language (default: numpy)")
     verb.add_argument("--functions", metavar="LIST", help="comma-separated, e.g. inverse_dynamics,pose:tool")
     verb.add_argument("--real", choices=("double", "float"), default="double", help="number type (default: double)")
@@ -27,9 +28,8 @@ def run(options: argparse.Namespace) -> int:
     from symdyn.dynamics import derive
     from symdyn.emit import emit, write
     from symdyn.program import lower
-    from symdyn.scene import read
 
-    scene = read(options.scene)
+    scene = read_scene(options)
     with Waiting() as progress:
         progress("deriving")
         outputs, left_out = requested(scene, options.functions)
@@ -59,7 +59,7 @@ def split(functions: str) -> tuple[str, ...]:
 
 def command(options: argparse.Namespace) -> str:
     """Return the command that makes the same files again, free of folders."""
-    words = ["symdyn", "generate", Path(options.scene).name, "--target", options.target]
+    words = ["symdyn", "generate", *reading_words(options), "--target", options.target]
     words += ["--functions", options.functions.replace(" ", "")] if options.functions else []
     words += ["--real", options.real] if options.real != "double" else []
     return " ".join(words)

@@ -5,14 +5,16 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from symdyn.cli.reading import add_reading_options, read_scene
+
 if TYPE_CHECKING:
-    from symdyn.scene import Scene
+    from symdyn.scene import Joint, Scene
 
 
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the verb."""
     verb = verbs.add_parser("info", help="show the mechanism and what its functions cost", description=__doc__)
-    verb.add_argument("scene", help="scene file (TOML)")
+    add_reading_options(verb)
     verb.add_argument("--json", action="store_true", help="print JSON")
     verb.set_defaults(run=run)
 
@@ -20,9 +22,8 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 def run(options: argparse.Namespace) -> int:
     """Print what is known about the scene."""
     from symdyn.cli.talk import Waiting, print_json, say
-    from symdyn.scene import read
 
-    scene = read(options.scene)
+    scene = read_scene(options)
     with Waiting() as progress:
         progress("deriving and counting")
         facts, left_out = gather(scene)
@@ -58,6 +59,7 @@ def gather(scene: Scene) -> tuple[dict[str, Any], list[str]]:
                 "coordinate": joint.coordinate,
                 "unit": "".join(JOINTS[joint.type].units),
                 "drive": joint.drive,
+                **_beside(joint),
             }
             for joint in scene.joints
         ],
@@ -79,22 +81,41 @@ def gather(scene: Scene) -> tuple[dict[str, Any], list[str]]:
     return facts, left_out
 
 
+def _beside(joint: Joint) -> dict[str, Any]:
+    """Return what a joint says beside its place and its motion."""
+    from dataclasses import asdict
+
+    from symdyn.scene import spell
+
+    follows = joint.coupling
+    limits = {key: getattr(joint.limits, key) for key in asdict(joint.limits)}
+    return {
+        "mimic": follows
+        and {"coordinate": follows.coordinate, "ratio": spell(follows.ratio), "offset": spell(follows.offset)},
+        "armature": spell(joint.armature),
+        "damping": spell(joint.damping),
+        "friction": spell(joint.friction),
+        "limits": {key: limit and spell(limit) for key, limit in limits.items()},
+    }
+
+
 def show(facts: dict[str, Any]) -> None:
     """Print the facts for people."""
+    import sys
+
     from rich.console import Console
     from rich.tree import Tree
 
-    from symdyn.cli.talk import print_table
+    from symdyn.cli.talk import WIDTH, print_table
 
     free = facts["degrees_of_freedom"]
     freedom = f"{free} degree{'s' * (free != 1)} of freedom"
     print(f"{facts['name']}: {freedom}, gravity ({', '.join(facts['gravity'])}) m/s^2\n")
     branches = {"ground": Tree("ground")}
     for joint in facts["joints"]:
-        label = f"{joint['child']}  ({joint['name']}: {joint['type']}"
-        label += f", {joint['coordinate']} in {joint['unit']})" if joint["coordinate"] else ")"
-        branches[joint["child"]] = branches[joint["parent"]].add(label)
-    Console(highlight=False, markup=False).print(branches["ground"])
+        branches[joint["child"]] = branches[joint["parent"]].add(_label(joint))
+    width = None if sys.stdout.isatty() else WIDTH
+    Console(width=width, highlight=False, markup=False).print(branches["ground"])
     print()
     if facts["parameters"]:
         rows = [(p["name"], p["value"] or "free", p["unit"], p["text"]) for p in facts["parameters"]]
@@ -106,3 +127,19 @@ def show(facts: dict[str, Any]) -> None:
         shape = " x ".join(map(str, function["shape"])) or "scalar"
         rows.append((function["name"], shape, function["road"], *(str(count) for count in operations.values())))
     print_table("Operations of one call", columns, rows)
+
+
+def _label(joint: dict[str, Any]) -> str:
+    """Return one line about a joint and the body that it carries."""
+    words = [f"{joint['name']}: {joint['type']}"]
+    if joint["coordinate"]:
+        words.append(f"{joint['coordinate']} in {joint['unit']}")
+    if joint["mimic"]:
+        follows = joint["mimic"]
+        words.append(f"follows {follows['coordinate']}: ratio {follows['ratio']}, offset {follows['offset']}")
+    words += [f"{key} {joint[key]}" for key in ("armature", "damping", "friction") if joint[key] != "0"]
+    limits = joint["limits"]
+    if limits["lower"] or limits["upper"]:
+        words.append(f"from {limits['lower'] or '-oo'} to {limits['upper'] or 'oo'}")
+    words += [f"{key} up to {limits[key]}" for key in ("velocity", "effort") if limits[key]]
+    return f"{joint['child']}  ({', '.join(words)})"

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
+from symdyn.cli.reading import add_reading_options, read_scene
+
 if TYPE_CHECKING:
     from symdyn.verify import Certificate
 
@@ -12,7 +14,7 @@ if TYPE_CHECKING:
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the verb."""
     verb = verbs.add_parser("verify", help="prove the equations, measure the code", description=__doc__)
-    verb.add_argument("scene", help="scene file (TOML)")
+    add_reading_options(verb)
     verb.add_argument("--functions", metavar="LIST", help="comma-separated; default: all")
     verb.add_argument("--seed", type=int, default=1, help="of primes, points and states (default: 1)")
     verb.add_argument("--json", action="store_true", help="print the certificate as JSON")
@@ -23,10 +25,9 @@ def run(options: argparse.Namespace) -> int:
     """Print the certificate."""
     from symdyn.cli.generate import split
     from symdyn.cli.talk import Waiting, print_json
-    from symdyn.scene import read
     from symdyn.verify import certify
 
-    scene = read(options.scene)
+    scene = read_scene(options)
     outputs = split(options.functions) if options.functions else None
     with Waiting() as progress:
         certificate = certify(scene, outputs, options.seed, progress)

@@ -12,10 +12,11 @@ from itertools import combinations
 
 from symdyn.algebra.form import MINUS_ONE, Form, Power, Symbol, form_of, product_of, split_sign, sum_of, terms_of
 from symdyn.dynamics.closed_form import ClosedForm, Key, closed_form, coefficient_form, coefficient_names
+from symdyn.dynamics.state import generalized_forces
 from symdyn.emit.formula_text import shortened
 from symdyn.errors import EmitError
 from symdyn.graph import Graph
-from symdyn.scene import JOINTS, Joint, Scene, acceleration_name, express
+from symdyn.scene import JOINTS, Scene, acceleration_name
 
 GROUPS = ("equations", "coefficients", "textbook", "matrix")
 FORMATS = ("latex", "text", "sympy")
@@ -134,8 +135,7 @@ def printable(scene: Scene | ClosedForm, short: bool = False) -> Printable:
     rows: list[list[Coefficient]] = [[] for _ in scene.moving]
     for key in coefficient_names(closed):
         rows[key[1]].append(_coefficient(key, write(key), closed))
-    right = tuple(_right_hand_side(joint) for joint in scene.moving)
-    return Printable(scene, tuple(map(tuple, rows)), right, write(("K",)), write(("P",)), short)
+    return Printable(scene, tuple(map(tuple, rows)), _right_hand_sides(scene), write(("K",)), write(("P",)), short)
 
 
 def _coefficient(key: Key, form: Form, closed: ClosedForm) -> Coefficient:
@@ -151,9 +151,14 @@ def _coefficient(key: Key, form: Form, closed: ClosedForm) -> Coefficient:
     return Coefficient(kind, (i + 1, j + 1), form, rate)
 
 
-def _right_hand_side(joint: Joint) -> Form:
-    drive = [Symbol(joint.drive)] if joint.drive else []
-    return sum_of([*drive, form_of(express(joint.force, Graph()))])
+def _right_hand_sides(scene: Scene) -> tuple[Form, ...]:
+    """Return drive + Q of every coordinate; Q holds declared forces and damping."""
+    graph = Graph()
+    for parameter in scene.parameters:
+        graph.symbol(parameter.name)  # born first, they stand in front of the velocities
+    drives = [[Symbol(joint.drive)] if joint.drive else [] for joint in scene.moving]
+    acting = generalized_forces(scene, graph)
+    return tuple(sum_of([*drive, form_of(force)]) for drive, force in zip(drives, acting, strict=True))
 
 
 def coriolis(page: Printable, joint: int) -> Form:

@@ -1,12 +1,15 @@
 """Scenes: what a user declares, from TOML, Denavit-Hartenberg tables or Python."""
 
 from symdyn.scene.build import body, dh_table, fixed, joint, parameter, point, prismatic, revolute, scene
+from symdyn.scene.door import read, read_noting, write_text
 from symdyn.scene.formula import FormulaError, parse
 from symdyn.scene.joints import JOINTS, JointKind
 from symdyn.scene.model import (
     GROUND,
     Body,
+    Coupling,
     Joint,
+    Limits,
     Parameter,
     Particle,
     Point,
@@ -17,23 +20,29 @@ from symdyn.scene.model import (
 )
 from symdyn.scene.names import check_name
 from symdyn.scene.quantity import Quantity, express, number, symbol
+from symdyn.scene.reading import Reading, ReadOptions, Written
 from symdyn.scene.spelling import spell
-from symdyn.scene.symbolic import with_symbolic_inertia
-from symdyn.scene.toml import read, read_text
+from symdyn.scene.symbolic import with_symbolic_inertia, with_symbols
+from symdyn.scene.toml import read_text
 
 __all__ = [
     "GROUND",
     "JOINTS",
     "Body",
+    "Coupling",
     "FormulaError",
     "Joint",
     "JointKind",
+    "Limits",
     "Parameter",
     "Particle",
     "Point",
     "Pose",
     "Quantity",
+    "ReadOptions",
+    "Reading",
     "Scene",
+    "Written",
     "acceleration_name",
     "body",
     "check_name",
@@ -47,6 +56,7 @@ __all__ = [
     "point",
     "prismatic",
     "read",
+    "read_noting",
     "read_text",
     "revolute",
     "scene",
@@ -54,4 +64,6 @@ __all__ = [
     "symbol",
     "velocity_name",
     "with_symbolic_inertia",
+    "with_symbols",
+    "write_text",
 ]

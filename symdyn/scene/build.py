@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from typing import TypedDict, Unpack
 
 from symdyn.scene.declare import Declaration, assemble
 from symdyn.scene.model import Particle, Pose, Scene
@@ -76,6 +77,22 @@ def body(
     )
 
 
+class JointKeys(TypedDict, total=False):
+    """The keywords of `joint`, which `revolute` and `prismatic` take too."""
+
+    axis: Three | None
+    origin: Placement | None
+    tip: Placement | None
+    coordinate: str | None
+    drive: str | bool
+    force: Number | None
+    mimic: Mapping[str, Number] | None
+    armature: Number | None
+    damping: Number | None
+    friction: Number | None
+    limits: Mapping[str, Number | None] | None
+
+
 def joint(
     name: str,
     type: str,
@@ -88,6 +105,11 @@ def joint(
     coordinate: str | None = None,
     drive: str | bool = True,
     force: Number | None = None,
+    mimic: Mapping[str, Number] | None = None,
+    armature: Number | None = None,
+    damping: Number | None = None,
+    friction: Number | None = None,
+    limits: Mapping[str, Number | None] | None = None,
 ) -> Entry:
     """Declare a joint.
 
@@ -102,6 +124,13 @@ def joint(
         coordinate: name of q; q1, q2, ... when left out.
         drive: name of the driving force or torque; True for tau1, tau2, ..., False for a passive joint.
         force: generalized force beside the drive, N m or N, in parameters, coordinates and velocities.
+        mimic: {"joint": name, "ratio": 1, "offset": 0} of a joint that follows another one, in place of a coordinate:
+            position = ratio · position of that joint + offset.
+        armature: inertia of a rotor, seen at the joint, kg m^2 or kg.
+        damping: viscous damping, N m s/rad or N s/m.
+        friction: dry friction, N m or N; kept as data.
+        limits: {"lower": ..., "upper": ..., "velocity": ..., "effort": ...}; what is left out or None is unlimited;
+            kept as data.
     """
     return _entry(
         "joints",
@@ -115,45 +144,22 @@ def joint(
         coordinate=coordinate,
         drive=None if drive is True else drive,
         force=force,
+        mimic=mimic,
+        armature=armature,
+        damping=damping,
+        friction=friction,
+        limits=limits,
     )
 
 
-def revolute(
-    name: str,
-    parent: str,
-    child: str,
-    *,
-    axis: Three | None = None,
-    origin: Placement | None = None,
-    tip: Placement | None = None,
-    coordinate: str | None = None,
-    drive: str | bool = True,
-    force: Number | None = None,
-) -> Entry:
+def revolute(name: str, parent: str, child: str, **keys: Unpack[JointKeys]) -> Entry:
     """Declare a revolute joint; the arguments are those of `joint`."""
-    return joint(
-        name, "revolute", parent, child,
-        axis=axis, origin=origin, tip=tip, coordinate=coordinate, drive=drive, force=force,
-    )  # fmt: skip
+    return joint(name, "revolute", parent, child, **keys)
 
 
-def prismatic(
-    name: str,
-    parent: str,
-    child: str,
-    *,
-    axis: Three | None = None,
-    origin: Placement | None = None,
-    tip: Placement | None = None,
-    coordinate: str | None = None,
-    drive: str | bool = True,
-    force: Number | None = None,
-) -> Entry:
+def prismatic(name: str, parent: str, child: str, **keys: Unpack[JointKeys]) -> Entry:
     """Declare a prismatic joint; the arguments are those of `joint`."""
-    return joint(
-        name, "prismatic", parent, child,
-        axis=axis, origin=origin, tip=tip, coordinate=coordinate, drive=drive, force=force,
-    )  # fmt: skip
+    return joint(name, "prismatic", parent, child, **keys)
 
 
 def fixed(name: str, parent: str, child: str, *, origin: Placement | None = None) -> Entry:
@@ -187,6 +193,7 @@ def scene(
     points: Sequence[Entry] = (),
     dh: Entry | None = None,
     source: str = "",
+    allow_invalid_inertia: bool = False,
 ) -> Scene:
     """Return the checked scene.
 
@@ -199,6 +206,7 @@ def scene(
         points: declared by `point`.
         dh: declared by `dh_table`.
         source: stands in front of every fault; the name of the scene when left out.
+        allow_invalid_inertia: accept inertias that no real body has, of every body.
 
     Raises:
         SceneError: with every fault of the declaration, one line each.
@@ -215,7 +223,7 @@ def scene(
         points=_entries("points", "point", points, faults),
         dh=dh,
     )
-    return assemble(declaration, source, faults)
+    return assemble(declaration, source, faults, allow_invalid_inertia)
 
 
 def _entries(kind: str, maker: str, entries: Sequence[Entry], faults: Faults) -> tuple[Entry, ...]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from symdyn.graph import Graph
 from symdyn.scene.folding import FormulaError
-from symdyn.scene.model import GROUND, Joint, Pose, Scene, acceleration_name, velocity_name
+from symdyn.scene.model import GROUND, Joint, Limits, Pose, Scene, acceleration_name, velocity_name
 from symdyn.scene.names import check_name, listed, suggestion
-from symdyn.scene.physical import mass_faults
+from symdyn.scene.physical import inertia_fault, mass_faults
 from symdyn.scene.quantity import ZERO, Quantity, express
 from symdyn.scene.spelling import spell
 from symdyn.scene.table import Faults, shorten
@@ -39,17 +39,16 @@ class Use:
     allowed: frozenset[str] = frozenset()
 
 
-def check(draft: Draft, faults: Faults) -> None:
-    """Report every fault of a draft."""
+def check(draft: Draft, faults: Faults, allow_invalid_inertia: bool = False) -> tuple[str, ...]:
+    """Report every fault of a draft; return the bodies whose inertia is a note instead, if that is allowed."""
     values = _parameter_values(draft, faults)
     _names(draft, faults)
     _symbols(draft, faults)
     _tree(draft, faults)
     _axes(draft, faults)
     _formulas(draft, values, faults)
-    for where, body in zip(draft.where["bodies"], draft.scene.bodies, strict=True):
-        for fault in mass_faults(body, values):
-            faults.add(where, fault)
+    _signs(draft, values, faults)
+    return tuple(_masses(draft, values, faults, allow_invalid_inertia))
 
 
 def _parameter_values(draft: Draft, faults: Faults) -> dict[str, Value]:
@@ -145,7 +144,7 @@ def _tree(draft: Draft, faults: Faults) -> None:
         if body.name not in carrier and body.name != GROUND:
             faults.add(where, f'the body hangs on no joint; add one with child = "{body.name}"')
     _cycles(draft, carrier, faults)
-    if not any(joint.coordinate for joint in scene.joints):
+    if not any(joint.moves for joint in scene.joints):
         faults.add("", "nothing moves; declare at least one body and a revolute or prismatic joint that carries it")
 
 
@@ -194,6 +193,41 @@ def _formulas(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None
             faults.add(use.where, f"{use.key} = {_shown(use.quantity)} {error}; check the values of its parameters")
 
 
+def _signs(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
+    """What dissipates or stores energy is not negative, and limits leave room."""
+    for where, joint in zip(draft.where["joints"], draft.scene.joints, strict=True):
+        numbers = dict(_joint_numbers(joint))
+        known: dict[str, Value | None] = {}
+        for key, quantity in numbers.items():
+            try:
+                known[key] = value_of(quantity, values)
+            except FormulaError:
+                known[key] = None  # reported as a formula without a value
+        for key in ("armature", "damping", "friction", "limits.velocity", "limits.effort"):
+            value = known.get(key)
+            if value is not None and value < 0:
+                faults.add(where, f"{key} = {float(value):.6g} is negative; give zero or more")
+        lower, upper = known.get("limits.lower"), known.get("limits.upper")
+        if lower is not None and upper is not None and lower > upper:
+            shown = [f"{key} = {_shown(numbers[key])}" for key in ("limits.lower", "limits.upper")]
+            faults.add(where, f"{shown[0]} is above {shown[1]}; swap them")
+
+
+def _masses(draft: Draft, values: Mapping[str, Value], faults: Faults, allow: bool) -> Iterator[str]:
+    for where, body in zip(draft.where["bodies"], draft.scene.bodies, strict=True):
+        negative = mass_faults(body, values)
+        for fault in negative:
+            faults.add(where, fault)
+        if body.allow_invalid_inertia or (negative and body.about == "frame"):
+            continue
+        wrong = inertia_fault(body, values)
+        if wrong and allow:
+            faults.note(where, f"{wrong[0]}; kept as it is")
+            yield body.name
+        elif wrong:
+            faults.add(where, f"{wrong[0]}; {wrong[1]}, or {faults.excuse}")
+
+
 def _motion_names(scene: Scene) -> list[str]:
     names = []
     for q in scene.coordinates:
@@ -219,8 +253,20 @@ def _uses(draft: Draft) -> Iterator[Use]:
         yield from _steps(where, "tip", joint.tip)
         if joint.force != ZERO:
             yield Use(where, "force", joint.force, moving)
+        yield from (Use(where, key, quantity) for key, quantity in _joint_numbers(joint))
     for where, point in zip(draft.where["points"], scene.points, strict=True):
         yield from _steps(where, "at", point.at)
+
+
+def _joint_numbers(joint: Joint) -> Iterator[tuple[str, Quantity]]:
+    """Return what a joint says beside its placement and force, by key."""
+    if joint.coupling is not None:
+        yield from (("mimic.ratio", joint.coupling.ratio), ("mimic.offset", joint.coupling.offset))
+    yield from (("armature", joint.armature), ("damping", joint.damping), ("friction", joint.friction))
+    for field in fields(Limits):
+        quantity = getattr(joint.limits, field.name)
+        if quantity is not None:
+            yield f"limits.{field.name}", quantity
 
 
 def _steps(where: str, key: str, pose: Pose) -> Iterator[Use]:

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from symdyn.scene.check import Draft, check
+from symdyn.scene.coupling import Mimic, couple, read_mimic
 from symdyn.scene.dh import BODY_KEYS, expand
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.formula import quantity
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.model import NULL, STANDARD_GRAVITY, Body, Joint, Parameter, Particle, Point, Scene, Vector
+from symdyn.scene.model import NULL, STANDARD_GRAVITY, Body, Joint, Limits, Parameter, Particle, Point, Scene, Vector
 from symdyn.scene.names import suggestion
 from symdyn.scene.quantity import ZERO, Quantity, number
 from symdyn.scene.table import Entry, Faults, Table, plain, show, vector
 
 PARAMETER_KEYS = ("value", "positive", "unit", "latex", "text")
 
-JOINT_KEYS = ("type", "parent", "child", "axis", "origin", "tip", "coordinate", "drive", "force")
+MOTION_KEYS = ("axis", "coordinate", "drive", "force", "mimic", "armature", "damping", "friction", "limits")
+
+JOINT_KEYS = ("type", "parent", "child", "origin", "tip", *MOTION_KEYS)
+
+LIMIT_KEYS = ("lower", "upper", "velocity", "effort")
 
 POINT_KEYS = ("body", "at")
 
@@ -46,13 +51,14 @@ class Declaration:
     dh: Entry | None = None
 
 
-def assemble(declaration: Declaration, source: str, faults: Faults) -> Scene:
+def assemble(declaration: Declaration, source: str, faults: Faults, allow_invalid_inertia: bool = False) -> Scene:
     """Return the checked scene, joints sorted parents first.
 
     Args:
         declaration: what the user wrote.
         source: where it was written, for messages.
         faults: faults found so far.
+        allow_invalid_inertia: let every body pass whose inertia no body has, with a note in `faults` for each.
 
     Raises:
         SceneError: with every fault of the declaration, one line each.
@@ -72,9 +78,11 @@ def assemble(declaration: Declaration, source: str, faults: Faults) -> Scene:
         source=source,
     )
     places = {"parameters": declaration.parameters, "bodies": bodies, "joints": joints, "points": declaration.points}
-    check(Draft(scene, {kind: tuple(entry.where for entry in entries) for kind, entries in places.items()}), faults)
+    draft = Draft(scene, {kind: tuple(entry.where for entry in entries) for kind, entries in places.items()})
+    excused = check(draft, faults, allow_invalid_inertia)
     faults.close()
     carried = {body.name: body for body in scene.bodies}
+    carried |= {name: replace(carried[name], allow_invalid_inertia=True) for name in excused}
     return Scene(
         name=scene.name,
         parameters=scene.parameters,
@@ -198,37 +206,62 @@ def _particles(table: Table, faults: Faults) -> tuple[Particle, ...]:
 
 
 def _joints(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
+    tables = [Table(entry, faults, JOINT_KEYS) for entry in entries]
     joints: list[Joint] = []
+    mimics: list[Mimic | None] = []
     moving = 0
-    for entry in entries:
-        joints.append(_joint(entry, moving + 1, faults))
+    for table in tables:
+        kind = _joint_type(table)
+        mimics.append(read_mimic(table) if kind != "fixed" else None)
+        joints.append(_joint(table, kind, moving + 1, mimics[-1] is not None))
         moving += bool(joints[-1].coordinate)
-    return tuple(joints)
+    return couple(joints, mimics, tables)
 
 
-def _joint(entry: Entry, k: int, faults: Faults) -> Joint:
-    """Return a joint; if it moves, it is the k-th that does, which names its coordinate and drive by default."""
-    table = Table(entry, faults, JOINT_KEYS)
+def _joint_type(table: Table) -> str:
+    """Return a key of `JOINTS`; "revolute" stands in for what is none."""
     kind = table.required("type", f"write one of {', '.join(JOINTS)}")
     if kind and kind not in JOINTS:
         table.fault(f'type = "{kind}" is not a joint; {suggestion(kind, JOINTS)} (there are {", ".join(JOINTS)})')
-    moves = kind not in JOINTS or JOINTS[kind].nv > 0
-    if not moves:
-        for key in ("axis", "coordinate", "force", "drive"):
-            if key in table and not (key == "drive" and table.raw[key] is False):
-                table.fault(f"{key} = {show(table.raw[key])} has no meaning for a fixed joint; leave it out")
+    return kind if kind in JOINTS else "revolute"
+
+
+def _joint(table: Table, kind: str, k: int, follows: bool) -> Joint:
+    """Return a joint; if it has a coordinate, it is the k-th that does, which names coordinate and drive by default."""
+    if kind == "fixed":
+        _refuse(table, MOTION_KEYS, "a fixed joint")
+    elif follows:
+        _refuse(table, ("coordinate", "drive", "force"), "a joint that follows another one")
+    free = kind != "fixed" and not follows
     return Joint(
-        name=entry.name,
-        type=kind if kind in JOINTS else "revolute",
+        name=table.entry.name,
+        type=kind,
         parent=table.required("parent", 'write the body that carries it, or "ground"'),
         child=table.required("child", "write the body that it carries"),
         axis=table.vector("axis", Z_AXIS),
         origin=table.pose("origin"),
         tip=table.pose("tip"),
-        coordinate=(table.text("coordinate", f"q{k}") or f"q{k}") if moves else "",
-        drive=_drive(table, f"tau{k}") if moves else None,
+        coordinate=(table.text("coordinate", f"q{k}") or f"q{k}") if free else "",
+        drive=_drive(table, f"tau{k}") if free else None,
         force=table.quantity("force"),
+        armature=table.quantity("armature"),
+        damping=table.quantity("damping"),
+        friction=table.quantity("friction"),
+        limits=_limits(table),
     )
+
+
+def _refuse(table: Table, keys: Sequence[str], what: str) -> None:
+    for key in keys:
+        if key in table and not (key == "drive" and table.raw[key] is False):
+            table.fault(f"{key} = {show(table.raw[key])} has no meaning for {what}; leave it out")
+
+
+def _limits(table: Table) -> Limits:
+    if "limits" not in table:
+        return Limits()
+    inner = table.inner("limits", LIMIT_KEYS, "write limits = { lower = -1, upper = 1, velocity = 2, effort = 50 }")
+    return Limits(*(inner.quantity(key) if inner.raw.get(key) is not None else None for key in LIMIT_KEYS))
 
 
 def _drive(table: Table, default: str) -> str | None:

@@ -24,29 +24,31 @@ ROUNDING = 1e-12
 
 
 def mass_faults(body: Body, values: Mapping[str, Value]) -> list[str]:
-    """Return what is wrong with the masses and the inertia of a body, as far as the values are known."""
+    """Return what is wrong with the masses of a body, as far as the values are known."""
     faults = []
     masses = [("mass", body.mass)] + [(f"particles: mass {k + 1}", p.mass) for k, p in enumerate(body.particles)]
     for label, quantity in masses:
         mass = _known([quantity], values)
         if mass and mass[0] < 0:
             faults.append(f"{label} = {_short(mass[0])} is negative; give a mass of zero or more")
-    if body.allow_invalid_inertia or (faults and body.about == "frame"):
-        return faults
+    return faults
+
+
+def inertia_fault(body: Body, values: Mapping[str, Value]) -> tuple[str, str] | None:
+    """Return what is wrong with the inertia of a body and what would mend it, None if a body can have it."""
     mass, matrix = _known([body.mass], values), central_inertia(body, values)
     if matrix is None:
         if mass and mass[0] == 0 and body.first_moment and any(_known(body.first_moment, values) or ()):
-            faults.append("first_moment is not zero but the mass is; give a mass, or allow_invalid_inertia = true")
-        return faults
+            return "first_moment is not zero but the mass is", "give a mass"
+        return None
     try:
         condition = impossible(matrix)
     except OverflowError:
         condition = "its entries are beyond the largest double"
-    if condition:
-        about = "as given" if body.about == "com" else "moved to the centre of mass"
-        remedy = "check the numbers and inertia_about, or write allow_invalid_inertia = true"
-        faults.append(f"inertia ({about}) is one that no body has: {condition}; {remedy}")
-    return faults
+    if condition is None:
+        return None
+    about = "as given" if body.about == "com" else "moved to the centre of mass"
+    return f"inertia ({about}) is one that no body has: {condition}", "check the numbers and inertia_about"
 
 
 def central_inertia(body: Body, values: Mapping[str, Value]) -> Matrix | None:

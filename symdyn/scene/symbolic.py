@@ -1,11 +1,30 @@
-"""A scene with its inertias left open: ten named parameters for every body, for identification and for counting."""
+"""Names in place of numbers: with the numbers as values, for readable closed forms, or open, for identification.
+
+    m<k>  mx<k> my<k> mz<k>  Ixx<k> ... Iyz<k>   the k-th body: mass, first moment, inertia about the body frame; the
+                                                equations are linear in these ten
+    x<k> y<k> z<k>                              its centre of mass, where something of the body is a formula already
+    Ia<k>                                       armature of its joint
+    a<k> b<k> d<k>                              shifts along x, y, z in the placement of its joint
+    alpha<k> beta<k> gamma<k>                   turns about x, y, z there, but for right angles
+    fv<k>, g                                    damping of its joint; gravity
+
+The second shift along x in one placement is a<k>_2, the shifts of the k-th point are a_p<k> and so on. All names take a
+suffix "_b" (twice if need be) when one of them is in use.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
+from fractions import Fraction
 
-from symdyn.scene.model import Body, Parameter, Scene, velocity_name
-from symdyn.scene.quantity import symbol
+from symdyn.errors import SceneError
+from symdyn.graph import Graph
+from symdyn.scene.folding import add, mul, neg
+from symdyn.scene.model import NULL, Body, Joint, Limits, Parameter, Particle, Pose, Scene, Vector, velocity_name
+from symdyn.scene.names import suggestion
+from symdyn.scene.quantity import PI, ZERO, Quantity, express, number, symbol
+from symdyn.scene.table import compose
+from symdyn.scene.value import value_of
 
 INERTIAL = (
     ("m", "kg", "mass"),
@@ -20,12 +39,43 @@ INERTIAL = (
     ("Iyz", "kg m^2", "inertia about the body frame, entry yz"),
 )
 
+KINDS = ("inertia", "geometry", "all")
+
+STEPS = {"Tx": "a", "Ty": "b", "Tz": "d", "Rx": "alpha", "Ry": "beta", "Rz": "gamma"}
+
+RIGHT_ANGLES = tuple(mul(number(Fraction(k, 2)), PI) for k in range(-8, 9))
+
+Ten = tuple[Quantity, ...]
+
+
+def with_symbols(scene: Scene, what: str) -> Scene:
+    """Return the scene with parameters in place of numbers, their values; generated code stays the same function.
+
+    Zero stays zero, right angles stay right angles, and formulas in parameters stay as they are.
+
+    Args:
+        scene: any scene.
+        what: "inertia" (of bodies and rotors), "geometry" (of placements), or "all" (and damping and gravity).
+
+    Raises:
+        SceneError: `what` is none of these.
+    """
+    if what not in KINDS:
+        raise SceneError(f'symbols for "{what}" are not known; {suggestion(what, KINDS)}')
+    taken = {parameter.name for parameter in scene.parameters} | _moving_names(scene)
+    suffix = ""
+    while True:
+        names = _Names(suffix)
+        named = _named(scene, what, names)
+        if not taken & {parameter.name for parameter in names.added}:
+            return replace(named, parameters=scene.parameters + tuple(names.added))
+        suffix += "_b"
+
 
 def with_symbolic_inertia(scene: Scene) -> Scene:
     """Return the scene with mass, first moment and inertia of every body as free parameters.
 
-    The k-th body gets m<k>, mx<k>, my<k>, mz<k>, Ixx<k>, ... Iyz<k>, about the origin of its frame; all of them take a
-    suffix "_b" (twice if need be) when one of these names is in use. Parameters that nothing uses any longer go.
+    Parameters that nothing uses any longer go.
     """
     used = _used(scene)
     kept = tuple(parameter for parameter in scene.parameters if parameter.name in used)
@@ -59,5 +109,156 @@ def _used(scene: Scene) -> set[str]:
     quantities = list(scene.gravity)
     for joint in scene.joints:
         quantities += [joint.force, *(amount for pose in (joint.origin, joint.tip) for _, amount in pose.steps)]
+        quantities += [joint.armature, joint.damping, joint.friction]
+        quantities += [joint.coupling.ratio, joint.coupling.offset] if joint.coupling else []
+        limits = [getattr(joint.limits, field.name) for field in fields(Limits)]
+        quantities += [limit for limit in limits if limit is not None]
     quantities += [amount for point in scene.points for _, amount in point.at.steps]
     return {name for quantity in quantities for name in quantity.symbols}
+
+
+class _Names:
+    """Parameters as they are made up."""
+
+    def __init__(self, suffix: str) -> None:
+        self.suffix = suffix
+        self.added: list[Parameter] = []
+
+    def of(self, quantity: Quantity, name: str, unit: str, text: str, positive: bool = False) -> Quantity:
+        """Return a symbol for a number, and what is zero or a formula in symbols as it is.
+
+        Args:
+            quantity: what may be a number.
+            name: of the parameter; another one of that name is called <name>_2.
+            unit: of the parameter.
+            text: of the parameter.
+            positive: let the parameter be the magnitude of the number, and the sign stand in front of it.
+        """
+        if quantity.symbols:
+            return quantity
+        if express(quantity, Graph()).is_zero:
+            return ZERO
+        value = value_of(quantity, {})
+        negative = positive and value is not None and value < 0
+        quantity = neg(quantity) if negative else quantity
+        taken = {parameter.name for parameter in self.added}
+        unique, k = f"{name}{self.suffix}", 1
+        while unique in taken:
+            k += 1
+            unique = f"{name}_{k}{self.suffix}"
+        self.added.append(Parameter(unique, quantity, positive, unit, None, text))
+        return -symbol(unique) if negative else symbol(unique)
+
+
+def _named(scene: Scene, what: str, names: _Names) -> Scene:
+    bodies, joints, points = scene.bodies, scene.joints, scene.points
+    if what != "geometry":
+        bodies = tuple(_body(body, k, names) for k, body in enumerate(bodies, start=1))
+        joints = tuple(_rotor(joint, k, names) for k, joint in enumerate(joints, start=1))
+    if what != "inertia":
+        placed = []
+        for k, joint in enumerate(joints, start=1):
+            origin, tip = (_pose(pose, str(k), joint.name, names) for pose in (joint.origin, joint.tip))
+            placed.append(replace(joint, origin=origin, tip=tip))
+        joints = tuple(placed)
+        points = tuple(
+            replace(point, at=_pose(point.at, f"_p{k}", point.name, names)) for k, point in enumerate(points, start=1)
+        )
+    if what == "all":
+        joints = tuple(_damper(joint, k, names) for k, joint in enumerate(joints, start=1))
+        scene = replace(scene, gravity=_gravity(scene.gravity, names))
+    return replace(scene, bodies=bodies, joints=joints, points=points)
+
+
+def _rotor(joint: Joint, k: int, names: _Names) -> Joint:
+    unit = "kg" if joint.type == "prismatic" else "kg m^2"
+    return replace(joint, armature=names.of(joint.armature, f"Ia{k}", unit, f"rotor inertia at {joint.name}", True))
+
+
+def _damper(joint: Joint, k: int, names: _Names) -> Joint:
+    unit = "N s/m" if joint.type == "prismatic" else "N m s/rad"
+    return replace(joint, damping=names.of(joint.damping, f"fv{k}", unit, f"damping of {joint.name}", True))
+
+
+def _pose(pose: Pose, place: str, of: str, names: _Names) -> Pose:
+    steps = []
+    for kind, amount in pose.steps:
+        shift = kind.startswith("T")
+        text = f"{'shift along' if shift else 'turn about'} {kind[1]} at {of}"
+        exact = not shift and amount in RIGHT_ANGLES
+        name = f"{STEPS[kind]}{place}"
+        steps.append((kind, amount if exact else names.of(amount, name, "m" if shift else "rad", text, shift)))
+    return compose(*steps)
+
+
+def _gravity(gravity: Vector, names: _Names) -> Vector:
+    several = sum(component != ZERO for component in gravity) > 1
+    text, unit = "acceleration of free fall", "m/s^2"
+    x, y, z = (
+        names.of(component, f"g{axis}" if several else "g", unit, f"{text}, along {axis}" if several else text, True)
+        for axis, component in zip("xyz", gravity, strict=True)
+    )
+    return (x, y, z)
+
+
+def _body(body: Body, k: int, names: _Names) -> Body:
+    """Return the body with its numbers named: ten about its frame, or as they stand where some are formulas."""
+    extended = (body.mass, *(body.com or ()), *(body.first_moment or ()), *body.inertia)
+    if any(x.symbols for x in extended):
+        return _as_it_stands(body, k, names)
+    apart = tuple(p for p in body.particles if any(x.symbols for x in (p.mass, *p.at)))
+    ten = _ten(body.mass, body.com, body.first_moment, body.inertia, body.about)
+    for particle in body.particles:
+        if particle not in apart:
+            more = _ten(particle.mass, particle.at, None, (ZERO,) * 6, "com")
+            ten = tuple(add(a, b) for a, b in zip(ten, more, strict=True))
+    if not any(x != ZERO for x in ten):
+        return body
+    m, x, y, z, xx, yy, zz, xy, xz, yz = (
+        names.of(entry, f"{kind}{k}", unit, f"{text} of {body.name}", kind == "m")
+        for entry, (kind, unit, text) in zip(ten, INERTIAL, strict=True)
+    )
+    return Body(
+        body.name, m, None, (x, y, z), (xx, yy, zz, xy, xz, yz), "frame", apart, body.allow_invalid_inertia
+    )  # fmt: skip
+
+
+def _as_it_stands(body: Body, k: int, names: _Names) -> Body:
+    """Return the body with a name for every number, its centre of mass at (x<k>, y<k>, z<k>)."""
+
+    def mass(quantity: Quantity) -> Quantity:
+        return names.of(quantity, f"m{k}", "kg", f"mass of {body.name}", True)
+
+    def vector(quantities: Vector | None, kind: str, unit: str, what: str) -> Vector | None:
+        if quantities is None:
+            return None
+        x, y, z = (
+            names.of(quantity, f"{kind}{axis}{k}", unit, f"{what} along {axis} of {body.name}")
+            for axis, quantity in zip("xyz", quantities, strict=True)
+        )
+        return (x, y, z)
+
+    m = mass(body.mass)
+    com = vector(body.com, "", "m", "centre of mass")
+    first_moment = vector(body.first_moment, "m", "kg m", "first moment")
+    about = "frame" if body.about == "frame" else "centre of mass"
+    xx, yy, zz, xy, xz, yz = (
+        names.of(entry, f"{kind}{k}", unit, f"{text.replace('body frame', about)} of {body.name}")
+        for entry, (kind, unit, text) in zip(body.inertia, INERTIAL[4:], strict=True)
+    )
+    particles = tuple(Particle(mass(p.mass), vector(p.at, "", "m", "place") or NULL) for p in body.particles)
+    return replace(
+        body, mass=m, com=com, first_moment=first_moment, inertia=(xx, yy, zz, xy, xz, yz), particles=particles
+    )  # fmt: skip
+
+
+def _ten(mass: Quantity, com: Vector | None, first_moment: Vector | None, inertia: Ten, about: str) -> Ten:
+    """Return mass, first moment and inertia about the frame: I + m (r·r 1 - r rᵀ) if `inertia` is about the com."""
+    r = com or NULL
+    h = tuple(mul(mass, x) for x in r) if first_moment is None else first_moment
+    if about == "com":
+        x, y, z = (mul(h[i], r[i]) for i in range(3))
+        moved = [add(y, z), add(x, z), add(x, y)]
+        moved += [neg(mul(h[i], r[j])) for i, j in ((0, 1), (0, 2), (1, 2))]
+        inertia = tuple(add(entry, more) for entry, more in zip(inertia, moved, strict=True))
+    return (mass, *h, *inertia)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeVar
 
 from symdyn.errors import SceneError
@@ -17,18 +18,32 @@ T = TypeVar("T")
 
 
 class Faults:
-    """The faults of one scene, in the order they were found."""
+    """The faults of one scene, in the order they were found, and notes of what is doubtful but no fault."""
 
     def __init__(self, source: str) -> None:
         """Start without faults; `source` stands in front of every one."""
         self.source = source
         self.lines: list[str] = []
+        self.notes: list[str] = []
 
     def add(self, where: str, what: str) -> None:
         """Add a fault: where, what was found, what would work."""
-        line = ": ".join(part for part in (self.source, where, what) if part)
+        line = self._line(where, what)
         if line not in self.lines:
             self.lines.append(line)
+
+    def note(self, where: str, what: str) -> None:
+        """Add a note: where, what was found, what became of it."""
+        self.notes.append(self._line(where, what))
+
+    def _line(self, where: str, what: str) -> str:
+        return ": ".join(part for part in (self.source, where, what) if part)
+
+    @property
+    def excuse(self) -> str:
+        """How to keep an inertia that no body has; a robot file has no key for it."""
+        own = Path(self.source).suffix in ("", ".toml")
+        return "write allow_invalid_inertia = true" if own else "read with --allow-invalid-inertia"
 
     def close(self) -> None:
         """Raise all faults together, if there are any."""
@@ -124,6 +139,14 @@ class Table:
             return value
         self.fault(f"{key} = {show(value)} is neither true nor false")
         return False
+
+    def inner(self, key: str, keys: Sequence[str], advice: str) -> Table:
+        """Return the table under a key that is given; an empty one after a fault."""
+        raw = self.raw[key]
+        if not isinstance(raw, Mapping):
+            self.fault(f"{key} = {show(raw)} is not a table; {advice}")
+            raw = {}
+        return Table(Entry(key, raw, f"{self.entry.where}: {key}"), self.faults, keys)
 
     def required(self, key: str, hint: str) -> str:
         """Return text that must be given, "" after a fault."""

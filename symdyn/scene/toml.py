@@ -6,36 +6,48 @@ import re
 import tomllib
 from collections.abc import Mapping
 from decimal import Decimal, InvalidOperation
-from os import PathLike
 from pathlib import Path
 
 from symdyn.errors import SceneError
 from symdyn.scene.declare import Declaration, assemble
 from symdyn.scene.model import Scene
 from symdyn.scene.names import check_name, suggestion
+from symdyn.scene.reading import Reading, ReadOptions
 from symdyn.scene.table import Entry, Faults, show
 
 ROOT_KEYS = ("name", "gravity", "parameters", "bodies", "joints", "points", "dh")
 
 
-def read(path: str | PathLike[str]) -> Scene:
-    """Return the scene in a TOML file.
+def read(path: Path, options: ReadOptions) -> Reading:
+    """Return the scene in a TOML file, and notes.
 
     Raises:
         SceneError: with every fault of the file, one line each.
     """
-    file = Path(path)
+    content = read_bytes(path)
     try:
-        text = file.read_bytes().decode("utf-8")
+        text = content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise SceneError(f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8 text") from None
+    faults = Faults(str(path))
+    scene = _scene(text, faults, options.allow_invalid_inertia)
+    return Reading(scene, tuple(faults.notes))
+
+
+def read_bytes(path: Path) -> bytes:
+    """Return the contents of a scene file.
+
+    Raises:
+        SceneError: it cannot be read, and why.
+    """
+    try:
+        return path.read_bytes()
     except FileNotFoundError:
         raise SceneError(f"{path}: there is no such file; check the path, or begin one with symdyn new") from None
     except IsADirectoryError:
         raise SceneError(f"{path}: is a folder; give a scene file such as {path}/scene.toml") from None
-    except UnicodeDecodeError as error:
-        raise SceneError(f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8 text") from None
     except (OSError, ValueError) as error:
         raise SceneError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
-    return read_text(text, str(path))
 
 
 def read_text(text: str, source: str = "scene.toml") -> Scene:
@@ -48,9 +60,12 @@ def read_text(text: str, source: str = "scene.toml") -> Scene:
     Raises:
         SceneError: with every fault of the text, one line each.
     """
-    faults = Faults(source)
-    declaration = _declaration(_parse(text, source), source, faults)
-    return assemble(declaration, source, faults)
+    return _scene(text, Faults(source), allow_invalid_inertia=False)
+
+
+def _scene(text: str, faults: Faults, allow_invalid_inertia: bool) -> Scene:
+    declaration = _declaration(_parse(text, faults.source), faults.source, faults)
+    return assemble(declaration, faults.source, faults, allow_invalid_inertia)
 
 
 def _parse(text: str, source: str) -> dict[str, object]:

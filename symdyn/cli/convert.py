@@ -1,0 +1,38 @@
+"""`symdyn convert SCENE OUT`: the same mechanism in another format, TOML, URDF or Khalil's .par."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from symdyn.cli.reading import add_reading_options, read_scene
+
+
+def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the verb."""
+    verb = verbs.add_parser("convert", help="write a scene in another format", description=__doc__)
+    add_reading_options(verb)
+    verb.add_argument("output", metavar="OUT", help="file to write; its extension, .toml, .urdf or .par, is the format")
+    verb.add_argument("--lossy", action="store_true", help="list what the format cannot hold and leave it out")
+    verb.add_argument("--force", action="store_true", help="overwrite an existing file")
+    verb.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the scene and print its path."""
+    from symdyn.cli.talk import say
+    from symdyn.emit import write
+    from symdyn.errors import EmitError
+    from symdyn.scene import write_text
+    from symdyn.scene.door import format_to_write
+
+    path = Path(options.output)
+    format = format_to_write(path)
+    if path.exists() and not options.force:
+        raise EmitError(f"{path} exists; give another name, or --force to overwrite it")
+    written = write_text(read_scene(options), format, options.lossy)
+    write({path.name: written.text}, path.parent)
+    for line in written.lost:
+        say(f"symdyn: left out: {line}")
+    print(path)
+    return 0

@@ -1,0 +1,54 @@
+"""How every verb reads its scene: the options that say how, and the notes of the reader on stderr."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from symdyn.scene import Scene
+
+MOST_NOTES = 20
+
+
+def add_reading_options(verb: argparse.ArgumentParser) -> None:
+    """Add the scene and the options that say how to read it."""
+    verb.add_argument("scene", metavar="SCENE", help="scene or robot file: .toml, .urdf, .mjcf, .xml or .par")
+    group = verb.add_argument_group("reading")
+    group.add_argument(
+        "--symbolic",
+        choices=("inertia", "geometry", "all"),
+        help="named parameters in place of numbers, with those numbers as values",
+    )
+    group.add_argument(
+        "--no-snap",
+        dest="snap",
+        action="store_false",
+        help="keep 1.5707963 as it is; without this, decimals that are a multiple of pi at their own digits become one",
+    )
+    group.add_argument(
+        "--allow-invalid-inertia", action="store_true", help="accept inertias that no body has, with a note for each"
+    )
+
+
+def read_scene(options: argparse.Namespace) -> Scene:
+    """Return the scene that the options name; what the reader notes goes to stderr."""
+    from symdyn.cli.talk import say
+    from symdyn.scene import ReadOptions, read_noting, with_symbols
+
+    reading = read_noting(options.scene, ReadOptions(options.snap, options.allow_invalid_inertia))
+    for note in reading.notes[:MOST_NOTES]:
+        say(f"symdyn: {note}")
+    if len(reading.notes) > MOST_NOTES:
+        say(f"symdyn: {options.scene}: and {len(reading.notes) - MOST_NOTES} notes more")
+    return with_symbols(reading.scene, options.symbolic) if options.symbolic else reading.scene
+
+
+def reading_words(options: argparse.Namespace) -> list[str]:
+    """Return the words of a command that read the same scene in the same way, free of folders."""
+    words = [Path(options.scene).name]
+    words += ["--symbolic", options.symbolic] if options.symbolic else []
+    words += ["--no-snap"] if not options.snap else []
+    words += ["--allow-invalid-inertia"] if options.allow_invalid_inertia else []
+    return words

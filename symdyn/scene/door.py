@@ -1,0 +1,133 @@
+"""The front door: a scene from any file that is understood, and its text in any format that is written."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from os import PathLike
+from pathlib import Path
+
+from symdyn.errors import SceneError
+from symdyn.scene.model import Scene
+from symdyn.scene.names import suggestion
+from symdyn.scene.reading import Reading, ReadOptions, Written
+from symdyn.scene.toml import read_bytes
+
+READERS: Mapping[str, str] = {
+    "toml": "symdyn.scene.toml",
+    "urdf": "symdyn.scene.formats.urdf",
+    "sdf": "symdyn.scene.formats.sdf",
+    "mjcf": "symdyn.scene.formats.mjcf",
+    "par": "symdyn.scene.formats.par",
+}
+
+WRITERS: Mapping[str, str] = {
+    "toml": "symdyn.scene.formats.toml_writer",
+    "urdf": "symdyn.scene.formats.urdf_writer",
+    "par": "symdyn.scene.formats.par_writer",
+}
+
+EXTENSIONS: Mapping[str, str] = {
+    ".toml": "toml",
+    ".urdf": "urdf",
+    ".sdf": "sdf",
+    ".world": "sdf",
+    ".mjcf": "mjcf",
+    ".par": "par",
+}
+
+ROOTS: Mapping[str, str] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf"}
+
+LONGEST_GAP = 10_000
+
+_PROLOG = ((b"<!--", b"-->"), (b"<?", b"?>"), (b"<!", b">"))  # what may stand in front of the root element
+
+
+def read(path: str | PathLike[str], *, snap: bool = True, allow_invalid_inertia: bool = False) -> Scene:
+    """Return the scene in a file: TOML, URDF, MJCF or Khalil's .par.
+
+    Args:
+        path: the extension says the format; for .xml the root element does.
+        snap: read decimals that are a small rational multiple of π at their own digits as that multiple.
+        allow_invalid_inertia: accept inertias that no real body has, of every body.
+
+    Raises:
+        SceneError: with every fault of the file, one line each.
+    """
+    return read_noting(path, ReadOptions(snap, allow_invalid_inertia)).scene
+
+
+def read_noting(path: str | PathLike[str], options: ReadOptions | None = None) -> Reading:
+    """Return the scene in a file, and notes of what the reader changed, doubts or leaves out of the equations.
+
+    Raises:
+        SceneError: with every fault of the file, one line each.
+    """
+    file = Path(path)
+    reader: Callable[[Path, ReadOptions], Reading] = import_module(READERS[_format(file)]).read
+    return reader(file, options or ReadOptions())
+
+
+def write_text(scene: Scene, format: str, lossy: bool = False) -> Written:
+    """Return the scene as text.
+
+    Args:
+        scene: what to write.
+        format: a key of `WRITERS`.
+        lossy: leave out what the format cannot hold; it is listed in the result.
+
+    Raises:
+        SceneError: the format is not one that is written, or cannot hold all of the scene and `lossy` is not given.
+    """
+    if format not in WRITERS:
+        raise SceneError(f'"{format}" is not a format that is written; {suggestion(format, WRITERS)}')
+    writer: Callable[[Scene], Written] = import_module(WRITERS[format]).write_text
+    written = writer(scene)
+    if written.lost and not lossy:
+        raise SceneError([*written.lost, f"{scene.name}: {format} cannot hold all of this; --lossy leaves it out"])
+    return written
+
+
+def format_to_write(path: str | PathLike[str]) -> str:
+    """Return the format that the extension of a file to be written names.
+
+    Raises:
+        SceneError: it names none.
+    """
+    format = EXTENSIONS.get(Path(path).suffix.lower())
+    if format in WRITERS:
+        return str(format)
+    known = ", ".join(ending for ending, name in EXTENSIONS.items() if name in WRITERS)
+    raise SceneError(f"{path}: does not say which format to write; give it one of the extensions {known}")
+
+
+def _format(path: Path) -> str:
+    """Return the format of a file, a key of `READERS`."""
+    ending = path.suffix.lower()
+    if ending in EXTENSIONS:
+        return EXTENSIONS[ending]
+    content = read_bytes(path)
+    if ending != ".xml":
+        known = ", ".join([*EXTENSIONS, ".xml"])
+        raise SceneError(f'{path}: the extension "{ending}" names no format; known are {known}')
+    root = _root(content)
+    if root not in ROOTS:
+        shown = f"the root element <{root[:40]}>" if root else "no root element"
+        raise SceneError(f"{path}: has {shown}; expected one of {', '.join(f'<{name}>' for name in ROOTS)}")
+    return ROOTS[root]
+
+
+def _root(content: bytes) -> str:
+    """Return the name of the first element of an XML file, "" if there is none; nothing else is looked at."""
+    at = 3 if content.startswith(b"\xef\xbb\xbf") else 0
+    while True:
+        at += len(content[at : at + LONGEST_GAP]) - len(content[at : at + LONGEST_GAP].lstrip())
+        mark = next(((start, end) for start, end in _PROLOG if content.startswith(start, at)), None)
+        if mark is None:
+            name = re.match(rb"<([A-Za-z_][\w.:-]*)", content[at : at + LONGEST_GAP])
+            return name[1].decode("ascii") if name else ""
+        close = content.find(mark[1], at + len(mark[0]))
+        if close < 0:
+            return ""
+        at = close + len(mark[1])

@@ -1,0 +1,4 @@
+"""Scenes in other people's files: one module a format and a direction, imported when such a file is met.
+
+A reader is `read(path, options) -> Reading`, a writer `write_text(scene) -> Written`; `symdyn.scene.door` picks one.
+"""

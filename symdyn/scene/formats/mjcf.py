@@ -1,0 +1,259 @@
+"""Scenes from MJCF, the files of MuJoCo, through MuJoCo's own compiler (extra `mjcf`).
+
+The compiler resolves what only it knows: default classes, includes, frames, inertia from geoms, units. Before it sees
+the file, the file and everything it includes is read by the hardened parser, and what could keep a machine busy is
+refused. Before it compiles, everything that is drawn, sensed or touched is taken out, so that no mesh and no picture is
+ever opened. What remains, a tree of bodies, is read by `mjcf_tree`.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from symdyn.errors import SceneError
+from symdyn.scene.declare import assemble
+from symdyn.scene.formats.mjcf_tree import Tree, nonzero
+from symdyn.scene.formats.xml import Element, read_xml
+from symdyn.scene.reading import Reading, ReadOptions
+from symdyn.scene.table import Faults, shorten, show
+
+MOST_FILES = 100
+MOST_ELEMENTS = 1_000_000
+MOST_BODIES = 2_000
+LARGEST_COUNT = 10_000
+
+RESERVING = ("nuser", "nkey", "numeric size")
+"""Beginnings of attributes, with their element, that make the compiler reserve memory for every element."""
+
+FOREIGN = {
+    "flexcomp": "deformable bodies are not part of a tree of rigid bodies",
+    "flex": "deformable bodies are not part of a tree of rigid bodies",
+    "composite": "write out the bodies that it stands for",
+    "plugin": "what a plugin does is not known here",
+}
+
+PASSING = ("pairs", "excludes", "sensors", "keys", "actuators", "textures", "materials", "hfields", "skins")
+"""What is taken out before the model is compiled: it touches, senses, drives or is drawn."""
+
+LARGEST_NUMBER = 1e100
+UNIT = 1e-6
+
+NUMBERS = {
+    "body": ("pos", "quat", "mass", "ipos", "iquat", "inertia"),
+    "jnt": ("axis", "pos", "range", "stiffness", "actfrcrange"),
+    "dof": ("armature", "damping", "frictionloss"),
+    "site": ("pos", "quat"),
+    "eq": ("data",),
+}
+"""What is read from the compiled model, by kind of element."""
+
+ARENA = ("memory", "nstack", "njmax", "nconmax")
+"""Sizes of what a simulation works in; there will be none."""
+
+
+def read(path: Path, options: ReadOptions) -> Reading:
+    """Return the scene in an MJCF file.
+
+    Raises:
+        SceneError: with every fault found, one line each; or the package mujoco is not there.
+    """
+    faults = Faults(str(path))
+    root = read_xml(path)
+    if root.tag != "mujoco":
+        raise SceneError(f"{path}: its root is <{root.tag}>; the root of an MJCF file is <mujoco>")
+    files = _files(path, root)
+    total = sum(1 for element in files.values() for _ in element.walk())
+    if sum(_harden(file, element, total, faults) for file, element in files.items()) > MOST_ELEMENTS:
+        faults.add("", f"<replicate> and <attach> make more than {MOST_ELEMENTS} elements; use fewer copies")
+    faults.close()
+    mujoco = _package(path)
+    said: list[str] = []
+    with _heard(mujoco, path, said):
+        spec = mujoco.MjSpec.from_file(str(path))  # parses MJCF, opens nothing else
+    _strip(mujoco, spec, faults)
+    faults.close()
+    with _heard(mujoco, path, said):
+        model = spec.compile()
+    for warning in dict.fromkeys(said):
+        faults.note("", f"MuJoCo warns: {shorten(warning)}")
+    _sane(model, faults)
+    faults.close()
+    declaration = Tree(mujoco, spec, model, faults, options).declaration(path.stem)
+    scene = assemble(declaration, str(path), faults, options.allow_invalid_inertia)
+    return Reading(scene, tuple(faults.notes))
+
+
+# The text
+
+
+def _files(path: Path, root: Element) -> dict[Path, Element]:
+    """Return a file and all that it includes or attaches, each read by the hardened parser.
+
+    The compiler looks for a file beside the first one or beside the one that names it; where it is not, the compiler
+    says so.
+    """
+    files = {path: root}
+    waiting: list[tuple[Path, Element, tuple[Path, ...]]] = [(path, root, (path.resolve(),))]
+    while waiting:
+        file, element, chain = waiting.pop()
+        for child in element.walk():
+            name = child.attributes.get("file", "")
+            if child.tag not in ("include", "model") or not name:
+                continue
+            if child.tag == "model" and file != path:
+                raise SceneError(f"{file}: line {child.line}: an attached model attaches another one; join the two")
+            for other in dict.fromkeys((path.parent / name, file.parent / name)):
+                if other.is_file():
+                    if other.resolve() in chain:
+                        raise SceneError(f"{file}: line {child.line}: {other.name} includes itself; break the ring")
+                    if other not in files:
+                        files[other] = read_xml(other)
+                        waiting.append((other, files[other], (*chain, other.resolve())))
+        if len(files) > MOST_FILES:
+            raise SceneError(f"{path}: includes more than {MOST_FILES} files; join some of them")
+    return files
+
+
+def _harden(file: Path, root: Element, total: int, faults: Faults) -> int:
+    """Refuse what would keep the compiler busy, or make it write a log; return how many elements it will make.
+
+    Args:
+        file: where the elements stand.
+        root: first of them.
+        total: elements of all files together; an attached model has no more.
+        faults: takes what is refused.
+    """
+    made = 0
+    stack = [(root, 1)]
+    while stack:
+        element, copies = stack.pop()
+        made += copies * (total if element.tag == "attach" else 1)
+        where = f"{file.name} line {element.line}" if str(file) != faults.source else f"line {element.line}"
+        if element.tag in FOREIGN:
+            faults.add(where, f"<{element.tag}> is not read: {FOREIGN[element.tag]}; delete it")
+        for key, value in element.attributes.items():
+            if any(word.lower().lstrip("+-") in ("nan", "inf", "infinity") for word in value.split()):
+                faults.add(where, f"<{element.tag}> {key}={show(value)} is not finite; give a number such as 0.1")
+            if (key.startswith(RESERVING) or f"{element.tag} {key}" in RESERVING) and not _small(value):
+                advice = f"{LARGEST_COUNT} is the most that is read; leave it out"
+                faults.add(where, f"<{element.tag}> {key}={show(value)} asks for much memory; {advice}")
+        if element.tag == "replicate":
+            count = element.attributes.get("count", "1").strip()
+            copies *= int(count) if count.isdecimal() and len(count) <= 9 else MOST_ELEMENTS
+        stack.extend((child, copies) for child in reversed(element.children))
+    return made
+
+
+def _small(value: str) -> bool:
+    text = value.strip()
+    return text == "-1" or (text.isdecimal() and len(text) <= 9 and int(text) <= LARGEST_COUNT)
+
+
+# The compiler
+
+
+def _package(path: Path) -> Any:
+    try:
+        mujoco = import_module("mujoco")
+    except ImportError:
+        advice = "install it with pip install symdyn[mjcf]"
+        raise SceneError(
+            f"{path}: MJCF is read by MuJoCo's compiler, and the package mujoco is missing; {advice}"
+        ) from None
+    if not hasattr(getattr(mujoco, "MjSpec", None), "delete"):
+        advice = "pip install --upgrade symdyn[mjcf]"
+        raise SceneError(f"{path}: mujoco {mujoco.__version__} is too old; 3.3 or newer is needed: {advice}")
+    return mujoco
+
+
+@contextmanager
+def _heard(mujoco: Any, path: Path, said: list[str]) -> Iterator[None]:
+    """Collect what MuJoCo warns of, which goes into a file in the working directory otherwise; reword its errors."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: said.append(_one_line(str(text))))
+    try:
+        with warnings.catch_warnings(record=True) as python:
+            warnings.simplefilter("always")
+            yield
+        said.extend(_one_line(str(warning.message)) for warning in python)
+    except (ValueError, TypeError, RuntimeError, OSError, MemoryError) as error:
+        reason = shorten(_one_line(str(error)) or type(error).__name__)
+        raise SceneError(f"{path}: MuJoCo's compiler refuses it: {reason}") from None
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _one_line(text: str) -> str:
+    return ", ".join(part.strip() for part in text.splitlines() if part.strip())
+
+
+def _strip(mujoco: Any, spec: Any, faults: Faults) -> None:
+    """Take out what has no part in a tree of rigid bodies; refuse what has a part that cannot be read."""
+    if len(spec.bodies) > MOST_BODIES:
+        faults.add("", f"there are {len(spec.bodies)} bodies; {MOST_BODIES} are the most that is read")
+        faults.close()
+    _refuse_actuators(spec, faults)
+    counts = {kind: len(found) for kind in PASSING if len(found := list(getattr(spec, kind, ())))}
+    told = {"actuators": "actuators", "sensors": "sensors", "pairs": "contact pairs", "keys": "keyframes"}
+    shown = [
+        f"{counts[kind]} {word if counts[kind] > 1 else word[:-1]}" for kind, word in told.items() if kind in counts
+    ]
+    if shown:
+        faults.note("", f"{', '.join(shown)} left out; every joint has a drive of its own")
+    for kind in PASSING:
+        for element in list(getattr(spec, kind, ())):
+            spec.delete(element)
+    for key in ARENA:
+        setattr(spec, key, -1)
+    for drawn in (*spec.geoms, *spec.sites, *spec.tendons):
+        drawn.material = ""
+    files = [mesh for mesh in spec.meshes if mesh.file]
+    unopened = dict.fromkeys(mesh.name for mesh in files)
+    for geom in list(spec.geoms):
+        if geom.meshname in unopened or geom.hfieldname:
+            if _weighs(mujoco, spec, geom):
+                advice = 'give it <inertial pos="..." mass="..." diaginertia="..."/>'
+                what = f"takes its inertia from the mesh {geom.meshname}, and meshes are not opened; {advice}"
+                faults.add(f"body {geom.parent.name or geom.parent.info}", what)
+            spec.delete(geom)
+    for mesh in files:
+        spec.delete(mesh)
+
+
+def _refuse_actuators(spec: Any, faults: Faults) -> None:
+    for actuator in spec.actuators:
+        for key in ("armature", "damping"):
+            if nonzero(getattr(actuator, key, 0.0)):
+                advice = "give the joint that it drives this value times gear squared instead"
+                faults.add(f"actuator {actuator.name}", f"{key} of an actuator is not read; {advice}")
+
+
+def _weighs(mujoco: Any, spec: Any, geom: Any) -> bool:
+    """Whether the inertia of a moving body comes from this geom."""
+    source, kinds = spec.compiler.inertiafromgeom, mujoco.mjtInertiaFromGeom
+    body = geom.parent
+    if body.name == "world" or source == kinds.mjINERTIAFROMGEOM_FALSE:
+        return False
+    if source == kinds.mjINERTIAFROMGEOM_AUTO and body.explicitinertial:
+        return False
+    low, high = spec.compiler.inertiagrouprange
+    massless = geom.mass == 0 or (geom.mass != geom.mass and geom.density == 0)
+    return bool(low <= geom.group <= high) and not massless
+
+
+def _sane(model: Any, faults: Faults) -> None:
+    """Refuse a compiled model with numbers that overflow: 1e300 in the file, or an axis of length 1e-300."""
+    arrays = {f"{kind}_{key}": getattr(model, f"{kind}_{key}") for kind, keys in NUMBERS.items() for key in keys}
+    arrays |= {"qpos0": model.qpos0, "qpos_spring": model.qpos_spring, "gravity": model.opt.gravity}
+    for name, array in arrays.items():
+        bad = ~(abs(array) < LARGEST_NUMBER)
+        if name.endswith("quat"):
+            bad |= ~(abs((array * array).sum(axis=1, keepdims=True) - 1) < UNIT)
+        if bad.any():
+            what = f"the compiled model has numbers of {name} that are not finite, larger than {LARGEST_NUMBER:g}, or"
+            faults.add("", f"{what} no unit quaternion; look for such numbers in the file")

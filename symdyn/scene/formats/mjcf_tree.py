@@ -1,0 +1,166 @@
+"""A compiled MuJoCo model as bodies, joints and points.
+
+    pose of a body in its parent = T(pos) R(quat) · joint 1 · joint 2 · ...
+    hinge                        T(anchor) R(axis, q - ref) T(-anchor)
+    slide                        T(axis (q - ref))
+
+so every joint but the last of a body carries a massless body of its own. Positions q are MuJoCo's qpos. Springs act as
+the force -stiffness (q - springref) beside the drive. Reference: MuJoCo documentation, "XML Reference" and
+"Computation".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from symdyn.scene.declare import Declaration
+from symdyn.scene.formats.doubles import Doubles
+from symdyn.scene.formats.mjcf_inertia import entries
+from symdyn.scene.formats.mjcf_joints import Joints, merged, shift
+from symdyn.scene.formats.naming import printable_names
+from symdyn.scene.formula import quantity
+from symdyn.scene.model import GROUND
+from symdyn.scene.names import LONGEST, listed
+from symdyn.scene.reading import ReadOptions
+from symdyn.scene.table import Entry, Faults, shorten
+
+NO_NAME = "MuJoCo Model"
+
+TENDON_KEYS = ("stiffness", "damping", "frictionloss", "armature", "stiffnesspoly", "dampingpoly")
+
+
+class Tree:
+    """One walk over one compiled model."""
+
+    def __init__(self, mujoco: Any, spec: Any, model: Any, faults: Faults, options: ReadOptions) -> None:
+        """Give every body, joint and site a printable name."""
+        self.model, self.faults, self.title = model, faults, spec.modelname
+        self.declared = {body.id: body.fullinertia for body in spec.bodies}
+        self.gravity_off = bool(model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY))
+        self.doubles = Doubles(options.snap)
+        self.frames = self.names(
+            [("body", i) for i in range(1, model.nbody)] + [("site", i) for i in range(model.nsite)], "frame"
+        )
+        self.joint_names = self.names([("joint", j) for j in range(model.njnt)], "joint")
+        self.joints = Joints(mujoco, model, list(self.joint_names.values()), self.doubles, faults)
+        self.taken = {"frame": list(self.frames.values()), "joint": list(self.joint_names.values())}
+
+    def declaration(self, stem: str) -> Declaration:
+        """Return what the model declares; what it has and a scene has not is a fault or a note."""
+        self.refuse()
+        self.faults.close()
+        bodies: list[Entry] = []
+        joints: list[Entry] = []
+        for i in range(1, self.model.nbody):
+            self.body(i, bodies, joints)
+        points = tuple(self.point(i) for i in range(self.model.nsite))
+        self.note()
+        name = stem if self.title in ("", NO_NAME) else self.title
+        x, y, z = (0.0 if self.gravity_off else float(g) for g in self.model.opt.gravity)
+        return Declaration(
+            name=printable_names([name], "robot")[name],
+            gravity=[quantity(x), quantity(y), quantity(z)],
+            bodies=tuple(bodies),
+            joints=tuple(joints),
+            points=points,
+        )
+
+    def names(self, elements: Iterable[tuple[str, int]], kind: str) -> dict[tuple[str, int], str]:
+        """Return a printable name for each element; those without a name, or with one that is taken, get one."""
+        given: dict[str, tuple[str, int]] = {}
+        for element in elements:
+            what, i = element
+            name = getattr(self.model, what)(i).name or f"{what}{i + (what != 'body')}"
+            while name in given:
+                name += f"_{what}"
+            given[name] = element
+        chosen = printable_names(given, kind)
+        for name, better in chosen.items():
+            if name != better:
+                self.faults.note(f"{given[name][0]} {shorten(name)}", f"is called {better} here")
+        return {element: chosen[name] for name, element in given.items()}
+
+    def refuse(self) -> None:
+        """Report what acts on the bodies and cannot be read."""
+        model, faults = self.model, self.faults
+        for i in range(model.ntendon):
+            if any(
+                nonzero(getattr(model, f"tendon_{key}")[i]) for key in TENDON_KEYS if hasattr(model, f"tendon_{key}")
+            ):
+                what = "has stiffness, damping, friction or armature, and such tendons come with force elements"
+                faults.add(f"tendon {model.tendon(i).name or i + 1}", f"{what}, which a scene does not have; delete it")
+        if model.opt.density or model.opt.viscosity:
+            faults.add("option", "density and viscosity of a fluid act on the bodies and are not read; set both to 0")
+
+    def note(self) -> None:
+        """Note what was recognised, and what is not part of the equations."""
+        model, note = self.model, self.faults.note
+        if self.doubles.turned:
+            note("", f"multiples of pi were recognised in {listed(self.doubles.turned)}")
+        if self.joints.springs:
+            what = "act as forces beside the drives; their energy is not part of P"
+            note("", f"the springs of {listed(self.joints.springs)} {what}")
+        if model.ntendon:
+            note("", f"tendons without stiffness and damping are left out ({model.ntendon})")
+        if any(model.body_gravcomp):
+            note("", "gravcomp is left out: the weight that it takes off the joints stays in the equations")
+        if model.nmocap:
+            note("", "mocap bodies stand still where the file puts them")
+        if any(model.geom_contype) or any(model.geom_conaffinity):
+            note("", "contacts are not part of the equations")
+
+    def body(self, i: int, bodies: list[Entry], joints: list[Entry]) -> None:
+        """Add a body, its joints, and a massless body for every joint but the last."""
+        model, name = self.model, self.frames["body", i]
+        place = (
+            *shift(self.doubles.vector(model.body_pos[i])),
+            *self.doubles.rotation(model.body_quat[i], f"body {name}"),
+        )
+        parent = self.frames.get(("body", int(model.body_parentid[i])), GROUND)
+        count = int(model.body_jntnum[i])
+        for k in range(count):
+            j = int(model.body_jntadr[i]) + k
+            joint = self.joint_names["joint", j]
+            child = name if k == count - 1 else self.fresh("frame", f"{name}_{joint}")
+            if child != name:
+                bodies.append(Entry(child, {}, f"body {name}"))
+            table = {"parent": parent, "child": child, **self.joints.table(j, place)}
+            joints.append(Entry(joint, table, f"joint {joint}"))
+            parent, place = child, ()
+        if not count:
+            table = {"type": "fixed", "parent": parent, "child": name, "origin": merged(*place)}
+            joints.append(Entry(self.fresh("joint", f"{name}_weld"), table, f"body {name}"))
+        bodies.append(Entry(name, self.inertial(i), f"body {name}"))
+
+    def fresh(self, kind: str, name: str) -> str:
+        """Return a name that nothing has, for something that the file has no name for."""
+        taken = self.taken[kind]
+        name = name[: LONGEST - 10]
+        while name in taken:
+            name += "_"
+        taken.append(name)
+        return name
+
+    def inertial(self, i: int) -> dict[str, object]:
+        """Return mass, centre of mass and inertia of a body."""
+        model = self.model
+        return {
+            "mass": quantity(float(model.body_mass[i])),
+            "com": self.doubles.vector(model.body_ipos[i]),
+            "inertia": entries(model.body_inertia[i], model.body_iquat[i], self.declared.get(i), self.doubles),
+            "inertia_about": "com",
+        }
+
+    def point(self, i: int) -> Entry:
+        """Return a site as a point."""
+        model, name = self.model, self.frames["site", i]
+        place = self.doubles.vector(model.site_pos[i])
+        turn = self.doubles.rotation(model.site_quat[i], f"site {name}")
+        carrier = self.frames.get(("body", int(model.site_bodyid[i])), GROUND)
+        return Entry(name, {"body": carrier, "at": merged(*shift(place), *turn)}, f"site {name}")
+
+
+def nonzero(value: Any) -> bool:
+    """Whether a number, or any of several, is not zero."""
+    return bool(any(value) if hasattr(value, "__len__") else value)

@@ -1,0 +1,327 @@
+"""Scenes from Khalil parameter files, `.par`, as SYMORO+ and OpenSYMORO write them.
+
+Frame j hangs on frame a(j) by six parameters (Khalil & Kleinfinger 1986; Khalil & Dombre, Modeling, Identification and
+Control of Robots, 2002, sections 3.2 and 4.2):
+
+    pose of j in a(j) = Rz(γ) Tz(b) Rx(α) Tx(d) Rz(θ) Tz(r)
+
+sigma = 0 turns about z by θ, sigma = 1 slides along z by r, sigma = 2 is fixed. The symbol that stands for θ or r of a
+joint is its coordinate, a constant beside it an offset; every other symbol is a parameter without a value. Inertial
+parameters refer to the origin of frame j: M, MX MY MZ (mass times centre of mass), XX XY ... ZZ (matrix entries). IA is
+the rotor, FV viscous and FS dry friction, GAM the driving force. G is the acceleration of free fall in frame 0: the
+base accelerates by -G in SYMORO's recursion, as it does here.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from symdyn.errors import SceneError
+from symdyn.graph import Op
+from symdyn.scene.declare import Declaration, assemble
+from symdyn.scene.folding import FormulaError, neg
+from symdyn.scene.formats.naming import printable_names
+from symdyn.scene.formats.par_text import BASE_KEYS, KEYS, LINK_KEYS, SCALAR_KEYS, Sheet, parse_sheet
+from symdyn.scene.formats.snap import snap_angle
+from symdyn.scene.formula import parse
+from symdyn.scene.model import GROUND, Pose
+from symdyn.scene.names import FORMULA_NAMES
+from symdyn.scene.quantity import ZERO, Quantity
+from symdyn.scene.reading import Reading, ReadOptions
+from symdyn.scene.spelling import spell
+from symdyn.scene.table import Entry, Faults, compose, shorten, show
+
+LARGEST_FILE = 4 * 2**20
+
+INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
+
+WRENCH = ("fx", "fy", "fz", "cx", "cy", "cz")
+
+ANGLES = ("gamma", "alpha", "theta")
+
+UNREAD_KEYS = (*SCALAR_KEYS, *WRENCH, "qp", "qdp", "k", "z")
+"""What no equation depends on; k is the stiffness of joints that bend, of which there are none."""
+
+REVOLUTE, PRISMATIC, FIXED = 0, 1, 2
+
+IDENTITY = ("1", "0", "0", "0", "0", "1", "0", "0", "0", "0", "1", "0", "0", "0", "0", "1")
+
+_WORD = re.compile(r"(?<![\w.])[A-Za-z_]\w*")
+
+
+def read(path: Path, options: ReadOptions) -> Reading:
+    """Return the scene in a parameter file.
+
+    Raises:
+        SceneError: with every fault of the file, one line each.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+    except FileNotFoundError:
+        raise SceneError(f"{path}: there is no such file; check the path") from None
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
+    if len(content) > LARGEST_FILE:
+        raise SceneError(f"{path}: holds more than {LARGEST_FILE >> 20} MB; no parameter file needs as much")
+    return read_text(content.decode("utf-8", errors="replace"), str(path), options)
+
+
+def read_text(text: str, source: str, options: ReadOptions = ReadOptions()) -> Reading:  # noqa: B008 - it is frozen
+    """Return the scene in the text of a parameter file.
+
+    Args:
+        text: contents of the file.
+        source: its name, for messages; its stem names a scene that has no Robotname.
+        options: how to read.
+
+    Raises:
+        SceneError: with every fault of the text, one line each.
+    """
+    faults = Faults(source)
+    sheet = parse_sheet(text, faults)
+    faults.close()
+    declaration = _Reader(sheet, faults, options).declaration(Path(source).stem)
+    scene = assemble(declaration, source, faults, options.allow_invalid_inertia)
+    return Reading(scene, tuple(faults.notes))
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """One frame of the file: its number from 1, its type and its antecedent."""
+
+    j: int
+    sigma: int
+    ant: int
+
+
+class _Reader:
+    """One walk over one sheet; `parameters` are the symbols met so far that are no coordinates."""
+
+    def __init__(self, sheet: Sheet, faults: Faults, options: ReadOptions) -> None:
+        self.sheet, self.faults, self.options = sheet, faults, options
+        self.symbols = self.printable(_words(sheet), "symbol")
+        self.parameters: dict[str, None] = {}
+        self.coordinates: dict[str, str] = {}
+
+    def declaration(self, stem: str) -> Declaration:
+        """Return what the file declares."""
+        n = self.structure()
+        self.base()
+        self.faults.close()
+        frames = [_Frame(j + 1, self.whole("sigma", j, 0, 2), self.whole("ant", j, 0, n)) for j in range(n)]
+        bodies = self.names("Link names", "link", n)
+        carriers = self.names("Joint names", "joint", n)
+        variables = [self.variable(frame) for frame in frames]
+        joints = [
+            Entry(carriers[frame.j - 1], self.joint(frame, variable, (GROUND, *bodies)), f"frame {frame.j}")
+            for frame, variable in zip(frames, variables, strict=True)
+        ]
+        links = [Entry(bodies[j], self.body(j), f"frame {j + 1}") for j in range(n)]
+        gravity = [self.value("g", k) for k in range(3)]
+        name = self.sheet.remarks.get("Robotname") or stem
+        return Declaration(
+            name=printable_names([name], "robot")[name],
+            gravity=gravity,
+            parameters=tuple(Entry(p, {}, f"symbol {p}") for p in self.parameters if p not in self.coordinates),
+            bodies=tuple(links),
+            joints=tuple(joints),
+        )
+
+    def structure(self) -> int:
+        """Return the number of frames of a tree; what is no tree is refused."""
+        counts = {}
+        for key in ("nl", "nj", "nf"):
+            text = self.sheet.values.get(key, ("",))[0]
+            if re.fullmatch(r"\d{1,4}", text):
+                counts[key] = int(text)
+            elif key != "nf" or text:
+                self.faults.add("", f"{key.upper()} = {show(text)} is not a whole number; write such as NL = 6, NJ = 6")
+        self.faults.close()
+        nl, nj = counts["nl"], counts["nj"]
+        nf = counts.get("nf", 2 * nj - nl)
+        if self.sheet.values.get("type", ("0",))[0] == "2" or not nl == nj == nf:
+            raise SceneError(
+                f"{self.faults.source}: has closed loops (NL = {nl}, NJ = {nj}, NF = {nf}), and closed loops come with "
+                "loop joints, which a scene does not have yet; until then cut them: keep the first NL rows of every "
+                "list and write Type = 1, NJ = NF = NL"
+            )
+        for key in KEYS:
+            given = self.sheet.values.get(key)
+            if given is not None and len(given) != _length(key, nl):
+                self.faults.add("", f"{key} has {len(given)} values; {_length(key, nl)} are needed")
+        for key in ("sigma", "theta", "m"):
+            if key not in self.sheet.values:
+                self.faults.add("", f"{key} is missing; give one value a frame")
+        missing = [key.upper() for key in LINK_KEYS if key not in self.sheet.values and key not in WRENCH]
+        if missing:
+            self.faults.note("", f"{', '.join(missing)} are not given and read as zero")
+        return nl
+
+    def base(self) -> None:
+        """Refuse what moves the base or bends the joints."""
+        for key in ("is_floating", "is_mobile"):
+            if self.sheet.values.get(key, ("0",))[0].lower() not in ("0", "false", ""):
+                advice = "free bases come with free joints, which a scene does not have yet; write 0 to hold the base"
+                self.faults.add("", f"{key} = {self.sheet.values[key][0]}: {advice}")
+        for key in ("w0", "wp0", "v0", "vp0"):
+            if any(not _is_zero(text) for text in self.sheet.values.get(key, ())):
+                shown = show(list(self.sheet.values[key]))
+                self.faults.add("", f"{key.upper()} = {shown}: the base of a scene is at rest; write zeros")
+        for j, text in enumerate(self.sheet.values.get("eta", ())):
+            if not _is_zero(text):
+                self.faults.add(f"frame {j + 1}", f"eta = {text}: joints of a scene are rigid; write 0")
+        if self.sheet.values.get("z", IDENTITY) != IDENTITY:
+            self.faults.note("", "Z, the place of frame 0 in the world, is left out: no equation depends on it")
+        if "g" not in self.sheet.values:
+            self.faults.add("", "G is missing; give the acceleration of free fall in frame 0, such as {0, 0, -9.81}")
+
+    def names(self, remark: str, default: str, n: int) -> list[str]:
+        """Return the names that a comment gives, link1, link2, ... without one."""
+        given = [name.strip() for name in self.sheet.remarks.get(remark, "").split(",")]
+        if len(dict.fromkeys(given)) != n:
+            return [f"{default}{j + 1}" for j in range(n)]
+        return list(self.printable(given, default).values())
+
+    def printable(self, names: Sequence[str], kind: str) -> dict[str, str]:
+        """Return printable names; every change is noted."""
+        chosen = printable_names(names, kind)
+        for name, better in chosen.items():
+            if name != better:
+                self.faults.note("", f"the {kind} {shorten(name)} is called {better}")
+        return chosen
+
+    def variable(self, frame: _Frame) -> tuple[str, Quantity]:
+        """Return the coordinate of a frame and its offset; ("", ZERO) for a fixed frame."""
+        if frame.sigma == FIXED:
+            return "", ZERO
+        key = "theta" if frame.sigma == REVOLUTE else "r"
+        raw = self.value(key, frame.j - 1, declare=False)
+        found = _split(raw)
+        if found is None:
+            example = "th1" if frame.sigma == REVOLUTE else "r1"
+            advice = f"name the coordinate, such as {example}, alone or with a constant added to it"
+            self.faults.add(f"frame {frame.j}", f"{key} = {spell(raw)} is no coordinate; {advice}")
+            return "", ZERO
+        name, offset = found
+        if name in self.coordinates:
+            advice = "a joint that follows another one is not part of parameter files; give it a symbol of its own"
+            self.faults.add(
+                f"frame {frame.j}", f"{key} = {spell(raw)} is the coordinate of {self.coordinates[name]}; {advice}"
+            )
+        self.coordinates.setdefault(name, f"frame {frame.j}")
+        return name, offset
+
+    def joint(self, frame: _Frame, variable: tuple[str, Quantity], bodies: Sequence[str]) -> dict[str, object]:
+        """Return the table of a joint."""
+        j, (coordinate, offset) = frame.j - 1, variable
+        theta = offset if frame.sigma == REVOLUTE else self.value("theta", j)
+        r = offset if frame.sigma == PRISMATIC else self.value("r", j)
+        table: dict[str, object] = {
+            "type": ("revolute", "prismatic", "fixed")[frame.sigma],
+            "parent": bodies[frame.ant],
+            "child": bodies[frame.j],
+            "origin": self.placement(j, theta, r),
+        }
+        if frame.sigma == FIXED:
+            return table
+        table |= {"coordinate": coordinate, "drive": self.drive(frame)}
+        for key, word in (("ia", "armature"), ("fv", "damping"), ("fs", "friction")):
+            value = self.value(key, j)
+            if value != ZERO:
+                table[word] = value
+        return table
+
+    def placement(self, j: int, theta: Quantity, r: Quantity) -> Pose:
+        gamma, b, alpha, d = (self.value(key, j) for key in ("gamma", "b", "alpha", "d"))
+        return compose(("Rz", gamma), ("Tz", b), ("Rx", alpha), ("Tx", d), ("Rz", theta), ("Tz", r))
+
+    def drive(self, frame: _Frame) -> str | bool:
+        """Return the name of the driving force: GAM where it is a symbol; False for a passive joint."""
+        if "mu" in self.sheet.values and not self.whole("mu", frame.j - 1, 0, 1):
+            return False
+        text = self.sheet.values.get("gam", ("",) * frame.j)[frame.j - 1]
+        return self.symbols.get(text, True)
+
+    def body(self, j: int) -> dict[str, object]:
+        """Return the table of a link."""
+        self.wrench(j)
+        return {
+            "mass": self.value("m", j),
+            "first_moment": [self.value(key, j) for key in ("mx", "my", "mz")],
+            "inertia": {key: self.value(key, j) for key in INERTIA},
+            "inertia_about": "frame",
+        }
+
+    def wrench(self, j: int) -> None:
+        """Read no external wrench: OpenSYMORO's own placeholders are noted, any other one is refused."""
+        texts = [self.sheet.values[key][j] for key in WRENCH if key in self.sheet.values]
+        acting = [text for text in texts if not _is_zero(text)]
+        placeholders = [text for text in acting if text.upper() in {f"{key}{j + 1}".upper() for key in WRENCH}]
+        if acting and acting == placeholders:
+            self.faults.note(f"frame {j + 1}", f"the external wrench {', '.join(acting)} is read as zero")
+        elif acting:
+            shown = ", ".join(text for text in acting if text not in placeholders)
+            advice = "wrenches on bodies come with force elements, which a scene does not have yet; write 0"
+            self.faults.add(f"frame {j + 1}", f"an external wrench {shown} acts on the link; {advice}")
+
+    def whole(self, key: str, j: int, least: int, most: int) -> int:
+        """Return a whole number; antecedents default to a chain."""
+        text = self.sheet.values[key][j] if key in self.sheet.values else str(j if key == "ant" else 0)
+        if re.fullmatch(r"\d{1,4}", text) and least <= int(text) <= most:
+            return int(text)
+        what = f"{key} = {show(text)} is not a whole number from {least} to {most}"
+        self.faults.add(f"frame {j + 1}", f"{what}; correct it")
+        return least
+
+    def value(self, key: str, j: int, declare: bool = True) -> Quantity:
+        """Return a value of the file, 0 if it is not given; its symbols become parameters."""
+        if key not in self.sheet.values:
+            return ZERO
+        text = self.sheet.values[key][j]
+        where = f"frame {j + 1}" if key != "g" else ""
+        if key in ANGLES and self.options.snap and (snapped := snap_angle(text)):
+            self.faults.note(where, f"{key} = {text} is read as {spell(snapped)}")
+            return snapped
+        try:
+            found = parse(_WORD.sub(lambda word: self.symbols.get(word[0], word[0]), text))
+        except FormulaError as error:
+            self.faults.add(where, f"{key} = {error}")
+            return ZERO
+        if declare:
+            self.parameters.update(dict.fromkeys(found.symbols))
+        return found
+
+
+def _words(sheet: Sheet) -> list[str]:
+    """Return the symbols of the file in order, each once."""
+    texts = (text for key, values in sheet.values.items() if key not in UNREAD_KEYS for text in values)
+    words = dict.fromkeys(word for text in texts for word in _WORD.findall(text))
+    return [word for word in words if word not in FORMULA_NAMES or word == "deg"]
+
+
+def _length(key: str, n: int) -> int:
+    """Return how many values a key has in a tree of n frames."""
+    if key in BASE_KEYS:
+        return 16 if key == "z" else 3
+    return 1 if key in SCALAR_KEYS else n
+
+
+def _is_zero(text: str) -> bool:
+    return re.fullmatch(r"[+-]?(0+\.?0*|\.0+)|", text) is not None
+
+
+def _split(value: Quantity) -> tuple[str, Quantity] | None:
+    """Return the symbol and the constant of symbol, symbol ± constant or constant + symbol, None for anything else."""
+    if value.op is Op.SYMBOL:
+        return str(value.value), ZERO
+    if value.op in (Op.ADD, Op.SUB):
+        first, second = value.args
+        if first.op is Op.SYMBOL and not second.symbols:
+            return str(first.value), second if value.op is Op.ADD else neg(second)
+        if value.op is Op.ADD and second.op is Op.SYMBOL and not first.symbols:
+            return str(second.value), first
+    return None

@@ -1,0 +1,239 @@
+"""Scenes as Khalil parameter files, `.par`; the words are OpenSYMORO's.
+
+A frame of such a file has its z axis along its joint. Joints about other axes and body frames behind their joints (a
+standard Denavit-Hartenberg table) are brought into that shape exactly, and inertias move along: the frames of a body
+and of its link may differ, the equations do not. Parameters with a value enter by their value, for the format has
+symbols and numbers but no symbols with a value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from symdyn.errors import SceneError
+from symdyn.graph import Op
+from symdyn.scene import folding
+from symdyn.scene.formats.par_frames import Row, rows
+from symdyn.scene.formats.par_links import INERTIAL, NOTHING, Link, link
+from symdyn.scene.formats.turns import Step, inverse, towards
+from symdyn.scene.model import GROUND, Joint, Limits, Parameter, Pose, Scene, Vector
+from symdyn.scene.quantity import ZERO, Quantity, symbol
+from symdyn.scene.reading import Written
+from symdyn.scene.spelling import spell
+
+SIGMA = {"revolute": "0", "prismatic": "1", "fixed": "2"}
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One frame of the file.
+
+    Attributes:
+        link, joint: names of the body and of the joint that carries it.
+        ant: number of the frame it hangs on, 0 for the ground.
+        sigma: "0", "1" or "2".
+        row: its six parameters; theta or r without the coordinate.
+        carrier: the joint of the scene, None for a frame between.
+        inertial: of its link.
+    """
+
+    link: str
+    joint: str
+    ant: int
+    sigma: str
+    row: Row
+    carrier: Joint | None = None
+    inertial: Link = NOTHING
+
+
+def write_text(scene: Scene) -> Written:
+    """Return the scene as a parameter file, with what the format has no place for.
+
+    Raises:
+        SceneError: a joint that the format has no type for; the file would be another mechanism.
+    """
+    _refuse(scene)
+    filled = _filled(scene)
+    return Written(_page(filled, _frames(filled)), tuple(_lost(scene)))
+
+
+def _refuse(scene: Scene) -> None:
+    reasons = []
+    for joint in scene.joints:
+        where = f"{scene.source or scene.name}: joints.{joint.name}"
+        if joint.type not in SIGMA:
+            reasons.append(f"{where}: a .par file has no {joint.type} joints; it has {', '.join(SIGMA)}")
+        elif joint.coupling is not None:
+            advice = "give it a coordinate of its own, or convert to TOML"
+            reasons.append(f"{where}: a .par file has no joints that follow others; {advice}")
+    if reasons:
+        raise SceneError(reasons)
+
+
+def _lost(scene: Scene) -> Iterator[str]:
+    for parameter in scene.parameters:
+        if parameter.value is not None:
+            yield f"parameters.{parameter.name}: its value {spell(parameter.value)} stands in place of the name"
+        elif parameter != Parameter(parameter.name):
+            words = [key for key in ("positive", "unit", "latex", "text") if getattr(parameter, key)]
+            yield f"parameters.{parameter.name}: {', '.join(words)}"
+    for body in scene.bodies:
+        if body.allow_invalid_inertia:
+            yield f"bodies.{body.name}: allow_invalid_inertia; read it back with --allow-invalid-inertia"
+    for joint in scene.joints:
+        if joint.force != ZERO:
+            yield f"joints.{joint.name}: force = {spell(joint.force)}, which the equations lack without it"
+        if joint.limits != Limits():
+            yield f"joints.{joint.name}: limits"
+    for point in scene.points:
+        yield f"points.{point.name}"
+
+
+def _frames(scene: Scene) -> list[Frame]:
+    """Return the frames of the file, and between them massless ones where one row does not reach.
+
+    A joint moves along its axis A z, and its body frame is what A⁻¹ and the tip add: children and inertias are placed
+    from the frame of the file by that.
+    """
+    frames: list[Frame] = []
+    number = {GROUND: 0}
+    behind: dict[str, tuple[Step, ...]] = {GROUND: ()}
+    taken = dict.fromkeys([body.name for body in scene.bodies] + [joint.name for joint in scene.joints])
+    for body, joint in zip(scene.bodies, scene.joints, strict=True):
+        turn = towards(joint.axis) if joint.moves else ()
+        lead = (*behind[joint.parent], *joint.origin.steps)
+        after = (*inverse(turn), *joint.tip.steps)
+        path = rows((*lead, *turn)) if joint.moves else rows((*lead, *after))
+        if _hides_coordinate(joint, path[-1]):
+            path.append(Row())
+        ant = number[joint.parent]
+        for k, row in enumerate(path[:-1], start=1):
+            names = [_fresh(f"{name}_frame{k}", taken) for name in (body.name, joint.name)]
+            frames.append(Frame(names[0], names[1], ant, SIGMA["fixed"], row))
+            ant = len(frames)
+        behind[body.name] = after if joint.moves else ()
+        inertial = link(body, behind[body.name])
+        frames.append(Frame(body.name, joint.name, ant, SIGMA[joint.type], path[-1], joint, inertial))
+        number[body.name] = len(frames)
+    return frames
+
+
+def _hides_coordinate(joint: Joint, row: Row) -> bool:
+    """Whether symbols would stand beside the coordinate, so that a reader could not tell which of them moves."""
+    offset = row.theta if joint.type == "revolute" else row.r
+    return joint.moves and bool(offset.symbols)
+
+
+def _fresh(name: str, taken: dict[str, None]) -> str:
+    while name in taken:
+        name += "_"
+    taken[name] = None
+    return name
+
+
+def _page(scene: Scene, frames: Sequence[Frame]) -> str:
+    n = len(frames)
+    chain = all(frame.ant == j for j, frame in enumerate(frames))
+    lines = [f"(* Robotname = '{scene.name}' *)"]
+    for remark, default, names in (
+        ("Link names", "link", [frame.link for frame in frames]),
+        ("Joint names", "joint", [frame.joint for frame in frames]),
+    ):
+        if names != [f"{default}{j + 1}" for j in range(n)]:
+            lines.append(f"(* {remark} = '{', '.join(names)}' *)")
+    lines += [f"NL = {n}", f"NJ = {n}", f"NF = {n}", f"Type = {0 if chain else 1}", "is_floating = 0", "is_mobile = 0"]
+    lines += ["", "(* Geometric parameters *)"]
+    lines += [_list(key, [_parameter(key, frame) for frame in frames]) for key in _GEOMETRY]
+    lines += ["", "(* Dynamic parameters and external forces *)"]
+    lines += [_list(key, [spell(getattr(frame.inertial, key)) for frame in frames]) for key in INERTIAL]
+    for key, name in (("IA", "armature"), ("FV", "damping"), ("FS", "friction")):
+        lines.append(_list(key, [spell(getattr(frame.carrier, name, ZERO)) for frame in frames]))
+    lines += [_list(key, ["0"] * n) for key in ("FX", "FY", "FZ", "CX", "CY", "CZ")]
+    lines += ["", "(* Joint parameters *)"]
+    lines += [_list(key, ["0"] * n) for key in ("eta", "k")]
+    lines += [_list(key, [f"{key}{j + 1}" for j in range(n)]) for key in ("QP", "QDP")]
+    lines.append(_list("GAM", [(frame.carrier and frame.carrier.drive) or "0" for frame in frames]))
+    lines += ["", "(* Velocity and acceleration of the base *)"]
+    lines += [_list(key, ["0"] * 3) for key in ("W0", "WP0", "V0", "VP0")]
+    lines += ["", "(* Acceleration of gravity *)", _list("G", [spell(x) for x in scene.gravity])]
+    unit = [str(int(i == j)) for i in range(4) for j in range(4)]
+    lines += ["", "(* Transformation of 0 frame position fT0 *)", _list("Z", unit), "", "(* End of definition *)"]
+    return "\n".join(lines) + "\n"
+
+
+_GEOMETRY = ("ant", "sigma", "b", "d", "r", "gamma", "alpha", "mu", "theta")
+
+
+def _list(key: str, values: Sequence[str]) -> str:
+    return f"{key} = {{{', '.join(values)}}}"
+
+
+def _parameter(key: str, frame: Frame) -> str:
+    """Return one geometric parameter of one frame, with the coordinate in its place."""
+    if key in ("ant", "sigma"):
+        return str(getattr(frame, key))
+    if key == "mu":
+        return "1" if frame.carrier and frame.carrier.drive else "0"
+    value = getattr(frame.row, key)
+    moving = {"0": "theta", "1": "r"}.get(frame.sigma)
+    if key != moving or frame.carrier is None:
+        return spell(value)
+    q = symbol(frame.carrier.coordinate)
+    return spell(folding.sub(q, folding.neg(value)) if spell(value).startswith("-") else folding.add(q, value))
+
+
+def _filled(scene: Scene) -> Scene:
+    """Return the scene with the values of its parameters in their places."""
+    values = {p.name: p.value for p in scene.parameters if p.value is not None}
+
+    def fill(quantity: Quantity) -> Quantity:
+        return _substituted(quantity, values)
+
+    if not values:
+        return scene
+    bodies = [
+        replace(
+            body,
+            mass=fill(body.mass),
+            com=body.com and _three(fill, body.com),
+            first_moment=body.first_moment and _three(fill, body.first_moment),
+            inertia=(*_three(fill, body.inertia[:3]), *_three(fill, body.inertia[3:])),
+            particles=tuple(replace(p, mass=fill(p.mass), at=_three(fill, p.at)) for p in body.particles),
+        )
+        for body in scene.bodies
+    ]
+    joints = [
+        replace(
+            joint,
+            origin=Pose(tuple((kind, fill(x)) for kind, x in joint.origin.steps)),
+            tip=Pose(tuple((kind, fill(x)) for kind, x in joint.tip.steps)),
+            armature=fill(joint.armature),
+            damping=fill(joint.damping),
+            friction=fill(joint.friction),
+        )
+        for joint in scene.joints
+    ]
+    return replace(scene, bodies=tuple(bodies), joints=tuple(joints), gravity=_three(fill, scene.gravity))
+
+
+def _three(fill: Callable[[Quantity], Quantity], vector: Vector) -> Vector:
+    return (fill(vector[0]), fill(vector[1]), fill(vector[2]))
+
+
+_BINARY: Mapping[Op, Callable[[Quantity, Quantity], Quantity]] = {
+    Op.ADD: folding.add,
+    Op.SUB: folding.sub,
+    Op.MUL: folding.mul,
+    Op.DIV: folding.div,
+}
+
+
+def _substituted(quantity: Quantity, values: Mapping[str, Quantity]) -> Quantity:
+    """Return a formula with values in place of symbols."""
+    if not quantity.args:
+        return values.get(str(quantity.value), quantity) if quantity.op is Op.SYMBOL else quantity
+    args = [_substituted(arg, values) for arg in quantity.args]
+    if quantity.op in _BINARY:
+        return _BINARY[quantity.op](args[0], args[1])
+    return folding.neg(args[0]) if quantity.op is Op.NEG else folding.function(quantity.op, *args)

@@ -1,0 +1,282 @@
+"""Robots from URDF files: links are bodies, joints are joints, the root link is the ground.
+
+Read are the parts that a mechanism has; what is drawn, sensed, transmitted or simulated (visual, collision, sensor,
+transmission, gazebo, ...) is left aside, as the format demands of elements that a reader has no use for. No mesh is
+opened and no package:// is looked up. Reference: the URDF XML specification, wiki.ros.org/urdf/XML.
+
+    origin rpy       R = Rz(yaw) Ry(pitch) Rx(roll), the rpy of a scene
+    inertia          about the centre of mass, along the axes of its origin; products are matrix entries, as here
+    axis             (1, 0, 0) when left out, of any length
+    damping          enters the equations; friction and limits are data
+    mimic            position = multiplier · position of the joint + offset
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from symdyn.errors import SceneError
+from symdyn.scene import folding
+from symdyn.scene.declare import Declaration, assemble
+from symdyn.scene.formats.attributes import Attributes
+from symdyn.scene.formats.naming import printable_names
+from symdyn.scene.formats.turned import Entries, turned
+from symdyn.scene.formats.xml import Element, read_xml
+from symdyn.scene.model import GROUND, NULL, Vector
+from symdyn.scene.names import listed, suggestion
+from symdyn.scene.quantity import ONE, ZERO, Quantity
+from symdyn.scene.reading import Reading, ReadOptions
+from symdyn.scene.spelling import spell
+from symdyn.scene.table import Entry, Faults, show
+
+TYPES = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
+
+LARGER_TYPES = {"floating": 6, "planar": 3}
+
+X_AXIS: Vector = (ONE, ZERO, ZERO)
+
+UNLIMITED = 10**9
+"""A limit of this size or more is none: the format demands numbers, and files write 1e9 or 1e16 for "no limit"."""
+
+INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+
+
+def read(path: Path, options: ReadOptions) -> Reading:
+    """Return the scene in a URDF file.
+
+    Raises:
+        SceneError: with every fault of the file, one line each.
+    """
+    return read_element(read_xml(path), str(path), options)
+
+
+def read_element(root: Element, source: str, options: ReadOptions) -> Reading:
+    """Return the scene below a <robot> element; `source` stands in front of every fault and note.
+
+    Raises:
+        SceneError: with every fault of the element, one line each.
+    """
+    if root.tag != "robot":
+        raise SceneError(f"{source}: its root is <{root.tag}>; the root of a URDF is <robot>")
+    _refuse_xacro(root, source)
+    faults = Faults(source)
+    robot = _Robot(root, faults, options)
+    declaration = Declaration(name=robot.name(), bodies=tuple(robot.bodies()), joints=tuple(robot.joints_in_file()))
+    robot.note_data()
+    scene = assemble(declaration, source, faults, options.allow_invalid_inertia)
+    return Reading(scene, tuple(faults.notes))
+
+
+def _refuse_xacro(root: Element, source: str) -> None:
+    """Refuse macros and expressions that xacro has yet to replace."""
+    advice = "run xacro first: xacro robot.xacro > robot.urdf"
+    for element in root.walk():
+        namespace, _, tag = element.tag.rpartition("}")
+        if "xacro" in namespace:
+            raise SceneError(f"{source}: line {element.line}: <xacro:{tag}> is a macro; {advice}")
+        for key, value in element.attributes.items():
+            if "${" in value and not namespace:
+                found = f"<{element.tag}> {key}={show(value)} is an expression of xacro"
+                raise SceneError(f"{source}: line {element.line}: {found}; {advice}")
+
+
+class _Robot:
+    """One walk over one file: links to bodies, joints to joints, names to printable names."""
+
+    def __init__(self, root: Element, faults: Faults, options: ReadOptions) -> None:
+        self.root, self.faults = root, faults
+        self.source = faults.source
+        self.attributes = Attributes(faults, options.snap)
+        self.links = [self._named(link) for link in root.all("link")]
+        self.joints = [self._named(joint) for joint in root.all("joint")]
+        self.body_name = self._printable([name for name, _ in self.links if name], "link")
+        self.joint_name = self._printable([name for name, _ in self.joints if name], "joint")
+        self.body_name.update(dict.fromkeys(self._roots(), GROUND))
+        self.data: dict[str, list[str]] = {}
+
+    def name(self) -> str:
+        """Return the name of the scene."""
+        given = self.root.attributes.get("name") or Path(self.source).stem
+        return self._printable([given], "robot")[given]
+
+    def bodies(self) -> list[Entry]:
+        """Return the links but the root."""
+        entries = []
+        for name, link in self.links:
+            where = self._where(name, link)
+            body = self._body(where, link)
+            if name and self.body_name[name] != GROUND:
+                entries.append(Entry(self.body_name[name], body, where))
+            elif name and body.get("mass", ZERO) != ZERO:
+                found = f"is the root and does not move; its mass ({spell(body['mass'])} kg) enters no equation"
+                self.faults.note(where, f"{found}, and the potential energy is that of the moving links")
+        return entries
+
+    def joints_in_file(self) -> list[Entry]:
+        """Return the joints."""
+        return [
+            Entry(self.joint_name[name], self._joint(self._where(name, joint), name, joint), self._where(name, joint))
+            for name, joint in self.joints
+            if name
+        ]
+
+    def note_data(self) -> None:
+        """Note what was snapped, and what was read that the equations do not hold, or that other tools leave out."""
+        self.attributes.note_snaps()
+        for what, names in self.data.items():
+            self.faults.note("", f"{what} ({listed(names)})")
+
+    # Names and tree
+
+    def _named(self, element: Element) -> tuple[str, Element]:
+        name = element.attributes.get("name", "").strip()
+        if not name:
+            advice = f'give one such as name="{element.tag}_1"'
+            self.faults.add(f"line {element.line}", f"<{element.tag}> has no name; {advice}")
+        return name, element
+
+    def _where(self, name: str, element: Element) -> str:
+        return f"line {element.line}: {element.tag} {name}".rstrip()
+
+    def _printable(self, names: list[str], kind: str) -> dict[str, str]:
+        chosen = printable_names(names, kind)
+        for name, better in chosen.items():
+            if name != better:
+                self.faults.note(f"{kind} {show(name)}", f"is called {better} here")
+        return chosen
+
+    def _roots(self) -> list[str]:
+        """Return the links that are nobody's child; in a tree there is one."""
+        children = {child for _, joint in self.joints if (child := _link_of(joint, "child"))}
+        roots = [name for name in self.body_name if name not in children]
+        if not self.links:
+            self.faults.add("", "there is no <link>; was it written by xacro from a file without content?")
+        elif not roots:
+            advice = "a URDF is a tree, and one link must be the root; delete the joint that closes the loop"
+            self.faults.add("", f"every link is the child of a joint; {advice}")
+        elif len(roots) > 1:
+            advice = "connect all but one of them by joints, such as fixed ones"
+            self.faults.add("", f"{len(roots)} links are the child of no joint: {listed(roots)}; {advice}")
+        return roots
+
+    # Links
+
+    def _body(self, where: str, link: Element) -> dict[str, Any]:
+        inertial = link.first("inertial")
+        if inertial is None:
+            return {}
+        mass, inertia, origin = inertial.first("mass"), inertial.first("inertia"), inertial.first("origin")
+        for tag, found in (("mass", mass), ("inertia", inertia)):
+            if found is None:
+                advice = "give both mass and inertia, or leave out <inertial> for a massless link"
+                self.faults.add(where, f"<inertial> has no <{tag}>; {advice}")
+        if mass is None or inertia is None:
+            return {}
+        table: dict[str, Any] = {"mass": self.attributes.number(where, mass, "value", None)}
+        xx, yy, zz, xy, xz, yz = (self.attributes.number(where, inertia, key, None) for key in INERTIA)
+        entries: Entries = (xx, yy, zz, xy, xz, yz)
+        rpy = self.attributes.angles(where, origin, "rpy")
+        if rpy != NULL:
+            entries = turned(entries, rpy)
+        table["com"] = self.attributes.vector(where, origin, "xyz")
+        table["inertia"] = dict(zip(("xx", "yy", "zz", "xy", "xz", "yz"), entries, strict=True))
+        table["inertia_about"] = "com"
+        return table
+
+    # Joints
+
+    def _joint(self, where: str, name: str, joint: Element) -> dict[str, object]:
+        origin = joint.first("origin")
+        table: dict[str, object] = {
+            "type": self._type(where, joint),
+            "parent": self._end(where, joint, "parent"),
+            "child": self._end(where, joint, "child"),
+            "origin": {
+                "xyz": self.attributes.vector(where, origin, "xyz"),
+                "rpy": self.attributes.angles(where, origin, "rpy"),
+            },
+        }
+        dynamics = joint.first("dynamics")
+        losses = {} if dynamics is None else self._losses(where, dynamics)
+        if table["type"] == "fixed":
+            for key in ("damping", "friction"):
+                if losses.get(key, ZERO) != ZERO:
+                    self._note(f"{key} of a fixed joint is left out", name)
+            if joint.first("mimic") is not None:
+                self._note("mimic of a fixed joint is left out", name)
+            return table
+        table["axis"] = self.attributes.vector(where, joint.first("axis"), "xyz", X_AXIS)
+        table.update(losses)
+        if losses.get("damping", ZERO) != ZERO:
+            self._note("damping enters the equations as -damping * rate", name)
+        if losses.get("friction", ZERO) != ZERO:
+            self._note("friction is kept as data and enters no equation", name)
+        table["limits"] = self._limits(where, joint)
+        mimic = joint.first("mimic")
+        if mimic is not None:
+            table["mimic"] = self._mimic(where, joint, mimic)
+        return table
+
+    def _type(self, where: str, joint: Element) -> str:
+        given = self.attributes.text(where, joint, "type", f"write one of {', '.join(TYPES)}")
+        if given in LARGER_TYPES:
+            found = f'type="{given}" has {LARGER_TYPES[given]} coordinates, and joints have one here'
+            advice = 'write type="fixed" to hold the link, or a chain of revolute and prismatic joints'
+            self.faults.add(where, f"{found}; {advice}")
+        elif given and given not in TYPES:
+            near = suggestion(given, [*TYPES, *LARGER_TYPES])
+            self.faults.add(where, f"type={show(given)} is not a joint of URDF; {near}")
+        return TYPES.get(given, "revolute")
+
+    def _end(self, where: str, joint: Element, key: str) -> str:
+        """Return the body that a joint hangs on, or carries."""
+        link = _link_of(joint, key)
+        if not link:
+            self.faults.add(where, f'<{key} link="..."> is missing; name the link there')
+            return ""
+        if link not in self.body_name:
+            self.faults.add(where, f"<{key}> link={show(link)} is not a link; {suggestion(link, self.body_name)}")
+            return ""
+        return self.body_name[link]
+
+    def _losses(self, where: str, dynamics: Element) -> dict[str, object]:
+        return {key: self.attributes.number(where, dynamics, key) for key in ("damping", "friction")}
+
+    def _limits(self, where: str, joint: Element) -> dict[str, Quantity]:
+        limit, kind = joint.first("limit"), joint.attributes.get("type")
+        if limit is None:
+            if kind in ("revolute", "prismatic"):
+                other = ', or make it type="continuous"' if kind == "revolute" else ""
+                advice = f'give <limit lower="-1" upper="1" effort="10" velocity="1"/>{other}'
+                self.faults.add(where, f"<limit> is missing; {advice}")
+            return {}
+        defaults = {} if kind == "continuous" else {"lower": ZERO, "upper": ZERO}
+        limits = {}
+        for key in (*defaults, "velocity", "effort"):
+            if limit.attributes.get(key, "").strip().lstrip("+-").lower() in ("inf", "infinity"):
+                continue
+            value = self.attributes.number(where, limit, key, defaults.get(key))
+            size = folding.fraction(value)
+            if size is None or -UNLIMITED < size < UNLIMITED:
+                limits[key] = value
+        return limits
+
+    def _mimic(self, where: str, joint: Element, mimic: Element) -> dict[str, object]:
+        leader = self.attributes.text(where, mimic, "joint", "name the joint to follow")
+        turns = joint.attributes.get("type") != "prismatic"
+        read_offset = self.attributes.angle if turns else self.attributes.number
+        return {
+            "joint": self.joint_name.get(leader, leader),
+            "ratio": self.attributes.number(where, mimic, "multiplier", ONE),
+            "offset": read_offset(where, mimic, "offset"),
+        }
+
+    def _note(self, what: str, name: str) -> None:
+        self.data.setdefault(what, []).append(name)
+
+
+def _link_of(joint: Element, key: str) -> str:
+    """Return the name of the link that <parent> or <child> gives, "" if it gives none."""
+    element = joint.first(key)
+    return "" if element is None else element.attributes.get("link", "").strip()

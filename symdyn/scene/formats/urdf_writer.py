@@ -1,0 +1,228 @@
+"""Scenes as URDF text.
+
+Bodies are links and joints are joints; the ground is the root link. A tip becomes a fixed joint, a named point a
+massless link on a fixed joint, point masses are part of their body's inertia. What is left is `lost`: the format has
+no gravity, no rotor inertia, no forces in formulas, no passive joints, and no names of coordinates and parameters.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+
+from symdyn.errors import SceneError
+from symdyn.scene.formats.naming import printable_names
+from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, xyz_rpy
+from symdyn.scene.formats.urdf import UNLIMITED
+from symdyn.scene.model import GROUND, STANDARD_GRAVITY, Body, Joint, Pose, Scene
+from symdyn.scene.names import listed
+from symdyn.scene.physical import central_inertia
+from symdyn.scene.quantity import ZERO, Quantity
+from symdyn.scene.reading import Written
+from symdyn.scene.spelling import spell
+from symdyn.scene.value import Value, value_of
+
+INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+
+NEARLY_ONE = 1e-5
+"""Lengths this close to 1 are those of unit vectors that were rounded; every reader makes them exact."""
+
+INDENT = "  "
+
+
+def write_text(scene: Scene) -> Written:
+    """Return the scene as URDF text, and what the format cannot hold.
+
+    Raises:
+        SceneError: a parameter has no value, or a body has a first moment without a mass.
+    """
+    free = [parameter.name for parameter in scene.free_parameters]
+    if free:
+        advice = "give each a value, or write TOML"
+        raise SceneError(f"{scene.name}: URDF holds numbers only, and {listed(free)} have no value; {advice}")
+    return Written(_Writer(scene).text(), tuple(_lost(scene)))
+
+
+def _lost(scene: Scene) -> list[str]:
+    """Return what the format cannot hold, one line each."""
+    lost = []
+    if scene.parameters:
+        names = listed(parameter.name for parameter in scene.parameters)
+        lost.append(f"the names of parameters: {names} are written as their values")
+    values = _values(scene)
+    if [value_of(x, values) for x in scene.gravity] != [value_of(x, values) for x in STANDARD_GRAVITY]:
+        shown = ", ".join(spell(x) for x in scene.gravity)
+        lost.append(f"gravity = [{shown}]: readers of URDF take [0, 0, -9.81]")
+    names = listed(q for k, q in enumerate(scene.coordinates, start=1) if q != f"q{k}")
+    if names != "none":
+        lost.append(f"the names of coordinates: {names} are called q1, q2, ... when the file is read again")
+    names = listed(j.drive for k, j in enumerate(scene.moving, start=1) if j.drive and j.drive != f"tau{k}")
+    if names != "none":
+        lost.append(f"the names of drives: {names} are called tau1, tau2, ... when the file is read again")
+    for joint in scene.joints:
+        where = f"joints.{joint.name}"
+        if joint.coordinate and joint.drive is None:
+            lost.append(f"{where}: drive = false: every joint of a URDF that moves is driven")
+        if joint.force != ZERO:
+            lost.append(f"{where}: force = {spell(joint.force)}: there are no forces in formulas")
+        if joint.armature != ZERO:
+            lost.append(f"{where}: armature = {spell(joint.armature)}: there is no rotor inertia")
+    return lost
+
+
+def _values(scene: Scene) -> dict[str, Value]:
+    found = {p.name: value_of(p.value, {}) for p in scene.parameters if p.value is not None}
+    return {name: value for name, value in found.items() if value is not None}
+
+
+class _Writer:
+    """One scene, with the values of its parameters and names for the links and joints that URDF needs on top."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene, self.values = scene, _values(scene)
+        self.frames = [body.name for body in scene.bodies] + [point.name for point in scene.points]
+        self.joints = [joint.name for joint in scene.joints]
+        self.leaders = {joint.coordinate: joint.name for joint in scene.moving}
+
+    def text(self) -> str:
+        """Return the file."""
+        lines = _element("link", GROUND)
+        for joint, body in zip(self.scene.joints, self.scene.bodies, strict=True):
+            carried = body.name
+            if joint.tip.steps:
+                carried = self.new(self.frames, f"{body.name}_base")
+                lines += [*_element("link", carried), *self.joint(joint, carried)]
+                lines += self.fixed(self.new(self.joints, f"{joint.name}_tip"), carried, body.name, joint.tip)
+            else:
+                lines += self.joint(joint, carried)
+            lines += _element("link", body.name, self.inertial(body))
+        for point in self.scene.points:
+            lines += _element("link", point.name)
+            lines += self.fixed(self.new(self.joints, f"{point.name}_joint"), point.body, point.name, point.at)
+        return "\n".join(['<?xml version="1.0"?>', *_element("robot", self.scene.name, lines)]) + "\n"
+
+    def new(self, taken: list[str], name: str) -> str:
+        """Return a name like `name` that is not taken, and take it."""
+        found, k = printable_names([name], "link")[name], 2
+        while found in taken:
+            found, k = f"{name}_{k}", k + 1
+        taken.append(found)
+        return found
+
+    def inertial(self, body: Body) -> list[str]:
+        """Return the lines of a body's mass and inertia, point masses included; none for a massless body."""
+        mass, com, inertia = self.combined(body)
+        if not mass and not any(inertia):
+            return []
+        entries = " ".join(f'{key}="{decimal_text(x)}"' for key, x in zip(INERTIA, inertia, strict=True))
+        origin = [f'<origin xyz="{_words(com)}"/>'] if any(com) else []
+        return _element("inertial", "", [*origin, f'<mass value="{decimal_text(mass)}"/>', f"<inertia {entries}/>"])
+
+    def combined(self, body: Body) -> tuple[Value, list[Value], list[Value]]:
+        """Return mass, centre of mass and inertia about it (xx, yy, zz, xy, xz, yz) of a body with its point masses."""
+        parts = [(self.value(body.mass), self.centre(body))]
+        parts += [(self.value(p.mass), [self.value(x) for x in p.at]) for p in body.particles]
+        matrix = central_inertia(body, self.values)
+        assert matrix is not None, "all values are known, and a first moment has a mass"
+        total = sum((mass for mass, _ in parts), start=Fraction(0))
+        if not body.particles or not total:
+            com = parts[0][1]
+        else:
+            com = [sum((m * r[i] for m, r in parts), start=Fraction(0)) / total for i in range(3)]
+        for mass, place in parts:
+            arm = [x - y for x, y in zip(place, com, strict=True)]
+            square = sum((x * x for x in arm), start=Fraction(0))
+            for i in range(3):
+                for j in range(3):
+                    matrix[i][j] += mass * ((square if i == j else 0) - arm[i] * arm[j])
+        (xx, xy, xz), (_, yy, yz), (_, _, zz) = matrix
+        return total, com, [xx, yy, zz, xy, xz, yz]
+
+    def centre(self, body: Body) -> list[Value]:
+        """Return the centre of mass of the extended part, m."""
+        if body.first_moment is None:
+            assert body.com is not None
+            return [self.value(x) for x in body.com]
+        mass, moment = self.value(body.mass), [self.value(x) for x in body.first_moment]
+        if mass:
+            return [x / mass for x in moment]
+        if any(moment):
+            advice = "give it a mass, or write TOML"
+            raise SceneError(f"{self.scene.name}: bodies.{body.name}: has a first moment but no mass; {advice}")
+        return [Fraction(0)] * 3
+
+    def joint(self, joint: Joint, child: str) -> list[str]:
+        """Return the lines of a joint."""
+        if not joint.moves:
+            return self.fixed(joint.name, joint.parent, child, joint.origin)
+        limits = joint.limits
+        bounded = limits.lower is not None or limits.upper is not None
+        kind = "continuous" if joint.type == "revolute" and not bounded else joint.type
+        inside = [f'<axis xyz="{self.axis(joint)}"/>']
+        bounds = {"velocity": limits.velocity, "effort": limits.effort}
+        if kind != "continuous":
+            bounds = {"lower": limits.lower, "upper": limits.upper, **bounds}
+        if kind != "continuous" or limits.velocity or limits.effort:
+            shown = " ".join(f'{key}="{self.limit(key, value)}"' for key, value in bounds.items())
+            inside.append(f"<limit {shown}/>")
+        if joint.damping != ZERO or joint.friction != ZERO:
+            damping, friction = (decimal_text(self.value(x)) for x in (joint.damping, joint.friction))
+            inside.append(f'<dynamics damping="{damping}" friction="{friction}"/>')
+        if joint.coupling is not None:
+            ratio, offset = decimal_text(self.value(joint.coupling.ratio)), self.offset(joint)
+            leader = self.leaders[joint.coupling.coordinate]
+            inside.append(f'<mimic joint="{leader}" multiplier="{ratio}" offset="{offset}"/>')
+        return self.ends(joint.name, kind, joint.parent, child, joint.origin, inside)
+
+    def fixed(self, name: str, parent: str, child: str, origin: Pose) -> list[str]:
+        """Return the lines of a fixed joint."""
+        return self.ends(name, "fixed", parent, child, origin, [])
+
+    def ends(self, name: str, kind: str, parent: str, child: str, origin: Pose, inside: Sequence[str]) -> list[str]:
+        """Return the lines of any joint."""
+        xyz, rpy = xyz_rpy(origin, self.values)
+        shift = f' xyz="{_words(xyz)}"' if any(xyz) else ""
+        turn = f' rpy="{" ".join(angle_text(x) for x in rpy)}"' if any(rpy) else ""
+        place = [f"<origin{shift}{turn}/>"] if shift or turn else []
+        lines = [*place, f'<parent link="{parent}"/>', f'<child link="{child}"/>', *inside]
+        return _element("joint", name, lines, f' type="{kind}"')
+
+    def axis(self, joint: Joint) -> str:
+        """Return the axis with length one, as the format wants it; rounded unit vectors are left as they are."""
+        axis = [self.value(x) for x in joint.axis]
+        if abs(math.hypot(*map(float, axis)) - 1) < NEARLY_ONE:
+            return _words(axis)
+        if sum(map(bool, axis)) == 1:
+            return _words([Fraction((x > 0) - (x < 0)) for x in axis])
+        length = math.hypot(*(float(x) for x in axis))
+        return _words([float(x) / length if x else Fraction(0) for x in axis])
+
+    def offset(self, joint: Joint) -> str:
+        """Return the offset of a joint that follows another one, an angle if it turns."""
+        assert joint.coupling is not None, "the joint follows another one"
+        if joint.type == "revolute":
+            return angle_text(known_angle(joint.coupling.offset, self.values))
+        return decimal_text(self.value(joint.coupling.offset))
+
+    def limit(self, key: str, quantity: Quantity | None) -> str:
+        """Return a limit; the format demands a number where there is none."""
+        if quantity is None:
+            return str(-UNLIMITED if key == "lower" else UNLIMITED)
+        return decimal_text(self.value(quantity))
+
+    def value(self, quantity: Quantity) -> Value:
+        """Return the value of a quantity."""
+        return known(quantity, self.values)
+
+
+def _element(tag: str, name: str, inside: Sequence[str] = (), more: str = "") -> list[str]:
+    """Return an element, what is inside indented by one step."""
+    opening = f'{tag} name="{name}"{more}' if name else tag
+    if not inside:
+        return [f"<{opening}/>"]
+    return [f"<{opening}>", *(INDENT + line for line in inside), f"</{tag}>"]
+
+
+def _words(numbers: Sequence[Value]) -> str:
+    return " ".join(decimal_text(x) for x in numbers)

@@ -1,0 +1,185 @@
+"""XML that a stranger wrote, read without trusting it: time and memory stay bounded whatever the file holds.
+
+Document types are refused whole, so that there are no entities to expand and nothing outside to fetch. The text is fed
+to the parser in small pieces and refused as soon as it nests too deep, grows too many elements, or opens a tag that
+does not end. What remains is a plain tree of elements with the lines they stand in; text between tags is dropped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+from xml.etree.ElementTree import ParseError
+
+from defusedxml.common import DefusedXmlException
+from defusedxml.ElementTree import DefusedXMLParser
+
+from symdyn.errors import SceneError
+from symdyn.scene.table import shorten
+
+LARGEST_FILE = 32 * 2**20
+LONGEST_TAG = 2**20
+DEEPEST = 200
+MOST_ELEMENTS = 500_000
+PIECE = 2**16
+
+
+@dataclass(frozen=True, eq=False)
+class Element:
+    """An element of an XML file.
+
+    Attributes:
+        tag: its name; one of a namespace reads {namespace}name.
+        attributes: by name, in the order of the file.
+        line: where it begins, from 1.
+        children: elements inside it, in the order of the file.
+    """
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    children: list[Element] = field(default_factory=list)
+
+    def all(self, tag: str) -> list[Element]:
+        """Return the children called `tag`."""
+        return [child for child in self.children if child.tag == tag]
+
+    def first(self, tag: str) -> Element | None:
+        """Return the first child called `tag`, as readers of URDF do when there are several."""
+        return next((child for child in self.children if child.tag == tag), None)
+
+    def walk(self) -> Iterator[Element]:
+        """Return the element and everything inside it, in the order of the file."""
+        stack = [self]
+        while stack:
+            element = stack.pop()
+            yield element
+            stack.extend(reversed(element.children))
+
+
+def read_xml(path: Path) -> Element:
+    """Return the root element of an XML file.
+
+    Raises:
+        SceneError: in one line, why the file is not XML that can be read.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+    except FileNotFoundError:
+        raise SceneError(f"{path}: there is no such file; check the path") from None
+    except IsADirectoryError:
+        raise SceneError(f"{path}: is a folder; give a file such as {path}/robot.urdf") from None
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
+    return parse_xml(content, str(path))
+
+
+def parse_xml(content: bytes, source: str) -> Element:
+    """Return the root element of XML text.
+
+    Args:
+        content: the file as bytes; its declaration or its first bytes tell the encoding, UTF-8 without them.
+        source: name of the file, for messages.
+
+    Raises:
+        SceneError: in one line, why the text is not XML that can be read.
+    """
+    if len(content) > LARGEST_FILE:
+        raise SceneError(
+            f"{source}: holds more than {LARGEST_FILE >> 20} MB; a robot file has no need of that, "
+            "keep meshes and textures in files of their own"
+        )
+    if not content.strip():
+        raise SceneError(f"{source}: is empty; give a robot file")
+    builder = _Builder()
+    parser = DefusedXMLParser(target=builder, forbid_dtd=True, forbid_entities=True, forbid_external=True)
+    builder.expat = parser.parser
+    try:
+        for start in range(0, len(content), PIECE):
+            parser.feed(content[start : start + PIECE])
+            if start - builder.expat.CurrentByteIndex > LONGEST_TAG:
+                line = builder.expat.CurrentLineNumber
+                raise _BoundError(f"line {line}: a tag is longer than {LONGEST_TAG >> 20} MB; check that it is closed")
+        root = parser.close()
+    except _BoundError as refusal:
+        raise SceneError(f"{source}: {refusal}") from None
+    except DefusedXmlException:
+        line = builder.expat.CurrentLineNumber
+        advice = "delete <!DOCTYPE ...> and write out what its entities stand for"
+        raise SceneError(f"{source}: line {line}: a document type or an entity is not read; {advice}") from None
+    except ParseError as error:
+        raise SceneError(f"{source}: {_place(error)}: is not well-formed XML: {_reason(error)}") from None
+    except (LookupError, ValueError) as error:
+        advice = "save the file as UTF-8"
+        raise SceneError(f"{source}: is in an encoding that cannot be read ({shorten(str(error))}); {advice}") from None
+    assert isinstance(root, Element), "the parser returns what the builder closed"
+    return root
+
+
+class _Expat(Protocol):
+    CurrentLineNumber: int
+    CurrentByteIndex: int
+
+
+class _BoundError(Exception):
+    """A file that breaks a bound."""
+
+
+class _Builder:
+    """What the parser tells becomes elements; `open` are the elements that have not ended."""
+
+    expat: _Expat
+
+    def __init__(self) -> None:
+        self.root: Element | None = None
+        self.open: list[Element] = []
+        self.count = 0
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        line = self.expat.CurrentLineNumber
+        self.count += 1
+        if len(self.open) >= DEEPEST:
+            raise _BoundError(
+                f"line {line}: <{shorten(tag)}> nests deeper than {DEEPEST} levels; check that tags close"
+            )
+        if self.count > MOST_ELEMENTS:
+            raise _BoundError(f"line {line}: there are more than {MOST_ELEMENTS} elements; no robot file needs as many")
+        element = Element(tag, attributes, line)
+        if self.open:
+            self.open[-1].children.append(element)
+        else:
+            self.root = element
+        self.open.append(element)
+
+    def end(self, tag: str) -> None:
+        self.open.pop()
+
+    def close(self) -> Element | None:
+        return self.root
+
+
+def _place(error: ParseError) -> str:
+    line, column = error.position
+    return f"line {line}, column {column + 1}"
+
+
+def _reason(error: ParseError) -> str:
+    """Return the parser's words without the place, and what would work."""
+    reason = str(error).rsplit(": line", maxsplit=1)[0]
+    remedies = {
+        "mismatched tag": "close every tag in the order in which they were opened",
+        "no element found": "the file breaks off; is it complete?",
+        "not well-formed (invalid token)": "check quotes, & (write &amp;), and that the file is saved as UTF-8 text",
+        "syntax error": "does it begin with < and the name of its root, such as <robot>?",
+        "unbound prefix": "declare the prefix at the root, such as xmlns:xacro=..., or delete the element",
+        "junk after document element": "one root element holds everything else",
+        "undefined entity": "write the character itself",
+        "unclosed token": "the file breaks off inside a tag; is it complete?",
+        "duplicate attribute": "give it once",
+        "encoding specified in XML declaration is incorrect": "save the file as UTF-8 and declare that",
+    }
+    remedy = remedies.get(reason)
+    return f"{reason}; {remedy}" if remedy else reason

@@ -1,0 +1,358 @@
+"""Khalil parameter files: the geometry of the book, SYMORO's signs, and the way back."""
+
+from __future__ import annotations
+
+import math
+import random
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from symdyn.build import lambdify
+from symdyn.dynamics import derive
+from symdyn.errors import SceneError
+from symdyn.graph import Graph
+from symdyn.scene import Pose, Scene, body, express, fixed, prismatic, read, revolute, scene, spell, write_text
+from symdyn.scene.formats import par, par_writer
+from symdyn.scene.formats.par_frames import rows
+from symdyn.scene.quantity import number, symbol
+from symdyn.scene.reading import ReadOptions
+from symdyn.scene.value import value_of
+from symdyn.verify import PROVED, Claim, prove
+
+ROOT = Path(__file__).parents[1]
+
+DATA = Path(__file__).parent / "data"
+
+INVALID = ReadOptions(allow_invalid_inertia=True)
+
+SMALL = "NL = 1\nNJ = 1\nSigma = {0}\nTheta = {t1}\nM = {2}\nZZ = {1}\nYY = {1}\nXX = {1}\nG = {0, -9.81, 0}\n"
+
+
+def read_par(name: str, **options: bool) -> Scene:
+    return par.read(DATA / name, ReadOptions(**options)).scene
+
+
+def elementary(kind: str, x: float) -> np.ndarray:
+    T = np.eye(4)
+    k = "xyz".index(kind[1])
+    if kind[0] == "T":
+        T[k, 3] = x
+        return T
+    i, j = (k + 1) % 3, (k + 2) % 3
+    T[i, i] = T[j, j] = math.cos(x)
+    T[i, j], T[j, i] = -math.sin(x), math.sin(x)
+    return T
+
+
+def placed(steps: object, values: dict[str, Fraction] | None = None) -> np.ndarray:
+    T = np.eye(4)
+    for kind, amount in steps:  # type: ignore[attr-defined]
+        T = T @ elementary(kind, float(value_of(amount, values or {})))  # type: ignore[arg-type]
+    return T
+
+
+def row_steps(row: object) -> list[tuple[str, object]]:
+    names = (("Rz", "gamma"), ("Tz", "b"), ("Rx", "alpha"), ("Tx", "d"), ("Rz", "theta"), ("Tz", "r"))
+    return [(kind, getattr(row, name)) for kind, name in names]
+
+
+def same_dynamics(one: Scene, other: Scene) -> None:
+    """Prove that inverse dynamics of two scenes are the same function, coordinates and parameters by name."""
+    left, right = (derive(each)["inverse_dynamics"].entries for each in (one, other))
+    claim = Claim("inverse dynamics", one.source, other.source, tuple(left), tuple(right))
+    _, (finding,) = prove([claim])
+    assert finding.verdict == PROVED
+
+
+# Reading
+
+
+def test_rx90_reaches_where_the_book_says() -> None:
+    """Khalil & Dombre 2002, direct geometric model of the Staubli RX-90, position of frame 6."""
+    robot = read_par("rx90.par")
+    D3, RL4 = 0.45, 0.38
+    known = {"D3": Fraction("0.45"), "RL4": Fraction("0.38")}
+    rng = random.Random(3)
+    for _ in range(5):
+        q = [rng.uniform(-3, 3) for _ in range(6)]
+        T = np.eye(4)
+        for joint, x in zip(robot.joints, q, strict=True):
+            T = T @ placed(joint.origin.steps, known) @ elementary("Rz", x)
+        reach = math.sin(q[1] + q[2]) * RL4 - math.cos(q[1]) * D3
+        height = math.cos(q[1] + q[2]) * RL4 + math.sin(q[1]) * D3
+        np.testing.assert_allclose(T[:3, 3], [-math.cos(q[0]) * reach, -math.sin(q[0]) * reach, height], atol=1e-15)
+
+
+def test_rx90_names_are_those_of_the_file() -> None:
+    robot = read_par("rx90.par")
+    assert robot.name == "RX90"
+    assert robot.coordinates == ("t1", "t2", "t3", "t4", "t5", "t6")
+    assert [joint.drive for joint in robot.joints] == [f"GAM{j}" for j in range(1, 7)]
+    assert [p.name for p in robot.parameters[:3]] == ["IA1", "FV1", "FS1"]
+    link = robot.bodies[2]
+    assert (link.mass, link.first_moment, link.about) == (
+        symbol("M3"), (symbol("MX3"), symbol("MY3"), symbol("MZ3")), "frame",
+    )  # fmt: skip
+    assert [spell(x) for x in link.inertia] == ["XX3", "YY3", "ZZ3", "XY3", "XZ3", "YZ3"]
+    third = robot.joints[2]
+    assert (third.armature, third.damping, third.friction) == (symbol("IA3"), symbol("FV3"), symbol("FS3"))
+
+
+def test_a_link_let_go_falls_along_g() -> None:
+    text = "NL = 1\nNJ = 1\nSigma = {1}\nTheta = {0}\nR = {r1}\nM = {2}\nG = {0, 0, -9.81}\n"
+    falling = par.read_text(text, "fall.par").scene
+    assert lambdify(falling, "forward_dynamics")([0.0], [0.0], [0.0]) == pytest.approx([-9.81])
+
+
+def test_frames_of_every_kind_are_placed_by_six_parameters() -> None:
+    robot = read_par("tree.par")
+    assert [joint.type for joint in robot.joints] == ["revolute", "prismatic", "fixed", "revolute", "revolute"]
+    assert [joint.parent for joint in robot.joints] == ["ground", "link1", "link1", "link3", "link4"]
+    assert robot.coordinates == ("th1", "r2", "th4", "th5")
+    assert [joint.drive for joint in robot.joints] == ["tau1", "tau2", None, "tau3", None]
+    steps = {joint.name: [(kind, spell(x)) for kind, x in joint.origin.steps] for joint in robot.joints}
+    assert steps["joint2"] == [
+        ("Rz", "pi/2"), ("Rx", "0.3"), ("Tx", "0.15"), ("Rz", "pi/4"), ("Tz", "0.1"),
+    ]  # fmt: skip
+    assert steps["joint3"] == [("Rz", "-pi/2"), ("Tz", "0.2"), ("Rx", "pi/2"), ("Tx", "L3"), ("Rz", "pi")]
+    assert steps["joint4"] == [("Rx", "-pi/2"), ("Rz", "-pi/2"), ("Tz", "RL4")]
+    assert steps["joint5"] == [("Rz", "pi/6"), ("Tz", "-0.1"), ("Rx", "pi/3"), ("Tx", "0.0625")]
+
+
+def test_decimals_of_pi_are_snapped_with_a_note_and_only_if_wanted() -> None:
+    reading = par.read(DATA / "tree.par", ReadOptions())
+    assert [note.partition(": ")[2] for note in reading.notes] == [
+        "frame 3: gamma = -1.5707963 is read as -pi/2",
+        "frame 5: alpha = 1.0472 is read as pi/3",
+    ]
+    plain = par.read(DATA / "tree.par", ReadOptions(snap=False))
+    assert plain.notes == ()
+    assert plain.scene.joints[2].origin.steps[0] == ("Rz", number(Fraction("-1.5707963")))
+
+
+def test_words_of_both_programs_are_understood() -> None:
+    text = SMALL.replace("ZZ = {1}", "ZZ = {2*Cos[Pi/3]*Sqrt[1/4]^2 + (1 + 1)/2*3/4}")
+    assert par.read_text(text, "small.par").scene.bodies[0].inertia[2] is not None
+    value = value_of(par.read_text(text, "small.par").scene.bodies[0].inertia[2], {})
+    assert float(value) == pytest.approx(1)  # type: ignore[arg-type]
+    text = SMALL.replace("ZZ = {1}", "ZZ = {atan2(1, 1)*4/pi}")
+    assert float(value_of(par.read_text(text, "s.par").scene.bodies[0].inertia[2], {})) == 1  # type: ignore[arg-type]
+
+
+def test_symbols_that_cannot_be_printed_are_renamed_with_a_note() -> None:
+    reading = par.read_text(SMALL.replace("t1", "lambda").replace("M = {2}", "M = {q}"), "small.par")
+    assert reading.scene.coordinates == ("lambda_symbol",)
+    assert [p.name for p in reading.scene.parameters] == ["q_symbol"]
+    assert "small.par: the symbol lambda is called lambda_symbol" in reading.notes
+
+
+def test_placeholders_of_external_wrenches_are_noted_and_others_refused() -> None:
+    reading = par.read_text(SMALL + "FX = {FX1}\nCZ = {CZ1}\n", "small.par")
+    assert "small.par: frame 1: the external wrench FX1, CZ1 is read as zero" in reading.notes
+    with pytest.raises(SceneError, match=r"small.par: frame 1: an external wrench 5 acts on the link"):
+        par.read_text(SMALL + "FX = {5}\n", "small.par")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("NJ = 1", "NJ = 2"), r"has closed loops \(NL = 1, NJ = 2, NF = 3\), .* until then cut them"),
+        (("NL = 1", "Type = 2\nNL = 1"), "has closed loops"),
+        (("NL = 1", "NL = one"), 'NL = "one" is not a whole number'),
+        (("Sigma = {0}", "Sigma = {3}"), 'frame 1: sigma = "3" is not a whole number from 0 to 2'),
+        (("Theta = {t1}", "Theta = {0.3}"), "frame 1: theta = 0.3 is no coordinate; name the coordinate, such as th1"),
+        (("Theta = {t1}", "Theta = {t1 + t2}"), r"frame 1: theta = t1 \+ t2 is no coordinate"),
+        (("Theta = {t1}", "Theta = {2*t1}"), r"frame 1: theta = 2\*t1 is no coordinate"),
+        (("Theta = {t1}\n", ""), "theta is missing; give one value a frame"),
+        (("M = {2}", "M = {2, 3}"), "m has 2 values; 1 are needed"),
+        (("M = {2}", "M = {-2}"), "frame 1: mass = -2 is negative"),
+        (("ZZ = {1}", "ZZ = {3}"), "frame 1: inertia .* is one that no body has"),
+        (("M = {2}", "M = {2"), 'line 5: "M = {2" is no statement'),
+        (("M = {2}", "M = {2}\nM = {3}"), "line 6: M is given twice"),
+        (("M = {2}", "M = {2 +}"), r'frame 1: m = "2 \+" is not a usable formula'),
+        (("M = {2}", "M = {2*t1}"), r"frame 1: mass = 2\*t1 uses t1, which moves"),
+        (("G = {0, -9.81, 0}", ""), "G is missing"),
+        (("M = {2}", "M = {2}\nV0 = {1, 0, 0}"), "the base of a scene is at rest"),
+        (("M = {2}", "M = {2}\nis_floating = True"), "is_floating = True: free bases come with free joints"),
+        (("M = {2}", "M = {2}\neta = {1}"), "frame 1: eta = 1: joints of a scene are rigid"),
+        (("M = {2}", "M = {2}\nAnt = {2}"), 'frame 1: ant = "2" is not a whole number from 0 to 1'),
+        (("M = {2}", "M = {2}\nAnt = {1}"), "frame 1: its body hangs on itself"),
+    ],
+)
+def test_faults_name_the_frame_and_the_key(change: tuple[str, str], message: str) -> None:
+    with pytest.raises(SceneError, match=message) as caught:
+        par.read_text(SMALL.replace(*change), "small.par")
+    assert all(line.startswith("small.par: ") for line in str(caught.value).splitlines())
+
+
+def test_two_joints_with_one_coordinate_are_refused() -> None:
+    text = "NL = 2\nNJ = 2\nSigma = {0, 0}\nTheta = {t1, t1}\nM = {1, 1}\nG = {0, 0, 0}"
+    with pytest.raises(SceneError, match="frame 2: theta = t1 is the coordinate of frame 1"):
+        par.read_text(text, "two.par")
+
+
+def test_unknown_keys_and_missing_lists_are_noted() -> None:
+    notes = par.read_text(SMALL + "Color = {3}\n", "small.par").notes
+    assert "small.par: line 10: Color is not a key of parameter files; it is left out" in notes
+    assert any("XY, XZ, YZ, MX, MY, MZ, IA, FV, FS are not given and read as zero" in note for note in notes)
+
+
+# Writing
+
+
+@pytest.mark.parametrize("name", ["rx90.par", "tree.par"])
+def test_what_was_read_is_written_and_read_again(name: str) -> None:
+    once = read_par(name)
+    written = par_writer.write_text(once)
+    assert written.lost == ()
+    again = par.read_text(written.text, name)
+    assert again.scene == once
+    assert par_writer.write_text(again.scene).text == written.text
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.toml")), ids=lambda path: path.stem)
+def test_every_example_keeps_its_dynamics(path: Path) -> None:
+    """puma560 is a standard Denavit-Hartenberg table: its link frames move, its equations do not."""
+    once = read(path)
+    bare = Scene(
+        once.name,
+        once.parameters,
+        once.gravity,
+        once.bodies,
+        tuple(without_force(joint) for joint in once.joints),
+        source=once.source,
+    )
+    written = par_writer.write_text(bare)
+    again = par.read_text(written.text, path.stem + ".par", INVALID).scene
+    same_dynamics(par_writer._filled(bare), again)
+    assert par_writer.write_text(again).text == written.text
+
+
+def without_force(joint: object) -> object:
+    from dataclasses import replace
+
+    return replace(joint, force=number(0))  # type: ignore[type-var]
+
+
+def test_puma_becomes_the_table_of_modified_parameters() -> None:
+    text = par_writer.write_text(read(ROOT / "examples/puma560.toml")).text
+    lines = text.splitlines()
+    assert "alpha = {0, pi/2, 0, -pi/2, pi/2, -pi/2}" in lines
+    assert "d = {0, 0, 0.4318, 0.0203, 0, 0}" in lines
+    assert "r = {0, 0, 0.15005, 0.4318, 0, 0}" in lines
+
+
+def test_axes_and_tips_of_any_direction_are_written_exactly() -> None:
+    inertia = {"xx": 0.2, "yy": 0.3, "zz": 0.25, "xy": 0.01, "xz": -0.02, "yz": 0.03}
+    common = {"mass": 2, "com": [0.1, -0.2, 0.3], "inertia": inertia, "inertia_about": "com"}
+    del common["inertia_about"]
+    links = [body(name, about="com", **common) for name in ("a", "b", "c", "e")]  # type: ignore[arg-type]
+    joints = [
+        revolute("j1", "ground", "a", axis=[0, -1, 0], origin={"xyz": [0.1, 0.2, 0.3], "rpy": ["pi/2", 0, "-pi/2"]}),
+        prismatic("j2", "a", "b", axis=[-2, 0, 0], origin={"xyz": [0.1, 0, 0], "rpy": [0.3, 0.2, "pi/3"]}),
+        fixed("j3", "b", "c", origin={"xyz": [0.1, "l", 0.3], "rpy": ["pi/4", 0, 0]}),
+        revolute("j4", "c", "e", axis=[0, 0, 1], origin=[["Ry", "0.7"], ["Tx", "l"]], tip=[["Ry", "pi/2"], ["Ty", 2]]),
+    ]
+    once = scene("odd", parameters={"l": None}, bodies=links, joints=joints)
+    written = par_writer.write_text(once)
+    again = par.read_text(written.text, "odd.par").scene
+    same_dynamics(once, again)
+    assert [joint.name for joint in again.joints if joint.coordinate] == ["j1", "j2", "j4"]
+    assert [b.name for b in again.bodies if not b.name.count("_frame")] == ["a", "b", "c", "e"]
+
+
+def test_an_oblique_axis_is_written_with_its_arctangents() -> None:
+    links = [body("a", mass=1, com=[0.1, 0.2, 0.3], inertia=[1, 1, 1], about="com")]
+    once = scene("odd", bodies=links, joints=[revolute("j", "ground", "a", axis=[1, 2, -2])])
+    again = par.read_text(par_writer.write_text(once).text, "odd.par").scene
+    for q in (0.3, -1.2):
+        ours, theirs = (lambdify(each, "inverse_dynamics")([q], [0.5], [0.7]) for each in (once, again))
+        assert ours == pytest.approx(theirs, rel=1e-14)
+
+
+def test_rows_multiply_to_the_placement() -> None:
+    rng = random.Random(5)
+    angles = [number(0), *(number(Fraction(rng.randint(-20, 20), 7)) for _ in range(3))]
+    right = [par_writer.towards((number(x), number(0), number(0)))[0][1] for x in (1, -1)]
+    for _ in range(300):
+        pool = right if rng.random() < 0.5 else [*angles, *right]
+        steps = [
+            (kind, rng.choice(pool) if kind[0] == "R" else number(Fraction(rng.randint(-3, 3), 4)))
+            for kind in rng.choices(("Tx", "Ty", "Tz", "Rx", "Ry", "Rz"), k=rng.randint(0, 6))
+        ]
+        found = rows(steps)
+        T = np.eye(4)
+        for row in found:
+            T = T @ placed(row_steps(row))
+        np.testing.assert_allclose(T, placed(steps), atol=1e-13)
+
+
+def test_right_angled_placements_need_one_row() -> None:
+    half = par_writer.towards((number(1), number(0), number(0)))[0][1]
+    for steps in (
+        [("Tx", symbol("a")), ("Ty", symbol("b")), ("Tz", symbol("c")), ("Rx", half)],
+        [("Ty", symbol("b")), ("Tz", symbol("c")), ("Ry", half)],
+        [("Tx", symbol("a")), ("Tz", symbol("c"))],
+        [("Ty", symbol("b")), ("Rz", half)],
+    ):
+        assert len(rows(steps)) == 1
+
+
+def test_a_symbol_beside_the_coordinate_gets_a_frame_of_its_own() -> None:
+    link = body("a", mass=1, com=[0.1, 0, 0], inertia=[1, 1, 1], about="com")
+    once = scene(
+        "tilted", parameters={"off": None}, bodies=[link], joints=[revolute("j", "ground", "a", origin=[["Rz", "off"]])]
+    )
+    text = par_writer.write_text(once).text
+    assert "theta = {off, q1}" in text
+    same_dynamics(once, par.read_text(text, "tilted.par").scene)
+
+
+def test_what_is_lost_is_listed_and_refused_without_lossy() -> None:
+    once = read(ROOT / "examples/cart_pole.toml")
+    lost = par_writer.write_text(once).lost
+    assert "parameters.mp: its value 0.1 stands in place of the name" in lost
+    assert "joints.rail: force = -b*x_dot, which the equations lack without it" in lost
+    assert "points.tip" in lost
+    with pytest.raises(SceneError, match=r"points\.tip\n(.*\n)*.*par cannot hold all of this; --lossy"):
+        write_text(once, "par")
+    assert write_text(once, "par", lossy=True).text.startswith("(* Robotname = 'cart_pole' *)")
+
+
+def test_coupled_joints_are_refused() -> None:
+    links = [body(name, mass=1, inertia=[1, 1, 1], about="com") for name in "ab"]
+    joints = [
+        revolute("j1", "ground", "a"),
+        revolute("j2", "a", "b", mimic={"joint": "j1", "ratio": 2}, drive=False),
+    ]
+    with pytest.raises(SceneError, match=r"twins: joints\.j2: a \.par file has no joints that follow others"):
+        par_writer.write_text(scene("twins", bodies=links, joints=joints))
+
+
+def test_inertias_move_to_the_link_frame_by_the_parallel_axis_theorem() -> None:
+    graph = Graph()
+    link = body("a", mass="m", com=["x", 0, 0], inertia=["I1", "I2", "I3"], about="com")
+    once = scene(
+        "moved", parameters=dict.fromkeys(("m", "x", "l", "I1", "I2", "I3")), bodies=[link],
+        joints=[revolute("j", "ground", "a", tip=[["Tx", "l"]])],
+    )  # fmt: skip
+    again = par.read_text(par_writer.write_text(once).text, "moved.par").scene.bodies[0]
+    assert express(again.inertia[2], graph) is not None
+    values = {
+        "m": Fraction(3),
+        "x": Fraction(2),
+        "l": Fraction(5),
+        "I1": Fraction(1),
+        "I2": Fraction(1),
+        "I3": Fraction(4),
+    }
+    assert value_of(again.inertia[2], values) == 4 + 3 * 7**2
+    assert again.first_moment is not None
+    assert value_of(again.first_moment[0], values) == 3 * 7
+
+
+def test_pose_without_steps_is_a_row_of_zeros() -> None:
+    assert row_steps(rows(Pose().steps)[0]) == [(kind, number(0)) for kind in ("Rz", "Tz", "Rx", "Tx", "Rz", "Tz")]

@@ -1,0 +1,97 @@
+"""Decimals are read as multiples of π exactly when they are such a multiple, correctly rounded at their own digits."""
+
+import math
+from decimal import Decimal
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from symdyn.scene import parse
+from symdyn.scene.formats.snap import DENOMINATORS, PI_50, is_rounding, snap_angle
+
+
+@pytest.mark.parametrize(
+    ("text", "formula"),
+    [
+        ("1.5707963", "pi/2"),
+        ("1.5708", "pi/2"),
+        ("+1.57080", "pi/2"),
+        ("3.14159265359", "pi"),
+        ("-3.1416", "-pi"),
+        ("6.28319", "2*pi"),
+        ("0.7853981634", "pi/4"),
+        ("-2.35619449", "-3*pi/4"),
+        ("7.853981634e-1", "pi/4"),
+        ("15708e-4", "pi/2"),
+        ("0.52360", "pi/6"),
+        ("1.2217304763960306", "70 deg"),
+        ("0.017453293", "pi/180"),
+        (repr(math.pi), "pi"),
+        ("3.1415926535897931", "pi"),  # %.17g of the double
+        ("1.57079632679489655800", "pi/2"),  # %.20f of the double
+        ("1.57079632679489661923132169163975144", "pi/2"),
+    ],
+)
+def test_correctly_rounded_multiples_are_snapped(text, formula):
+    assert snap_angle(text) == parse(formula)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1.57",  # three digits say too little
+        "3.142",
+        "1.57079",  # cut off, not rounded
+        "1.570795",
+        "3.14158",
+        "1.5707963267948961",  # no double of π/2
+        "0.01745",
+        "0.0174533",  # whole degrees need eight digits
+        "9.42478",  # 3 π is no angle that a file means
+        "0",
+        "0.00000",
+        "1e-5",
+        "1.5708x",
+        "nan",
+        "inf",
+        "1_5708",
+        "1e999999999",
+        "0x1.921fb54442d18p0",
+        "9" * 100_000,
+    ],
+)
+def test_everything_else_stays_as_it_is_written(text):
+    assert snap_angle(text) is None
+
+
+@given(st.sampled_from(DENOMINATORS), st.integers(-12, 12), st.integers(5, 24))
+def test_rounding_a_multiple_and_snapping_gives_it_back(denominator, k, digits):
+    turns = Fraction(k, denominator)
+    if not turns or abs(turns) > 2:
+        return
+    exact = turns * PI_50
+    text = f"{Decimal(exact.numerator) / Decimal(exact.denominator):.{digits - 1}e}"
+
+    assert snap_angle(text) == parse(f"{k}/{denominator}*pi")
+
+
+@given(st.sampled_from(DENOMINATORS), st.integers(1, 12), st.integers(6, 14), st.sampled_from([-1, 1]))
+def test_one_unit_in_the_last_place_beside_a_multiple_is_not_snapped(denominator, k, digits, side):
+    exact = Fraction(k, denominator) * PI_50
+    if exact > 2 * PI_50:
+        return
+    rounded = Decimal(f"{float(exact):.{digits - 1}e}")
+    beside = rounded + side * Decimal((0, (1,), rounded.as_tuple().exponent))
+    assert snap_angle(str(beside)) is None
+
+
+def test_any_number_can_be_asked_for():
+    root = Fraction(math.isqrt(2 * 10**80), 2 * 10**40)
+
+    assert is_rounding("0.70711", root)
+    assert not is_rounding("0.7071", root)
+    assert is_rounding("0.7071", root, fewest_digits=4)
+    assert not is_rounding("0.70710", root)
+    assert not is_rounding("half", root)

@@ -1,0 +1,237 @@
+"""URDF text says the same mechanism as the scene it was written from, and what it cannot say is listed."""
+
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from mechanisms import coupled_tree, random_tree
+
+from symdyn.algebra.numeric import Floats
+from symdyn.build import lambdify
+from symdyn.dynamics import derive
+from symdyn.dynamics.state import placement
+from symdyn.errors import SceneError
+from symdyn.graph import Graph, evaluate
+from symdyn.scene import Limits, Pose, Scene, number, parse, read, read_text
+from symdyn.scene.formats.placing import angle_text, decimal_text, xyz_rpy
+from symdyn.scene.formats.urdf import read_element
+from symdyn.scene.formats.urdf_writer import write_text
+from symdyn.scene.formats.xml import parse_xml
+from symdyn.scene.model import STANDARD_GRAVITY
+from symdyn.scene.quantity import ZERO
+from symdyn.scene.reading import ReadOptions
+from symdyn.verify.equality import DIFFERENT, NUMERICAL, PROVED, Claim, prove
+
+ARM = Path(__file__).parent / "data" / "gripper_arm.urdf"
+
+EXACT = """
+name = "arm"
+[bodies.rod]
+mass = 2
+com = [0.5, 0, 0]
+inertia = [0.1, 0.2, 0.3]
+inertia_about = "com"
+particles = [{ mass = 2, at = [1.5, 0, 0] }]
+[bodies.tool]
+mass = 0.5
+first_moment = [0.25, 0, 0.125]
+inertia = [1, 1, 1]
+inertia_about = "frame"
+[joints.hinge]
+type = "revolute"
+parent = "ground"
+child = "rod"
+axis = [1, 1, 0]
+origin = [["Rx", "pi/2"], ["Tx", 0.1], ["Rz", "pi/2"]]
+tip = [["Tz", 0.2], ["Ry", "-pi/2"]]
+damping = 0.1
+[joints.slide]
+type = "prismatic"
+parent = "rod"
+child = "tool"
+axis = [0, 0, -3]
+origin = { xyz = [0, 0, 0.3], rpy = ["pi/6", 0.3, "-2*pi/3"] }
+limits = { lower = -0.1, effort = 5 }
+[points.eye]
+body = "tool"
+at = [0, 0, 0.125]
+"""
+
+
+def again(scene: Scene) -> Scene:
+    """Return the scene written as URDF and read again."""
+    options = ReadOptions(allow_invalid_inertia=True)
+    return read_element(parse_xml(write_text(scene).text.encode(), "again.urdf"), "again.urdf", options).scene
+
+
+def entries(scene: Scene, output: str):
+    return derive(scene, (output,)).functions[0].entries
+
+
+def bare(scene: Scene) -> Scene:
+    """Return a scene with all that URDF has no word for taken out, parameters with values put in."""
+    joints = [replace(joint, force=ZERO, armature=ZERO) for joint in scene.joints]
+    return replace(scene, gravity=STANDARD_GRAVITY, joints=tuple(joints))
+
+
+@pytest.mark.parametrize("output", ["inverse_dynamics", "mass_matrix"])
+def test_what_is_exact_in_decimals_is_proved_to_have_the_same_dynamics(output):
+    scene = read_text(EXACT.replace("[1, 1, 0]", "[0, -2, 0]"))
+    claim = Claim(output, "declared", "read again", entries(scene, output), entries(again(scene), output))
+
+    assert prove([claim])[1][0].verdict == PROVED
+
+
+def test_an_oblique_axis_has_the_same_dynamics_to_fifty_digits():
+    scene = read_text(EXACT)  # its length is one root in the scene and another one in the file
+    claim = Claim("M", "declared", "read again", entries(scene, "mass_matrix"), entries(again(scene), "mass_matrix"))
+
+    assert prove([claim])[1][0].verdict == NUMERICAL
+
+
+def test_the_proof_sees_another_number():
+    scene = read_text(EXACT)
+    other = read_text(EXACT.replace("mass = 0.5", "mass = 0.5000000000000001"))
+    claim = Claim("M", "declared", "another", entries(other, "mass_matrix"), entries(again(scene), "mass_matrix"))
+
+    assert prove([claim])[1][0].verdict == DIFFERENT
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("make", [random_tree, coupled_tree])
+def test_any_tree_has_the_same_dynamics_when_it_is_read_again(make, seed):
+    scene = with_values(bare(make(seed)))
+    outputs = ("inverse_dynamics", "mass_matrix")
+    ours, back = lambdify(scene, outputs), lambdify(again(scene), outputs)
+    n = len(scene.coordinates)
+    q, qd, qdd = np.random.default_rng(seed).uniform(-2, 2, (3, n))
+
+    for f, g, arguments in zip(ours, back, [(q, qd, qdd), (q,)], strict=True):
+        expected = f(*arguments)
+        assert np.max(np.abs(g(*arguments) - expected)) <= 1e-13 * max(1e-9, np.max(np.abs(expected)))
+
+
+def with_values(scene: Scene) -> Scene:
+    """Return the scene with a value for each parameter."""
+    parameters = [p if p.value else replace(p, value=parse(f"{k + 2}/7")) for k, p in enumerate(scene.parameters)]
+    return replace(scene, parameters=tuple(parameters))
+
+
+def test_a_file_that_was_written_reads_as_itself():
+    once = again(read(ARM))
+
+    assert again(once) == once
+    assert write_text(once).lost == ()
+    assert write_text(again(once)).text == write_text(once).text
+
+
+def test_tips_and_points_become_fixed_joints_and_keep_their_frames():
+    scene = again(read_text(EXACT))
+
+    assert [body.name for body in scene.bodies] == ["rod_base", "rod", "tool", "eye"]
+    assert [(j.name, j.type) for j in scene.joints] == [
+        ("hinge", "revolute"), ("hinge_tip", "fixed"), ("slide", "prismatic"), ("eye_joint", "fixed"),
+    ]  # fmt: skip
+    pose, other = lambdify(read_text(EXACT), "pose:eye"), lambdify(scene, "pose:eye")
+    q = np.array([0.3, -0.7])
+    assert np.allclose(pose(q), other(q), rtol=0, atol=1e-15)
+
+
+def test_limits_stay_and_a_prismatic_joint_without_them_gets_numbers_that_mean_none():
+    text = write_text(read_text(EXACT)).text
+    (limit,) = ElementTree.fromstring(text).iter("limit")
+
+    assert limit.attrib == {"lower": "-0.1", "upper": "1000000000", "velocity": "1000000000", "effort": "5"}
+    assert again(read_text(EXACT)).joints[2].limits == Limits(lower=parse("-0.1"), effort=number(5))
+
+
+def test_what_the_format_cannot_hold_is_listed():
+    scene = read_text(
+        EXACT.replace('name = "arm"', 'name = "arm"\ngravity = [0, -9.81, 0]\nparameters = { b = 0.5 }')
+        .replace("damping = 0.1", 'drive = false\ncoordinate = "theta"\nforce = "-b*theta"\narmature = 0.01')
+        .replace("limits = {", 'drive = "F"\nlimits = {')
+    )
+
+    assert write_text(scene).lost == (
+        "the names of parameters: b are written as their values",
+        "gravity = [0, -9.81, 0]: readers of URDF take [0, 0, -9.81]",
+        "the names of coordinates: theta are called q1, q2, ... when the file is read again",
+        "the names of drives: F are called tau1, tau2, ... when the file is read again",
+        "joints.hinge: drive = false: every joint of a URDF that moves is driven",
+        "joints.hinge: force = -b*theta: there are no forces in formulas",
+        "joints.hinge: armature = 0.01: there is no rotor inertia",
+    )
+    assert write_text(read_text(EXACT)).lost == ()
+
+
+def test_free_parameters_are_refused():
+    scene = read_text(
+        EXACT.replace('name = "arm"', 'name = "arm"\nparameters = { m = {} }').replace(
+            "mass = 2\ncom", 'mass = "m"\ncom'
+        )
+    )
+
+    with pytest.raises(SceneError, match="arm: URDF holds numbers only, and m have no value; give each a value"):
+        write_text(scene)
+
+
+def test_a_first_moment_without_mass_is_refused():
+    text = EXACT.replace("mass = 0.5", "mass = 0\nallow_invalid_inertia = true")
+
+    with pytest.raises(SceneError, match=r"bodies\.tool: has a first moment but no mass"):
+        write_text(read_text(text))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (Fraction(1, 8), "0.125"),
+        (Fraction(-5), "-5"),
+        (Fraction(0), "0"),
+        (Fraction(100), "100"),
+        (Fraction(1, 3), "0.3333333333333333"),
+        (Fraction("1.57079632679489655800"), "1.570796326794896558"),
+        (Fraction("1e-30"), "1E-30"),
+        (Fraction(10) ** 30, "1E+30"),
+        (0.1, "0.1"),
+        (2.0, "2"),
+    ],
+)
+def test_numbers_are_exact_where_they_end_and_else_the_nearest_double(value, text):
+    assert decimal_text(value) == text
+    assert float(text) == float(value)
+
+
+def test_an_angle_that_only_looks_like_a_multiple_of_pi_is_not_read_as_one():
+    assert angle_text(Fraction("1.5708")) == "1.570800"
+    assert angle_text(Fraction("0.3")) == "0.3"
+    assert angle_text(Fraction(3)) == "3"
+
+
+@pytest.mark.parametrize(
+    "steps",
+    [
+        [("Rx", "pi/2"), ("Rz", "pi/2")],  # pitch of a right angle: roll and yaw turn about one axis
+        [("Ry", "pi/2"), ("Rx", "0.3")],
+        [("Rz", "pi"), ("Rx", "0.1"), ("Rz", "pi")],
+        [("Rx", "1"), ("Ry", "2"), ("Rz", "3")],
+        [("Rx", "pi")],
+        [("Ry", "2")],
+        [("Rx", "-pi/2"), ("Ty", "2"), ("Rx", "pi/2"), ("Tz", "-1")],
+    ],
+)
+def test_steps_become_roll_pitch_and_yaw(steps):
+    pose = Pose(tuple((kind, parse(amount)) for kind, amount in steps))
+    xyz, rpy = xyz_rpy(pose, {})
+    named = zip(("Tx", "Ty", "Tz", "Rz", "Ry", "Rx"), [*xyz, *reversed(rpy)], strict=True)
+    same = Pose(tuple((kind, parse(repr(float(x)))) for kind, x in named))
+
+    assert np.allclose(matrix(pose), matrix(same), rtol=0, atol=1e-15)
+
+
+def matrix(pose: Pose) -> list[float]:
+    T = placement(pose, Graph())
+    return evaluate([*T.p, *(x for row in T.R for x in row)], Floats(), {})

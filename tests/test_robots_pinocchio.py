@@ -1,0 +1,181 @@
+"""Every URDF of example-robot-data agrees with Pinocchio to 1e-12, or is refused for a reason that holds."""
+
+from __future__ import annotations
+
+import re
+import time
+from pathlib import Path
+from xml.etree import ElementTree
+
+import mpmath
+import numpy as np
+import pytest
+from robots import NUMBERS, Peer, differences, relative, robot_files, robot_folder
+
+from symdyn.build import lambdify
+from symdyn.dynamics import derive
+from symdyn.emit import emit
+from symdyn.errors import SceneError
+from symdyn.program import lower
+from symdyn.scene import Scene
+from symdyn.scene.formats.urdf import read
+from symdyn.scene.formats.urdf_writer import write_text
+from symdyn.scene.reading import Reading, ReadOptions
+
+pytestmark = pytest.mark.slow
+
+pytest.importorskip("pinocchio")
+
+FILES = robot_files()
+
+CLOSE = 1e-12
+
+REFUSED = {
+    "alex_psyonic_hands.urdf": r'joint Left_index_q2: mimic\.joint = "index_q1" is not a joint',
+    "quadrotor_base.urdf": "nothing moves",
+    "quadrotor_base.urdf.xacro": "is a macro; run xacro first",
+    "iris_simple.urdf": "nothing moves",
+    "ur3.urdf": "there is no <link>",
+}
+"""Files that hold no mechanism, and what is said of them."""
+
+
+def name(path: Path) -> str:
+    folder = robot_folder()
+    return str(path.relative_to(folder)) if folder else path.name
+
+
+def read_plainly(path: Path) -> Reading:
+    return read(path, ReadOptions(snap=False, allow_invalid_inertia=True))
+
+
+needs_robots = pytest.mark.skipif(not FILES, reason="the package example-robot-data is not installed")
+
+every_file = pytest.mark.parametrize("path", FILES, ids=name)
+
+every_robot = pytest.mark.parametrize("path", [path for path in FILES if path.name not in REFUSED], ids=name)
+
+
+following = pytest.mark.parametrize(
+    "path", [path for path in FILES if path.name not in REFUSED and "<mimic" in path.read_text("utf-8")], ids=name
+)
+
+
+@needs_robots
+def test_there_are_seventy_files():
+    assert len(FILES) == 70
+    assert {path.name for path in FILES} >= set(REFUSED)
+
+
+@every_robot
+def test_the_dynamics_are_those_of_pinocchio(path):
+    scene = read_plainly(path).scene
+    peer = Peer(path, scene)
+    found = differences(scene, peer)
+
+    assert found["inverse_dynamics"] <= CLOSE
+    assert found["mass_matrix"] <= CLOSE
+    if np.isnan(found["forward_dynamics"]):  # it does not exist where the mass matrix is singular
+        M = peer.mass_matrix(np.full(len(scene.coordinates), 0.3))
+        assert np.min(np.linalg.eigvalsh(M)) <= 1e-15 * np.max(M)
+    else:
+        assert found["forward_dynamics"] <= CLOSE
+
+
+@following
+def test_following_joints_agree_with_pinocchio_s_own(path):
+    scene = read_plainly(path).scene
+    if not any(joint.coupling for joint in scene.joints):
+        pytest.skip("only fixed joints follow another one")
+    try:
+        peer = Peer(path, scene, mimic=True)
+    except ValueError as error:
+        pytest.skip(f"Pinocchio refuses: {error}")
+    found = differences(scene, peer, states=1)
+
+    assert found["inverse_dynamics"] <= CLOSE
+    assert found["mass_matrix"] <= CLOSE
+
+
+@every_file
+def test_what_holds_no_mechanism_is_refused_for_its_reason(path):
+    if path.name in REFUSED:
+        with pytest.raises(SceneError, match=REFUSED[path.name]):
+            read_plainly(path)
+    else:
+        assert read_plainly(path).scene.coordinates
+
+
+@every_robot
+def test_inertias_are_refused_exactly_where_no_body_has_them(path):
+    impossible = impossible_links(path)
+    warned = [line for line in read_plainly(path).notes if "is one that no body has" in line]
+
+    assert [re.search(r"link (\S+): inertia", line)[1] for line in warned] == impossible
+    if impossible:
+        with pytest.raises(SceneError, match="is one that no body has"):
+            read(path, ReadOptions())
+    else:
+        assert read(path, ReadOptions()).scene.bodies
+
+
+def impossible_links(path: Path) -> list[str]:
+    """Return the links, the root aside, whose principal moments are negative or break the triangle inequality."""
+    root = ElementTree.parse(path).getroot()
+    children = {child.attrib["link"] for child in root.findall("joint/child")}
+    found = []
+    for link in root.findall("link"):
+        inertia = link.find("inertial/inertia")
+        if inertia is None or link.attrib["name"] not in children:
+            continue
+        with mpmath.workdps(60):
+            xx, xy, xz, yy, yz, zz = (mpmath.mpf(inertia.attrib[key]) for key in NUMBERS)
+            small, middle, large = sorted(mpmath.eigsy(mpmath.matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))[0])
+            slack = mpmath.mpf(10) ** -50 * max(abs(small), abs(large))
+            if small < -slack or small + middle < large - slack:
+                found.append(link.attrib["name"])
+    return found
+
+
+@every_robot
+def test_snapping_changes_a_robot_by_no_more_than_its_angles_were_rounded(path):
+    snapped = read(path, ReadOptions(allow_invalid_inertia=True))
+    plain = read_plainly(path).scene
+    texts = [note.removeprefix(f"{path}: ").split(" is read as ")[0] for note in snapped.notes if "is read as" in note]
+    rounding = sum(10.0 ** -len(text.partition(".")[2].partition("e")[0]) for text in texts)
+    n = len(plain.coordinates)
+    q = np.random.default_rng(1).uniform(-2, 2, n)
+
+    assert relative(mass_matrix(snapped.scene, q), mass_matrix(plain, q)) <= 100 * rounding + 1e-13
+
+
+@every_robot
+def test_a_robot_that_is_written_and_read_again_is_the_same(path, tmp_path):
+    scene = read(path, ReadOptions(allow_invalid_inertia=True)).scene
+    file = tmp_path / "again.urdf"
+    file.write_text(write_text(scene).text)
+    again = read(file, ReadOptions(allow_invalid_inertia=True)).scene
+    n = len(scene.coordinates)
+    q = np.random.default_rng(1).uniform(-2, 2, n)
+
+    assert write_text(scene).lost == ()
+    assert again == scene or relative(mass_matrix(again, q), mass_matrix(scene, q)) <= 1e-14
+
+
+@needs_robots
+@pytest.mark.parametrize("robot", ["talos_full_v2", "icub", "romeo", "g1_29dof_rev_1_0", "centauro"])
+def test_a_humanoid_becomes_c_within_a_second(robot):
+    path = next(path for path in FILES if path.name == f"{robot}.urdf")
+
+    def file_to_c() -> float:
+        start = time.perf_counter()
+        scene = read(path, ReadOptions(allow_invalid_inertia=True)).scene
+        sources = emit(lower(derive(scene, ("inverse_dynamics",))), "c")
+        assert len(sources.files[0][1]) > 10_000
+        return time.perf_counter() - start
+
+    assert min(file_to_c() for _ in range(3)) < 1.0
+
+
+def mass_matrix(scene: Scene, q: np.ndarray) -> np.ndarray:
+    return lambdify(scene, "mass_matrix")(q)
