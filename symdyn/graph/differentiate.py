@@ -60,7 +60,13 @@ def tangents(outputs: Sequence[Expr], seeds: Mapping[Expr, Expr]) -> list[Expr]:
 
 
 def gradient(output: Expr, inputs: Sequence[Expr]) -> list[Expr]:
-    """Return the partial derivatives of one output with respect to `inputs`, shape (len(inputs),)."""
+    """Return the partial derivatives of one output with respect to `inputs`, shape (len(inputs),).
+
+    >>> graph = Graph()
+    >>> x, y = graph.symbol("x"), graph.symbol("y")
+    >>> gradient(x * y, [x, y])
+    [y, x]
+    """
     graph = output.graph
     adjoint: dict[Expr, Expr] = {output: graph.one}
     wanted = set(inputs)

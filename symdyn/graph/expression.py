@@ -81,7 +81,15 @@ class Expr:
 
 
 class Graph:
-    """An append-only list of hash-consed nodes."""
+    """An append-only list of hash-consed nodes.
+
+    >>> graph = Graph()
+    >>> q = graph.symbol("q")
+    >>> graph.sin(q + graph.pi / 2) is graph.cos(q)
+    True
+    >>> graph.cos(graph.pi / 3)
+    1/2
+    """
 
     def __init__(self) -> None:
         """Make a graph that holds only 0 and 1."""

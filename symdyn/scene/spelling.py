@@ -11,7 +11,12 @@ _SUM, _PRODUCT, _SIGN, _POWER, _ATOM = range(5)
 
 
 def spell(quantity: Quantity) -> str:
-    """Return the formula as text, with no bracket too many."""
+    """Return the formula as text, with no bracket too many.
+
+    >>> from symdyn.scene import parse
+    >>> spell(parse("0.5*(pi) + 1/3 - (a*(b))"))
+    'pi/2 + 1/3 - a*b'
+    """
     return _spell(quantity)[0]
 
 

@@ -142,7 +142,7 @@ def _modules(program: Program, notes: list[str]) -> dict[str, Any]:
 
 
 def _positive_definite(program: Program, modules: dict[str, Any], seed: int, notes: list[str]) -> list[Finding]:
-    """Return that M is positive definite at sampled states, where it should be and the parameters' values make sense."""
+    """Return that M is positive definite at sampled states, where it should be and parameters have sensible values."""
     functions = {routine.function.name: routine.function for routine in program.routines}
     if not {"mass_matrix", "forward_dynamics"} <= functions.keys():
         return []
