@@ -117,15 +117,15 @@ def closed_form(scene: Scene) -> ClosedForm:
         needed += [inertia.m, *inertia.h, *(x for row in inertia.I for x in row)]
         needed += [x for _, T in chain for x in _entries(T)]
     rotors = _rotors(scene, graph)
-    needed += [inertia for _, inertia in rotors]
+    needed += [rotor for _, rotor in rotors]
     parallel = angle_groups(scene, graph)
     ring = TrigonometricRing(needed, (*state.q, *state.qd), total_angles(parallel))
     found = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))
     M = [[ring.zero] * state.n for _ in range(state.n)]
     for body in massive:
         _add_body(M, body, ring, found, state.q)
-    for i, inertia in rotors:
-        M[i][i] = M[i][i] + found[inertia]
+    for i, rotor in rotors:
+        M[i][i] = M[i][i] + found[rotor]
     P = found[potential]
     k_C, k_D = _christoffel(M, ring, state)
     k_G = tuple(ring.derivative(P, q) for q in state.q)

@@ -31,7 +31,7 @@ LONGEST_LIST = 2_000
 
 _COMMENT = re.compile(r"\(\*(.*?)\*\)", re.DOTALL)
 _SPACE = re.compile(r"\s*")
-_STATEMENT = re.compile(r"([A-Za-z_]\w*)[ \t]*=[ \t]*(?:\n\s*)?(\{[^{}]*\}|[^{}\n]*)[ \t]*;?")
+_STATEMENT = re.compile(r"([A-Za-z_]\w*)[ \t]*=[ \t]*(?:\n\s*)?(\{[^{}]*\}|[^{};\n]+)[ \t]*;?")
 _REMARK = re.compile(r"\s*(Robotname|Link names|Joint names)\s*=\s*'([^'\n]*)'\s*\Z")
 _WORDS = {"Pi": "pi", "PI": "pi", **{name.capitalize(): name for name in UNARY_FUNCTIONS}, "ArcTan2": "atan2"}
 

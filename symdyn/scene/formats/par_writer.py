@@ -54,7 +54,7 @@ def write_text(scene: Scene) -> Written:
         SceneError: a joint that the format has no type for; the file would be another mechanism.
     """
     _refuse(scene)
-    filled = _filled(scene)
+    filled = with_values(scene)
     return Written(_page(filled, _frames(filled)), tuple(_lost(scene)))
 
 
@@ -183,7 +183,7 @@ def _parameter(key: str, frame: Frame) -> str:
     return spell(folding.sub(q, folding.neg(value)) if spell(value).startswith("-") else folding.add(q, value))
 
 
-def _filled(scene: Scene) -> Scene:
+def with_values(scene: Scene) -> Scene:
     """Return the scene with the values of its parameters in their places."""
     values = {p.name: p.value for p in scene.parameters if p.value is not None}
 
