@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test lint types doctest golden closed-forms clean
+.PHONY: demo test lint types doctest golden closed-forms bench clean
 
 demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 560 modules
 	$(BIN)/symdyn equations examples/two_link.toml
@@ -35,6 +35,10 @@ golden: $(READY)  ## rewrite generated/ after a change that is meant
 
 closed-forms: $(READY)  ## time of all coefficients in closed form
 	$(BIN)/python benchmarks/closed_forms.py
+
+bench: $(READY)  ## side by side with other libraries; updates docs/performance.md
+	$(BIN)/python -m pip install --quiet -e '.[bench]'
+	$(BIN)/python benchmarks/run.py --docs docs
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)

@@ -3,6 +3,7 @@
     scene = symdyn.read("arm.toml")                         a frozen Scene; or declare it with symdyn.scene
     equations = symdyn.derive(scene, ["mass_matrix"])       named functions on one expression graph
     M = symdyn.lambdify(scene, "mass_matrix")               a NumPy callable of q, (n,) or (..., n)
+    arm = symdyn.load("arm.toml")                           all its functions, compiled: arm.mass_matrix(q)
     symdyn.closed_form(scene).sympy("k_z", 0, 1)            one coefficient for SymPy
     symdyn.certify(scene).passed                            derivations proved equal, code measured
 
@@ -19,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from symdyn.build import lambdify
+    from symdyn.build.load import load
     from symdyn.dynamics import derive
     from symdyn.dynamics.closed_form import closed_form
     from symdyn.errors import SymdynError
@@ -33,6 +35,7 @@ _DOORS = {
     "closed_form": "symdyn.dynamics.closed_form",
     "derive": "symdyn.dynamics",
     "lambdify": "symdyn.build",
+    "load": "symdyn.build.load",
     "lower": "symdyn.program",
     "read": "symdyn.scene",
 }
@@ -44,6 +47,7 @@ __all__ = [
     "closed_form",
     "derive",
     "lambdify",
+    "load",
     "lower",
     "read",
 ]

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -95,7 +96,7 @@ def test_a_compiler_that_makes_rubbish_is_caught(cache, sources, tmp_path):
 
 
 def test_a_compiler_that_hangs_is_stopped_with_its_children(cache, sources, tmp_path):
-    fake = script(tmp_path, '[ "$1" = --version ] && exit 0\nsleep 60')
+    fake = script(tmp_path, 'case "$1" in --version|-E) exit 0;; esac\nsleep 60')
     start = time.monotonic()
     with pytest.raises(BuildError, match=r"did not finish every_op\.c within 0\.3 s and was stopped"):
         build(sources, compiler=fake, patience=0.3)
@@ -123,6 +124,24 @@ def test_other_text_another_type_or_another_compiler_is_another_library(working,
     monkeypatch.setattr(library_room, "FLAGS", (*FLAGS, "-g"))
     paths.add(build(sources).path)
     assert len(paths) == 5
+
+
+def test_portable_and_native_code_are_kept_apart(working, cache, sources):
+    native, portable = find_compiler(), find_compiler(machine="portable")
+    paths = {library_room.library_for(sources, compiler) for compiler in (native, portable)}
+    elsewhere = replace(native, features=native.features + "#define __AVX9__ 1\n")
+    paths.add(library_room.library_for(sources, elsewhere))
+    assert len(paths) == 3
+    assert "native" not in " ".join(portable.machine)
+
+
+def test_an_unknown_machine_is_named():
+    with pytest.raises(BuildError, match="machine 'mainframe' is not known; give native or portable"):
+        find_compiler(machine="mainframe")
+
+
+def test_flags_for_a_machine_on_the_users_command_line_stay(working):
+    assert find_compiler(f"{working.command[0]} -march=x86-64").machine == ()
 
 
 def test_a_spoilt_library_is_compiled_again(working, cache, sources):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from dataclasses import replace
 
 import mpmath
 import numpy as np
@@ -97,6 +98,30 @@ def test_strided_and_transposed_input_is_read_right(compiled):
     q, qd, params = states(every_op(), "matrix", 6)
     straight = compiled.matrix(q[::2], qd[::2], params[::2])
     np.testing.assert_array_equal(compiled.matrix(np.asfortranarray(q)[::2], qd[::2], params[::2]), straight)
+
+
+@pytest.mark.parametrize("count", [2, 64, 200])
+def test_a_batch_with_one_set_of_params_is_one_call(program, compiled, interpreted, count):
+    q, qd, params = states(every_op(), "matrix", count)
+    wanted = [interpreted.matrix(q, qd, params[0]), interpreted.matrix(q, qd[0], params[0])]
+    calls = []
+    counted = replace(
+        compiled.matrix,
+        _call=lambda *_: pytest.fail("called for one state"),
+        _rows=lambda *given: calls.append(given[0]) or compiled.matrix._rows(*given),
+    )
+    for found, exact in zip((counted(q, qd, params[:1]), counted(q.T.copy().T, qd[0], params[0])), wanted, strict=True):
+        np.testing.assert_allclose(found, exact, rtol=1e-13, atol=1e-15)
+    assert calls == [count, count]
+
+
+def test_sources_without_batch_code_run_state_by_state(program, interpreted):
+    plain = build(emit(program, "c"))
+    args = states(every_op(), "matrix", 20)
+    assert plain.matrix._rows is None
+    np.testing.assert_allclose(plain.matrix(*args), interpreted.matrix(*args), rtol=1e-13, atol=1e-15)
+    one = [*args[:2], args[2][0]]
+    np.testing.assert_allclose(plain.matrix(*one), interpreted.matrix(*one), rtol=1e-13, atol=1e-15)
 
 
 def test_scalars_and_names_work_as_in_numpy(compiled):

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
+import warnings
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from formulas import every_op, states
+from formulas import argument, every_op, one, states
 
 from symdyn.build import run_python
+from symdyn.dynamics import derive
 from symdyn.dynamics.equations import Equations
 from symdyn.emit import emit, write
+from symdyn.emit.python import BLOCK, DEAD
 from symdyn.errors import EmitError
+from symdyn.graph import Graph, Op
 from symdyn.program import lower
+from symdyn.scene import read
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +64,14 @@ def test_empty_and_zero_results_have_their_shape(module):
     np.testing.assert_array_equal(module.nothing(q, qd, params), np.zeros((4, 2)))
 
 
+def test_arguments_without_entries_have_batches_as_well():
+    g = Graph()
+    program = lower(one([g.one], [g.symbol("x")]))
+    function = replace(program.routines[0].function, arguments=(argument("q", []),))
+    f = run_python(emit(replace(program, routines=(replace(program.routines[0], function=function),)))).f
+    np.testing.assert_array_equal(f(np.zeros((3, 0))), np.ones((3, 1)))
+
+
 def test_an_empty_batch_is_a_batch(module):
     assert module.matrix(np.zeros((0, 2)), np.zeros(2), np.ones(1)).shape == (0, 2, 3)
 
@@ -75,6 +90,75 @@ def test_leading_dimensions_that_do_not_broadcast_are_named(module):
 def test_nan_goes_in_and_comes_out(module):
     result = module.matrix([0.1, 0.2], [np.nan, 0.3], [1.0])
     assert np.isnan(result[[0, 0, 1, 1], [0, 1, 0, 2]]).all()
+
+
+def test_a_batch_over_several_blocks_is_what_its_states_are(module):
+    q, qd, params = states(every_op(), "matrix", BLOCK + 7)
+    for given in (params, params[0], params[:1]):
+        batch = module.matrix(q, qd, given)
+        for k in (0, BLOCK - 1, BLOCK, BLOCK + 6):
+            one = module.matrix(q[k], qd[k], given[k] if len(given) > 1 else np.ravel(given))
+            np.testing.assert_allclose(batch[k], one, rtol=1e-14)
+
+
+def test_one_state_is_computed_in_plain_floats(module, monkeypatch):
+    monkeypatch.setattr(module, "_blocks", None)
+    assert module.matrix([0.1, 0.2], [1.0, 0.3], [1.0]).shape == (2, 3)
+
+
+@pytest.mark.parametrize("count", [None, 3])
+def test_the_result_goes_where_out_says(module, count):
+    q, qd, params = (a[0] if count is None else a[:count] for a in states(every_op(), "matrix"))
+    wanted = module.matrix(q, qd, params)
+    out = np.empty(wanted.shape[::-1]).T
+    assert module.matrix(q, qd, params, out=out) is out
+    np.testing.assert_array_equal(out, wanted)
+    turned = module.rotated(q, qd, params)
+    assert module.rotated(q, qd, params, out=q) is q
+    np.testing.assert_array_equal(q, turned)
+    with pytest.raises(ValueError, match=r"matrix: out has shape \(3, 2\); it must have shape \((3, )?2, 3\)"):
+        module.matrix(q, qd, params, out=np.empty((3, 2)))
+
+
+UNREAL = [  # where math raises: sin inf, log 0, sqrt of less than 0, overflow of exp, 1/0, 0/0
+    ("sin", np.inf, np.nan),
+    ("sin", np.nan, np.nan),
+    ("log", 0.0, -np.inf),
+    ("log", -1.0, np.nan),
+    ("sqrt", -1.0, np.nan),
+    ("exp", 1e4, np.inf),
+    ("tanh", -np.inf, -1.0),
+    ("sign", np.nan, np.nan),
+    ("sign", -0.5, -1.0),
+    ("abs", -np.inf, np.inf),
+    ("inverse", 0.0, np.inf),
+    ("square", 1e200, np.inf),
+]
+
+
+@pytest.mark.parametrize(("name", "value", "wanted"), UNREAL)
+@pytest.mark.parametrize("count", [None, 3])
+def test_nothing_is_raised_or_warned_about_where_a_result_is_not_finite(name, value, wanted, count):
+    g = Graph()
+    x = g.symbol("x")
+    entry = {"inverse": lambda: 1 / x, "square": lambda: x * x}.get(name) or (lambda: g.function(Op[name.upper()], x))
+    f = run_python(emit(lower(one([entry()], [x])))).f
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        result = f([value] if count is None else [[value]] * count)
+    np.testing.assert_array_equal(result, np.full_like(result, wanted))
+
+
+def test_intermediate_results_are_given_back_once_they_are_dead():
+    scene = read(Path(__file__).parent.parent / "examples" / "puma560.toml")
+    text = emit(lower(derive(scene, ("inverse_dynamics",))))["puma560.py"]
+    body = text[text.index("def _inverse_dynamics") :]
+    freed = [name for line in re.findall(r"\n    del (.*)", body) for name in line.split(", ")]
+    assert len(freed) >= DEAD
+    assert len(set(freed)) == len(freed)
+    for line in re.finditer(r"\n    del (.*)", body):
+        rest = set(re.findall(r"\w+", body[line.end() :].replace("del ", "")))
+        assert rest.isdisjoint(line[1].split(", "))
 
 
 def test_the_header_tells_functions_counts_units_and_parameters():
@@ -113,6 +197,15 @@ def test_float_module_works_in_float32():
     assert result.dtype == np.float32
     exact = run_python(emit(lower(every_op()))).matrix(q, qd, params)
     np.testing.assert_allclose(result, exact, rtol=1e-5, atol=1e-5)
+
+
+def test_what_is_too_large_for_float32_is_infinite_without_a_warning():
+    x = Graph().symbol("x")
+    f = run_python(emit(lower(one([x * x, x], [x])), real="float")).f
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for found in (f([1e30]), f([[1e30]])[0]):
+            np.testing.assert_array_equal(found, np.array([np.inf, 1e30], "f"))
 
 
 def test_a_program_without_functions_is_refused():

@@ -8,11 +8,11 @@
  *
  *     inverse_dynamics(q, qd, qdd) -> tau, shape (2,); N m (revolute) or N (prismatic)
  *         driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q
- *         rnea; 14 mul, 8 add, 1 sincos
+ *         rnea; 10 mul, 5 add, 1 sincos
  *
  *     forward_dynamics(q, qd, tau) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         crba; 14 mul, 8 add, 1 div, 1 sincos
+ *         crba; 11 mul, 6 add, 1 div, 1 sincos
  *
  *     mass_matrix(q) -> M, shape (2, 2); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -28,15 +28,15 @@
  *
  *     coriolis_matrix(q, qd) -> C, shape (2, 2); N m s or N s per unit of velocity
  *         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
- *         crba; 3 mul, 0 add, 1 sincos
+ *         crba; 2 mul, 0 add, 1 sincos
  *
  *     momentum(q, qd) -> p, shape (2,); kg m^2/s or kg m/s
  *         generalized momentum p = M(q) qd
- *         rnea; 9 mul, 4 add, 1 sincos
+ *         rnea; 6 mul, 2 add, 1 sincos
  *
  *     kinetic_energy(q, qd) -> K, scalar; J
  *         kinetic energy K(q, qd)
- *         rnea; 12 mul, 5 add, 1 sincos
+ *         rnea; 9 mul, 3 add, 1 sincos
  *
  *     potential_energy(q) -> P, scalar; J
  *         potential energy P(q) = -sum m g.r, zero at the origin of the ground frame
@@ -91,10 +91,8 @@ void cart_pole_inverse_dynamics(const double *q, const double *qd, const double 
     const double qdd_2 = qdd[1];
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
-    const double x1 = qdd_1 * c2 + 9.81 * s2;
-    const double x2 = s2 * (0.1 * (9.81 * c2 - qdd_1 * s2) - qd_2 * (0.025 * qd_2));
-    out[0] = qdd_1 + (c2 * (0.1 * x1 - 0.025 * qdd_2) - x2) + 0.1 * qd_1;
-    out[1] = 0.008333333333333333 * qdd_2 - 0.025 * x1;
+    out[0] = 1.1 * qdd_1 + 0.1 * qd_1 + 0.025 * (qd_2 * (qd_2 * s2) - qdd_2 * c2);
+    out[1] = 0.008333333333333333 * qdd_2 - 0.025 * (9.81 * s2 + qdd_1 * c2);
 }
 
 void cart_pole_forward_dynamics(const double *q, const double *qd, const double *tau, double *out)
@@ -106,12 +104,11 @@ void cart_pole_forward_dynamics(const double *q, const double *qd, const double 
     const double tau_2 = tau[1];
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
-    const double x1 = tau_1 - 0.1 * qd_1 - (c2 * (0.981 * s2) - s2 * (0.981 * c2 - qd_2 * (0.025 * qd_2)));
+    const double x1 = 3.0 * c2;
     const double x2 = tau_2 + 0.24525 * s2;
-    const double x3 = 3.0 * c2;
-    const double x4 = (x1 + x2 * x3) / (1.1 - 0.025 * c2 * x3);
-    out[0] = x4;
-    out[1] = 120.0 * x2 + x3 * x4;
+    const double x3 = (tau_1 - 0.1 * qd_1 - 0.025 * (s2 * (qd_2 * qd_2)) + x1 * x2) / (1.1 - 0.025 * (c2 * x1));
+    out[0] = x3;
+    out[1] = 120.0 * x2 + x1 * x3;
 }
 
 void cart_pole_mass_matrix(const double *q, double *out)
@@ -130,7 +127,7 @@ void cart_pole_velocity_forces(const double *q, const double *qd, double *out)
     const double q_2 = q[1];
     const double qd_2 = qd[1];
     const double s2 = sin(q_2);
-    out[0] = s2 * (qd_2 * (0.025 * qd_2));
+    out[0] = 0.025 * (s2 * (qd_2 * qd_2));
     out[1] = 0.0;
 }
 
@@ -148,7 +145,7 @@ void cart_pole_coriolis_matrix(const double *q, const double *qd, double *out)
     const double qd_2 = qd[1];
     const double s2 = sin(q_2);
     out[0] = 0.0;
-    out[1] = 0.5 * (qd_2 * (0.05 * s2));
+    out[1] = 0.025 * (qd_2 * s2);
     out[2] = 0.0;
     out[3] = 0.0;
 }
@@ -158,11 +155,9 @@ void cart_pole_momentum(const double *q, const double *qd, double *out)
     const double q_2 = q[1];
     const double qd_1 = qd[0];
     const double qd_2 = qd[1];
-    const double s2 = sin(q_2);
     const double c2 = cos(q_2);
-    const double x1 = qd_1 * c2;
-    out[0] = qd_1 + (c2 * (0.1 * x1 - 0.025 * qd_2) + s2 * (0.1 * (qd_1 * s2)));
-    out[1] = 0.008333333333333333 * qd_2 - 0.025 * x1;
+    out[0] = 1.1 * qd_1 - 0.025 * (qd_2 * c2);
+    out[1] = 0.008333333333333333 * qd_2 - 0.025 * (qd_1 * c2);
 }
 
 void cart_pole_kinetic_energy(const double *q, const double *qd, double *out)
@@ -170,11 +165,8 @@ void cart_pole_kinetic_energy(const double *q, const double *qd, double *out)
     const double q_2 = q[1];
     const double qd_1 = qd[0];
     const double qd_2 = qd[1];
-    const double s2 = sin(q_2);
     const double c2 = cos(q_2);
-    const double x1 = qd_1 * c2;
-    const double x2 = qd_1 * (qd_1 + (c2 * (0.1 * x1 - 0.025 * qd_2) + s2 * (0.1 * (qd_1 * s2))));
-    out[0] = 0.5 * (x2 + qd_2 * (0.008333333333333333 * qd_2 - 0.025 * x1));
+    out[0] = 0.5 * (qd_1 * (1.1 * qd_1 - 0.025 * (qd_2 * c2)) + qd_2 * (0.008333333333333333 * qd_2 - 0.025 * (qd_1 * c2)));
 }
 
 void cart_pole_potential_energy(const double *q, double *out)
@@ -266,7 +258,7 @@ void cart_pole_jdot_qdot_tip(const double *q, const double *qd, double *out)
     const double qd_2 = qd[1];
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
-    const double x1 = qd_2 * (0.5 * qd_2);
+    const double x1 = 0.5 * (qd_2 * qd_2);
     out[0] = s2 * x1;
     out[1] = -(c2 * x1);
     out[2] = 0.0;

@@ -8,11 +8,11 @@
  *
  *     inverse_dynamics(q, qd, qdd) -> tau, shape (2,); N m (revolute) or N (prismatic)
  *         driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q
- *         rnea; 14 mul, 8 add, 1 sincos
+ *         rnea; 10 mul, 5 add, 1 sincos
  *
  *     forward_dynamics(q, qd, tau) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         crba; 14 mul, 8 add, 1 div, 1 sincos
+ *         crba; 11 mul, 6 add, 1 div, 1 sincos
  *
  *     mass_matrix(q) -> M, shape (2, 2); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -28,15 +28,15 @@
  *
  *     coriolis_matrix(q, qd) -> C, shape (2, 2); N m s or N s per unit of velocity
  *         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
- *         crba; 3 mul, 0 add, 1 sincos
+ *         crba; 2 mul, 0 add, 1 sincos
  *
  *     momentum(q, qd) -> p, shape (2,); kg m^2/s or kg m/s
  *         generalized momentum p = M(q) qd
- *         rnea; 9 mul, 4 add, 1 sincos
+ *         rnea; 6 mul, 2 add, 1 sincos
  *
  *     kinetic_energy(q, qd) -> K, scalar; J
  *         kinetic energy K(q, qd)
- *         rnea; 12 mul, 5 add, 1 sincos
+ *         rnea; 9 mul, 3 add, 1 sincos
  *
  *     potential_energy(q) -> P, scalar; J
  *         potential energy P(q) = -sum m g.r, zero at the origin of the ground frame

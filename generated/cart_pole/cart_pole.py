@@ -7,11 +7,11 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
 
     inverse_dynamics(q, qd, qdd) -> tau, shape (2,); N m (revolute) or N (prismatic)
         driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q
-        rnea; 14 mul, 8 add, 1 sincos
+        rnea; 10 mul, 5 add, 1 sincos
 
     forward_dynamics(q, qd, tau) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
-        crba; 14 mul, 8 add, 1 div, 1 sincos
+        crba; 11 mul, 6 add, 1 div, 1 sincos
 
     mass_matrix(q) -> M, shape (2, 2); kg m^2, kg m or kg
         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
@@ -27,15 +27,15 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
 
     coriolis_matrix(q, qd) -> C, shape (2, 2); N m s or N s per unit of velocity
         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
-        crba; 3 mul, 0 add, 1 sincos
+        crba; 2 mul, 0 add, 1 sincos
 
     momentum(q, qd) -> p, shape (2,); kg m^2/s or kg m/s
         generalized momentum p = M(q) qd
-        rnea; 9 mul, 4 add, 1 sincos
+        rnea; 6 mul, 2 add, 1 sincos
 
     kinetic_energy(q, qd) -> K, scalar; J
         kinetic energy K(q, qd)
-        rnea; 12 mul, 5 add, 1 sincos
+        rnea; 9 mul, 3 add, 1 sincos
 
     potential_energy(q) -> P, scalar; J
         potential energy P(q) = -sum m g.r, zero at the origin of the ground frame
@@ -78,8 +78,12 @@ Arguments:
     tau, shape (2,); N, N m: driving forces, positive accelerates the joint
 
 Arrays have their own dimension last: an argument of shape (n,) is one state, (..., n) a batch of them, and leading
-dimensions broadcast. Results are float64. Needs NumPy and nothing else.
+dimensions broadcast. Results are float64; `out` is an array to put them into. One state is computed in plain floats,
+a batch in blocks of 4096 states. NaN gives NaN, and nothing is raised or warned about where a result is not finite.
+Needs NumPy and nothing else.
 """
+
+import math
 
 import numpy
 
@@ -103,440 +107,646 @@ __all__ = [
 ]
 
 
-def _arrays(function, *arguments):
-    """Return the shape of the batch and every argument as float64, or say which one has the wrong shape."""
+class _Floats:
+    """Functions of plain floats."""
+
+    sin = math.sin
+    cos = math.cos
+
+
+class _Arrays:
+    """The same functions of arrays."""
+
+    sin = numpy.sin
+    cos = numpy.cos
+
+
+def _run(compute, name, shape, out, *arguments):
+    """Return the entries that `compute` gives, as an array of the leading dimensions and `shape`."""
     arrays = []
-    for name, value, length in arguments:
+    for argument, value, length in arguments:
         array = numpy.asarray(value, dtype=numpy.float64)
         if array.shape[-1:] != (length,):
-            found = f"{function}: {name} has shape {array.shape}"
+            found = f"{name}: {argument} has shape {array.shape}"
             raise ValueError(f"{found}; its last dimension must have length {length}")
         arrays.append(array)
+    batch = _batch(name, arrays, arguments)
+    if out is not None and out.shape != batch + shape:
+        raise ValueError(f"{name}: out has shape {out.shape}; it must have shape {batch + shape}")
+    result = _one(compute, arrays, shape) if batch == () else None
+    if result is None:
+        result = numpy.empty(batch + shape, dtype=numpy.float64)
+        _blocks(compute, arrays, batch, result.reshape(math.prod(batch), math.prod(shape)))
+    if out is None:
+        return result[()]
+    out[...] = result
+    return out
+
+
+def _batch(name, arrays, arguments):
+    """Return the leading dimensions that all arguments broadcast to."""
     batches = [array.shape[:-1] for array in arrays]
+    if not any(batches):
+        return ()
     try:
-        return numpy.broadcast_shapes(*batches), *arrays
+        return numpy.broadcast_shapes(*batches)
     except ValueError:
-        names = ", ".join(name for name, _, _ in arguments)
-        raise ValueError(f"{function}: leading dimensions {batches} of {names} do not broadcast") from None
+        names = ", ".join(argument for argument, _, _ in arguments)
+        raise ValueError(f"{name}: leading dimensions {batches} of {names} do not broadcast") from None
 
 
-def inverse_dynamics(q, qd, qdd):
+def _one(compute, arrays, shape):
+    """Return the result for one state; None where Python raises what is NaN or infinity in NumPy."""
+    try:
+        entries = compute(_Floats, *[array.tolist() for array in arrays])
+    except (ArithmeticError, ValueError):
+        return None
+    return numpy.array(entries, dtype=numpy.float64).reshape(shape)
+
+
+def _blocks(compute, arrays, batch, rows):
+    """Put the result of every state into its row, 4096 states at a time; what all states share stays a number."""
+    flat = [
+        a if a.ndim == 1 else numpy.broadcast_to(a, batch + a.shape[-1:]).reshape(len(rows), a.shape[-1])
+        for a in arrays
+    ]
+    with numpy.errstate(all="ignore"):
+        for start in range(0, len(rows), 4096):
+            here = slice(start, start + 4096)
+            entries = compute(_Arrays, *[list(a if a.ndim == 1 else a[here].T.copy()) for a in flat])
+            for place, entry in enumerate(entries):
+                rows[here, place] = entry
+
+
+def inverse_dynamics(q, qd, qdd, out=None):
     """Return the driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q.
 
     Args:
         q: joint positions, shape (..., 2); m, rad.
         qd: joint velocities, shape (..., 2); m/s, rad/s.
         qdd: joint accelerations, shape (..., 2); m/s^2, rad/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         tau, shape (..., 2); N m (revolute) or N (prismatic).
 
-    rnea; 14 mul, 8 add, 1 sincos.
+    rnea; 10 mul, 5 add, 1 sincos.
     """
-    batch, q, qd, qdd = _arrays(
+    return _run(
+        _inverse_dynamics,
         "inverse_dynamics",
+        (2,),
+        out,
         ("q", q, 2),
         ("qd", qd, 2),
         ("qdd", qdd, 2),
     )
-    q_2 = q[..., 1]
-    qd_1 = qd[..., 0]
-    qd_2 = qd[..., 1]
-    qdd_1 = qdd[..., 0]
-    qdd_2 = qdd[..., 1]
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
-    x1 = qdd_1 * c2 + 9.81 * s2
-    x2 = s2 * (0.1 * (9.81 * c2 - qdd_1 * s2) - qd_2 * (0.025 * qd_2))
-    out = numpy.zeros(batch + (2,), dtype=numpy.float64)
-    out[..., 0] = qdd_1 + (c2 * (0.1 * x1 - 0.025 * qdd_2) - x2) + 0.1 * qd_1
-    out[..., 1] = 0.008333333333333333 * qdd_2 - 0.025 * x1
-    return out
 
 
-def forward_dynamics(q, qd, tau):
+def _inverse_dynamics(of, q, qd, qdd):
+    sin = of.sin
+    cos = of.cos
+    q_2 = q[1]
+    qd_1 = qd[0]
+    qd_2 = qd[1]
+    qdd_1 = qdd[0]
+    qdd_2 = qdd[1]
+    s2 = sin(q_2)
+    c2 = cos(q_2)
+    return (
+        1.1 * qdd_1 + 0.1 * qd_1 + 0.025 * (qd_2 * (qd_2 * s2) - qdd_2 * c2),
+        0.008333333333333333 * qdd_2 - 0.025 * (9.81 * s2 + qdd_1 * c2),
+    )
+
+
+def forward_dynamics(q, qd, tau, out=None):
     """Return the accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q).
 
     Args:
         q: joint positions, shape (..., 2); m, rad.
         qd: joint velocities, shape (..., 2); m/s, rad/s.
         tau: driving forces, positive accelerates the joint, shape (..., 2); N, N m.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         qdd, shape (..., 2); rad/s^2 (revolute) or m/s^2 (prismatic).
 
-    crba; 14 mul, 8 add, 1 div, 1 sincos.
+    crba; 11 mul, 6 add, 1 div, 1 sincos.
     """
-    batch, q, qd, tau = _arrays(
+    return _run(
+        _forward_dynamics,
         "forward_dynamics",
+        (2,),
+        out,
         ("q", q, 2),
         ("qd", qd, 2),
         ("tau", tau, 2),
     )
-    q_2 = q[..., 1]
-    qd_1 = qd[..., 0]
-    qd_2 = qd[..., 1]
-    tau_1 = tau[..., 0]
-    tau_2 = tau[..., 1]
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
-    x1 = tau_1 - 0.1 * qd_1 - (c2 * (0.981 * s2) - s2 * (0.981 * c2 - qd_2 * (0.025 * qd_2)))
+
+
+def _forward_dynamics(of, q, qd, tau):
+    sin = of.sin
+    cos = of.cos
+    q_2 = q[1]
+    qd_1 = qd[0]
+    qd_2 = qd[1]
+    tau_1 = tau[0]
+    tau_2 = tau[1]
+    s2 = sin(q_2)
+    c2 = cos(q_2)
+    x1 = 3.0 * c2
     x2 = tau_2 + 0.24525 * s2
-    x3 = 3.0 * c2
-    x4 = (x1 + x2 * x3) / (1.1 - 0.025 * c2 * x3)
-    out = numpy.zeros(batch + (2,), dtype=numpy.float64)
-    out[..., 0] = x4
-    out[..., 1] = 120.0 * x2 + x3 * x4
-    return out
+    x3 = (tau_1 - 0.1 * qd_1 - 0.025 * (s2 * (qd_2 * qd_2)) + x1 * x2) / (1.1 - 0.025 * (c2 * x1))
+    return (
+        x3,
+        120.0 * x2 + x1 * x3,
+    )
 
 
-def mass_matrix(q):
+def mass_matrix(q, out=None):
     """Return the mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2.
 
     Args:
         q: joint positions, shape (..., 2); m, rad.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         M, shape (..., 2, 2); kg m^2, kg m or kg.
 
     crba; 1 mul, 0 add, 1 sincos.
     """
-    batch, q = _arrays(
+    return _run(
+        _mass_matrix,
         "mass_matrix",
+        (2, 2),
+        out,
         ("q", q, 2),
     )
-    q_2 = q[..., 1]
-    c2 = numpy.cos(q_2)
+
+
+def _mass_matrix(of, q):
+    cos = of.cos
+    q_2 = q[1]
+    c2 = cos(q_2)
     x1 = 0.025 * c2
-    out = numpy.zeros(batch + (2, 2), dtype=numpy.float64)
-    out[..., 0, 0] = 1.1
-    out[..., 0, 1] = -x1
-    out[..., 1, 0] = -x1
-    out[..., 1, 1] = 0.008333333333333333
-    return out
+    return (
+        1.1,  # 0, 0
+        -x1,  # 0, 1
+        -x1,  # 1, 0
+        0.008333333333333333,  # 1, 1
+    )
 
 
-def velocity_forces(q, qd):
+def velocity_forces(q, qd, out=None):
     """Return the Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd.
 
     Args:
         q: joint positions, shape (..., 2); m, rad.
         qd: joint velocities, shape (..., 2); m/s, rad/s.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         c, shape (..., 2); N m (revolute) or N (prismatic).
 
     rnea; 3 mul, 0 add, 1 sincos.
     """
-    batch, q, qd = _arrays(
+    return _run(
+        _velocity_forces,
         "velocity_forces",
+        (2,),
+        out,
         ("q", q, 2),
         ("qd", qd, 2),
     )
-    q_2 = q[..., 1]
-    qd_2 = qd[..., 1]
-    s2 = numpy.sin(q_2)
-    out = numpy.zeros(batch + (2,), dtype=numpy.float64)
-    out[..., 0] = s2 * (qd_2 * (0.025 * qd_2))
-    return out
 
 
-def gravity_forces(q):
+def _velocity_forces(of, q, qd):
+    sin = of.sin
+    q_2 = q[1]
+    qd_2 = qd[1]
+    s2 = sin(q_2)
+    return (
+        0.025 * (s2 * (qd_2 * qd_2)),
+        0.0,
+    )
+
+
+def gravity_forces(q, out=None):
     """Return the gravity forces g(q) = dP/dq.
 
     Args:
         q: joint positions, shape (..., 2); m, rad.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         g, shape (..., 2); N m (revolute) or N (prismatic).
 
     lagrange; 1 mul, 0 add, 1 sincos.
     """
-    batch, q = _arrays(
+    return _run(
+        _gravity_forces,
         "gravity_forces",
+        (2,),
+        out,
         ("q", q, 2),
     )
-    q_2 = q[..., 1]
-    s2 = numpy.sin(q_2)
-    out = numpy.zeros(batch + (2,), dtype=numpy.float64)
-    out[..., 1] = -(0.24525 * s2)
-    return out
 
 
-def coriolis_matrix(q, qd):
+def _gravity_forces(of, q):
+    sin = of.sin
+    q_2 = q[1]
+    s2 = sin(q_2)
+    return (
+        0.0,
+        -(0.24525 * s2),
+    )
+
+
+def coriolis_matrix(q, qd, out=None):
     """Return the Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric.
 
     Args:
         q: joint positions, shape (..., 2); m, rad.
         qd: joint velocities, shape (..., 2); m/s, rad/s.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         C, shape (..., 2, 2); N m s or N s per unit of velocity.
 
-    crba; 3 mul, 0 add, 1 sincos.
+    crba; 2 mul, 0 add, 1 sincos.
     """
-    batch, q, qd = _arrays(
+    return _run(
+        _coriolis_matrix,
         "coriolis_matrix",
+        (2, 2),
+        out,
         ("q", q, 2),
         ("qd", qd, 2),
     )
-    q_2 = q[..., 1]
-    qd_2 = qd[..., 1]
-    s2 = numpy.sin(q_2)
-    out = numpy.zeros(batch + (2, 2), dtype=numpy.float64)
-    out[..., 0, 1] = 0.5 * (qd_2 * (0.05 * s2))
-    return out
 
 
-def momentum(q, qd):
+def _coriolis_matrix(of, q, qd):
+    sin = of.sin
+    q_2 = q[1]
+    qd_2 = qd[1]
+    s2 = sin(q_2)
+    return (
+        0.0,  # 0, 0
+        0.025 * (qd_2 * s2),  # 0, 1
+        0.0,  # 1, 0
+        0.0,  # 1, 1
+    )
+
+
+def momentum(q, qd, out=None):
     """Return the generalized momentum p = M(q) qd.
 
     Args:
         q: joint positions, shape (..., 2); m, rad.
         qd: joint velocities, shape (..., 2); m/s, rad/s.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         p, shape (..., 2); kg m^2/s or kg m/s.
 
-    rnea; 9 mul, 4 add, 1 sincos.
+    rnea; 6 mul, 2 add, 1 sincos.
     """
-    batch, q, qd = _arrays(
+    return _run(
+        _momentum,
         "momentum",
+        (2,),
+        out,
         ("q", q, 2),
         ("qd", qd, 2),
     )
-    q_2 = q[..., 1]
-    qd_1 = qd[..., 0]
-    qd_2 = qd[..., 1]
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
-    x1 = qd_1 * c2
-    out = numpy.zeros(batch + (2,), dtype=numpy.float64)
-    out[..., 0] = qd_1 + (c2 * (0.1 * x1 - 0.025 * qd_2) + s2 * (0.1 * (qd_1 * s2)))
-    out[..., 1] = 0.008333333333333333 * qd_2 - 0.025 * x1
-    return out
 
 
-def kinetic_energy(q, qd):
+def _momentum(of, q, qd):
+    cos = of.cos
+    q_2 = q[1]
+    qd_1 = qd[0]
+    qd_2 = qd[1]
+    c2 = cos(q_2)
+    return (
+        1.1 * qd_1 - 0.025 * (qd_2 * c2),
+        0.008333333333333333 * qd_2 - 0.025 * (qd_1 * c2),
+    )
+
+
+def kinetic_energy(q, qd, out=None):
     """Return the kinetic energy K(q, qd).
 
     Args:
         q: joint positions, shape (..., 2); m, rad.
         qd: joint velocities, shape (..., 2); m/s, rad/s.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         K, shape (...); J.
 
-    rnea; 12 mul, 5 add, 1 sincos.
+    rnea; 9 mul, 3 add, 1 sincos.
     """
-    batch, q, qd = _arrays(
+    return _run(
+        _kinetic_energy,
         "kinetic_energy",
+        (),
+        out,
         ("q", q, 2),
         ("qd", qd, 2),
     )
-    q_2 = q[..., 1]
-    qd_1 = qd[..., 0]
-    qd_2 = qd[..., 1]
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
-    x1 = qd_1 * c2
-    x2 = qd_1 * (qd_1 + (c2 * (0.1 * x1 - 0.025 * qd_2) + s2 * (0.1 * (qd_1 * s2))))
-    out = numpy.zeros(batch, dtype=numpy.float64)
-    out[...] = 0.5 * (x2 + qd_2 * (0.008333333333333333 * qd_2 - 0.025 * x1))
-    return out[()]
 
 
-def potential_energy(q):
+def _kinetic_energy(of, q, qd):
+    cos = of.cos
+    q_2 = q[1]
+    qd_1 = qd[0]
+    qd_2 = qd[1]
+    c2 = cos(q_2)
+    return (
+        0.5 * (qd_1 * (1.1 * qd_1 - 0.025 * (qd_2 * c2)) + qd_2 * (0.008333333333333333 * qd_2 - 0.025 * (qd_1 * c2))),
+    )
+
+
+def potential_energy(q, out=None):
     """Return the potential energy P(q) = -sum m g.r, zero at the origin of the ground frame.
 
     Args:
         q: joint positions, shape (..., 2); m, rad.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         P, shape (...); J.
 
     recursive; 1 mul, 0 add, 1 sincos.
     """
-    batch, q = _arrays(
+    return _run(
+        _potential_energy,
         "potential_energy",
+        (),
+        out,
         ("q", q, 2),
     )
-    q_2 = q[..., 1]
-    c2 = numpy.cos(q_2)
-    out = numpy.zeros(batch, dtype=numpy.float64)
-    out[...] = 0.24525 * c2
-    return out[()]
 
 
-def k_z(q):
+def _potential_energy(of, q):
+    cos = of.cos
+    q_2 = q[1]
+    c2 = cos(q_2)
+    return (
+        0.24525 * c2,
+    )
+
+
+def k_z(q, out=None):
     """Return the inertia coefficients k_z of qdd_j, which is M(q).
 
     Args:
         q: joint positions, shape (..., 2); m, rad.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         k_z, shape (..., 2, 2); kg m^2, kg m or kg.
 
     crba; 1 mul, 0 add, 1 sincos.
     """
-    batch, q = _arrays(
+    return _run(
+        _k_z,
         "k_z",
+        (2, 2),
+        out,
         ("q", q, 2),
     )
-    q_2 = q[..., 1]
-    c2 = numpy.cos(q_2)
+
+
+def _k_z(of, q):
+    cos = of.cos
+    q_2 = q[1]
+    c2 = cos(q_2)
     x1 = 0.025 * c2
-    out = numpy.zeros(batch + (2, 2), dtype=numpy.float64)
-    out[..., 0, 0] = 1.1
-    out[..., 0, 1] = -x1
-    out[..., 1, 0] = -x1
-    out[..., 1, 1] = 0.008333333333333333
-    return out
+    return (
+        1.1,  # 0, 0
+        -x1,  # 0, 1
+        -x1,  # 1, 0
+        0.008333333333333333,  # 1, 1
+    )
 
 
-def k_C(q):
+def k_C(q, out=None):
     """Return the Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order.
 
     Args:
         q: joint positions, shape (..., 2); m, rad, not used.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         k_C, shape (..., 2, 1); N m s^2 or N s^2 per unit of velocity squared.
 
     crba; 0 mul, 0 add.
     """
-    batch, q = _arrays(
+    return _run(
+        _k_C,
         "k_C",
+        (2, 1),
+        out,
         ("q", q, 2),
     )
-    out = numpy.zeros(batch + (2, 1), dtype=numpy.float64)
-    return out
 
 
-def k_D(q):
+def _k_C(of, q):
+    return (
+        0.0,  # 0, 0
+        0.0,  # 1, 0
+    )
+
+
+def k_D(q, out=None):
     """Return the centrifugal coefficients k_D of qd_j^2.
 
     Args:
         q: joint positions, shape (..., 2); m, rad.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         k_D, shape (..., 2, 2); N m s^2 or N s^2 per unit of velocity squared.
 
     crba; 1 mul, 0 add, 1 sincos.
     """
-    batch, q = _arrays(
+    return _run(
+        _k_D,
         "k_D",
+        (2, 2),
+        out,
         ("q", q, 2),
     )
-    q_2 = q[..., 1]
-    s2 = numpy.sin(q_2)
-    out = numpy.zeros(batch + (2, 2), dtype=numpy.float64)
-    out[..., 0, 1] = 0.025 * s2
-    return out
 
 
-def k_G(q):
+def _k_D(of, q):
+    sin = of.sin
+    q_2 = q[1]
+    s2 = sin(q_2)
+    return (
+        0.0,  # 0, 0
+        0.025 * s2,  # 0, 1
+        0.0,  # 1, 0
+        0.0,  # 1, 1
+    )
+
+
+def k_G(q, out=None):
     """Return the gravity coefficients k_G, which is g(q).
 
     Args:
         q: joint positions, shape (..., 2); m, rad.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         k_G, shape (..., 2); N m (revolute) or N (prismatic).
 
     lagrange; 1 mul, 0 add, 1 sincos.
     """
-    batch, q = _arrays(
+    return _run(
+        _k_G,
         "k_G",
+        (2,),
+        out,
         ("q", q, 2),
     )
-    q_2 = q[..., 1]
-    s2 = numpy.sin(q_2)
-    out = numpy.zeros(batch + (2,), dtype=numpy.float64)
-    out[..., 1] = -(0.24525 * s2)
-    return out
 
 
-def pose_tip(q):
+def _k_G(of, q):
+    sin = of.sin
+    q_2 = q[1]
+    s2 = sin(q_2)
+    return (
+        0.0,
+        -(0.24525 * s2),
+    )
+
+
+def pose_tip(q, out=None):
     """Return the placement [R | p] of tip in the ground frame.
 
     Args:
         q: joint positions, shape (..., 2); m, rad.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         T, shape (..., 3, 4); 1 and m.
 
     recursive; 2 mul, 1 add, 1 sincos.
     """
-    batch, q = _arrays(
+    return _run(
+        _pose_tip,
         "pose_tip",
+        (3, 4),
+        out,
         ("q", q, 2),
     )
-    q_1 = q[..., 0]
-    q_2 = q[..., 1]
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
-    out = numpy.zeros(batch + (3, 4), dtype=numpy.float64)
-    out[..., 0, 0] = c2
-    out[..., 0, 1] = -s2
-    out[..., 0, 3] = q_1 - 0.5 * s2
-    out[..., 1, 0] = s2
-    out[..., 1, 1] = c2
-    out[..., 1, 3] = 0.5 * c2
-    out[..., 2, 2] = 1.0
-    return out
 
 
-def jacobian_tip(q):
+def _pose_tip(of, q):
+    sin = of.sin
+    cos = of.cos
+    q_1 = q[0]
+    q_2 = q[1]
+    s2 = sin(q_2)
+    c2 = cos(q_2)
+    return (
+        c2,  # 0, 0
+        -s2,  # 0, 1
+        0.0,  # 0, 2
+        q_1 - 0.5 * s2,  # 0, 3
+        s2,  # 1, 0
+        c2,  # 1, 1
+        0.0,  # 1, 2
+        0.5 * c2,  # 1, 3
+        0.0,  # 2, 0
+        0.0,  # 2, 1
+        1.0,  # 2, 2
+        0.0,  # 2, 3
+    )
+
+
+def jacobian_tip(q, out=None):
     """Return the Jacobian J of tip: [velocity of its origin; angular velocity] = J qd, ground frame.
 
     Args:
         q: joint positions, shape (..., 2); m, rad.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         J, shape (..., 6, 2); m or 1, and 1.
 
     recursive; 2 mul, 2 add, 1 sincos.
     """
-    batch, q = _arrays(
+    return _run(
+        _jacobian_tip,
         "jacobian_tip",
+        (6, 2),
+        out,
         ("q", q, 2),
     )
-    q_1 = q[..., 0]
-    q_2 = q[..., 1]
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
-    out = numpy.zeros(batch + (6, 2), dtype=numpy.float64)
-    out[..., 0, 0] = 1.0
-    out[..., 0, 1] = -(0.5 * c2)
-    out[..., 1, 1] = q_1 - 0.5 * s2 - q_1
-    out[..., 5, 1] = 1.0
-    return out
 
 
-def jdot_qdot_tip(q, qd):
+def _jacobian_tip(of, q):
+    sin = of.sin
+    cos = of.cos
+    q_1 = q[0]
+    q_2 = q[1]
+    s2 = sin(q_2)
+    c2 = cos(q_2)
+    return (
+        1.0,  # 0, 0
+        -(0.5 * c2),  # 0, 1
+        0.0,  # 1, 0
+        q_1 - 0.5 * s2 - q_1,  # 1, 1
+        0.0,  # 2, 0
+        0.0,  # 2, 1
+        0.0,  # 3, 0
+        0.0,  # 3, 1
+        0.0,  # 4, 0
+        0.0,  # 4, 1
+        0.0,  # 5, 0
+        1.0,  # 5, 1
+    )
+
+
+def jdot_qdot_tip(q, qd, out=None):
     """Return the velocity product Jdot qd of tip: its [acceleration; angular acceleration] at qdd = 0, ground frame.
 
     Args:
         q: joint positions, shape (..., 2); m, rad.
         qd: joint velocities, shape (..., 2); m/s, rad/s.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         a, shape (..., 6); m/s^2 and rad/s^2.
 
     recursive; 4 mul, 0 add, 1 sincos.
     """
-    batch, q, qd = _arrays(
+    return _run(
+        _jdot_qdot_tip,
         "jdot_qdot_tip",
+        (6,),
+        out,
         ("q", q, 2),
         ("qd", qd, 2),
     )
-    q_2 = q[..., 1]
-    qd_2 = qd[..., 1]
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
-    x1 = qd_2 * (0.5 * qd_2)
-    out = numpy.zeros(batch + (6,), dtype=numpy.float64)
-    out[..., 0] = s2 * x1
-    out[..., 1] = -(c2 * x1)
-    return out
+
+
+def _jdot_qdot_tip(of, q, qd):
+    sin = of.sin
+    cos = of.cos
+    q_2 = q[1]
+    qd_2 = qd[1]
+    s2 = sin(q_2)
+    c2 = cos(q_2)
+    x1 = 0.5 * (qd_2 * qd_2)
+    return (
+        s2 * x1,
+        -(c2 * x1),
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )

@@ -40,7 +40,7 @@
  *
  *     kinetic_energy(q, qd) -> K, scalar; J
  *         kinetic energy K(q, qd)
- *         rnea; 3 mul, 0 add
+ *         rnea; 2 mul, 0 add
  *         Not used, kept so that all calls look alike: q
  *
  *     potential_energy(q) -> P, scalar; J

@@ -39,7 +39,7 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
 
     kinetic_energy(q, qd) -> K, scalar; J
         kinetic energy K(q, qd)
-        rnea; 3 mul, 0 add
+        rnea; 2 mul, 0 add
         Not used, kept so that all calls look alike: q
 
     potential_energy(q) -> P, scalar; J
@@ -86,8 +86,12 @@ Arguments:
     tau, shape (1,); N m: driving forces, positive accelerates the joint
 
 Arrays have their own dimension last: an argument of shape (n,) is one state, (..., n) a batch of them, and leading
-dimensions broadcast. Results are float64. Needs NumPy and nothing else.
+dimensions broadcast. Results are float64; `out` is an array to put them into. One state is computed in plain floats,
+a batch in blocks of 4096 states. NaN gives NaN, and nothing is raised or warned about where a result is not finite.
+Needs NumPy and nothing else.
 """
+
+import math
 
 import numpy
 
@@ -111,388 +115,580 @@ __all__ = [
 ]
 
 
-def _arrays(function, *arguments):
-    """Return the shape of the batch and every argument as float64, or say which one has the wrong shape."""
+class _Floats:
+    """Functions of plain floats."""
+
+    sin = math.sin
+    cos = math.cos
+
+
+class _Arrays:
+    """The same functions of arrays."""
+
+    sin = numpy.sin
+    cos = numpy.cos
+
+
+def _run(compute, name, shape, out, *arguments):
+    """Return the entries that `compute` gives, as an array of the leading dimensions and `shape`."""
     arrays = []
-    for name, value, length in arguments:
+    for argument, value, length in arguments:
         array = numpy.asarray(value, dtype=numpy.float64)
         if array.shape[-1:] != (length,):
-            found = f"{function}: {name} has shape {array.shape}"
+            found = f"{name}: {argument} has shape {array.shape}"
             raise ValueError(f"{found}; its last dimension must have length {length}")
         arrays.append(array)
+    batch = _batch(name, arrays, arguments)
+    if out is not None and out.shape != batch + shape:
+        raise ValueError(f"{name}: out has shape {out.shape}; it must have shape {batch + shape}")
+    result = _one(compute, arrays, shape) if batch == () else None
+    if result is None:
+        result = numpy.empty(batch + shape, dtype=numpy.float64)
+        _blocks(compute, arrays, batch, result.reshape(math.prod(batch), math.prod(shape)))
+    if out is None:
+        return result[()]
+    out[...] = result
+    return out
+
+
+def _batch(name, arrays, arguments):
+    """Return the leading dimensions that all arguments broadcast to."""
     batches = [array.shape[:-1] for array in arrays]
+    if not any(batches):
+        return ()
     try:
-        return numpy.broadcast_shapes(*batches), *arrays
+        return numpy.broadcast_shapes(*batches)
     except ValueError:
-        names = ", ".join(name for name, _, _ in arguments)
-        raise ValueError(f"{function}: leading dimensions {batches} of {names} do not broadcast") from None
+        names = ", ".join(argument for argument, _, _ in arguments)
+        raise ValueError(f"{name}: leading dimensions {batches} of {names} do not broadcast") from None
 
 
-def inverse_dynamics(q, qd, qdd):
+def _one(compute, arrays, shape):
+    """Return the result for one state; None where Python raises what is NaN or infinity in NumPy."""
+    try:
+        entries = compute(_Floats, *[array.tolist() for array in arrays])
+    except (ArithmeticError, ValueError):
+        return None
+    return numpy.array(entries, dtype=numpy.float64).reshape(shape)
+
+
+def _blocks(compute, arrays, batch, rows):
+    """Put the result of every state into its row, 4096 states at a time; what all states share stays a number."""
+    flat = [
+        a if a.ndim == 1 else numpy.broadcast_to(a, batch + a.shape[-1:]).reshape(len(rows), a.shape[-1])
+        for a in arrays
+    ]
+    with numpy.errstate(all="ignore"):
+        for start in range(0, len(rows), 4096):
+            here = slice(start, start + 4096)
+            entries = compute(_Arrays, *[list(a if a.ndim == 1 else a[here].T.copy()) for a in flat])
+            for place, entry in enumerate(entries):
+                rows[here, place] = entry
+
+
+def inverse_dynamics(q, qd, qdd, out=None):
     """Return the driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q.
 
     Args:
         q: joint positions, shape (..., 1); rad.
         qd: joint velocities, shape (..., 1); rad/s.
         qdd: joint accelerations, shape (..., 1); rad/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         tau, shape (..., 1); N m (revolute) or N (prismatic).
 
     rnea; 3 mul, 2 add, 1 sincos.
     """
-    batch, q, qd, qdd = _arrays(
+    return _run(
+        _inverse_dynamics,
         "inverse_dynamics",
+        (1,),
+        out,
         ("q", q, 1),
         ("qd", qd, 1),
         ("qdd", qdd, 1),
     )
-    q_1 = q[..., 0]
-    qd_1 = qd[..., 0]
-    qdd_1 = qdd[..., 0]
-    s1 = numpy.sin(q_1)
-    out = numpy.zeros(batch + (1,), dtype=numpy.float64)
-    out[..., 0] = 0.25 * qdd_1 + 4.905 * s1 + 0.01 * qd_1
-    return out
 
 
-def forward_dynamics(q, qd, tau):
+def _inverse_dynamics(of, q, qd, qdd):
+    sin = of.sin
+    q_1 = q[0]
+    qd_1 = qd[0]
+    qdd_1 = qdd[0]
+    s1 = sin(q_1)
+    return (
+        0.25 * qdd_1 + 4.905 * s1 + 0.01 * qd_1,
+    )
+
+
+def forward_dynamics(q, qd, tau, out=None):
     """Return the accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q).
 
     Args:
         q: joint positions, shape (..., 1); rad.
         qd: joint velocities, shape (..., 1); rad/s.
         tau: driving forces, positive accelerates the joint, shape (..., 1); N m.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         qdd, shape (..., 1); rad/s^2 (revolute) or m/s^2 (prismatic).
 
     crba; 3 mul, 2 add, 1 sincos.
     """
-    batch, q, qd, tau = _arrays(
+    return _run(
+        _forward_dynamics,
         "forward_dynamics",
+        (1,),
+        out,
         ("q", q, 1),
         ("qd", qd, 1),
         ("tau", tau, 1),
     )
-    q_1 = q[..., 0]
-    qd_1 = qd[..., 0]
-    tau_1 = tau[..., 0]
-    s1 = numpy.sin(q_1)
-    out = numpy.zeros(batch + (1,), dtype=numpy.float64)
-    out[..., 0] = 4.0 * (tau_1 - 0.01 * qd_1 - 4.905 * s1)
-    return out
 
 
-def mass_matrix(q):
+def _forward_dynamics(of, q, qd, tau):
+    sin = of.sin
+    q_1 = q[0]
+    qd_1 = qd[0]
+    tau_1 = tau[0]
+    s1 = sin(q_1)
+    return (
+        4.0 * (tau_1 - 0.01 * qd_1 - 4.905 * s1),
+    )
+
+
+def mass_matrix(q, out=None):
     """Return the mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2.
 
     Args:
         q: joint positions, shape (..., 1); rad, not used.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         M, shape (..., 1, 1); kg m^2, kg m or kg.
 
     crba; 0 mul, 0 add.
     """
-    batch, q = _arrays(
+    return _run(
+        _mass_matrix,
         "mass_matrix",
+        (1, 1),
+        out,
         ("q", q, 1),
     )
-    out = numpy.zeros(batch + (1, 1), dtype=numpy.float64)
-    out[..., 0, 0] = 0.25
-    return out
 
 
-def velocity_forces(q, qd):
+def _mass_matrix(of, q):
+    return (
+        0.25,  # 0, 0
+    )
+
+
+def velocity_forces(q, qd, out=None):
     """Return the Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd.
 
     Args:
         q: joint positions, shape (..., 1); rad, not used.
         qd: joint velocities, shape (..., 1); rad/s, not used.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         c, shape (..., 1); N m (revolute) or N (prismatic).
 
     rnea; 0 mul, 0 add.
     """
-    batch, q, qd = _arrays(
+    return _run(
+        _velocity_forces,
         "velocity_forces",
+        (1,),
+        out,
         ("q", q, 1),
         ("qd", qd, 1),
     )
-    out = numpy.zeros(batch + (1,), dtype=numpy.float64)
-    return out
 
 
-def gravity_forces(q):
+def _velocity_forces(of, q, qd):
+    return (
+        0.0,
+    )
+
+
+def gravity_forces(q, out=None):
     """Return the gravity forces g(q) = dP/dq.
 
     Args:
         q: joint positions, shape (..., 1); rad.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         g, shape (..., 1); N m (revolute) or N (prismatic).
 
     lagrange; 1 mul, 0 add, 1 sincos.
     """
-    batch, q = _arrays(
+    return _run(
+        _gravity_forces,
         "gravity_forces",
+        (1,),
+        out,
         ("q", q, 1),
     )
-    q_1 = q[..., 0]
-    s1 = numpy.sin(q_1)
-    out = numpy.zeros(batch + (1,), dtype=numpy.float64)
-    out[..., 0] = 4.905 * s1
-    return out
 
 
-def coriolis_matrix(q, qd):
+def _gravity_forces(of, q):
+    sin = of.sin
+    q_1 = q[0]
+    s1 = sin(q_1)
+    return (
+        4.905 * s1,
+    )
+
+
+def coriolis_matrix(q, qd, out=None):
     """Return the Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric.
 
     Args:
         q: joint positions, shape (..., 1); rad, not used.
         qd: joint velocities, shape (..., 1); rad/s, not used.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         C, shape (..., 1, 1); N m s or N s per unit of velocity.
 
     crba; 0 mul, 0 add.
     """
-    batch, q, qd = _arrays(
+    return _run(
+        _coriolis_matrix,
         "coriolis_matrix",
+        (1, 1),
+        out,
         ("q", q, 1),
         ("qd", qd, 1),
     )
-    out = numpy.zeros(batch + (1, 1), dtype=numpy.float64)
-    return out
 
 
-def momentum(q, qd):
+def _coriolis_matrix(of, q, qd):
+    return (
+        0.0,  # 0, 0
+    )
+
+
+def momentum(q, qd, out=None):
     """Return the generalized momentum p = M(q) qd.
 
     Args:
         q: joint positions, shape (..., 1); rad, not used.
         qd: joint velocities, shape (..., 1); rad/s.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         p, shape (..., 1); kg m^2/s or kg m/s.
 
     rnea; 1 mul, 0 add.
     """
-    batch, q, qd = _arrays(
+    return _run(
+        _momentum,
         "momentum",
+        (1,),
+        out,
         ("q", q, 1),
         ("qd", qd, 1),
     )
-    qd_1 = qd[..., 0]
-    out = numpy.zeros(batch + (1,), dtype=numpy.float64)
-    out[..., 0] = 0.25 * qd_1
-    return out
 
 
-def kinetic_energy(q, qd):
+def _momentum(of, q, qd):
+    qd_1 = qd[0]
+    return (
+        0.25 * qd_1,
+    )
+
+
+def kinetic_energy(q, qd, out=None):
     """Return the kinetic energy K(q, qd).
 
     Args:
         q: joint positions, shape (..., 1); rad, not used.
         qd: joint velocities, shape (..., 1); rad/s.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         K, shape (...); J.
 
-    rnea; 3 mul, 0 add.
+    rnea; 2 mul, 0 add.
     """
-    batch, q, qd = _arrays(
+    return _run(
+        _kinetic_energy,
         "kinetic_energy",
+        (),
+        out,
         ("q", q, 1),
         ("qd", qd, 1),
     )
-    qd_1 = qd[..., 0]
-    out = numpy.zeros(batch, dtype=numpy.float64)
-    out[...] = 0.5 * (qd_1 * (0.25 * qd_1))
-    return out[()]
 
 
-def potential_energy(q):
+def _kinetic_energy(of, q, qd):
+    qd_1 = qd[0]
+    return (
+        0.125 * (qd_1 * qd_1),
+    )
+
+
+def potential_energy(q, out=None):
     """Return the potential energy P(q) = -sum m g.r, zero at the origin of the ground frame.
 
     Args:
         q: joint positions, shape (..., 1); rad.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         P, shape (...); J.
 
     recursive; 1 mul, 0 add, 1 sincos.
     """
-    batch, q = _arrays(
+    return _run(
+        _potential_energy,
         "potential_energy",
+        (),
+        out,
         ("q", q, 1),
     )
-    q_1 = q[..., 0]
-    c1 = numpy.cos(q_1)
-    out = numpy.zeros(batch, dtype=numpy.float64)
-    out[...] = -(4.905 * c1)
-    return out[()]
 
 
-def k_z(q):
+def _potential_energy(of, q):
+    cos = of.cos
+    q_1 = q[0]
+    c1 = cos(q_1)
+    return (
+        -(4.905 * c1),
+    )
+
+
+def k_z(q, out=None):
     """Return the inertia coefficients k_z of qdd_j, which is M(q).
 
     Args:
         q: joint positions, shape (..., 1); rad, not used.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         k_z, shape (..., 1, 1); kg m^2, kg m or kg.
 
     crba; 0 mul, 0 add.
     """
-    batch, q = _arrays(
+    return _run(
+        _k_z,
         "k_z",
+        (1, 1),
+        out,
         ("q", q, 1),
     )
-    out = numpy.zeros(batch + (1, 1), dtype=numpy.float64)
-    out[..., 0, 0] = 0.25
-    return out
 
 
-def k_C(q):
+def _k_z(of, q):
+    return (
+        0.25,  # 0, 0
+    )
+
+
+def k_C(q, out=None):
     """Return the Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order.
 
     Args:
         q: joint positions, shape (..., 1); rad, not used.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         k_C, shape (..., 1, 0); N m s^2 or N s^2 per unit of velocity squared.
 
     crba; 0 mul, 0 add.
     """
-    batch, q = _arrays(
+    return _run(
+        _k_C,
         "k_C",
+        (1, 0),
+        out,
         ("q", q, 1),
     )
-    out = numpy.zeros(batch + (1, 0), dtype=numpy.float64)
-    return out
 
 
-def k_D(q):
+def _k_C(of, q):
+    return (
+    )
+
+
+def k_D(q, out=None):
     """Return the centrifugal coefficients k_D of qd_j^2.
 
     Args:
         q: joint positions, shape (..., 1); rad, not used.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         k_D, shape (..., 1, 1); N m s^2 or N s^2 per unit of velocity squared.
 
     crba; 0 mul, 0 add.
     """
-    batch, q = _arrays(
+    return _run(
+        _k_D,
         "k_D",
+        (1, 1),
+        out,
         ("q", q, 1),
     )
-    out = numpy.zeros(batch + (1, 1), dtype=numpy.float64)
-    return out
 
 
-def k_G(q):
+def _k_D(of, q):
+    return (
+        0.0,  # 0, 0
+    )
+
+
+def k_G(q, out=None):
     """Return the gravity coefficients k_G, which is g(q).
 
     Args:
         q: joint positions, shape (..., 1); rad.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         k_G, shape (..., 1); N m (revolute) or N (prismatic).
 
     lagrange; 1 mul, 0 add, 1 sincos.
     """
-    batch, q = _arrays(
+    return _run(
+        _k_G,
         "k_G",
+        (1,),
+        out,
         ("q", q, 1),
     )
-    q_1 = q[..., 0]
-    s1 = numpy.sin(q_1)
-    out = numpy.zeros(batch + (1,), dtype=numpy.float64)
-    out[..., 0] = 4.905 * s1
-    return out
 
 
-def pose_tip(q):
+def _k_G(of, q):
+    sin = of.sin
+    q_1 = q[0]
+    s1 = sin(q_1)
+    return (
+        4.905 * s1,
+    )
+
+
+def pose_tip(q, out=None):
     """Return the placement [R | p] of tip in the ground frame.
 
     Args:
         q: joint positions, shape (..., 1); rad.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         T, shape (..., 3, 4); 1 and m.
 
     recursive; 2 mul, 0 add, 1 sincos.
     """
-    batch, q = _arrays(
+    return _run(
+        _pose_tip,
         "pose_tip",
+        (3, 4),
+        out,
         ("q", q, 1),
     )
-    q_1 = q[..., 0]
-    s1 = numpy.sin(q_1)
-    c1 = numpy.cos(q_1)
-    out = numpy.zeros(batch + (3, 4), dtype=numpy.float64)
-    out[..., 0, 0] = c1
-    out[..., 0, 1] = -s1
-    out[..., 0, 3] = 0.5 * s1
-    out[..., 1, 0] = s1
-    out[..., 1, 1] = c1
-    out[..., 1, 3] = -(0.5 * c1)
-    out[..., 2, 2] = 1.0
-    return out
 
 
-def jacobian_tip(q):
+def _pose_tip(of, q):
+    sin = of.sin
+    cos = of.cos
+    q_1 = q[0]
+    s1 = sin(q_1)
+    c1 = cos(q_1)
+    return (
+        c1,  # 0, 0
+        -s1,  # 0, 1
+        0.0,  # 0, 2
+        0.5 * s1,  # 0, 3
+        s1,  # 1, 0
+        c1,  # 1, 1
+        0.0,  # 1, 2
+        -(0.5 * c1),  # 1, 3
+        0.0,  # 2, 0
+        0.0,  # 2, 1
+        1.0,  # 2, 2
+        0.0,  # 2, 3
+    )
+
+
+def jacobian_tip(q, out=None):
     """Return the Jacobian J of tip: [velocity of its origin; angular velocity] = J qd, ground frame.
 
     Args:
         q: joint positions, shape (..., 1); rad.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         J, shape (..., 6, 1); m or 1, and 1.
 
     recursive; 2 mul, 0 add, 1 sincos.
     """
-    batch, q = _arrays(
+    return _run(
+        _jacobian_tip,
         "jacobian_tip",
+        (6, 1),
+        out,
         ("q", q, 1),
     )
-    q_1 = q[..., 0]
-    s1 = numpy.sin(q_1)
-    c1 = numpy.cos(q_1)
-    out = numpy.zeros(batch + (6, 1), dtype=numpy.float64)
-    out[..., 0, 0] = 0.5 * c1
-    out[..., 1, 0] = 0.5 * s1
-    out[..., 5, 0] = 1.0
-    return out
 
 
-def jdot_qdot_tip(q, qd):
+def _jacobian_tip(of, q):
+    sin = of.sin
+    cos = of.cos
+    q_1 = q[0]
+    s1 = sin(q_1)
+    c1 = cos(q_1)
+    return (
+        0.5 * c1,  # 0, 0
+        0.5 * s1,  # 1, 0
+        0.0,  # 2, 0
+        0.0,  # 3, 0
+        0.0,  # 4, 0
+        1.0,  # 5, 0
+    )
+
+
+def jdot_qdot_tip(q, qd, out=None):
     """Return the velocity product Jdot qd of tip: its [acceleration; angular acceleration] at qdd = 0, ground frame.
 
     Args:
         q: joint positions, shape (..., 1); rad.
         qd: joint velocities, shape (..., 1); rad/s.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         a, shape (..., 6); m/s^2 and rad/s^2.
 
     recursive; 4 mul, 0 add, 1 sincos.
     """
-    batch, q, qd = _arrays(
+    return _run(
+        _jdot_qdot_tip,
         "jdot_qdot_tip",
+        (6,),
+        out,
         ("q", q, 1),
         ("qd", qd, 1),
     )
-    q_1 = q[..., 0]
-    qd_1 = qd[..., 0]
-    s1 = numpy.sin(q_1)
-    c1 = numpy.cos(q_1)
-    x1 = qd_1 * (0.5 * qd_1)
-    out = numpy.zeros(batch + (6,), dtype=numpy.float64)
-    out[..., 0] = -(s1 * x1)
-    out[..., 1] = c1 * x1
-    return out
+
+
+def _jdot_qdot_tip(of, q, qd):
+    sin = of.sin
+    cos = of.cos
+    q_1 = q[0]
+    qd_1 = qd[0]
+    s1 = sin(q_1)
+    c1 = cos(q_1)
+    x1 = 0.5 * (qd_1 * qd_1)
+    return (
+        -(s1 * x1),
+        c1 * x1,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )

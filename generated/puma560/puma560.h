@@ -8,59 +8,59 @@
  *
  *     inverse_dynamics(q, qd, qdd) -> tau, shape (6,); N m (revolute) or N (prismatic)
  *         driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q
- *         rnea; 265 mul, 191 add, 5 sincos
+ *         rnea; 172 mul, 146 add, 5 sincos
  *
  *     forward_dynamics(q, qd, tau) -> qdd, shape (6,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         crba; 435 mul, 345 add, 15 div, 5 sincos
+ *         crba; 289 mul, 241 add, 10 div, 5 sincos
  *
  *     mass_matrix(q) -> M, shape (6, 6); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
- *         crba; 128 mul, 108 add, 5 sincos
+ *         crba; 77 mul, 61 add, 4 sincos
  *
  *     velocity_forces(q, qd) -> c, shape (6,); N m (revolute) or N (prismatic)
  *         Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd
- *         rnea; 245 mul, 167 add, 5 sincos
+ *         rnea; 155 mul, 118 add, 5 sincos
  *
  *     gravity_forces(q) -> g, shape (6,); N m (revolute) or N (prismatic)
  *         gravity forces g(q) = dP/dq
- *         lagrange; 26 mul, 16 add, 4 sincos
+ *         lagrange; 25 mul, 13 add, 4 sincos
  *
  *     coriolis_matrix(q, qd) -> C, shape (6, 6); N m s or N s per unit of velocity
  *         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
- *         crba; 405 mul, 350 add, 5 sincos
+ *         crba; 303 mul, 243 add, 4 sincos
  *
  *     momentum(q, qd) -> p, shape (6,); kg m^2/s or kg m/s
  *         generalized momentum p = M(q) qd
- *         rnea; 136 mul, 96 add, 5 sincos
+ *         rnea; 106 mul, 74 add, 5 sincos
  *
  *     kinetic_energy(q, qd) -> K, scalar; J
  *         kinetic energy K(q, qd)
- *         rnea; 143 mul, 101 add, 5 sincos
+ *         rnea; 113 mul, 79 add, 5 sincos
  *
  *     potential_energy(q) -> P, scalar; J
  *         potential energy P(q) = -sum m g.r, zero at the origin of the ground frame
- *         recursive; 23 mul, 13 add, 4 sincos
+ *         recursive; 10 mul, 7 add, 4 sincos
  *
  *     k_z(q) -> k_z, shape (6, 6); kg m^2, kg m or kg
  *         inertia coefficients k_z of qdd_j, which is M(q)
- *         crba; 128 mul, 108 add, 5 sincos
+ *         crba; 77 mul, 61 add, 4 sincos
  *
  *     k_C(q) -> k_C, shape (6, 15); N m s^2 or N s^2 per unit of velocity squared
  *         Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order
- *         crba; 247 mul, 229 add, 5 sincos
+ *         crba; 162 mul, 138 add, 4 sincos
  *
  *     k_D(q) -> k_D, shape (6, 6); N m s^2 or N s^2 per unit of velocity squared
  *         centrifugal coefficients k_D of qd_j^2
- *         crba; 201 mul, 167 add, 5 sincos
+ *         crba; 126 mul, 93 add, 4 sincos
  *
  *     k_G(q) -> k_G, shape (6,); N m (revolute) or N (prismatic)
  *         gravity coefficients k_G, which is g(q)
- *         lagrange; 26 mul, 16 add, 4 sincos
+ *         lagrange; 25 mul, 13 add, 4 sincos
  *
  *     pose_tool(q) -> T, shape (3, 4); 1 and m
  *         placement [R | p] of tool in the ground frame
- *         recursive; 61 mul, 30 add, 6 sincos
+ *         recursive; 58 mul, 30 add, 6 sincos
  *
  *     jacobian_tool(q) -> J, shape (6, 6); m or 1, and 1
  *         Jacobian J of tool: [velocity of its origin; angular velocity] = J qd, ground frame
@@ -68,7 +68,7 @@
  *
  *     jdot_qdot_tool(q, qd) -> a, shape (6,); m/s^2 and rad/s^2
  *         velocity product Jdot qd of tool: its [acceleration; angular acceleration] at qdd = 0, ground frame
- *         recursive; 151 mul, 83 add, 6 sincos
+ *         recursive; 150 mul, 83 add, 6 sincos
  *
  * Arguments:
  *

@@ -8,43 +8,43 @@
  *
  *     inverse_dynamics(q, qd, qdd, params) -> tau, shape (2,); N m (revolute) or N (prismatic)
  *         driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q
- *         rnea; 27 mul, 13 add, 2 sincos
+ *         rnea; 17 mul, 10 add, 2 sincos
  *
  *     forward_dynamics(q, qd, tau, params) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         crba; 30 mul, 17 add, 3 div, 2 sincos
+ *         crba; 22 mul, 14 add, 3 div, 2 sincos
  *
  *     mass_matrix(q, params) -> M, shape (2, 2); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
- *         crba; 9 mul, 4 add, 1 sincos
+ *         crba; 11 mul, 4 add, 1 sincos
  *
  *     velocity_forces(q, qd, params) -> c, shape (2,); N m (revolute) or N (prismatic)
  *         Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd
- *         rnea; 13 mul, 4 add, 1 sincos
+ *         rnea; 7 mul, 2 add, 1 sincos
  *
  *     gravity_forces(q, params) -> g, shape (2,); N m (revolute) or N (prismatic)
  *         gravity forces g(q) = dP/dq
- *         lagrange; 12 mul, 4 add, 2 sincos
+ *         rnea; 8 mul, 3 add, 2 sincos
  *
  *     coriolis_matrix(q, qd, params) -> C, shape (2, 2); N m s or N s per unit of velocity
  *         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
- *         crba; 9 mul, 1 add, 1 sincos
+ *         crba; 5 mul, 1 add, 1 sincos
  *
  *     momentum(q, qd, params) -> p, shape (2,); kg m^2/s or kg m/s
  *         generalized momentum p = M(q) qd
- *         rnea; 17 mul, 6 add, 1 sincos
+ *         rnea; 10 mul, 5 add, 1 sincos
  *
  *     kinetic_energy(q, qd, params) -> K, scalar; J
  *         kinetic energy K(q, qd)
- *         rnea; 20 mul, 7 add, 1 sincos
+ *         rnea; 13 mul, 6 add, 1 sincos
  *
  *     potential_energy(q, params) -> P, scalar; J
  *         potential energy P(q) = -sum m g.r, zero at the origin of the ground frame
- *         recursive; 10 mul, 3 add, 2 sincos
+ *         recursive; 7 mul, 3 add, 2 sincos
  *
  *     k_z(q, params) -> k_z, shape (2, 2); kg m^2, kg m or kg
  *         inertia coefficients k_z of qdd_j, which is M(q)
- *         crba; 9 mul, 4 add, 1 sincos
+ *         crba; 11 mul, 4 add, 1 sincos
  *
  *     k_C(q, params) -> k_C, shape (2, 1); N m s^2 or N s^2 per unit of velocity squared
  *         Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order
@@ -56,7 +56,7 @@
  *
  *     k_G(q, params) -> k_G, shape (2,); N m (revolute) or N (prismatic)
  *         gravity coefficients k_G, which is g(q)
- *         lagrange; 12 mul, 4 add, 2 sincos
+ *         rnea; 8 mul, 3 add, 2 sincos
  *
  *     pose_tool(q, params) -> T, shape (3, 4); 1 and m
  *         placement [R | p] of tool in the ground frame
@@ -107,18 +107,13 @@ void two_link_inverse_dynamics(const double *q, const double *qd, const double *
     const double c1 = cos(q_1);
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
-    const double x1 = p_m2 * p_h2;
-    const double x2 = s1 * p_g;
-    const double x3 = qd_1 + qd_2;
-    const double x4 = qdd_1 + qdd_2;
-    const double x5 = x2 + qdd_1 * p_h1;
-    const double x6 = c1 * p_g + qd_1 * (qd_1 * p_h1);
-    const double x7 = c2 * x5 + s2 * x6;
-    const double x8 = p_m2 * (p_h2 * p_h2) * x4 + x1 * x7;
-    const double x9 = s2 * (p_m2 * (c2 * x6 - s2 * x5) + x3 * (x1 * x3));
-    const double x10 = x8 + p_h1 * (c2 * (p_m2 * x7 + x1 * x4) - x9);
-    out[0] = qdd_1 * (p_m1 * (p_h1 * p_h1)) + p_m1 * p_h1 * x2 + x10;
-    out[1] = x8;
+    const double x1 = s1 * p_g + qdd_1 * p_h1;
+    const double x2 = qd_1 + qd_2;
+    const double x3 = qdd_1 + qdd_2;
+    const double x4 = p_m2 * p_h2;
+    const double x5 = x4 * (s2 * (c1 * p_g + p_h1 * (qd_1 * qd_1)) + c2 * x1 + p_h2 * x3);
+    out[0] = x5 - (x2 * (s2 * x2) - c2 * x3) * (p_h1 * x4) + p_h1 * (p_m1 + p_m2) * x1;
+    out[1] = x5;
 }
 
 void two_link_forward_dynamics(const double *q, const double *qd, const double *tau, const double *params, double *out)
@@ -136,25 +131,23 @@ void two_link_forward_dynamics(const double *q, const double *qd, const double *
     const double p_g = params[4];
     const double s1 = sin(q_1);
     const double c1 = cos(q_1);
-    const double x1 = p_h1 * p_h1;
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
-    const double x2 = p_m2 * (p_h2 * p_h2);
-    const double x3 = p_m2 * p_h2;
-    const double x4 = s1 * p_g;
-    const double x5 = qd_1 + qd_2;
-    const double x6 = c1 * p_g + qd_1 * (qd_1 * p_h1);
-    const double x7 = s2 * x6 + c2 * x4;
-    const double x8 = x3 * x7;
-    const double x9 = c2 * (p_m2 * x7) - s2 * (x5 * (x3 * x5) + p_m2 * (c2 * x6 - s2 * x4));
-    const double x10 = tau_2 - x8;
-    const double x11 = p_h1 * (c2 * x3);
-    const double x12 = x2 + x11;
-    const double x13 = x12 / x2;
-    const double x14 = tau_1 - (p_m1 * p_h1 * x4 + (x8 + p_h1 * x9)) - x10 * x13;
-    const double x15 = x14 / (p_m1 * x1 + (x2 + (2.0 * x11 + x1 * p_m2)) - x12 * x13);
-    out[0] = x15;
-    out[1] = x10 / x2 - x13 * x15;
+    const double x1 = s1 * p_g;
+    const double x2 = p_h1 * (p_m1 + p_m2);
+    const double x3 = qd_1 + qd_2;
+    const double x4 = p_m2 * p_h2;
+    const double x5 = p_h1 * x4;
+    const double x6 = p_m2 * (p_h2 * p_h2);
+    const double x7 = c2 * x5;
+    const double x8 = x6 + x7;
+    const double x9 = x8 / x6;
+    const double x10 = x4 * (s2 * (c1 * p_g + p_h1 * (qd_1 * qd_1)) + c2 * x1);
+    const double x11 = tau_2 - x10;
+    const double x12 = tau_1 - x1 * x2 - x10 + x3 * (x3 * (s2 * x5)) - x9 * x11;
+    const double x13 = x12 / (2.0 * x7 - x8 * x9 + (x6 + p_h1 * x2));
+    out[0] = x13;
+    out[1] = x11 / x6 - x9 * x13;
 }
 
 void two_link_mass_matrix(const double *q, const double *params, double *out)
@@ -164,15 +157,14 @@ void two_link_mass_matrix(const double *q, const double *params, double *out)
     const double p_m2 = params[1];
     const double p_h1 = params[2];
     const double p_h2 = params[3];
-    const double x1 = p_h1 * p_h1;
     const double c2 = cos(q_2);
-    const double x2 = p_m2 * (p_h2 * p_h2);
-    const double x3 = p_h1 * (c2 * (p_m2 * p_h2));
-    const double x4 = x2 + x3;
-    out[0] = p_m1 * x1 + (x2 + (2.0 * x3 + x1 * p_m2));
-    out[1] = x4;
-    out[2] = x4;
-    out[3] = x2;
+    const double x1 = p_m2 * (p_h2 * p_h2);
+    const double x2 = c2 * (p_m2 * p_h2);
+    const double x3 = x1 + p_h1 * x2;
+    out[0] = x1 + p_h1 * (p_m1 * p_h1) + 2.0 * p_h1 * (x2 + p_m2 * (0.5 * p_h1));
+    out[1] = x3;
+    out[2] = x3;
+    out[3] = x1;
 }
 
 void two_link_velocity_forces(const double *q, const double *qd, const double *params, double *out)
@@ -184,14 +176,11 @@ void two_link_velocity_forces(const double *q, const double *qd, const double *p
     const double p_h1 = params[2];
     const double p_h2 = params[3];
     const double s2 = sin(q_2);
-    const double c2 = cos(q_2);
-    const double x1 = p_m2 * p_h2;
-    const double x2 = qd_1 + qd_2;
-    const double x3 = qd_1 * (qd_1 * p_h1);
-    const double x4 = s2 * x3;
-    const double x5 = x1 * x4;
-    out[0] = x5 + p_h1 * (c2 * (p_m2 * x4) - s2 * (x2 * (x1 * x2) + p_m2 * (c2 * x3)));
-    out[1] = x5;
+    const double x1 = qd_1 + qd_2;
+    const double x2 = s2 * (p_h2 * (p_h1 * p_m2));
+    const double x3 = qd_1 * (qd_1 * x2);
+    out[0] = x3 - x1 * (x1 * x2);
+    out[1] = x3;
 }
 
 void two_link_gravity_forces(const double *q, const double *params, double *out)
@@ -207,10 +196,10 @@ void two_link_gravity_forces(const double *q, const double *params, double *out)
     const double c1 = cos(q_1);
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
-    const double x1 = p_m2 * p_g;
-    const double x2 = p_h2 * x1;
-    out[0] = s1 * (c2 * x2 + p_h1 * (x1 + p_m1 * p_g)) + c1 * (s2 * x2);
-    out[1] = s2 * (c1 * x2) + c2 * (s1 * x2);
+    const double x1 = s1 * p_g;
+    const double x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g));
+    out[0] = x1 * (p_h1 * (p_m1 + p_m2)) + x2;
+    out[1] = x2;
 }
 
 void two_link_coriolis_matrix(const double *q, const double *qd, const double *params, double *out)
@@ -222,12 +211,12 @@ void two_link_coriolis_matrix(const double *q, const double *qd, const double *p
     const double p_h1 = params[2];
     const double p_h2 = params[3];
     const double s2 = sin(q_2);
-    const double x1 = 2.0 * (p_h1 * (s2 * (p_m2 * p_h2)));
+    const double x1 = s2 * (p_m2 * (p_h1 * p_h2));
     const double x2 = qd_2 * x1;
     const double x3 = qd_1 * x1;
-    out[0] = -(0.5 * x2);
-    out[1] = -(0.5 * (x2 + x3));
-    out[2] = 0.5 * x3;
+    out[0] = -x2;
+    out[1] = -(x2 + x3);
+    out[2] = x3;
     out[3] = 0.0;
 }
 
@@ -240,16 +229,13 @@ void two_link_momentum(const double *q, const double *qd, const double *params, 
     const double p_m2 = params[1];
     const double p_h1 = params[2];
     const double p_h2 = params[3];
-    const double s2 = sin(q_2);
     const double c2 = cos(q_2);
-    const double x1 = p_m2 * p_h2;
-    const double x2 = qd_1 + qd_2;
-    const double x3 = qd_1 * p_h1;
-    const double x4 = c2 * x3;
-    const double x5 = p_m2 * (p_h2 * p_h2) * x2 + x1 * x4;
-    const double x6 = x5 + p_h1 * (c2 * (x1 * x2 + p_m2 * x4) + s2 * (p_m2 * (s2 * x3)));
-    out[0] = qd_1 * (p_m1 * (p_h1 * p_h1)) + x6;
-    out[1] = x5;
+    const double x1 = qd_1 + qd_2;
+    const double x2 = p_m2 * p_h2;
+    const double x3 = c2 * (p_h1 * x2);
+    const double x4 = x1 * (p_h2 * x2) + qd_1 * x3;
+    out[0] = x4 + qd_1 * ((p_m1 + p_m2) * (p_h1 * p_h1)) + x1 * x3;
+    out[1] = x4;
 }
 
 void two_link_kinetic_energy(const double *q, const double *qd, const double *params, double *out)
@@ -261,15 +247,12 @@ void two_link_kinetic_energy(const double *q, const double *qd, const double *pa
     const double p_m2 = params[1];
     const double p_h1 = params[2];
     const double p_h2 = params[3];
-    const double s2 = sin(q_2);
     const double c2 = cos(q_2);
-    const double x1 = p_m2 * p_h2;
-    const double x2 = qd_1 + qd_2;
-    const double x3 = qd_1 * p_h1;
-    const double x4 = c2 * x3;
-    const double x5 = p_m2 * (p_h2 * p_h2) * x2 + x1 * x4;
-    const double x6 = x5 + p_h1 * (c2 * (x1 * x2 + p_m2 * x4) + s2 * (p_m2 * (s2 * x3)));
-    out[0] = 0.5 * (qd_1 * (qd_1 * (p_m1 * (p_h1 * p_h1)) + x6) + qd_2 * x5);
+    const double x1 = qd_1 + qd_2;
+    const double x2 = p_m2 * p_h2;
+    const double x3 = c2 * (p_h1 * x2);
+    const double x4 = x1 * (p_h2 * x2) + qd_1 * x3;
+    out[0] = 0.5 * (qd_1 * (x4 + qd_1 * ((p_m1 + p_m2) * (p_h1 * p_h1)) + x1 * x3) + qd_2 * x4);
 }
 
 void two_link_potential_energy(const double *q, const double *params, double *out)
@@ -285,8 +268,8 @@ void two_link_potential_energy(const double *q, const double *params, double *ou
     const double c1 = cos(q_1);
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
-    const double x1 = p_g * (p_m2 * (c1 * p_h1) + p_m2 * p_h2 * (c1 * c2 - s1 * s2));
-    out[0] = -(p_g * (c1 * (p_m1 * p_h1)) + x1);
+    const double x1 = p_m2 * p_h2;
+    out[0] = p_g * (s1 * (s2 * x1) - c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1));
 }
 
 void two_link_k_z(const double *q, const double *params, double *out)
@@ -296,15 +279,14 @@ void two_link_k_z(const double *q, const double *params, double *out)
     const double p_m2 = params[1];
     const double p_h1 = params[2];
     const double p_h2 = params[3];
-    const double x1 = p_h1 * p_h1;
     const double c2 = cos(q_2);
-    const double x2 = p_m2 * (p_h2 * p_h2);
-    const double x3 = p_h1 * (c2 * (p_m2 * p_h2));
-    const double x4 = x2 + x3;
-    out[0] = p_m1 * x1 + (x2 + (2.0 * x3 + x1 * p_m2));
-    out[1] = x4;
-    out[2] = x4;
-    out[3] = x2;
+    const double x1 = p_m2 * (p_h2 * p_h2);
+    const double x2 = c2 * (p_m2 * p_h2);
+    const double x3 = x1 + p_h1 * x2;
+    out[0] = x1 + p_h1 * (p_m1 * p_h1) + 2.0 * p_h1 * (x2 + p_m2 * (0.5 * p_h1));
+    out[1] = x3;
+    out[2] = x3;
+    out[3] = x1;
 }
 
 void two_link_k_C(const double *q, const double *params, double *out)
@@ -314,7 +296,7 @@ void two_link_k_C(const double *q, const double *params, double *out)
     const double p_h1 = params[2];
     const double p_h2 = params[3];
     const double s2 = sin(q_2);
-    out[0] = -(2.0 * (p_h1 * (s2 * (p_m2 * p_h2))));
+    out[0] = -(s2 * (p_h1 * (2.0 * (p_m2 * p_h2))));
     out[1] = 0.0;
 }
 
@@ -325,7 +307,7 @@ void two_link_k_D(const double *q, const double *params, double *out)
     const double p_h1 = params[2];
     const double p_h2 = params[3];
     const double s2 = sin(q_2);
-    const double x1 = p_h1 * (s2 * (p_m2 * p_h2));
+    const double x1 = s2 * (p_m2 * (p_h1 * p_h2));
     out[0] = 0.0;
     out[1] = -x1;
     out[2] = x1;
@@ -345,10 +327,10 @@ void two_link_k_G(const double *q, const double *params, double *out)
     const double c1 = cos(q_1);
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
-    const double x1 = p_m2 * p_g;
-    const double x2 = p_h2 * x1;
-    out[0] = s1 * (c2 * x2 + p_h1 * (x1 + p_m1 * p_g)) + c1 * (s2 * x2);
-    out[1] = s2 * (c1 * x2) + c2 * (s1 * x2);
+    const double x1 = s1 * p_g;
+    const double x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g));
+    out[0] = x1 * (p_h1 * (p_m1 + p_m2)) + x2;
+    out[1] = x2;
 }
 
 void two_link_pose_tool(const double *q, const double *params, double *out)
@@ -361,16 +343,16 @@ void two_link_pose_tool(const double *q, const double *params, double *out)
     const double c1 = cos(q_1);
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
-    const double x1 = c1 * c2 - s1 * s2;
-    const double x2 = c1 * s2 + s1 * c2;
-    out[0] = x1;
-    out[1] = -x2;
+    const double x1 = c1 * s2 + s1 * c2;
+    const double x2 = c1 * c2 - s1 * s2;
+    out[0] = x2;
+    out[1] = -x1;
     out[2] = 0.0;
-    out[3] = s1 * p_h1 + p_h2 * x2;
-    out[4] = x2;
-    out[5] = x1;
+    out[3] = s1 * p_h1 + p_h2 * x1;
+    out[4] = x1;
+    out[5] = x2;
     out[6] = 0.0;
-    out[7] = -(c1 * p_h1 + p_h2 * x1);
+    out[7] = -(c1 * p_h1 + p_h2 * x2);
     out[8] = 0.0;
     out[9] = 0.0;
     out[10] = 1.0;
@@ -388,13 +370,13 @@ void two_link_jacobian_tool(const double *q, const double *params, double *out)
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
     const double x1 = s1 * p_h1;
-    const double x2 = c1 * p_h1;
-    const double x3 = x1 + p_h2 * (c1 * s2 + s1 * c2);
-    const double x4 = x2 + p_h2 * (c1 * c2 - s1 * s2);
+    const double x2 = x1 + p_h2 * (c1 * s2 + s1 * c2);
+    const double x3 = c1 * p_h1;
+    const double x4 = x3 + p_h2 * (c1 * c2 - s1 * s2);
     out[0] = x4;
-    out[1] = -(x2 - x4);
-    out[2] = x3;
-    out[3] = x3 - x1;
+    out[1] = x4 - x3;
+    out[2] = x2;
+    out[3] = x2 - x1;
     out[4] = 0.0;
     out[5] = 0.0;
     out[6] = 0.0;
@@ -418,13 +400,13 @@ void two_link_jdot_qdot_tool(const double *q, const double *qd, const double *pa
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
     const double x1 = qd_1 + qd_2;
-    const double x2 = qd_1 * (qd_1 * p_h1);
-    const double x3 = s2 * x2;
-    const double x4 = c1 * c2 - s1 * s2;
-    const double x5 = c1 * s2 + s1 * c2;
-    const double x6 = c2 * x2 + x1 * (p_h2 * x1);
-    out[0] = x3 * x4 - x5 * x6;
-    out[1] = x3 * x5 + x4 * x6;
+    const double x2 = c1 * s2 + s1 * c2;
+    const double x3 = c1 * c2 - s1 * s2;
+    const double x4 = qd_1 * (qd_1 * p_h1);
+    const double x5 = s2 * x4;
+    const double x6 = c2 * x4 + x1 * (p_h2 * x1);
+    out[0] = x3 * x5 - x2 * x6;
+    out[1] = x2 * x5 + x3 * x6;
     out[2] = 0.0;
     out[3] = 0.0;
     out[4] = 0.0;

@@ -7,43 +7,43 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
 
     inverse_dynamics(q, qd, qdd, params) -> tau, shape (2,); N m (revolute) or N (prismatic)
         driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q
-        rnea; 27 mul, 13 add, 2 sincos
+        rnea; 17 mul, 10 add, 2 sincos
 
     forward_dynamics(q, qd, tau, params) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
-        crba; 30 mul, 17 add, 3 div, 2 sincos
+        crba; 22 mul, 14 add, 3 div, 2 sincos
 
     mass_matrix(q, params) -> M, shape (2, 2); kg m^2, kg m or kg
         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
-        crba; 9 mul, 4 add, 1 sincos
+        crba; 11 mul, 4 add, 1 sincos
 
     velocity_forces(q, qd, params) -> c, shape (2,); N m (revolute) or N (prismatic)
         Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd
-        rnea; 13 mul, 4 add, 1 sincos
+        rnea; 7 mul, 2 add, 1 sincos
 
     gravity_forces(q, params) -> g, shape (2,); N m (revolute) or N (prismatic)
         gravity forces g(q) = dP/dq
-        lagrange; 12 mul, 4 add, 2 sincos
+        rnea; 8 mul, 3 add, 2 sincos
 
     coriolis_matrix(q, qd, params) -> C, shape (2, 2); N m s or N s per unit of velocity
         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
-        crba; 9 mul, 1 add, 1 sincos
+        crba; 5 mul, 1 add, 1 sincos
 
     momentum(q, qd, params) -> p, shape (2,); kg m^2/s or kg m/s
         generalized momentum p = M(q) qd
-        rnea; 17 mul, 6 add, 1 sincos
+        rnea; 10 mul, 5 add, 1 sincos
 
     kinetic_energy(q, qd, params) -> K, scalar; J
         kinetic energy K(q, qd)
-        rnea; 20 mul, 7 add, 1 sincos
+        rnea; 13 mul, 6 add, 1 sincos
 
     potential_energy(q, params) -> P, scalar; J
         potential energy P(q) = -sum m g.r, zero at the origin of the ground frame
-        recursive; 10 mul, 3 add, 2 sincos
+        recursive; 7 mul, 3 add, 2 sincos
 
     k_z(q, params) -> k_z, shape (2, 2); kg m^2, kg m or kg
         inertia coefficients k_z of qdd_j, which is M(q)
-        crba; 9 mul, 4 add, 1 sincos
+        crba; 11 mul, 4 add, 1 sincos
 
     k_C(q, params) -> k_C, shape (2, 1); N m s^2 or N s^2 per unit of velocity squared
         Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order
@@ -55,7 +55,7 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
 
     k_G(q, params) -> k_G, shape (2,); N m (revolute) or N (prismatic)
         gravity coefficients k_G, which is g(q)
-        lagrange; 12 mul, 4 add, 2 sincos
+        rnea; 8 mul, 3 add, 2 sincos
 
     pose_tool(q, params) -> T, shape (3, 4); 1 and m
         placement [R | p] of tool in the ground frame
@@ -86,8 +86,12 @@ Entries of params, in this order:
     params[4] = g, m/s^2: acceleration of free fall
 
 Arrays have their own dimension last: an argument of shape (n,) is one state, (..., n) a batch of them, and leading
-dimensions broadcast. Results are float64. Needs NumPy and nothing else.
+dimensions broadcast. Results are float64; `out` is an array to put them into. One state is computed in plain floats,
+a batch in blocks of 4096 states. NaN gives NaN, and nothing is raised or warned about where a result is not finite.
+Needs NumPy and nothing else.
 """
+
+import math
 
 import numpy
 
@@ -111,24 +115,78 @@ __all__ = [
 ]
 
 
-def _arrays(function, *arguments):
-    """Return the shape of the batch and every argument as float64, or say which one has the wrong shape."""
+class _Floats:
+    """Functions of plain floats."""
+
+    sin = math.sin
+    cos = math.cos
+
+
+class _Arrays:
+    """The same functions of arrays."""
+
+    sin = numpy.sin
+    cos = numpy.cos
+
+
+def _run(compute, name, shape, out, *arguments):
+    """Return the entries that `compute` gives, as an array of the leading dimensions and `shape`."""
     arrays = []
-    for name, value, length in arguments:
+    for argument, value, length in arguments:
         array = numpy.asarray(value, dtype=numpy.float64)
         if array.shape[-1:] != (length,):
-            found = f"{function}: {name} has shape {array.shape}"
+            found = f"{name}: {argument} has shape {array.shape}"
             raise ValueError(f"{found}; its last dimension must have length {length}")
         arrays.append(array)
+    batch = _batch(name, arrays, arguments)
+    if out is not None and out.shape != batch + shape:
+        raise ValueError(f"{name}: out has shape {out.shape}; it must have shape {batch + shape}")
+    result = _one(compute, arrays, shape) if batch == () else None
+    if result is None:
+        result = numpy.empty(batch + shape, dtype=numpy.float64)
+        _blocks(compute, arrays, batch, result.reshape(math.prod(batch), math.prod(shape)))
+    if out is None:
+        return result[()]
+    out[...] = result
+    return out
+
+
+def _batch(name, arrays, arguments):
+    """Return the leading dimensions that all arguments broadcast to."""
     batches = [array.shape[:-1] for array in arrays]
+    if not any(batches):
+        return ()
     try:
-        return numpy.broadcast_shapes(*batches), *arrays
+        return numpy.broadcast_shapes(*batches)
     except ValueError:
-        names = ", ".join(name for name, _, _ in arguments)
-        raise ValueError(f"{function}: leading dimensions {batches} of {names} do not broadcast") from None
+        names = ", ".join(argument for argument, _, _ in arguments)
+        raise ValueError(f"{name}: leading dimensions {batches} of {names} do not broadcast") from None
 
 
-def inverse_dynamics(q, qd, qdd, params):
+def _one(compute, arrays, shape):
+    """Return the result for one state; None where Python raises what is NaN or infinity in NumPy."""
+    try:
+        entries = compute(_Floats, *[array.tolist() for array in arrays])
+    except (ArithmeticError, ValueError):
+        return None
+    return numpy.array(entries, dtype=numpy.float64).reshape(shape)
+
+
+def _blocks(compute, arrays, batch, rows):
+    """Put the result of every state into its row, 4096 states at a time; what all states share stays a number."""
+    flat = [
+        a if a.ndim == 1 else numpy.broadcast_to(a, batch + a.shape[-1:]).reshape(len(rows), a.shape[-1])
+        for a in arrays
+    ]
+    with numpy.errstate(all="ignore"):
+        for start in range(0, len(rows), 4096):
+            here = slice(start, start + 4096)
+            entries = compute(_Arrays, *[list(a if a.ndim == 1 else a[here].T.copy()) for a in flat])
+            for place, entry in enumerate(entries):
+                rows[here, place] = entry
+
+
+def inverse_dynamics(q, qd, qdd, params, out=None):
     """Return the driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q.
 
     Args:
@@ -136,51 +194,55 @@ def inverse_dynamics(q, qd, qdd, params):
         qd: joint velocities, shape (..., 2); rad/s.
         qdd: joint accelerations, shape (..., 2); rad/s^2.
         params: free parameters: m1, m2, h1, h2, g, shape (..., 5); kg, kg, m, m, m/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         tau, shape (..., 2); N m (revolute) or N (prismatic).
 
-    rnea; 27 mul, 13 add, 2 sincos.
+    rnea; 17 mul, 10 add, 2 sincos.
     """
-    batch, q, qd, qdd, params = _arrays(
+    return _run(
+        _inverse_dynamics,
         "inverse_dynamics",
+        (2,),
+        out,
         ("q", q, 2),
         ("qd", qd, 2),
         ("qdd", qdd, 2),
         ("params", params, 5),
     )
-    q_1 = q[..., 0]
-    q_2 = q[..., 1]
-    qd_1 = qd[..., 0]
-    qd_2 = qd[..., 1]
-    qdd_1 = qdd[..., 0]
-    qdd_2 = qdd[..., 1]
-    p_m1 = params[..., 0]
-    p_m2 = params[..., 1]
-    p_h1 = params[..., 2]
-    p_h2 = params[..., 3]
-    p_g = params[..., 4]
-    s1 = numpy.sin(q_1)
-    c1 = numpy.cos(q_1)
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
-    x1 = p_m2 * p_h2
-    x2 = s1 * p_g
-    x3 = qd_1 + qd_2
-    x4 = qdd_1 + qdd_2
-    x5 = x2 + qdd_1 * p_h1
-    x6 = c1 * p_g + qd_1 * (qd_1 * p_h1)
-    x7 = c2 * x5 + s2 * x6
-    x8 = p_m2 * (p_h2 * p_h2) * x4 + x1 * x7
-    x9 = s2 * (p_m2 * (c2 * x6 - s2 * x5) + x3 * (x1 * x3))
-    x10 = x8 + p_h1 * (c2 * (p_m2 * x7 + x1 * x4) - x9)
-    out = numpy.zeros(batch + (2,), dtype=numpy.float64)
-    out[..., 0] = qdd_1 * (p_m1 * (p_h1 * p_h1)) + p_m1 * p_h1 * x2 + x10
-    out[..., 1] = x8
-    return out
 
 
-def forward_dynamics(q, qd, tau, params):
+def _inverse_dynamics(of, q, qd, qdd, params):
+    sin = of.sin
+    cos = of.cos
+    q_1 = q[0]
+    q_2 = q[1]
+    qd_1 = qd[0]
+    qd_2 = qd[1]
+    qdd_1 = qdd[0]
+    qdd_2 = qdd[1]
+    p_m1 = params[0]
+    p_m2 = params[1]
+    p_h1 = params[2]
+    p_h2 = params[3]
+    p_g = params[4]
+    s1 = sin(q_1)
+    c1 = cos(q_1)
+    s2 = sin(q_2)
+    c2 = cos(q_2)
+    x1 = s1 * p_g + qdd_1 * p_h1
+    x2 = qd_1 + qd_2
+    x3 = qdd_1 + qdd_2
+    x4 = p_m2 * p_h2
+    x5 = x4 * (s2 * (c1 * p_g + p_h1 * (qd_1 * qd_1)) + c2 * x1 + p_h2 * x3)
+    return (
+        x5 - (x2 * (s2 * x2) - c2 * x3) * (p_h1 * x4) + p_h1 * (p_m1 + p_m2) * x1,
+        x5,
+    )
+
+
+def forward_dynamics(q, qd, tau, params, out=None):
     """Return the accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q).
 
     Args:
@@ -188,553 +250,686 @@ def forward_dynamics(q, qd, tau, params):
         qd: joint velocities, shape (..., 2); rad/s.
         tau: driving forces, positive accelerates the joint, shape (..., 2); N m.
         params: free parameters: m1, m2, h1, h2, g, shape (..., 5); kg, kg, m, m, m/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         qdd, shape (..., 2); rad/s^2 (revolute) or m/s^2 (prismatic).
 
-    crba; 30 mul, 17 add, 3 div, 2 sincos.
+    crba; 22 mul, 14 add, 3 div, 2 sincos.
     """
-    batch, q, qd, tau, params = _arrays(
+    return _run(
+        _forward_dynamics,
         "forward_dynamics",
+        (2,),
+        out,
         ("q", q, 2),
         ("qd", qd, 2),
         ("tau", tau, 2),
         ("params", params, 5),
     )
-    q_1 = q[..., 0]
-    q_2 = q[..., 1]
-    qd_1 = qd[..., 0]
-    qd_2 = qd[..., 1]
-    tau_1 = tau[..., 0]
-    tau_2 = tau[..., 1]
-    p_m1 = params[..., 0]
-    p_m2 = params[..., 1]
-    p_h1 = params[..., 2]
-    p_h2 = params[..., 3]
-    p_g = params[..., 4]
-    s1 = numpy.sin(q_1)
-    c1 = numpy.cos(q_1)
-    x1 = p_h1 * p_h1
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
-    x2 = p_m2 * (p_h2 * p_h2)
-    x3 = p_m2 * p_h2
-    x4 = s1 * p_g
-    x5 = qd_1 + qd_2
-    x6 = c1 * p_g + qd_1 * (qd_1 * p_h1)
-    x7 = s2 * x6 + c2 * x4
-    x8 = x3 * x7
-    x9 = c2 * (p_m2 * x7) - s2 * (x5 * (x3 * x5) + p_m2 * (c2 * x6 - s2 * x4))
-    x10 = tau_2 - x8
-    x11 = p_h1 * (c2 * x3)
-    x12 = x2 + x11
-    x13 = x12 / x2
-    x14 = tau_1 - (p_m1 * p_h1 * x4 + (x8 + p_h1 * x9)) - x10 * x13
-    x15 = x14 / (p_m1 * x1 + (x2 + (2.0 * x11 + x1 * p_m2)) - x12 * x13)
-    out = numpy.zeros(batch + (2,), dtype=numpy.float64)
-    out[..., 0] = x15
-    out[..., 1] = x10 / x2 - x13 * x15
-    return out
 
 
-def mass_matrix(q, params):
+def _forward_dynamics(of, q, qd, tau, params):
+    sin = of.sin
+    cos = of.cos
+    q_1 = q[0]
+    q_2 = q[1]
+    qd_1 = qd[0]
+    qd_2 = qd[1]
+    tau_1 = tau[0]
+    tau_2 = tau[1]
+    p_m1 = params[0]
+    p_m2 = params[1]
+    p_h1 = params[2]
+    p_h2 = params[3]
+    p_g = params[4]
+    s1 = sin(q_1)
+    c1 = cos(q_1)
+    s2 = sin(q_2)
+    c2 = cos(q_2)
+    x1 = s1 * p_g
+    x2 = p_h1 * (p_m1 + p_m2)
+    x3 = qd_1 + qd_2
+    x4 = p_m2 * p_h2
+    x5 = p_h1 * x4
+    x6 = p_m2 * (p_h2 * p_h2)
+    x7 = c2 * x5
+    x8 = x6 + x7
+    x9 = x8 / x6
+    x10 = x4 * (s2 * (c1 * p_g + p_h1 * (qd_1 * qd_1)) + c2 * x1)
+    x11 = tau_2 - x10
+    x12 = tau_1 - x1 * x2 - x10 + x3 * (x3 * (s2 * x5)) - x9 * x11
+    x13 = x12 / (2.0 * x7 - x8 * x9 + (x6 + p_h1 * x2))
+    return (
+        x13,
+        x11 / x6 - x9 * x13,
+    )
+
+
+def mass_matrix(q, params, out=None):
     """Return the mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2.
 
     Args:
         q: joint positions, shape (..., 2); rad.
         params: free parameters: m1, m2, h1, h2, g, shape (..., 5); kg, kg, m, m, m/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         M, shape (..., 2, 2); kg m^2, kg m or kg.
 
-    crba; 9 mul, 4 add, 1 sincos.
+    crba; 11 mul, 4 add, 1 sincos.
     """
-    batch, q, params = _arrays(
+    return _run(
+        _mass_matrix,
         "mass_matrix",
+        (2, 2),
+        out,
         ("q", q, 2),
         ("params", params, 5),
     )
-    q_2 = q[..., 1]
-    p_m1 = params[..., 0]
-    p_m2 = params[..., 1]
-    p_h1 = params[..., 2]
-    p_h2 = params[..., 3]
-    x1 = p_h1 * p_h1
-    c2 = numpy.cos(q_2)
-    x2 = p_m2 * (p_h2 * p_h2)
-    x3 = p_h1 * (c2 * (p_m2 * p_h2))
-    x4 = x2 + x3
-    out = numpy.zeros(batch + (2, 2), dtype=numpy.float64)
-    out[..., 0, 0] = p_m1 * x1 + (x2 + (2.0 * x3 + x1 * p_m2))
-    out[..., 0, 1] = x4
-    out[..., 1, 0] = x4
-    out[..., 1, 1] = x2
-    return out
 
 
-def velocity_forces(q, qd, params):
+def _mass_matrix(of, q, params):
+    cos = of.cos
+    q_2 = q[1]
+    p_m1 = params[0]
+    p_m2 = params[1]
+    p_h1 = params[2]
+    p_h2 = params[3]
+    c2 = cos(q_2)
+    x1 = p_m2 * (p_h2 * p_h2)
+    x2 = c2 * (p_m2 * p_h2)
+    x3 = x1 + p_h1 * x2
+    return (
+        x1 + p_h1 * (p_m1 * p_h1) + 2.0 * p_h1 * (x2 + p_m2 * (0.5 * p_h1)),  # 0, 0
+        x3,  # 0, 1
+        x3,  # 1, 0
+        x1,  # 1, 1
+    )
+
+
+def velocity_forces(q, qd, params, out=None):
     """Return the Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd.
 
     Args:
         q: joint positions, shape (..., 2); rad.
         qd: joint velocities, shape (..., 2); rad/s.
         params: free parameters: m1, m2, h1, h2, g, shape (..., 5); kg, kg, m, m, m/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         c, shape (..., 2); N m (revolute) or N (prismatic).
 
-    rnea; 13 mul, 4 add, 1 sincos.
+    rnea; 7 mul, 2 add, 1 sincos.
     """
-    batch, q, qd, params = _arrays(
+    return _run(
+        _velocity_forces,
         "velocity_forces",
+        (2,),
+        out,
         ("q", q, 2),
         ("qd", qd, 2),
         ("params", params, 5),
     )
-    q_2 = q[..., 1]
-    qd_1 = qd[..., 0]
-    qd_2 = qd[..., 1]
-    p_m2 = params[..., 1]
-    p_h1 = params[..., 2]
-    p_h2 = params[..., 3]
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
-    x1 = p_m2 * p_h2
-    x2 = qd_1 + qd_2
-    x3 = qd_1 * (qd_1 * p_h1)
-    x4 = s2 * x3
-    x5 = x1 * x4
-    out = numpy.zeros(batch + (2,), dtype=numpy.float64)
-    out[..., 0] = x5 + p_h1 * (c2 * (p_m2 * x4) - s2 * (x2 * (x1 * x2) + p_m2 * (c2 * x3)))
-    out[..., 1] = x5
-    return out
 
 
-def gravity_forces(q, params):
+def _velocity_forces(of, q, qd, params):
+    sin = of.sin
+    q_2 = q[1]
+    qd_1 = qd[0]
+    qd_2 = qd[1]
+    p_m2 = params[1]
+    p_h1 = params[2]
+    p_h2 = params[3]
+    s2 = sin(q_2)
+    x1 = qd_1 + qd_2
+    x2 = s2 * (p_h2 * (p_h1 * p_m2))
+    x3 = qd_1 * (qd_1 * x2)
+    return (
+        x3 - x1 * (x1 * x2),
+        x3,
+    )
+
+
+def gravity_forces(q, params, out=None):
     """Return the gravity forces g(q) = dP/dq.
 
     Args:
         q: joint positions, shape (..., 2); rad.
         params: free parameters: m1, m2, h1, h2, g, shape (..., 5); kg, kg, m, m, m/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         g, shape (..., 2); N m (revolute) or N (prismatic).
 
-    lagrange; 12 mul, 4 add, 2 sincos.
+    rnea; 8 mul, 3 add, 2 sincos.
     """
-    batch, q, params = _arrays(
+    return _run(
+        _gravity_forces,
         "gravity_forces",
+        (2,),
+        out,
         ("q", q, 2),
         ("params", params, 5),
     )
-    q_1 = q[..., 0]
-    q_2 = q[..., 1]
-    p_m1 = params[..., 0]
-    p_m2 = params[..., 1]
-    p_h1 = params[..., 2]
-    p_h2 = params[..., 3]
-    p_g = params[..., 4]
-    s1 = numpy.sin(q_1)
-    c1 = numpy.cos(q_1)
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
-    x1 = p_m2 * p_g
-    x2 = p_h2 * x1
-    out = numpy.zeros(batch + (2,), dtype=numpy.float64)
-    out[..., 0] = s1 * (c2 * x2 + p_h1 * (x1 + p_m1 * p_g)) + c1 * (s2 * x2)
-    out[..., 1] = s2 * (c1 * x2) + c2 * (s1 * x2)
-    return out
 
 
-def coriolis_matrix(q, qd, params):
+def _gravity_forces(of, q, params):
+    sin = of.sin
+    cos = of.cos
+    q_1 = q[0]
+    q_2 = q[1]
+    p_m1 = params[0]
+    p_m2 = params[1]
+    p_h1 = params[2]
+    p_h2 = params[3]
+    p_g = params[4]
+    s1 = sin(q_1)
+    c1 = cos(q_1)
+    s2 = sin(q_2)
+    c2 = cos(q_2)
+    x1 = s1 * p_g
+    x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g))
+    return (
+        x1 * (p_h1 * (p_m1 + p_m2)) + x2,
+        x2,
+    )
+
+
+def coriolis_matrix(q, qd, params, out=None):
     """Return the Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric.
 
     Args:
         q: joint positions, shape (..., 2); rad.
         qd: joint velocities, shape (..., 2); rad/s.
         params: free parameters: m1, m2, h1, h2, g, shape (..., 5); kg, kg, m, m, m/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         C, shape (..., 2, 2); N m s or N s per unit of velocity.
 
-    crba; 9 mul, 1 add, 1 sincos.
+    crba; 5 mul, 1 add, 1 sincos.
     """
-    batch, q, qd, params = _arrays(
+    return _run(
+        _coriolis_matrix,
         "coriolis_matrix",
+        (2, 2),
+        out,
         ("q", q, 2),
         ("qd", qd, 2),
         ("params", params, 5),
     )
-    q_2 = q[..., 1]
-    qd_1 = qd[..., 0]
-    qd_2 = qd[..., 1]
-    p_m2 = params[..., 1]
-    p_h1 = params[..., 2]
-    p_h2 = params[..., 3]
-    s2 = numpy.sin(q_2)
-    x1 = 2.0 * (p_h1 * (s2 * (p_m2 * p_h2)))
+
+
+def _coriolis_matrix(of, q, qd, params):
+    sin = of.sin
+    q_2 = q[1]
+    qd_1 = qd[0]
+    qd_2 = qd[1]
+    p_m2 = params[1]
+    p_h1 = params[2]
+    p_h2 = params[3]
+    s2 = sin(q_2)
+    x1 = s2 * (p_m2 * (p_h1 * p_h2))
     x2 = qd_2 * x1
     x3 = qd_1 * x1
-    out = numpy.zeros(batch + (2, 2), dtype=numpy.float64)
-    out[..., 0, 0] = -(0.5 * x2)
-    out[..., 0, 1] = -(0.5 * (x2 + x3))
-    out[..., 1, 0] = 0.5 * x3
-    return out
+    return (
+        -x2,  # 0, 0
+        -(x2 + x3),  # 0, 1
+        x3,  # 1, 0
+        0.0,  # 1, 1
+    )
 
 
-def momentum(q, qd, params):
+def momentum(q, qd, params, out=None):
     """Return the generalized momentum p = M(q) qd.
 
     Args:
         q: joint positions, shape (..., 2); rad.
         qd: joint velocities, shape (..., 2); rad/s.
         params: free parameters: m1, m2, h1, h2, g, shape (..., 5); kg, kg, m, m, m/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         p, shape (..., 2); kg m^2/s or kg m/s.
 
-    rnea; 17 mul, 6 add, 1 sincos.
+    rnea; 10 mul, 5 add, 1 sincos.
     """
-    batch, q, qd, params = _arrays(
+    return _run(
+        _momentum,
         "momentum",
+        (2,),
+        out,
         ("q", q, 2),
         ("qd", qd, 2),
         ("params", params, 5),
     )
-    q_2 = q[..., 1]
-    qd_1 = qd[..., 0]
-    qd_2 = qd[..., 1]
-    p_m1 = params[..., 0]
-    p_m2 = params[..., 1]
-    p_h1 = params[..., 2]
-    p_h2 = params[..., 3]
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
-    x1 = p_m2 * p_h2
-    x2 = qd_1 + qd_2
-    x3 = qd_1 * p_h1
-    x4 = c2 * x3
-    x5 = p_m2 * (p_h2 * p_h2) * x2 + x1 * x4
-    x6 = x5 + p_h1 * (c2 * (x1 * x2 + p_m2 * x4) + s2 * (p_m2 * (s2 * x3)))
-    out = numpy.zeros(batch + (2,), dtype=numpy.float64)
-    out[..., 0] = qd_1 * (p_m1 * (p_h1 * p_h1)) + x6
-    out[..., 1] = x5
-    return out
 
 
-def kinetic_energy(q, qd, params):
+def _momentum(of, q, qd, params):
+    cos = of.cos
+    q_2 = q[1]
+    qd_1 = qd[0]
+    qd_2 = qd[1]
+    p_m1 = params[0]
+    p_m2 = params[1]
+    p_h1 = params[2]
+    p_h2 = params[3]
+    c2 = cos(q_2)
+    x1 = qd_1 + qd_2
+    x2 = p_m2 * p_h2
+    x3 = c2 * (p_h1 * x2)
+    x4 = x1 * (p_h2 * x2) + qd_1 * x3
+    return (
+        x4 + qd_1 * ((p_m1 + p_m2) * (p_h1 * p_h1)) + x1 * x3,
+        x4,
+    )
+
+
+def kinetic_energy(q, qd, params, out=None):
     """Return the kinetic energy K(q, qd).
 
     Args:
         q: joint positions, shape (..., 2); rad.
         qd: joint velocities, shape (..., 2); rad/s.
         params: free parameters: m1, m2, h1, h2, g, shape (..., 5); kg, kg, m, m, m/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         K, shape (...); J.
 
-    rnea; 20 mul, 7 add, 1 sincos.
+    rnea; 13 mul, 6 add, 1 sincos.
     """
-    batch, q, qd, params = _arrays(
+    return _run(
+        _kinetic_energy,
         "kinetic_energy",
+        (),
+        out,
         ("q", q, 2),
         ("qd", qd, 2),
         ("params", params, 5),
     )
-    q_2 = q[..., 1]
-    qd_1 = qd[..., 0]
-    qd_2 = qd[..., 1]
-    p_m1 = params[..., 0]
-    p_m2 = params[..., 1]
-    p_h1 = params[..., 2]
-    p_h2 = params[..., 3]
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
-    x1 = p_m2 * p_h2
-    x2 = qd_1 + qd_2
-    x3 = qd_1 * p_h1
-    x4 = c2 * x3
-    x5 = p_m2 * (p_h2 * p_h2) * x2 + x1 * x4
-    x6 = x5 + p_h1 * (c2 * (x1 * x2 + p_m2 * x4) + s2 * (p_m2 * (s2 * x3)))
-    out = numpy.zeros(batch, dtype=numpy.float64)
-    out[...] = 0.5 * (qd_1 * (qd_1 * (p_m1 * (p_h1 * p_h1)) + x6) + qd_2 * x5)
-    return out[()]
 
 
-def potential_energy(q, params):
+def _kinetic_energy(of, q, qd, params):
+    cos = of.cos
+    q_2 = q[1]
+    qd_1 = qd[0]
+    qd_2 = qd[1]
+    p_m1 = params[0]
+    p_m2 = params[1]
+    p_h1 = params[2]
+    p_h2 = params[3]
+    c2 = cos(q_2)
+    x1 = qd_1 + qd_2
+    x2 = p_m2 * p_h2
+    x3 = c2 * (p_h1 * x2)
+    x4 = x1 * (p_h2 * x2) + qd_1 * x3
+    return (
+        0.5 * (qd_1 * (x4 + qd_1 * ((p_m1 + p_m2) * (p_h1 * p_h1)) + x1 * x3) + qd_2 * x4),
+    )
+
+
+def potential_energy(q, params, out=None):
     """Return the potential energy P(q) = -sum m g.r, zero at the origin of the ground frame.
 
     Args:
         q: joint positions, shape (..., 2); rad.
         params: free parameters: m1, m2, h1, h2, g, shape (..., 5); kg, kg, m, m, m/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         P, shape (...); J.
 
-    recursive; 10 mul, 3 add, 2 sincos.
+    recursive; 7 mul, 3 add, 2 sincos.
     """
-    batch, q, params = _arrays(
+    return _run(
+        _potential_energy,
         "potential_energy",
+        (),
+        out,
         ("q", q, 2),
         ("params", params, 5),
     )
-    q_1 = q[..., 0]
-    q_2 = q[..., 1]
-    p_m1 = params[..., 0]
-    p_m2 = params[..., 1]
-    p_h1 = params[..., 2]
-    p_h2 = params[..., 3]
-    p_g = params[..., 4]
-    s1 = numpy.sin(q_1)
-    c1 = numpy.cos(q_1)
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
-    x1 = p_g * (p_m2 * (c1 * p_h1) + p_m2 * p_h2 * (c1 * c2 - s1 * s2))
-    out = numpy.zeros(batch, dtype=numpy.float64)
-    out[...] = -(p_g * (c1 * (p_m1 * p_h1)) + x1)
-    return out[()]
 
 
-def k_z(q, params):
+def _potential_energy(of, q, params):
+    sin = of.sin
+    cos = of.cos
+    q_1 = q[0]
+    q_2 = q[1]
+    p_m1 = params[0]
+    p_m2 = params[1]
+    p_h1 = params[2]
+    p_h2 = params[3]
+    p_g = params[4]
+    s1 = sin(q_1)
+    c1 = cos(q_1)
+    s2 = sin(q_2)
+    c2 = cos(q_2)
+    x1 = p_m2 * p_h2
+    return (
+        p_g * (s1 * (s2 * x1) - c1 * (p_h1 * (p_m1 + p_m2) + c2 * x1)),
+    )
+
+
+def k_z(q, params, out=None):
     """Return the inertia coefficients k_z of qdd_j, which is M(q).
 
     Args:
         q: joint positions, shape (..., 2); rad.
         params: free parameters: m1, m2, h1, h2, g, shape (..., 5); kg, kg, m, m, m/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         k_z, shape (..., 2, 2); kg m^2, kg m or kg.
 
-    crba; 9 mul, 4 add, 1 sincos.
+    crba; 11 mul, 4 add, 1 sincos.
     """
-    batch, q, params = _arrays(
+    return _run(
+        _k_z,
         "k_z",
+        (2, 2),
+        out,
         ("q", q, 2),
         ("params", params, 5),
     )
-    q_2 = q[..., 1]
-    p_m1 = params[..., 0]
-    p_m2 = params[..., 1]
-    p_h1 = params[..., 2]
-    p_h2 = params[..., 3]
-    x1 = p_h1 * p_h1
-    c2 = numpy.cos(q_2)
-    x2 = p_m2 * (p_h2 * p_h2)
-    x3 = p_h1 * (c2 * (p_m2 * p_h2))
-    x4 = x2 + x3
-    out = numpy.zeros(batch + (2, 2), dtype=numpy.float64)
-    out[..., 0, 0] = p_m1 * x1 + (x2 + (2.0 * x3 + x1 * p_m2))
-    out[..., 0, 1] = x4
-    out[..., 1, 0] = x4
-    out[..., 1, 1] = x2
-    return out
 
 
-def k_C(q, params):
+def _k_z(of, q, params):
+    cos = of.cos
+    q_2 = q[1]
+    p_m1 = params[0]
+    p_m2 = params[1]
+    p_h1 = params[2]
+    p_h2 = params[3]
+    c2 = cos(q_2)
+    x1 = p_m2 * (p_h2 * p_h2)
+    x2 = c2 * (p_m2 * p_h2)
+    x3 = x1 + p_h1 * x2
+    return (
+        x1 + p_h1 * (p_m1 * p_h1) + 2.0 * p_h1 * (x2 + p_m2 * (0.5 * p_h1)),  # 0, 0
+        x3,  # 0, 1
+        x3,  # 1, 0
+        x1,  # 1, 1
+    )
+
+
+def k_C(q, params, out=None):
     """Return the Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order.
 
     Args:
         q: joint positions, shape (..., 2); rad.
         params: free parameters: m1, m2, h1, h2, g, shape (..., 5); kg, kg, m, m, m/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         k_C, shape (..., 2, 1); N m s^2 or N s^2 per unit of velocity squared.
 
     crba; 4 mul, 0 add, 1 sincos.
     """
-    batch, q, params = _arrays(
+    return _run(
+        _k_C,
         "k_C",
+        (2, 1),
+        out,
         ("q", q, 2),
         ("params", params, 5),
     )
-    q_2 = q[..., 1]
-    p_m2 = params[..., 1]
-    p_h1 = params[..., 2]
-    p_h2 = params[..., 3]
-    s2 = numpy.sin(q_2)
-    out = numpy.zeros(batch + (2, 1), dtype=numpy.float64)
-    out[..., 0, 0] = -(2.0 * (p_h1 * (s2 * (p_m2 * p_h2))))
-    return out
 
 
-def k_D(q, params):
+def _k_C(of, q, params):
+    sin = of.sin
+    q_2 = q[1]
+    p_m2 = params[1]
+    p_h1 = params[2]
+    p_h2 = params[3]
+    s2 = sin(q_2)
+    return (
+        -(s2 * (p_h1 * (2.0 * (p_m2 * p_h2)))),  # 0, 0
+        0.0,  # 1, 0
+    )
+
+
+def k_D(q, params, out=None):
     """Return the centrifugal coefficients k_D of qd_j^2.
 
     Args:
         q: joint positions, shape (..., 2); rad.
         params: free parameters: m1, m2, h1, h2, g, shape (..., 5); kg, kg, m, m, m/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         k_D, shape (..., 2, 2); N m s^2 or N s^2 per unit of velocity squared.
 
     crba; 3 mul, 0 add, 1 sincos.
     """
-    batch, q, params = _arrays(
+    return _run(
+        _k_D,
         "k_D",
+        (2, 2),
+        out,
         ("q", q, 2),
         ("params", params, 5),
     )
-    q_2 = q[..., 1]
-    p_m2 = params[..., 1]
-    p_h1 = params[..., 2]
-    p_h2 = params[..., 3]
-    s2 = numpy.sin(q_2)
-    x1 = p_h1 * (s2 * (p_m2 * p_h2))
-    out = numpy.zeros(batch + (2, 2), dtype=numpy.float64)
-    out[..., 0, 1] = -x1
-    out[..., 1, 0] = x1
-    return out
 
 
-def k_G(q, params):
+def _k_D(of, q, params):
+    sin = of.sin
+    q_2 = q[1]
+    p_m2 = params[1]
+    p_h1 = params[2]
+    p_h2 = params[3]
+    s2 = sin(q_2)
+    x1 = s2 * (p_m2 * (p_h1 * p_h2))
+    return (
+        0.0,  # 0, 0
+        -x1,  # 0, 1
+        x1,  # 1, 0
+        0.0,  # 1, 1
+    )
+
+
+def k_G(q, params, out=None):
     """Return the gravity coefficients k_G, which is g(q).
 
     Args:
         q: joint positions, shape (..., 2); rad.
         params: free parameters: m1, m2, h1, h2, g, shape (..., 5); kg, kg, m, m, m/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         k_G, shape (..., 2); N m (revolute) or N (prismatic).
 
-    lagrange; 12 mul, 4 add, 2 sincos.
+    rnea; 8 mul, 3 add, 2 sincos.
     """
-    batch, q, params = _arrays(
+    return _run(
+        _k_G,
         "k_G",
+        (2,),
+        out,
         ("q", q, 2),
         ("params", params, 5),
     )
-    q_1 = q[..., 0]
-    q_2 = q[..., 1]
-    p_m1 = params[..., 0]
-    p_m2 = params[..., 1]
-    p_h1 = params[..., 2]
-    p_h2 = params[..., 3]
-    p_g = params[..., 4]
-    s1 = numpy.sin(q_1)
-    c1 = numpy.cos(q_1)
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
-    x1 = p_m2 * p_g
-    x2 = p_h2 * x1
-    out = numpy.zeros(batch + (2,), dtype=numpy.float64)
-    out[..., 0] = s1 * (c2 * x2 + p_h1 * (x1 + p_m1 * p_g)) + c1 * (s2 * x2)
-    out[..., 1] = s2 * (c1 * x2) + c2 * (s1 * x2)
-    return out
 
 
-def pose_tool(q, params):
+def _k_G(of, q, params):
+    sin = of.sin
+    cos = of.cos
+    q_1 = q[0]
+    q_2 = q[1]
+    p_m1 = params[0]
+    p_m2 = params[1]
+    p_h1 = params[2]
+    p_h2 = params[3]
+    p_g = params[4]
+    s1 = sin(q_1)
+    c1 = cos(q_1)
+    s2 = sin(q_2)
+    c2 = cos(q_2)
+    x1 = s1 * p_g
+    x2 = p_m2 * p_h2 * (c2 * x1 + s2 * (c1 * p_g))
+    return (
+        x1 * (p_h1 * (p_m1 + p_m2)) + x2,
+        x2,
+    )
+
+
+def pose_tool(q, params, out=None):
     """Return the placement [R | p] of tool in the ground frame.
 
     Args:
         q: joint positions, shape (..., 2); rad.
         params: free parameters: m1, m2, h1, h2, g, shape (..., 5); kg, kg, m, m, m/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         T, shape (..., 3, 4); 1 and m.
 
     recursive; 8 mul, 4 add, 2 sincos.
     """
-    batch, q, params = _arrays(
+    return _run(
+        _pose_tool,
         "pose_tool",
+        (3, 4),
+        out,
         ("q", q, 2),
         ("params", params, 5),
     )
-    q_1 = q[..., 0]
-    q_2 = q[..., 1]
-    p_h1 = params[..., 2]
-    p_h2 = params[..., 3]
-    s1 = numpy.sin(q_1)
-    c1 = numpy.cos(q_1)
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
-    x1 = c1 * c2 - s1 * s2
-    x2 = c1 * s2 + s1 * c2
-    out = numpy.zeros(batch + (3, 4), dtype=numpy.float64)
-    out[..., 0, 0] = x1
-    out[..., 0, 1] = -x2
-    out[..., 0, 3] = s1 * p_h1 + p_h2 * x2
-    out[..., 1, 0] = x2
-    out[..., 1, 1] = x1
-    out[..., 1, 3] = -(c1 * p_h1 + p_h2 * x1)
-    out[..., 2, 2] = 1.0
-    return out
 
 
-def jacobian_tool(q, params):
+def _pose_tool(of, q, params):
+    sin = of.sin
+    cos = of.cos
+    q_1 = q[0]
+    q_2 = q[1]
+    p_h1 = params[2]
+    p_h2 = params[3]
+    s1 = sin(q_1)
+    c1 = cos(q_1)
+    s2 = sin(q_2)
+    c2 = cos(q_2)
+    x1 = c1 * s2 + s1 * c2
+    x2 = c1 * c2 - s1 * s2
+    return (
+        x2,  # 0, 0
+        -x1,  # 0, 1
+        0.0,  # 0, 2
+        s1 * p_h1 + p_h2 * x1,  # 0, 3
+        x1,  # 1, 0
+        x2,  # 1, 1
+        0.0,  # 1, 2
+        -(c1 * p_h1 + p_h2 * x2),  # 1, 3
+        0.0,  # 2, 0
+        0.0,  # 2, 1
+        1.0,  # 2, 2
+        0.0,  # 2, 3
+    )
+
+
+def jacobian_tool(q, params, out=None):
     """Return the Jacobian J of tool: [velocity of its origin; angular velocity] = J qd, ground frame.
 
     Args:
         q: joint positions, shape (..., 2); rad.
         params: free parameters: m1, m2, h1, h2, g, shape (..., 5); kg, kg, m, m, m/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         J, shape (..., 6, 2); m or 1, and 1.
 
     recursive; 8 mul, 6 add, 2 sincos.
     """
-    batch, q, params = _arrays(
+    return _run(
+        _jacobian_tool,
         "jacobian_tool",
+        (6, 2),
+        out,
         ("q", q, 2),
         ("params", params, 5),
     )
-    q_1 = q[..., 0]
-    q_2 = q[..., 1]
-    p_h1 = params[..., 2]
-    p_h2 = params[..., 3]
-    s1 = numpy.sin(q_1)
-    c1 = numpy.cos(q_1)
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
+
+
+def _jacobian_tool(of, q, params):
+    sin = of.sin
+    cos = of.cos
+    q_1 = q[0]
+    q_2 = q[1]
+    p_h1 = params[2]
+    p_h2 = params[3]
+    s1 = sin(q_1)
+    c1 = cos(q_1)
+    s2 = sin(q_2)
+    c2 = cos(q_2)
     x1 = s1 * p_h1
-    x2 = c1 * p_h1
-    x3 = x1 + p_h2 * (c1 * s2 + s1 * c2)
-    x4 = x2 + p_h2 * (c1 * c2 - s1 * s2)
-    out = numpy.zeros(batch + (6, 2), dtype=numpy.float64)
-    out[..., 0, 0] = x4
-    out[..., 0, 1] = -(x2 - x4)
-    out[..., 1, 0] = x3
-    out[..., 1, 1] = x3 - x1
-    out[..., 5, 0] = 1.0
-    out[..., 5, 1] = 1.0
-    return out
+    x2 = x1 + p_h2 * (c1 * s2 + s1 * c2)
+    x3 = c1 * p_h1
+    x4 = x3 + p_h2 * (c1 * c2 - s1 * s2)
+    return (
+        x4,  # 0, 0
+        x4 - x3,  # 0, 1
+        x2,  # 1, 0
+        x2 - x1,  # 1, 1
+        0.0,  # 2, 0
+        0.0,  # 2, 1
+        0.0,  # 3, 0
+        0.0,  # 3, 1
+        0.0,  # 4, 0
+        0.0,  # 4, 1
+        1.0,  # 5, 0
+        1.0,  # 5, 1
+    )
 
 
-def jdot_qdot_tool(q, qd, params):
+def jdot_qdot_tool(q, qd, params, out=None):
     """Return the velocity product Jdot qd of tool: its [acceleration; angular acceleration] at qdd = 0, ground frame.
 
     Args:
         q: joint positions, shape (..., 2); rad.
         qd: joint velocities, shape (..., 2); rad/s.
         params: free parameters: m1, m2, h1, h2, g, shape (..., 5); kg, kg, m, m, m/s^2.
+        out: array for the result, of its shape; None makes one.
 
     Returns:
         a, shape (..., 6); m/s^2 and rad/s^2.
 
     recursive; 14 mul, 6 add, 2 sincos.
     """
-    batch, q, qd, params = _arrays(
+    return _run(
+        _jdot_qdot_tool,
         "jdot_qdot_tool",
+        (6,),
+        out,
         ("q", q, 2),
         ("qd", qd, 2),
         ("params", params, 5),
     )
-    q_1 = q[..., 0]
-    q_2 = q[..., 1]
-    qd_1 = qd[..., 0]
-    qd_2 = qd[..., 1]
-    p_h1 = params[..., 2]
-    p_h2 = params[..., 3]
-    s1 = numpy.sin(q_1)
-    c1 = numpy.cos(q_1)
-    s2 = numpy.sin(q_2)
-    c2 = numpy.cos(q_2)
+
+
+def _jdot_qdot_tool(of, q, qd, params):
+    sin = of.sin
+    cos = of.cos
+    q_1 = q[0]
+    q_2 = q[1]
+    qd_1 = qd[0]
+    qd_2 = qd[1]
+    p_h1 = params[2]
+    p_h2 = params[3]
+    s1 = sin(q_1)
+    c1 = cos(q_1)
+    s2 = sin(q_2)
+    c2 = cos(q_2)
     x1 = qd_1 + qd_2
-    x2 = qd_1 * (qd_1 * p_h1)
-    x3 = s2 * x2
-    x4 = c1 * c2 - s1 * s2
-    x5 = c1 * s2 + s1 * c2
-    x6 = c2 * x2 + x1 * (p_h2 * x1)
-    out = numpy.zeros(batch + (6,), dtype=numpy.float64)
-    out[..., 0] = x3 * x4 - x5 * x6
-    out[..., 1] = x3 * x5 + x4 * x6
-    return out
+    x2 = c1 * s2 + s1 * c2
+    x3 = c1 * c2 - s1 * s2
+    x4 = qd_1 * (qd_1 * p_h1)
+    x5 = s2 * x4
+    x6 = c2 * x4 + x1 * (p_h2 * x1)
+    return (
+        x3 * x5 - x2 * x6,
+        x2 * x5 + x3 * x6,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )

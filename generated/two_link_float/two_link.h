@@ -8,43 +8,43 @@
  *
  *     inverse_dynamics(q, qd, qdd, params) -> tau, shape (2,); N m (revolute) or N (prismatic)
  *         driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q
- *         rnea; 27 mul, 13 add, 2 sincos
+ *         rnea; 17 mul, 10 add, 2 sincos
  *
  *     forward_dynamics(q, qd, tau, params) -> qdd, shape (2,); rad/s^2 (revolute) or m/s^2 (prismatic)
  *         accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)
- *         crba; 30 mul, 17 add, 3 div, 2 sincos
+ *         crba; 22 mul, 14 add, 3 div, 2 sincos
  *
  *     mass_matrix(q, params) -> M, shape (2, 2); kg m^2, kg m or kg
  *         mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2
- *         crba; 9 mul, 4 add, 1 sincos
+ *         crba; 11 mul, 4 add, 1 sincos
  *
  *     velocity_forces(q, qd, params) -> c, shape (2,); N m (revolute) or N (prismatic)
  *         Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd
- *         rnea; 13 mul, 4 add, 1 sincos
+ *         rnea; 7 mul, 2 add, 1 sincos
  *
  *     gravity_forces(q, params) -> g, shape (2,); N m (revolute) or N (prismatic)
  *         gravity forces g(q) = dP/dq
- *         lagrange; 12 mul, 4 add, 2 sincos
+ *         rnea; 8 mul, 3 add, 2 sincos
  *
  *     coriolis_matrix(q, qd, params) -> C, shape (2, 2); N m s or N s per unit of velocity
  *         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
- *         crba; 9 mul, 1 add, 1 sincos
+ *         crba; 5 mul, 1 add, 1 sincos
  *
  *     momentum(q, qd, params) -> p, shape (2,); kg m^2/s or kg m/s
  *         generalized momentum p = M(q) qd
- *         rnea; 17 mul, 6 add, 1 sincos
+ *         rnea; 10 mul, 5 add, 1 sincos
  *
  *     kinetic_energy(q, qd, params) -> K, scalar; J
  *         kinetic energy K(q, qd)
- *         rnea; 20 mul, 7 add, 1 sincos
+ *         rnea; 13 mul, 6 add, 1 sincos
  *
  *     potential_energy(q, params) -> P, scalar; J
  *         potential energy P(q) = -sum m g.r, zero at the origin of the ground frame
- *         recursive; 10 mul, 3 add, 2 sincos
+ *         recursive; 7 mul, 3 add, 2 sincos
  *
  *     k_z(q, params) -> k_z, shape (2, 2); kg m^2, kg m or kg
  *         inertia coefficients k_z of qdd_j, which is M(q)
- *         crba; 9 mul, 4 add, 1 sincos
+ *         crba; 11 mul, 4 add, 1 sincos
  *
  *     k_C(q, params) -> k_C, shape (2, 1); N m s^2 or N s^2 per unit of velocity squared
  *         Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order
@@ -56,7 +56,7 @@
  *
  *     k_G(q, params) -> k_G, shape (2,); N m (revolute) or N (prismatic)
  *         gravity coefficients k_G, which is g(q)
- *         lagrange; 12 mul, 4 add, 2 sincos
+ *         rnea; 8 mul, 3 add, 2 sincos
  *
  *     pose_tool(q, params) -> T, shape (3, 4); 1 and m
  *         placement [R | p] of tool in the ground frame

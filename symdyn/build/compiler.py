@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
@@ -19,8 +19,17 @@ from symdyn.errors import BuildError
 
 CANDIDATES = ("cc", "gcc", "clang")
 
-FLAGS = ("-O2", "-fPIC", "-shared", "-ffp-contract=fast")
-"""No -std=c99 here: as a build flag it turns fused multiply-add off. And never -ffast-math, which breaks NaN."""
+FLAGS = ("-O3", "-fPIC", "-shared", "-ffp-contract=fast", "-fopenmp-simd", "-fno-math-errno")
+"""No -std=c99 here: as a build flag it turns fused multiply-add off. And never -ffast-math, which breaks NaN.
+
+-fopenmp-simd reads the pragmas of batch loops and links nothing; without -fno-math-errno a square root is a call.
+"""
+
+MACHINES: Mapping[str, tuple[tuple[str, ...], ...]] = {
+    "native": (("-march=native", "-mprefer-vector-width=512"), ("-march=native",), ("-mcpu=native",)),
+    "portable": (("-march=x86-64-v2",), ("-march=x86_64_v2",)),
+}
+"""Flags for this very machine, and for any of its family; the first that the compiler takes are used, else none."""
 
 PATIENCE = 300.0
 """Seconds that one compilation may take."""
@@ -28,31 +37,47 @@ PATIENCE = 300.0
 
 @dataclass(frozen=True)
 class Compiler:
-    """A C compiler: the words of its command line, and what it says about itself."""
+    """A C compiler: the words of its command line, and what it says about itself.
+
+    Attributes:
+        command: words of the command line.
+        version: its own words.
+        machine: flags that say for which machine it compiles.
+        features: of that machine, as the compiler's macros tell; native code is kept apart by them.
+    """
 
     command: tuple[str, ...]
     version: str
+    machine: tuple[str, ...] = ()
+    features: str = ""
 
 
-def find_compiler(wanted: str | None = None) -> Compiler:
+def find_compiler(wanted: str | None = None, machine: str = "native") -> Compiler:
     """Return the compiler to use: `wanted`, else $CC, else cc, gcc, clang, else the one in the ziglang package.
 
+    Args:
+        wanted: its command line; flags for a machine in there are kept.
+        machine: "native" for code that runs on this machine, "portable" for the oldest of its family worth having
+            (x86-64-v2; nothing is asked of other families).
+
     Raises:
-        BuildError: the one that was asked for is not there, or there is none at all.
+        BuildError: the one that was asked for is not there, or there is none at all; an unknown machine.
     """
+    if machine not in MACHINES:
+        raise BuildError(f"machine {machine!r} is not known; give {' or '.join(MACHINES)}")
     asked = wanted or os.environ.get("CC", "").strip()
     if asked:
         words = shlex.split(asked)
         if shutil.which(words[0]) is None:
             origin = "compiler" if wanted else "the environment variable CC"
             raise BuildError(f"{origin} = {asked}: there is no such program; {_ways_out()}")
-        return _known(tuple(words))
+        return _known(tuple(words), machine)
     for name in CANDIDATES:
         path = shutil.which(name)
         if path is not None:
-            return _known((path,))
+            return _known((path,), machine)
     if find_spec("ziglang") is not None:
-        return _known((sys.executable, "-m", "ziglang", "cc"))
+        return _known((sys.executable, "-m", "ziglang", "cc"), machine)
     raise BuildError(f"no C compiler found (tried $CC, {', '.join(CANDIDATES)} and the ziglang package); {_ways_out()}")
 
 
@@ -64,19 +89,29 @@ def _ways_out() -> str:
 
 
 @cache
-def _known(command: tuple[str, ...]) -> Compiler:
-    """Return the compiler behind a command line; its version text is asked for once a process."""
+def _known(command: tuple[str, ...], machine: str) -> Compiler:
+    """Return the compiler behind a command line; it is asked who it is once a process."""
     _, words = _run((*command, "--version"), patience=30.0)
+    if any(word.startswith(("-march", "-mcpu")) for word in command):
+        return Compiler(command, words)
+    for flags in MACHINES[machine]:
+        code, macros = _run((*command, "-E", "-dM", *flags, "-x", "c", os.devnull), patience=30.0)
+        if code is None:
+            break
+        if code == 0:
+            return Compiler(command, words, flags, macros)
     return Compiler(command, words)
 
 
-def compile_library(compiler: Compiler, source: Path, library: Path, patience: float = PATIENCE) -> None:
-    """Compile one C file into a shared library.
+def compile_library(
+    compiler: Compiler, source: Path, library: Path, patience: float = PATIENCE, extra: Sequence[str] = ()
+) -> None:
+    """Compile one C file into a shared library; `extra` are more words of the command line, such as further files.
 
     Raises:
         BuildError: the compiler refuses, says nothing for `patience` seconds, or leaves no library behind.
     """
-    command = (*compiler.command, *FLAGS, str(source), "-o", str(library), "-lm")
+    command = (*compiler.command, *FLAGS, *compiler.machine, str(source), *extra, "-o", str(library), "-lm")
     code, words = _run(command, patience)
     shown = shlex.join(compiler.command)
     if code is None:

@@ -8,37 +8,43 @@ from typing import Any, overload
 
 from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.library import load
-from symdyn.build.module import CFunction, Module, bind
-from symdyn.dynamics.derive import derive
+from symdyn.build.module import CFunction, Module, bind, bind_rows
 from symdyn.emit import Sources, emit
 from symdyn.emit.names import function_names, stem
 from symdyn.emit.real import find_real
 from symdyn.errors import BuildError, EmitError
-from symdyn.program import Program, lower
+from symdyn.program import Program, formulate, lower
 from symdyn.scene import Scene
 
 Call = Callable[..., Any]
 
 
 def build(
-    what: Program | Sources, compiler: str | None = None, real: str = "double", patience: float = PATIENCE
+    what: Program | Sources,
+    compiler: str | None = None,
+    real: str = "double",
+    patience: float = PATIENCE,
+    machine: str = "native",
+    threads: int = 1,
 ) -> Module:
     """Return the compiled functions of a program, or of C sources that `emit` made.
 
     Args:
-        what: a program, or sources of target "c", which carry their own real type.
+        what: a program, which gets code for batches, or sources of target "c", which carry their own real type.
         compiler: command to compile with; None looks for $CC, cc, gcc, clang and the ziglang package.
         real: "double" or "float", for a program.
         patience: seconds until a compiler that hangs is stopped.
+        machine: "native" for code that runs on this machine, "portable" for any of its family.
+        threads: on how many threads a large batch is run.
 
     Raises:
         BuildError: no compiler, or its own words when it refuses.
         EmitError: the program cannot be written in C.
     """
-    sources = emit(what, "c", real) if isinstance(what, Program) else what
+    sources = emit(what, "c", real, batch=True) if isinstance(what, Program) else what
     if sources.target != "c":
         raise BuildError(f"sources of target {sources.target!r} cannot be compiled; give emit(program, 'c')")
-    path, library = load(sources, find_compiler(compiler), patience)
+    path, library = load(sources, find_compiler(compiler, machine), patience)
     routines = sources.program.routines
     names = function_names([routine.function.name for routine in routines])
     opening, dtype = stem(sources.program.scene.name), find_real(sources.real).dtype
@@ -50,6 +56,8 @@ def build(
             dtype=dtype,
             text=routine.function.text,
             _call=bind(library, f"{opening}_{name}", len(routine.function.arguments) + 1),
+            _rows=bind_rows(library, f"{opening}_{name}_rows", len(routine.function.arguments) + 1),
+            _threads=threads,
         )
         for name, routine in zip(names, routines, strict=True)
     )
@@ -79,9 +87,9 @@ def lambdify(
     if target not in LOADERS:
         raise EmitError(f"target {target!r} is not known; give {' or '.join(LOADERS)}")
     wanted = (name,) if isinstance(name, str) else tuple(name)
-    program = lower(derive(scene, tuple(dict.fromkeys(wanted))))
+    program = lower(formulate(scene, tuple(dict.fromkeys(wanted))))
     names = function_names([routine.function.name for routine in program.routines])
-    module = LOADERS[target](emit(program, target, real))
+    module = LOADERS[target](emit(program, target, real, batch=True))
     calls = dict(zip(dict.fromkeys(wanted), (getattr(module, legal) for legal in names), strict=True))
     return calls[name] if isinstance(name, str) else tuple(calls[one] for one in wanted)
 

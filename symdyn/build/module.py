@@ -12,6 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.build.threads import run_rows
+from symdyn.program.assemble import PARAMS
+
 Array = npt.NDArray[Any]
 
 
@@ -25,6 +28,8 @@ class CFunction:
         shape: of the result for one state.
         dtype: "float64" or "float32", of arguments and result.
         text: what it computes.
+
+    Where the library has an entry for rows, a batch with one set of params is one call.
     """
 
     name: str
@@ -33,6 +38,8 @@ class CFunction:
     dtype: str
     text: str
     _call: Any = field(repr=False, compare=False)
+    _rows: Any = field(default=None, repr=False, compare=False)
+    _threads: int = field(default=1, repr=False, compare=False)
 
     def __call__(self, *values: npt.ArrayLike, **named: npt.ArrayLike) -> Any:
         """Return the result for one state, arguments (n,), or for a batch of them, (..., n), which broadcast.
@@ -47,8 +54,11 @@ class CFunction:
         arrays = self._checked(self._ordered(values, named))
         batch = self._batch(arrays)
         out = np.empty(batch + self.shape, self.dtype)
-        rows = [_spread(array, batch) for array in arrays]
-        self._run(rows, out, prod(batch))
+        count = prod(batch)
+        if self._rows is not None and count > 1 and self._share_params(arrays):
+            self._run_rows(arrays, batch, out)
+        else:
+            self._run([_spread(array, batch) for array in arrays], out, count)
         return out[()]
 
     def _ordered(self, values: Sequence[npt.ArrayLike], named: Mapping[str, npt.ArrayLike]) -> list[npt.ArrayLike]:
@@ -79,6 +89,22 @@ class CFunction:
         except ValueError:
             names = ", ".join(name for name, _ in self.arguments)
             raise ValueError(f"{self.name}: leading dimensions {batches} of {names} do not broadcast") from None
+
+    def _share_params(self, arrays: Sequence[Array]) -> bool:
+        """Tell whether all states have one set of params."""
+        return all(
+            array.size == length or name != PARAMS for array, (name, length) in zip(arrays, self.arguments, strict=True)
+        )
+
+    def _run_rows(self, arrays: Sequence[Array], batch: tuple[int, ...], out: Array) -> None:
+        """Call the function once for all states."""
+        rows = [
+            np.ascontiguousarray(array) if name == PARAMS else _spread(array, batch)
+            for array, (name, _) in zip(arrays, self.arguments, strict=True)
+        ]
+        places = [*(row.ctypes.data for row in rows), out.ctypes.data]
+        lengths = [*(0 if name == PARAMS else length for name, length in self.arguments), prod(self.shape)]
+        run_rows(self._rows, places, [length * out.itemsize for length in lengths], prod(batch), self._threads)
 
     def _run(self, rows: Sequence[Array], out: Array, count: int) -> None:
         """Call the function once a state, walking through contiguous memory."""
@@ -129,5 +155,15 @@ def bind(library: ctypes.CDLL, symbol: str, arity: int) -> Any:
     """Return a C function of `arity` addresses and nothing to return."""
     call = getattr(library, symbol)
     call.argtypes = [ctypes.c_void_p] * arity
+    call.restype = None
+    return call
+
+
+def bind_rows(library: ctypes.CDLL, symbol: str, arity: int) -> Any:
+    """Return a C function of a count and `arity` addresses, None where the library does not have it."""
+    if not hasattr(library, symbol):
+        return None
+    call = getattr(library, symbol)
+    call.argtypes = [ctypes.c_size_t, *[ctypes.c_void_p] * arity]
     call.restype = None
     return call

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from symdyn.cli.reading import add_reading_options, read_scene, reading_words
+from symdyn.cli.reading import add_formulation, add_reading_options, read_scene, reading_words
 
 if TYPE_CHECKING:
     from symdyn.scene import Scene
@@ -18,6 +18,9 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     verb.add_argument("--target", choices=("numpy", "c"), default="numpy", help="language (default: numpy)")
     verb.add_argument("--functions", metavar="LIST", help="comma-separated, e.g. inverse_dynamics,pose:tool")
     verb.add_argument("--real", choices=("double", "float"), default="double", help="number type (default: double)")
+    verb.add_argument("--batch", action="store_true", help="C: functions over many states too, fit for vector code")
+    add_formulation(verb)
+    verb.add_argument("--static", action="store_true", help="at rest: every velocity is zero and no argument")
     verb.add_argument("-o", "--output", metavar="DIR", default=".", help="folder to write to (default: here)")
     verb.set_defaults(run=run)
 
@@ -25,9 +28,8 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 def run(options: argparse.Namespace) -> int:
     """Write the files and print their paths."""
     from symdyn.cli.talk import Waiting, say
-    from symdyn.dynamics import derive
     from symdyn.emit import emit, write
-    from symdyn.program import lower
+    from symdyn.program import at_rest, formulate, lower
 
     scene = read_scene(options)
     with Waiting() as progress:
@@ -35,9 +37,10 @@ def run(options: argparse.Namespace) -> int:
         outputs, left_out = requested(scene, options.functions)
         for reason in left_out:
             say(f"symdyn: {reason}")
-        program = lower(derive(scene, outputs))
+        equations = formulate(scene, outputs, options.formulation)
+        program = lower(at_rest(equations) if options.static else equations)
         progress("printing")
-        sources = emit(program, options.target, options.real, command(options))
+        sources = emit(program, options.target, options.real, command(options), options.batch)
     for path in write(sources, options.output):
         print(path)
     return 0
@@ -62,4 +65,7 @@ def command(options: argparse.Namespace) -> str:
     words = ["symdyn", "generate", *reading_words(options), "--target", options.target]
     words += ["--functions", options.functions.replace(" ", "")] if options.functions else []
     words += ["--real", options.real] if options.real != "double" else []
+    words += ["--batch"] if options.batch else []
+    words += ["--formulation", options.formulation] if options.formulation else []
+    words += ["--static"] if options.static else []
     return " ".join(words)

@@ -1,11 +1,11 @@
-"""`symdyn info SCENE`: the tree, the freedoms, the parameters, and what each function costs."""
+"""`symdyn info SCENE`: the tree, the freedoms, the parameters, what each function costs, and what it does not cost."""
 
 from __future__ import annotations
 
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from symdyn.cli.reading import add_reading_options, read_scene
+from symdyn.cli.reading import add_formulation, add_reading_options, read_scene
 
 if TYPE_CHECKING:
     from symdyn.scene import Joint, Scene
@@ -15,6 +15,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     """Add the verb."""
     verb = verbs.add_parser("info", help="show the mechanism and what its functions cost", description=__doc__)
     add_reading_options(verb)
+    add_formulation(verb)
     verb.add_argument("--json", action="store_true", help="print JSON")
     verb.set_defaults(run=run)
 
@@ -26,7 +27,7 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene(options)
     with Waiting() as progress:
         progress("deriving and counting")
-        facts, left_out = gather(scene)
+        facts, left_out = gather(scene, options.formulation)
     for reason in left_out:
         say(f"symdyn: {reason}")
     if options.json:
@@ -36,16 +37,17 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def gather(scene: Scene) -> tuple[dict[str, Any], list[str]]:
+def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[str]]:
     """Return the facts for JSON, and why some functions are missing."""
     from dataclasses import asdict
 
-    from symdyn.dynamics import available, derive
-    from symdyn.program import lower
+    from symdyn.dynamics import available
+    from symdyn.program import formulate, lower, skipped
     from symdyn.scene import JOINTS, spell
 
     outputs, left_out = available(scene)
-    program = lower(derive(scene, outputs))
+    equations = formulate(scene, outputs, road)
+    program = lower(equations)
     facts = {
         "name": scene.name,
         "degrees_of_freedom": len(scene.coordinates),
@@ -73,9 +75,19 @@ def gather(scene: Scene) -> tuple[dict[str, Any], list[str]]:
                 "name": routine.function.name,
                 "shape": routine.function.shape,
                 "road": routine.function.formulation,
-                "operations": asdict(routine.counts),
+                "operations": asdict(routine.state_counts),
+                "prepare": asdict(routine.prepare),
+                "binding": {time: asdict(part) for time, part in routine.binding.items()},
             }
             for routine in program.routines
+        ],
+        "skipped": [
+            {
+                "step": one.step,
+                "why": one.why,
+                "saved": None if one.saved is None else {name: asdict(part) for name, part in one.saved.items()},
+            }
+            for one in skipped(equations, outputs)
         ],
     }
     return facts, left_out
@@ -126,7 +138,41 @@ def show(facts: dict[str, Any]) -> None:
         operations = function["operations"]
         shape = " x ".join(map(str, function["shape"])) or "scalar"
         rows.append((function["name"], shape, function["road"], *(str(count) for count in operations.values())))
-    print_table("Operations of one call", columns, rows)
+    print_table("Operations of one call that depend on the state", columns, rows)
+    show_skipped(facts)
+
+
+def show_skipped(facts: dict[str, Any]) -> None:
+    """Print what depends on parameters alone, what was left out, and how much that saved, function by function."""
+    from symdyn.cli.talk import print_table
+    from symdyn.program import Counts
+
+    prepared = [(f["name"], str(Counts(**f["prepare"]))) for f in facts["functions"] if any(f["prepare"].values())]
+    if prepared:
+        print_table("On parameters alone", ("function", "operations"), prepared)
+    report = facts["skipped"]
+    print_table("Left out or merged", ("step", "why"), [(one["step"], one["why"]) for one in report])
+    measured = [one for one in report if one["saved"]]
+    rows = [
+        (name, *(_saving(one["saved"].get(name)) for one in measured))
+        for name in (function["name"] for function in facts["functions"])
+        if any(name in one["saved"] for one in measured)
+    ]
+    title = "What that saved, multiplications/additions (d: divisions, s: sin/cos, o: other); + is what it costs"
+    print_table(title, ("function", *(f"{one['step']} " for one in measured)), rows)
+
+
+def _saving(counts: dict[str, int] | None) -> str:
+    """Return saved operations as mul/add, and others where there are any; what is spent has a plus sign."""
+    if counts is None:
+        return ""
+    numbers = {key: f"{-n:+d}" if n < 0 else str(n) for key, n in counts.items()}
+    others = [
+        f" {numbers[key]}{letter}"
+        for key, letter in (("divisions", "d"), ("sincos", "s"), ("others", "o"))
+        if counts[key]
+    ]
+    return f"{numbers['multiplications']}/{numbers['additions']}{''.join(others)}"
 
 
 def _label(joint: dict[str, Any]) -> str:

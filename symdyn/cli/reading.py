@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,19 +31,32 @@ def add_reading_options(verb: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--allow-invalid-inertia", action="store_true", help="accept inertias that no body has, with a note for each"
     )
+    group.add_argument(
+        "--bind", metavar="LIST", help="values for parameters, e.g. m1=2.5,h1=1/2; what is zero drops out"
+    )
+
+
+def add_formulation(verb: argparse.ArgumentParser) -> None:
+    """Add the choice of the derivation that becomes code."""
+    verb.add_argument(
+        "--formulation",
+        choices=("rnea", "crba", "aba", "lagrange"),
+        help="take this derivation where a function has it; without this, the one with the fewest operations",
+    )
 
 
 def read_scene(options: argparse.Namespace) -> Scene:
     """Return the scene that the options name; what the reader notes goes to stderr."""
     from symdyn.cli.talk import say
-    from symdyn.scene import ReadOptions, read_noting, with_symbols
+    from symdyn.scene import ReadOptions, bind, read_bindings, read_noting, with_symbols
 
     reading = read_noting(options.scene, ReadOptions(options.snap, options.allow_invalid_inertia))
     for note in reading.notes[:MOST_NOTES]:
         say(f"symdyn: {note}")
     if len(reading.notes) > MOST_NOTES:
         say(f"symdyn: {options.scene}: and {len(reading.notes) - MOST_NOTES} notes more")
-    return with_symbols(reading.scene, options.symbolic) if options.symbolic else reading.scene
+    scene = with_symbols(reading.scene, options.symbolic) if options.symbolic else reading.scene
+    return bind(scene, read_bindings(options.bind)) if options.bind is not None else scene
 
 
 def reading_words(options: argparse.Namespace) -> list[str]:
@@ -51,4 +65,5 @@ def reading_words(options: argparse.Namespace) -> list[str]:
     words += ["--symbolic", options.symbolic] if options.symbolic else []
     words += ["--no-snap"] if not options.snap else []
     words += ["--allow-invalid-inertia"] if options.allow_invalid_inertia else []
+    words += ["--bind", shlex.quote(options.bind.replace(" ", ""))] if options.bind else []
     return words

@@ -16,7 +16,7 @@ from symdyn.dynamics.tree import Tree, body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
-from symdyn.spatial import Transform, Vec, add, apply, cross, dot, scale, sub, unit_transform, zero_vector
+from symdyn.spatial import Transform, Vec, add, apply, cross, scale, sub, unit_transform, zero_vector
 
 
 def locate(scene: Scene, name: str, graph: Graph) -> tuple[str, Transform]:
@@ -152,11 +152,3 @@ def centre_of_mass(scene: Scene, name: str, graph: Graph) -> Vec:
     if inertia.m.is_zero:
         raise DerivationError(f"{scene.name}: body {name!r} has no mass, so it has no centre of mass")
     return scale(1 / inertia.m, inertia.h)
-
-
-def potential_energy(tree: Tree) -> Expr:
-    """Return P = -Σ g·(m p + R h), J, by walking the tree; what is welded to the ground counts."""
-    terms = []
-    for inertia, T in zip(tree.inertia, tree_placements(tree), strict=True):
-        terms.append(-dot(tree.gravity, add(scale(inertia.m, T.p), apply(T.R, inertia.h))))
-    return tree.graph.total(terms)

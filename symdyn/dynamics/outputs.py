@@ -12,7 +12,9 @@ from itertools import combinations
 
 from symdyn.dynamics import kinematics, lagrange
 from symdyn.dynamics.aba import aba
+from symdyn.dynamics.cost import cost
 from symdyn.dynamics.ldl import solve
+from symdyn.dynamics.potential import potential_energy
 from symdyn.dynamics.rnea import rnea
 from symdyn.dynamics.workspace import Matrix, Workspace
 from symdyn.graph import Expr, substitute
@@ -62,36 +64,43 @@ def _minus(a: list[Expr], b: list[Expr]) -> list[Expr]:
 
 
 def _inverse(w: Workspace) -> list[Expr]:
-    return _minus(rnea(w.tree, w.state.qd, w.state.qdd), w.Q)
+    return _minus(rnea(w.lean, w.state.qd, w.state.qdd), w.Q)
 
 
 def _forward_aba(w: Workspace) -> list[Expr]:
     drive = [tau + force for tau, force in zip(w.state.tau, w.Q, strict=True)]
-    return aba(w.tree, w.state.qd, drive)
+    return aba(w.lean, w.state.qd, drive)
 
 
 def _forward_crba(w: Workspace) -> list[Expr]:
-    bias = rnea(w.tree, w.state.qd, w.still)
+    bias = rnea(w.lean, w.state.qd, w.still)
     rest = [tau + force - load for tau, force, load in zip(w.state.tau, w.Q, bias, strict=True)]
     return solve(w.tree.coordinate_parents(), w.composite_mass, rest)
+
+
+SURE = (1.5, 5.5)
+"""Pairs of a joint and an ancestor, a joint: up to the first CRBA is cheaper, from the second on ABA."""
 
 
 def _cheaper_forward(w: Workspace) -> str:
     """Return "aba" for long chains: factoring M costs a term for every pair of a joint and an ancestor, ABA does not.
 
-    On chains and trees of benchmarks/building.py the counts cross between 3.5 and 4.5 pairs a joint.
+    The counts cross at 1.5 pairs a joint for parallel axes and at 5 for crossed ones; in between both are counted.
     """
-    if w.tree.coupled:
+    if w.lean.coupled:
         return "crba"
     depth = [0]
-    for i in w.tree.outward():
-        depth.append(depth[w.tree.parent[i]] + 1)
-    pairs = sum(depth) - w.tree.n
-    return "aba" if pairs > 4 * w.tree.n else "crba"
+    for i in w.lean.outward():
+        depth.append(depth[w.lean.parent[i]] + 1)
+    pairs = (sum(depth) - w.lean.n) / max(1, w.lean.n)
+    if not SURE[0] < pairs < SURE[1]:
+        return "aba" if pairs >= SURE[1] else "crba"
+    varying = (*w.state.q, *w.state.qd, *w.state.tau)
+    return "aba" if cost(_forward_aba(w), varying) < cost(_forward_crba(w), varying) else "crba"
 
 
 def _momentum(w: Workspace) -> list[Expr]:
-    return rnea(w.tree, w.still, w.state.qd, gravity=False)
+    return rnea(w.lean, w.still, w.state.qd, gravity=False)
 
 
 def _kinetic(w: Workspace) -> list[Expr]:
@@ -187,7 +196,7 @@ OUTPUTS: dict[str, Output] = {
         "g",
         lambda n: (n,),
         "N m (revolute) or N (prismatic)",
-        {"lagrange": lambda w: lagrange.gravity_forces(w.energy), "rnea": lambda w: rnea(w.tree, w.still, w.still)},
+        {"lagrange": lambda w: lagrange.gravity_forces(w.energy), "rnea": lambda w: rnea(w.lean, w.still, w.still)},
     ),
     "coriolis_matrix": Output(
         "Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric",
@@ -223,7 +232,7 @@ OUTPUTS: dict[str, Output] = {
         "P",
         lambda n: (),
         "J",
-        {"recursive": lambda w: [kinematics.potential_energy(w.tree)], "lagrange": lambda w: [w.energy.P]},
+        {"recursive": lambda w: [potential_energy(w.lean)], "lagrange": lambda w: [w.energy.P]},
     ),
     "k_z": Output(
         "inertia coefficients k_z of qdd_j, which is M(q)",
@@ -263,7 +272,7 @@ OUTPUTS: dict[str, Output] = {
         "k_G",
         lambda n: (n,),
         "N m (revolute) or N (prismatic)",
-        {"lagrange": lambda w: lagrange.gravity_forces(w.energy), "rnea": lambda w: rnea(w.tree, w.still, w.still)},
+        {"lagrange": lambda w: lagrange.gravity_forces(w.energy), "rnea": lambda w: rnea(w.lean, w.still, w.still)},
     ),
     "pose": Output(
         "placement [R | p] of {name} in the ground frame",

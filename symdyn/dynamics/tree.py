@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.state import first_moment, joint_motion, placement, unit_axis, vector
+from symdyn.dynamics.state import first_moment, joint_motion, joint_position, placement, unit_axis, vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, JOINTS, Body, Scene, express
 from symdyn.spatial import (
@@ -34,32 +34,26 @@ from symdyn.spatial import (
 
 
 @dataclass(frozen=True)
-class Tree:
-    """A tree of moving bodies 1..N in n coordinates; tuples have N + 1 entries, entry 0 is the ground.
+class Topology:
+    """How moving bodies 1..N hang together in n coordinates; tuples have N + 1 entries, entry 0 is the ground.
 
     Attributes:
         graph: where the entries live.
         gravity: acceleration of free fall, ground frame, m/s^2.
         parent: parent[i] < i; parent[0] is -1.
-        T, S, inertia: as in the module's legend.
         column: column[i] is the coordinate k of joint i, from 0; -1 for the ground.
         ratio: as in the module's legend.
         armature: inertia of the rotor of joint i, seen at the joint, kg m^2 or kg.
         n: number of coordinates.
-        home: for every body of the scene the moving body that carries it, and its placement there.
     """
 
     graph: Graph
     gravity: Vec
     parent: tuple[int, ...]
-    T: tuple[Transform, ...]
-    S: tuple[tuple[Vec, Vec], ...]
-    inertia: tuple[Inertia, ...]
     column: tuple[int, ...]
     ratio: tuple[Expr, ...]
     armature: tuple[Expr, ...]
     n: int
-    home: dict[str, tuple[int, Transform]]
 
     @property
     def coupled(self) -> bool:
@@ -90,12 +84,31 @@ class Tree:
         return list(range(-1, self.n)) if self.coupled else list(self.parent)
 
 
+@dataclass(frozen=True)
+class Tree(Topology):
+    """A tree of moving bodies with the frames that the scene declares.
+
+    Attributes:
+        base: base[i] is the constant placement of joint frame i in frame p.
+        T, S, inertia: as in the module's legend; T[i] is base[i] and then the motion of the joint.
+        position: position of joint i in terms of the coordinates, rad or m.
+        home: for every body of the scene the moving body that carries it, and its placement there.
+    """
+
+    base: tuple[Transform, ...]
+    T: tuple[Transform, ...]
+    S: tuple[tuple[Vec, Vec], ...]
+    inertia: tuple[Inertia, ...]
+    position: tuple[Expr, ...]
+    home: dict[str, tuple[int, Transform]]
+
+
 def build_tree(scene: Scene, graph: Graph) -> Tree:
     """Return the scene's kinematic tree."""
     still = unit_transform(graph)
     nothing = (zero_vector(graph), zero_vector(graph))
-    parent, T, S, inertia = [-1], [still], [nothing], [no_inertia(graph)]
-    column, ratio, armature = [-1], [graph.zero], [graph.zero]
+    parent, base, T, S, inertia = [-1], [still], [still], [nothing], [no_inertia(graph)]
+    column, ratio, armature, position = [-1], [graph.zero], [graph.zero], [graph.zero]
     coordinates = {name: k for k, name in enumerate(scene.coordinates)}
     home: dict[str, tuple[int, Transform]] = {GROUND: (0, still)}
     for joint, body in zip(scene.joints, scene.bodies, strict=True):
@@ -107,7 +120,9 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
             ratio.append(express(joint.coupling.ratio, graph) if joint.coupling else graph.one)
             armature.append(express(joint.armature, graph))
             parent.append(carrier)
+            base.append(place)
             T.append(place @ joint_motion(joint, graph))
+            position.append(joint_position(joint, graph))
             S.append(JOINTS[joint.type].subspace(unit_axis(joint, graph))[0])
             inertia.append(no_inertia(graph))
             carrier, place = len(parent) - 1, still
@@ -119,13 +134,15 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         graph=graph,
         gravity=gravity,
         parent=tuple(parent),
-        T=tuple(T),
-        S=tuple(S),
-        inertia=tuple(inertia),
         column=tuple(column),
         ratio=tuple(ratio),
         armature=tuple(armature),
         n=len(coordinates),
+        base=tuple(base),
+        T=tuple(T),
+        S=tuple(S),
+        inertia=tuple(inertia),
+        position=tuple(position),
         home=home,
     )
 

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from functools import cached_property
+from itertools import product
 
 from symdyn.dynamics import lagrange
 from symdyn.dynamics.christoffel import Christoffel, christoffel
+from symdyn.dynamics.cost import cost
 from symdyn.dynamics.crba import crba
 from symdyn.dynamics.lagrange import Energies, energies
+from symdyn.dynamics.reframe import LeanTree, reframe
+from symdyn.dynamics.regroup import regroup
 from symdyn.dynamics.rnea import rnea
 from symdyn.dynamics.state import State, generalized_forces, state_symbols
 from symdyn.dynamics.tree import Tree, build_tree
@@ -53,13 +57,19 @@ class Workspace:
 
     @cached_property
     def tree(self) -> Tree:
-        """The kinematic tree."""
+        """The kinematic tree as declared."""
         return build_tree(self.scene, self.graph)
 
     @cached_property
+    def lean(self) -> LeanTree:
+        """The same tree in frames of the generator's choice, with base parameters: what the recursions run over."""
+        return regroup(reframe(self.tree))
+
+    @cached_property
     def composite_mass(self) -> Matrix:
-        """M by the composite-rigid-body algorithm, shape (n, n)."""
-        return crba(self.tree)
+        """M by the composite-rigid-body algorithm, shape (n, n): by the variant that costs least."""
+        variants = [crba(self.lean, *choices) for choices in product((False, True), repeat=2)]
+        return min(variants, key=lambda M: cost([entry for row in M for entry in row], self.state.q))
 
     @cached_property
     def composite_christoffel(self) -> Christoffel:
@@ -68,4 +78,4 @@ class Workspace:
 
     def velocity_forces(self, qd: list[Expr]) -> list[Expr]:
         """Return c(q, q̇) at the given velocities, shape (n,)."""
-        return rnea(self.tree, qd, self.still, gravity=False)
+        return rnea(self.lean, qd, self.still, gravity=False)

@@ -1,10 +1,23 @@
-"""The C target: C99 without allocation, needing libm alone; one function an output, in double or float."""
+"""The C target: C99 without allocation, needing libm alone; one function an output, in double or float.
+
+    void <scene>_<function>(const real *q, ..., const real *params, real *out)                    one state
+    void <scene>_<function>_batch(size_t n, const real *q, ..., const real *params, real *out)    structure of arrays
+    void <scene>_<function>_rows(size_t n, const real *q, ..., const real *params, real *out)     array of structures
+
+The last two are there with batch=True. Entry i of state k is q[i * n + k] for `_batch` and q[k * length + i] for
+`_rows`, in `out` likewise; params is one set for all states, and `out` overlaps no argument. Both run blocks of states
+through loops that compilers vectorise, and take sines and cosines by a routine of their own; so does the scalar
+function then, when it needs several. Files without batch code are the same as ever.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from typing import Any
 
+from symdyn.emit.c_batch import LANES, batches
+from symdyn.emit.c_sincos import sincos_values
 from symdyn.emit.names import stem
 from symdyn.emit.page import compose
 from symdyn.emit.real import Real, digits
@@ -34,15 +47,23 @@ SIGN_HELPER = "sign_of"
 """A function of our own in the source file, written there when it is called."""
 
 
-def emit_c(program: Program, real: Real, command: str) -> tuple[tuple[str, str], ...]:
-    """Return source and header of the C target, by name; the source comes first."""
+def emit_c(program: Program, real: Real, command: str, batch: bool = False) -> tuple[tuple[str, str], ...]:
+    """Return source and header of the C target, by name; the source comes first.
+
+    Args:
+        program: what to compute.
+        real: type of all numbers.
+        command: for the header.
+        batch: whether to add functions over many states.
+    """
 
     def literal(value: Fraction) -> str:
         return f"{digits(value, real)}{real.suffix}"
 
-    page = compose(program, Printer(spellings(real), literal), command)
+    printer = Printer(spellings(real), literal)
+    page = compose(program, printer, command)
     name = stem(program.scene.name)
-    values = {
+    values: dict[str, Any] = {
         "page": page,
         "about": render("common/about.txt.jinja", {"page": page}).rstrip("\n"),
         "stem": name,
@@ -50,7 +71,12 @@ def emit_c(program: Program, real: Real, command: str) -> tuple[tuple[str, str],
         "zero": literal(Fraction(0)),
         "one": literal(Fraction(1)),
         "uses_sign": any(SIGN_HELPER in line.code for f in page.functions for line in f.steps + f.outputs),
+        "suffix": real.suffix,
+        "lanes": LANES,
+        "batch": batches(program, page, printer, real) if batch else (),
     }
+    values["sincos"] = any(many.sincos for many in values["batch"])
+    values |= sincos_values(real.name) if values["sincos"] else {}
     return (
         (f"{name}.c", render("c/source.c.jinja", values)),
         (f"{name}.h", render("c/header.h.jinja", values)),

@@ -8,22 +8,26 @@ from symdyn.emit.c import emit_c
 from symdyn.emit.python import emit_numpy
 from symdyn.emit.real import Real, find_real
 from symdyn.emit.sources import Sources
+from symdyn.emit.ufunc import emit_ufunc
 from symdyn.errors import EmitError
 from symdyn.program import Program
 
 Emitter = Callable[[Program, Real, str], tuple[tuple[str, str], ...]]
 
-TARGETS: Mapping[str, Emitter] = {"numpy": emit_numpy, "c": emit_c}
+TARGETS: Mapping[str, Emitter] = {"numpy": emit_numpy, "c": emit_c, "ufunc": emit_ufunc}
 
 
-def emit(program: Program, target: str = "numpy", real: str = "double", command: str = "") -> Sources:
+def emit(
+    program: Program, target: str = "numpy", real: str = "double", command: str = "", batch: bool = False
+) -> Sources:
     """Return the files that compute `program`; the same program gives the same bytes.
 
     Args:
         program: what to compute.
-        target: "numpy" or "c".
+        target: "numpy", "c" or "ufunc".
         real: "double" or "float".
         command: what the header says to run to make the files again; "" for the plain command line.
+        batch: whether C gets functions over many states too; the other targets take batches anyway.
 
     Raises:
         EmitError: an unknown target or real type, no function at all, two functions of one name, a constant too large
@@ -33,12 +37,15 @@ def emit(program: Program, target: str = "numpy", real: str = "double", command:
         raise EmitError(f"target {target!r} is not known; give {' or '.join(TARGETS)}")
     if not program.routines:
         raise EmitError(f"{program.scene.name}: there is no function to write; name one, such as inverse_dynamics")
-    again = command or _command(program, target, real)
+    again = command or _command(program, target, real, batch)
+    if batch and target == "c":
+        return Sources(program, target, real, emit_c(program, find_real(real), again, batch=True))
     return Sources(program, target, real, TARGETS[target](program, find_real(real), again))
 
 
-def _command(program: Program, target: str, real: str) -> str:
+def _command(program: Program, target: str, real: str, batch: bool) -> str:
     """Return the command line that makes the same files."""
     functions = ",".join(routine.function.name for routine in program.routines)
     precision = "" if real == "double" else f" --real {real}"
-    return f"symdyn generate {program.scene.name} --target {target}{precision} --functions {functions}"
+    many = " --batch" if batch and target == "c" else ""
+    return f"symdyn generate {program.scene.name} --target {target}{precision}{many} --functions {functions}"

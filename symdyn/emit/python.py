@@ -1,12 +1,19 @@
-"""The NumPy target: one module that runs with NumPy alone, for one state or a batch of them."""
+"""The NumPy target: one module that runs with NumPy alone, for one state or a batch of them.
+
+Every function is written once, with bare `sin` and `cos`. The module runs that text over plain floats for one state,
+and for a batch over blocks of states that fit the cache; `del` gives the memory of a block's intermediate results
+back while it is still warm, so that the next ones lie there.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+import textwrap
+from collections.abc import Iterable, Mapping
 from functools import partial
 
 from symdyn.emit.names import stem
-from symdyn.emit.page import compose
+from symdyn.emit.page import FunctionText, compose
 from symdyn.emit.real import Real, digits
 from symdyn.emit.render import render
 from symdyn.emit.spelling import OPERATORS, Printer, Spelling, call
@@ -15,21 +22,88 @@ from symdyn.program import Program
 
 NUMPY: Mapping[Op, Spelling] = {
     **OPERATORS,
-    Op.SIN: call("numpy.sin"),
-    Op.COS: call("numpy.cos"),
-    Op.SQRT: call("numpy.sqrt"),
-    Op.EXP: call("numpy.exp"),
-    Op.LOG: call("numpy.log"),
-    Op.TANH: call("numpy.tanh"),
-    Op.ABS: call("numpy.abs"),
-    Op.SIGN: call("numpy.sign"),
-    Op.ATAN2: call("numpy.arctan2", 2),
+    Op.SIN: call("sin"),
+    Op.COS: call("cos"),
+    Op.SQRT: call("sqrt"),
+    Op.EXP: call("exp"),
+    Op.LOG: call("log"),
+    Op.TANH: call("tanh"),
+    Op.ABS: call("abs"),
+    Op.SIGN: call("sign"),
+    Op.ATAN2: call("atan2", 2),
 }
+
+BRANCHES: Mapping[str, tuple[str, str]] = {
+    "sin": ("math.sin", "numpy.sin"),
+    "cos": ("math.cos", "numpy.cos"),
+    "sqrt": ("math.sqrt", "numpy.sqrt"),
+    "exp": ("math.exp", "numpy.exp"),
+    "log": ("math.log", "numpy.log"),
+    "tanh": ("math.tanh", "numpy.tanh"),
+    "sign": ("_sign", "numpy.sign"),
+    "atan2": ("math.atan2", "numpy.arctan2"),
+}
+"""What each name stands for among plain floats and among arrays; `abs` is Python's for both."""
+
+BLOCK = 4096
+"""States that are computed at a time: enough to hide the cost of a NumPy call, few enough for the cache."""
+
+DEAD = 32
+"""Intermediate results that are no longer needed before a line gives them back."""
+
+WIDTH = 116
 
 
 def emit_numpy(program: Program, real: Real, command: str) -> tuple[tuple[str, str], ...]:
     """Return the one file of the NumPy target, by name."""
     page = compose(program, Printer(NUMPY, partial(digits, real=real)), command)
-    about = render("common/about.txt.jinja", {"page": page}).rstrip("\n")
-    text = render("numpy/module.py.jinja", {"page": page, "about": about, "dtype": real.dtype})
-    return ((f"{stem(program.scene.name)}.py", text),)
+    used = {function.name: _used(function) for function in page.functions}
+    every = [name for name in BRANCHES if any(name in names for names in used.values())]
+    values = {
+        "page": page,
+        "about": render("common/about.txt.jinja", {"page": page}).rstrip("\n"),
+        "dtype": real.dtype,
+        "block": BLOCK,
+        "branches": [(name, *BRANCHES[name]) for name in every],
+        "used": used,
+        "bodies": {function.name: _body(function) for function in page.functions},
+    }
+    return ((f"{stem(program.scene.name)}.py", render("numpy/module.py.jinja", values)),)
+
+
+def _words(code: str) -> list[str]:
+    """Return the names in a piece of code, in order."""
+    return re.findall(r"[A-Za-z_]\w*", code)
+
+
+def _used(function: FunctionText) -> list[str]:
+    """Return the mathematical functions that a function calls."""
+    called = {word for line in function.steps + function.outputs for word in _words(line.code)}
+    return [name for name in BRANCHES if name in called]
+
+
+def _body(function: FunctionText) -> list[str]:
+    """Return the steps as text, with lines that give back what is no longer needed."""
+    last: dict[str, int] = {}
+    for place, line in enumerate(function.steps):
+        last |= dict.fromkeys(_words(line.code), place)
+    last |= dict.fromkeys((word for line in function.outputs for word in _words(line.code)), len(function.steps))
+    names = [name for name, _, _ in function.inputs] + [line.target for line in function.steps]
+    ends: dict[int, list[str]] = {}
+    for name in names:
+        ends.setdefault(last[name], []).append(name)
+    text: list[str] = []
+    dead: list[str] = []
+    for place, line in enumerate(function.steps):
+        text.append(f"{line.target} = {line.code}")
+        dead += ends.get(place, [])
+        if len(dead) >= DEAD:
+            text += _deletion(dead)
+            dead = []
+    return text
+
+
+def _deletion(names: Iterable[str]) -> list[str]:
+    """Return statements that give `names` back, none too wide to read."""
+    lines = textwrap.wrap(", ".join(names), WIDTH - 4 - len("del "), break_long_words=False)
+    return [f"del {line.rstrip(',')}" for line in lines]

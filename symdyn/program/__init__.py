@@ -1,8 +1,34 @@
 """Programs: equations as straight-line code, pruned, named and counted; no syntax yet."""
 
 from symdyn.program.assemble import assemble, identifier
-from symdyn.program.count import CATEGORY, Counts, count
+from symdyn.program.choose import cheapest, formulate
+from symdyn.program.count import BINDING, CATEGORY, WEIGHTS, Counts, count, count_by_binding, state_dependent_counts
 from symdyn.program.lower import lower
 from symdyn.program.model import Program, Routine, Step, check
+from symdyn.program.passes import PASSES, optimise
+from symdyn.program.skipped import Skipped, skipped
+from symdyn.program.static import at_rest
 
-__all__ = ["CATEGORY", "Counts", "Program", "Routine", "Step", "assemble", "check", "count", "identifier", "lower"]
+__all__ = [
+    "BINDING",
+    "CATEGORY",
+    "PASSES",
+    "WEIGHTS",
+    "Counts",
+    "Program",
+    "Routine",
+    "Skipped",
+    "Step",
+    "assemble",
+    "at_rest",
+    "cheapest",
+    "check",
+    "count",
+    "count_by_binding",
+    "formulate",
+    "identifier",
+    "lower",
+    "optimise",
+    "skipped",
+    "state_dependent_counts",
+]

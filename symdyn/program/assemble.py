@@ -2,6 +2,8 @@
 
 A node is named when it is used more than once, when it is a sine or cosine, or when the line it would stand in grows
 too wide to read. Everything else is printed inside the line that uses it. Naming changes no operation and no order.
+Lines stand in the order of the derivation, which goes from body to body. Depth first by need was measured too, for
+inverse and forward dynamics of 6 and 7 axes: as many values alive at once, and code up to 4 % slower.
 
     q_1, qd_2    entries of an argument        p_m1    a free parameter by its name
     s1, c2_3     sin q1, cos(q2 + q3)          sa1     sine of any other angle
@@ -16,7 +18,7 @@ from fractions import Fraction
 from symdyn.dynamics.equations import Argument, Function
 from symdyn.graph import Expr, Graph, Op, linear_form, reachable
 from symdyn.program.constants import constants
-from symdyn.program.count import count
+from symdyn.program.count import count_by_binding
 from symdyn.program.model import Program, Routine, Step
 from symdyn.scene import Scene
 
@@ -53,7 +55,7 @@ def _routine(function: Function, known: Constants) -> Routine:
         ),
         steps=_named(lines, function),
         unused=tuple(a.name for a in function.arguments if symbols.isdisjoint(a.symbols)),
-        counts=count(function),
+        binding=count_by_binding(function),
     )
 
 

@@ -2,6 +2,9 @@
 
 A sine and a cosine of one angle count as one pair. Negations are free: a sign moves into a neighbouring sum. What has
 no symbol below it is a constant and costs nothing at run time.
+
+Binding time says when the arguments of an operation are known: work on parameters alone is done once for a mechanism,
+work on q once for a configuration, and so on.
 """
 
 from __future__ import annotations
@@ -33,6 +36,17 @@ CATEGORY: dict[Op, str] = {
     Op.ATAN2: "others",
 }
 
+WEIGHTS = {"multiplications": 1, "additions": 1, "divisions": 4, "sincos": 20, "others": 20}
+"""Cost of an operation in multiplications, by which formulations and passes are compared."""
+
+BINDING: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("params", ("params",)),
+    ("q", ("q",)),
+    ("q, qd", ("qd",)),
+    ("all", ("qdd", "tau")),
+)
+"""Binding times from early to late, and the arguments that are known from then on."""
+
 
 @dataclass(frozen=True)
 class Counts:
@@ -43,6 +57,17 @@ class Counts:
     divisions: int = 0
     sincos: int = 0
     others: int = 0
+
+    @property
+    def cost(self) -> int:
+        """All operations in one number, by `WEIGHTS`."""
+        return sum(weight * int(getattr(self, name)) for name, weight in WEIGHTS.items())
+
+    def __add__(self, other: Counts) -> Counts:
+        return Counts(*(int(getattr(self, name)) + int(getattr(other, name)) for name in WEIGHTS))
+
+    def __sub__(self, other: Counts) -> Counts:
+        return Counts(*(int(getattr(self, name)) - int(getattr(other, name)) for name in WEIGHTS))
 
     def __str__(self) -> str:
         words = (
@@ -56,16 +81,56 @@ class Counts:
 
 def count(function: Function) -> Counts:
     """Return the operations that one call of `function` takes, every shared subexpression computed once."""
-    tally = dict.fromkeys(("multiplications", "additions", "divisions", "sincos", "others"), 0)
+    return sum(count_by_binding(function).values(), Counts())
+
+
+def count_by_binding(function: Function) -> dict[str, Counts]:
+    """Return the operations of `function` by binding time, a key for every row of `BINDING`.
+
+    Symbols are told by their names; one that is no argument counts as known last.
+    """
+    known = {symbol.value: _time(argument.name) for argument in function.arguments for symbol in argument.symbols}
+    times: dict[Expr, int] = {}
+    tallies = [dict.fromkeys(WEIGHTS, 0) for _ in BINDING]
     angles: set[Expr] = set()
-    varying: set[Expr] = set()
     for node in reachable(function.entries):
-        if node.op is not Op.SYMBOL and not any(arg in varying for arg in node.args):
+        if node.op is Op.SYMBOL:
+            times[node] = known.get(node.value, len(BINDING) - 1)
+            continue
+        time = max((times[arg] for arg in node.args if arg in times), default=-1)
+        if time < 0:
+            continue
+        times[node] = time
+        category = CATEGORY[node.op]
+        if category and not (category == "sincos" and node.args[0] in angles):
+            tallies[time][category] += 1
+        if category == "sincos":
+            angles.add(node.args[0])
+    return {name: Counts(**tally) for (name, _), tally in zip(BINDING, tallies, strict=True)}
+
+
+def _time(argument: str) -> int:
+    """Return the binding time of an argument, a row of `BINDING`; the last one if it is in no row."""
+    return next((k for k, (_, names) in enumerate(BINDING) if argument in names), len(BINDING) - 1)
+
+
+def state_dependent_counts(function: Function) -> Counts:
+    """Return the operations of `function` that depend on q, q̇, q̈ or τ, as the literature counts them.
+
+    What depends on parameters alone is worked out once for a robot and left out. Twice a number is an addition.
+    """
+    varying = {symbol for a in function.arguments if a.name != "params" for symbol in a.symbols}
+    tally = dict.fromkeys(WEIGHTS, 0)
+    angles: set[Expr] = set()
+    for node in reachable(function.entries):
+        if node in varying or varying.isdisjoint(node.args):
             continue
         varying.add(node)
         category = CATEGORY[node.op]
         if category == "sincos":
             angles.add(node.args[0])
+        elif node.op is Op.MUL and node.args[0].value == 2:
+            tally["additions"] += 1
         elif category:
             tally[category] += 1
     return Counts(**{**tally, "sincos": len(angles)})

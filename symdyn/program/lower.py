@@ -1,11 +1,11 @@
-"""From equations to a program: bind what has a value, fold what is constant, name what is used.
+"""From equations to a program: bind what has a value, fold what is constant, run the passes, name what is used.
 
 The program gets a graph of its own. What is bound there simplifies at birth, and the equations are left as they were.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from symdyn.dynamics.equations import Argument, Equations, Function
@@ -14,16 +14,21 @@ from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.program.assemble import assemble
 from symdyn.program.constants import constants, is_simple
 from symdyn.program.model import Program, check
+from symdyn.program.passes import DEFAULT, optimise
 from symdyn.scene import Scene, express
 
 Functions = tuple[Function, ...]
 
 
-def lower(equations: Equations) -> Program:
-    """Return the program of `equations`: pruned, parameters with values bound, constants folded.
+def lower(equations: Equations, passes: Sequence[str] = DEFAULT) -> Program:
+    """Return the program of `equations`: pruned, parameters with values bound, constants folded, operations saved.
+
+    Args:
+        equations: named functions on one graph.
+        passes: keys of `PASSES`; () leaves the operations as they were derived.
 
     Raises:
-        DerivationError: a constant is not a finite real number, such as 1/m with m = 0 bound.
+        DerivationError: a constant is not a finite real number, such as 1/m with m = 0 bound, or an unknown pass.
     """
     graph = Graph()
     try:
@@ -32,6 +37,8 @@ def lower(equations: Equations) -> Program:
         message = f"{equations.scene.name}: with its parameters' values the equations divide by zero"
         raise DerivationError(f"{message}; give another value, or none to keep the parameter free") from fault
     graph, functions = _fold(graph, functions)
+    if passes:
+        graph, functions = _fold(*_gather(tuple(optimise(function, passes) for function in functions)))
     return check(assemble(equations.scene, graph, functions))
 
 
@@ -62,6 +69,12 @@ def _fold(graph: Graph, functions: Functions) -> tuple[Graph, Functions]:
         return target, _rebuild(functions, {node: target.constant(value) for node, value in hidden.items()}, target)
     except ZeroDivisionError as fault:
         raise DerivationError("the equations divide by a constant that is zero") from fault
+
+
+def _gather(functions: Functions) -> tuple[Graph, Functions]:
+    """Return functions that live on graphs of their own on one new graph."""
+    graph = Graph()
+    return graph, tuple(one for function in functions for one in _rebuild((function,), {}, graph))
 
 
 def _rebuild(functions: Functions, values: Mapping[Expr, Expr], graph: Graph) -> Functions:

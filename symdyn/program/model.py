@@ -34,14 +34,29 @@ class Routine:
         inputs: names of the argument entries that are needed, in calling order.
         steps: named intermediate results, each after all it needs.
         unused: names of the arguments of which no entry is needed.
-        counts: operations of one call.
+        binding: operations of one call by binding time, as `count_by_binding` gives them.
     """
 
     function: Function
     inputs: tuple[Step, ...]
     steps: tuple[Step, ...]
     unused: tuple[str, ...]
-    counts: Counts
+    binding: Mapping[str, Counts]
+
+    @property
+    def counts(self) -> Counts:
+        """Operations of one call."""
+        return sum(self.binding.values(), Counts())
+
+    @property
+    def prepare(self) -> Counts:
+        """Operations on parameters alone, the same at every call."""
+        return self.binding["params"]
+
+    @property
+    def state_counts(self) -> Counts:
+        """Operations that depend on the state."""
+        return self.counts - self.prepare
 
     @property
     def names(self) -> dict[Expr, str]:

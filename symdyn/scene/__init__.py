@@ -1,9 +1,11 @@
 """Scenes: what a user declares, from TOML, Denavit-Hartenberg tables or Python."""
 
+from symdyn.scene.binding import bind, read_bindings
 from symdyn.scene.build import body, dh_table, fixed, joint, parameter, point, prismatic, revolute, scene
 from symdyn.scene.door import read, read_noting, write_text
 from symdyn.scene.formula import FormulaError, parse
 from symdyn.scene.joints import JOINTS, JointKind
+from symdyn.scene.locking import lock
 from symdyn.scene.model import (
     GROUND,
     Body,
@@ -44,18 +46,21 @@ __all__ = [
     "Scene",
     "Written",
     "acceleration_name",
+    "bind",
     "body",
     "check_name",
     "dh_table",
     "express",
     "fixed",
     "joint",
+    "lock",
     "number",
     "parameter",
     "parse",
     "point",
     "prismatic",
     "read",
+    "read_bindings",
     "read_noting",
     "read_text",
     "revolute",

@@ -91,6 +91,8 @@ class JointKeys(TypedDict, total=False):
     damping: Number | None
     friction: Number | None
     limits: Mapping[str, Number | None] | None
+    locked: bool
+    position: Number | None
 
 
 def joint(
@@ -110,6 +112,8 @@ def joint(
     damping: Number | None = None,
     friction: Number | None = None,
     limits: Mapping[str, Number | None] | None = None,
+    locked: bool = False,
+    position: Number | None = None,
 ) -> Entry:
     """Declare a joint.
 
@@ -131,6 +135,8 @@ def joint(
         friction: dry friction, N m or N; kept as data.
         limits: {"lower": ..., "upper": ..., "velocity": ..., "effort": ...}; what is left out or None is unlimited;
             kept as data.
+        locked: the joint stands still and becomes a fixed one.
+        position: where it stands, rad or m; zero when left out.
     """
     return _entry(
         "joints",
@@ -149,6 +155,8 @@ def joint(
         damping=damping,
         friction=friction,
         limits=limits,
+        locked=locked or None,
+        position=position,
     )
 
 

@@ -11,6 +11,7 @@ from symdyn.scene.dh import BODY_KEYS, expand
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.formula import quantity
 from symdyn.scene.joints import JOINTS
+from symdyn.scene.locking import lock, read_locks
 from symdyn.scene.model import NULL, STANDARD_GRAVITY, Body, Joint, Limits, Parameter, Particle, Point, Scene, Vector
 from symdyn.scene.names import suggestion
 from symdyn.scene.quantity import ZERO, Quantity, number
@@ -20,7 +21,9 @@ PARAMETER_KEYS = ("value", "positive", "unit", "latex", "text")
 
 MOTION_KEYS = ("axis", "coordinate", "drive", "force", "mimic", "armature", "damping", "friction", "limits")
 
-JOINT_KEYS = ("type", "parent", "child", "origin", "tip", *MOTION_KEYS)
+LOCK_KEYS = ("locked", "position")
+
+JOINT_KEYS = ("type", "parent", "child", "origin", "tip", *MOTION_KEYS, *LOCK_KEYS)
 
 LIMIT_KEYS = ("lower", "upper", "velocity", "effort")
 
@@ -79,19 +82,13 @@ def assemble(declaration: Declaration, source: str, faults: Faults, allow_invali
     )
     places = {"parameters": declaration.parameters, "bodies": bodies, "joints": joints, "points": declaration.points}
     draft = Draft(scene, {kind: tuple(entry.where for entry in entries) for kind, entries in places.items()})
+    positions = read_locks(joints, faults)
     excused = check(draft, faults, allow_invalid_inertia)
     faults.close()
     carried = {body.name: body for body in scene.bodies}
     carried |= {name: replace(carried[name], allow_invalid_inertia=True) for name in excused}
-    return Scene(
-        name=scene.name,
-        parameters=scene.parameters,
-        gravity=scene.gravity,
-        bodies=tuple(carried[joint.child] for joint in scene.joints),
-        joints=scene.joints,
-        points=scene.points,
-        source=source,
-    )
+    ordered = replace(scene, bodies=tuple(carried[joint.child] for joint in scene.joints))
+    return lock(ordered, positions, faults) if positions else ordered
 
 
 def _parents_first(joints: Sequence[Entry]) -> list[Entry]:
@@ -229,9 +226,9 @@ def _joint_type(table: Table) -> str:
 def _joint(table: Table, kind: str, k: int, follows: bool) -> Joint:
     """Return a joint; if it has a coordinate, it is the k-th that does, which names coordinate and drive by default."""
     if kind == "fixed":
-        _refuse(table, MOTION_KEYS, "a fixed joint")
+        _refuse(table, (*MOTION_KEYS, *LOCK_KEYS), "a fixed joint")
     elif follows:
-        _refuse(table, ("coordinate", "drive", "force"), "a joint that follows another one")
+        _refuse(table, ("coordinate", "drive", "force", *LOCK_KEYS), "a joint that follows another one")
     free = kind != "fixed" and not follows
     return Joint(
         name=table.entry.name,

@@ -21,7 +21,10 @@ TABLE_KEYS = ("convention", "parent", "links")
 
 BODY_KEYS = ("mass", "com", "first_moment", "inertia", "inertia_about", "particles", "allow_invalid_inertia")
 
-JOINT_KEYS = ("type", "coordinate", "drive", "force", "mimic", "armature", "damping", "friction", "limits")
+JOINT_KEYS = (
+    *("type", "coordinate", "drive", "force", "mimic", "armature", "damping", "friction", "limits"),
+    *("locked", "position"),
+)
 
 LINK_KEYS = ("name", "theta", "d", "a", "alpha", *JOINT_KEYS, *BODY_KEYS)
 

@@ -141,6 +141,7 @@ class Joint:
         damping: viscous damping, adds -damping · rate to Q^A; N m s/rad or N s/m.
         friction: dry friction, N m or N; data, no part of the equations.
         limits: data, no part of the equations.
+        locked: that it was declared to move and then locked: now a fixed joint; for reports, not compared.
     """
 
     name: str
@@ -158,6 +159,7 @@ class Joint:
     damping: Quantity = ZERO
     friction: Quantity = ZERO
     limits: Limits = Limits()
+    locked: bool = field(default=False, compare=False)
 
     @property
     def moves(self) -> bool:

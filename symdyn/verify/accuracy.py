@@ -66,7 +66,7 @@ class Accuracy:
 
     Attributes:
         function: its name.
-        module: "numpy" or "c".
+        module: "numpy", "c" or "ufunc".
         states: how many states were sampled.
         median_ulp, max_ulp: error of the worst entry, in ulps of the largest entry of the result.
         allowed_ulp: what the yardstick allows at the state of the largest excess.
@@ -97,7 +97,7 @@ def measure(program: Program, modules: Mapping[str, Any], states: int = 12, seed
 
     Args:
         program: what the modules were emitted from.
-        modules: objects with one callable a function, by name.
+        modules: objects with one callable a function, by name; a function that a module lacks is left out.
         states: how many random states a function.
         seed: of the states and of the noise.
     """
@@ -108,7 +108,11 @@ def measure(program: Program, modules: Mapping[str, Any], states: int = 12, seed
             continue
         rng = random.Random(f"{seed}:{function.name}")
         cases = [_case(function, sample(function.arguments, rng), seed + k) for k in range(states)]
-        found += [_compare(function, name, getattr(module, function.name), cases) for name, module in modules.items()]
+        found += [
+            _compare(function, name, getattr(module, function.name), cases)
+            for name, module in modules.items()
+            if hasattr(module, function.name)
+        ]
     return found
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from symdyn.build import build, run_python
+from symdyn.build.extension import build_extension
+from symdyn.build.load import is_usual
 from symdyn.dynamics import (
     KINEMATICS,
     Equations,
@@ -22,7 +24,7 @@ from symdyn.dynamics import (
 from symdyn.emit import emit
 from symdyn.errors import BuildError
 from symdyn.graph import Expr, reachable, substitute
-from symdyn.program import Program, lower
+from symdyn.program import Program, cheapest, lower
 from symdyn.scene import Scene, express
 from symdyn.verify.accuracy import Accuracy, measure, sample
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, Claim, Fields, Finding, prove
@@ -82,7 +84,7 @@ def certify(
     if outputs is None:
         outputs, left_out = everything(scene)
         notes += left_out
-    preferred = tuple(derive_one(workspace, name) for name in outputs)
+    preferred = tuple(cheapest(workspace, name) for name in outputs)
     claims = [
         Claim(name, one.formulation, road, one.entries, derive_one(workspace, name, road).entries)
         for name, one in zip(outputs, preferred, strict=True)
@@ -138,6 +140,13 @@ def _modules(program: Program, notes: list[str]) -> dict[str, Any]:
         modules["c"] = build(emit(program, "c"))
     except BuildError as fault:
         notes.append(f"C: {fault}")
+        return modules
+    usual = tuple(routine for routine in program.routines if is_usual(routine.function.name))
+    if usual:  # compiling the others in both real types takes longer than it tells
+        try:
+            modules["ufunc"] = build_extension(emit(replace(program, routines=usual), "ufunc"))[1]
+        except BuildError as fault:
+            notes.append(f"ufunc: {fault}")
     return modules
 
 

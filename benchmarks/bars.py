@@ -1,0 +1,77 @@
+"""What was set out to be reached, and what was: ratios inside a round, medians over rounds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from statistics import median
+from typing import Any
+
+Row = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One line: what is compared, what was wanted, what was measured."""
+
+    text: str
+    wanted: str
+    shown: str
+    reached: bool
+
+    @property
+    def verdict(self) -> str:
+        """One word."""
+        return "reached" if self.reached else "**missed**"
+
+
+OURS, PIN = ("symdyn", "state"), ("Pinocchio C++", "state")
+BATCH, ROWS = ("symdyn", "batch"), ("symdyn, rows", "batch")
+ID, M, FD = "inverse_dynamics", "mass_matrix", "forward_dynamics"
+
+AT_LEAST = (
+    ("inverse dynamics, scalar C, times Pinocchio C++", ID, PIN, OURS, 8.0),
+    ("inverse dynamics, scalar C, times CasADi's C", ID, ("CasADi C", "state"), OURS, 1.25),
+    ("inverse dynamics, batch, times Pinocchio C++", ID, PIN, BATCH, 50.0),
+    ("inverse dynamics, batch, times heyoka on our graph", ID, ("heyoka, our graph", "batch"), BATCH, 1.4),
+    ("forward dynamics, scalar C, times Pinocchio's ABA", FD, PIN, OURS, 9.0),
+    ("forward dynamics, batch, times Pinocchio's ABA", FD, PIN, BATCH, 50.0),
+    ("M, scalar C, times Pinocchio's CRBA", M, PIN, OURS, 5.0),
+    ("NumPy module in batch, times Pinocchio C++", ID, PIN, ("symdyn, NumPy module", "batch"), 2.0),
+    ("two threads, times one", ID, ROWS, ("symdyn, rows", "threads"), 1.9),
+)
+"""Text, output, the slower, the faster, and how many times at least."""
+
+
+def bars(times: Sequence[Row], robot: str = "arm7") -> list[Bar]:
+    """Return the bars for which everything was measured."""
+    at = {(row["robot"], row["output"], row["peer"], row["way"]): row for row in times}
+    found = []
+    for text, output, slow, fast, least in AT_LEAST:
+        pair = [at.get((robot, output, *one)) for one in (slow, fast)]
+        if pair[0] and pair[1]:
+            ratio = paired(pair[0], pair[1])
+            found.append(Bar(text, f"≥ {least:g}", f"{ratio:.2f}", ratio >= least))
+    for output in (ID, M, FD):
+        pair = [at.get((robot, output, peer, "million")) for peer in ("symdyn, ufunc", "symdyn, rows")]
+        if pair[0] and pair[1]:
+            ratio = paired(pair[0], pair[1])
+            text = f"{output}, ufunc with a million states, times C on the same arrays"
+            found.append(Bar(text, "≤ 1.15", f"{ratio:.2f}", ratio <= 1.15))
+    single = at.get((robot, ID, "symdyn, ufunc", "python"))
+    if single:
+        time = single["median"]
+        found.append(Bar("inverse dynamics, ufunc with one state", "< 900 ns", f"{time:.0f} ns", time < 900))
+    for output in (ID, FD):
+        for way in ("state", "batch"):
+            pair = [at.get((f"chain{n}", output, "symdyn", way)) for n in (8, 64)]
+            if pair[0] and pair[1]:
+                growth = (pair[1]["median"] / 64) / (pair[0]["median"] / 8)
+                text = f"{output}, {way}: time a joint of a chain of 64, times that of 8"
+                found.append(Bar(text, "≤ 1.5", f"{growth:.2f}", growth <= 1.5))
+    return found
+
+
+def paired(slow: Row, fast: Row) -> float:
+    """Return how many times longer `slow` takes: the median of the ratios inside a round."""
+    return median(a / b for a, b in zip(slow["samples"], fast["samples"], strict=True))

@@ -1,0 +1,115 @@
+/*
+ * Timing loops in C, so that no Python is on the clock. A function takes one to three arrays of arguments and one of
+ * results; `sweeps` passes over all states are timed, in seconds.
+ */
+#define _GNU_SOURCE
+#include <pthread.h>
+#include <stddef.h>
+#include <time.h>
+
+typedef void one(const double *, double *);
+typedef void two(const double *, const double *, double *);
+typedef void three(const double *, const double *, const double *, double *);
+typedef void many1(size_t, const double *, double *);
+typedef void many2(size_t, const double *, const double *, double *);
+typedef void many3(size_t, const double *, const double *, const double *, double *);
+typedef int casadi(const double **, double **, long long *, double *, void *);
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* One state a call; every argument has n entries, the result `size`. */
+double time_states(void *f, int arguments, long states, long sweeps, long n, long size, const double *a,
+                   const double *b, const double *c, double *out)
+{
+    const double start = now();
+    for (long sweep = 0; sweep < sweeps; ++sweep)
+        for (long k = 0; k < states; ++k)
+            switch (arguments)
+            {
+            case 1: ((one *)f)(a + k * n, out + k * size); break;
+            case 2: ((two *)f)(a + k * n, b + k * n, out + k * size); break;
+            default: ((three *)f)(a + k * n, b + k * n, c + k * n, out + k * size);
+            }
+    return now() - start;
+}
+
+/* All states in one call; the layout is the function's own affair. */
+double time_batch(void *f, int arguments, long states, long sweeps, const double *a, const double *b, const double *c,
+                  double *out)
+{
+    const size_t count = (size_t)states;
+    const double start = now();
+    for (long sweep = 0; sweep < sweeps; ++sweep)
+        switch (arguments)
+        {
+        case 1: ((many1 *)f)(count, a, out); break;
+        case 2: ((many2 *)f)(count, a, b, out); break;
+        default: ((many3 *)f)(count, a, b, c, out);
+        }
+    return now() - start;
+}
+
+/* CasADi's calling convention: one array of addresses for arguments, one for results. */
+double time_casadi(void *f, int arguments, long states, long sweeps, long n, long size, const double *a,
+                   const double *b, const double *c, double *out, long long *iw, double *w)
+{
+    const double start = now();
+    for (long sweep = 0; sweep < sweeps; ++sweep)
+        for (long k = 0; k < states; ++k)
+        {
+            const double *in[3] = {a + k * n, arguments > 1 ? b + k * n : 0, arguments > 2 ? c + k * n : 0};
+            double *results[1] = {out + k * size};
+            ((casadi *)f)(in, results, iw, w, 0);
+        }
+    return now() - start;
+}
+
+struct share
+{
+    void *f;
+    int arguments;
+    long states, sweeps;
+    const double *a, *b, *c;
+    double *out;
+    pthread_barrier_t *ready;
+    double start, end;
+};
+
+static void *work(void *given)
+{
+    struct share *s = given;
+    pthread_barrier_wait(s->ready);
+    s->start = now();
+    time_batch(s->f, s->arguments, s->states, s->sweeps, s->a, s->b, s->c, s->out);
+    s->end = now();
+    return 0;
+}
+
+/* Array-of-structures batches on two threads, half of the states each; from the first start to the last end. */
+double time_threads(void *f, int arguments, long states, long sweeps, long n, long size, const double *a,
+                    const double *b, const double *c, double *out)
+{
+    const long half = states / 2;
+    pthread_t threads[2];
+    pthread_barrier_t ready;
+    struct share shares[2];
+    pthread_barrier_init(&ready, 0, 2);
+    for (long t = 0; t < 2; ++t)
+    {
+        const long first = t * half;
+        const struct share one = {f, arguments, t ? states - half : half, sweeps, a + first * n, b + first * n,
+                                  c + first * n, out + first * size, &ready, 0, 0};
+        shares[t] = one;
+        pthread_create(&threads[t], 0, work, &shares[t]);
+    }
+    for (long t = 0; t < 2; ++t) pthread_join(threads[t], 0);
+    pthread_barrier_destroy(&ready);
+    const double start = shares[0].start < shares[1].start ? shares[0].start : shares[1].start;
+    const double end = shares[0].end > shares[1].end ? shares[0].end : shares[1].end;
+    return end - start;
+}

@@ -1,0 +1,147 @@
+"""Operations of what symdyn derives beside published counts and those of other generators; writes a table.
+
+    python benchmarks/operation_counts.py        writes docs/operation-counts.md
+
+Published figures are those of benchmarks/data/op_counts.json with where they were read; figures of other generators
+were measured on the code that they emit for the same tables.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+from robots_dh import ROBOTS, Robot, robot_scene
+
+from symdyn.dynamics import Workspace, derive_one
+from symdyn.program import Counts, state_dependent_counts
+from symdyn.scene import Scene, read, with_symbols
+
+ROOT = Path(__file__).parent.parent
+PAGE = ROOT / "docs" / "operation-counts.md"
+DATA = ROOT / "benchmarks" / "data" / "op_counts.json"
+
+OUTPUTS: tuple[tuple[str, str | None], ...] = (
+    ("inverse_dynamics", None),
+    ("mass_matrix", None),
+    ("forward_dynamics", "crba"),
+)
+"""What is counted, and the road where another one is longer."""
+
+PEERS = (
+    ("OpenSYMORO", "inverse dynamics", "panda", "414/354"),
+    ("OpenSYMORO", "inverse dynamics", "iiwa", "397/337"),
+    ("OpenSYMORO", "inverse dynamics", "puma560", "363/313"),
+    ("OpenSYMORO", "inverse dynamics", "stanford", "324/279"),
+    ("OpenSYMORO", "mass matrix", "iiwa", "280/202"),
+    ("OpenSYMORO", "mass matrix", "puma560", "309/211"),
+    ("CasADi over Pinocchio", "forward dynamics", "puma560", "924/758"),
+)
+"""Measured elsewhere on the code that these generators emit, multiplications/additions."""
+
+STRUCTURES = {
+    "general 6R": "full",
+    "general 6R inertia matrix": "full",
+    "general 6R forward dynamics": "full",
+    "PUMA (as quoted)": "diagonal",
+    "RX-90/TX-90": "simplified, many parameters zero",
+    "PUMA 560": "not stated where it was read",
+    "Stanford arm": "simplified",
+}
+"""The inertia structure that a published line assumes."""
+
+HEAD = """# Operation counts
+
+Made by `python benchmarks/operation_counts.py`; `tests/test_operation_counts.py` holds the numbers.
+
+Multiplications/additions of the part that depends on the state; what depends on parameters alone, such as regrouped
+inertias, is worked out once. Subtractions are additions, and so is twice a number. Sines and cosines are listed as
+pairs, at most one a joint; the first joint needs none, since gravity lies along its axis. Counted are the derived
+equations, before any pass over the program.
+
+Robots are given by modified Denavit-Hartenberg tables with free lengths (`benchmarks/robots_dh.py`). *Full*: all ten
+inertial parameters of each link are free about its frame. *Diagonal*: no products of inertia about the link frames.
+*Zero pattern of Corke*: `examples/puma560.toml` with a free parameter for each of its numbers that is not zero.
+"""
+
+MEANS = """
+## What does it
+
+- Frames along the joints' axes, `Rx Tx Rz Tz`, whatever the file says: a standard table counts as a modified one does.
+- Inertias regrouped to base parameters, by second moments J = Σ m r rᵀ: what lies on a revolute axis (m, h_z, J_zz)
+  goes to the parent, as does all of a prismatic joint's J. In a chain of revolute joints no body keeps a mass.
+- Force `U h` and moment `U J - J Uᵀ` from one matrix U = [ω̇]× + [ω]×[ω]×: 13 multiplications for the moment of a body.
+- Where the next axis is an axis of the frame, U z is a turned column of the parent's U; it gives ωy² and two entries of
+  ω̇ without a multiplication.
+- A symmetric matrix turns about an axis for 8 multiplications, `w = c (a - b) - 2 s d`.
+- In M(q) a momentum from outside passes parallel axes in one turn by the sum of their angles.
+- Between parallel axes a shift along them stays at the outer joint, so that forces further in need not be known.
+"""
+
+
+def zero_pattern() -> Scene:
+    """Return the PUMA 560 of Corke and Armstrong-Helouvry with a free parameter for every number but zero."""
+    named = with_symbols(read(ROOT / "examples" / "puma560.toml"), "all")
+    return replace(named, parameters=tuple(replace(p, value=None) for p in named.parameters))
+
+
+def cases() -> list[tuple[str, str, str, Scene]]:
+    """Return name, text, inertia structure and scene of everything that is counted."""
+    full = [(one.name, one.text, "full", robot_scene(one)) for one in ROBOTS]
+    puma = next(one for one in ROBOTS if one.name == "puma560")
+    return [
+        *full,
+        ("puma560_diagonal", puma.text, "diagonal", robot_scene(puma, diagonal=True)),
+        ("puma560_zeros", puma.text, "zero pattern of Corke", zero_pattern()),
+    ]
+
+
+def measured(scene: Scene) -> list[Counts]:
+    """Return the counts of `OUTPUTS`."""
+    workspace = Workspace(scene)
+    return [state_dependent_counts(derive_one(workspace, name, road)) for name, road in OUTPUTS]
+
+
+def page() -> str:
+    """Return the page in Markdown."""
+    lines = [HEAD, "## symdyn", "", "| robot | inertia | inverse dynamics | M(q) | forward dynamics | sin/cos |"]
+    lines.append("|---|---|--:|--:|--:|--:|")
+    ours: dict[str, list[Counts]] = {}
+    for name, text, structure, scene in cases():
+        ours[name] = measured(scene)
+        inverse, mass, forward = ours[name]
+        shown = f"{_pair(inverse)} | {_pair(mass)} | {_pair(forward)}, {forward.divisions} div"
+        lines.append(f"| {text} | {structure} | {shown} | {inverse.sincos} |")
+    lines += ["", "## Other generators, full inertias", "", "| robot | output | generator | theirs | symdyn |"]
+    lines.append("|---|---|---|--:|--:|")
+    robots: dict[str, Robot] = {one.name: one for one in ROBOTS}
+    for peer, output, name, figure in PEERS:
+        place = ("inverse dynamics", "mass matrix", "forward dynamics").index(output)
+        lines.append(f"| {robots[name].text} | {output} | {peer} | {figure} | {_pair(ours[name][place])} |")
+    lines += ["", "## Published", "", "A figure was read in its source, or is unverified. A line for another"]
+    lines += ["inertia structure than ours is no comparison.", ""]
+    lines += ["| method | robot | inertia | mult./add. | formula | source | |", "|---|---|---|--:|---|---|---|"]
+    for row in json.loads(DATA.read_text(encoding="utf-8"))["rows"]:
+        trust = "read" if row["confidence"] == "A" else "unverified"
+        figure = f"{row['mults']}/{row['adds']}" if row["mults"] else ""
+        structure = STRUCTURES.get(row["robot"], "")
+        shown = (row["method"], row["robot"], structure, figure, row["formula"], row["source"], trust)
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in shown) + " |")
+    return "\n".join(lines) + "\n" + MEANS
+
+
+def _pair(counts: Counts) -> str:
+    return f"{counts.multiplications}/{counts.additions}"
+
+
+def main() -> int:
+    """Write the page."""
+    PAGE.parent.mkdir(exist_ok=True)
+    PAGE.write_text(page(), encoding="utf-8")
+    print(f"wrote {PAGE.relative_to(ROOT)}")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

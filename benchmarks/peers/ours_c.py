@@ -1,0 +1,114 @@
+"""symdyn: the generated C, called from C; one state a call, batches of both layouts, and batches on two threads."""
+
+from __future__ import annotations
+
+import ctypes
+
+import numpy as np
+from cases import Case
+from harness import Timed
+from native import NATIVE, address, compiled, loops
+
+from symdyn.build.compiler import FLAGS
+from symdyn.emit import emit
+from symdyn.emit.names import stem
+
+NAME = "symdyn"
+
+BATCH = 1024
+"""States of a batch that is timed; arguments and results stay in the second cache."""
+
+LONG = 8_000
+"""Operations above which batch code is not compiled here, to keep the run short."""
+
+
+def version() -> str:
+    """Return how the code is compiled."""
+    return f"this checkout, gcc {' '.join(flags())}"
+
+
+def flags() -> tuple[str, ...]:
+    """Return the package's own compiler flags, and those of this machine."""
+    return (*(flag for flag in FLAGS if flag != "-shared"), *NATIVE, "-fopenmp-simd")
+
+
+def library(case: Case, output: str) -> ctypes.CDLL:
+    """Return the compiled code of one output."""
+    program = case.programs[output]
+    counts = program.routines[0].counts
+    batch = counts.multiplications + counts.additions <= LONG
+    sources = emit(program, "c", batch=batch)
+    header, text = sources.files[1], sources.files[0][1]
+    joined = text.replace(f'#include "{header[0]}"', header[1])
+    return ctypes.CDLL(str(compiled(joined, flags())))
+
+
+def timed(case: Case, output: str) -> list[Timed]:
+    """Return scalar C, batch C of both layouts, and two threads."""
+    code, clock = library(case, output), loops()
+    name = f"{stem(case.scene.name)}_{output}"
+    arguments = [np.ascontiguousarray(case.states[a]) for a in case.arguments(output)]
+    states, n, size = len(arguments[0]), case.n, case.references[output].shape[1]
+    out = np.zeros((states, size))
+    places = [address(a) for a in padded(arguments)]
+
+    def scalar(sweeps: int) -> float:
+        return clock.time_states(
+            getattr(code, name), len(arguments), *longs(states, sweeps, n, size), *places, address(out)
+        )
+
+    def scalar_result() -> np.ndarray:
+        scalar(1)
+        return out
+
+    found = [Timed(case.name, output, NAME, "state", states, scalar, scalar_result)]
+    if not hasattr(code, f"{name}_rows"):
+        return found
+    many = case.draw(BATCH)
+    many = {key: np.concatenate([case.states[key], value[states:]]) for key, value in many.items()}
+    rows = padded([np.ascontiguousarray(many[a]) for a in case.arguments(output)])
+    columns = padded([np.ascontiguousarray(many[a].T) for a in case.arguments(output)])
+    wide, tall = np.zeros((BATCH, size)), np.zeros((size, BATCH))
+    batch, row = getattr(code, f"{name}_batch"), getattr(code, f"{name}_rows")
+
+    def in_columns(sweeps: int) -> float:
+        where = [address(a) for a in columns]
+        return clock.time_batch(batch, len(arguments), *longs(BATCH, sweeps), *where, address(tall))
+
+    def in_rows(sweeps: int) -> float:
+        where = [address(a) for a in rows]
+        return clock.time_batch(row, len(arguments), *longs(BATCH, sweeps), *where, address(wide))
+
+    def on_two(sweeps: int) -> float:
+        where = [address(a) for a in rows]
+        return clock.time_threads(row, len(arguments), *longs(BATCH, sweeps, n, size), *where, address(wide))
+
+    def columns_result() -> np.ndarray:
+        in_columns(1)
+        return tall.T[:states]
+
+    def rows_result() -> np.ndarray:
+        in_rows(1)
+        return wide[:states]
+
+    def threads_result() -> np.ndarray:
+        wide[:] = 0
+        on_two(1)
+        return wide[:states]
+
+    return [
+        *found,
+        Timed(case.name, output, NAME, "batch", BATCH, in_columns, columns_result),
+        Timed(case.name, output, f"{NAME}, rows", "batch", BATCH, in_rows, rows_result),
+        Timed(case.name, output, f"{NAME}, rows", "threads", BATCH, on_two, threads_result),
+    ]
+
+
+def padded(arrays: list[np.ndarray]) -> list[np.ndarray]:
+    """Return three arrays: the loops in C take three addresses and use as many as the function has arguments."""
+    return [*arrays, *[arrays[0]] * (3 - len(arrays))]
+
+
+def longs(*numbers: int) -> list[ctypes.c_long]:
+    """Return numbers as C takes them."""
+    return [ctypes.c_long(number) for number in numbers]

@@ -1,0 +1,112 @@
+"""Pinocchio: its C++ recursions, compiled from the wheel's headers for this machine, called from a loop in C++.
+
+The model is the one that its URDF reader makes; results stay in its data and are not copied while the clock runs.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from cases import Case
+from harness import Timed
+from native import FOLDER, HERE, NATIVE, MissingError, address, compiled
+
+NAME = "Pinocchio C++"
+
+CODES = {"inverse_dynamics": 0, "mass_matrix": 1, "forward_dynamics": 2, "gravity_forces": 4}
+
+DEFINES = (
+    "-DNDEBUG",
+    "-DBOOST_MPL_LIMIT_LIST_SIZE=30",
+    "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30",
+    "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
+    "-DBOOST_FUSION_INVOKE_MAX_ARITY=12",
+)
+"""Those of Pinocchio's own CMake files."""
+
+
+def version() -> str:
+    """Return its version."""
+    import pinocchio
+
+    return f"{pinocchio.__version__}, g++ {' '.join(NATIVE)}"
+
+
+def include() -> list[str]:
+    """Return flags that find the headers of Pinocchio and of Eigen, which the CasADi wheel carries."""
+    import pinocchio
+
+    root = next(p for p in Path(pinocchio.__file__).parents if p.name == "cmeel.prefix")
+    eigen = ["/usr/include/eigen3"]
+    try:
+        import casadi
+
+        eigen.insert(0, f"{Path(casadi.__file__).parent}/include/eigen3")
+    except ImportError:
+        pass
+    found = next((folder for folder in eigen if Path(folder).is_dir()), None)
+    if found is None:
+        raise MissingError("there are no Eigen headers; pip install casadi brings them")
+    return [f"-I{root}/include", f"-I{found}"]
+
+
+@cache
+def model_of(urdf: str):
+    """Return the model of a URDF text."""
+    import pinocchio
+
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    path = FOLDER / "robot.urdf"
+    path.write_text(urdf, "utf-8")
+    return pinocchio.buildModelFromUrdf(str(path), False)
+
+
+def numbers(case: Case) -> tuple[np.ndarray, np.ndarray]:
+    """Return the model as the rows of pinocchio_robot.hpp, and our place of each of its joints."""
+    model = model_of(case.urdf)
+    rows, order = [], []
+    for i in range(1, model.njoints):
+        joint, placement, inertia = model.joints[i], model.jointPlacements[i], model.inertias[i]
+        data = joint.createData()
+        joint.calc(data, np.array([1.0, 0.0]) if joint.nq == 2 else np.zeros(1))
+        axis = np.asarray(data.S).reshape(6)[3:]
+        J = inertia.inertia
+        entries = [J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]]
+        place = [*placement.rotation.ravel(), *placement.translation]
+        rows.append([model.parents[i], *axis, *place, inertia.mass, *inertia.lever, *entries])
+        order.append(case.joints.index(model.names[i]))
+    return np.array(rows, dtype=float), np.array(order)
+
+
+def timed(case: Case, output: str) -> list[Timed]:
+    """Return the output by rnea, crba (its upper triangle alone), aba, computeGeneralizedGravity."""
+    flags = ("-std=c++17", "-w", *NATIVE, *DEFINES, *include())
+    code = ctypes.CDLL(str(compiled(HERE / "peers" / "pinocchio_calls.cpp", flags, "g++")))
+    code.peer_robot.restype = ctypes.c_void_p
+    code.peer_time.restype = ctypes.c_double
+    rows, order = numbers(case)
+    robot = ctypes.c_void_p(code.peer_robot(len(rows), address(rows)))
+    arguments = [np.ascontiguousarray(case.states[a][:, order]) for a in (*case.arguments(output), "q", "q")[:3]]
+    states, size = len(arguments[0]), case.references[output].shape[1]
+    out = np.zeros((states, size))
+
+    def run(sweeps: int, into: ctypes.c_void_p | None = None) -> float:
+        where = [address(a) for a in arguments]
+        return code.peer_time(robot, CODES[output], ctypes.c_long(states), ctypes.c_long(sweeps), *where, into)
+
+    def result() -> np.ndarray:
+        run(1, address(out))
+        return restored(out, order, case.n)
+
+    return [Timed(case.name, output, NAME, "state", states, run, result)]
+
+
+def restored(out: np.ndarray, order: np.ndarray, n: int) -> np.ndarray:
+    """Return results with the coordinates in our order."""
+    back = np.argsort(order)
+    if out.shape[1] == n:
+        return out[:, back]
+    return out.reshape(-1, n, n)[:, back][:, :, back].reshape(-1, n * n)

@@ -1,0 +1,75 @@
+"""The ufunc target compiled against this Python and this NumPy, and imported from the cache."""
+
+from __future__ import annotations
+
+import sys
+import sysconfig
+from importlib.machinery import ExtensionFileLoader
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from symdyn.build.compiler import PATIENCE, find_compiler
+from symdyn.build.library import Kind, load
+from symdyn.emit import Sources
+from symdyn.emit.ufunc import module_name
+from symdyn.errors import BuildError
+
+
+def build_extension(
+    sources: Sources, compiler: str | None = None, patience: float = PATIENCE, machine: str = "native"
+) -> tuple[Path, ModuleType]:
+    """Return the extension module of sources that `emit(program, "ufunc")` made, and its file.
+
+    Args:
+        sources: of target "ufunc".
+        compiler: as for `symdyn.build.build`.
+        patience: likewise.
+        machine: likewise.
+
+    Raises:
+        BuildError: sources of another target, no headers of Python, no compiler, or its own words when it refuses.
+    """
+    if sources.target != "ufunc":
+        raise BuildError(f"sources of target {sources.target!r} are no extension; give emit(program, 'ufunc')")
+    name = module_name(sources.program.scene.name)
+    suffix = sysconfig.get_config_var("EXT_SUFFIX") or ".so"
+    abi = (sys.version, str(suffix), np.__version__)
+    words = ("-I", _python_headers(), "-I", np.get_include())
+    if sys.platform == "darwin":
+        words += ("-undefined", "dynamic_lookup")
+    path, module = load(
+        sources,
+        find_compiler(compiler, machine),
+        patience,
+        Kind(str(suffix), words, abi, lambda path: _imported(name, path)),
+    )
+    assert isinstance(module, ModuleType), "an extension's kind opens modules"
+    return path, module
+
+
+def _python_headers() -> str:
+    """Return the folder of Python.h.
+
+    Raises:
+        BuildError: it is not installed.
+    """
+    folder = sysconfig.get_path("include")
+    if folder is None or not (Path(folder) / "Python.h").is_file():
+        raise BuildError(
+            f"{folder}: there is no Python.h, which an extension module needs; install Python's headers (python3-dev), "
+            "or use the NumPy module, which needs none: `symdyn generate SCENE --target numpy`"
+        )
+    return folder
+
+
+def _imported(name: str, path: Path) -> ModuleType:
+    """Return the extension module in a file; it is not entered into `sys.modules`."""
+    loader = ExtensionFileLoader(name, str(path))
+    spec = spec_from_file_location(name, path, loader=loader)
+    assert spec is not None, "a loader was given"
+    module = module_from_spec(spec)
+    loader.exec_module(module)
+    return module

@@ -1,0 +1,139 @@
+"""A scene's functions, compiled and ready to call: `symdyn.load("arm.toml").inverse_dynamics(q, qd, qdd)`."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from os import PathLike
+from typing import Any
+
+from symdyn.build.door import run_python
+from symdyn.build.extension import build_extension
+from symdyn.dynamics.derive import CUBIC, available
+from symdyn.emit import emit
+from symdyn.emit.names import function_names
+from symdyn.errors import BuildError
+from symdyn.program import Program, Routine, formulate, lower
+from symdyn.scene import Scene, bind, read
+
+COEFFICIENTS = "k_"
+"""How the names of the textbook's coefficients begin; they are large, and compiled when they are asked for."""
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """The functions of a scene; each is an attribute, and `loaded["pose:tool"]` is `loaded.pose_tool`.
+
+    It pickles: the other process loads the same functions, from its cache or by compiling them.
+
+    Attributes:
+        scene: the mechanism, its parameters bound.
+        requests: what was asked for, such as "pose:tool".
+        calls: the callables by name. Each takes arrays (n,) or (..., n) whose leading dimensions broadcast, and `out=`.
+        signatures: how each is called, such as "mass_matrix(q, params) -> M: (2),(5)->(2,2)".
+        compiled: whether they are NumPy ufuncs in C; else they are functions of the generated NumPy module.
+    """
+
+    scene: Scene
+    requests: tuple[str, ...]
+    calls: Mapping[str, Callable[..., Any]]
+    signatures: Mapping[str, str]
+    compiled: bool
+
+    def __post_init__(self) -> None:
+        """Make every function an attribute, found without a detour."""
+        self.__dict__.update(self.calls)
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        """Raise AttributeError: `name` is none of the functions."""
+        known = ", ".join(self.__dict__.get("calls", ()))
+        raise AttributeError(f"there is no function {name!r}; there are {known}; load(…, functions=…) takes others")
+
+    def __getitem__(self, request: str) -> Callable[..., Any]:
+        """Return the function that was asked for as `request`, or that has this name; KeyError if there is none."""
+        names = dict(zip(self.requests, self.calls, strict=True))
+        return self.calls[names.get(request, request)]
+
+    def __repr__(self) -> str:
+        kind = "compiled" if self.compiled else "NumPy"
+        lines = "".join(f"\n    {signature}" for signature in self.signatures.values())
+        return f"<{self.scene.name}, {kind}:{lines}>"
+
+    def __reduce__(self) -> tuple[Callable[..., Loaded], tuple[Scene, tuple[str, ...]]]:
+        return load, (self.scene, self.requests)
+
+
+def load(
+    scene: Scene | str | PathLike[str],
+    functions: Sequence[str] | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    compiler: str | None = None,
+    machine: str = "native",
+) -> Loaded:
+    """Return the functions of a scene, compiled into a Python extension that is kept in the cache.
+
+    Without a working compiler, or without Python's headers, they are those of the generated NumPy module: slower by
+    about a factor of twenty, in float64 alone, otherwise the same. A warning says so, once.
+
+    Args:
+        scene: a scene, or a file that `symdyn.read` understands.
+        functions: such as "inverse_dynamics" or "pose:tool"; None takes the dynamics and the kinematics of the declared
+            points, but not the Coriolis matrix and the coefficients k_z, k_C and so on, which are large.
+        parameters: values for free parameters, as numbers or formulas; the others are the last operand, `params`.
+        compiler: as for `symdyn.build.build`.
+        machine: likewise.
+
+    Raises:
+        SceneError: the file has faults, or a parameter does not exist.
+        DerivationError: a function does not exist.
+    """
+    known = scene if isinstance(scene, Scene) else read(scene)
+    known = bind(known, parameters) if parameters else known
+    requests = tuple(dict.fromkeys(usual(known) if functions is None else functions))
+    program = lower(formulate(known, requests))
+    calls, compiled = _calls(program, compiler, machine)
+    signatures = {name: _signature(name, routine) for name, routine in zip(calls, program.routines, strict=True)}
+    return Loaded(known, requests, calls, signatures, compiled)
+
+
+def usual(scene: Scene) -> tuple[str, ...]:
+    """Return the functions that `load` takes unasked."""
+    outputs, _ = available(scene)
+    return tuple(name for name in outputs if is_usual(name))
+
+
+def is_usual(name: str) -> bool:
+    """Tell whether a function is one of those that `load` takes unasked, where the scene has it."""
+    return not name.startswith(COEFFICIENTS) and name not in CUBIC
+
+
+def _calls(program: Program, compiler: str | None, machine: str) -> tuple[dict[str, Callable[..., Any]], bool]:
+    """Return the callables by name, and whether they are compiled."""
+    names = function_names([routine.function.name for routine in program.routines])
+    try:
+        module = build_extension(emit(program, "ufunc"), compiler, machine=machine)[1]
+    except BuildError as fault:
+        _warn(f"{fault}\nuntil then the functions are those of the NumPy module, which are slower")
+        plain = run_python(emit(program, "numpy"))
+        return {name: getattr(plain, name) for name in names}, False
+    if not all(hasattr(module, name) for name in names):  # a result without entries has no ufunc
+        plain = run_python(emit(program, "numpy"))
+        return {name: getattr(module, name, getattr(plain, name)) for name in names}, True
+    return {name: getattr(module, name) for name in names}, True
+
+
+@cache
+def _warn(message: str) -> None:
+    """Warn, once a process."""
+    warnings.warn(message, RuntimeWarning, stacklevel=4)
+
+
+def _signature(name: str, routine: Routine) -> str:
+    """Return how a function is called, and the lengths of its operands."""
+    function = routine.function
+    names = ", ".join(argument.name for argument in function.arguments)
+    lengths = ",".join(f"({len(argument.symbols)})" for argument in function.arguments)
+    shape = ",".join(map(str, function.shape))
+    return f"{name}({names}) -> {function.result}: {lengths}->({shape})"

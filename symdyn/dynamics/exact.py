@@ -1,0 +1,76 @@
+"""Constants brought into the open: what is zero or a simple fraction after all, though the graph could not see it.
+
+cos²(40°) + sin²(40°) is built as a sum of products; whether two axes are parallel must not depend on that. A constant
+is computed at two precisions, as a program's constants are. What is taken for a fraction here enters one derivation
+only, and the proof against the other one stands over it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Op, evaluate, reachable
+
+DIGITS = 100
+SIMPLE = 10**9
+SAME = Fraction(1, 10**60)
+
+
+def settle(nodes: Sequence[Expr]) -> list[Expr]:
+    """Return the nodes, hidden fractions replaced by what they are.
+
+    Raises:
+        DerivationError: a constant is no finite real number.
+    """
+    hidden = [node for node in nodes if _is_compound(node) and not has_symbols(node)]
+    if not hidden:
+        return list(nodes)
+    seen = {node: _settled(node, value) for node, value in zip(hidden, values_of(hidden), strict=True)}
+    return [seen.get(node, node) for node in nodes]
+
+
+def values_of(nodes: Sequence[Expr]) -> list[Fraction]:
+    """Return the values of nodes without symbols, to 100 digits where they are no fractions.
+
+    Raises:
+        DerivationError: a constant is no finite real number.
+    """
+    known = [rational(node) for node in nodes]
+    if None not in known:
+        return [value for value in known if value is not None]
+    from symdyn.algebra.big import BigFloats
+
+    try:
+        return [_fraction(value) for value in evaluate(nodes, BigFloats(DIGITS), {})]
+    except (ArithmeticError, ValueError, AttributeError) as fault:
+        raise DerivationError("a constant of the scene's placements is no finite real number") from fault
+
+
+def rational(node: Expr) -> Fraction | None:
+    """Return the value of a constant fraction, None for anything else."""
+    return node.value if isinstance(node.value, Fraction) else None
+
+
+def _is_compound(node: Expr) -> bool:
+    return node.op not in (Op.CONSTANT, Op.SYMBOL, Op.PI)
+
+
+def has_symbols(node: Expr) -> bool:
+    """Return whether a node depends on anything."""
+    return any(inner.op is Op.SYMBOL for inner in reachable([node]))
+
+
+def _settled(node: Expr, value: Fraction) -> Expr:
+    simple = value.limit_denominator(SIMPLE)
+    return node.graph.constant(simple) if abs(simple - value) <= SAME else node
+
+
+def _fraction(value: object) -> Fraction:
+    """Return a big float as the fraction that it is; a complex one has no `_mpf_`, an infinite one no mantissa."""
+    negative, mantissa, exponent, _ = value._mpf_  # type: ignore[attr-defined]
+    if mantissa == 0 and exponent != 0:
+        raise ValueError(f"{value} is not finite")
+    size = Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+    return -size if negative else size

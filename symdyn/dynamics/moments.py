@@ -1,0 +1,67 @@
+"""Inertia by second moments: mass, first moment m r and J = Σ m r rᵀ, about the origin of a frame.
+
+The inertia matrix is I = tr(J) 1 - J, and J = ½ tr(I) 1 - I back again. J moves with fewer operations than I, and what
+a revolute joint cannot feel stands in it by itself: everything on the joint's axis is m, h_z and J_zz.
+
+    shift by p    h' = h + m p,    J' = J + p (h + ½ m p)ᵀ + (h + ½ m p) pᵀ
+    turn by R     h' = R h,        J' = R J Rᵀ
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symdyn.graph import Expr, Graph, Op
+from symdyn.spatial import Inertia, Mat, Vec, add, add_matrices, scale, symmetric, zero_vector
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Ten inertial parameters in a frame.
+
+    Attributes:
+        m: mass, kg.
+        h: first moment m r, kg m.
+        J: second moments Σ m r rᵀ about the origin, kg m^2.
+    """
+
+    m: Expr
+    h: Vec
+    J: Mat
+
+    def __add__(self, other: Moments) -> Moments:
+        """Return the moments of both together, in one frame."""
+        return Moments(self.m + other.m, add(self.h, other.h), add_matrices(self.J, other.J))
+
+    def shifted(self, p: Vec) -> Moments:
+        """Return the moments about an origin that lies at -p."""
+        u = add(self.h, scale(self.m / 2, p))
+        (xx, xy, xz), (_, yy, yz), (_, _, zz) = self.J
+        J = symmetric(
+            xx + p[0] * 2 * u[0],
+            yy + p[1] * 2 * u[1],
+            zz + p[2] * 2 * u[2],
+            xy + p[0] * u[1] + p[1] * u[0],
+            xz + p[0] * u[2] + p[2] * u[0],
+            yz + p[1] * u[2] + p[2] * u[1],
+        )
+        x, y, z = scale(self.m, p)
+        return Moments(self.m, (_plus(self.h[0], x), _plus(self.h[1], y), _plus(self.h[2], z)), J)
+
+
+def _plus(a: Expr, b: Expr) -> Expr:
+    """Return a + b, and x for (x - b) + b: a frame that was moved along its axis is often moved back."""
+    return a.args[0] if a.op is Op.SUB and a.args[1] is b else a + b
+
+
+def no_moments(graph: Graph) -> Moments:
+    """Return the moments of nothing."""
+    nothing = zero_vector(graph)
+    return Moments(graph.zero, nothing, (nothing, nothing, nothing))
+
+
+def moments_of(inertia: Inertia) -> Moments:
+    """Return an inertia by its second moments."""
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = inertia.I
+    J = symmetric((yy + zz - xx) / 2, (xx + zz - yy) / 2, (xx + yy - zz) / 2, -xy, -xz, -yz)
+    return Moments(inertia.m, inertia.h, J)

@@ -1,0 +1,169 @@
+"""What the templates of batch code are given: the stages of every function as finished text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import prod
+
+from symdyn.emit.c_plan import Pass, SineCosine, plan
+from symdyn.emit.c_writer import LANED, SINGLE, PassText, ScalarStage, Writer
+from symdyn.emit.page import ArgumentText, FunctionText, Page
+from symdyn.emit.real import Real
+from symdyn.emit.spelling import Printer
+from symdyn.errors import EmitError
+from symdyn.program import Program, Routine
+from symdyn.program.assemble import PARAMS
+
+LANES = 64
+"""States in a block: enough to hide what starting a loop costs, few enough for the nearest cache."""
+
+FEWEST = 16
+"""States in the block of a long function: one vector of floats, two of doubles."""
+
+CACHE = 32 * 1024
+"""Bytes that a block and its states should not exceed: the nearest cache."""
+
+STACK = 512 * 1024
+"""Bytes of stack that a block may take; functions that need more run state by state."""
+
+ALIAS = 2048
+"""Columns a multiple of so many bytes apart compete for few places of a cache; they are copied first."""
+
+FEW = 3
+"""Angles of one state from which they are taken together."""
+
+SPLIT = 2
+"""Scalar functions of more loops are cut into parts, too: compilers take more than linear time."""
+
+
+@dataclass(frozen=True)
+class BatchText:
+    """One function over many states.
+
+    Attributes:
+        function: the same for one state.
+        states: arguments that differ from state to state, with the row of a block where each starts.
+        length: entries of these arguments.
+        size: entries of the result.
+        lanes: states of a block; 0 where the function is too large for blocks.
+        rows: rows of work space.
+        passes: the loops.
+        calls: statements of the block function, in running order.
+        scalar: stages of the scalar function; () leaves it as it is without batch code.
+        results: entries of the result, as these stages name them.
+        parts: functions of their own that a long scalar function is cut into; () for a short one.
+        aliased: columns of a multiple of so many states stand ALIAS bytes apart.
+        single: at most so many states are not worth a block.
+        columns, block, row, state: what is handed on: where block k starts among columns, in a block of our own, where
+            state k stands among rows, in a state of our own.
+    """
+
+    function: FunctionText
+    states: tuple[tuple[ArgumentText, int], ...]
+    length: int
+    size: int
+    lanes: int
+    rows: int
+    passes: tuple[PassText, ...]
+    calls: tuple[str, ...]
+    scalar: tuple[ScalarStage, ...]
+    results: tuple[str, ...]
+    parts: tuple[PassText, ...]
+    aliased: int
+    single: int
+    columns: str
+    block: str
+    row: str
+    state: str
+
+    @property
+    def sincos(self) -> bool:
+        """Whether it takes sines and cosines by a routine of our own."""
+        return bool(self.scalar) or any("sincos_row" in call for call in self.calls)
+
+
+def batches(program: Program, page: Page, printer: Printer, real: Real) -> tuple[BatchText, ...]:
+    """Return the batch code of every function of the page.
+
+    Raises:
+        EmitError: a function is called as the batch code of another one will be.
+    """
+    _check_names([function.name for function in page.functions])
+    return tuple(
+        _batch(routine, text, program, printer, 4 if real.suffix else 8)
+        for routine, text in zip(program.routines, page.functions, strict=True)
+    )
+
+
+def _check_names(names: Sequence[str]) -> None:
+    for name in names:
+        for ending in ("_batch", "_rows"):
+            if name + ending in names:
+                raise EmitError(f"function {name}{ending} would be called as batch code of {name} is; rename it")
+
+
+def _batch(routine: Routine, text: FunctionText, program: Program, printer: Printer, width: int) -> BatchText:
+    made = plan(routine, program.constants)
+    states, length = [], 0
+    for argument in text.arguments:
+        if argument.name != PARAMS:
+            states.append((argument, length))
+            length += argument.length
+    size = prod(text.shape)
+    lanes = _lanes((length + size) * width, made.rows * width) if size else 0
+    places = {symbol: (a.name, i) for a in routine.function.arguments for i, symbol in enumerate(a.symbols)}
+    writer = Writer(routine, program, printer, made, places)
+    passes: list[PassText] = []
+    calls: list[str] = []
+    for stage in made.stages if lanes else ():
+        if isinstance(stage, SineCosine):
+            calls.append(f"sincos_row({lanes}, {writer.row(stage)}, w[{stage.sine[1]}], w[{stage.cosine[1]}]);")
+        else:
+            passes.append(writer.loop(stage, len(passes) + 1, LANED))
+            work = "w" if made.rows else "0"
+            calls.append(f"{text.name}_pass{len(passes)}(stride, {_handed(text, {})}{work}, out);")
+    loops = [stage for stage in made.stages if isinstance(stage, Pass)]
+    split = size > 0 and sum(stage.plain for stage in loops) > SPLIT
+    parts = [writer.loop(stage, number, SINGLE) for number, stage in enumerate(loops, 1)] if split else []
+    if split:
+        scalar = writer.scalar_calls(_handed(text, {}))
+    else:
+        scalar = writer.scalar() if len(made.stages) - len(loops) >= FEW else ()
+    return BatchText(
+        function=text,
+        states=tuple(states),
+        length=length,
+        size=size,
+        lanes=lanes,
+        rows=made.rows,
+        passes=tuple(passes),
+        calls=tuple(calls),
+        scalar=scalar,
+        parts=tuple(parts),
+        results=tuple(writer.entry(place) for place in range(size)),
+        aliased=ALIAS // width,
+        single=lanes // 8,
+        columns=_handed(text, {a.name: f"{a.name} + k" for a, _ in states}),
+        block=_handed(text, {a.name: f"b + {row * lanes}" for a, row in states}),
+        row=_handed(text, {a.name: f"{a.name} + k * {a.length}" for a, _ in states}),
+        state=_handed(text, {a.name: f"b + {row}" for a, row in states}),
+    )
+
+
+def _handed(function: FunctionText, places: Mapping[str, str]) -> str:
+    """Return what a call is given before its last argument; params is handed on as it is."""
+    return "".join(f"{places.get(argument.name, argument.name)}, " for argument in function.arguments)
+
+
+def _lanes(copied: int, work: int) -> int:
+    """Return how many states a block has; 0 where even the smallest block would take too much stack.
+
+    Args:
+        copied: bytes of one state and its result, which stand in the block and where they come from.
+        work: bytes of work space for one state.
+    """
+    lanes = LANES
+    while lanes > FEWEST and lanes * (2 * copied + work) > CACHE:
+        lanes //= 2
+    return lanes if lanes * (copied + work) <= STACK else 0

@@ -1,0 +1,82 @@
+"""The numbers of the generated sincos: π/2 in parts and minimax polynomials, as `benchmarks/minimax.py` prints them.
+
+    k = round(2x/π),   y = x - k π/2 = hi + lo       |y| ≤ π/4, four parts of π/2, the first three times k exact
+    sin y = y + y³ S(y²),   cos y = 1 - y²/2 + y⁴ C(y²)
+
+The reduction keeps a low part, so that the result is right to 1 ulp next to multiples of π/2 too. In float everything
+is computed in double, where the sum of two parts and short polynomials are enough, and rounded once.
+
+References: Cody and Waite, Software Manual for the Elementary Functions (1980), for the reduction in parts; the order
+of summation is that of FDLIBM's k_sin.c and k_cos.c.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+LIMIT_EXPONENT = 20
+"""Angles below 2^20 in size are reduced here, others by the C library."""
+
+TWO_OVER_PI = 0.6366197723675814
+
+HALF_PI = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487111665e-21, 8.4784276603689e-32)
+
+SINE = {
+    "double": (
+        -0.1666666666666663,
+        0.00833333333332184,
+        -0.00019841269829358544,
+        2.755731353852763e-06,
+        -2.5050734392599535e-08,
+        1.589543355068773e-10,
+    ),
+    "float": (
+        -0.16666666640796732,
+        0.008333329304823271,
+        -0.00019839312266407334,
+        2.7181216116233883e-06,
+    ),
+}
+
+COSINE = {
+    "double": (
+        0.0416666666666666,
+        -0.0013888888888874474,
+        2.4801587289671537e-05,
+        -2.7557314401030616e-07,
+        2.0875729281241468e-09,
+        -1.135993424414567e-11,
+    ),
+    "float": (
+        0.04166666662282967,
+        -0.0013888883753536672,
+        2.4799520039253818e-05,
+        -2.7210240065091214e-07,
+    ),
+}
+
+
+def horner(coefficients: Sequence[float], variable: str) -> str:
+    """Return a polynomial as C: c0 + z * (c1 + z * (…))."""
+    *low, top = coefficients
+    text = repr(top)
+    for coefficient in reversed(low):
+        text = f"{coefficient!r} + {variable} * {_factor(text)}"
+    return text
+
+
+def _factor(text: str) -> str:
+    return f"({text})" if " " in text or text.startswith("-") else text
+
+
+def sincos_values(real: str) -> Mapping[str, Any]:
+    """Return what the template of sincos is given for "double" or "float"."""
+    return {
+        "two_over_pi": repr(TWO_OVER_PI),
+        "half_pi": tuple(map(repr, HALF_PI)),
+        "sine_first": repr(SINE[real][0]),
+        "sine_rest": horner(SINE[real][1:], "z"),
+        "cosine": horner(COSINE[real], "z"),
+        "limit_exponent": LIMIT_EXPONENT,
+    }

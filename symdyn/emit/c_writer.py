@@ -1,0 +1,177 @@
+"""The stages of a plan as lines of C, for a block of states or for a single one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import groupby
+
+from symdyn.emit.c_plan import Pass, Plan, SineCosine
+from symdyn.emit.page import Line
+from symdyn.emit.spelling import Printer
+from symdyn.graph import Expr, Op
+from symdyn.program import Program, Routine, Step, identifier
+
+GROUP = 8
+"""Angles of one state are taken together in groups of so many."""
+
+
+@dataclass(frozen=True)
+class PassText:
+    """One loop.
+
+    Attributes:
+        number: from 1.
+        vector: whether it must become vector code.
+        unused: what it is handed and does not read.
+        before: what is uniform, ahead of the loop.
+        lines: the body of the loop.
+        stores: assignments to work space and to the result.
+    """
+
+    number: int
+    vector: bool
+    unused: tuple[str, ...]
+    before: tuple[Line, ...]
+    lines: tuple[Line, ...]
+    stores: tuple[Line, ...]
+
+
+@dataclass(frozen=True)
+class ScalarStage:
+    """A piece of the scalar function: lines, or angles whose sines and cosines are taken together, or a call.
+
+    Attributes:
+        number: tells the arrays of angles apart.
+        lines: assignments.
+        angles: where the angles are, padded with zeros to whole groups; () for lines.
+        results: what becomes of sines and cosines.
+        call: of a part that stands in a function of its own; "" for none.
+    """
+
+    number: int
+    lines: tuple[Line, ...] = ()
+    angles: tuple[str, ...] = ()
+    results: tuple[Line, ...] = ()
+    call: str = ""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a place in memory is written: entries of arguments and of the result, rows of work space."""
+
+    entry: str
+    row: str
+    common: tuple[str, ...]
+
+
+LANED = Layout("{}[{} * stride + k]", "w[{}][k]", ("stride",))
+SINGLE = Layout("{}[{}]", "w[{}]", ())
+
+
+@dataclass(frozen=True)
+class Writer:
+    """Prints the stages of one routine."""
+
+    routine: Routine
+    program: Program
+    printer: Printer
+    plan: Plan
+    places: Mapping[Expr, tuple[str, int]]
+
+    def row(self, stage: SineCosine) -> str:
+        """Return where the angles of a stage stand."""
+        if stage.row is not None:
+            return f"w[{stage.row}]"
+        argument, place = self.places[stage.angle.node]
+        return f"{argument} + {place} * stride"
+
+    def loop(self, stage: Pass, number: int, layout: Layout) -> PassText:
+        """Return one pass as text, for the states of a block or for a single one."""
+        read = {self.places[step.node][0] for step in (*stage.inputs, *stage.uniform) if step.node.op is Op.SYMBOL}
+        read |= {"stride"} if stage.inputs or stage.outputs else set()
+        read |= {"w"} if stage.loads or stage.stores else set()
+        read |= {"out"} if stage.outputs else set()
+        handed = (*layout.common, *(argument.name for argument in self.routine.function.arguments), "w", "out")
+        lines = [Line(step.name, layout.entry.format(*self.places[step.node])) for step in stage.inputs]
+        lines += [Line(step.name, layout.row.format(row)) for step, row in stage.loads]
+        return PassText(
+            number=number,
+            vector=stage.plain,
+            unused=tuple(name for name in handed if name not in read),
+            before=tuple(self._define(step) for step in stage.uniform),
+            lines=(*lines, *(self._define(step) for step in stage.steps)),
+            stores=(
+                *(Line(layout.row.format(row), step.name) for step, row in stage.stores),
+                *(Line(layout.entry.format("out", place), self.entry(place)) for place in stage.outputs),
+            ),
+        )
+
+    def scalar(self) -> tuple[ScalarStage, ...]:
+        """Return the stages of the scalar function; neighbouring angles are taken together."""
+        pending = [Line(step.name, SINGLE.entry.format(*self.places[step.node])) for step in self.routine.inputs]
+        known = {line.target for line in pending}
+        stages: list[ScalarStage] = []
+        for group in self._grouped():
+            if isinstance(group, Pass):
+                for step in (*group.uniform, *group.steps):
+                    if step.name not in known:
+                        known.add(step.name)
+                        pending.append(self._define(step))
+            else:
+                stages.append(ScalarStage(len(stages), tuple(pending)))
+                pending = []
+                angles = [stage.angle.name for stage in group]
+                stages.append(self._angles(len(stages), group, angles, lambda step, _: step.name))
+        return (*stages, ScalarStage(len(stages), tuple(pending)))
+
+    def scalar_calls(self, handed: str) -> tuple[ScalarStage, ...]:
+        """Return the stages of a scalar function that is cut into parts."""
+        name = identifier(self.routine.function.name)
+        stages: list[ScalarStage] = []
+        parts = 0
+        for group in self._grouped():
+            if isinstance(group, Pass):
+                parts += 1
+                stages.append(ScalarStage(len(stages), call=f"{name}_part{parts}({handed}w, r);"))
+            else:
+                angles = [
+                    SINGLE.row.format(stage.row)
+                    if stage.row is not None
+                    else SINGLE.entry.format(*self.places[stage.angle.node])
+                    for stage in group
+                ]
+                stages.append(self._angles(len(stages), group, angles, lambda _, row: SINGLE.row.format(row)))
+        return tuple(stages)
+
+    def _grouped(self) -> Iterator[Pass | list[SineCosine]]:
+        """Iterate over the stages, neighbouring sines and cosines together."""
+        for is_pass, group in groupby(self.plan.stages, lambda stage: isinstance(stage, Pass)):
+            if is_pass:
+                yield from (stage for stage in group if isinstance(stage, Pass))
+            else:
+                yield [stage for stage in group if isinstance(stage, SineCosine)]
+
+    def _angles(
+        self, number: int, group: list[SineCosine], angles: list[str], target: Callable[[Step, int], str]
+    ) -> ScalarStage:
+        """Return the stage that takes sines and cosines of `angles`; `target` says where one of them goes."""
+        results = [
+            Line(target(step, row), f"{kind}{number}[{place}]")
+            for place, stage in enumerate(group)
+            for (step, row), kind in ((stage.sine, "sine"), (stage.cosine, "cosine"))
+            if step is not None
+        ]
+        padding = ["0"] * (-len(angles) % GROUP)
+        return ScalarStage(number, angles=(*angles, *padding), results=tuple(results))
+
+    def _define(self, step: Step) -> Line:
+        """Return the line that gives a step its name."""
+        if step.node.op is Op.SYMBOL:
+            return Line(step.name, SINGLE.entry.format(*self.places[step.node]))
+        return Line(step.name, self.printer.definition(step.node, self.plan.names, self.program.constants))
+
+    def entry(self, place: int) -> str:
+        """Return one entry of the result."""
+        entry = self.routine.function.entries[place]
+        return self.printer.code(entry, self.plan.names, self.program.constants)

@@ -1,0 +1,79 @@
+"""Which derivation of an output becomes code: the one whose program takes the fewest operations, counted.
+
+Every road of an output is derived, lowered and counted by `Counts.cost`, for the scene at hand with its parameters'
+values; of equals the first in the table wins. Two shortcuts keep this quick. A road whose equations cost more than
+`HOPELESS` times the cheapest ones is not lowered. And roads that grow fast are tried for few coordinates only, none at
+all beyond `LONGEST`, where the table's own rule decides.
+
+Closed forms with sums of angles are no road: they trade multiplications for sines, and a rounded sum of angles has lost
+digits that the product form keeps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from symdyn.dynamics import Equations, Function, Workspace, derive_one, roads
+from symdyn.errors import DerivationError
+from symdyn.program.count import count
+from symdyn.program.lower import lower
+from symdyn.scene import Scene
+
+LONGEST = 16
+"""Coordinates up to which roads are compared by counting."""
+
+TRIED: Mapping[str, int] = {"lagrange": 4, "differentiation": 8, "positions": 8}
+"""Coordinates up to which roads are tried that differentiate and so grow fast; gravity forces are never large."""
+
+HARMLESS = ("gravity_forces", "k_G", "potential_energy", "kinetic_energy")
+"""Outputs that no road makes large."""
+
+HOPELESS = 1.5
+
+
+def formulate(scene: Scene, outputs: Sequence[str], road: str | None = None) -> Equations:
+    """Return the equations of a scene, each output by the road that costs least.
+
+    Args:
+        scene: the mechanism.
+        outputs: as for `derive`.
+        road: take this one wherever an output has it; None leaves all to counting.
+
+    Raises:
+        DerivationError: an unknown output, body or point, equations that do not exist, a road that no output has.
+    """
+    workspace = Workspace(scene)
+    if road is not None and not any(road in roads(request, scene) for request in outputs):
+        known = dict.fromkeys(one for request in outputs for one in roads(request, scene))
+        raise DerivationError(f"no output that was asked for has the road {road!r}; there are {', '.join(known)}")
+    functions = tuple(
+        derive_one(workspace, request, road) if road in roads(request, scene) else cheapest(workspace, request)
+        for request in outputs
+    )
+    return Equations(scene, workspace.graph, functions)
+
+
+def cheapest(workspace: Workspace, request: str) -> Function:
+    """Return an output by the road that costs least; see `formulate`."""
+    if workspace.state.n > LONGEST:
+        return derive_one(workspace, request)
+    first, *others = candidates(workspace, request)
+    functions = [derive_one(workspace, request, first)]
+    functions += [derive_one(workspace, request, road) for road in others]
+    if not others:
+        return functions[0]
+    costs = [count(function).cost for function in functions]
+    hopeful = [f for f, cost in zip(functions, costs, strict=True) if cost <= HOPELESS * min(costs)]
+    return min(hopeful, key=lambda function: _lowered_cost(workspace, function))
+
+
+def candidates(workspace: Workspace, request: str) -> tuple[str, ...]:
+    """Return the roads of an output that are worth deriving to compare them, in the table's order."""
+    n, name = workspace.state.n, request.partition(":")[0]
+    return tuple(road for road in roads(request, workspace.scene) if name in HARMLESS or n <= TRIED.get(road, LONGEST))
+
+
+def _lowered_cost(workspace: Workspace, function: Function) -> int:
+    """Return what one call of a function costs once it is a program."""
+    (routine,) = lower(Equations(workspace.scene, workspace.graph, (function,))).routines
+    return routine.counts.cost

@@ -1,0 +1,80 @@
+"""Passes: exact rewritings of one function's entries that lower what they cost. One file each, its algebra on top.
+
+A pass takes the entries of a function, an empty graph and the names of the parameters, and returns equal entries on
+that graph, or the same entries where it finds nothing. `optimise` applies passes function by function and keeps a
+result only where it costs no more than what it had, in all and in what depends on the state, so that no count ever
+rises.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
+
+from symdyn.dynamics.equations import Function
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Graph
+from symdyn.program.count import Counts, count_by_binding
+from symdyn.program.passes.factor import factor
+from symdyn.program.passes.reciprocals import reciprocals
+from symdyn.program.passes.signs import signs
+from symdyn.program.passes.strength import strength
+
+Pass = Callable[[Sequence[Expr], Graph, Collection[str]], list[Expr]]
+
+PASSES: Mapping[str, Pass] = {
+    "strength": strength,
+    "reciprocals": reciprocals,
+    "factor": factor,
+    "signs": signs,
+}
+"""In the order in which they are applied."""
+
+DEFAULT = ("strength", "factor", "signs")
+"""Without reciprocals, which cost a rounding and were measured to win nothing."""
+
+PARAMS = "params"
+
+ROUNDS = 3
+"""How often a pass is applied at most; a second time pays where factoring once has made new products."""
+
+
+def optimise(function: Function, passes: Sequence[str] = DEFAULT) -> Function:
+    """Return `function` after the passes, its entries on a graph of their own; the arguments stay where they were.
+
+    Args:
+        function: what to rewrite.
+        passes: keys of `PASSES`.
+
+    Raises:
+        DerivationError: there is no such pass.
+    """
+    unknown = [name for name in passes if name not in PASSES]
+    if unknown:
+        raise DerivationError(f"there is no pass {unknown[0]!r}; there are {', '.join(PASSES)}")
+    parameters = [str(one.value) for a in function.arguments if a.name == PARAMS for one in a.symbols]
+    costs = _costs(function)
+    for name in passes:
+        for _ in range(ROUNDS):
+            found = replace(function, entries=tuple(PASSES[name](function.entries, Graph(), parameters)))
+            if found.entries == function.entries:
+                break
+            lower = _costs(found)
+            if all(new <= old for new, old in zip(lower, costs, strict=True)):
+                function = found
+            else:
+                break
+            if lower == costs:
+                break
+            costs = lower
+    return function
+
+
+def _costs(function: Function) -> tuple[int, int]:
+    """Return what a call costs, and what of it depends on the state."""
+    binding = count_by_binding(function)
+    total = sum(binding.values(), Counts())
+    return total.cost, (total - binding[PARAMS]).cost
+
+
+__all__ = ["DEFAULT", "PASSES", "Pass", "factor", "optimise", "reciprocals", "signs", "strength"]

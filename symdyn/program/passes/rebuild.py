@@ -1,0 +1,69 @@
+"""What every pass needs: how often a node is used, what is constant, and a node's copy on another graph."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from symdyn.graph import Expr, Graph, Op, reachable
+
+
+def use_counts(entries: Sequence[Expr]) -> dict[Expr, int]:
+    """Return how many operations and entries use each node; a sign is no operation, its operand is used in its place.
+
+    The nodes come arguments first.
+    """
+    needed = reachable(entries)
+    uses = dict.fromkeys(needed, 0)
+    for entry in entries:
+        uses[entry] += 1
+    for node in reversed(needed):
+        for arg in node.args:
+            uses[arg] += uses[node] if node.op is Op.NEG else 1
+    return uses
+
+
+def fixed(needed: Sequence[Expr]) -> set[Expr]:
+    """Return the nodes without a symbol below them, which cost nothing; `needed` has arguments first."""
+    found: set[Expr] = set()
+    for node in needed:
+        if node.op is not Op.SYMBOL and all(arg in found for arg in node.args):
+            found.add(node)
+    return found
+
+
+def copy_node(node: Expr, args: Sequence[Expr], graph: Graph) -> Expr:
+    """Return the operation of `node` on `graph`, with other operands; it simplifies as at birth."""
+    op = node.op
+    if op is Op.MUL:
+        return graph.mul(*args)
+    if op is Op.ADD:
+        return graph.add(*args)
+    if op is Op.SUB:
+        return graph.sub(*args)
+    if op is Op.NEG:
+        return graph.neg(*args)
+    if op is Op.DIV:
+        return graph.div(*args)
+    if op is Op.CONSTANT:
+        return graph.constant(node.value)  # type: ignore[arg-type]
+    if op is Op.SYMBOL:
+        return graph.symbol(str(node.value))
+    return graph.pi if op is Op.PI else graph.function(op, *args)
+
+
+class Early:
+    """Tells which nodes of a growing graph are known early: constants and what depends on early symbols alone."""
+
+    def __init__(self, graph: Graph, symbols: Collection[str]) -> None:
+        """Start with an empty graph or a full one; `symbols` are names."""
+        self._nodes = graph.nodes
+        self._symbols = frozenset(symbols)
+        self._known: list[bool] = []
+
+    def __contains__(self, node: Expr) -> bool:
+        """Tell whether a node of the graph is known early."""
+        known = self._known
+        while len(known) <= node.index:
+            new = self._nodes[len(known)]
+            known.append(new.value in self._symbols if new.op is Op.SYMBOL else all(known[a.index] for a in new.args))
+        return known[node.index]

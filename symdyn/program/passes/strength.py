@@ -1,0 +1,55 @@
+"""Strength: constants of one product meet, and dividing by one is multiplying.
+
+c1 (c2 x) = (c1 c2) x        c1, c2 constant; their product is worked out when it is printed, to 50 digits
+(c1 x) (c2 y) = (c1 c2) (x y)                                     where c1 x and c2 y are used nowhere else
+c1 ((c2 x) y) = (c1 c2) (x y)                                     where (c2 x) y is used nowhere else
+x / c = (1/c) x              c constant
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from symdyn.graph import Expr, Graph, Op
+from symdyn.program.passes.rebuild import copy_node, fixed, use_counts
+
+
+def strength(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] = ()) -> list[Expr]:
+    """Return the entries of one function on `graph`, constants together."""
+    uses = use_counts(entries)
+    constant = fixed(list(uses))
+    new: dict[Expr, Expr] = {}
+    split: dict[Expr, tuple[Expr, Expr]] = {}  # a product as (constant, rest), both on the new graph
+
+    def parts(node: Expr, alone: bool) -> tuple[Expr, Expr]:
+        """Return an operand as (constant, rest); `alone`: only if it is used nowhere else."""
+        if node in constant:
+            return new[node], graph.one
+        if node in split and (not alone or uses[node] == 1):
+            return split[node]
+        return graph.one, new[node]
+
+    for node in uses:
+        args = [new[arg] for arg in node.args]
+        if node in constant:
+            new[node] = copy_node(node, args, graph)
+        elif node.op is Op.MUL:
+            factors = [one for one in node.args if one not in constant]
+            held = [new[one] for one in node.args if one in constant]
+            if held and factors[0] in split and uses[factors[0]] == 1:
+                factors = list(factors[0].args)
+            split[node] = _joined([(c, graph.one) for c in held] + [parts(one, not held) for one in factors], graph)
+            new[node] = graph.mul(*split[node])
+        elif node.op is Op.DIV and node.args[1] in constant:
+            new[node] = graph.mul(graph.div(graph.one, args[1]), args[0])
+        else:
+            new[node] = copy_node(node, args, graph)
+    return [new[entry] for entry in entries]
+
+
+def _joined(parts: Sequence[tuple[Expr, Expr]], graph: Graph) -> tuple[Expr, Expr]:
+    """Return the product of several (constant, rest) as one."""
+    constant = rest = graph.one
+    for c, x in parts:
+        constant, rest = graph.mul(constant, c), graph.mul(rest, x)
+    return constant, rest

@@ -1,0 +1,178 @@
+"""The skip report: what a scene does not need, what was merged, and how many operations each of these saves.
+
+A step is measured by counting with the step off and on, everything else alike: the same roads, the other steps on,
+and no passes but where the step is one. Only work that depends on the state is counted. What can't be switched off,
+since nobody would know what to put in its place, is listed without a number.
+
+    scene        fixed and locked joints, massless bodies, gravity, parallel axes, zeros of inertias, bound parameters
+    recursion    regrouped inertias
+    choice       the road with the fewest operations in place of the first one
+    program      each pass in its turn
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+
+from symdyn.dynamics import Equations, Workspace, derive_one, roads
+from symdyn.dynamics.parallel import angle_groups
+from symdyn.dynamics.reframe import LeanTree, reframe
+from symdyn.errors import DerivationError
+from symdyn.graph import Graph, reachable
+from symdyn.program.count import CATEGORY, FREE, Counts
+from symdyn.program.lower import lower
+from symdyn.program.passes import DEFAULT
+from symdyn.scene import Body, Quantity, Scene, express, number
+from symdyn.scene.quantity import ZERO
+
+SLANTING = (number(Fraction(7, 2)), number(Fraction(5, 3)), number(-9))
+
+Savings = dict[str, Counts]
+
+
+@dataclass(frozen=True)
+class Skipped:
+    """One thing that was left out or merged.
+
+    Attributes:
+        step: short name.
+        why: what it is in this scene, one line.
+        saved: operations by function, those alone that save any; None where it can't be measured.
+    """
+
+    step: str
+    why: str
+    saved: Mapping[str, Counts] | None = None
+
+
+class Ungrouped(Workspace):
+    """A workspace whose recursions run over the inertias as declared."""
+
+    @cached_property
+    def lean(self) -> LeanTree:
+        """The tree in frames of the generator's choice."""
+        return reframe(self.tree)
+
+
+def skipped(equations: Equations, requests: Sequence[str]) -> tuple[Skipped, ...]:
+    """Return the skip report of a scene.
+
+    Args:
+        equations: from `formulate`.
+        requests: what they were asked for by, in the same order.
+    """
+    scene = equations.scene
+    chosen = {request: f.formulation for request, f in zip(requests, equations.functions, strict=True)}
+    on = _counts(equations)
+    report = [*_dead(equations), *_structure(scene)]
+    for step, why, other in _other_scenes(scene):
+        report.append(Skipped(step, why, _saved(on, Workspace(other), chosen)))
+    report.append(
+        Skipped(
+            "regrouped inertias",
+            "what a joint cannot feel of a body belongs to the body before it",
+            _saved(on, Ungrouped(scene), chosen),
+        )
+    )
+    first = {request: roads(request, scene)[0] for request in requests}
+    changed = {request: road for request, road in first.items() if road != chosen[request]}
+    if changed:
+        why = ", ".join(f"{request} by {chosen[request]} instead of {road}" for request, road in changed.items())
+        report.append(Skipped("formulation", why, _saved(on, Workspace(scene), first)))
+    return (*report, *_passes(equations, on))
+
+
+def _dead(equations: Equations) -> Iterator[Skipped]:
+    """Return what was derived and reaches no function."""
+    alive = set(reachable([entry for function in equations.functions for entry in function.entries]))
+    dead = sum(CATEGORY[node.op] not in (FREE, "sincos") and node not in alive for node in equations.graph.nodes)
+    if dead:
+        yield Skipped("dead operations", f"{dead} that were derived on the way and reach no function")
+
+
+def _structure(scene: Scene) -> Iterator[Skipped]:
+    """Return what has no place in the equations from the start."""
+    locked = [joint.name for joint in scene.joints if joint.locked]
+    fixed = [joint.child for joint in scene.joints if not joint.moves and not joint.locked]
+    massless = [body.name for body in scene.bodies if _is_massless(body)]
+    if locked:
+        yield Skipped("locked joints", _listed("no coordinate", locked))
+    if fixed:
+        yield Skipped("fixed bodies", _listed("merged with what carries them", fixed))
+    if massless:
+        yield Skipped("massless bodies", _listed("no momentum", massless))
+    for group in angle_groups(scene, Graph()):
+        names = [str(atom.value) for atom in group.atoms]
+        yield Skipped("parallel axes", _listed("no turn from one to the other but about themselves", names))
+
+
+def _other_scenes(scene: Scene) -> Iterator[tuple[str, str, Scene]]:
+    """Return the scenes without a simplification that this one has: its name, what it is, the other scene."""
+    if all(_vanishes(component) for component in scene.gravity):
+        yield "no gravity", "against gravity in a general direction", scene.with_gravity(SLANTING)
+    bound = [parameter.name for parameter in scene.parameters if parameter.value is not None]
+    if bound:
+        free = tuple(replace(parameter, value=None) for parameter in scene.parameters)
+        yield "bound parameters", _listed("folded into constants", bound), replace(scene, parameters=free)
+    full = tuple(_filled(body) for body in scene.bodies)
+    zeros = [body.name for body, other in zip(scene.bodies, full, strict=True) if body != other]
+    if zeros:
+        why = _listed("zero entries in inertia or centre of mass", zeros)
+        yield "symmetric inertias", why, replace(scene, bodies=full)
+
+
+def _filled(body: Body) -> Body:
+    """Return a rigid body without zeros in inertia and centre of mass, which no symmetry makes equal to others."""
+    if body.mass == ZERO:
+        return body
+    odd = (number(Fraction(k, 1009)) for k in (3, 5, 7, 11, 13, 17, 19, 23, 29))
+
+    def fill(entries: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
+        return tuple(other if _vanishes(entry) else entry for entry, other in zip(entries, odd, strict=False))
+
+    place = {key: fill(vector) for key in ("com", "first_moment") if (vector := getattr(body, key)) is not None}
+    return replace(body, inertia=fill(body.inertia), **place)  # type: ignore[arg-type]
+
+
+def _passes(equations: Equations, on: Savings) -> Iterator[Skipped]:
+    """Return what each pass saves after those before it."""
+    for k, name in enumerate(DEFAULT, start=1):
+        after = _counts(equations, DEFAULT[:k])
+        saved = _positive({function: on[function] - after[function] for function in on})
+        yield Skipped(name, f"pass {k} of {len(DEFAULT)} over the program", saved)
+        on = after
+
+
+def _saved(on: Savings, other: Workspace, chosen: Mapping[str, str]) -> Savings | None:
+    """Return what the scene takes less than another workspace on the same roads, None if that has no such equations."""
+    try:
+        functions = tuple(derive_one(other, request, road) for request, road in chosen.items())
+        without = _counts(Equations(other.scene, other.graph, functions))
+    except DerivationError:
+        return None
+    return _positive({function: without[function] - counts for function, counts in on.items()})
+
+
+def _positive(savings: Savings) -> Savings:
+    return {function: counts for function, counts in savings.items() if counts != Counts()}
+
+
+def _counts(equations: Equations, passes: Sequence[str] = ()) -> Savings:
+    """Return the state-dependent operations of every function."""
+    return {routine.function.name: routine.state_counts for routine in lower(equations, passes).routines}
+
+
+def _is_massless(body: Body) -> bool:
+    return _vanishes(body.mass) and not body.particles and all(_vanishes(entry) for entry in body.inertia)
+
+
+def _vanishes(quantity: Quantity) -> bool:
+    return express(quantity, Graph()).is_zero
+
+
+def _listed(what: str, names: Sequence[str]) -> str:
+    shown = ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")
+    return f"{what}: {shown}"

@@ -1,0 +1,91 @@
+"""Binding parameters: the same scene with values given to some of them.
+
+A parameter keeps its name and gets its value, which the program folds in. One whose value is zero is zero at once in
+every formula, so that the derivations see what is gone: a massless body, a shift of no length, gravity. It is no
+longer assumed to be positive then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from symdyn.errors import SceneError
+from symdyn.graph import Graph
+from symdyn.scene.check import Draft, check
+from symdyn.scene.folding import FormulaError
+from symdyn.scene.formula import parse, quantity
+from symdyn.scene.mapping import map_quantities, substituted
+from symdyn.scene.model import Scene
+from symdyn.scene.names import suggestion
+from symdyn.scene.quantity import ZERO, Quantity, express
+from symdyn.scene.table import Faults
+
+
+def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
+    """Return the scene with values for some of its parameters, in place of values they may have.
+
+    Args:
+        scene: any scene.
+        values: by name of the parameter: a number, formula text without symbols, or a quantity.
+
+    Raises:
+        SceneError: an unknown parameter, no number, or a value that the scene cannot have; with every fault.
+    """
+    faults = Faults(scene.source or scene.name)
+    names = {parameter.name: None for parameter in scene.parameters}
+    known: dict[str, Quantity] = {}
+    for name, raw in values.items():
+        if name not in names:
+            faults.add("", f'"{name}" is not a parameter; {suggestion(name, names)}')
+            continue
+        try:
+            known[name] = quantity(raw)
+        except FormulaError as error:
+            faults.add(f"parameters.{name}", f"value {error}")
+    faults.close()
+    zeros = {name: ZERO for name, value in known.items() if not value.symbols and _is_zero(value)}
+    parameters = tuple(
+        replace(p, value=known.get(p.name, p.value), positive=p.positive and p.name not in zeros)
+        for p in scene.parameters
+    )
+    bound = replace(scene, parameters=parameters)
+    try:
+        bound = map_quantities(bound, lambda one: substituted(one, zeros)) if zeros else bound
+    except FormulaError as error:
+        faults.add("", f"with {' = '.join(zeros)} = 0 a formula has no value: {error}")
+        faults.close()
+    check(Draft(bound, _places(bound)), faults)
+    faults.close()
+    return bound
+
+
+def read_bindings(text: str) -> dict[str, str]:
+    """Return name and formula of every part of `m1=2.5, h1=1/2`.
+
+    Raises:
+        SceneError: a part that is no name = value, or a name that comes twice.
+    """
+    values: dict[str, str] = {}
+    for part in text.split(","):
+        name, equals, value = (piece.strip() for piece in part.partition("="))
+        if not name or not equals or not value:
+            raise SceneError(f'"{part.strip()}" gives no parameter a value; write m1=2.5,h1=1')
+        if name in values:
+            raise SceneError(f"{name} gets two values, {values[name]} and {value}; give one of them")
+        parse(value)
+        values[name] = value
+    return values
+
+
+def _is_zero(value: Quantity) -> bool:
+    try:
+        return express(value, Graph()).is_zero
+    except ZeroDivisionError:
+        return False  # reported by the check
+
+
+def _places(scene: Scene) -> dict[str, tuple[str, ...]]:
+    """Return where the entries of a scene stand, for messages."""
+    families = ("parameters", "bodies", "joints", "points")
+    return {kind: tuple(f"{kind}.{one.name}" for one in getattr(scene, kind)) for kind in families}

@@ -1,0 +1,62 @@
+"""The side-by-side benchmark runs and compares before it times; nothing here says how fast anything is."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).parent.parent / "benchmarks"
+
+needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc")
+
+
+def run(*words: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, str(FOLDER / "run.py"), *words]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@needs_gcc
+def test_our_code_is_measured_and_reported(tmp_path):
+    words = ["--robots", "two_link", "--outputs", "inverse_dynamics,mass_matrix", "--peers", "ours_c"]
+    done = run("--quick", "--no-generation", *words, "-o", str(tmp_path))
+    assert done.returncode == 0, done.stderr
+
+    found = json.loads((tmp_path / "results.json").read_text("utf-8"))
+    kinds = {(row["output"], row["peer"], row["way"]) for row in found["times"]}
+    assert {(output, "symdyn", "state") for output in ("inverse_dynamics", "mass_matrix")} <= kinds
+    assert all(len(row["samples"]) == found["rounds"] and min(row["samples"]) > 0 for row in found["times"])
+    text = (tmp_path / "results.md").read_text("utf-8")
+    assert "## Inverse dynamics" in text
+    assert "| symdyn: C, one state a call |" in text
+
+
+def test_an_unknown_robot_is_refused():
+    done = run("--robots", "arm9")
+
+    assert done.returncode == 2
+    assert "there is no robot arm9; there are two_link, puma560, arm7" in done.stderr
+
+
+def test_a_peer_that_computes_something_else_is_not_timed(monkeypatch):
+    monkeypatch.syspath_prepend(str(FOLDER))
+    import run as bench
+    from cases import cases
+    from harness import Timed
+
+    case = cases()["two_link"]
+    wrong = case.references["gravity_forces"] * (1 + 1e-9)
+
+    class Peer:
+        NAME = "wrong"
+
+        @staticmethod
+        def timed(case, output):
+            return [Timed(case.name, output, "wrong", "state", 1, lambda sweeps: 1.0, lambda: wrong)]
+
+    with pytest.raises(AssertionError, match="wrong, state: gravity_forces of two_link differs by"):
+        bench.ready(case, "gravity_forces", [Peer], {})

@@ -1,0 +1,146 @@
+"""`symdyn info` says what was left out and what that saves; values and the choice of a road reach all verbs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from arms import EXAMPLES, two_link
+
+from symdyn.cli import main
+from symdyn.dynamics import available
+from symdyn.program import Counts, formulate, lower, skipped
+from symdyn.program.passes import DEFAULT
+from symdyn.scene import bind, body, fixed, point, read, revolute, scene
+
+Capture = pytest.CaptureFixture[str]
+
+
+def report(one):
+    outputs, _ = available(one)
+    return {entry.step: entry for entry in skipped(formulate(one, outputs), outputs)}
+
+
+def test_the_report_lists_what_a_scene_does_not_need():
+    arm = scene(
+        "arm",
+        bodies=[
+            body("a", mass=1, com=[1, 0, 0], inertia=[1, 2, 2], about="com"),
+            body("plate", mass=1),
+            body("hand"),
+            body("far", mass=1, com=[1, 0, 0], inertia=[1, 2, 2], about="com"),
+        ],
+        joints=[
+            revolute("j1", "ground", "a"),
+            fixed("weld", "a", "plate", origin=[1, 0, 0]),
+            revolute("j2", "plate", "hand", locked=True, position="pi/3"),
+            revolute("j3", "hand", "far", origin=[1, 0, 0]),
+        ],
+        points=[point("tip", "far")],
+        gravity=False,
+    )
+    steps = report(arm)
+
+    assert "plate" in steps["fixed bodies"].why
+    assert "j2" in steps["locked joints"].why
+    assert "hand" in steps["massless bodies"].why
+    assert "q1, q3" in steps["parallel axes"].why
+    assert steps["no gravity"].saved["gravity_forces"].cost > 0
+    assert steps["symmetric inertias"].saved["inverse_dynamics"].cost > 0
+
+
+def test_gravity_that_is_bound_to_zero_saves_what_it_would_cost():
+    steps = report(bind(two_link(), {"g": 0}))
+
+    assert steps["no gravity"].saved["gravity_forces"].cost > 0
+    assert steps["no gravity"].saved["inverse_dynamics"].cost > 0
+    assert "mass_matrix" not in steps["no gravity"].saved
+
+
+def test_a_savings_number_is_the_difference_of_two_counts():
+    one = read(EXAMPLES / "puma560.toml")
+    outputs = ("inverse_dynamics", "mass_matrix")
+    equations = formulate(one, outputs)
+    steps = {entry.step: entry for entry in skipped(equations, outputs)}
+    saved = sum((steps[name].saved.get("inverse_dynamics", Counts()) for name in DEFAULT), Counts())
+    with_passes, without = lower(equations)["inverse_dynamics"], lower(equations, ())["inverse_dynamics"]
+
+    assert saved == without.counts - with_passes.counts
+    assert steps["regrouped inertias"].saved["inverse_dynamics"].cost > 0
+
+
+def test_the_choice_of_a_road_is_reported_with_what_it_saves():
+    steps = report(read(EXAMPLES / "scara.toml"))
+
+    assert "k_D by rnea instead of crba" in steps["formulation"].why
+    assert steps["formulation"].saved["k_D"].cost > 0
+
+
+def test_info_as_json_holds_the_report(capsys: Capture) -> None:
+    assert main(["info", str(EXAMPLES / "two_link.toml"), "--bind", "m1=2,m2=1/2", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    steps = {one["step"]: one for one in facts["skipped"]}
+    functions = {one["name"]: one for one in facts["functions"]}
+
+    assert "m1, m2" in steps["bound parameters"]["why"]
+    assert steps["parallel axes"]["saved"] is None
+    assert set(functions["inverse_dynamics"]["binding"]) == {"params", "q", "q, qd", "all"}
+    parts = functions["inverse_dynamics"]["binding"].values()
+    assert sum(part["multiplications"] for part in parts) == (
+        functions["inverse_dynamics"]["operations"]["multiplications"]
+        + functions["inverse_dynamics"]["prepare"]["multiplications"]
+    )
+
+
+def test_info_for_people_shows_what_was_saved(capsys: Capture) -> None:
+    assert main(["info", str(EXAMPLES / "two_link.toml")]) == 0
+    out = capsys.readouterr().out
+
+    assert "Left out or merged" in out
+    assert "On parameters alone" in out
+    assert "parallel axes" in out
+
+
+def test_info_and_generate_take_the_road_that_is_asked_for(tmp_path: Path, capsys: Capture) -> None:
+    scene_file = str(EXAMPLES / "two_link.toml")
+    assert main(["info", scene_file, "--formulation", "lagrange", "--json"]) == 0
+    functions = {one["name"]: one["road"] for one in json.loads(capsys.readouterr().out)["functions"]}
+    assert functions["inverse_dynamics"] == functions["k_C"] == "lagrange"
+    assert functions["pose_tool"] == "recursive"
+
+    words = ["--functions", "forward_dynamics", "--formulation", "aba", "-o", str(tmp_path)]
+    assert main(["generate", scene_file, *words]) == 0
+    text = (tmp_path / "two_link.py").read_text()
+    assert "--functions forward_dynamics --formulation aba" in text
+    assert "aba;" in text
+
+
+def test_generate_binds_and_stands_still(tmp_path: Path, capsys: Capture) -> None:
+    scene_file = str(EXAMPLES / "two_link.toml")
+    words = ["--bind", "m1 = 2, g=0", "--static", "--functions", "inverse_dynamics", "-o", str(tmp_path)]
+
+    assert main(["generate", scene_file, *words]) == 0
+    text = (tmp_path / "two_link.py").read_text()
+    assert "symdyn generate two_link.toml --bind m1=2,g=0 --target numpy --functions inverse_dynamics --static" in text
+    assert "def inverse_dynamics(q, qdd, params" in text
+
+
+def test_verify_proves_a_bound_scene(capsys: Capture) -> None:
+    words = ["--bind", "m1=2,m2=1,h1=1,h2=1/2,g=0", "--functions", "inverse_dynamics"]
+
+    assert main(["verify", str(EXAMPLES / "two_link.toml"), *words]) == 0
+    assert "two_link: passed" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--bind", "m3=1"], '"m3" is not a parameter'),
+        (["--bind", "m1=h1"], "a value may hold numbers and pi only"),
+        (["--bind", ""], '"" gives no parameter a value; write m1=2.5,h1=1'),
+    ],
+)
+def test_a_binding_that_makes_no_sense_is_one_message(words: list[str], message: str, capsys: Capture) -> None:
+    assert main(["info", str(EXAMPLES / "two_link.toml"), *words]) == 1
+    assert message in capsys.readouterr().err

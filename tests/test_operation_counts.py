@@ -1,0 +1,84 @@
+"""Operation counts, exact, so that a regression fails; and that neither frames nor conventions change them."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from symdyn.graph import Graph
+from symdyn.program import Counts, state_dependent_counts
+from symdyn.scene import dh_table, scene, with_symbolic_inertia
+
+from formulas import one  # isort: skip
+
+BENCHMARKS = Path(__file__).parent.parent / "benchmarks"
+sys.path.append(str(BENCHMARKS))
+
+import operation_counts  # noqa: E402
+from robots_dh import ROBOTS, robot_scene  # noqa: E402
+
+COUNTS = {  # inverse dynamics, M(q), forward dynamics: multiplications, additions, divisions, pairs of sines
+    "general_6r": ((383, 319, 0, 5), (327, 263, 0, 5), (764, 638, 21, 5)),
+    "puma560": ((241, 227, 0, 5), (122, 122, 0, 5), (414, 398, 21, 5)),
+    "stanford": ((212, 205, 0, 4), (83, 92, 0, 4), (350, 349, 21, 4)),
+    "rx90": ((231, 217, 0, 5), (106, 106, 0, 5), (390, 374, 21, 5)),
+    "iiwa": ((271, 260, 0, 6), (140, 135, 0, 6), (503, 487, 28, 6)),
+    "panda": ((288, 276, 0, 6), (166, 158, 0, 6), (546, 526, 28, 6)),
+    "puma560_diagonal": ((202, 175, 0, 5), (111, 100, 0, 5), (360, 320, 20, 5)),
+    "puma560_zeros": ((175, 153, 0, 5), (86, 82, 0, 5), (300, 277, 19, 5)),
+}
+
+CASES = {name: case for name, _, _, case in operation_counts.cases()}
+
+
+@pytest.mark.parametrize("name", COUNTS)
+def test_counts_are_these(name):
+    assert operation_counts.measured(CASES[name]) == [Counts(*numbers) for numbers in COUNTS[name]]
+
+
+def test_every_robot_is_counted():
+    assert CASES.keys() == COUNTS.keys()
+
+
+def test_the_page_is_what_the_command_writes():
+    assert operation_counts.PAGE.read_text(encoding="utf-8") == operation_counts.page()
+
+
+def standard_puma():
+    """The PUMA 560 in a standard table: frames at the far ends of the links, other zeros of q."""
+    rows = [("pi/2", "0", "0"), ("0", "a3", "0"), ("-pi/2", "a4", "d3"), ("pi/2", "0", "d4"), ("-pi/2", "0", "0")]
+    rows += [("0", "0", "0")]
+    links = [{"name": f"b{k}", "alpha": al, "a": a, "theta": 0, "d": d} for k, (al, a, d) in enumerate(rows)]
+    bare = scene(
+        "standard",
+        parameters=dict.fromkeys(("a3", "a4", "d3", "d4", "g")),
+        gravity=[0, 0, "-g"],
+        dh=dh_table("standard", links),
+    )
+    return with_symbolic_inertia(bare)
+
+
+def test_a_standard_table_costs_what_a_modified_one_does():
+    standard, modified = operation_counts.measured(standard_puma()), operation_counts.measured(CASES["puma560"])
+
+    assert standard == modified
+
+
+def test_no_sine_is_evaluated_twice():
+    for row in ROBOTS:
+        turning = sum(one.type == "revolute" for one in row.rows)
+
+        assert all(counts.sincos < turning for counts in operation_counts.measured(robot_scene(row)))
+
+
+def test_what_depends_on_parameters_alone_is_left_out_and_twice_a_number_is_a_sum():
+    g = Graph()
+    x, m = g.symbol("x"), g.symbol("m")
+    (f,) = one([m * m * x + 2 * x, g.sin(x) * g.cos(m) / m], [x]).functions
+    as_parameter = f.__class__(
+        **{**f.__dict__, "arguments": (f.arguments[0], f.arguments[0].__class__("params", (m,), "", ("",)))}
+    )
+
+    assert state_dependent_counts(as_parameter) == Counts(multiplications=2, additions=2, divisions=1, sincos=1)

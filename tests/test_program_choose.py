@@ -1,0 +1,84 @@
+"""The road that becomes code is the one with the fewest operations."""
+
+from __future__ import annotations
+
+import pytest
+from arms import EXAMPLES, chain, two_link
+from mechanisms import coupled_tree, random_tree
+
+from symdyn.dynamics import DYNAMICS, Equations, Workspace, derive, derive_one, roads
+from symdyn.errors import DerivationError
+from symdyn.program import formulate, lower
+from symdyn.program.choose import LONGEST, candidates
+from symdyn.scene import read
+from symdyn.verify import DIFFERENT
+from symdyn.verify.equality import Claim, prove
+
+SMALL = [two_link(), read(EXAMPLES / "cart_pole.toml"), random_tree(3, 3), coupled_tree(2, 4)]
+
+
+def cost(scene, output, road):
+    return lower(derive(scene, (output,), road))[output].counts.cost
+
+
+@pytest.mark.parametrize("scene", SMALL, ids=lambda scene: scene.name)
+def test_no_other_road_is_cheaper(scene):
+    outputs = ("inverse_dynamics", "mass_matrix", "velocity_forces", "gravity_forces", "k_D")
+    equations = formulate(scene, outputs)
+    for function in equations.functions:
+        own = cost(scene, function.name, function.formulation)
+        assert own == min(cost(scene, function.name, road) for road in roads(function.name, scene))
+
+
+def test_all_roads_of_a_choice_are_proved_equal():
+    scene, outputs = two_link(), DYNAMICS
+    workspace = Workspace(scene)
+    claims = [
+        Claim(f.name, f.formulation, road, f.entries, derive_one(workspace, f.name, road).entries)
+        for f in formulate(scene, outputs).functions
+        for road in roads(f.name, scene)
+    ]
+    _, findings = prove(claims)
+
+    assert [finding.claim for finding in findings if finding.verdict == DIFFERENT] == []
+
+
+def test_a_road_can_be_asked_for_and_others_are_counted():
+    equations = formulate(two_link(), ("inverse_dynamics", "forward_dynamics", "pose:tool"), "aba")
+
+    assert equations["forward_dynamics"].formulation == "aba"
+    assert equations["inverse_dynamics"].formulation in roads("inverse_dynamics")
+
+
+def test_a_road_that_no_output_has_is_refused():
+    with pytest.raises(
+        DerivationError, match="no output that was asked for has the road 'aba'; there are rnea, lagrange"
+    ):
+        formulate(two_link(), ("inverse_dynamics",), "aba")
+
+
+def test_an_output_that_does_not_exist_is_refused():
+    with pytest.raises(DerivationError, match="there is no output 'power'"):
+        formulate(two_link(), ("power",))
+
+
+def test_large_roads_are_not_tried_for_many_joints():
+    assert "lagrange" not in candidates(Workspace(read(EXAMPLES / "puma560.toml")), "inverse_dynamics")
+    assert "lagrange" in candidates(Workspace(two_link()), "inverse_dynamics")
+    assert "lagrange" in candidates(Workspace(read(EXAMPLES / "puma560.toml")), "gravity_forces")
+
+
+def test_long_chains_follow_the_rule_of_the_table():
+    scene = chain(LONGEST + 1)
+    ruled = derive(scene, ("forward_dynamics", "inverse_dynamics"))
+
+    assert [f.formulation for f in formulate(scene, ("forward_dynamics", "inverse_dynamics")).functions] == [
+        f.formulation for f in ruled.functions
+    ]
+
+
+def test_choosing_twice_is_choosing_the_same():
+    def chosen() -> Equations:
+        return formulate(read(EXAMPLES / "scara.toml"), DYNAMICS)
+
+    assert [f.formulation for f in chosen().functions] == [f.formulation for f in chosen().functions]
