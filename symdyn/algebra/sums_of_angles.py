@@ -62,24 +62,28 @@ def total_angles(groups: Iterable[AngleGroup]) -> dict[Expr, tuple[int, Expr | N
 class SumFinder:
     """Rewrites polynomials in the angles `atoms` (generator numbers) of one group; memoised.
 
-    A sum begins with a positive multiple of the atom that comes first here.
+    A sum begins with a positive multiple of the atom that comes first here. Without `waves` angles stay as they are,
+    as for the constant 1°, whose squared sine says more than the cosine of 2°.
     """
 
     atoms: tuple[int, ...]
     sums: tuple[Frequency, ...]
+    waves: bool = True
     _known: dict[tuple[tuple[Monomial, Fraction], ...], Poly] = field(default_factory=dict)
 
     def rewrite(self, poly: Poly) -> Poly:
         """Return `poly` with its factors in this group's angles written as short as can be found."""
         parts: dict[Monomial, Poly] = {}
-        mine = set(self.atoms)
         for monomial, coefficient in poly.items():
-            inside = tuple(item for item in monomial if item[0][1][0][0] in mine)
-            outside = tuple(item for item in monomial if item[0][1][0][0] not in mine)
+            inside = tuple([item for item in monomial if item[0][1][0][0] in self.atoms])
+            outside = tuple([item for item in monomial if item not in inside]) if inside else monomial
             parts.setdefault(outside, {})[inside] = coefficient
+        short = [self._shortest(part) for part in parts.values()]
+        if all(new is old for new, old in zip(short, parts.values(), strict=True)):
+            return poly
         result: Poly = {}
-        for outside, part in parts.items():
-            for inside, coefficient in self._shortest(part).items():
+        for outside, part in zip(parts, short, strict=True):
+            for inside, coefficient in part.items():
                 accumulate(result, tuple(sorted(outside + inside)), coefficient)
         return result
 
@@ -88,14 +92,19 @@ class SumFinder:
             return part
         items = sorted(part.items(), key=itemgetter(0))
         leading = items[0][1]
-        key = tuple((monomial, coefficient / leading) for monomial, coefficient in items)
+        key = tuple(items) if leading == 1 else tuple((monomial, a / leading) for monomial, a in items)
         if key not in self._known:
             self._known[key] = min((_best_elimination(p) for p in self._candidates(dict(key))), key=cost)
-        return {monomial: coefficient * leading for monomial, coefficient in self._known[key].items()}
+        short = self._known[key]
+        if len(short) == len(key) and all(short.get(monomial) == a for monomial, a in key):
+            return part
+        return short if leading == 1 else {monomial: a * leading for monomial, a in short.items()}
 
     def _candidates(self, part: Poly) -> Iterable[Poly]:
         """Yield `part` in every basis that is tried, the angles themselves first."""
         yield part
+        if not self.waves:
+            return
         present = sorted({angle[0][0] for monomial in part for (_, angle), _ in monomial}, key=self.atoms.index)
         series = _fourier(part, present)
         where = [self.atoms.index(atom) for atom in present]

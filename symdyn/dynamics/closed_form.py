@@ -25,12 +25,15 @@ from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.dynamics.parallel import angle_groups
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import State, joint_motion, placement, state_symbols, vector
+from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import GROUND, Body, Joint, Scene, express
 from symdyn.spatial import Inertia, Transform, add_matrices, apply, dot, no_inertia, point_inertia, symmetric
 
 Row = tuple[Polynomial, ...]
 Matrix = tuple[Row, ...]
+
+MOST_TERMS = 100_000
 
 Key = tuple[Any, ...]  # name and indices from 0, such as ("k_z", 0, 1)
 
@@ -68,7 +71,12 @@ class ClosedForm:
         return self.state.n
 
     def __getitem__(self, key: Key) -> Polynomial:
-        """Return one coefficient: ("k_z", i, j), ("k_C", i, pair), ("k_D", i, j), ("k_G", i), ("K",) or ("P",)."""
+        """Return one coefficient: ("k_z", i, j), ("k_C", i, pair), ("k_D", i, j), ("k_G", i), ("K",) or ("P",).
+
+        Raises:
+            DerivationError: there is no such coefficient; indices count from 0 and are not negative.
+        """
+        _check_key(key, self.n)
         name, *index = key
         table = {"k_z": self.M, "k_C": self.k_C, "k_D": self.k_D, "k_G": self.k_G, "K": self.K, "P": self.P}
         value = table[name]
@@ -95,12 +103,33 @@ class ClosedForm:
         return Compactor(self.ring, self.parallel)
 
 
+def _check_key(key: object, n: int) -> None:
+    """Raise DerivationError unless `key` is that of a coefficient of a mechanism with n coordinates."""
+    sizes = {"k_z": (n, n), "k_C": (n, n * (n - 1) // 2), "k_D": (n, n), "k_G": (n,), "K": (), "P": ()}
+    name, *index = key if isinstance(key, tuple) and key else (key,)
+    shape = sizes.get(name) if isinstance(name, str) else None
+    if shape is None or len(index) != len(shape):
+        fits = False
+    else:
+        fits = all(isinstance(i, int) and 0 <= i < size for i, size in zip(index, shape, strict=True))
+    if not fits:
+        pairs = f"pair in 0..{n * (n - 1) // 2 - 1}" if n > 1 else "no pair, as one coordinate has none"
+        raise DerivationError(
+            f"there is no coefficient {key!r}; give ('k_z', i, j), ('k_C', i, pair), ('k_D', i, j), ('k_G', i), "
+            f"('K',) or ('P',), with i and j in 0..{n - 1} and {pairs}"
+        )
+
+
 def closed_form(scene: Scene) -> ClosedForm:
     """Return the closed forms of a scene.
 
     Raises:
-        DerivationError: a coordinate stands in a function or a denominator, so there is no trigonometric polynomial.
+        DerivationError: a coordinate stands in a function or a denominator, so there is no trigonometric polynomial;
+            or there are more terms than anyone reads.
     """
+    entries = len(scene.coordinates) ** 2 * (len(scene.coordinates) - 1) // 2
+    if entries > MOST_TERMS:
+        raise too_long(scene, f"k_C alone has {entries} entries")
     graph = Graph()
     for parameter in scene.parameters:
         graph.symbol(parameter.name)  # first, so that forms print them in declared order and before coordinates
@@ -121,12 +150,22 @@ def closed_form(scene: Scene) -> ClosedForm:
     M = [[ring.zero] * state.n for _ in range(state.n)]
     for body in massive:
         _add_body(M, body, ring, found, state.q)
+        if (terms := sum(len(M[i][j]) for i, j in _square(state.n) if i <= j)) > MOST_TERMS:
+            raise too_long(scene, f"k_z alone has more than {terms} terms")
     P = found[potential]
     k_C, k_D = _christoffel(M, ring, state)
     k_G = tuple(ring.derivative(P, q) for q in state.q)
     half = ring.one / 2
     K = half * sum((M[i][j] * found[state.qd[i]] * found[state.qd[j]] for i, j in _square(state.n)), ring.zero)
     return ClosedForm(scene, ring, state, parallel, tuple(map(tuple, M)), k_D, k_C, k_G, K, P)
+
+
+def too_long(scene: Scene, found: str) -> DerivationError:
+    """Return the error for closed forms that nobody could read; `found` says how long they are."""
+    return DerivationError(
+        f"the closed form of {scene.name} is too long to be of use: {found}, and {MOST_TERMS} is the limit; "
+        "symdyn generate writes NumPy and C code, which grows with the number of joints only"
+    )
 
 
 def _square(n: int) -> list[tuple[int, int]]:
@@ -250,8 +289,9 @@ def coefficient_names(closed: ClosedForm) -> list[Key]:
 
 def coefficient_form(closed: ClosedForm, key: Key) -> Form:
     """Return one coefficient as short as the ring can write it; K as Σ k_z,ij q̇_i q̇_j / 2, ordered by velocities."""
+    value = closed[key]
     if key[0] != "K":
-        return closed.compactor(closed[key])
+        return closed.compactor(value)
     terms = []
     for i in range(closed.n):
         for j in range(i, closed.n):
