@@ -16,9 +16,10 @@ from fractions import Fraction
 from math import gcd, lcm
 
 from symdyn.algebra.collect import SMALL, Item, Words, content, partition, take_out
-from symdyn.algebra.form import Form, Function, Number, Pi, Power, Symbol, form_of, power_of, product_of, sum_of
-from symdyn.algebra.sums_of_angles import Angle, AngleGroup, Factor, Monomial, Poly, SumFinder
+from symdyn.algebra.form import ONE, Form, Function, Number, Pi, Power, Symbol, form_of, power_of, product_of, sum_of
+from symdyn.algebra.sums_of_angles import AngleGroup, SumFinder
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
+from symdyn.algebra.waves import Angle, Factor, Monomial
 from symdyn.graph import Expr, Op
 
 Powers = tuple[tuple[int, int], ...]  # ((generator, power), …), ascending
@@ -183,10 +184,8 @@ def _multiple(coefficient: Fraction, node: Expr | None) -> Form:
         return Number(coefficient)
     if node.op is not Op.PI:
         return product_of((Number(coefficient), form_of(node)))
-    below = power_of(Number(Fraction(coefficient.denominator)), -1)
-    return product_of(
-        (Number(Fraction(coefficient.numerator)), Pi(), *([below] if coefficient.denominator > 1 else []))
-    )
+    p, q = (Number(Fraction(x)) for x in coefficient.as_integer_ratio())
+    return product_of((p, Pi()) if q == ONE else (p, Pi(), power_of(q, -1)))
 
 
 def _scaled(terms: Sequence[tuple[Monomial, Fraction]]) -> tuple[Fraction, Key]:

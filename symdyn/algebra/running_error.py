@@ -44,7 +44,7 @@ SLOPES: dict[Op, Callable[..., tuple[Any, ...]]] = {  # z = f(x, …)  ->  (|dz/
 class RunningErrors:
     """Big floats that know how far a shorter arithmetic may be off."""
 
-    def __init__(self, numbers: BigFloats, roundoff: float, function_roundoff: float) -> None:
+    def __init__(self, numbers: BigFloats, roundoff: Any, function_roundoff: Any) -> None:
         """Analyse an arithmetic over exact enough `numbers`.
 
         Args:

@@ -36,7 +36,7 @@ from symdyn.algebra.generators import (
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable
 
-MOST_PRODUCTS = 20_000_000  # a 7-axis arm with ten symbolic inertial parameters a link takes 16 thousand
+MOST_PRODUCTS = 5_000_000  # a 7-axis arm with ten symbolic inertial parameters a link takes 16 thousand
 
 Polynomial = Any  # flint.fmpq_mpoly, which carries no type hints
 Pair = tuple[Polynomial, Polynomial]  # cosine and sine
@@ -159,7 +159,7 @@ class TrigonometricRing:
                 return quotient
             numerator, b = self._rationalise(b)
             a = self.normal(a * numerator)
-        factor, powers = b.term_content(), ()
+        factor = b.term_content()
         leading = b.leading_coefficient()
         rest = b / (factor * (leading / factor.leading_coefficient()))
         powers = factor.degrees() if not factor.is_constant() else ()
@@ -209,17 +209,11 @@ class TrigonometricRing:
             raise DerivationError(f"sqrt({value}) is not real; only roots of non-negative numbers have a closed form")
         product = self.constant(Fraction(1, value.denominator))
         for prime in prime_factors(value):
-            product = self.normal(product * self._radical(prime))
+            product = self.normal(product * self._gens[self._index["root", None, prime]])
         return product
 
-    def _radical(self, p: int) -> Polynomial:
-        return self._gens[self._index["root", None, p]]
-
-    def _power_of_unity(self, k: int) -> Pair:
-        """Return cosine and sine of k π/12."""
-        return self._cosine(k % 24), self._cosine((k - 6) % 24)
-
     def _cosine(self, k: int) -> Polynomial:
+        """Return the cosine of k π/12, 0 <= k < 24."""
         k = min(k, 24 - k)
         if k > 6:
             return -self._cosine(12 - k)
@@ -228,7 +222,7 @@ class TrigonometricRing:
             if quarters:
                 root = self.one
                 for p in prime_product:
-                    root = root * self._radical(p)
+                    root = root * self._gens[self._index["root", None, p]]
                 total += root * quarters / 4
         return total
 
@@ -237,7 +231,7 @@ class TrigonometricRing:
         if angle in self._pairs:
             return self._pairs[angle]
         exact, parts = read_angle(angle, self._totals)
-        pair = self._power_of_unity(exact)
+        pair = self._cosine(exact % 24), self._cosine((exact - 6) % 24)
         for atom, coefficient in parts:
             unit = unit_of(coefficient, self._units[atom])
             c, s = (self._gens[self._circle[kind, atom, unit]] for kind in ("cos", "sin"))

@@ -94,7 +94,7 @@ def show(facts: dict[str, Any]) -> None:
         label = f"{joint['child']}  ({joint['name']}: {joint['type']}"
         label += f", {joint['coordinate']} in {joint['unit']})" if joint["coordinate"] else ")"
         branches[joint["child"]] = branches[joint["parent"]].add(label)
-    Console(highlight=False, markup=False).print(branches["ground"])
+    Console(highlight=False, markup=False, emoji=False).print(branches["ground"])
     print()
     if facts["parameters"]:
         rows = [(p["name"], p["value"] or "free", p["unit"], p["text"]) for p in facts["parameters"]]

@@ -22,20 +22,16 @@ from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Symbol, power_of, product_of, sum_of, terms_of
 from symdyn.algebra.sums_of_angles import AngleGroup, total_angles
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
+from symdyn.dynamics.coefficient_key import MOST_TERMS, Key, check_key, too_long
 from symdyn.dynamics.parallel import angle_groups
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import State, joint_motion, placement, state_symbols, vector
-from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import GROUND, Body, Joint, Scene, express
 from symdyn.spatial import Inertia, Transform, add_matrices, apply, dot, no_inertia, point_inertia, symmetric
 
 Row = tuple[Polynomial, ...]
 Matrix = tuple[Row, ...]
-
-MOST_TERMS = 100_000
-
-Key = tuple[Any, ...]  # name and indices from 0, such as ("k_z", 0, 1)
 
 
 @dataclass(frozen=True)
@@ -76,7 +72,7 @@ class ClosedForm:
         Raises:
             DerivationError: there is no such coefficient; indices count from 0 and are not negative.
         """
-        _check_key(key, self.n)
+        check_key(key, self.n)
         name, *index = key
         table = {"k_z": self.M, "k_C": self.k_C, "k_D": self.k_D, "k_G": self.k_G, "K": self.K, "P": self.P}
         value = table[name]
@@ -101,23 +97,6 @@ class ClosedForm:
     def compactor(self) -> Compactor:
         """What turns coefficients into forms; it remembers the parts that coefficients share."""
         return Compactor(self.ring, self.parallel)
-
-
-def _check_key(key: object, n: int) -> None:
-    """Raise DerivationError unless `key` is that of a coefficient of a mechanism with n coordinates."""
-    sizes = {"k_z": (n, n), "k_C": (n, n * (n - 1) // 2), "k_D": (n, n), "k_G": (n,), "K": (), "P": ()}
-    name, *index = key if isinstance(key, tuple) and key else (key,)
-    shape = sizes.get(name) if isinstance(name, str) else None
-    if shape is None or len(index) != len(shape):
-        fits = False
-    else:
-        fits = all(isinstance(i, int) and 0 <= i < size for i, size in zip(index, shape, strict=True))
-    if not fits:
-        pairs = f"pair in 0..{n * (n - 1) // 2 - 1}" if n > 1 else "no pair, as one coordinate has none"
-        raise DerivationError(
-            f"there is no coefficient {key!r}; give ('k_z', i, j), ('k_C', i, pair), ('k_D', i, j), ('k_G', i), "
-            f"('K',) or ('P',), with i and j in 0..{n - 1} and {pairs}"
-        )
 
 
 def closed_form(scene: Scene) -> ClosedForm:
@@ -158,14 +137,6 @@ def closed_form(scene: Scene) -> ClosedForm:
     half = ring.one / 2
     K = half * sum((M[i][j] * found[state.qd[i]] * found[state.qd[j]] for i, j in _square(state.n)), ring.zero)
     return ClosedForm(scene, ring, state, parallel, tuple(map(tuple, M)), k_D, k_C, k_G, K, P)
-
-
-def too_long(scene: Scene, found: str) -> DerivationError:
-    """Return the error for closed forms that nobody could read; `found` says how long they are."""
-    return DerivationError(
-        f"the closed form of {scene.name} is too long to be of use: {found}, and {MOST_TERMS} is the limit; "
-        "symdyn generate writes NumPy and C code, which grows with the number of joints only"
-    )
 
 
 def _square(n: int) -> list[tuple[int, int]]:

@@ -74,6 +74,7 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         carrier, place = home[joint.parent]
         place = place @ placement(joint.origin, graph)
         if joint.coordinate:
+            assert JOINTS[joint.type].nv == 1, f"{joint.type}: the tree carries one velocity a joint so far"
             parent.append(carrier)
             T.append(place @ joint_motion(joint, graph))
             S.append(JOINTS[joint.type].subspace(unit_axis(joint, graph))[0])

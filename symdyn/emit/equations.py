@@ -11,15 +11,8 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from symdyn.algebra.form import MINUS_ONE, Form, Power, Symbol, form_of, product_of, split_sign, sum_of, terms_of
-from symdyn.dynamics.closed_form import (
-    MOST_TERMS,
-    ClosedForm,
-    Key,
-    closed_form,
-    coefficient_form,
-    coefficient_names,
-    too_long,
-)
+from symdyn.dynamics.closed_form import ClosedForm, closed_form, coefficient_form, coefficient_names
+from symdyn.dynamics.coefficient_key import MOST_TERMS, Key, too_long
 from symdyn.emit.formula_text import shortened
 from symdyn.errors import EmitError
 from symdyn.graph import Graph
@@ -146,7 +139,8 @@ def printable(scene: Scene | ClosedForm, short: bool = False) -> Printable:
 
     keys = coefficient_names(closed)
     if (terms := sum(len(closed[key]) for key in keys)) > MOST_TERMS:
-        raise too_long(scene, f"its coefficients have {terms} terms")
+        one = "; symdyn.closed_form(scene).sympy('k_z', 0, 0) gives a single coefficient in Python"
+        raise too_long(scene, f"its coefficients have {terms} terms", one)
     rates = _rates(closed)
     rows: list[list[Coefficient]] = [[] for _ in scene.moving]
     for key in keys:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from dataclasses import dataclass
 
 from symdyn.scene import Scene, acceleration_name, velocity_name
@@ -107,14 +108,15 @@ def _declared(latex: str) -> PrintName:
     return PrintName(parts[1], parts[2] or parts[3]) if parts else PrintName(latex)
 
 
-RAISED = str.maketrans({raised: plain for raised, plain in zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-", strict=True)})
-LETTERS = {"°": r"{}^{\circ}", "%": r"\%", "µ": r"\mu ", "μ": r"\mu ", "Ω": r"\Omega ", "Ω": r"\Omega "}
-UNIT = re.compile(r"([A-Za-z°%µμΩΩ]+)(?:(?:\^|\*\*)?(-?\d+))?|([/()1])|[*·⋅ ]")
+RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+LETTERS = {"°": r"{}^{\circ}", "%": r"\%", "μ": r"\mu ", "Ω": r"\Omega "}
+UNIT = re.compile(rf"([A-Za-z{''.join(LETTERS)}]+)(?:(?:\^|\*\*)?(-?\d+))?|([/()1])|[*·⋅ ]")
 
 
 def latex_unit(unit: str) -> str:
     r"""Return a unit such as "kg m^2", "m/s²" or "N·m/(rad s)" upright, with thin spaces; other text as it stands."""
     plain = re.sub("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", lambda raised: f"^{raised[0].translate(RAISED)}", unit)
+    plain = unicodedata.normalize("NFKC", plain)  # one µ, one Ω
     text, at = "", 0
     while at < len(plain):
         token = UNIT.match(plain, at)

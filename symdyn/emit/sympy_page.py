@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from symdyn.algebra.form import Form, product_of, sum_of, symbols_of
+from symdyn.algebra.form import Form, symbols_of
 from symdyn.algebra.sympy_algebra import NAMES, form_to_sympy, sympy_text
 from symdyn.emit.equations import KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.text_page import coefficient_name
 from symdyn.scene import acceleration_name, velocity_name
 
 WORDS = ("symbols", "Eq", "Matrix", "Rational", "pi", *NAMES.values())
+
+Names = Mapping[tuple[str, tuple[int, ...]], str]  # variable of a coefficient, by kind and indices
 
 
 class _Variables:
@@ -88,7 +90,7 @@ def _coefficients(
             yield f"{' = '.join(zero)} = 0"
 
 
-def _named(page: Printable, variables: _Variables, names: Mapping[tuple[str, tuple[int, ...]], str]) -> Iterator[str]:
+def _named(page: Printable, variables: _Variables, names: Names) -> Iterator[str]:
     """Yield the equations with coefficients by name."""
 
     def term(c: Coefficient) -> str:
