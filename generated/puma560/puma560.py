@@ -25,7 +25,7 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
         gravity forces g(q) = dP/dq
         lagrange; 26 mul, 16 add, 4 sincos
 
-    coriolis_matrix(q, qd) -> C, shape (6, 6); N m s or N s per unit of velocity
+    coriolis_matrix(q, qd) -> C, shape (6, 6); N m or N per unit of velocity
         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
         crba; 405 mul, 350 add, 5 sincos
 
@@ -45,11 +45,11 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
         inertia coefficients k_z of qdd_j, which is M(q)
         crba; 128 mul, 108 add, 5 sincos
 
-    k_C(q) -> k_C, shape (6, 15); N m s^2 or N s^2 per unit of velocity squared
+    k_C(q) -> k_C, shape (6, 15); N m or N per unit of velocity squared
         Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order
         crba; 247 mul, 229 add, 5 sincos
 
-    k_D(q) -> k_D, shape (6, 6); N m s^2 or N s^2 per unit of velocity squared
+    k_D(q) -> k_D, shape (6, 6); N m or N per unit of velocity squared
         centrifugal coefficients k_D of qd_j^2
         crba; 201 mul, 167 add, 5 sincos
 
@@ -895,7 +895,7 @@ def coriolis_matrix(q, qd):
         qd: joint velocities, shape (..., 6); rad/s.
 
     Returns:
-        C, shape (..., 6, 6); N m s or N s per unit of velocity.
+        C, shape (..., 6, 6); N m or N per unit of velocity.
 
     crba; 405 mul, 350 add, 5 sincos.
     """
@@ -1600,7 +1600,7 @@ def k_C(q):
         q: joint positions, shape (..., 6); rad.
 
     Returns:
-        k_C, shape (..., 6, 15); N m s^2 or N s^2 per unit of velocity squared.
+        k_C, shape (..., 6, 15); N m or N per unit of velocity squared.
 
     crba; 247 mul, 229 add, 5 sincos.
     """
@@ -1878,7 +1878,7 @@ def k_D(q):
         q: joint positions, shape (..., 6); rad.
 
     Returns:
-        k_D, shape (..., 6, 6); N m s^2 or N s^2 per unit of velocity squared.
+        k_D, shape (..., 6, 6); N m or N per unit of velocity squared.
 
     crba; 201 mul, 167 add, 5 sincos.
     """

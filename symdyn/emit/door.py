@@ -39,6 +39,6 @@ def emit(program: Program, target: str = "numpy", real: str = "double", command:
 
 def _command(program: Program, target: str, real: str) -> str:
     """Return the command line that makes the same files."""
-    functions = ",".join(routine.function.name for routine in program.routines)
+    functions = ",".join(routine.function.request or routine.function.name for routine in program.routines)
     precision = "" if real == "double" else f" --real {real}"
-    return f"symdyn generate {program.scene.name} --target {target}{precision} --functions {functions}"
+    return f"symdyn generate {program.scene.name}.toml --target {target}{precision} --functions {functions}"
