@@ -49,7 +49,7 @@ REFUSED = {
     "'m~1'": "holds ~",
     r"'a \\ b'": "holds \\",
     "'m\\'": "holds \\",
-    '"a\\nb"': "holds a line break or a character that is not ASCII",
+    '"a\\nb"': "holds a line break or another unprintable character",
     "'κ'": "holds a line break or a character that is not ASCII",
     "''": "is empty",
 }

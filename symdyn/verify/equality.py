@@ -91,7 +91,7 @@ def prove(
     findings = []
     for claim in claims:
         flags = _agreement(claim, fields, wanted) if claim in exact else None
-        limit = bound(claim.left, claim.right, wanted) if flags and all(flags) else None
+        limit = bound(claim.left, claim.right, wanted) if flags is not None and all(flags) else None
         error = limit.error_log10(wanted, primes, points) if limit else 0.0
         findings.append(_judge(claim, flags, limit.degree if limit else 0, error, positive))
     return fields, findings
