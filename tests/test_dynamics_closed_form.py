@@ -164,7 +164,7 @@ def test_one_degree_reads_as_one_degree() -> None:
 
 
 def test_equal_odd_tilts_forth_and_back_are_parallel_axes() -> None:
-    scene = tilted("['7 deg', 0, 0]", "['12.5 deg', 0.3, 0]", "[0, -0.3, 0]", "['-12.5 deg', 0, 0]")
+    scene = tilted("['7 deg', 0, 0]", "['12.5 deg', 0.3, 0]", "['-12.5 deg', 0, 0]", "[0, -0.3, 0]")
     first, *middle, last = scene.joints
     welds = [replace(joint, type="fixed", coordinate="") for joint in middle]
 

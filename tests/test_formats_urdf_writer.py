@@ -23,7 +23,7 @@ from symdyn.scene.formats.xml import parse_xml
 from symdyn.scene.model import STANDARD_GRAVITY
 from symdyn.scene.quantity import ZERO
 from symdyn.scene.reading import ReadOptions
-from symdyn.verify.equality import DIFFERENT, NUMERICAL, PROVED, Claim, prove
+from symdyn.verify.equality import DIFFERENT, PROVED, Claim, prove
 
 ARM = Path(__file__).parent / "data" / "gripper_arm.urdf"
 

@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from symdyn.emit.symbols import latex_symbols
 from symdyn.errors import SceneError
 from symdyn.scene import Scene
 from symdyn.scene.names import check_latex
@@ -38,6 +39,10 @@ def test_what_stands_in_a_formula_is_taken(latex: str) -> None:
     assert pendulum(f"'''{latex}'''").parameters[0].latex == latex
 
 
+def test_an_empty_text_is_as_good_as_none() -> None:
+    assert latex_symbols(pendulum("''"))["k"] == "k"
+
+
 REFUSED = {
     "'m_{1'": "has braces that do not pair",
     "'m}_{1'": "has braces that do not pair",
@@ -49,9 +54,9 @@ REFUSED = {
     "'m~1'": "holds ~",
     r"'a \\ b'": "holds \\",
     "'m\\'": "holds \\",
-    '"a\\nb"': "holds a line break or another unprintable character",
+    '"a\\nb"': "holds a line break",
     "'κ'": "holds a line break or a character that is not ASCII",
-    "''": "is empty",
+    "' '": "is empty",
 }
 
 

@@ -4,7 +4,7 @@ An angle is a multiple of π/12, which has an exact sine, plus multiples of atom
 1 rad (None) or π itself, and has one unit or more, each with a sine and a cosine of its own:
 
     coordinates, parameters    the greatest common divisor of coefficients that are small multiples of it: q/2 and q
-                               share the unit ½, q and 100 q do not
+                               share the unit ½; q and 100 q do not, and 101 q is their sum
     constants                  one unit for each angle that occurs, 0.3 rad, π/180; π up to quarter turns and sign
 """
 
@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import gcd, lcm
+from math import gcd, inf, lcm
 
 from symdyn.errors import DerivationError
 from symdyn.graph import FUNCTIONS, Expr, Op, linear_form, reachable
@@ -87,11 +87,12 @@ def _units(sizes: Sequence[Fraction], constant: bool) -> tuple[Fraction, ...]:
     if constant:
         return tuple(dict.fromkeys(sizes))
     groups: list[list[Fraction]] = []
-    for size in dict.fromkeys(sizes):
+    for size in sorted(dict.fromkeys(sizes)):
         home = next((g for g in groups if max(*g, size) <= MOST * _divisor([*g, size])), None)
-        if home is None:
-            groups.append(home := [])
-        home.append(size)
+        if home is not None:
+            home.append(size)
+        elif _length(split_by_units(size, [_divisor(g) for g in groups])) > MOST:
+            groups.append([size])
     return tuple(map(_divisor, groups))
 
 
@@ -101,11 +102,22 @@ def _divisor(sizes: Sequence[Fraction]) -> Fraction:
     return Fraction(gcd(*(int(size * scale) for size in sizes)), scale)
 
 
-def unit_of(coefficient: Fraction, units: Sequence[Fraction]) -> Fraction:
-    """Return the greatest unit that divides a coefficient."""
-    fitting = [unit for unit in units if (coefficient / unit).denominator == 1]
-    assert fitting, f"an angle of {coefficient} was not announced to this ring"
-    return max(fitting)
+Split = list[tuple[Fraction, int]] | None  # Σ unit · count, None for an angle that is none
+
+
+def split_by_units(coefficient: Fraction, units: Sequence[Fraction]) -> Split:
+    """Return coefficient = count · unit or, from the greatest unit on, Σ count · unit: the shortest that is found."""
+    found: list[Split] = [[(unit, int(coefficient / unit))] for unit in units if (coefficient / unit).denominator == 1]
+    greedy, rest = [], coefficient
+    for unit in sorted(units, reverse=True):
+        if count := round(rest / unit):
+            greedy.append((unit, count))
+            rest -= count * unit
+    return min([*found, *([] if rest else [greedy])], key=_length, default=None)
+
+
+def _length(split: Split) -> float:
+    return inf if split is None else sum(abs(count) for _, count in split)
 
 
 def choose_generators(nodes: Sequence[Expr], units: Units, order: int) -> Iterable[Generator]:

@@ -31,7 +31,7 @@ from symdyn.algebra.generators import (
     prime_factors,
     read_angle,
     refuse_variables,
-    unit_of,
+    split_by_units,
 )
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable
@@ -159,8 +159,7 @@ class TrigonometricRing:
                 return quotient
             numerator, b = self._rationalise(b)
             a = self.normal(a * numerator)
-        factor = b.term_content()
-        leading = b.leading_coefficient()
+        factor, leading = b.term_content(), b.leading_coefficient()
         rest = b / (factor * (leading / factor.leading_coefficient()))
         powers = factor.degrees() if not factor.is_constant() else ()
         a = a / leading
@@ -233,10 +232,12 @@ class TrigonometricRing:
         exact, parts = read_angle(angle, self._totals)
         pair = self._cosine(exact % 24), self._cosine((exact - 6) % 24)
         for atom, coefficient in parts:
-            unit = unit_of(coefficient, self._units[atom])
-            c, s = (self._gens[self._circle[kind, atom, unit]] for kind in ("cos", "sin"))
-            for _ in range(int(abs(coefficient) / unit)):
-                pair = self.turned(pair, (c, s if coefficient > 0 else -s))
+            split = split_by_units(coefficient, self._units[atom])
+            assert split is not None, f"{angle} was not announced to this ring"
+            for unit, count in split:
+                c, s = self._gens[self._circle["cos", atom, unit]], self._gens[self._circle["sin", atom, unit]]
+                for _ in range(abs(count)):
+                    pair = self.turned(pair, (c, s if count > 0 else -s))
         self._pairs[angle] = pair
         return pair
 

@@ -84,7 +84,7 @@ def latex_symbols(scene: Scene) -> dict[str, str]:
     taken: set[str] = set()
 
     def enter(name: str, latex: str | None = None) -> PrintName:
-        shown = print_name(name) if latex is None else _declared(latex)
+        shown = _declared(latex) if latex else print_name(name)
         if str(shown) in taken:
             shown = PrintName(f"\\mathtt{{{escape(name)}}}")
         taken.add(str(shown))

@@ -45,7 +45,7 @@ def _paragraphs(page: Printable, group: str) -> Iterator[str]:
         yield from _coefficients(page)
     elif group == "textbook":
         for row, right in zip(page.rows, page.right, strict=True):
-            yield _wrapped(text_of(right), f" {BREAK}".join(_named_terms(row)) or "0")
+            yield _wrapped(broken_text(right), f" {BREAK}".join(_named_terms(row)) or "0")
         yield ""
         yield from _coefficients(page)
     elif group == "matrix":

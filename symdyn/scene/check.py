@@ -92,7 +92,7 @@ def _names(draft: Draft, faults: Faults) -> None:
             if family == "frame" and name == GROUND:
                 faults.add(where, "ground is the name of what does not move; choose another")
     for where, parameter in zip(draft.where["parameters"], scene.parameters, strict=True):
-        fault = None if parameter.latex is None else check_latex(parameter.latex)
+        fault = check_latex(parameter.latex) if parameter.latex else None
         if fault:
             faults.add(where, f"latex = {shorten(repr(parameter.latex))} {fault}")
     for where, joint in zip(draft.where["joints"], scene.joints, strict=True):
