@@ -11,7 +11,6 @@ from mpmath import MPContext
 from symdyn.algebra.numeric import Arithmetic
 from symdyn.graph import Expr, Op
 
-
 LARGEST = 1_000_000  # bits
 
 
