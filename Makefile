@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test lint types doctest golden closed-forms bench clean
+.PHONY: demo test slow lint types doctest golden closed-forms bench clean
 
 demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 560 modules
 	$(BIN)/symdyn equations examples/two_link.toml
@@ -16,7 +16,8 @@ demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 56
 test: $(READY)  ## everything that must hold
 	$(BIN)/python -m pytest
 
-slow: $(READY)  ## what takes minutes
+slow: $(READY)  ## what takes minutes: every robot of example-robot-data against Pinocchio
+	$(BIN)/python -m pip install --quiet -e '.[dev,mjcf,robots]'
 	$(BIN)/python -m pytest -m slow
 
 lint: $(READY)

@@ -33,5 +33,9 @@ class BuildError(SymdynError):
     """A compiler that is missing or that refused; carries the compiler's own words."""
 
 
+class MissingCompiler(BuildError):  # noqa: N818  what is missing, not what went wrong
+    """There is no C compiler on this machine."""
+
+
 class VerifyError(SymdynError):
     """A certificate that cannot be made."""

@@ -20,7 +20,7 @@ from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
 G = Graph()
 Q1, Q2, Q3, M, L = (G.symbol(name) for name in ("q1", "q2", "q3", "m", "l"))
 PI, S, C, ROOT = G.pi, G.sin, G.cos, G.sqrt
-RADIAN = G.constant(Fraction(3, 10))
+RADIAN, DEGREE = G.constant(Fraction(3, 10)), PI / 180
 
 ZEROS = {
     "addition formula": C(Q1 + Q2) - C(Q1) * C(Q2) + S(Q1) * S(Q2),
@@ -30,10 +30,12 @@ ZEROS = {
     "fifteen degrees": S(Q1 + PI / 12) - (ROOT(6) + ROOT(2)) / 4 * S(Q1) - (ROOT(6) - ROOT(2)) / 4 * C(Q1),
     "a numeric angle": S(Q1 + RADIAN) * S(Q1 + RADIAN) + C(Q1 + RADIAN) * C(Q1 + RADIAN) - 1,
     "an angle parameter": C(Q1 + M) - C(Q1) * C(M) + S(Q1) * S(M),
-    "36 degrees": C(PI / 5) - (1 + ROOT(5)) / 4,
-    "22.5 degrees": 4 * C(PI / 8) * C(PI / 8) - 2 - ROOT(2),
-    "a seventh of a turn": C(PI / 7) * C(2 * PI / 7) * C(3 * PI / 7) - G.one / 8,
-    "a Gauss sum": ROOT(7) - 2 * (S(2 * PI / 7) + S(4 * PI / 7) - S(6 * PI / 7)),
+    "one degree more": S(Q1 + DEGREE) - S(Q1) * C(DEGREE) - C(Q1) * S(DEGREE),
+    "a degree squared": S(DEGREE) * S(DEGREE) + C(DEGREE) * C(DEGREE) - 1,
+    "a complement": C(3 * PI / 8) - S(PI / 8),
+    "beyond a quarter turn": C(Q1 + 3 * PI / 8) - S(PI / 8) * C(Q1) + C(PI / 8) * S(Q1),
+    "degrees and radians together": C(DEGREE + RADIAN) - C(DEGREE) * C(RADIAN) + S(DEGREE) * S(RADIAN),
+    "gear ratio 1:100": C(101 * Q1) - C(100 * Q1) * C(Q1) + S(100 * Q1) * S(Q1),
     "roots of composites": ROOT(6) - ROOT(2) * ROOT(3),
     "an irrational denominator": 1 / (1 + ROOT(2)) - ROOT(2) + 1,
     "an irrational cosine below": 1 / C(PI / 8) * C(PI / 8) - 1,
@@ -64,10 +66,49 @@ def test_what_does_not_vanish_is_not_zero(name: str) -> None:
     assert not ring.is_zero(value)
 
 
+UNKNOWN = {
+    "36 degrees": C(PI / 5) - (1 + ROOT(5)) / 4,
+    "22.5 degrees": 4 * C(PI / 8) * C(PI / 8) - 2 - ROOT(2),
+    "twice one degree": S(2 * DEGREE) - 2 * S(DEGREE) * C(DEGREE),
+    "twice 0.3 rad": C(2 * RADIAN) - 2 * C(RADIAN) * C(RADIAN) + 1,
+}
+
+
+@pytest.mark.parametrize("name", UNKNOWN)
+def test_relations_between_odd_constant_angles_stay_as_terms_whose_value_is_zero(name: str) -> None:
+    ring, value = over_ring(UNKNOWN[name])
+
+    assert not ring.is_zero(value)
+    assert float_value(express_form(Compactor(ring)(value), G)) == pytest.approx(0, abs=1e-14)
+
+
+def test_every_odd_angle_has_a_sine_of_its_own_and_usual_angles_have_none() -> None:
+    node = S(Q1 + DEGREE) + S(2 * Q1 + 7 * DEGREE) + C(Q2 + RADIAN) + C(Q2 + RADIAN * 7 / 5) + S(Q2 + PI / 12)
+    ring, _ = over_ring(node)
+    sines = [(g.node, g.unit) for g in ring.generators if g.kind == "sin"]
+
+    assert sorted(unit for atom, unit in sines if atom is PI) == [Fraction(1, 180), Fraction(7, 180)]
+    assert sorted(unit for atom, unit in sines if atom is None) == [Fraction(3, 10), Fraction(21, 50)]
+    assert sorted(str(atom) for atom, _ in sines if atom not in (None, PI)) == ["q1", "q2"]
+
+
+def test_coefficients_of_one_coordinate_share_a_sine_while_they_are_small_multiples() -> None:
+    ring, _ = over_ring(S(Q1) + S(3 * Q1 / 2) + S(100 * Q1) + S(99 * Q1))
+
+    assert [g.unit for g in ring.generators if g.kind == "sin"] == [Fraction(1, 2), 99]
+
+
+def test_a_product_that_nobody_could_read_is_refused_before_it_is_made() -> None:
+    total = G.total(G.symbol(f"a{k}") for k in range(20))
+    fourth = total * total * (total * total)
+    with pytest.raises(DerivationError, match=r"too long to be of use: .* symdyn generate writes NumPy and C"):
+        over_ring(fourth * fourth)
+
+
 def random_node(rng: random.Random, depth: int) -> Expr:
     """Return a random trigonometric polynomial with multiples of π, roots, sums of angles and bare coordinates."""
     leaves: list[Callable[[], Expr]] = [
-        lambda: S(rng.choice([Q1, Q1 + Q2, Q2 - Q3, 2 * Q3 + PI / 3, Q2 / 2])),
+        lambda: S(rng.choice([Q1, Q1 + Q2, Q2 - Q3, 2 * Q3 + PI / 3, Q2 / 2, Q2 + DEGREE, 20 * Q2])),
         lambda: C(rng.choice([Q1, Q2 + Q3, Q1 + Q2 + Q3, Q3 + PI / 4, Q2 / 2 - Q1])),
         lambda: rng.choice([M, L, Q3, ROOT(3), 1 / M, PI]),
         lambda: G.constant(Fraction(rng.randint(-5, 5), rng.randint(1, 4))),

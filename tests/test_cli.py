@@ -130,3 +130,20 @@ def test_an_interrupted_run_leaves_one_line(monkeypatch: pytest.MonkeyPatch, cap
 
     assert main(["info", "x.toml"]) == 130
     assert capsys.readouterr().err == "symdyn: interrupted\n"
+
+
+def test_a_body_called_b_is_no_emoji(tmp_path: Path, capsys: Capture) -> None:
+    scene = tmp_path / "one.toml"
+    scene.write_text(
+        '[bodies.b]\nmass = 1\ncom = [1, 0, 0]\n[joints.j]\ntype = "revolute"\nparent = "ground"\nchild = "b"\n'
+    )
+
+    assert main(["verify", str(scene)]) == 0
+    assert "jacobian:b: recursive = differentiation" in capsys.readouterr().out
+
+
+def test_an_unbalanced_quote_in_cc_is_one_message(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    monkeypatch.setenv("CC", '"gcc')
+
+    assert main(["verify", str(EXAMPLES / "pendulum.toml"), "--functions", "mass_matrix"]) == 1
+    assert "is no command line" in capsys.readouterr().out

@@ -15,8 +15,11 @@ from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics.christoffel import christoffel
 from symdyn.dynamics.closed_form import ClosedForm, closed_form, coefficient_names
 from symdyn.dynamics.lagrange import energies, gravity_forces, mass_matrix
+from symdyn.emit.formula_text import text_of
+from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import Scene, number, read, with_symbolic_inertia
+from symdyn.scene import Scene, express, number, parse, read, with_symbolic_inertia
+from symdyn.scene.toml import read_text
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 SMALL = ["pendulum", "two_link", "cart_pole", "double_pendulum", "scara"]
@@ -110,6 +113,96 @@ def test_a_compact_form_equals_the_normal_form_in_the_ring(name: str) -> None:
     for key in coefficient_names(closed):
         node = express_form(closed.form(*key), graph)
         assert ring.is_zero(evaluate([node], ring, ring.values([node]))[0] - closed[key]), key
+
+
+def tilted(*tilts: str) -> Scene:
+    """Return an arm of heavy bodies whose joint frames are tilted by roll, pitch, yaw, as in a robot file."""
+    lines = ["gravity = [0, 0, '-g']", "[parameters]", "g = { value = 9.81 }"]
+    for i, rpy in enumerate(tilts, 1):
+        lines += [f"[bodies.b{i}]", "mass = 1.3", "com = [0.1, 0.2, 0.3]", "inertia_about = 'com'"]
+        lines += ["inertia = { xx = 0.1, yy = 0.2, zz = 0.25, xy = 0.01, xz = 0.02, yz = 0.03 }"]
+        lines += [f"[joints.j{i}]", "type = 'revolute'", f"child = 'b{i}'", f"coordinate = 'q{i}'", "axis = [0, 0, 1]"]
+        lines += [
+            f"parent = '{f'b{i - 1}' if i > 1 else 'ground'}'",
+            f"origin = {{ xyz = [0.1, 0, 0.4], rpy = {rpy} }}",
+        ]
+    return read_text("name = 'tilted'\n" + "\n".join(lines), "tilted.toml")
+
+
+TILTS = {
+    "1 degree": ["['1 deg', 0, 0]"],
+    "12.5 and 33 degrees": ["['12.5 deg', '33 deg', 0]"],
+    "12.5 degrees, then 33": ["['12.5 deg', 0, 0]", "['33 deg', 0, 0]"],
+    "12.345 degrees": ["['12.345 deg', 0, 0]", "['89.95 deg', 0, 0]"],
+    "degrees in a formula": ["[0.5, 'deg(0.123456)', 0]"],
+    "three radians": ["[0.3, 0.123456789, 0.7853981634]"],
+    "radians of 16 digits": ["[0.1234567890123456, 1.234567890123457, -0.987654321098765]"] * 2,
+    "sevenths and eighths of a turn": ["['2*pi/7', 'pi/8', 0]", "['5*pi/8', 0.2, 0]"],
+}
+
+
+@pytest.mark.parametrize("name", TILTS)
+def test_odd_constant_angles_print_short_and_exact_to_the_last_digits(name: str) -> None:
+    scene, graph = tilted(*TILTS[name]), Graph()
+    start = time.perf_counter()
+    closed = closed_form(scene)
+    keys = coefficient_names(closed)
+    texts = [text_of(closed.form(*key)) for key in keys]
+    expected = coefficients_of_the_graph(scene, graph)
+    values = float_values([*(expected[key] for key in keys), *(express(parse(text), graph) for text in texts)])
+
+    assert time.perf_counter() - start < 5
+    assert values[len(keys) :] == pytest.approx(values[: len(keys)], rel=1e-12, abs=1e-14)
+    assert sum(map(len, texts)) < 8000
+
+
+def test_one_degree_reads_as_one_degree() -> None:
+    closed = closed_form(tilted("['1 deg', 0, 0]"))
+
+    assert text_of(closed.form("k_G", 0)) == "0.13*g*(cos(q1) - 2*sin(q1))*sin(pi/180)"
+    assert str(closed.sympy("k_G", 0)) == "13*g*(-2*sin(q1) + cos(q1))*sin(pi/180)/100"
+
+
+def test_equal_odd_tilts_forth_and_back_are_parallel_axes() -> None:
+    scene = tilted("['7 deg', 0, 0]", "['12.5 deg', 0.3, 0]", "['-12.5 deg', 0, 0]", "[0, -0.3, 0]")
+    first, *middle, last = scene.joints
+    welds = [replace(joint, type="fixed", coordinate="") for joint in middle]
+
+    closed = closed_form(replace(scene, joints=(first, *welds, last)))
+
+    assert [[str(q) for q in group.atoms] for group in closed.parallel] == [["q1", "q4"]]
+
+
+def test_many_odd_angles_are_refused_in_time_with_the_way_out() -> None:
+    start = time.perf_counter()
+    with pytest.raises(DerivationError, match=r"closed form .*too long .* symdyn generate writes NumPy and C code"):
+        closed_form(tilted(*(f"[0.3{k}, 0.7{k}, 0.9{k}]" for k in range(6))))
+
+    assert time.perf_counter() - start < 30
+
+
+def test_a_chain_of_sixty_is_refused_at_once() -> None:
+    scene = chain(60)
+    start = time.perf_counter()
+    with pytest.raises(DerivationError, match=r"k_C alone has 106200 entries, and 100000 is the limit"):
+        closed_form(scene)
+
+    assert time.perf_counter() - start < 0.5
+
+
+@pytest.mark.parametrize(
+    "key",
+    [("k_q", 0), ("k_z", 0, 5), ("k_z",), ("k_z", -1, -1), ("k_C", 0, 1), ("k_G", 0, 0), ("K", 0), (), ("k_z", 0.0, 1)],
+    ids=str,
+)
+def test_a_coefficient_that_does_not_exist_is_an_error_that_lists_those_that_do(
+    key: tuple[object, ...], two_link: ClosedForm
+) -> None:
+    for ask in (two_link.sympy, two_link.form):
+        with pytest.raises(
+            DerivationError, match=r"no coefficient .* give \('k_z', i, j\), .* i and j in 0\.\.1 and pair in"
+        ):
+            ask(*key)
 
 
 def test_parallel_axes_are_found_through_prismatic_joints() -> None:

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -21,9 +22,11 @@ from symdyn.emit.equations import FORMATS, GROUPS, equations_text
 from symdyn.emit.formula_text import BREAK, Latex, significant, text_of
 from symdyn.emit.latex_page import LINE
 from symdyn.emit.symbols import latex_symbols, latex_unit, print_name
-from symdyn.errors import EmitError
+from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Parameter, Scene, express, number, parse, read, symbol
+from symdyn.scene.starters import starter
+from symdyn.scene.toml import read_text
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 SMALL = ["pendulum", "two_link", "cart_pole", "double_pendulum", "scara"]
@@ -72,16 +75,113 @@ def test_coefficients_read_back_have_their_values() -> None:
                 assert shown == pytest.approx(expected, rel=1e-12), name
 
 
-def test_sympy_text_and_lambdified_sympy_have_the_values_of_the_graph() -> None:
+def execute(text: str) -> dict[str, Any]:
+    """Return what a SymPy program defines, read as its reader would: after `from sympy import *`."""
+    space: dict[str, Any] = {}
+    exec("from sympy import *", space)
+    known = set(space)
+    exec(text, space)
+    return {name: value for name, value in space.items() if name not in known or name in "IESN"}
+
+
+def value_of_sympy(expression: Any) -> float:
     import sympy
 
+    symbols = sorted(expression.free_symbols, key=str)
+    return sympy.lambdify(symbols, expression, "math")(*(number_of(str(x)) for x in symbols))
+
+
+@pytest.mark.parametrize("group", ["equations", "textbook"])
+def test_sympy_text_executed_has_the_values_of_the_graph(group: str) -> None:
     scene, graph = example("scara"), Graph()
     forces = driving_forces(energies(scene, graph))
-    for line, force in zip(equations_text(scene, "sympy").splitlines(), forces, strict=True):
-        equation = sympy.sympify(line)
-        symbols = sorted(equation.lhs.free_symbols, key=str)
-        value = sympy.lambdify(symbols, equation.lhs, "math")(*(number_of(str(x)) for x in symbols))
+    defined = execute(equations_text(scene, "sympy", group))
+    for i, force in enumerate(forces, 1):
+        value = value_of_sympy(defined[f"equation{i}"].lhs)
         assert value == pytest.approx(float_values([force])[0], rel=1e-12)
+
+
+def renamed(names: dict[str, str]) -> Scene:
+    """Return the two-link arm with other names for its parameters."""
+    text = (EXAMPLES / "two_link.toml").read_text(encoding="utf-8")
+    for old, new in names.items():
+        text = re.sub(rf"\b{old}\b", new, text)
+    return read_text(text, "renamed.toml")
+
+
+NAMESAKES = [
+    {"m1": "I", "m2": "E", "h1": "S", "h2": "N"},
+    {"m1": "Eq", "m2": "Rational", "h1": "symbols", "h2": "equation1", "M1": "Matrix", "g": "k_z11"},
+]
+
+
+@pytest.mark.parametrize("names", NAMESAKES, ids=["I, E, S, N", "words of the program"])
+def test_sympy_text_gives_back_every_coefficient_whatever_parameters_are_called(names: dict[str, str]) -> None:
+    import sympy
+
+    scene = renamed(names)
+    closed = closed_form(scene)
+    defined = execute(equations_text(closed, "sympy", "coefficients"))
+    for i in range(2):
+        for j in range(2):
+            name = "k_z11_" if "g" in names and (i, j) == (0, 0) else f"k_z{i + 1}{j + 1}"
+            assert defined[name] == closed.sympy("k_z", i, j)
+            assert defined[f"k_D{i + 1}{j + 1}"] == closed.sympy("k_D", i, j)
+    assert sympy.Symbol(names["m1"], positive=True) in defined["k_G1"].free_symbols
+    assert sympy.Symbol(names["m2"], positive=True) in defined["k_G2"].free_symbols
+
+
+def test_sympy_text_keeps_numbers_exact() -> None:
+    import sympy
+
+    closed = closed_form(example("scara"))
+    defined = execute(equations_text(closed, "sympy", "coefficients"))
+
+    assert defined["k_z11"] == closed.sympy("k_z", 0, 0)
+    assert not defined["k_z11"].atoms(sympy.Float)
+
+
+def test_sympy_matrices_executed_are_the_coefficients() -> None:
+    closed = closed_form(example("two_link"))
+    defined = execute(equations_text(closed, "sympy", "matrix"))
+
+    assert [[defined["M"][i, j] for j in (0, 1)] for i in (0, 1)] == [
+        [closed.sympy("k_z", i, j) for j in (0, 1)] for i in (0, 1)
+    ]
+    assert list(defined["g_"]) == [closed.sympy("k_G", i) for i in (0, 1)]  # g is a parameter
+    assert defined["equation"].rhs == defined["tau"]
+
+
+def braked(name: str) -> Scene:
+    """Return an example with a long force in its first joint."""
+    scene = example(name)
+    force = " - ".join(f"d{k}*tanh(q1_dot/{k + 1})*exp(-q2_dot**2/{k + 2})" for k in range(12))
+    parameters = (*(Parameter(f"d{k}") for k in range(12)), *scene.parameters)
+    first, *others = scene.joints
+    return replace(scene, joints=(replace(first, force=parse(force)), *others), parameters=parameters)
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_no_line_of_text_is_wider_than_a_terminal(group: str) -> None:
+    page = equations_text(braked("scara"), "text", group)
+
+    assert ("d11*tanh(" in page) == (group != "coefficients")
+    assert max(map(len, page.splitlines())) <= 110
+
+
+@pytest.mark.parametrize("group", ["equations", "textbook"])
+def test_a_long_force_fits_the_page(group: str) -> None:
+    lines = equations_text(braked("two_link"), "latex", group).splitlines()
+
+    assert any("d_{11}" in line for line in lines)
+    for line in lines:
+        if "underbrace" not in line:
+            assert latex_width(line.removesuffix(r" \\")) < LINE + 15, line
+
+
+def test_equations_that_nobody_could_read_are_refused_with_the_way_out() -> None:
+    with pytest.raises(DerivationError, match=r"symdyn generate writes .*\.sympy\('k_z', 0, 0\) gives a single"):
+        equations_text(read_text(starter("chain", "chain", 20), "chain.toml"), "text")
 
 
 def test_coefficients_name_what_vanishes() -> None:
@@ -162,6 +262,14 @@ def test_two_names_never_look_alike() -> None:
 def test_units_stand_upright() -> None:
     assert latex_unit("kg m^2") == r"\mathrm{kg}\,\mathrm{m}^{2}"
     assert latex_unit("m/s^2") == r"\mathrm{m}/\mathrm{s}^{2}"
+    assert latex_unit("m/s²") == latex_unit("m/s^2")
+    assert latex_unit("kg·m²/(rad s⁻¹)") == r"\mathrm{kg}\,\mathrm{m}^{2}/(\mathrm{rad}\,\mathrm{s}^{-1})"
+    assert latex_unit("%") == r"\mathrm{\%}"
+
+
+def test_a_unit_that_is_no_product_of_powers_stands_as_text() -> None:
+    assert latex_unit("counts_per_turn") == r"\text{counts\_per\_turn}"
+    assert latex_unit("€/kg") == r"\text{?/kg}"
 
 
 A, B, Q = Symbol("a"), Symbol("b"), Symbol("q1")

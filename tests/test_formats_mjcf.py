@@ -98,11 +98,11 @@ def test_dynamics_are_those_of_mujoco(name: str, snap: bool) -> None:
     peer = Peer(DATA / name, scene)
     inverse, mass, forward = lambdify(scene, ("inverse_dynamics", "mass_matrix", "forward_dynamics"))
     rng = np.random.default_rng(7)
-    for _ in range(5):
+    for _ in range(5):  # MuJoCo before 4 turns a full inertia into principal axes to ten digits only
         q, qd, qdd = rng.uniform(-2, 2, (3, len(scene.coordinates)))
         tau = peer.inverse_dynamics(q, qd, qdd)
-        np.testing.assert_allclose(inverse(q, qd, qdd), tau, rtol=0, atol=1e-12 * np.abs(tau).max())
-        np.testing.assert_allclose(mass(q), peer.mass_matrix(q), rtol=0, atol=1e-12)
+        np.testing.assert_allclose(inverse(q, qd, qdd), tau, rtol=0, atol=1e-11 * np.abs(tau).max())
+        np.testing.assert_allclose(mass(q), peer.mass_matrix(q), rtol=0, atol=1e-11)
         if not any(joint.coupling for joint in scene.joints):
             qdd = peer.forward_dynamics(q, qd, tau)
             np.testing.assert_allclose(forward(q, qd, tau), qdd, rtol=0, atol=1e-10 * np.abs(qdd).max())
@@ -208,7 +208,7 @@ def test_names_that_cannot_be_printed_are_changed_with_a_note(tmp_path: Path) ->
         (
             body(),
             '<actuator><motor name="m" joint="j" armature="0.1"/></actuator>',
-            "actuator m: armature of an actuator is not read",
+            "actuator m: armature of an actuator is not read|unrecognized attribute: 'armature'",
         ),
         (
             body(inertial='<geom type="mesh" mesh="shell"/>'),
@@ -296,3 +296,8 @@ def test_a_mesh_in_the_file_itself_gives_its_inertia(tmp_path: Path) -> None:
 def test_without_mujoco_the_way_to_get_it_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "mujoco", None)
     assert "pip install symdyn[mjcf]" in faults(world(tmp_path, body()))
+
+
+def test_an_old_mujoco_is_refused_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(mujoco, "__version__", "3.1.6")
+    assert "mujoco 3.1.6 is too old, 3.4 is needed" in faults(world(tmp_path, body()))

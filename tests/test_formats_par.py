@@ -172,6 +172,7 @@ def test_placeholders_of_external_wrenches_are_noted_and_others_refused() -> Non
         (("M = {2}", "M = {-2}"), "frame 1: mass = -2 is negative"),
         (("ZZ = {1}", "ZZ = {3}"), "frame 1: inertia .* is one that no body has"),
         (("M = {2}", "M = {2"), 'line 5: "M = {2" is no statement'),
+        (("M = {2}", "(* M = {2}"), "line 5: a comment begins that does not end"),
         (("M = {2}", "M = {2}\nM = {3}"), "line 6: M is given twice"),
         (("M = {2}", "M = {2 +}"), r'frame 1: m = "2 \+" is not a usable formula'),
         (("M = {2}", "M = {2*t1}"), r"frame 1: mass = 2\*t1 uses t1, which moves"),

@@ -16,7 +16,8 @@ from symdyn.dynamics.equations import Equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.program import Program, check, lower
-from symdyn.scene import Parameter, Scene, number
+from symdyn.program.constants import constants
+from symdyn.scene import Parameter, Scene, number, read_text
 
 
 def values_of(source: Equations | Program, name: str, args: list[np.ndarray], **bound: float) -> list[np.ndarray]:
@@ -130,3 +131,21 @@ def test_a_symbol_that_is_no_argument_is_our_own_mistake():
 def test_every_lowered_tree_passes_the_check():
     program = lower(derive(random_tree(2, 4)))
     assert check(program) is program
+
+
+def test_a_constant_that_cancels_to_few_digits_is_not_taken_for_zero():
+    text = """
+    [parameters]
+    c = "sqrt(1e28 + 1) - 1e14"
+    [bodies.a]
+    mass = 1
+    com = [0, 0, "-1e14*c"]
+    [joints.j]
+    type = "revolute"
+    parent = "ground"
+    child = "a"
+    axis = [1, 0, 0]
+    """
+    (entry,) = lower(derive(read_text(text, "cancel.toml"), ("mass_matrix",))).outputs
+
+    assert abs(float(constants([entry])[entry]) - 0.25) < 1e-15

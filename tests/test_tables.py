@@ -6,6 +6,7 @@ import pytest
 
 from symdyn.algebra.big import BigFloats
 from symdyn.algebra.numeric import Batches, Floats
+from symdyn.algebra.running_error import SLOPES
 from symdyn.emit.c import spellings
 from symdyn.emit.python import NUMPY
 from symdyn.emit.real import REALS
@@ -21,6 +22,10 @@ TARGETS = {"numpy": NUMPY, **{f"c {name}": spellings(real) for name, real in REA
 def test_every_operation_has_an_arity_and_a_cost():
     assert set(ARITY) == set(Op)
     assert set(CATEGORY) == set(Op)
+
+
+def test_every_function_has_a_slope_in_the_error_analysis():
+    assert set(SLOPES) == FUNCTIONS
 
 
 def test_every_operation_but_the_leaves_has_partial_derivatives():

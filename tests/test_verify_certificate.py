@@ -82,3 +82,74 @@ def test_a_massless_end_has_no_forward_dynamics_and_the_rest_is_certified() -> N
     assert all(f.verdict == PROVED for f in certificate.findings)
     with pytest.raises(DerivationError, match="forward dynamics does not exist"):
         certify(scene, ("forward_dynamics",))
+
+
+def test_a_compiler_that_refuses_fails_the_certificate(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CC", "false")
+    certificate = certify(read(EXAMPLES[0]), ("mass_matrix",))
+
+    assert not certificate.passed
+    assert "could not compile" in certificate.refused
+
+
+def test_no_compiler_is_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.setattr("symdyn.build.compiler.find_spec", lambda name: None)
+    certificate = certify(read(EXAMPLES[0]), ("mass_matrix",))
+
+    assert certificate.passed
+    assert any("no C compiler found" in note for note in certificate.notes)
+
+
+def test_single_precision_is_measured_with_its_own_yardstick() -> None:
+    certificate = certify(read(EXAMPLES[-1]), ("inverse_dynamics", "forward_dynamics"), real="float")
+
+    assert certificate.passed
+    assert {a.real for a in certificate.accuracy} == {"float"}
+
+
+def test_a_wrong_small_entry_beside_a_large_one_fails() -> None:
+    text = """
+    [bodies.cart]
+    mass = 1e6
+    [bodies.bob]
+    mass = 1e-20
+    com = [0, -1, 0]
+    [joints.rail]
+    type = "prismatic"
+    parent = "ground"
+    child = "cart"
+    axis = [1, 0, 0]
+    [joints.pivot]
+    type = "revolute"
+    parent = "cart"
+    child = "bob"
+    """
+    program = lower(derive(read_text(text, "cart.toml"), ("mass_matrix",)))
+    module = run_python(emit(program))
+    wrong = SimpleNamespace(mass_matrix=lambda q: module.mass_matrix(q) * [[1, 1], [1, -7]])
+
+    assert all(a.passed for a in measure(program, {"numpy": module}))
+    assert not any(a.passed for a in measure(program, {"numpy": wrong}))
+
+
+def test_parameters_outside_their_range_at_first_are_drawn_again_and_json_stays_json() -> None:
+    text = """
+    [parameters]
+    l = { positive = true }
+    [bodies.bob]
+    mass = 1
+    com = [0, 0, -1]
+    [joints.pivot]
+    type = "revolute"
+    parent = "ground"
+    child = "bob"
+    axis = [1, 0, 0]
+    force = "-log(l - 3)*q1_dot"
+    """
+    certificate = certify(read_text(text, "root.toml"))
+
+    assert certificate.passed
+    assert all(a.states for a in certificate.accuracy)
+    json.dumps(certificate.as_dict(), allow_nan=False)

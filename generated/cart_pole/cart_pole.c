@@ -26,7 +26,7 @@
  *         gravity forces g(q) = dP/dq
  *         lagrange; 1 mul, 0 add, 1 sincos
  *
- *     coriolis_matrix(q, qd) -> C, shape (2, 2); N m s or N s per unit of velocity
+ *     coriolis_matrix(q, qd) -> C, shape (2, 2); N m or N per unit of velocity
  *         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
  *         crba; 2 mul, 0 add, 1 sincos
  *
@@ -46,12 +46,12 @@
  *         inertia coefficients k_z of qdd_j, which is M(q)
  *         crba; 1 mul, 0 add, 1 sincos
  *
- *     k_C(q) -> k_C, shape (2, 1); N m s^2 or N s^2 per unit of velocity squared
+ *     k_C(q) -> k_C, shape (2, 1); N m or N per unit of velocity squared
  *         Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order
  *         crba; 0 mul, 0 add
  *         Not used, kept so that all calls look alike: q
  *
- *     k_D(q) -> k_D, shape (2, 2); N m s^2 or N s^2 per unit of velocity squared
+ *     k_D(q) -> k_D, shape (2, 2); N m or N per unit of velocity squared
  *         centrifugal coefficients k_D of qd_j^2
  *         crba; 1 mul, 0 add, 1 sincos
  *

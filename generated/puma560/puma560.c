@@ -26,7 +26,7 @@
  *         gravity forces g(q) = dP/dq
  *         lagrange; 25 mul, 13 add, 4 sincos
  *
- *     coriolis_matrix(q, qd) -> C, shape (6, 6); N m s or N s per unit of velocity
+ *     coriolis_matrix(q, qd) -> C, shape (6, 6); N m or N per unit of velocity
  *         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
  *         crba; 303 mul, 243 add, 4 sincos
  *
@@ -46,11 +46,11 @@
  *         inertia coefficients k_z of qdd_j, which is M(q)
  *         crba; 77 mul, 61 add, 4 sincos
  *
- *     k_C(q) -> k_C, shape (6, 15); N m s^2 or N s^2 per unit of velocity squared
+ *     k_C(q) -> k_C, shape (6, 15); N m or N per unit of velocity squared
  *         Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order
  *         crba; 162 mul, 138 add, 4 sincos
  *
- *     k_D(q) -> k_D, shape (6, 6); N m s^2 or N s^2 per unit of velocity squared
+ *     k_D(q) -> k_D, shape (6, 6); N m or N per unit of velocity squared
  *         centrifugal coefficients k_D of qd_j^2
  *         crba; 126 mul, 93 add, 4 sincos
  *

@@ -26,7 +26,7 @@
  *         gravity forces g(q) = dP/dq
  *         lagrange; 25 mul, 13 add, 4 sincos
  *
- *     coriolis_matrix(q, qd) -> C, shape (6, 6); N m s or N s per unit of velocity
+ *     coriolis_matrix(q, qd) -> C, shape (6, 6); N m or N per unit of velocity
  *         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
  *         crba; 303 mul, 243 add, 4 sincos
  *
@@ -46,11 +46,11 @@
  *         inertia coefficients k_z of qdd_j, which is M(q)
  *         crba; 77 mul, 61 add, 4 sincos
  *
- *     k_C(q) -> k_C, shape (6, 15); N m s^2 or N s^2 per unit of velocity squared
+ *     k_C(q) -> k_C, shape (6, 15); N m or N per unit of velocity squared
  *         Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order
  *         crba; 162 mul, 138 add, 4 sincos
  *
- *     k_D(q) -> k_D, shape (6, 6); N m s^2 or N s^2 per unit of velocity squared
+ *     k_D(q) -> k_D, shape (6, 6); N m or N per unit of velocity squared
  *         centrifugal coefficients k_D of qd_j^2
  *         crba; 126 mul, 93 add, 4 sincos
  *
@@ -128,7 +128,7 @@ void puma560_velocity_forces(const double *q, const double *qd, double *out);
 void puma560_gravity_forces(const double *q, double *out);
 
 /*
- * Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric [N m s or N s per unit of velocity]
+ * Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric [N m or N per unit of velocity]
  *   q[6]
  *   qd[6]
  *   out[36]  C, shape (6, 6)
@@ -166,14 +166,14 @@ void puma560_potential_energy(const double *q, double *out);
 void puma560_k_z(const double *q, double *out);
 
 /*
- * Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order [N m s^2 or N s^2 per unit of velocity squared]
+ * Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order [N m or N per unit of velocity squared]
  *   q[6]
  *   out[90]  k_C, shape (6, 15)
  */
 void puma560_k_C(const double *q, double *out);
 
 /*
- * centrifugal coefficients k_D of qd_j^2 [N m s^2 or N s^2 per unit of velocity squared]
+ * centrifugal coefficients k_D of qd_j^2 [N m or N per unit of velocity squared]
  *   q[6]
  *   out[36]  k_D, shape (6, 6)
  */

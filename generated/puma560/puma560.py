@@ -25,7 +25,7 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
         gravity forces g(q) = dP/dq
         lagrange; 25 mul, 13 add, 4 sincos
 
-    coriolis_matrix(q, qd) -> C, shape (6, 6); N m s or N s per unit of velocity
+    coriolis_matrix(q, qd) -> C, shape (6, 6); N m or N per unit of velocity
         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
         crba; 303 mul, 243 add, 4 sincos
 
@@ -45,11 +45,11 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
         inertia coefficients k_z of qdd_j, which is M(q)
         crba; 77 mul, 61 add, 4 sincos
 
-    k_C(q) -> k_C, shape (6, 15); N m s^2 or N s^2 per unit of velocity squared
+    k_C(q) -> k_C, shape (6, 15); N m or N per unit of velocity squared
         Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order
         crba; 162 mul, 138 add, 4 sincos
 
-    k_D(q) -> k_D, shape (6, 6); N m s^2 or N s^2 per unit of velocity squared
+    k_D(q) -> k_D, shape (6, 6); N m or N per unit of velocity squared
         centrifugal coefficients k_D of qd_j^2
         crba; 126 mul, 93 add, 4 sincos
 
@@ -924,7 +924,7 @@ def coriolis_matrix(q, qd, out=None):
         out: array for the result, of its shape; None makes one.
 
     Returns:
-        C, shape (..., 6, 6); N m s or N s per unit of velocity.
+        C, shape (..., 6, 6); N m or N per unit of velocity.
 
     crba; 303 mul, 243 add, 4 sincos.
     """
@@ -1563,7 +1563,7 @@ def k_C(q, out=None):
         out: array for the result, of its shape; None makes one.
 
     Returns:
-        k_C, shape (..., 6, 15); N m s^2 or N s^2 per unit of velocity squared.
+        k_C, shape (..., 6, 15); N m or N per unit of velocity squared.
 
     crba; 162 mul, 138 add, 4 sincos.
     """
@@ -1815,7 +1815,7 @@ def k_D(q, out=None):
         out: array for the result, of its shape; None makes one.
 
     Returns:
-        k_D, shape (..., 6, 6); N m s^2 or N s^2 per unit of velocity squared.
+        k_D, shape (..., 6, 6); N m or N per unit of velocity squared.
 
     crba; 126 mul, 93 add, 4 sincos.
     """

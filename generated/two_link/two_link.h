@@ -26,7 +26,7 @@
  *         gravity forces g(q) = dP/dq
  *         rnea; 8 mul, 3 add, 2 sincos
  *
- *     coriolis_matrix(q, qd, params) -> C, shape (2, 2); N m s or N s per unit of velocity
+ *     coriolis_matrix(q, qd, params) -> C, shape (2, 2); N m or N per unit of velocity
  *         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
  *         crba; 5 mul, 1 add, 1 sincos
  *
@@ -46,11 +46,11 @@
  *         inertia coefficients k_z of qdd_j, which is M(q)
  *         crba; 11 mul, 4 add, 1 sincos
  *
- *     k_C(q, params) -> k_C, shape (2, 1); N m s^2 or N s^2 per unit of velocity squared
+ *     k_C(q, params) -> k_C, shape (2, 1); N m or N per unit of velocity squared
  *         Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order
  *         crba; 4 mul, 0 add, 1 sincos
  *
- *     k_D(q, params) -> k_D, shape (2, 2); N m s^2 or N s^2 per unit of velocity squared
+ *     k_D(q, params) -> k_D, shape (2, 2); N m or N per unit of velocity squared
  *         centrifugal coefficients k_D of qd_j^2
  *         crba; 3 mul, 0 add, 1 sincos
  *
@@ -142,7 +142,7 @@ void two_link_velocity_forces(const double *q, const double *qd, const double *p
 void two_link_gravity_forces(const double *q, const double *params, double *out);
 
 /*
- * Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric [N m s or N s per unit of velocity]
+ * Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric [N m or N per unit of velocity]
  *   q[2]
  *   qd[2]
  *   params[5]
@@ -185,7 +185,7 @@ void two_link_potential_energy(const double *q, const double *params, double *ou
 void two_link_k_z(const double *q, const double *params, double *out);
 
 /*
- * Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order [N m s^2 or N s^2 per unit of velocity squared]
+ * Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order [N m or N per unit of velocity squared]
  *   q[2]
  *   params[5]
  *   out[2]  k_C, shape (2, 1)
@@ -193,7 +193,7 @@ void two_link_k_z(const double *q, const double *params, double *out);
 void two_link_k_C(const double *q, const double *params, double *out);
 
 /*
- * centrifugal coefficients k_D of qd_j^2 [N m s^2 or N s^2 per unit of velocity squared]
+ * centrifugal coefficients k_D of qd_j^2 [N m or N per unit of velocity squared]
  *   q[2]
  *   params[5]
  *   out[4]  k_D, shape (2, 2)

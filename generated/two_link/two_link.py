@@ -25,7 +25,7 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
         gravity forces g(q) = dP/dq
         rnea; 8 mul, 3 add, 2 sincos
 
-    coriolis_matrix(q, qd, params) -> C, shape (2, 2); N m s or N s per unit of velocity
+    coriolis_matrix(q, qd, params) -> C, shape (2, 2); N m or N per unit of velocity
         Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric
         crba; 5 mul, 1 add, 1 sincos
 
@@ -45,11 +45,11 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
         inertia coefficients k_z of qdd_j, which is M(q)
         crba; 11 mul, 4 add, 1 sincos
 
-    k_C(q, params) -> k_C, shape (2, 1); N m s^2 or N s^2 per unit of velocity squared
+    k_C(q, params) -> k_C, shape (2, 1); N m or N per unit of velocity squared
         Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order
         crba; 4 mul, 0 add, 1 sincos
 
-    k_D(q, params) -> k_D, shape (2, 2); N m s^2 or N s^2 per unit of velocity squared
+    k_D(q, params) -> k_D, shape (2, 2); N m or N per unit of velocity squared
         centrifugal coefficients k_D of qd_j^2
         crba; 3 mul, 0 add, 1 sincos
 
@@ -446,7 +446,7 @@ def coriolis_matrix(q, qd, params, out=None):
         out: array for the result, of its shape; None makes one.
 
     Returns:
-        C, shape (..., 2, 2); N m s or N s per unit of velocity.
+        C, shape (..., 2, 2); N m or N per unit of velocity.
 
     crba; 5 mul, 1 add, 1 sincos.
     """
@@ -664,7 +664,7 @@ def k_C(q, params, out=None):
         out: array for the result, of its shape; None makes one.
 
     Returns:
-        k_C, shape (..., 2, 1); N m s^2 or N s^2 per unit of velocity squared.
+        k_C, shape (..., 2, 1); N m or N per unit of velocity squared.
 
     crba; 4 mul, 0 add, 1 sincos.
     """
@@ -700,7 +700,7 @@ def k_D(q, params, out=None):
         out: array for the result, of its shape; None makes one.
 
     Returns:
-        k_D, shape (..., 2, 2); N m s^2 or N s^2 per unit of velocity squared.
+        k_D, shape (..., 2, 2); N m or N per unit of velocity squared.
 
     crba; 3 mul, 0 add, 1 sincos.
     """

@@ -11,6 +11,8 @@ from mpmath import MPContext
 from symdyn.algebra.numeric import Arithmetic
 from symdyn.graph import Expr, Op
 
+LARGEST = 1_000_000  # bits
+
 
 class BigFloats(Arithmetic):
     """Big floats in a context of their own, so that nobody else's precision changes."""
@@ -41,7 +43,13 @@ class BigFloats(Arithmetic):
         return +self.context.pi
 
     def function(self, node: Expr, args: Sequence[Any]) -> Any:
-        """Return node.op(args)."""
+        """Return node.op(args).
+
+        Raises:
+            OverflowError: an argument beyond 2^1000000, whose sine would need as many digits of π.
+        """
+        if any(self.context.isfinite(arg) and self.context.mag(arg) > LARGEST for arg in args if arg):
+            raise OverflowError(f"an argument of {node.op.name.lower()} is too large")
         return self.functions[node.op](*args)
 
     def number(self, value: float | str) -> Any:

@@ -38,9 +38,9 @@ class Words:
 
     def collect(self, items: Sequence[Item]) -> Form:
         """Return Σ number · Π word^power with common factors taken out."""
-        number, common, rest = take_out(items)
-        if len(rest) == 1:
+        if len(items) == 1:
             return self.term(items[0])
+        number, common, rest = take_out(items)
         inner = sum_of(_positive_first([self.collect(part) for part in partition(rest)]))
         return product_of([Number(number), inner, *self.powers(common)])
 

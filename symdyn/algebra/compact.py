@@ -13,14 +13,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from math import gcd
+from math import gcd, lcm
 
-from symdyn.algebra.collect import Item, Words, content, partition, take_out
-from symdyn.algebra.form import Form, Function, Number, Pi, Power, Symbol, form_of, product_of, sum_of
-from symdyn.algebra.sums_of_angles import Angle, AngleGroup, Factor, Monomial, Poly, SumFinder
+from symdyn.algebra.collect import SMALL, Item, Words, content, partition, take_out
+from symdyn.algebra.form import ONE, Form, Function, Number, Pi, Power, Symbol, form_of, power_of, product_of, sum_of
+from symdyn.algebra.sums_of_angles import AngleGroup, SumFinder
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
+from symdyn.algebra.waves import Angle, Factor, Monomial
 from symdyn.graph import Expr, Op
 
+Powers = tuple[tuple[int, int], ...]  # ((generator, power), …), ascending
 Key = tuple[tuple[Monomial, Fraction], ...]  # a trigonometric polynomial, scaled, terms in reading order
 
 LONG = 4  # a factor common to fewer terms stays in them, as in the textbook's (5.40)
@@ -37,27 +39,29 @@ class Compactor:
             groups: angles whose sums are worth a try.
         """
         self.ring = ring
-        cosine = {g.node: i for i, g in enumerate(ring.generators) if g.kind == "cos"}
+        cosine = {(g.node, g.unit): i for i, g in enumerate(ring.generators) if g.kind == "cos"}
+        first = {node: i for (node, _), i in reversed(cosine.items())}
         self._angle: dict[int, tuple[str, Angle]] = {}
         for i, g in enumerate(ring.generators):
             if g.kind in ("sin", "cos"):
-                self._angle[i] = (g.kind[0], ((cosine[g.node], 1),))
+                self._angle[i] = (g.kind[0], ((cosine[g.node, g.unit], 1),))
         self._finders = []
         alone = dict.fromkeys(cosine.values())
         for group in groups:
             if group.is_long:  # the ring's angles are totals: their differences are what a Fourier series finds
-                atoms = tuple(cosine[q] for q in group.atoms[::-1] if q in cosine)  # u3 - u2 = q3, not -q3
+                atoms = tuple(first[q] for q in group.atoms[::-1] if q in first)  # u3 - u2 = q3, not -q3
                 self._finders.append(SumFinder(atoms, ()))
                 alone = {atom: None for atom in alone if atom not in atoms}
                 continue
-            places = [k for k, q in enumerate(group.atoms) if q in cosine and ring.generators[cosine[q]].unit == 1]
-            atoms = tuple(cosine[group.atoms[k]] for k in places)
+            places = [k for k, q in enumerate(group.atoms) if (q, Fraction(1)) in cosine]
+            atoms = tuple(cosine[group.atoms[k], Fraction(1)] for k in places)
             outside = [k for k in range(len(group.atoms)) if k not in places]
             sums = tuple(tuple(s[k] for k in places) for s in group.sums if not any(s[k] for k in outside))
             self._finders.append(SumFinder(atoms, sums))
             for atom in atoms:
                 alone.pop(atom)
-        self._finders += [SumFinder((atom,), ((1,),)) for atom in alone]
+        self._finders += [SumFinder((atom,), ((1,),), not _is_constant(ring, atom)) for atom in alone]
+        self._short: dict[tuple[tuple[Powers, int], ...], tuple[Fraction, Key]] = {}
         self._words = Words()
         self._known: dict[object, int] = {}  # generator, factor or polynomial -> its word
 
@@ -69,24 +73,39 @@ class Compactor:
             return sum_of(map(self._words.term, items))
         return product_of([Number(number), *self._words.powers(common), sum_of(map(self._words.term, rest))])
 
-    def _by_parameters(self, p: Polynomial) -> dict[tuple[tuple[int, int], ...], Poly]:
+    def _by_parameters(self, p: Polynomial) -> dict[Powers, tuple[Fraction, Key]]:
         """Return the trigonometric polynomial that each monomial of the other generators multiplies, shortened."""
-        split: dict[tuple[tuple[int, int], ...], Poly] = {}
+        split: dict[Powers, list[tuple[Powers, Fraction]]] = {}
         for powers, coefficient in self.ring.terms(p):
             outer = tuple(item for item in powers if item[0] not in self._angle)
-            inner = tuple(sorted((self._angle[i], power) for i, power in powers if i in self._angle))
-            split.setdefault(outer, {})[inner] = coefficient
-        for finder in self._finders:
-            split = {outer: finder.rewrite(poly) for outer, poly in split.items()}
-        return split
+            inner = tuple(item for item in powers if item[0] in self._angle)
+            split.setdefault(outer, []).append((inner, coefficient))
+        return {outer: self._shortest(terms) for outer, terms in split.items()}
 
-    def _grouped(self, split: dict[tuple[tuple[int, int], ...], Poly]) -> list[Item]:
+    def _shortest(self, terms: Sequence[tuple[Powers, Fraction]]) -> tuple[Fraction, Key]:
+        """Return a trigonometric polynomial, given by its terms, as (number, short polynomial in reading order)."""
+        scale = lcm(*(a.denominator for _, a in terms))
+        wholes = [a.numerator * (scale // a.denominator) for _, a in terms]
+        divisor = gcd(*wholes) if wholes[0] > 0 else -gcd(*wholes)
+        known = tuple((powers, whole // divisor) for (powers, _), whole in zip(terms, wholes, strict=True))
+        if known not in self._short:
+            poly = {
+                tuple(sorted((self._angle[i], power) for i, power in powers)): Fraction(whole)
+                for powers, whole in known
+            }
+            for finder in self._finders:
+                poly = finder.rewrite(poly)
+            self._short[known] = _scaled(sorted(poly.items(), key=lambda item: _reading_order(item[0])))
+        inner, short = self._short[known]
+        number = inner * Fraction(divisor, scale)
+        if all(abs(a) <= SMALL and a.denominator == 1 for _, a in short):
+            return number, short
+        return _scaled([(monomial, number * a) for monomial, a in short])
+
+    def _grouped(self, split: dict[Powers, tuple[Fraction, Key]]) -> list[Item]:
         """Return one term for each different trigonometric polynomial: (Σ parameters) · polynomial."""
         shared: dict[Key, list[Item]] = {}
-        for outer, poly in split.items():
-            items = sorted(poly.items(), key=lambda item: _reading_order(item[0]))
-            leading = content([coefficient for _, coefficient in items])
-            key = tuple((monomial, coefficient / leading) for monomial, coefficient in items)
+        for outer, (leading, key) in split.items():
             shared.setdefault(key, []).append((leading, {self._generator(i): power for i, power in outer}))
         result: list[Item] = []
         for key, parameters in sorted(shared.items(), key=lambda entry: _shortest_first(entry[0])):
@@ -99,6 +118,9 @@ class Compactor:
                 factor, trigonometric = Fraction(1), {self._polynomial(key): 1}
             scaled: list[Item] = [(a * factor, factors) for a, factors in parameters]
             for part in [scaled] if trigonometric else partition(scaled):
+                if len(part) == 1:
+                    result.append((part[0][0], {**part[0][1], **trigonometric}))
+                    continue
                 number, common, rest = take_out(part)
                 inner = rest[0][1] if len(rest) == 1 else {self._words.number(self._words.collect(rest)): 1}
                 result.append((number, {**inner, **common, **trigonometric}))
@@ -123,9 +145,12 @@ class Compactor:
             for index, multiple in angle:
                 for node, coefficient in self.ring.angle(index):
                     sums[node] = sums.get(node, Fraction(0)) + multiple // common * coefficient
-            one = Number(Fraction(1))
-            terms = [product_of((Number(a), form_of(q) if q else one)) for q, a in sums.items() if a]
-            argument = product_of((Number(Fraction(common)), sum_of(terms)))
+            if len(sums) == 1:
+                ((node, coefficient),) = sums.items()
+                argument = _multiple(coefficient * common, node)
+            else:
+                inner = sum_of(_multiple(a, q) for q, a in sums.items() if a)
+                argument = product_of((Number(Fraction(common)), inner))
             self._known[factor] = self._words.number(Function(Op.COS if kind == "c" else Op.SIN, (argument,)))
         return self._known[factor]
 
@@ -143,12 +168,30 @@ class Compactor:
             return Symbol(str(g.node.value))
         if g.kind == "inverse":
             return Power(self(self.ring.inverse_of(i)), -1)
-        if g.kind == "cyclotomic":
-            angle = product_of((Number(Fraction(2, g.number)), Pi()))
-            return product_of((Number(Fraction(2)), Function(Op.COS, (angle,))))
         if g.node is None:
             return Function(Op.SQRT, (Number(Fraction(g.number)),))
         return form_of(g.node)
+
+
+def _is_constant(ring: TrigonometricRing, cosine: int) -> bool:
+    node = ring.generators[cosine].node
+    return node is None or node.op is Op.PI
+
+
+def _multiple(coefficient: Fraction, node: Expr | None) -> Form:
+    """Return coefficient · node as it is read in an angle: 2 q, π/180, 0.3."""
+    if node is None:
+        return Number(coefficient)
+    if node.op is not Op.PI:
+        return product_of((Number(coefficient), form_of(node)))
+    p, q = (Number(Fraction(x)) for x in coefficient.as_integer_ratio())
+    return product_of((p, Pi()) if q == ONE else (p, Pi(), power_of(q, -1)))
+
+
+def _scaled(terms: Sequence[tuple[Monomial, Fraction]]) -> tuple[Fraction, Key]:
+    """Return (number, terms divided by it)."""
+    number = content([a for _, a in terms])
+    return number, tuple((monomial, a / number) for monomial, a in terms)
 
 
 def _reading_order(monomial: Monomial) -> tuple[object, ...]:

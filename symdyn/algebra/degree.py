@@ -1,8 +1,10 @@
-"""Degrees: how many zeros a difference of two graphs can have, so how sure a random point makes us.
+"""How far two different graphs can look alike over a random field: degrees, heights, and what they allow.
 
-Every node is read as N / Π g_k^e_k, where N is a Laurent polynomial in the symbols and in the units of the angles, and
-g_k are the numerators of the divisors met so far. Keeping the divisors apart, instead of multiplying denominators out
-at every sum, is what keeps the bound finite in practice: a division by g cancels an earlier multiplication by g.
+Every node is read as N / (D^scale Π g_k^e_k), where N is a Laurent polynomial with integer coefficients in the symbols
+and in the units of the angles, D the common denominator of all constants, and g_k the numerators of the divisors met
+so far. Keeping the divisors apart, instead of multiplying denominators out at every sum, keeps the bounds small: a
+division by g cancels an earlier multiplication by g. Of N the degree is bounded, and the sum of the absolute values of
+its coefficients (which multiply, and add): a prime at which N vanishes identically divides them.
 """
 
 from __future__ import annotations
@@ -10,87 +12,143 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from math import log, log10
 
-from symdyn.algebra.finite_field import Needs
+from symdyn.algebra.finite_field import Needs, lowest_bit
 from symdyn.graph import Expr, Op, evaluate, linear_form, reachable
+
+UNEVENNESS = 64  # a prime after a long gap is drawn more often than the average one; no gap there is this much longer
 
 
 @dataclass(frozen=True)
 class Degree:
-    """Bound of one node: degree of its numerator, exponents of the divisors below (negative: above)."""
+    """Bounds of one node.
+
+    Attributes:
+        numerator: degree of N.
+        bits: log2 of the sum of the absolute coefficients of N.
+        scale: exponent of D below.
+        below: exponents of the divisors below (negative: above).
+    """
 
     numerator: int
+    bits: float = 0.0
+    scale: int = 0
     below: dict[int, int] = field(default_factory=dict)
 
 
 class Degrees:
-    """The algebra of degree bounds."""
+    """The algebra of these bounds."""
 
     def __init__(self, wanted: Needs) -> None:
-        """Start without divisors; `wanted` tells how finely angles are divided."""
+        """Start without divisors; `wanted` tells D and how finely angles are divided."""
         self.needs = wanted
-        self.divisors: list[int] = []  # degree of g_k
+        self.denominator_bits = float((2 * wanted.denominator).bit_length())  # 2 is below every sine
+        self.divisors: list[Degree] = []  # N of g_k
+        self.hashed: list[int] = []  # degree of whatever stands below a function or an angle
 
     def constant(self, value: Fraction) -> Degree:
         """Return degree 0."""
-        return Degree(0)
+        if value.denominator == 1:
+            return Degree(0, float(value.numerator.bit_length()))
+        return Degree(0, value.numerator.bit_length() + self.denominator_bits, 1)
 
     def pi(self) -> Degree:
         """Return degree 1: π is an independent value."""
         return Degree(1)
 
     def add(self, a: Degree, b: Degree) -> Degree:
-        """Return the bound of a sum over the common denominator."""
+        """Return the bounds of a sum over the common denominator."""
         keys = {**a.below, **b.below}
         below = {k: max(a.below.get(k, 0), b.below.get(k, 0)) for k in keys}
-        return Degree(max(self._lifted(a, below), self._lifted(b, below)), below)
+        scale = max(a.scale, b.scale)
+        a, b = self._lifted(a, below, scale), self._lifted(b, below, scale)
+        return Degree(max(a.numerator, b.numerator), max(a.bits, b.bits) + 1, scale, below)
 
     sub = add
 
     def mul(self, a: Degree, b: Degree) -> Degree:
-        """Return the bound of a product."""
+        """Return the bounds of a product."""
         keys = {**a.below, **b.below}
         below = {k: e for k in keys if (e := a.below.get(k, 0) + b.below.get(k, 0))}
-        return Degree(a.numerator + b.numerator, below)
+        return Degree(a.numerator + b.numerator, a.bits + b.bits, a.scale + b.scale, below)
 
     def div(self, a: Degree, b: Degree) -> Degree:
-        """Return the bound of a quotient; the numerator of b becomes a divisor of its own."""
-        self.divisors.append(b.numerator)
+        """Return the bounds of a quotient; the numerator of b becomes a divisor of its own."""
+        self.divisors.append(Degree(b.numerator, b.bits))
         inverse = {k: -e for k, e in b.below.items()}
         inverse[len(self.divisors) - 1] = 1
-        return self.mul(a, Degree(0, inverse))
+        return self.mul(a, Degree(0, b.scale * self.denominator_bits, 0, inverse))
 
     def neg(self, a: Degree) -> Degree:
-        """Return the same bound."""
+        """Return the same bounds."""
         return a
 
     def function(self, node: Expr, args: Sequence[Degree]) -> Degree:
         """Return the degree in units of a sine, and 1 for an uninterpreted function: an independent value."""
+        if node.op is Op.SQRT and node.args[0].op is Op.CONSTANT:
+            return Degree(0, float(self.needs.denominator.bit_length()) + 64, 1)
+        self.hashed += [self.total(arg).numerator for arg in args]
         if node.op in (Op.SIN, Op.COS):
             form = linear_form(node.args[0])
             degree = abs(form.constant) * self.needs.radian
             degree += sum(abs(coefficient) for _, coefficient in form.terms) * self.needs.atom
-            return Degree(int(degree))
-        return Degree(0 if node.op is Op.SQRT and node.args[0].op is Op.CONSTANT else 1)
+            return Degree(int(degree), self.denominator_bits, 1)
+        return Degree(1)
 
-    def total(self, a: Degree) -> int:
-        """Return a bound of the zeros of a: twice the Laurent degree of everything multiplied out."""
-        return 2 * self._lifted(a, {}) + 2 * sum(abs(e) * self.divisors[k] for k, e in a.below.items())
+    def total(self, a: Degree) -> Degree:
+        """Return the bounds with everything multiplied out; degrees count twice, as exponents have either sign."""
+        lifted = self._lifted(a, {}, a.scale)
+        degree, bits = lifted.numerator, lifted.bits
+        for k, e in a.below.items():
+            degree += abs(e) * self.divisors[k].numerator
+            bits += abs(e) * self.divisors[k].bits
+        return Degree(2 * degree, bits)
 
-    def _lifted(self, a: Degree, below: dict[int, int]) -> int:
-        """Return the numerator's degree when the denominator is raised to `below`."""
-        spare = ((e - a.below.get(k, 0)) * self.divisors[k] for k, e in below.items())
-        return a.numerator + sum(spare)
+    def _lifted(self, a: Degree, below: dict[int, int], scale: int) -> Degree:
+        """Return the numerator's bounds when the denominator is raised to `below` and D^scale."""
+        degree, bits = a.numerator, a.bits + (scale - a.scale) * self.denominator_bits
+        for k, e in below.items():
+            spare = e - a.below.get(k, 0)
+            degree += spare * self.divisors[k].numerator
+            bits += spare * self.divisors[k].bits
+        return Degree(degree, bits)
 
 
-def degree_bound(left: Sequence[Expr], right: Sequence[Expr], wanted: Needs) -> int:
-    """Return a bound on the degree of every difference left[i] - right[i], as a Laurent polynomial over one divisor."""
-    bound = 0
+@dataclass(frozen=True)
+class Bound:
+    """How sure agreement makes us.
+
+    Attributes:
+        degree: of a difference of two sides, multiplied out, and of all that a function or an angle hashes.
+        height: log2 of the norm of its coefficients.
+    """
+
+    degree: int
+    height: float
+
+    def error_log10(self, wanted: Needs, primes: int, points: int) -> float:
+        """Return log10 of the probability that two different functions agree everywhere.
+
+        Over each prime: it divides all coefficients (there are at most height / log2(p) such primes, among all that
+        could have been drawn), or all points are zeros of the difference (degree / p each, Schwartz 1980, Zippel 1979).
+        """
+        low = lowest_bit(wanted)
+        candidates = low * log10(2) - log10(low * log(2)) - log10(wanted.order) - len(wanted.radicands) * log10(2)
+        unlucky = log10(max(self.height, 1.0) / low * UNEVENNESS) - candidates
+        zeros = points * (log10(max(self.degree, 1)) - low * log10(2))
+        return primes * min(0.0, log10(10**unlucky + 10**zeros))
+
+
+def bound(left: Sequence[Expr], right: Sequence[Expr], wanted: Needs) -> Bound:
+    """Return the bound for the differences left[i] - right[i]."""
     algebra = Degrees(wanted)
     sides = []
     for outputs in (left, right):
         symbols = {node: Degree(1) for node in reachable(outputs) if node.op is Op.SYMBOL}
         sides.append(evaluate(outputs, algebra, symbols))
-    for a, b in zip(*sides, strict=True):
-        bound = max(bound, algebra.total(algebra.sub(a, b)))
-    return bound
+    totals = [algebra.total(algebra.sub(a, b)) for a, b in zip(*sides, strict=True)]
+    collisions = len(algebra.hashed) ** 2 * max(algebra.hashed, default=0)
+    degree = max((total.numerator for total in totals), default=0) + collisions
+    height = max((total.bits for total in totals), default=0.0) * wanted.order  # the norm to the rationals
+    return Bound(degree, height)

@@ -7,12 +7,14 @@ degree / p a point (Schwartz 1980, Zippel 1979). What is not rational is made so
                  π is a root of unity, and cos x = (e + 1/e)/2, sin x = (e - 1/e)/(2i) with i = sqrt(-1) in GF(p).
                  The unit of an atom is drawn from a hash of the atom's value, so it is independent of the value (q and
                  sin q may stand in one formula) and the same in every graph.
-    sqrt n       for a constant n: built from the roots of its prime factors; those of 2, 3, 5, 7 from the same root of
-                 unity as the sines, so that 2 sin(π/4) = sqrt(2) holds here too.
-    sqrt x       otherwise: one of the two roots of the value; no root: redraw the point.
+    sqrt n       for a constant n: a product of roots of coprime factors of all such n. Roots of primes that divide the
+                 order of the root of unity are Gauss sums of it, so that 2 sin(π/4) = sqrt(2) holds here too. The sign
+                 of any other root is free: changing it is an automorphism, which no identity notices.
+    sqrt x       otherwise: has no sign to choose by here; `verify` looks at such claims numerically.
     exp, tanh, … uninterpreted: a random value that depends on the function and on its argument's value.
 
-Primes are p ≡ 1 (mod 5040 · denominators of the scene's multiples of π), so that all those roots exist.
+Primes are p ≡ 1 modulo a multiple of 5040 and of the denominators of the scene's multiples of π, so that all those
+roots exist; they have 127 bits, and more where angles are divided finely.
 """
 
 from __future__ import annotations
@@ -21,14 +23,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from hashlib import blake2b
-from math import lcm
+from math import gcd, isqrt, lcm
 
 from flint import fmpz
 
 from symdyn.graph import FUNCTIONS, Expr, Op, linear_form, reachable
 from symdyn.graph.identities import SMALL_PRIMES
 
-BITS = 61
+BITS = 127  # enough that few of the primes drawn from divide the coefficients of any scene
 SPARE_BITS = 24  # so that the primes drawn are random ones
 ROOT_ORDER = 5040  # 2^4 3^2 5 7: i, sqrt(2), sqrt(3), sqrt(5), sqrt(7) and the usual sines
 
@@ -45,42 +47,62 @@ class Needs:
         turn: common denominator of the multiples of π in angles.
         radian: common denominator of the rational constants in angles.
         atom: common denominator of the coefficients of everything else in angles.
-        radicands: primes whose square roots appear, ascending.
+        radicands: pairwise coprime numbers, no squares, of which all constants under roots are products, ascending.
+        denominator: common denominator of the constants; a prime must not divide it.
     """
 
     turn: int
     radian: int
     atom: int
     radicands: tuple[int, ...]
+    denominator: int
+
+    @property
+    def order(self) -> int:
+        """Order of the root of unity that gives i, the sines of multiples of π, and the roots of small primes."""
+        return lcm(ROOT_ORDER, 2 * self.turn)
 
 
 def needs(outputs: Iterable[Expr]) -> Needs:
     """Return what a finite field must offer so that `outputs` can be run over it."""
     turn = radian = atom = 1
     radicands: dict[int, None] = {}
+    denominator = 1
     for node in reachable(outputs):
+        if node.op is Op.CONSTANT:
+            denominator = lcm(denominator, node.value.denominator)  # type: ignore[union-attr]
         if node.op in (Op.SIN, Op.COS):
             form = linear_form(node.args[0])
             turn = lcm(turn, form.turns.denominator)
             radian = lcm(radian, form.constant.denominator)
             atom = lcm(atom, *(coefficient.denominator for _, coefficient in form.terms))
         if node.op is Op.SQRT and node.args[0].op is Op.CONSTANT:
-            radicands.update(dict.fromkeys(_factors(node.args[0].value)))  # type: ignore[arg-type]
-    return Needs(turn, radian, atom, tuple(sorted(radicands)))
+            radicands[_radicand(node.args[0])] = None
+    return Needs(turn, radian, atom, _coprime_base(radicands, lcm(ROOT_ORDER, 2 * turn)), denominator)
 
 
 def draw_prime(seed: int, wanted: Needs) -> int:
-    """Return a random prime of 61 bits over which every root in `wanted` exists; the same seed, the same prime.
+    """Return a random prime of 127 bits over which every root in `wanted` exists; the same seed, the same prime.
 
-    It has more bits where the scene's multiples of π are so fine that 61 would leave little choice.
+    It has more bits where angles are divided so finely that 127 would leave little choice, or little certainty.
     """
-    step = lcm(ROOT_ORDER, 2 * wanted.turn)
-    floor = 1 << max(BITS - 1, step.bit_length() + SPARE_BITS)
+    step = wanted.order
+    floor = 1 << (lowest_bit(wanted))
     candidate = floor + 1 + step * (_hash(seed, "prime") % (floor // step))
     candidate -= (candidate - 1) % step
-    while not (fmpz(candidate).is_prime() and all(_is_square(n, candidate) for n in wanted.radicands)):
+    while not (
+        fmpz(candidate).is_prime()
+        and wanted.denominator % candidate
+        and all(_is_square(n, candidate) for n in wanted.radicands)
+    ):
         candidate += step
     return candidate
+
+
+def lowest_bit(wanted: Needs) -> int:
+    """Return k such that primes are drawn from 2^k … 2^(k+1)."""
+    fineness = wanted.radian.bit_length() + wanted.atom.bit_length() - 2
+    return max(BITS - 1 + fineness, wanted.order.bit_length() + SPARE_BITS)
 
 
 class FiniteField:
@@ -97,12 +119,12 @@ class FiniteField:
         self.p = prime
         self.seed = seed
         self.needs = wanted
-        self._order = lcm(ROOT_ORDER, 2 * wanted.turn)
+        self._order = wanted.order
         self._root = _root_of_unity(prime, self._order)
         self._i = pow(self._root, self._order // 4, prime)
         self._half = (prime + 1) // 2
         self._units: dict[Expr, int] = {}
-        self._radicals = {n: self._prime_radical(n) for n in (-1, 2, 3, 5, 7, *wanted.radicands)}
+        self._radicals = {n: self._radical(n) for n in wanted.radicands}
 
     def constant(self, value: Fraction) -> int:
         """Return numerator / denominator mod p."""
@@ -167,27 +189,28 @@ class FiniteField:
     def _square_root(self, radicand: Expr, value: int) -> int:
         if radicand.op is Op.CONSTANT:
             assert isinstance(radicand.value, Fraction)
-            root = pow(radicand.value.denominator, -1, self.p)
-            for prime in _factors(radicand.value):
-                root = root * self._radicals[prime] % self.p
-            return root
+            root, rest = pow(radicand.value.denominator, -1, self.p), _radicand(radicand)
+            for factor, radical in self._radicals.items():
+                while rest % factor == 0:
+                    rest //= factor
+                    root = root * radical % self.p
+            square = isqrt(rest)
+            assert square * square == rest, "the coprime base misses a radicand"
+            return root * square % self.p
         if not _is_square(value, self.p):
             raise Redraw
         return int(fmpz(value).sqrtmod(fmpz(self.p))) if value else 0
 
-    def _prime_radical(self, n: int) -> int:
-        """Return a square root of n, from the root of unity where n divides its order."""
-        cosine = {2: Fraction(1, 4), 3: Fraction(1, 6), 5: Fraction(1, 5)}
-        if n == -1:
-            return self._i
-        if n in cosine:
-            unit = pow(self._root, int(cosine[n] * (self._order // 2)), self.p)
-            twice = 2 * self.circular(Op.COS, unit)
-            return (2 * twice - 1 if n == 5 else twice) % self.p
-        if n == 7:  # Gauss sum: Σ ζ^(k²) = i sqrt(7) for ζ = exp(2πi/7)
-            zeta = pow(self._root, self._order // 7, self.p)
-            return -self._i * sum(pow(zeta, k * k, self.p) for k in range(7)) % self.p
-        return int(fmpz(n).sqrtmod(fmpz(self.p)))
+    def _radical(self, n: int) -> int:
+        """Return a square root of n: a Gauss sum where n is a prime that divides the order of the root of unity."""
+        if n == 2:
+            eighth = pow(self._root, self._order // 8, self.p)
+            return 2 * self.circular(Op.COS, eighth) % self.p
+        if self._order % n:
+            return int(fmpz(n).sqrtmod(fmpz(self.p)))
+        zeta = pow(self._root, self._order // n, self.p)  # Σ ζ^(k²) = sqrt(n), or i sqrt(n) for n ≡ 3 (mod 4)
+        gauss = sum(pow(zeta, k * k % n, self.p) for k in range(n))
+        return (gauss if n % 4 == 1 else -self._i * gauss) % self.p
 
 
 def evaluate_over_field(outputs: Sequence[Expr], field: FiniteField, values: dict[Expr, int]) -> list[int]:
@@ -244,13 +267,44 @@ def _root_of_unity(p: int, order: int) -> int:
         base += 1
 
 
-def _factors(value: Fraction) -> list[int]:
-    """Return primes, and perhaps one unfactored rest, whose product is numerator·denominator; -1 for a sign."""
-    rest = value.numerator * value.denominator
-    found = [-1] if rest < 0 else []
-    rest = abs(rest)
-    for prime in SMALL_PRIMES:
-        while rest % prime == 0:
-            rest //= prime
-            found.append(prime)
-    return found + ([rest] if rest > 1 else [])
+def _radicand(node: Expr) -> int:
+    """Return numerator · denominator of a constant, whose root times 1/denominator is the constant's root."""
+    value = node.value
+    assert isinstance(value, Fraction)
+    assert value >= 0, "the root of a negative constant is no number of any scene"
+    return value.numerator * value.denominator
+
+
+def _coprime_base(radicands: Iterable[int], order: int) -> tuple[int, ...]:
+    """Return pairwise coprime non-squares of which every radicand is a product, times a square.
+
+    Primes up to 1000 and those of `order` are split off; what is left is refined by common divisors, so that no large
+    number has to be factored. The roots of such a base are independent over the field of the root of unity.
+    """
+    primes = {*SMALL_PRIMES, *(int(prime) for prime, _ in fmpz(order).factor())}
+    base: set[int] = set()
+    rests: list[int] = []
+    for radicand in radicands:
+        rest = radicand
+        for prime in primes:
+            while rest and rest % prime == 0:
+                rest //= prime
+                base.add(prime)
+        rests.append(rest)
+    coprime: list[int] = []
+    while rests:
+        rest = rests.pop()
+        root = isqrt(rest)
+        if root * root == rest:
+            if root > 1:
+                rests.append(root)
+            continue
+        for k, other in enumerate(coprime):
+            common = gcd(rest, other)
+            if common > 1:
+                del coprime[k]
+                rests += [part for part in (rest // common, other // common, common) if part > 1]
+                break
+        else:
+            coprime.append(rest)
+    return tuple(sorted(base | set(coprime)))

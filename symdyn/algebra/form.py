@@ -119,6 +119,16 @@ def terms_of(form: Form) -> tuple[Form, ...]:
     return form.terms if isinstance(form, Sum) else (form,)
 
 
+def symbols_of(form: Form) -> list[str]:
+    """Return the names of the symbols in a form, in order of appearance, repeats included."""
+    if isinstance(form, Symbol):
+        return [form.name]
+    if isinstance(form, (Sum, Product, Function)):
+        parts = form.terms if isinstance(form, Sum) else form.factors if isinstance(form, Product) else form.args
+        return [name for part in parts for name in symbols_of(part)]
+    return symbols_of(form.base) if isinstance(form, Power) else []
+
+
 class Forms:
     """The algebra that turns a graph into a form as it stands."""
 

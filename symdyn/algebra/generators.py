@@ -1,14 +1,22 @@
-"""The generators of a ring of trigonometric polynomials: which ones given nodes need, and in which order."""
+"""The generators of a ring of trigonometric polynomials: which ones given nodes need, and in which order.
+
+An angle is a multiple of π/12, which has an exact sine, plus multiples of atoms. An atom is a coordinate, a parameter,
+1 rad (None) or π itself, and has one unit or more, each with a sine and a cosine of its own:
+
+    coordinates, parameters    the greatest common divisor of coefficients that are small multiples of it: q/2 and q
+                               share the unit ½; q and 100 q do not, and 101 q is their sum
+    constants                  one unit for each angle that occurs, 0.3 rad, π/180; π up to quarter turns and sign
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import gcd, lcm
+from math import gcd, inf, lcm
 
 from symdyn.errors import DerivationError
-from symdyn.graph import FUNCTIONS, Expr, LinearForm, Op, linear_form, reachable
+from symdyn.graph import FUNCTIONS, Expr, Op, linear_form, reachable
 from symdyn.graph.identities import SMALL_PRIMES
 
 COSINES = {  # part of a turn -> 4 cos = a + b √2 + c √3 + d √6
@@ -20,6 +28,7 @@ COSINES = {  # part of a turn -> 4 cos = a + b √2 + c √3 + d √6
     Fraction(5, 24): (0, -1, 0, 1),
     Fraction(1, 4): (0, 0, 0, 0),
 }
+MOST = 6  # angles share a unit while they are at most so many times as large
 
 
 @dataclass(frozen=True)
@@ -27,10 +36,10 @@ class Generator:
     """What a generator of the ring stands for.
 
     Attributes:
-        kind: "sin", "cos", "symbol", "pi", "root", "inverse", "function" or "cyclotomic".
+        kind: "sin", "cos", "symbol", "pi", "root", "inverse" or "function".
         node: the angle's atom (None: 1 rad), the symbol, the root or the function.
         unit: sine and cosine are those of unit · node.
-        number: the prime under a root, the order m of a cyclotomic generator, the slot of an inverse; else 0.
+        number: the prime under a root, the slot of an inverse; else 0.
     """
 
     kind: str
@@ -40,43 +49,82 @@ class Generator:
 
 
 Totals = Mapping[Expr, tuple[int, Expr | None]]  # see `TrigonometricRing`
+Atom = Expr | None
+Units = Mapping[Atom, tuple[Fraction, ...]]
 
 
-def atoms_of(form: LinearForm, totals: Totals) -> list[tuple[Expr | None, Fraction]]:
-    """Return an angle without its multiple of π as Σ coefficient · atom (None: 1 rad); q = sign (u(q) - u(below))."""
-    found: dict[Expr | None, Fraction] = {None: form.constant}
+def read_angle(angle: Expr, totals: Totals) -> tuple[int, list[tuple[Atom, Fraction]]]:
+    """Return (k, [(atom, coefficient), …]) with angle = k π/12 + Σ coefficient · atom; q = sign (u(q) - u(below))."""
+    form = linear_form(angle)
+    exact = form.turns if (12 * form.turns).denominator == 1 else Fraction(round(2 * form.turns), 2)
+    found: dict[Atom, Fraction] = {None: form.constant}
+    if form.turns != exact:
+        found[angle.graph.pi] = form.turns - exact
     for atom, coefficient in form.terms:
         sign, below = totals.get(atom, (1, None))
         found[atom] = found.get(atom, Fraction(0)) + sign * coefficient
         if below is not None:
             found[below] = found.get(below, Fraction(0)) - sign * coefficient
-    return [(atom, coefficient) for atom, coefficient in found.items() if coefficient]
+    return int(12 * exact), [(atom, coefficient) for atom, coefficient in found.items() if coefficient]
 
 
-def angle_units(nodes: Sequence[Expr], totals: Totals) -> tuple[dict[Expr | None, Fraction], Fraction]:
-    """Return each angle atom's unit (None: 1 rad), and the unit of the multiples of π."""
-    units: dict[Expr | None, Fraction] = {}
-    turn = Fraction(1)
+def angle_units(nodes: Sequence[Expr], totals: Totals) -> tuple[Units, int]:
+    """Return the units of each angle atom, and the order (4, 8, 12, 24) of the root of unity for the rest."""
+    sizes: dict[Atom, list[Fraction]] = {}
+    order = 4
     for node in nodes:
         if node.op in (Op.SIN, Op.COS):
-            form = linear_form(node.args[0])
-            turn = _divisor(turn, form.turns)
-            for atom, coefficient in atoms_of(form, totals):
-                units[atom] = _divisor(units.get(atom, Fraction(0)), coefficient)
-    return units, turn
+            exact, parts = read_angle(node.args[0], totals)
+            order = lcm(order, Fraction(exact, 24).denominator)
+            for atom, coefficient in parts:
+                sizes.setdefault(atom, []).append(abs(coefficient))
+    ordered = sorted(sizes, key=lambda atom: -1 if atom is None else atom.index)
+    return {atom: _units(sizes[atom], atom is None or atom.op is Op.PI) for atom in ordered}, order
 
 
-def _divisor(a: Fraction, b: Fraction) -> Fraction:
-    """Return the greatest fraction of which both are integer multiples."""
-    scale = lcm(a.denominator, b.denominator)
-    return Fraction(gcd(int(a * scale), int(b * scale)), scale)
+def _units(sizes: Sequence[Fraction], constant: bool) -> tuple[Fraction, ...]:
+    """Return the units of one atom: those of its sizes that are near multiples of each other share one."""
+    if constant:
+        return tuple(dict.fromkeys(sizes))
+    groups: list[list[Fraction]] = []
+    for size in sorted(dict.fromkeys(sizes)):
+        home = next((g for g in groups if max(*g, size) <= MOST * _divisor([*g, size])), None)
+        if home is not None:
+            home.append(size)
+        elif _length(split_by_units(size, [_divisor(g) for g in groups])) > MOST:
+            groups.append([size])
+    return tuple(map(_divisor, groups))
 
 
-def choose_generators(nodes: Sequence[Expr], units: dict[Expr | None, Fraction], order: int) -> Iterable[Generator]:
+def _divisor(sizes: Sequence[Fraction]) -> Fraction:
+    """Return the greatest fraction of which all are integer multiples."""
+    scale = lcm(*(size.denominator for size in sizes))
+    return Fraction(gcd(*(int(size * scale) for size in sizes)), scale)
+
+
+Split = list[tuple[Fraction, int]] | None  # Σ unit · count, None for an angle that is none
+
+
+def split_by_units(coefficient: Fraction, units: Sequence[Fraction]) -> Split:
+    """Return coefficient = count · unit or, from the greatest unit on, Σ count · unit: the shortest that is found."""
+    found: list[Split] = [[(unit, int(coefficient / unit))] for unit in units if (coefficient / unit).denominator == 1]
+    greedy, rest = [], coefficient
+    for unit in sorted(units, reverse=True):
+        if count := round(rest / unit):
+            greedy.append((unit, count))
+            rest -= count * unit
+    return min([*found, *([] if rest else [greedy])], key=_length, default=None)
+
+
+def _length(split: Split) -> float:
+    return inf if split is None else sum(abs(count) for _, count in split)
+
+
+def choose_generators(nodes: Sequence[Expr], units: Units, order: int) -> Iterable[Generator]:
     """Yield the generators, those that relations eliminate first (the ordering is lexicographic)."""
-    atoms = sorted(units, key=lambda atom: -1 if atom is None else atom.index)
-    for atom in atoms:
-        yield Generator("sin", atom, units[atom])
+    angles = [(atom, unit) for atom, sizes in units.items() for unit in sizes]
+    for atom, unit in angles:
+        yield Generator("sin", atom, unit)
     radicands = [node.args[0] for node in nodes if node.op is Op.SQRT]
     for node in reversed(nodes):
         if node.op is Op.SQRT and node.args[0].op is not Op.CONSTANT:
@@ -86,16 +134,11 @@ def choose_generators(nodes: Sequence[Expr], units: dict[Expr | None, Fraction],
     slots = sum(node.op is Op.DIV for node in nodes) + 2 * len(below)
     for slot in range(slots, 0, -1):
         yield Generator("inverse", number=slot)
-    radical = order in (4, 8, 12, 24)
-    if radical:
-        wanted |= {p for p, m in ((2, 8), (3, 12)) if order % m == 0}
+    wanted |= {p for p, m in ((2, 8), (3, 12)) if order % m == 0}
     for p in sorted(wanted):
-        if radical or order % (8 if p == 2 else p):
-            yield Generator("root", number=p)
-    if not radical:
-        yield Generator("cyclotomic", number=order)
-    for atom in atoms:
-        yield Generator("cos", atom, units[atom])
+        yield Generator("root", number=p)
+    for atom, unit in angles:
+        yield Generator("cos", atom, unit)
     for node in nodes:
         if node.op in FUNCTIONS and node.op not in (Op.SIN, Op.COS, Op.SQRT):
             yield Generator("function", node)

@@ -68,3 +68,22 @@ def graph_to_sympy(outputs: Sequence[Expr], positive: Sequence[str] = ()) -> lis
 def form_to_sympy(form: Form, positive: Sequence[str] = ()) -> Any:
     """Return a form as a SymPy expression, with the grouping and the sums of angles that it shows."""
     return graph_to_sympy([express_form(form, Graph())], positive)[0]
+
+
+def sympy_text(expression: Any, variables: Mapping[str, str]) -> str:
+    """Return a SymPy expression as Python that gives it back exactly after `from sympy import *`.
+
+    Args:
+        expression: what to print.
+        variables: the Python variable of each symbol, by name.
+    """
+    from sympy.printing.str import StrPrinter
+
+    class Printer(StrPrinter):  # type: ignore[misc]
+        def _print_Symbol(self, symbol: Any) -> str:
+            return variables[symbol.name]
+
+        def _print_Rational(self, number: Any) -> str:  # 1/3 alone would be a float
+            return f"Rational({number.p}, {number.q})"
+
+    return str(Printer({"order": "lex"}).doprint(expression))

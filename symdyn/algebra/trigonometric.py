@@ -2,14 +2,16 @@
 
 An element is a polynomial over the rationals (python-flint's `fmpq_mpoly`) in these generators, kept in normal form:
 
-    s, c       sine and cosine of each angle atom            s² → 1 - c²
-    r          square root of a prime or of a parameter      r² → its radicand
-    i          inverse of a parameter-only denominator d     i d → 1
-    x          2 cos(2π/m), where an angle has a multiple of π without square roots     minimal polynomial → 0
+    s, c       sine and cosine of each unit of each angle atom     s² → 1 - c²
+    r          square root of a prime or of a parameter            r² → its radicand
+    i          inverse of a parameter-only denominator d           i d → 1
     symbols    bare coordinates, velocities, parameters; π; functions (exp, tanh, …) of parameters, uninterpreted
 
-An angle is read as a linear form (`symdyn.graph.linear_form`); sums go by the addition formulas, and the atom's unit
-is the greatest common divisor of its coefficients, so that q and q/2 share one pair. Multiples of π are exact.
+An angle is read as a linear form; sums go by the addition formulas (`symdyn.algebra.generators` says what has a sine
+of its own). Multiples of π/12 are exact. So normal form is zero for what vanishes as a function of coordinates and
+parameters, with one exception: relations between constant angles that have a sine of their own (cos 36° = (1 + √5)/4,
+sin 2° = 2 sin 1° cos 1°) and relations of high degree between angles in one coordinate (q and 100 q) are not known.
+What relies on one of them may stay as a term whose value is zero: longer than need be, and still true.
 """
 
 from __future__ import annotations
@@ -17,16 +19,24 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import gcd, lcm
+from itertools import compress
 from typing import Any
 
-from flint import Ordering, fmpq, fmpq_mpoly_ctx, fmpz_poly
+from flint import Ordering, fmpq, fmpq_mpoly_ctx
 
-from symdyn.algebra.generators import COSINES, angle_units, atoms_of, choose_generators, prime_factors, refuse_variables
+from symdyn.algebra.generators import (
+    COSINES,
+    angle_units,
+    choose_generators,
+    prime_factors,
+    read_angle,
+    refuse_variables,
+    split_by_units,
+)
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, linear_form, reachable
+from symdyn.graph import Expr, Op, reachable
 
-_COSINE_POLYNOMIAL: Any = fmpz_poly.cos_minpoly  # minimal polynomial of 2 cos(2π/m)
+MOST_PRODUCTS = 5_000_000  # a 7-axis arm with ten symbolic inertial parameters a link takes 16 thousand
 
 Polynomial = Any  # flint.fmpq_mpoly, which carries no type hints
 Pair = tuple[Polynomial, Polynomial]  # cosine and sine
@@ -65,31 +75,29 @@ class TrigonometricRing:
         nodes = reachable([*outputs, *variables])
         refuse_variables(nodes, self.variables)
         self._totals = dict(totals or {})
-        units, turn = angle_units(nodes, self._totals)
-        self._order = lcm(4, (turn / 2).denominator)  # of the root of unity that all multiples of π are powers of
-        self.generators = tuple(choose_generators(nodes, units, self._order))
+        self._units, order = angle_units(nodes, self._totals)
+        self.generators = tuple(choose_generators(nodes, self._units, order))
         self._index = {(g.kind, g.node, g.number): i for i, g in enumerate(self.generators)}
+        self._circle = {(g.kind, g.node, g.unit): i for i, g in enumerate(self.generators)}
         names = [f"{g.kind}{i}" for i, g in enumerate(self.generators)]
         self.context = fmpq_mpoly_ctx.get(names or ["none"], Ordering.lex)
         self._gens = self.context.gens()
         self.zero, self.one = self.context.constant(0), self.context.constant(1)
         self._relations: list[_Relation] = []
         self._inverses: dict[str, int] = {}
+        self._products = 0
         self._constants: dict[Fraction, Polynomial] = {}
         self._pairs: dict[Expr, Pair] = {}
         self._turning: dict[Expr, list[tuple[int, int, Fraction]]] = {q: [] for q in self.variables}
         for i, g in enumerate(self.generators):
             if g.kind == "sin":
-                c = self._index["cos", g.node, 0]
+                c = self._circle["cos", g.node, g.unit]
                 self._relate(i, 2, self._gens[i] ** 2 + self._gens[c] ** 2 - 1)
                 for q, rate in self.angle(i):
                     if q in self._turning:
                         self._turning[q].append((i, c, rate))
             elif g.kind == "root" and g.node is None:
                 self._relate(i, 2, self._gens[i] ** 2 - g.number)
-            elif g.kind == "cyclotomic":
-                minimal = _COSINE_POLYNOMIAL(g.number).coeffs()
-                self._relate(i, len(minimal) - 1, sum(int(a) * self._gens[i] ** k for k, a in enumerate(minimal)))
 
     # The algebra
 
@@ -121,6 +129,7 @@ class TrigonometricRing:
 
     def mul(self, a: Polynomial, b: Polynomial) -> Polynomial:
         """Return a b in normal form."""
+        self._count(len(a) * len(b))
         return self.normal(a * b)
 
     def dot(self, a: Iterable[Polynomial], b: Iterable[Polynomial]) -> Polynomial:
@@ -128,8 +137,17 @@ class TrigonometricRing:
         total = self.zero
         for x, y in zip(a, b, strict=True):
             if x and y:
+                self._count(len(x) * len(y))
                 total += x * y
         return self.normal(total)
+
+    def _count(self, products: int) -> None:
+        self._products += products
+        if self._products > MOST_PRODUCTS:
+            raise DerivationError(
+                f"the closed form is too long to be of use: it takes more than {MOST_PRODUCTS} products of terms; "
+                "symdyn generate writes NumPy and C code, which grows with the number of joints only"
+            )
 
     def div(self, a: Polynomial, b: Polynomial) -> Polynomial:
         """Return a / b: exactly where b divides a, else with an inverse generator; ZeroDivisionError if b = 0."""
@@ -141,8 +159,7 @@ class TrigonometricRing:
                 return quotient
             numerator, b = self._rationalise(b)
             a = self.normal(a * numerator)
-        factor, powers = b.term_content(), ()
-        leading = b.leading_coefficient()
+        factor, leading = b.term_content(), b.leading_coefficient()
         rest = b / (factor * (leading / factor.leading_coefficient()))
         powers = factor.degrees() if not factor.is_constant() else ()
         a = a / leading
@@ -152,27 +169,13 @@ class TrigonometricRing:
         return a if rest == 1 else self.normal(a * self._inverse(rest))
 
     def _rationalise(self, b: Polynomial) -> Pair:
-        """Return (n, d) with 1/b = n/d and d free of roots and of x."""
+        """Return (n, d) with 1/b = n/d and d free of roots."""
         numerator = self.one
         for i, g in enumerate(self.generators):
             if b.degrees()[i] and g.kind == "root":
                 conjugate = b.compose(*[-x if k == i else x for k, x in enumerate(self._gens)])
                 numerator, b = self.normal(numerator * conjugate), self.normal(b * conjugate)
-            elif b.degrees()[i] and g.kind == "cyclotomic":
-                factor = self._field_inverse(b, i)
-                numerator, b = self.normal(numerator * factor), self.normal(b * factor)
         return numerator, b
-
-    def _field_inverse(self, b: Polynomial, i: int) -> Polynomial:
-        """Return n(x) with b n free of x: the product of the other conjugates cos(2πk/m), gcd(k, m) = 1."""
-        m, product = self.generators[i].number, self.one
-        for k in range(2, m // 2):
-            if gcd(k, m) == 1:
-                other = 2 * self._power_of_unity(k)[0]
-                product = self.normal(
-                    product * self.normal(b.compose(*[other if j == i else x for j, x in enumerate(self._gens)]))
-                )
-        return product
 
     def _inverse(self, d: Polynomial) -> Polynomial:
         key = str(d)
@@ -205,40 +208,20 @@ class TrigonometricRing:
             raise DerivationError(f"sqrt({value}) is not real; only roots of non-negative numbers have a closed form")
         product = self.constant(Fraction(1, value.denominator))
         for prime in prime_factors(value):
-            product = self.normal(product * self._radical(prime))
+            product = self.normal(product * self._gens[self._index["root", None, prime]])
         return product
 
-    def _radical(self, p: int) -> Polynomial:
-        """Return sqrt(p): a generator, or where x generates it a Gauss sum."""
-        if ("root", None, p) in self._index:
-            return self._gens[self._index["root", None, p]]
-        if p == 2:
-            return 2 * self._power_of_unity(self._order // 8)[0]
-        step, part = self._order // p, 0 if p % 4 == 1 else 1
-        return sum((self._power_of_unity(step * k * k)[part] for k in range(p)), self.zero)
-
-    def _power_of_unity(self, k: int) -> Pair:
-        """Return cosine and sine of 2πk/m."""
-        m = self._order
-        return self._cosine(k % m), self._cosine((k - m // 4) % m)
-
     def _cosine(self, k: int) -> Polynomial:
-        m = self._order
-        k = min(k, m - k)
-        if 4 * k > m:
-            return -self._cosine(m // 2 - k)
-        if ("cyclotomic", None, m) in self._index:  # 2 cos(kt) = x · 2 cos((k-1)t) - 2 cos((k-2)t)
-            x = self._gens[self._index["cyclotomic", None, m]]
-            before, now = self.constant(Fraction(2)), x
-            for _ in range(k):
-                before, now = now, self.normal(x * now) - before
-            return before / 2
+        """Return the cosine of k π/12, 0 <= k < 24."""
+        k = min(k, 24 - k)
+        if k > 6:
+            return -self._cosine(12 - k)
         total = self.zero
-        for quarters, prime_product in zip(COSINES[Fraction(k, m)], ((), (2,), (3,), (2, 3)), strict=True):
+        for quarters, prime_product in zip(COSINES[Fraction(k, 24)], ((), (2,), (3,), (2, 3)), strict=True):
             if quarters:
                 root = self.one
                 for p in prime_product:
-                    root = root * self._radical(p)
+                    root = root * self._gens[self._index["root", None, p]]
                 total += root * quarters / 4
         return total
 
@@ -246,15 +229,15 @@ class TrigonometricRing:
         """Return cosine and sine of an angle."""
         if angle in self._pairs:
             return self._pairs[angle]
-        form = linear_form(angle)
-        pair = self._power_of_unity(int(form.turns / 2 * self._order))
-        for atom, coefficient in atoms_of(form, self._totals):
-            index = self._index["cos", atom, 0]
-            base = (self._gens[index], self._gens[self._index["sin", atom, 0]])
-            count = int(coefficient / self.generators[index].unit)
-            base = base if count > 0 else (base[0], -base[1])
-            for _ in range(abs(count)):
-                pair = self.turned(pair, base)
+        exact, parts = read_angle(angle, self._totals)
+        pair = self._cosine(exact % 24), self._cosine((exact - 6) % 24)
+        for atom, coefficient in parts:
+            split = split_by_units(coefficient, self._units[atom])
+            assert split is not None, f"{angle} was not announced to this ring"
+            for unit, count in split:
+                c, s = self._gens[self._circle["cos", atom, unit]], self._gens[self._circle["sin", atom, unit]]
+                for _ in range(abs(count)):
+                    pair = self.turned(pair, (c, s if count > 0 else -s))
         self._pairs[angle] = pair
         return pair
 
@@ -310,7 +293,8 @@ class TrigonometricRing:
 
     def terms(self, p: Polynomial) -> list[tuple[tuple[tuple[int, int], ...], Fraction]]:
         """Return the terms of p: ((generator, power), …) by ascending generator, and the coefficient."""
+        every = range(len(self.generators))
         return [
-            (tuple((i, int(e)) for i, e in enumerate(powers) if e), Fraction(int(a.p), int(a.q)))
+            (tuple((i, int(powers[i])) for i in compress(every, powers)), Fraction(int(a.p), int(a.q)))
             for powers, a in zip(p.monoms(), p.coeffs(), strict=True)
         ]

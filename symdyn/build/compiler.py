@@ -15,7 +15,7 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
-from symdyn.errors import BuildError
+from symdyn.errors import BuildError, MissingCompiler
 
 CANDIDATES = ("cc", "gcc", "clang")
 
@@ -61,15 +61,19 @@ def find_compiler(wanted: str | None = None, machine: str = "native") -> Compile
             (x86-64-v2; nothing is asked of other families).
 
     Raises:
-        BuildError: the one that was asked for is not there, or there is none at all; an unknown machine.
+        BuildError: the one that was asked for is not there, or an unknown machine.
+        MissingCompiler: there is none at all.
     """
     if machine not in MACHINES:
         raise BuildError(f"machine {machine!r} is not known; give {' or '.join(MACHINES)}")
     asked = wanted or os.environ.get("CC", "").strip()
     if asked:
-        words = shlex.split(asked)
+        origin = "compiler" if wanted else "the environment variable CC"
+        try:
+            words = shlex.split(asked)
+        except ValueError as fault:
+            raise BuildError(f"{origin} = {asked} is no command line ({fault}); {_ways_out()}") from fault
         if shutil.which(words[0]) is None:
-            origin = "compiler" if wanted else "the environment variable CC"
             raise BuildError(f"{origin} = {asked}: there is no such program; {_ways_out()}")
         return _known(tuple(words), machine)
     for name in CANDIDATES:
@@ -78,7 +82,8 @@ def find_compiler(wanted: str | None = None, machine: str = "native") -> Compile
             return _known((path,), machine)
     if find_spec("ziglang") is not None:
         return _known((sys.executable, "-m", "ziglang", "cc"), machine)
-    raise BuildError(f"no C compiler found (tried $CC, {', '.join(CANDIDATES)} and the ziglang package); {_ways_out()}")
+    tried = f"$CC, {', '.join(CANDIDATES)} and the ziglang package"
+    raise MissingCompiler(f"no C compiler found (tried {tried}); {_ways_out()}")
 
 
 def _ways_out() -> str:

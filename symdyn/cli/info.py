@@ -127,7 +127,7 @@ def show(facts: dict[str, Any]) -> None:
     for joint in facts["joints"]:
         branches[joint["child"]] = branches[joint["parent"]].add(_label(joint))
     width = None if sys.stdout.isatty() else WIDTH
-    Console(width=width, highlight=False, markup=False).print(branches["ground"])
+    Console(width=width, highlight=False, markup=False, emoji=False).print(branches["ground"])
     print()
     if facts["parameters"]:
         rows = [(p["name"], p["value"] or "free", p["unit"], p["text"]) for p in facts["parameters"]]

@@ -16,6 +16,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     verb = verbs.add_parser("verify", help="prove the equations, measure the code", description=__doc__)
     add_reading_options(verb)
     verb.add_argument("--functions", metavar="LIST", help="comma-separated; default: all")
+    verb.add_argument("--real", choices=("double", "float"), default="double", help="number type of the measured code")
     verb.add_argument("--seed", type=int, default=1, help="of primes, points and states (default: 1)")
     verb.add_argument("--json", action="store_true", help="print the certificate as JSON")
     verb.set_defaults(run=run)
@@ -28,9 +29,9 @@ def run(options: argparse.Namespace) -> int:
     from symdyn.verify import certify
 
     scene = read_scene(options)
-    outputs = split(options.functions) if options.functions else None
+    outputs = split(options.functions) if options.functions is not None else None
     with Waiting() as progress:
-        certificate = certify(scene, outputs, options.seed, progress)
+        certificate = certify(scene, outputs, options.seed, progress, options.real)
     if options.json:
         print_json(certificate.as_dict())
     else:
@@ -53,13 +54,16 @@ def show(certificate: Certificate) -> None:
     primes = " and ".join(map(str, fields.primes))
     print(f"Proved at {fields.points} random points each over the primes {primes} (seed {fields.seed}).\n")
     measured = [
-        (a.function, a.module, f"{a.median_ulp:.2g}", f"{a.max_ulp:.2g}", f"{a.allowed_ulp:.2g}", _word(a.passed))
+        (a.function, a.module, f"{a.median_ulp:.2g}", f"{a.max_ulp:.2g}", f"{a.worst:.2g}", _word(a.passed))
         for a in certificate.accuracy
     ]
-    columns = ("function", "module", "median ", "max ", "allowed ", "")
+    columns = ("function", "module", "median ", "max ", "of bound ", "")
     states = certificate.accuracy[0].states if certificate.accuracy else 0
     title = f"Error of the built code against 50 digits, {states} states, ulp of the largest entry"
     print_table(title, columns, measured)
+    print("Errors are in ulps of the largest entry; 'of bound' is the worst entry's share of its own error bound.\n")
+    if certificate.refused:
+        print(f"The C code was refused: {certificate.refused}")
     for note in certificate.notes:
         print(f"Note: {note}")
     print(f"{certificate.scene}: {_word(certificate.passed)}")

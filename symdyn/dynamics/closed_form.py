@@ -22,6 +22,7 @@ from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Symbol, power_of, product_of, sum_of, terms_of
 from symdyn.algebra.sums_of_angles import AngleGroup, total_angles
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
+from symdyn.dynamics.coefficient_key import MOST_TERMS, Key, check_key, too_long
 from symdyn.dynamics.parallel import angle_groups
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import State, joint_motion, placement, state_symbols, vector
@@ -32,8 +33,6 @@ from symdyn.spatial import Inertia, Transform, apply, dot, no_inertia
 
 Row = tuple[Polynomial, ...]
 Matrix = tuple[Row, ...]
-
-Key = tuple[Any, ...]  # name and indices from 0, such as ("k_z", 0, 1)
 
 
 @dataclass(frozen=True)
@@ -69,7 +68,12 @@ class ClosedForm:
         return self.state.n
 
     def __getitem__(self, key: Key) -> Polynomial:
-        """Return one coefficient: ("k_z", i, j), ("k_C", i, pair), ("k_D", i, j), ("k_G", i), ("K",) or ("P",)."""
+        """Return one coefficient: ("k_z", i, j), ("k_C", i, pair), ("k_D", i, j), ("k_G", i), ("K",) or ("P",).
+
+        Raises:
+            DerivationError: there is no such coefficient; indices count from 0 and are not negative.
+        """
+        check_key(key, self.n)
         name, *index = key
         table = {"k_z": self.M, "k_C": self.k_C, "k_D": self.k_D, "k_G": self.k_G, "K": self.K, "P": self.P}
         value = table[name]
@@ -100,8 +104,12 @@ def closed_form(scene: Scene) -> ClosedForm:
     """Return the closed forms of a scene.
 
     Raises:
-        DerivationError: a coordinate stands in a function or a denominator, so there is no trigonometric polynomial.
+        DerivationError: a coordinate stands in a function or a denominator, so there is no trigonometric polynomial;
+            or there are more terms than anyone reads.
     """
+    entries = len(scene.coordinates) ** 2 * (len(scene.coordinates) - 1) // 2
+    if entries > MOST_TERMS:
+        raise too_long(scene, f"k_C alone has {entries} entries")
     graph = Graph()
     for parameter in scene.parameters:
         graph.symbol(parameter.name)  # first, so that forms print them in declared order and before coordinates
@@ -124,6 +132,8 @@ def closed_form(scene: Scene) -> ClosedForm:
     M = [[ring.zero] * state.n for _ in range(state.n)]
     for body in massive:
         _add_body(M, body, ring, found, state.q)
+        if (terms := sum(len(M[i][j]) for i, j in _square(state.n) if i <= j)) > MOST_TERMS:
+            raise too_long(scene, f"k_z alone has more than {terms} terms")
     for i, rotor in rotors:
         M[i][i] = M[i][i] + found[rotor]
     P = found[potential]
@@ -249,8 +259,9 @@ def coefficient_names(closed: ClosedForm) -> list[Key]:
 
 def coefficient_form(closed: ClosedForm, key: Key) -> Form:
     """Return one coefficient as short as the ring can write it; K as Σ k_z,ij q̇_i q̇_j / 2, ordered by velocities."""
+    value = closed[key]
     if key[0] != "K":
-        return closed.compactor(closed[key])
+        return closed.compactor(value)
     terms = []
     for i in range(closed.n):
         for j in range(i, closed.n):

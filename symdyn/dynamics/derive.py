@@ -88,6 +88,7 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
         entries=tuple(entries),
         units=row.units,
         formulation=name,
+        request=request,
     )
 
 

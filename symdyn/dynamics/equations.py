@@ -37,7 +37,8 @@ class Function:
         shape: shape of the result; () for a scalar.
         entries: row-major, length = product of shape.
         units: unit of the result, one line.
-        formulation: which road derived it, e.g. "RNEA".
+        formulation: which road derived it, e.g. "rnea".
+        request: what to ask `derive` for, e.g. "pose:tool".
     """
 
     name: str
@@ -48,6 +49,7 @@ class Function:
     entries: tuple[Expr, ...]
     units: str
     formulation: str
+    request: str = ""
 
 
 @dataclass(frozen=True)

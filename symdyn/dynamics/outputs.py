@@ -203,7 +203,7 @@ OUTPUTS: dict[str, Output] = {
         ("q", "qd"),
         "C",
         lambda n: (n, n),
-        "N m s or N s per unit of velocity",
+        "N m or N per unit of velocity",
         {
             "crba": lambda w: _flat(w.composite_christoffel.coriolis_matrix(w.state.qd)),
             "rnea": _polarised_matrix,
@@ -247,7 +247,7 @@ OUTPUTS: dict[str, Output] = {
         ("q",),
         "k_C",
         lambda n: (n, n * (n - 1) // 2),
-        "N m s^2 or N s^2 per unit of velocity squared",
+        "N m or N per unit of velocity squared",
         {
             "crba": lambda w: _flat(w.composite_christoffel.coriolis()),
             "rnea": _polarised_coriolis,
@@ -259,7 +259,7 @@ OUTPUTS: dict[str, Output] = {
         ("q",),
         "k_D",
         lambda n: (n, n),
-        "N m s^2 or N s^2 per unit of velocity squared",
+        "N m or N per unit of velocity squared",
         {
             "crba": lambda w: _flat(w.composite_christoffel.centrifugal()),
             "rnea": _polarised_centrifugal,

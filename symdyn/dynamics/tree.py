@@ -115,6 +115,7 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         carrier, place = home[joint.parent]
         place = place @ placement(joint.origin, graph)
         if joint.moves:
+            assert JOINTS[joint.type].nv == 1, f"{joint.type}: the tree carries one velocity a joint so far"
             leader = joint.coupling.coordinate if joint.coupling else joint.coordinate
             column.append(coordinates[leader])
             ratio.append(express(joint.coupling.ratio, graph) if joint.coupling else graph.one)

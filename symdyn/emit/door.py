@@ -45,7 +45,7 @@ def emit(
 
 def _command(program: Program, target: str, real: str, batch: bool) -> str:
     """Return the command line that makes the same files."""
-    functions = ",".join(routine.function.name for routine in program.routines)
+    functions = ",".join(routine.function.request or routine.function.name for routine in program.routines)
     precision = "" if real == "double" else f" --real {real}"
     many = " --batch" if batch and target == "c" else ""
-    return f"symdyn generate {program.scene.name} --target {target}{precision}{many} --functions {functions}"
+    return f"symdyn generate {program.scene.name}.toml --target {target}{precision}{many} --functions {functions}"

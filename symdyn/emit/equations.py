@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from symdyn.algebra.form import MINUS_ONE, Form, Power, Symbol, form_of, product_of, split_sign, sum_of, terms_of
-from symdyn.dynamics.closed_form import ClosedForm, Key, closed_form, coefficient_form, coefficient_names
+from symdyn.dynamics.closed_form import ClosedForm, closed_form, coefficient_form, coefficient_names
+from symdyn.dynamics.coefficient_key import MOST_TERMS, Key, too_long
 from symdyn.dynamics.state import generalized_forces
 from symdyn.emit.formula_text import shortened
 from symdyn.errors import EmitError
@@ -95,7 +96,8 @@ def equations_text(
 
     Args:
         scene: the mechanism, or its closed forms.
-        format: "latex", "text" (numbers exact; `symdyn.scene.parse` reads it back) or "sympy".
+        format: "latex", "text" (numbers exact; `symdyn.scene.parse` reads it back) or "sympy" (Python that runs
+            after `from sympy import *`).
         group: "equations" (one a joint), "coefficients" (k_{z,11} = …), "textbook" (under-braced, as (5.40)) or
             "matrix" (M(q) q̈ + c + g).
         angles: "long" for \sin(q_1 + q_2), "short" for s_{12}.
@@ -115,9 +117,13 @@ def equations_text(
         from symdyn.emit.latex_page import latex_document, latex_fragment
 
         return latex_document(page, group) if document else latex_fragment(page, group)
-    from symdyn.emit.text_page import sympy_page, text_page
+    if format == "text":
+        from symdyn.emit.text_page import text_page
 
-    return (text_page if format == "text" else sympy_page)(page, group)
+        return text_page(page, group)
+    from symdyn.emit.sympy_page import sympy_page
+
+    return sympy_page(page, group)
 
 
 def printable(scene: Scene | ClosedForm, short: bool = False) -> Printable:
@@ -132,23 +138,36 @@ def printable(scene: Scene | ClosedForm, short: bool = False) -> Printable:
         form = coefficient_form(closed, key)
         return shortened(form, numbers, names) if short else form
 
+    keys = coefficient_names(closed)
+    if (terms := sum(len(closed[key]) for key in keys)) > MOST_TERMS:
+        one = "; symdyn.closed_form(scene).sympy('k_z', 0, 0) gives a single coefficient in Python"
+        raise too_long(scene, f"its coefficients have {terms} terms", one)
+    rates = _rates(closed)
     rows: list[list[Coefficient]] = [[] for _ in scene.moving]
-    for key in coefficient_names(closed):
-        rows[key[1]].append(_coefficient(key, write(key), closed))
+    for key in keys:
+        rows[key[1]].append(_coefficient(key, write(key), rates[key[0]]))
     return Printable(scene, tuple(map(tuple, rows)), _right_hand_sides(scene), write(("K",)), write(("P",)), short)
 
 
-def _coefficient(key: Key, form: Form, closed: ClosedForm) -> Coefficient:
-    kind, i, *place = key
+Rates = list[tuple[tuple[int, ...], Form]]  # indices from 1 and what the coefficient multiplies
+
+
+def _rates(closed: ClosedForm) -> dict[str, Rates]:
+    """Return what the coefficients of a row multiply, by kind."""
     qd = [Symbol(str(rate.value)) for rate in closed.state.qd]
-    if kind == "k_C":
-        j, k = list(combinations(range(closed.n), 2))[place[0]]
-        return Coefficient(kind, (i + 1, j + 1, k + 1), form, product_of((qd[j], qd[k])))
-    if kind == "k_G":
-        return Coefficient(kind, (i + 1,), form, product_of(()))
-    j = place[0]
-    rate: Form = Power(qd[j], 2) if kind == "k_D" else Symbol(acceleration_name(closed.scene.coordinates[j]))
-    return Coefficient(kind, (i + 1, j + 1), form, rate)
+    n = range(closed.n)
+    return {
+        "k_z": [((j + 1,), Symbol(acceleration_name(q))) for j, q in enumerate(closed.scene.coordinates)],
+        "k_C": [((j + 1, k + 1), product_of((qd[j], qd[k]))) for j, k in combinations(n, 2)],
+        "k_D": [((j + 1,), Power(qd[j], 2)) for j in n],
+        "k_G": [((), product_of(()))],
+    }
+
+
+def _coefficient(key: Key, form: Form, rates: Rates) -> Coefficient:
+    kind, i, *place = key
+    indices, rate = rates[place[0] if place else 0]
+    return Coefficient(kind, (i + 1, *indices), form, rate)
 
 
 def _right_hand_sides(scene: Scene) -> tuple[Form, ...]:

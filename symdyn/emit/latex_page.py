@@ -82,9 +82,9 @@ def _lines(left: str, text: str, right: str = "") -> Lines:
     room = LINE - latex_width(left)
     lines = break_lines(text, room, room - INDENT, latex_width)
     if right and latex_width(lines[-1] + right) > room - INDENT * (len(lines) > 1):
-        lines.append(right)
+        lines += break_lines(right, room - INDENT, room - INDENT, latex_width)
     else:
-        lines[-1] = f"{lines[-1]} {right}".rstrip()
+        lines[-1] = f"{lines[-1]} {right.replace(BREAK, '')}".rstrip()
     first, *others = lines
     return [f"{left} &{first}" if left else f"& {first}", *(rf"&\quad {{}}{line}" for line in others)]
 
@@ -147,7 +147,7 @@ def _vanishing(page: Printable) -> list[str]:
 
 
 def _equations(page: Printable, write: Latex) -> list[str]:
-    paragraphs = [_lines("", write(page.left(i)), f"= {write.unbroken(right)}") for i, right in enumerate(page.right)]
+    paragraphs = [_lines("", write(page.left(i)), f"= {write(right)}") for i, right in enumerate(page.right)]
     return [display for paragraph in paragraphs for display in _align([paragraph])]
 
 
@@ -169,7 +169,9 @@ def _textbook(page: Printable, write: Latex) -> list[str]:
                 named[c.kind, tuple(sorted(c.indices)) if c.kind == "k_z" else c.indices] = None
             rate = "" if c.kind == "k_G" else rf"\, {write.unbroken(c.rate)}"
             text += (f" {BREAK}{sign} " if text else "-" if sign == "-" else "") + shown + rate
-        paragraphs.append(_definition(write.unbroken(right), text or "0"))
+        drive, text = write(right), text or "0"
+        wide = latex_width(drive) > BRACED
+        paragraphs.append(_lines("", drive, f"= {text}") if wide else _definition(write.unbroken(right), text))
     displays = [display for paragraph in paragraphs for display in _align([paragraph])]
     if named:
         displays += ["where"]

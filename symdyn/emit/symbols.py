@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from dataclasses import dataclass
 
 from symdyn.scene import Scene, acceleration_name, velocity_name
@@ -83,7 +84,7 @@ def latex_symbols(scene: Scene) -> dict[str, str]:
     taken: set[str] = set()
 
     def enter(name: str, latex: str | None = None) -> PrintName:
-        shown = print_name(name) if latex is None else _declared(latex)
+        shown = _declared(latex) if latex else print_name(name)
         if str(shown) in taken:
             shown = PrintName(f"\\mathtt{{{escape(name)}}}")
         taken.add(str(shown))
@@ -107,16 +108,26 @@ def _declared(latex: str) -> PrintName:
     return PrintName(parts[1], parts[2] or parts[3]) if parts else PrintName(latex)
 
 
+RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+LETTERS = {"°": r"{}^{\circ}", "%": r"\%", "μ": r"\mu ", "Ω": r"\Omega "}
+UNIT = re.compile(rf"([A-Za-z{''.join(LETTERS)}]+)(?:(?:\^|\*\*)?(-?\d+))?|([/()1])|[*·⋅ ]")
+
+
 def latex_unit(unit: str) -> str:
-    r"""Return a unit such as "kg m^2" or "m/s^2" upright, with thin spaces."""
-    if not unit:
-        return ""
-    parts = []
-    for token in re.findall(r"[A-Za-z°%µΩ]+|\^-?\d+|[/*·]|\d+", unit):
-        if token.startswith("^"):
-            parts.append(f"^{{{token[1:]}}}")
-        elif token == "/":
-            parts.append("/")
-        elif token not in "*·":
-            parts.append(("\\," if parts and parts[-1] != "/" else "") + f"\\mathrm{{{token}}}")
-    return "".join(parts)
+    r"""Return a unit such as "kg m^2", "m/s²" or "N·m/(rad s)" upright, with thin spaces; other text as it stands."""
+    plain = re.sub("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", lambda raised: f"^{raised[0].translate(RAISED)}", unit)
+    plain = unicodedata.normalize("NFKC", plain)  # one µ, one Ω
+    text, at = "", 0
+    while at < len(plain):
+        token = UNIT.match(plain, at)
+        if token is None:
+            return rf"\text{{{escape(unit.encode('ascii', 'replace').decode())}}}"
+        letters, power, mark = token.groups()
+        if letters:
+            text += "" if not text or text[-1] in "/(" else r"\,"
+            text += rf"\mathrm{{{''.join(LETTERS.get(letter, letter) for letter in letters).strip()}}}"
+            text += f"^{{{power}}}" if power else ""
+        elif mark:
+            text += r"\," * (mark == "(" and bool(text) and text[-1] not in "/(") + mark
+        at = token.end()
+    return text

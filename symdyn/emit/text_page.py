@@ -1,13 +1,12 @@
-"""Equations as plain text and as SymPy's text, one formula a paragraph, lines that fit a terminal."""
+"""Equations as plain text, one formula a paragraph, lines that fit a terminal."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
-from symdyn.algebra.form import Form
 from symdyn.emit.breaking import break_lines
 from symdyn.emit.equations import KINDS, Coefficient, Printable, coriolis, gravity
-from symdyn.emit.formula_text import broken_text, text_of
+from symdyn.emit.formula_text import BREAK, broken_text, text_of
 
 WIDTH = 110
 INDENT = "    "
@@ -15,18 +14,7 @@ INDENT = "    "
 
 def text_page(page: Printable, group: str) -> str:
     """Return the equations in plain text; indices from 1."""
-    return "\n".join(_paragraphs(page, group, _wrapped))
-
-
-def sympy_page(page: Printable, group: str) -> str:
-    """Return the equations in SymPy's words: `name = expression`, or Eq(…) for an equation."""
-    from symdyn.algebra.sympy_algebra import form_to_sympy
-
-    def show(left: str, form: Form, right: str) -> str:
-        expression = str(form_to_sympy(form))
-        return f"Eq({expression}, {right})" if right else f"{left} = {expression}"
-
-    return "\n".join(_paragraphs(page, group, show))
+    return "\n".join(_paragraphs(page, group))
 
 
 def coefficient_name(c: Coefficient) -> str:
@@ -37,23 +25,29 @@ def coefficient_name(c: Coefficient) -> str:
     return f"{c.kind}{first}{'_' if c.kind == 'k_C' else ''}{''.join(rest)}"
 
 
-Show = Callable[[str, Form, str], str]  # (name, form, "") for a definition, ("", left side, right side) else
+def _wrapped(left: str, right: str) -> str:
+    """Return `left = right`, both with break marks, in lines; the right-hand side starts a line if it is long."""
+    if BREAK not in left:  # a definition
+        return _lines(f"{left} = {right}", WIDTH)
+    shown = _lines(left, WIDTH)
+    plain = right.replace(BREAK, "")
+    if len(shown.rpartition("\n")[2]) + len(plain) + 3 <= WIDTH:
+        return f"{shown} = {plain}"
+    return f"{shown}\n{INDENT}{_lines(f'= {right}', WIDTH - len(INDENT))}"
 
 
-def _wrapped(left: str, form: Form, right: str) -> str:
-    start, end = f"{left} = " if left else "", f" = {right}" if right else ""
-    lines = break_lines(broken_text(form), WIDTH - len(start), WIDTH - len(INDENT) - len(end), len)
-    return f"\n{INDENT}".join([start + lines[0], *lines[1:]]) + end
+def _lines(text: str, first: int) -> str:
+    return f"\n{INDENT}".join(break_lines(text, first, WIDTH - len(INDENT), len))
 
 
-def _paragraphs(page: Printable, group: str, show: Show) -> Iterator[str]:
+def _paragraphs(page: Printable, group: str) -> Iterator[str]:
     if group == "coefficients":
-        yield from _coefficients(page, show)
+        yield from _coefficients(page)
     elif group == "textbook":
         for row, right in zip(page.rows, page.right, strict=True):
-            yield f"{text_of(right)} = {' '.join(_named_terms(row))}"
+            yield _wrapped(broken_text(right), f" {BREAK}".join(_named_terms(row)) or "0")
         yield ""
-        yield from _coefficients(page, show)
+        yield from _coefficients(page)
     elif group == "matrix":
         n = len(page.rows)
         yield "M*qdd + c + g = tau"
@@ -62,22 +56,22 @@ def _paragraphs(page: Printable, group: str, show: Show) -> Iterator[str]:
             for c in row:
                 if c.kind == "k_z" and c.indices[1] >= i:
                     mirrored = "" if c.indices[1] == i else f" = M[{c.indices[1]},{i}]"
-                    yield show(f"M[{i},{c.indices[1]}]{mirrored}", c.form, "")
+                    yield _wrapped(f"M[{i},{c.indices[1]}]{mirrored}", broken_text(c.form))
         for name, entry in (("c", coriolis), ("g", gravity)):
-            yield from (show(f"{name}[{i + 1}]", entry(page, i), "") for i in range(n))
-        yield from (f"tau[{i}] = {text_of(right)}" for i, right in enumerate(page.right, 1))
+            yield from (_wrapped(f"{name}[{i + 1}]", broken_text(entry(page, i))) for i in range(n))
+        yield from (_wrapped(f"tau[{i}]", broken_text(right)) for i, right in enumerate(page.right, 1))
     else:
         for i, right in enumerate(page.right):
-            yield show("", page.left(i), text_of(right))
+            yield _wrapped(broken_text(page.left(i)), broken_text(right))
 
 
-def _coefficients(page: Printable, show: Show) -> Iterator[str]:
+def _coefficients(page: Printable) -> Iterator[str]:
     for c in page.coefficients:
         if c.vanishes or (c.kind == "k_z" and c.indices[0] > c.indices[1]):
             continue
         mirrored = c.kind == "k_z" and c.indices[0] != c.indices[1]
         twin = f" = {coefficient_name(Coefficient(c.kind, c.indices[::-1], c.form, c.rate))}" if mirrored else ""
-        yield show(coefficient_name(c) + twin, c.form, "")
+        yield _wrapped(coefficient_name(c) + twin, broken_text(c.form))
     for kind in KINDS:
         zero = [coefficient_name(c) for c in page.coefficients if c.kind == kind and c.vanishes]
         if zero:

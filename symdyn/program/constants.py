@@ -1,8 +1,8 @@
 """Values of nodes without symbols, such as sqrt(2)/2 or sin(37°), once and to many digits.
 
-Each is computed at two precisions. Where these agree the value stands; where they do not, all digits have cancelled
-and the constant is zero, which the graph could not see. A value that is a simple fraction to 80 digits is that
-fraction, so that cos²(40°) + sin²(40°) no longer multiplies anything.
+Each is computed with a bound of its rounding error, at a precision that doubles until 50 digits stand. One that is
+all rounding error even at 3200 digits is zero, which the graph could not see. A value that is a simple fraction to 80
+digits is that fraction, so that cos²(40°) + sin²(40°) no longer multiplies anything.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from fractions import Fraction
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, reachable
 
-DIGITS = (50, 100)
-AGREE = Fraction(1, 10**25)
+PRECISIONS = (110, 220, 800, 3200)
+WANTED = Fraction(1, 10**90)  # relative error of a value that stands
 SIMPLE = 10**6
 SAME = Fraction(1, 10**80)
 
@@ -34,9 +34,11 @@ def constants(outputs: Sequence[Expr]) -> dict[Expr, Fraction]:
         elif node.op is Op.PI or (node.args and all(arg in known for arg in node.args)):
             known[node] = Fraction(0)  # until it is computed below
             inexact.append(node)
-    if inexact:
-        rough, fine = (_values(inexact, digits) for digits in DIGITS)
-        known.update({node: _settle(low, high) for node, low, high in zip(inexact, rough, fine, strict=True)})
+    for digits in PRECISIONS:
+        if not inexact:
+            break
+        inexact = _settle(inexact, known, digits)
+    known.update(dict.fromkeys(inexact, Fraction(0)))
     return known
 
 
@@ -45,23 +47,30 @@ def is_simple(value: Fraction) -> bool:
     return value.denominator <= SIMPLE
 
 
-def _settle(low: Fraction, high: Fraction) -> Fraction:
-    """Return the value that two precisions tell: zero, a simple fraction, or the finer one."""
-    if abs(high - low) > AGREE * abs(high):
-        return Fraction(0)
-    simple = high.limit_denominator(SIMPLE)
-    return simple if abs(high - simple) <= SAME * abs(high) else high
-
-
-def _values(nodes: Sequence[Expr], digits: int) -> list[Fraction]:
-    """Return the nodes' values at one precision."""
+def _settle(nodes: Sequence[Expr], known: dict[Expr, Fraction], digits: int) -> list[Expr]:
+    """Enter the values that stand at one precision into `known`, and return the nodes that need more digits."""
     from symdyn.algebra.big import BigFloats
+    from symdyn.algebra.running_error import RunningErrors
 
+    numbers = BigFloats(digits)
+    roundoff = numbers.context.mpf(10) ** (1 - digits)
     try:
-        return [_exact(value) for value in evaluate(nodes, BigFloats(digits), {})]
+        values = evaluate(nodes, RunningErrors(numbers, roundoff, roundoff), {})
+        found = [(_exact(bounded.value), _exact(numbers.context.mpf(bounded.error))) for bounded in values]
+    except ZeroDivisionError as fault:
+        if digits < PRECISIONS[-1]:
+            return list(nodes)
+        raise DerivationError(NOT_REAL) from fault
     except (ArithmeticError, ValueError, AttributeError) as fault:
-        message = "a constant of the scene is not a finite real number; look for 1/0, sqrt or log of a negative number"
-        raise DerivationError(message) from fault
+        raise DerivationError(NOT_REAL) from fault
+    rest = []
+    for node, (value, error) in zip(nodes, found, strict=True):
+        if error <= WANTED * abs(value):
+            simple = value.limit_denominator(SIMPLE)
+            known[node] = simple if abs(value - simple) <= SAME * abs(value) else value
+        else:
+            rest.append(node)
+    return rest
 
 
 def _exact(value: object) -> Fraction:
@@ -71,3 +80,6 @@ def _exact(value: object) -> Fraction:
         raise ValueError(f"{value} is not finite")
     size = Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
     return -size if negative else size
+
+
+NOT_REAL = "a constant of the scene is not a finite real number; look for 1/0, sqrt or log of a negative number"

@@ -103,24 +103,25 @@ def check(program: Program) -> Program:
         for length in routine.function.shape:
             size *= length
         assert len(routine.function.entries) == size, f"{where}: shape {routine.function.shape} and entries disagree"
-        defined = {step.node for step in routine.inputs}
+        defined = {*program.constants, *(step.node for step in routine.inputs)}
         for step in routine.steps:
-            late = _undefined(step.node, defined | {*program.constants})
+            late = _undefined(step.node, defined)
             assert not late, f"{where}: {step.name} needs {late}, which come later or are no arguments"
             defined.add(step.node)
         for entry in routine.function.entries:
-            missing = _undefined(entry, defined | {*program.constants})
+            missing = _undefined(entry, defined)
             assert not missing, f"{where} needs {missing}, which are none of its arguments"
     return program
 
 
 def _undefined(node: Expr, defined: set[Expr]) -> list[Expr]:
     """Return the symbols below `node` that are reached without passing a defined node."""
-    found, stack = [], [node]
+    found, stack, seen = [], [node], set()
     while stack:
         here = stack.pop()
-        if here in defined:
+        if here in defined or here in seen:
             continue
+        seen.add(here)
         if here.op is Op.SYMBOL:
             found.append(here)
         stack += here.args

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from symdyn.graph import Graph
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.model import GROUND, Joint, Limits, Pose, Scene, acceleration_name, velocity_name
-from symdyn.scene.names import check_name, listed, suggestion
+from symdyn.scene.names import check_latex, check_name, listed, suggestion
 from symdyn.scene.physical import inertia_fault, mass_faults
 from symdyn.scene.quantity import ZERO, Quantity, express
 from symdyn.scene.spelling import spell
@@ -91,6 +91,10 @@ def _names(draft: Draft, faults: Faults) -> None:
             _claim(faults, taken.setdefault(family, {}), where, "", name)
             if family == "frame" and name == GROUND:
                 faults.add(where, "ground is the name of what does not move; choose another")
+    for where, parameter in zip(draft.where["parameters"], scene.parameters, strict=True):
+        fault = check_latex(parameter.latex) if parameter.latex else None
+        if fault:
+            faults.add(where, f"latex = {shorten(repr(parameter.latex))} {fault}")
     for where, joint in zip(draft.where["joints"], scene.joints, strict=True):
         for key, symbol in (("coordinate", joint.coordinate), ("drive", joint.drive)):
             if symbol:

@@ -22,12 +22,12 @@ from symdyn.dynamics import (
     roads,
 )
 from symdyn.emit import emit
-from symdyn.errors import BuildError
+from symdyn.errors import BuildError, MissingCompiler
 from symdyn.graph import Expr, reachable, substitute
 from symdyn.program import Program, cheapest, lower
 from symdyn.scene import Scene, express
 from symdyn.verify.accuracy import Accuracy, measure, sample
-from symdyn.verify.equality import DIFFERENT, NUMERICAL, Claim, Fields, Finding, prove
+from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Claim, Fields, Finding, prove
 from symdyn.verify.laws import laws
 
 STATES = 50  # at which positive definiteness is looked at
@@ -45,6 +45,7 @@ class Certificate:
         findings: derivations against each other, laws, and the program against the equations.
         accuracy: built modules against 50 digits.
         notes: what was left out and why.
+        refused: the compiler's words if it refused the C code; "" if it did not.
     """
 
     scene: str
@@ -52,19 +53,26 @@ class Certificate:
     findings: tuple[Finding, ...]
     accuracy: tuple[Accuracy, ...]
     notes: tuple[str, ...]
+    refused: str = ""
 
     @property
     def passed(self) -> bool:
-        """Whether nothing differs and every module is as accurate as doubles allow."""
-        return all(f.verdict != DIFFERENT for f in self.findings) and all(a.passed for a in self.accuracy)
+        """Whether nothing differs, the C code compiles, and every module is as accurate as its numbers allow."""
+        sound = all(f.verdict != DIFFERENT for f in self.findings)
+        return sound and not self.refused and all(a.passed for a in self.accuracy)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the certificate for JSON."""
-        return {**asdict(self), "passed": self.passed}
+        facts: dict[str, Any] = finite({**asdict(self), "passed": self.passed})
+        return facts
 
 
 def certify(
-    scene: Scene, outputs: Sequence[str] | None = None, seed: int = 1, progress: Progress = lambda _: None
+    scene: Scene,
+    outputs: Sequence[str] | None = None,
+    seed: int = 1,
+    progress: Progress = lambda _: None,
+    real: str = "double",
 ) -> Certificate:
     """Return the certificate of a scene.
 
@@ -73,10 +81,10 @@ def certify(
         outputs: what to certify, as for `derive`; None takes everything that the scene has.
         seed: of primes, points and states; the same seed, the same proofs.
         progress: told what is being done.
+        real: "double" or "float": the number type of the modules that are measured.
 
     Raises:
         DerivationError: an output that was asked for by name does not exist.
-        VerifyError: the scene's equations are defined nowhere.
     """
     notes: list[str] = []
     workspace = Workspace(scene)
@@ -95,13 +103,15 @@ def certify(
     program = lower(Equations(scene, workspace.graph, preferred))
     claims += _program_claims(scene, preferred, program)
     progress("proving over finite fields")
+    claims = [claim for claim in claims if claim.left]  # k_C of one coordinate has no entries
     fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
     progress("building")
-    modules = _modules(program, notes)
+    modules, refused = _modules(program, real, notes)
     findings += _positive_definite(program, modules, seed, notes)
     progress("measuring against 50 digits")
-    accuracy = measure(program, modules, seed=seed)
-    return Certificate(scene.name, fields, tuple(findings), tuple(accuracy), tuple(notes))
+    accuracy = measure(program, modules, seed=seed, real=real)
+    notes += [f"{a.function}: real at none of the states tried" for a in accuracy if not a.states]
+    return Certificate(scene.name, fields, tuple(findings), tuple(accuracy), tuple(notes), refused)
 
 
 def everything(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
@@ -134,20 +144,33 @@ def _program_claims(scene: Scene, functions: Sequence[Function], program: Progra
     ]
 
 
-def _modules(program: Program, notes: list[str]) -> dict[str, Any]:
-    modules = {"numpy": run_python(emit(program, "numpy"))}
+def _modules(program: Program, real: str, notes: list[str]) -> tuple[dict[str, Any], str]:
+    """Return the built modules, and the compiler's words if there is one and it refused."""
+    modules = {"numpy": run_python(emit(program, "numpy", real))}
     try:
-        modules["c"] = build(emit(program, "c"))
+        modules["c"] = build(emit(program, "c", real))
+    except MissingCompiler as fault:
+        notes.append(f"C was not measured: {fault}")
     except BuildError as fault:
-        notes.append(f"C: {fault}")
-        return modules
+        return modules, str(fault)
     usual = tuple(routine for routine in program.routines if is_usual(routine.function.name))
-    if usual:  # compiling the others in both real types takes longer than it tells
+    if usual and real == "double":  # compiling the others in both real types takes longer than it tells
         try:
             modules["ufunc"] = build_extension(emit(replace(program, routines=usual), "ufunc"))[1]
+        except MissingCompiler as fault:
+            notes.append(f"ufunc was not measured: {fault}")
         except BuildError as fault:
-            notes.append(f"ufunc: {fault}")
-    return modules
+            return modules, str(fault)
+    return modules, ""
+
+
+def finite(value: Any) -> Any:
+    """Return `value` with infinities and NaNs, which JSON has no word for, as None."""
+    if isinstance(value, dict):
+        return {key: finite(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(entry) for entry in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
 def _positive_definite(program: Program, modules: dict[str, Any], seed: int, notes: list[str]) -> list[Finding]:
@@ -159,8 +182,10 @@ def _positive_definite(program: Program, modules: dict[str, Any], seed: int, not
         notes.append("positive definiteness of M: left out, free parameters that are not declared positive")
         return []
     rng = random.Random(seed)
-    states = [sample(functions["mass_matrix"].arguments, rng) for _ in range(STATES)]
-    smallest = [float(np.linalg.eigvalsh(modules["numpy"].mass_matrix(*state)).min()) for state in states]
-    where = next((k for k, value in enumerate(smallest) if value <= 0), -1)
-    verdict = NUMERICAL if where < 0 else DIFFERENT
-    return [Finding("mass matrix: positive definite", verdict, STATES, 0, 0.0, where)]
+    states = [sample(functions["mass_matrix"].arguments, rng, widen=1.0 + k % 4 * 8) for k in range(4 * STATES)]
+    with np.errstate(all="ignore"):
+        matrices = [modules["numpy"].mass_matrix(*state) for state in states]
+    real = [M for M in matrices if np.isfinite(M).all()][:STATES]  # a formula may be real for some parameters only
+    where = next((k for k, M in enumerate(real) if np.linalg.eigvalsh(M).min() <= 0), -1)
+    verdict = UNDEFINED if not real else NUMERICAL if where < 0 else DIFFERENT
+    return [Finding("mass matrix: positive definite", verdict, len(real), 0, 0.0, where)]

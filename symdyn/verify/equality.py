@@ -1,4 +1,4 @@
-"""Proving that two graphs are the same function: random points over random 61-bit primes (Schwartz-Zippel).
+"""Proving that two graphs are the same function: random points over random 127-bit primes (Schwartz-Zippel).
 
 What the field cannot decide (a branch of a square root, an identity of an uninterpreted function) is compared at
 random points in 50 digits instead and reported as "checked numerically", never as proved. Points are of either sign,
@@ -10,24 +10,26 @@ from __future__ import annotations
 import random
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from math import log10
-from typing import Any
+from fractions import Fraction
 
 from symdyn.algebra.big import BigFloats
-from symdyn.algebra.degree import degree_bound
+from symdyn.algebra.degree import bound
 from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime, evaluate_over_field, needs
+from symdyn.algebra.running_error import Bounded, RunningErrors
 from symdyn.errors import VerifyError
 from symdyn.graph import FUNCTIONS, Expr, Op, evaluate, linear_form, reachable
 
 PROVED = "proved"
 NUMERICAL = "checked numerically"
 DIFFERENT = "different"
+UNDEFINED = "defined nowhere"
 
 MAX_DRAWS = 200
 DIGITS = 50
-TOLERANCE = 1e-35  # relative; 50 digits leave 15 for cancellation
+SAFETY = 1e3  # times the first-order bound of the rounding error
+SURE = -6.0  # log10 of the chance of error from which a claim is not called proved
 TRIALS = 6  # numerical points, half of them the mirror images of the others
-CONSISTENT_RADICANDS = frozenset({2, 3, 5, 7})  # their roots are built from the root of unity that gives the sines
+SPREAD = (2.0, 8.0, 64.0, 1024.0)  # widths of the ranges that numerical points are drawn from, one after the other
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,7 @@ class Finding:
 
     Attributes:
         claim: its name and its two sides, for reading.
-        verdict: PROVED, NUMERICAL or DIFFERENT.
+        verdict: PROVED, NUMERICAL, DIFFERENT, or UNDEFINED where no real point was found to look at.
         entries: how many pairs were compared.
         degree: bound of the degree of the differences; 0 when numerical.
         error_log10: log10 of the probability that a false claim would pass; 0 when not proved.
@@ -82,43 +84,43 @@ def prove(
         primes: how many primes.
         points: how many points over each.
         positive: names of symbols that are assumed positive where a claim is checked numerically.
-
-    Raises:
-        VerifyError: no point could be drawn at which everything is defined.
     """
-    exact = {k: claim for k, claim in enumerate(claims) if not _has_branches((*claim.left, *claim.right))}
-    wanted = needs([node for claim in exact.values() for node in (*claim.left, *claim.right)])
-    chosen = tuple(draw_prime(seed + k, wanted) for k in range(primes))
-    agree = {k: [True] * len(claim.left) for k, claim in exact.items()}
-    for k, prime in enumerate(chosen):
-        for point in range(points):
-            drawn = _draw(tuple(exact.values()), prime, wanted, (seed, k, point))
-            for flags, (left, right) in zip(agree.values(), drawn, strict=True):
-                for i, (a, b) in enumerate(zip(left, right, strict=True)):
-                    flags[i] = flags[i] and a == b
-    findings = [
-        _judge(claim, agree[k], wanted, min(chosen), primes * points, positive)
-        if k in exact
-        else _look(claim, positive)
-        for k, claim in enumerate(claims)
-    ]
-    return Fields(seed, chosen, points), findings
+    exact = [claim for claim in claims if not _has_branches((*claim.left, *claim.right))]
+    wanted = needs([node for claim in exact for node in (*claim.left, *claim.right)])
+    fields = Fields(seed, tuple(draw_prime(seed + k, wanted) for k in range(primes)), points)
+    findings = []
+    for claim in claims:
+        flags = _agreement(claim, fields, wanted) if claim in exact else None
+        limit = bound(claim.left, claim.right, wanted) if flags is not None and all(flags) else None
+        error = limit.error_log10(wanted, primes, points) if limit else 0.0
+        findings.append(_judge(claim, flags, limit.degree if limit else 0, error, positive))
+    return fields, findings
+
+
+def _agreement(claim: Claim, fields: Fields, wanted: Needs) -> list[bool] | None:
+    """Return which entries agree at all points of all fields; None if no point was found at which all is defined."""
+    agree = [True] * len(claim.left)
+    for k, prime in enumerate(fields.primes):
+        draws = iter(range(MAX_DRAWS))
+        for point in range(fields.points):
+            drawn = _draw(claim, prime, wanted, (fields.seed, k, point), draws)
+            if drawn is None:
+                return None
+            agree = [flag and a == b for flag, a, b in zip(agree, *drawn, strict=True)]
+    return agree
 
 
 def _draw(
-    claims: Sequence[Claim], prime: int, wanted: Needs, key: tuple[int, int, int]
-) -> list[tuple[list[int], list[int]]]:
-    """Return the values of all claims at one random point of the field; unlucky points are drawn again."""
-    for attempt in range(MAX_DRAWS):
+    claim: Claim, prime: int, wanted: Needs, key: tuple[int, int, int], draws: Iterator[int]
+) -> tuple[list[int], list[int]] | None:
+    """Return the values of both sides at one random point of the field; unlucky points are drawn again."""
+    for attempt in draws:
         field = FiniteField(prime, hash_seed(*key, attempt), wanted)
         try:
-            return [(_field_values(c.left, field), _field_values(c.right, field)) for c in claims]
+            return _field_values(claim.left, field), _field_values(claim.right, field)
         except Redraw:
             continue
-    raise VerifyError(
-        f"no point over GF({prime}) was found at which every division and root is defined ({MAX_DRAWS} tries); "
-        "a divisor is zero for all values"
-    )
+    return None
 
 
 def _field_values(outputs: Sequence[Expr], field: FiniteField) -> list[int]:
@@ -140,23 +142,29 @@ def hash_seed(*key: int) -> int:
 
 
 def _judge(
-    claim: Claim, flags: Sequence[bool], wanted: Needs, prime: int, points: int, positive: Collection[str]
+    claim: Claim, flags: Sequence[bool] | None, degree: int, error_log10: float, positive: Collection[str]
 ) -> Finding:
-    """Return the finding for a claim, given which entries agreed over the fields."""
-    if all(flags):
-        degree = degree_bound(claim.left, claim.right, wanted)
-        error = points * (log10(max(degree, 1)) - log10(prime))
-        if error < -6:
-            return Finding(_title(claim), PROVED, len(flags), degree, error, -1)
-    elif _is_decided((*claim.left, *claim.right)):
+    """Return the finding for a claim.
+
+    Args:
+        claim: what was claimed.
+        flags: which entries agreed over the fields; None where fields cannot tell.
+        degree: bound of the degree, when all agreed.
+        error_log10: log10 of the probability that they agreed by chance.
+        positive: symbols that are assumed positive.
+    """
+    if flags is not None and not all(flags) and _is_decided((*claim.left, *claim.right)):
         return Finding(_title(claim), DIFFERENT, len(flags), 0, 0.0, list(flags).index(False))
-    return _look(claim, positive)
-
-
-def _look(claim: Claim, positive: Collection[str]) -> Finding:
-    """Return the finding for a claim at numerical points alone."""
-    where = _first_difference(claim, positive)
-    return Finding(_title(claim), NUMERICAL if where < 0 else DIFFERENT, len(claim.left), 0, 0.0, where)
+    proved = flags is not None and all(flags) and error_log10 < SURE
+    try:
+        where = _first_difference(claim, positive, 1 if proved else TRIALS)  # one look keeps the field honest
+    except VerifyError:
+        return Finding(_title(claim), UNDEFINED, len(claim.left), 0, 0.0, -1)
+    if where >= 0:
+        return Finding(_title(claim), DIFFERENT, len(claim.left), 0, 0.0, where)
+    if proved:
+        return Finding(_title(claim), PROVED, len(claim.left), degree, error_log10, -1)
+    return Finding(_title(claim), NUMERICAL, len(claim.left), 0, 0.0, -1)
 
 
 def _title(claim: Claim) -> str:
@@ -166,11 +174,9 @@ def _title(claim: Claim) -> str:
 def _is_decided(outputs: Sequence[Expr]) -> bool:
     """Whether values that differ over a field mean different functions, however small the difference.
 
-    So it is where the field knows every relation: sines of linear angles, and roots of 2, 3, 5, 7.
+    So it is where the field knows every relation: sines of linear angles, and roots of constants.
     """
     for entries in _by_graph(outputs):
-        if not set(needs(entries).radicands) <= CONSISTENT_RADICANDS:
-            return False
         for node in reachable(entries):
             if node.op in (Op.SIN, Op.COS):
                 if any(atom.op is not Op.SYMBOL for atom, _ in linear_form(node.args[0]).terms):
@@ -181,9 +187,9 @@ def _is_decided(outputs: Sequence[Expr]) -> bool:
 
 
 def _has_branches(outputs: Sequence[Expr]) -> bool:
-    """Whether a root of something variable occurs: a field has two such roots or none, and no sign to choose by."""
+    """Whether a root of something variable, or of a negative number, occurs: a field has no sign to choose it by."""
     return any(
-        node.op is Op.SQRT and node.args[0].op is not Op.CONSTANT
+        node.op is Op.SQRT and not (isinstance(node.args[0].value, Fraction) and node.args[0].value >= 0)
         for entries in _by_graph(outputs)
         for node in reachable(entries)
     )
@@ -196,38 +202,45 @@ def _by_graph(outputs: Sequence[Expr]) -> list[list[Expr]]:
     return list(groups.values())
 
 
-def _first_difference(claim: Claim, positive: Collection[str]) -> int:
-    """Return the first entry that differs at random points in 50 digits, -1 if none does."""
-    algebra = BigFloats(DIGITS)
-    algebra.context.trap_complex = True  # the root of a negative number is no value
+def _first_difference(claim: Claim, positive: Collection[str], trials: int) -> int:
+    """Return the first entry that differs at random points, by more than rounding to 50 digits explains, -1 if none.
+
+    Raises:
+        VerifyError: no point was found at which both sides are real.
+    """
+    numbers = BigFloats(DIGITS)
+    numbers.context.trap_complex = True  # the root of a negative number is no value
+    roundoff = 10.0 ** (1 - DIGITS)
+    algebra = RunningErrors(numbers, roundoff, roundoff)
     draws = iter(range(MAX_DRAWS))
-    for _ in range(TRIALS):
+    for _ in range(trials):
         left, right = _next_point(claim, algebra, positive, draws)
-        scale = max([abs(value) for value in (*left, *right)], default=1) or 1
         for i, (a, b) in enumerate(zip(left, right, strict=True)):
-            if not abs(a - b) <= TOLERANCE * scale:
+            if not abs(a.value - b.value) <= SAFETY * (a.error + b.error):
                 return i
     return -1
 
 
 def _next_point(
-    claim: Claim, algebra: BigFloats, positive: Collection[str], draws: Iterator[int]
-) -> tuple[list[Any], list[Any]]:
+    claim: Claim, algebra: RunningErrors, positive: Collection[str], draws: Iterator[int]
+) -> tuple[list[Bounded], list[Bounded]]:
     """Return the values of both sides at the next point where they are real."""
     for draw in draws:
         try:
-            return _big_values(claim.left, algebra, positive, draw), _big_values(claim.right, algebra, positive, draw)
-        except (ValueError, ZeroDivisionError):
+            return _values(claim.left, algebra, positive, draw), _values(claim.right, algebra, positive, draw)
+        except (ValueError, ZeroDivisionError, OverflowError):
             continue
     raise VerifyError(f"{claim.name}: no point was found at which every root and logarithm is real ({MAX_DRAWS} tries)")
 
 
-def _big_values(outputs: Sequence[Expr], algebra: BigFloats, positive: Collection[str], draw: int) -> list[Any]:
+def _values(outputs: Sequence[Expr], algebra: RunningErrors, positive: Collection[str], draw: int) -> list[Bounded]:
+    """Return the values at a point: draws come as pairs x and -x, in ever wider ranges, at last all positive."""
+    width = SPREAD[draw // 8 % len(SPREAD)]
     values = {}
     for node in reachable(outputs):
         if node.op is Op.SYMBOL:
             rng = random.Random(f"{draw // 2}:{node.value}")
-            signed = draw < MAX_DRAWS // 2 and node.value not in positive  # if few points are real, try all positive
-            sign = rng.choice((-1, 1)) * (-1) ** draw if signed else 1  # points come as x and -x
-            values[node] = algebra.number(sign * rng.uniform(0.25, 2.0))
+            signed = draw < MAX_DRAWS // 2 and node.value not in positive
+            sign = rng.choice((-1, 1)) * (-1) ** draw if signed else 1
+            values[node] = algebra.exact(algebra.numbers.number(sign * rng.uniform(0.25, width)))
     return evaluate(outputs, algebra, values)

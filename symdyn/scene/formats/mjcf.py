@@ -8,6 +8,7 @@ ever opened. What remains, a tree of bodies, is read by `mjcf_tree`.
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,6 +23,7 @@ from symdyn.scene.formats.xml import Element, read_xml
 from symdyn.scene.reading import Reading, ReadOptions
 from symdyn.scene.table import Faults, shorten, show
 
+OLDEST = (3, 4)
 MOST_FILES = 100
 MOST_ELEMENTS = 1_000_000
 MOST_BODIES = 2_000
@@ -42,6 +44,7 @@ PASSING = ("pairs", "excludes", "sensors", "keys", "actuators", "textures", "mat
 
 LARGEST_NUMBER = 1e100
 UNIT = 1e-6
+LONGEST_REASON = 400
 
 NUMBERS = {
     "body": ("pos", "quat", "mass", "ipos", "iquat", "inertia"),
@@ -165,9 +168,10 @@ def _package(path: Path) -> Any:
         raise SceneError(
             f"{path}: MJCF is read by MuJoCo's compiler, and the package mujoco is missing; {advice}"
         ) from None
-    if not hasattr(getattr(mujoco, "MjSpec", None), "delete"):
-        advice = "pip install --upgrade symdyn[mjcf]"
-        raise SceneError(f"{path}: mujoco {mujoco.__version__} is too old; 3.3 or newer is needed: {advice}")
+    version = re.match(r"(\d+)\.(\d+)", mujoco.__version__)
+    if version is None or (int(version[1]), int(version[2])) < OLDEST:
+        what = f"mujoco {mujoco.__version__} is too old, {OLDEST[0]}.{OLDEST[1]} is needed"
+        raise SceneError(f"{path}: {what}; pip install --upgrade symdyn[mjcf]")
     return mujoco
 
 
@@ -182,7 +186,7 @@ def _heard(mujoco: Any, path: Path, said: list[str]) -> Iterator[None]:
             yield
         said.extend(_one_line(str(warning.message)) for warning in python)
     except (ValueError, TypeError, RuntimeError, OSError, MemoryError) as error:
-        reason = shorten(_one_line(str(error)) or type(error).__name__)
+        reason = _one_line(str(error))[:LONGEST_REASON] or type(error).__name__
         raise SceneError(f"{path}: MuJoCo's compiler refuses it: {reason}") from None
     finally:
         mujoco.set_mju_user_warning(before)

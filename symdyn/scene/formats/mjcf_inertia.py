@@ -12,7 +12,8 @@ from symdyn.scene.quantity import Quantity
 
 KEYS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 
-AGREEMENT = 1e-12
+AGREEMENT = 1e-8
+"""Relative; the compiler of some versions turns a matrix into principal axes no more accurately than this."""
 
 
 def entries(

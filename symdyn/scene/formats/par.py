@@ -24,7 +24,8 @@ from symdyn.graph import Op
 from symdyn.scene.declare import Declaration, assemble
 from symdyn.scene.folding import FormulaError, neg
 from symdyn.scene.formats.naming import printable_names
-from symdyn.scene.formats.par_text import BASE_KEYS, KEYS, LINK_KEYS, SCALAR_KEYS, Sheet, parse_sheet
+from symdyn.scene.formats.par_checks import count_frames, is_zero, refuse_motion_of_base
+from symdyn.scene.formats.par_text import SCALAR_KEYS, WRENCH, Sheet, parse_sheet
 from symdyn.scene.formats.snap import snap_angle
 from symdyn.scene.formula import parse
 from symdyn.scene.model import GROUND, Pose
@@ -38,16 +39,12 @@ LARGEST_FILE = 4 * 2**20
 
 INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
 
-WRENCH = ("fx", "fy", "fz", "cx", "cy", "cz")
-
 ANGLES = ("gamma", "alpha", "theta")
 
 UNREAD_KEYS = (*SCALAR_KEYS, *WRENCH, "qp", "qdp", "k", "z")
 """What no equation depends on; k is the stiffness of joints that bend, of which there are none."""
 
 REVOLUTE, PRISMATIC, FIXED = 0, 1, 2
-
-IDENTITY = ("1", "0", "0", "0", "0", "1", "0", "0", "0", "0", "1", "0", "0", "0", "0", "1")
 
 _WORD = re.compile(r"(?<![\w.])[A-Za-z_]\w*")
 
@@ -109,8 +106,8 @@ class _Reader:
 
     def declaration(self, stem: str) -> Declaration:
         """Return what the file declares."""
-        n = self.structure()
-        self.base()
+        n = count_frames(self.sheet, self.faults)
+        refuse_motion_of_base(self.sheet, self.faults)
         self.faults.close()
         frames = [_Frame(j + 1, self.whole("sigma", j, 0, 2), self.whole("ant", j, 0, n)) for j in range(n)]
         bodies = self.names("Link names", "link", n)
@@ -130,54 +127,6 @@ class _Reader:
             bodies=tuple(links),
             joints=tuple(joints),
         )
-
-    def structure(self) -> int:
-        """Return the number of frames of a tree; what is no tree is refused."""
-        counts = {}
-        for key in ("nl", "nj", "nf"):
-            text = self.sheet.values.get(key, ("",))[0]
-            if re.fullmatch(r"\d{1,4}", text):
-                counts[key] = int(text)
-            elif key != "nf" or text:
-                self.faults.add("", f"{key.upper()} = {show(text)} is not a whole number; write such as NL = 6, NJ = 6")
-        self.faults.close()
-        nl, nj = counts["nl"], counts["nj"]
-        nf = counts.get("nf", 2 * nj - nl)
-        if self.sheet.values.get("type", ("0",))[0] == "2" or not nl == nj == nf:
-            raise SceneError(
-                f"{self.faults.source}: has closed loops (NL = {nl}, NJ = {nj}, NF = {nf}), and closed loops come with "
-                "loop joints, which a scene does not have yet; until then cut them: keep the first NL rows of every "
-                "list and write Type = 1, NJ = NF = NL"
-            )
-        for key in KEYS:
-            given = self.sheet.values.get(key)
-            if given is not None and len(given) != _length(key, nl):
-                self.faults.add("", f"{key} has {len(given)} values; {_length(key, nl)} are needed")
-        for key in ("sigma", "theta", "m"):
-            if key not in self.sheet.values:
-                self.faults.add("", f"{key} is missing; give one value a frame")
-        missing = [key.upper() for key in LINK_KEYS if key not in self.sheet.values and key not in WRENCH]
-        if missing:
-            self.faults.note("", f"{', '.join(missing)} are not given and read as zero")
-        return nl
-
-    def base(self) -> None:
-        """Refuse what moves the base or bends the joints."""
-        for key in ("is_floating", "is_mobile"):
-            if self.sheet.values.get(key, ("0",))[0].lower() not in ("0", "false", ""):
-                advice = "free bases come with free joints, which a scene does not have yet; write 0 to hold the base"
-                self.faults.add("", f"{key} = {self.sheet.values[key][0]}: {advice}")
-        for key in ("w0", "wp0", "v0", "vp0"):
-            if any(not _is_zero(text) for text in self.sheet.values.get(key, ())):
-                shown = show(list(self.sheet.values[key]))
-                self.faults.add("", f"{key.upper()} = {shown}: the base of a scene is at rest; write zeros")
-        for j, text in enumerate(self.sheet.values.get("eta", ())):
-            if not _is_zero(text):
-                self.faults.add(f"frame {j + 1}", f"eta = {text}: joints of a scene are rigid; write 0")
-        if self.sheet.values.get("z", IDENTITY) != IDENTITY:
-            self.faults.note("", "Z, the place of frame 0 in the world, is left out: no equation depends on it")
-        if "g" not in self.sheet.values:
-            self.faults.add("", "G is missing; give the acceleration of free fall in frame 0, such as {0, 0, -9.81}")
 
     def names(self, remark: str, default: str, n: int) -> list[str]:
         """Return the names that a comment gives, link1, link2, ... without one."""
@@ -259,7 +208,7 @@ class _Reader:
     def wrench(self, j: int) -> None:
         """Read no external wrench: OpenSYMORO's own placeholders are noted, any other one is refused."""
         texts = [self.sheet.values[key][j] for key in WRENCH if key in self.sheet.values]
-        acting = [text for text in texts if not _is_zero(text)]
+        acting = [text for text in texts if not is_zero(text)]
         placeholders = [text for text in acting if text.upper() in {f"{key}{j + 1}".upper() for key in WRENCH}]
         if acting and acting == placeholders:
             self.faults.note(f"frame {j + 1}", f"the external wrench {', '.join(acting)} is read as zero")
@@ -301,17 +250,6 @@ def _words(sheet: Sheet) -> list[str]:
     texts = (text for key, values in sheet.values.items() if key not in UNREAD_KEYS for text in values)
     words = dict.fromkeys(word for text in texts for word in _WORD.findall(text))
     return [word for word in words if word not in FORMULA_NAMES or word == "deg"]
-
-
-def _length(key: str, n: int) -> int:
-    """Return how many values a key has in a tree of n frames."""
-    if key in BASE_KEYS:
-        return 16 if key == "z" else 3
-    return 1 if key in SCALAR_KEYS else n
-
-
-def _is_zero(text: str) -> bool:
-    return re.fullmatch(r"[+-]?(0+\.?0*|\.0+)|", text) is not None
 
 
 def _split(value: Quantity) -> tuple[str, Quantity] | None:

@@ -19,6 +19,8 @@ LINK_KEYS = (
     "xx", "xy", "xz", "yy", "yz", "zz", "mx", "my", "mz", "m", "ia", "fv", "fs", "fx", "fy", "fz", "cx", "cy", "cz",
 )  # fmt: skip
 
+WRENCH = ("fx", "fy", "fz", "cx", "cy", "cz")
+
 JOINT_KEYS = ("qp", "qdp", "gam", "eta", "k")
 
 BASE_KEYS = ("w0", "wp0", "v0", "vp0", "g", "z")
@@ -28,10 +30,10 @@ SCALAR_KEYS = ("nf", "nl", "nj", "type", "is_floating", "is_mobile")
 KEYS = (*SCALAR_KEYS, *ROW_KEYS, *LINK_KEYS, *JOINT_KEYS, *BASE_KEYS)
 
 LONGEST_LIST = 2_000
+MOST_FAULTS = 20
 
-_COMMENT = re.compile(r"\(\*(.*?)\*\)", re.DOTALL)
 _SPACE = re.compile(r"\s*")
-_STATEMENT = re.compile(r"([A-Za-z_]\w*)[ \t]*=[ \t]*(?:\n\s*)?(\{[^{}]*\}|[^{};\n]+)[ \t]*;?")
+_STATEMENT = re.compile(r"([A-Za-z_]\w*)[ \t]*=[ \t]*(?:\n\s*)?(\{[^{}]*\}|[^{};\s][^{};\n]*)[ \t]*;?")
 _REMARK = re.compile(r"\s*(Robotname|Link names|Joint names)\s*=\s*'([^'\n]*)'\s*\Z")
 _WORDS = {"Pi": "pi", "PI": "pi", **{name.capitalize(): name for name in UNARY_FUNCTIONS}, "ArcTan2": "atan2"}
 
@@ -51,12 +53,12 @@ class Sheet:
 
 def parse_sheet(text: str, faults: Faults) -> Sheet:
     """Return what a file says; keys that are not known are noted, what is no statement is a fault."""
-    remarks = {found[1]: found[2].strip() for comment in _COMMENT.findall(text) if (found := _REMARK.match(comment))}
-    bare = _COMMENT.sub(lambda comment: "\n" * comment[0].count("\n"), text)
+    bare, comments = _without_comments(text, faults)
+    remarks = {found[1]: found[2].strip() for comment in comments if (found := _REMARK.match(comment))}
     values: dict[str, tuple[str, ...]] = {}
     at = start = 0
     line = 1
-    while (start := _SPACE.match(bare, at).end()) < len(bare):  # type: ignore[union-attr]
+    while (start := _SPACE.match(bare, at).end()) < len(bare) and len(faults.lines) < MOST_FAULTS:  # type: ignore[union-attr]
         line += bare.count("\n", at, start)
         found = _STATEMENT.match(bare, start)
         if found is None:
@@ -74,6 +76,22 @@ def parse_sheet(text: str, faults: Faults) -> Sheet:
             if len(values[key]) > LONGEST_LIST:
                 faults.add(where, f"{found[1]} has {len(values[key])} values; {LONGEST_LIST} are allowed")
     return Sheet(remarks, values)
+
+
+def _without_comments(text: str, faults: Faults) -> tuple[str, list[str]]:
+    """Return the text with line breaks in place of comments, and the comments."""
+    parts: list[str] = []
+    comments: list[str] = []
+    at = 0
+    while (start := text.find("(*", at)) >= 0:
+        end = text.find("*)", start + 2)
+        if end < 0:
+            faults.add(f"line {text.count(chr(10), 0, start) + 1}", "a comment begins that does not end; write *)")
+            return "", comments
+        comments.append(text[start + 2 : end])
+        parts += [text[at:start], "\n" * comments[-1].count("\n")]
+        at = end + 2
+    return "".join([*parts, text[at:]]), comments
 
 
 def _items(raw: str) -> tuple[str, ...]:

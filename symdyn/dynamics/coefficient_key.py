@@ -1,0 +1,37 @@
+"""Names of Lagrange's coefficients, and how many terms of them are still worth printing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from symdyn.errors import DerivationError
+from symdyn.scene import Scene
+
+Key = tuple[Any, ...]  # name and indices from 0, such as ("k_z", 0, 1)
+
+MOST_TERMS = 100_000
+
+
+def check_key(key: object, n: int) -> None:
+    """Raise DerivationError unless `key` is that of a coefficient of a mechanism with n coordinates."""
+    sizes = {"k_z": (n, n), "k_C": (n, n * (n - 1) // 2), "k_D": (n, n), "k_G": (n,), "K": (), "P": ()}
+    name, *index = key if isinstance(key, tuple) and key else (key,)
+    shape = sizes.get(name) if isinstance(name, str) else None
+    if shape is None or len(index) != len(shape):
+        fits = False
+    else:
+        fits = all(isinstance(i, int) and 0 <= i < size for i, size in zip(index, shape, strict=True))
+    if not fits:
+        pairs = f"pair in 0..{n * (n - 1) // 2 - 1}" if n > 1 else "no pair, as one coordinate has none"
+        raise DerivationError(
+            f"there is no coefficient {key!r}; give ('k_z', i, j), ('k_C', i, pair), ('k_D', i, j), ('k_G', i), "
+            f"('K',) or ('P',), with i and j in 0..{n - 1} and {pairs}"
+        )
+
+
+def too_long(scene: Scene, found: str, else_: str = "") -> DerivationError:
+    """Return the error for closed forms that nobody could read; `found` says how long, `else_` what also works."""
+    return DerivationError(
+        f"the closed form of {scene.name} is too long to be of use: {found}, and {MOST_TERMS} is the limit; "
+        f"symdyn generate writes NumPy and C code, which grows with the number of joints only{else_}"
+    )
