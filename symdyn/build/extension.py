@@ -15,7 +15,7 @@ from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.library import Kind, load
 from symdyn.emit import Sources
 from symdyn.emit.ufunc import module_name
-from symdyn.errors import BuildError
+from symdyn.errors import BuildError, MissingCompiler
 
 
 def build_extension(
@@ -54,11 +54,11 @@ def _python_headers() -> str:
     """Return the folder of Python.h.
 
     Raises:
-        BuildError: it is not installed.
+        MissingCompiler: it is not installed.
     """
     folder = sysconfig.get_path("include")
     if folder is None or not (Path(folder) / "Python.h").is_file():
-        raise BuildError(
+        raise MissingCompiler(
             f"{folder}: there is no Python.h, which an extension module needs; install Python's headers (python3-dev), "
             "or use the NumPy module, which needs none: `symdyn generate SCENE --target numpy`"
         )
