@@ -301,3 +301,12 @@ def test_without_mujoco_the_way_to_get_it_is_told(tmp_path: Path, monkeypatch: p
 def test_an_old_mujoco_is_refused_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mujoco, "__version__", "3.1.6")
     assert "mujoco 3.1.6 is too old, 3.4 is needed" in faults(world(tmp_path, body()))
+
+
+def test_the_suffix_mjcf_is_read_like_xml(tmp_path):
+    text = (Path(__file__).parent / "data" / "pendulum.xml").read_bytes()
+    (tmp_path / "pendulum.mjcf").write_bytes(text)
+    (tmp_path / "pendulum.xml").write_bytes(text)
+
+    one, other = (mjcf.read(tmp_path / name, ReadOptions()).scene for name in ("pendulum.mjcf", "pendulum.xml"))
+    assert one == other

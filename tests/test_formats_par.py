@@ -15,7 +15,20 @@ from symdyn.build import lambdify
 from symdyn.dynamics import derive
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
-from symdyn.scene import Pose, Scene, body, express, fixed, prismatic, read, revolute, scene, spell, write_text
+from symdyn.scene import (
+    Pose,
+    Scene,
+    body,
+    express,
+    fixed,
+    prismatic,
+    read,
+    read_text,
+    revolute,
+    scene,
+    spell,
+    write_text,
+)
 from symdyn.scene.formats import par, par_writer
 from symdyn.scene.formats.par_frames import rows
 from symdyn.scene.quantity import number, symbol
@@ -344,3 +357,21 @@ def test_inertias_move_to_the_link_frame_by_the_parallel_axis_theorem() -> None:
 
 def test_pose_without_steps_is_a_row_of_zeros() -> None:
     assert row_steps(rows(Pose().steps)[0]) == [(kind, number(0)) for kind in ("Rz", "Tz", "Rx", "Tx", "Rz", "Tz")]
+
+
+def test_a_decimal_angle_near_a_multiple_of_pi_stays_what_it_was():
+    text = """
+    [bodies.a]
+    mass = 1
+    com = [1, 2, 3]
+    [joints.j]
+    type = "revolute"
+    parent = "ground"
+    child = "a"
+    origin = { rpy = [1.5708, 0, 0.785398] }
+    """
+    near = read_text(text, "near.toml")
+    written = par_writer.write_text(near).text
+
+    assert "pi" not in written.lower()
+    assert "1.57080" in written

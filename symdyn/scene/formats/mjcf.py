@@ -8,9 +8,10 @@ ever opened. What remains, a tree of bodies, is read by `mjcf_tree`.
 
 from __future__ import annotations
 
+import os
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
@@ -77,7 +78,7 @@ def read(path: Path, options: ReadOptions) -> Reading:
     mujoco = _package(path)
     said: list[str] = []
     with _heard(mujoco, path, said):
-        spec = mujoco.MjSpec.from_file(str(path))  # parses MJCF, opens nothing else
+        spec = _spec(mujoco, path, files)
     _strip(mujoco, spec, faults)
     faults.close()
     with _heard(mujoco, path, said):
@@ -89,6 +90,14 @@ def read(path: Path, options: ReadOptions) -> Reading:
     declaration = Tree(mujoco, spec, model, faults, options).declaration(path.stem)
     scene = assemble(declaration, str(path), faults, options.allow_invalid_inertia)
     return Reading(scene, tuple(faults.notes))
+
+
+def _spec(mujoco: Any, path: Path, files: Mapping[Path, Element]) -> Any:
+    """Return the parsed file; MuJoCo opens no file whose name does not end in .xml, so such a one is handed over."""
+    if path.suffix == ".xml":
+        return mujoco.MjSpec.from_file(str(path))  # parses MJCF, opens nothing else
+    others = {os.path.relpath(file, path.parent): file.read_bytes() for file in files if file != path}
+    return mujoco.MjSpec.from_string(path.read_text(encoding="utf-8"), include=others)
 
 
 # The text

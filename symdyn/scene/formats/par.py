@@ -130,7 +130,7 @@ class _Reader:
 
     def names(self, remark: str, default: str, n: int) -> list[str]:
         """Return the names that a comment gives, link1, link2, ... without one."""
-        given = [name.strip() for name in self.sheet.remarks.get(remark, "").split(",")]
+        given = [name.strip() for name in self.sheet.remarks.get(remark, "").split(",") if name.strip()]
         if len(dict.fromkeys(given)) != n:
             return [f"{default}{j + 1}" for j in range(n)]
         return list(self.printable(given, default).values())

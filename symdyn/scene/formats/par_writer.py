@@ -10,18 +10,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 
 from symdyn.errors import SceneError
 from symdyn.graph import Op
 from symdyn.scene import folding
 from symdyn.scene.formats.par_frames import Row, rows
 from symdyn.scene.formats.par_links import INERTIAL, NOTHING, Link, link
+from symdyn.scene.formats.placing import angle_text
 from symdyn.scene.formats.turns import Step, inverse, towards
 from symdyn.scene.model import GROUND, Joint, Limits, Parameter, Pose, Scene, Vector
 from symdyn.scene.quantity import ZERO, Quantity, symbol
 from symdyn.scene.reading import Written
 from symdyn.scene.spelling import spell
 
+ANGLES = ("gamma", "alpha", "theta")
 SIGMA = {"revolute": "0", "prismatic": "1", "fixed": "2"}
 
 
@@ -176,11 +179,21 @@ def _parameter(key: str, frame: Frame) -> str:
     if key == "mu":
         return "1" if frame.carrier and frame.carrier.drive else "0"
     value = getattr(frame.row, key)
+    if key in ANGLES and isinstance(value.value, Fraction):
+        return _turned(frame, key, value.value)
     moving = {"0": "theta", "1": "r"}.get(frame.sigma)
     if key != moving or frame.carrier is None:
         return spell(value)
     q = symbol(frame.carrier.coordinate)
     return spell(folding.sub(q, folding.neg(value)) if spell(value).startswith("-") else folding.add(q, value))
+
+
+def _turned(frame: Frame, key: str, value: Fraction) -> str:
+    """Return a decimal angle, which no reader takes for a multiple of π, with the coordinate where theta moves."""
+    if key != "theta" or frame.sigma != "0" or frame.carrier is None:
+        return angle_text(value)
+    name = frame.carrier.coordinate
+    return f"{name} {'-' if value < 0 else '+'} {angle_text(abs(value))}" if value else name
 
 
 def with_values(scene: Scene) -> Scene:

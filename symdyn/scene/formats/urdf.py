@@ -221,7 +221,7 @@ class _Robot:
     def _type(self, where: str, joint: Element) -> str:
         given = self.attributes.text(where, joint, "type", f"write one of {', '.join(TYPES)}")
         if given in LARGER_TYPES:
-            found = f'type="{given}" has {LARGER_TYPES[given]} coordinates, and joints have one here'
+            found = f'type="{given}" has {LARGER_TYPES[given]} coordinates, which wait for the joint library'
             advice = 'write type="fixed" to hold the link, or a chain of revolute and prismatic joints'
             self.faults.add(where, f"{found}; {advice}")
         elif given and given not in TYPES:

@@ -68,6 +68,9 @@ def _lost(scene: Scene) -> list[str]:
             lost.append(f"{where}: force = {spell(joint.force)}: there are no forces in formulas")
         if joint.armature != ZERO:
             lost.append(f"{where}: armature = {spell(joint.armature)}: there is no rotor inertia")
+    for body in scene.bodies:
+        if body.allow_invalid_inertia:
+            lost.append(f"bodies.{body.name}: allow_invalid_inertia; read it back with --allow-invalid-inertia")
     return lost
 
 
