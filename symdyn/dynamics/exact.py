@@ -9,9 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import cache
+from typing import TYPE_CHECKING
 
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, reachable
+
+if TYPE_CHECKING:
+    from symdyn.algebra.big import BigFloats
 
 DIGITS = 100
 SIMPLE = 10**9
@@ -40,12 +45,18 @@ def values_of(nodes: Sequence[Expr]) -> list[Fraction]:
     known = [rational(node) for node in nodes]
     if None not in known:
         return [value for value in known if value is not None]
-    from symdyn.algebra.big import BigFloats
-
     try:
-        return [_fraction(value) for value in evaluate(nodes, BigFloats(DIGITS), {})]
+        return [_fraction(value) for value in evaluate(nodes, _numbers(), {})]
     except (ArithmeticError, ValueError, AttributeError) as fault:
         raise DerivationError("a constant of the scene's placements is no finite real number") from fault
+
+
+@cache
+def _numbers() -> BigFloats:
+    """Return the one context of 100 digits; making one takes longer than using it."""
+    from symdyn.algebra.big import BigFloats
+
+    return BigFloats(DIGITS)
 
 
 def rational(node: Expr) -> Fraction | None:
