@@ -310,3 +310,14 @@ def test_the_suffix_mjcf_is_read_like_xml(tmp_path):
 
     one, other = (mjcf.read(tmp_path / name, ReadOptions()).scene for name in ("pendulum.mjcf", "pendulum.xml"))
     assert one == other
+
+
+def test_a_lopsided_force_range_is_noted(tmp_path):
+    path = tmp_path / "one.xml"
+    joint = '<joint name="j" type="hinge" axis="0 0 1" actuatorfrcrange="-1 5"/>'
+    inertial = '<inertial pos="1 0 0" mass="1" diaginertia="1 1 1"/>'
+    path.write_text(f'<mujoco><worldbody><body name="b">{joint}{inertial}</body></worldbody></mujoco>')
+    reading = mjcf.read(path, ReadOptions())
+
+    assert any("actuatorfrcrange = -1 5 is kept as one largest force, 5" in note for note in reading.notes)
+    assert reading.scene.joints[0].limits.effort == number(5)

@@ -375,3 +375,25 @@ def test_a_decimal_angle_near_a_multiple_of_pi_stays_what_it_was():
 
     assert "pi" not in written.lower()
     assert "1.57080" in written
+
+
+def test_what_a_fixed_frame_or_a_rigid_joint_cannot_use_is_noted():
+    text = """
+    NL = 2
+    NJ = 2
+    Ant = {0, 1}
+    Sigma = {0, 2}
+    Theta = {t1, 0}
+    M = {2, 1}
+    XX = {1, 0}
+    YY = {1, 0}
+    ZZ = {1, 0}
+    FV = {0, 0.2}
+    IA = {0, 0.3}
+    K = {50, 0}
+    G = {0, -9.81, 0}
+    """
+    notes = par.read_text(text, "small.par").notes
+
+    assert "small.par: frame 2: IA, FV of a fixed frame: left out, nothing moves there" in notes
+    assert "small.par: frame 1: k = 50 is left out: the joint is rigid (eta = 0)" in notes

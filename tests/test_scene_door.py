@@ -78,3 +78,11 @@ def test_a_reader_is_imported_when_its_format_is_met(tmp_path):
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=dict(os.environ))
 
     assert run.stdout.strip() == "[]"
+
+
+def test_a_document_type_in_a_file_called_xml_is_told_as_such(tmp_path):
+    path = tmp_path / "bomb.xml"
+    path.write_text('<!DOCTYPE l [<!ENTITY a "aa">]><robot/>')
+
+    with pytest.raises(SceneError, match=r"bomb.xml: .*DOCTYPE"):
+        read(path)

@@ -112,6 +112,10 @@ def _format(path: Path) -> str:
         known = ", ".join([*EXTENSIONS, ".xml"])
         raise SceneError(f'{path}: the extension "{ending}" names no format; known are {known}')
     root = _root(content)
+    if not root:
+        from symdyn.scene.formats.xml import parse_xml
+
+        root = parse_xml(content, str(path)).tag  # says what is wrong with the text, if anything is
     if root not in ROOTS:
         shown = f"the root element <{root[:40]}>" if root else "no root element"
         raise SceneError(f"{path}: has {shown}; expected one of {', '.join(f'<{name}>' for name in ROOTS)}")

@@ -127,7 +127,11 @@ class Joints:
             for key, value in zip(("lower", "upper"), model.jnt_range[j], strict=True):
                 found[key] = self.position(j, float(value), "range")
         if model.jnt_actfrclimited[j]:
-            found["effort"] = quantity(float(max(abs(x) for x in model.jnt_actfrcrange[j])))
+            low, high = (float(x) for x in model.jnt_actfrcrange[j])
+            found["effort"] = quantity(max(abs(low), abs(high)))
+            if low != -high:
+                what = f"actuatorfrcrange = {low:g} {high:g} is kept as one largest force, {max(abs(low), abs(high)):g}"
+                self.faults.note(f"joint {self.names[j]}", what)
         return found
 
     def back(self, j: int, axis: Vector) -> tuple[Step, ...]:

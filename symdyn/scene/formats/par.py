@@ -176,6 +176,11 @@ class _Reader:
             "origin": self.placement(j, theta, r),
         }
         if frame.sigma == FIXED:
+            idle = [key.upper() for key in ("ia", "fv", "fs") if self.value(key, j) != ZERO]
+            if idle:
+                self.faults.note(
+                    f"frame {frame.j}", f"{', '.join(idle)} of a fixed frame: left out, nothing moves there"
+                )
             return table
         table |= {"coordinate": coordinate, "drive": self.drive(frame)}
         for key, word in (("ia", "armature"), ("fv", "damping"), ("fs", "friction")):

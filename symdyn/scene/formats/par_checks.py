@@ -57,6 +57,9 @@ def refuse_motion_of_base(sheet: Sheet, faults: Faults) -> None:
     for j, text in enumerate(sheet.values.get("eta", ())):
         if not is_zero(text):
             faults.add(f"frame {j + 1}", f"eta = {text}: joints of a scene are rigid; write 0")
+    for j, text in enumerate(sheet.values.get("k", ())):
+        if not is_zero(text):
+            faults.note(f"frame {j + 1}", f"k = {text} is left out: the joint is rigid (eta = 0)")
     if sheet.values.get("z", IDENTITY) != IDENTITY:
         faults.note("", "Z, the place of frame 0 in the world, is left out: no equation depends on it")
     if "g" not in sheet.values:
