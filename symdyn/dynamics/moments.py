@@ -11,8 +11,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.graph import Expr, Graph, Op
-from symdyn.spatial import Inertia, Mat, Vec, add, add_matrices, scale, symmetric, zero_vector
+from symdyn.graph import Expr, Op
+from symdyn.spatial import Inertia, Mat, Vec, add, add_matrices, scale, symmetric
 
 
 @dataclass(frozen=True)
@@ -52,12 +52,6 @@ class Moments:
 def _plus(a: Expr, b: Expr) -> Expr:
     """Return a + b, and x for (x - b) + b: a frame that was moved along its axis is often moved back."""
     return a.args[0] if a.op is Op.SUB and a.args[1] is b else a + b
-
-
-def no_moments(graph: Graph) -> Moments:
-    """Return the moments of nothing."""
-    nothing = zero_vector(graph)
-    return Moments(graph.zero, nothing, (nothing, nothing, nothing))
 
 
 def moments_of(inertia: Inertia) -> Moments:
