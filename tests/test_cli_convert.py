@@ -104,8 +104,8 @@ def test_a_scene_with_faults_leaves_the_old_file_alone(invalid: Path, tmp_path: 
         ("nowhere.urdf", "arm.toml", "nowhere.urdf: there is no such file"),
         ("robot.step", "arm.toml", 'robot.step: the extension ".step" names no format; known are .toml, .urdf'),
         ("page.xml", "arm.toml", "page.xml: has the root element <html>; expected one of <robot>, <mujoco>, <sdf>"),
-        ("empty.xml", "arm.toml", "empty.xml: has no root element; expected one of <robot>, <mujoco>, <sdf>"),
-        ("open.xml", "arm.toml", "open.xml: has no root element"),
+        ("empty.xml", "arm.toml", "empty.xml: is empty; give a robot file"),
+        ("open.xml", "arm.toml", "open.xml: line 1, column 10: is not well-formed XML"),
     ],
 )
 def test_a_file_of_no_known_format_is_one_line(

@@ -117,8 +117,8 @@ def _format(path: Path) -> str:
 
         root = parse_xml(content, str(path)).tag  # says what is wrong with the text, if anything is
     if root not in ROOTS:
-        shown = f"the root element <{root[:40]}>" if root else "no root element"
-        raise SceneError(f"{path}: has {shown}; expected one of {', '.join(f'<{name}>' for name in ROOTS)}")
+        known = ", ".join(f"<{name}>" for name in ROOTS)
+        raise SceneError(f"{path}: has the root element <{root[:40]}>; expected one of {known}")
     return ROOTS[root]
 
 
