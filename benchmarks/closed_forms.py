@@ -53,7 +53,13 @@ def arm(name: str, table: list[tuple[str, str, int]]) -> Scene:
         parent = f"link{i - 1}" if i > 1 else "ground"
         joints.append(
             Joint(
-                f"joint{i}", "revolute", parent, f"link{i}", tip=Pose(tuple(tip)), coordinate=f"q{i}", drive=f"tau{i}"
+                f"joint{i}",
+                "revolute",
+                parent,
+                f"link{i}",
+                tip=Pose(tuple(tip)),
+                coordinates=(f"q{i}",),
+                drives=(f"tau{i}",),
             )
         )
     return Scene(name, (*parameters, Parameter("g")), (ZERO, ZERO, -symbol("g")), tuple(bodies), tuple(joints))
@@ -67,8 +73,8 @@ def two_link() -> Scene:
         Body("link2", particles=(Particle(symbol("m2"), (ZERO, -h2, ZERO)),)),
     )
     joints = (
-        Joint("joint1", "revolute", "ground", "link1", coordinate="q1", drive="M1"),
-        Joint("joint2", "revolute", "link1", "link2", origin=Pose((("Ty", -h1),)), coordinate="q2", drive="M2"),
+        Joint("joint1", "revolute", "ground", "link1", coordinates=("q1",), drives=("M1",)),
+        Joint("joint2", "revolute", "link1", "link2", origin=Pose((("Ty", -h1),)), coordinates=("q2",), drives=("M2",)),
     )
     parameters = tuple(Parameter(name, positive=True) for name in ("m1", "m2", "g", "h1", "h2"))
     return Scene("two_link", parameters, (ZERO, -symbol("g"), ZERO), bodies, joints)

@@ -166,7 +166,7 @@ def test_one_degree_reads_as_one_degree() -> None:
 def test_equal_odd_tilts_forth_and_back_are_parallel_axes() -> None:
     scene = tilted("['7 deg', 0, 0]", "['12.5 deg', 0.3, 0]", "['-12.5 deg', 0, 0]", "[0, -0.3, 0]")
     first, *middle, last = scene.joints
-    welds = [replace(joint, type="fixed", coordinate="") for joint in middle]
+    welds = [replace(joint, type="fixed", coordinates=()) for joint in middle]
 
     closed = closed_form(replace(scene, joints=(first, *welds, last)))
 
@@ -263,7 +263,7 @@ def chain(n: int, turned: int = -1) -> Scene:
     shoulder, elbow = scene.joints
     joints, bodies = [], []
     for i in range(n):
-        joint = replace(elbow, name=f"j{i}", child=f"b{i}", coordinate=f"q{i}", drive=None)
+        joint = replace(elbow, name=f"j{i}", child=f"b{i}", coordinates=(f"q{i}",), drives=(None,))
         joint = (
             replace(joint, parent=f"b{i - 1}") if i else replace(joint, parent=shoulder.parent, origin=shoulder.origin)
         )

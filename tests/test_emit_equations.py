@@ -158,7 +158,7 @@ def braked(name: str) -> Scene:
     force = " - ".join(f"d{k}*tanh(q1_dot/{k + 1})*exp(-q2_dot**2/{k + 2})" for k in range(12))
     parameters = (*(Parameter(f"d{k}") for k in range(12)), *scene.parameters)
     first, *others = scene.joints
-    return replace(scene, joints=(replace(first, force=parse(force)), *others), parameters=parameters)
+    return replace(scene, joints=(replace(first, forces=(parse(force),)), *others), parameters=parameters)
 
 
 @pytest.mark.parametrize("group", GROUPS)
@@ -219,7 +219,7 @@ def test_short_notation_does_not_take_the_name_of_a_parameter() -> None:
 def test_passive_joints_and_declared_forces_stand_on_the_right() -> None:
     scene = example("two_link")
     shoulder, elbow = scene.joints
-    damped = replace(elbow, drive=None, force=parse("-d*q2_dot"))
+    damped = replace(elbow, drives=(None,), forces=(parse("-d*q2_dot"),))
     free = replace(shoulder, drive=None)
     scene = replace(scene, joints=(free, damped), parameters=(*scene.parameters, Parameter("d")))
     first, second = paragraphs(equations_text(scene, "text"))

@@ -73,7 +73,7 @@ def entries(scene: Scene, output: str):
 
 def bare(scene: Scene) -> Scene:
     """Return a scene with all that URDF has no word for taken out, parameters with values put in."""
-    joints = [replace(joint, force=ZERO, armature=ZERO) for joint in scene.joints]
+    joints = [replace(joint, forces=(), armature=ZERO) for joint in scene.joints]
     return replace(scene, gravity=STANDARD_GRAVITY, joints=tuple(joints))
 
 

@@ -181,7 +181,7 @@ def released(one):
             joints.append(joint)
             continue
         follows = joint.coupling or Coupling(joint.coordinate)
-        joints.append(replace(joint, coordinate=f"y{k}", coupling=None))
+        joints.append(replace(joint, coordinates=(f"y{k}",), coupling=None))
         positions.append(follows)
     return replace(one, joints=tuple(joints)), positions
 

@@ -41,7 +41,7 @@ def with_friction() -> Scene:
     """Return the arm with viscous friction -b q̇ in both joints, a non-conservative action of (5.22)."""
     scene = two_link()
     b = Parameter("b")
-    joints = tuple(replace(joint, force=parse(f"-b*{velocity_name(joint.coordinate)}")) for joint in scene.joints)
+    joints = tuple(replace(joint, forces=(parse(f"-b*{velocity_name(joint.coordinate)}"),)) for joint in scene.joints)
     return replace(scene, parameters=(*scene.parameters, b), joints=joints)
 
 

@@ -50,7 +50,7 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
     program = lower(equations)
     facts = {
         "name": scene.name,
-        "degrees_of_freedom": len(scene.coordinates),
+        "degrees_of_freedom": len(scene.velocities),
         "gravity": [spell(component) for component in scene.gravity],
         "joints": [
             {
@@ -59,7 +59,7 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
                 "parent": joint.parent,
                 "child": joint.child,
                 "coordinate": joint.coordinate,
-                "unit": "".join(JOINTS[joint.type].units),
+                "unit": "".join(JOINTS[joint.type].coordinates(joint)) if joint.moves else "",
                 "drive": joint.drive,
                 **_beside(joint),
             }

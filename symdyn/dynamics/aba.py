@@ -109,7 +109,7 @@ def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr]) -> list[Expr]:
         DerivationError: a joint has no inertia beyond it, or follows another one.
     """
     if tree.coupled:
-        raise DerivationError("the articulated-body algorithm knows no coupled joints; use the road crba")
+        raise DerivationError("the articulated-body algorithm knows no joints that share a velocity; use the road crba")
     graph, still = tree.graph, zero_vector(tree.graph)
     w, c = [still], [(still, still)]
     A = [_rigid(tree.body[0], still)]
@@ -150,7 +150,7 @@ def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr]) -> list[Expr]:
         given = _add((turned, add(moved, lifted)), c[i])
         qdd.append((u[i] - _dot(U[i], given)) / D[i])
         acceleration.append(_add(given, _along_z(qdd[-1], tree.slides[i])))
-    return qdd
+    return [a - b for a, b in zip(qdd, tree.bias(qd)[1:], strict=True)]
 
 
 def _rigid(body: Moments, w: Vec) -> Articulated:

@@ -27,6 +27,7 @@ from symdyn.dynamics.parallel import angle_groups
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import State, joint_motion, placement, state_symbols, vector
 from symdyn.dynamics.tree import body_inertia
+from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import GROUND, Joint, Scene, express
 from symdyn.spatial import Inertia, Transform, apply, dot, no_inertia
@@ -107,7 +108,13 @@ def closed_form(scene: Scene) -> ClosedForm:
         DerivationError: a coordinate stands in a function or a denominator, so there is no trigonometric polynomial;
             or there are more terms than anyone reads.
     """
-    entries = len(scene.coordinates) ** 2 * (len(scene.coordinates) - 1) // 2
+    for joint in scene.joints:
+        if joint.velocities:
+            raise DerivationError(
+                f"{scene.name}: joint {joint.name} turns by a quaternion, for which there is no closed form to print; "
+                'write orientation = "zyx" (or another sequence of axes) to have one'
+            )
+    entries = len(scene.velocities) ** 2 * (len(scene.velocities) - 1) // 2
     if entries > MOST_TERMS:
         raise too_long(scene, f"k_C alone has {entries} entries")
     graph = Graph()
@@ -166,8 +173,9 @@ def _chain(scene: Scene, joint: Joint | None, graph: Graph) -> Iterator[tuple[in
         tip = placement(joint.tip, graph)
         T = tip if T is None else tip @ T
         if joint.moves:
-            T = joint_motion(joint, graph) @ T
-            yield number[joint.coupling.coordinate if joint.coupling else joint.coordinate], T
+            T = joint_motion(joint, graph).placement @ T
+            for q in (joint.coupling.coordinate,) if joint.coupling else joint.coordinates:
+                yield number[q], T
         T = placement(joint.origin, graph) @ T
         joint = None if joint.parent == GROUND else carrier[joint.parent]
 

@@ -42,9 +42,10 @@ def crba(tree: LeanTree, leaping: bool = False, keeping: bool = False) -> list[l
     M = [[tree.graph.zero] * tree.n for _ in range(tree.n)]
 
     def enter(i: int, j: int, value: Expr) -> None:
-        """Add the term of joints i and j to the entry of their coordinates, which joints that follow share."""
-        k, m = tree.column[i], tree.column[j]
-        M[k][m] = M[k][m] + tree.ratio[i] * tree.ratio[j] * value
+        """Add the term of moves i and j to the entries of the velocities that they share in."""
+        for k, x in tree.A[i]:
+            for m, y in tree.A[j]:
+                M[k][m] = M[k][m] + x * y * value
 
     for i in tree.inward():
         n, f = _momentum(C[i], tree.slides[i], polar[i])

@@ -47,7 +47,7 @@ def available(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
     These are its dynamics, and the kinematics of its declared points. Left out is what does not exist (forward
     dynamics where the mass matrix is singular) and what is too large to be wanted unasked.
     """
-    n = len(scene.coordinates)
+    n = len(scene.velocities)
     wanted = [*DYNAMICS, *(f"{name}:{point.name}" for point in scene.points for name in KINEMATICS)]
     left_out = []
     if n > LARGE:
@@ -106,7 +106,7 @@ def _row(request: str) -> tuple[Output, str]:
 
 
 ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of the coordinate
-    "q": ("joint positions", {"rad": "rad", "m": "m"}),
+    "q": ("joint positions", {"rad": "rad", "m": "m", "1": "1"}),
     "qd": ("joint velocities", {"rad": "rad/s", "m": "m/s"}),
     "qdd": ("joint accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
     "tau": ("driving forces, positive accelerates the joint", {"rad": "N m", "m": "N"}),
@@ -117,11 +117,13 @@ def arguments(workspace: Workspace, names: Sequence[str]) -> tuple[Argument, ...
     """Return arguments in calling order, the free parameters last if the scene has any."""
     scene, state = workspace.scene, workspace.state
     symbols: dict[str, tuple[Expr, ...]] = {"q": state.q, "qd": state.qd, "qdd": state.qdd, "tau": state.tau}
-    kinds = [JOINTS[joint.type].units[0] for joint in scene.moving]
+    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
+    speeds = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
     result = []
     for name in names:
-        text, units = ARGUMENTS[name]
-        result.append(Argument(name, symbols[name], text, tuple(units[kind] for kind in kinds)))
+        text, spelled = ARGUMENTS[name]
+        kinds = units if name == "q" else speeds
+        result.append(Argument(name, symbols[name], text, tuple(spelled[kind] for kind in kinds)))
     free = scene.free_parameters
     if free:
         nodes = tuple(workspace.graph.symbol(parameter.name) for parameter in free)

@@ -51,21 +51,21 @@ def pose(T: Transform) -> list[Expr]:
 def differentiated_jacobian(scene: Scene, name: str, graph: Graph) -> list[Expr]:
     """Return J with [v; ω] = J q̇, row by row, shape (6, n): v = ∂p/∂q q̇, ω̃ = Ṙ Rᵀ."""
     T, state = placed(scene, name, graph), state_symbols(scene, graph)
-    columns = [_twist(T, {q: graph.one}) for q in state.q]
+    twist = _twist(T, state.velocity)
+    columns = [tangents(twist, {qd: graph.one}) for qd in state.qd]
     return [column[k] for k in range(6) for column in columns]
 
 
 def differentiated_velocity_product(scene: Scene, name: str, graph: Graph) -> list[Expr]:
     """Return J̇ q̇, shape (6,): the acceleration [v̇; ω̇] at q̈ = 0."""
     T, state = placed(scene, name, graph), state_symbols(scene, graph)
-    rates = dict(zip(state.q, state.qd, strict=True))
-    return tangents(_twist(T, rates), rates)
+    return tangents(_twist(T, state.velocity), state.velocity)
 
 
 def differentiated_acceleration(scene: Scene, name: str, graph: Graph) -> list[Expr]:
     """Return the acceleration of a body's centre of mass, the input of (5.11), shape (3,), ground frame, m/s^2."""
     state = state_symbols(scene, graph)
-    motion = dict(zip(state.q + state.qd, state.qd + state.qdd, strict=True))
+    motion = state.acceleration
     centre = body_placements(scene, graph)[name].point(centre_of_mass(scene, name, graph))
     return tangents(tangents(centre, motion), motion)
 
@@ -107,8 +107,8 @@ def jacobian(scene: Scene, tree: Tree, name: str) -> list[Expr]:
     while i:
         z, s = apply(placements[i].R, tree.S[i][0]), apply(placements[i].R, tree.S[i][1])
         column = (*add(cross(z, sub(p, placements[i].p)), s), *z)
-        k, ratio = tree.column[i], tree.ratio[i]
-        columns[k] = tuple(x + ratio * y for x, y in zip(columns[k], column, strict=True))
+        for k, share in tree.A[i]:
+            columns[k] = tuple(x + share * y for x, y in zip(columns[k], column, strict=True))
         i = tree.parent[i]
     return [column[k] for k in range(6) for column in columns]
 

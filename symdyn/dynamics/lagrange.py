@@ -3,6 +3,7 @@
 Reference: the textbook, section 5.1.2, eq. (5.21)-(5.23).
 
     T[B]     placement of body B in the ground frame          v   velocity of a centre of mass, by differentiation
+    u        velocities, q̇ as a rule                          X   derivative along them; γ their brackets: directions.py
     R, p     its rotation and translation                     ω   from ω̃ = Ṙ Rᵀ, ground frame
     K, P     kinetic and potential energy, J                  L   K - P
 
@@ -13,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from symdyn.dynamics.directions import Directions, directions
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import (
     State,
@@ -30,11 +32,17 @@ from symdyn.spatial import apply as matvec
 
 @dataclass(frozen=True)
 class Energies:
-    """Energies of a scene on its graph, J; `state` holds the symbols that they are functions of."""
+    """Energies of a scene on its graph, J.
+
+    Attributes:
+        state: the symbols that they are functions of.
+        directions: the directions that the velocities are along.
+    """
 
     scene: Scene
     graph: Graph
     state: State
+    directions: Directions
     K: Expr
     P: Expr
 
@@ -42,13 +50,13 @@ class Energies:
 def energies(scene: Scene, graph: Graph) -> Energies:
     """Return K(q, q̇) and P(q) = -Σ m g·r, zero where the mass centre passes the ground's origin level."""
     state = state_symbols(scene, graph)
-    rates = dict(zip(state.q, state.qd, strict=True))
+    rates = state.velocity
     gravity = vector(scene.gravity, graph)
     placed = body_placements(scene, graph)
     kinetic = [_kinetic(body, placed[body.name], rates, graph) for body in scene.bodies]
     kinetic += [_rotor(joint, rates, graph) for joint in scene.joints if joint.moves]
     potential = [-dot(gravity, _weighted_place(body, placed[body.name], graph)) for body in scene.bodies]
-    return Energies(scene, graph, state, graph.total(kinetic), graph.total(potential))
+    return Energies(scene, graph, state, directions(scene, graph), graph.total(kinetic), graph.total(potential))
 
 
 def _kinetic(body: Body, T: Transform, rates: dict[Expr, Expr], graph: Graph) -> Expr:
@@ -117,18 +125,21 @@ def _half(graph: Graph) -> Expr:
 
 
 def momenta(energy: Energies) -> list[Expr]:
-    """Return ∂L/∂q̇ = M(q) q̇, shape (n,); kg m^2/s or kg m/s."""
+    """Return p = ∂L/∂u = M(q) u, shape (nv,); kg m^2/s or kg m/s."""
     return gradient(energy.K, energy.state.qd)
 
 
 def driving_forces(energy: Energies) -> list[Expr]:
-    """Return τ = d/dt ∂L/∂q̇ - ∂L/∂q - Q^A, shape (n,); N m or N. Eq. (5.21)-(5.23)."""
-    state = energy.state
-    motion = dict(zip(state.q + state.qd, state.qd + state.qdd, strict=True))
-    inertial = tangents(momenta(energy), motion)
-    slope = gradient(energy.K - energy.P, state.q)
+    """Return τ = d/dt p - X L - Σ γ u p - Q^A, shape (nv,); N m or N. Eq. (5.21)-(5.23), Boltzmann and Hamel's form."""
+    state, p = energy.state, momenta(energy)
+    inertial = tangents(p, state.acceleration)
+    slope = energy.directions.slopes(energy.K - energy.P)
     declared = generalized_forces(energy.scene, energy.graph)
-    return [a - b - f for a, b, f in zip(inertial, slope, declared, strict=True)]
+    forces = [a - b - f for a, b, f in zip(inertial, slope, declared, strict=True)]
+    for (j, i), terms in energy.directions.brackets.items():
+        for m, value in terms:
+            forces[i] = forces[i] - value * state.qd[j] * p[m]
+    return forces
 
 
 def mass_matrix(energy: Energies) -> list[list[Expr]]:
@@ -143,5 +154,5 @@ def mass_matrix(energy: Energies) -> list[list[Expr]]:
 
 
 def gravity_forces(energy: Energies) -> list[Expr]:
-    """Return k_G = ∂P/∂q, shape (n,); N m or N."""
-    return gradient(energy.P, energy.state.q)
+    """Return k_G = X P, shape (nv,), ∂P/∂q for rates of coordinates; N m or N."""
+    return energy.directions.slopes(energy.P)

@@ -37,7 +37,7 @@ def body_motion(tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], ground: Vec
         ground: acceleration of the ground, m/s^2; -g puts gravity into every body at once.
     """
     still = zero_vector(tree.graph)
-    rate, acceleration = tree.rates(qd), tree.rates(qdd)
+    rate, acceleration = tree.rates(qd), tree.accelerations(qd, qdd)
     motion = [Motion(still, still, ground)]
     for i in tree.outward():
         (z, s), E, r = tree.S[i], tree.T[i].R, tree.T[i].p

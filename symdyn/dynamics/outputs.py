@@ -75,7 +75,7 @@ def _forward_aba(w: Workspace) -> list[Expr]:
 def _forward_crba(w: Workspace) -> list[Expr]:
     bias = rnea(w.lean, w.state.qd, w.still)
     rest = [tau + force - load for tau, force, load in zip(w.state.tau, w.Q, bias, strict=True)]
-    return solve(w.tree.coordinate_parents(), w.composite_mass, rest)
+    return solve(w.tree.velocity_parents(), w.composite_mass, rest)
 
 
 SURE = (1.5, 5.5)
@@ -129,7 +129,7 @@ def _polarised_coriolis(w: Workspace) -> list[Expr]:
 
 
 def _polarised_matrix(w: Workspace) -> list[Expr]:
-    """Return C(q, q̇) from k_D and k_C: C_ij = k_D[i,j] q̇_j + ½ Σ_k≠j k_C[i,jk] q̇_k."""
+    """Return C(q, u) from k_D and k_C: C_ij = k_D[i,j] u_j + ½ Σ_k≠j k_C[i,jk] u_k + ½ Σ_kl γ^l_kj M_li u_k."""
     n = range(w.state.n)
     pairs = {pair: position for position, pair in enumerate(combinations(n, 2))}
     k_D, k_C = _polarised_centrifugal(w), _polarised_coriolis(w)
@@ -137,7 +137,13 @@ def _polarised_matrix(w: Workspace) -> list[Expr]:
     for i in n:
         for j in n:
             mixed = (k_C[i * len(pairs) + pairs[min(j, k), max(j, k)]] * w.state.qd[k] for k in n if k != j)
-            entries.append(k_D[i * w.state.n + j] * w.state.qd[j] + w.graph.total(mixed) / 2)
+            turned = (
+                w.state.qd[k] * w.composite_mass[m][i] * value
+                for k in n
+                for m, value in w.directions.brackets.get((k, j), ())
+            )
+            half = (w.graph.total(mixed) + w.graph.total(turned)) / 2
+            entries.append(k_D[i * w.state.n + j] * w.state.qd[j] + half)
     return entries
 
 

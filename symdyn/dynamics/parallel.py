@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 from symdyn.algebra.sums_of_angles import AngleGroup
 from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.dynamics.state import placement, unit_axis
+from symdyn.dynamics.state import placement
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import GROUND, Joint, Scene
+from symdyn.scene.joints.blocks import unit
 from symdyn.spatial import apply, dot
 
 
@@ -39,15 +40,15 @@ def _turns(joint: Joint) -> bool:
 
 
 def _neighbours(joint: Joint, carrier: dict[str, Joint], graph: Graph) -> Neighbours:
-    q, axis, below = graph.symbol(joint.coordinate), unit_axis(joint, graph), joint
+    q, axis, below = graph.symbol(joint.coordinate), unit(joint.axis, graph), joint
     while below.parent != GROUND:
         axis = apply(placement(below.origin, graph).R, axis)
         below = carrier[below.parent]
         axis = apply(placement(below.tip, graph).R, axis)
-        if below.type == "revolute" and below.coupling:
+        if below.type not in ("revolute", "prismatic", "fixed") or (below.type == "revolute" and below.coupling):
             break  # its turn takes the axis out of line
         if _turns(below):
-            return Neighbours(q, graph.symbol(below.coordinate), dot(axis, unit_axis(below, graph)))
+            return Neighbours(q, graph.symbol(below.coordinate), dot(axis, unit(below.axis, graph)))
     return Neighbours(q, None, graph.zero)
 
 

@@ -16,5 +16,5 @@ def body_placements(scene: Scene, graph: Graph) -> dict[str, Transform]:
     placed = {GROUND: unit_transform(graph)}
     for joint in scene.joints:
         origin, tip = placement(joint.origin, graph), placement(joint.tip, graph)
-        placed[joint.child] = placed[joint.parent] @ origin @ joint_motion(joint, graph) @ tip
+        placed[joint.child] = placed[joint.parent] @ origin @ joint_motion(joint, graph).placement @ tip
     return placed

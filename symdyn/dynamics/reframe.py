@@ -31,19 +31,8 @@ from symdyn.dynamics.links import GeneralTurn, Link, PlanarTurn, Turn
 from symdyn.dynamics.moments import Moments, moments_of
 from symdyn.dynamics.tree import Topology, Tree
 from symdyn.graph import Expr, Graph, Op
-from symdyn.spatial import (
-    Mat,
-    Transform,
-    Vec,
-    add_matrices,
-    cross,
-    identity,
-    multiply,
-    scale_matrix,
-    skew,
-    unit_transform,
-    zero_vector,
-)
+from symdyn.scene.joints.blocks import towards
+from symdyn.spatial import Mat, Transform, Vec, unit_transform, zero_vector
 
 Angle = tuple[Expr, Expr]  # cosine and sine
 
@@ -112,8 +101,8 @@ def reframe(tree: Tree) -> LeanTree:
         graph=graph,
         gravity=tree.gravity,
         parent=tree.parent,
-        column=tree.column,
-        ratio=tree.ratio,
+        A=tree.A,
+        b=tree.b,
         armature=tree.armature,
         n=tree.n,
         link=tuple(links),
@@ -178,19 +167,10 @@ def _about_z(angle: Angle) -> Mat:
 
 
 def _towards(tree: Tree, i: int) -> Mat:
-    """Return the rotation that takes z to the axis u of joint i, the shortest: 1 + ṽ + ṽ² / (1 + u_z), v = z × u.
-
-    It needs no root beyond those of u; for u = -z it is a half turn about x.
-    """
-    graph = tree.graph
-    one, zero = graph.one, graph.zero
+    """Return the shortest rotation that takes z to the axis of joint i."""
     z, s = tree.S[i]
-    u = s if _slides(tree, i) else z
-    x, y, c = settle(u)
-    if c is graph.constant(-1):
-        return ((one, zero, zero), (zero, -one, zero), (zero, zero, -one))
-    v = skew(cross((zero, zero, one), (x, y, c)))
-    return add_matrices(add_matrices(identity(graph), v), scale_matrix(1 / (1 + c), multiply(v, v)))
+    x, y, c = settle(s if _slides(tree, i) else z)
+    return towards((x, y, c))
 
 
 # A placement in parts

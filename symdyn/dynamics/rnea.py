@@ -52,7 +52,7 @@ def rnea(tree: LeanTree, qd: Sequence[Expr], qdd: Sequence[Expr], gravity: bool 
         Driving torques (N m) and forces (N), shape (n,); positive accelerates the joint.
     """
     still = zero_vector(tree.graph)
-    rate, acceleration = tree.rates(qd), tree.rates(qdd)
+    rate, acceleration = tree.rates(qd), tree.accelerations(qd, qdd)
     ends = [True] * len(tree.parent)
     for i in tree.outward():
         ends[tree.parent[i]] &= not (tree.slides[i] or tree.link[i].fixed)

@@ -4,48 +4,73 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.graph import Expr, Graph, gradient, tangents
-from symdyn.scene import JOINTS, Body, Joint, Pose, Quantity, Scene, acceleration_name, express, velocity_name
-from symdyn.spatial import Transform, Vec, dot, elementary, scale, unit_transform
+from symdyn.graph import Expr, Graph, tangents
+from symdyn.scene import JOINTS, Body, Joint, Motion, Pose, Quantity, Scene, acceleration_name, express, velocity_name
+from symdyn.scene.quantity import ZERO
+from symdyn.spatial import Transform, Vec, elementary, unit_transform
 
 
 @dataclass(frozen=True)
 class State:
-    """Symbols of the state, each of shape (n,): q (rad or m), q̇, q̈, and the driving forces τ."""
+    """Symbols of the state.
+
+    Attributes:
+        q: coordinates, shape (nq,); rad, m, or 1 for a quaternion.
+        qd: velocities, shape (nv,): rates of the coordinates, but for a quaternion.
+        qdd: their rates, shape (nv,).
+        tau: driving forces, shape (nv,).
+        rates: rate of every coordinate in terms of q and qd, shape (nq,); qd itself where there is no quaternion.
+    """
 
     q: tuple[Expr, ...]
     qd: tuple[Expr, ...]
     qdd: tuple[Expr, ...]
     tau: tuple[Expr, ...]
+    rates: tuple[Expr, ...]
 
     @property
     def n(self) -> int:
-        """Number of coordinates."""
-        return len(self.q)
+        """Number of velocities."""
+        return len(self.qd)
+
+    @property
+    def velocity(self) -> dict[Expr, Expr]:
+        """Seeds of d/dt for what depends on q."""
+        return dict(zip(self.q, self.rates, strict=True))
+
+    @property
+    def acceleration(self) -> dict[Expr, Expr]:
+        """Seeds of d/dt for what depends on q and qd."""
+        return self.velocity | dict(zip(self.qd, self.qdd, strict=True))
 
 
 def state_symbols(scene: Scene, graph: Graph) -> State:
-    """Return the state symbols; q and q̇ carry the names that formulas of the scene use."""
-    names = scene.coordinates
+    """Return the state symbols; they carry the names that formulas of the scene use."""
+    velocities = scene.velocities
     return State(
-        q=tuple(graph.symbol(name) for name in names),
-        qd=tuple(graph.symbol(velocity_name(name)) for name in names),
-        qdd=tuple(graph.symbol(acceleration_name(name)) for name in names),
-        tau=tuple(graph.symbol(f"tau[{i}]") for i in range(len(names))),
+        q=tuple(graph.symbol(name) for name in scene.coordinates),
+        qd=tuple(graph.symbol(name) for name in velocities),
+        qdd=tuple(graph.symbol(acceleration_name(name)) for name in velocities),
+        tau=tuple(graph.symbol(f"tau[{i}]") for i in range(len(velocities))),
+        rates=tuple(rate for joint in scene.moving for rate in joint_motion(joint, graph).rates),
     )
+
+
+def quaternions(scene: Scene) -> list[tuple[str, ...]]:
+    """Return the names of the coordinates that form unit quaternions (w, x, y, z)."""
+    groups = []
+    for joint in scene.moving:
+        units = JOINTS[joint.type].coordinates(joint)
+        if "1" in units:
+            first = units.index("1")
+            groups.append(joint.coordinates[first : first + 4])
+    return groups
 
 
 def vector(quantities: tuple[Quantity, Quantity, Quantity], graph: Graph) -> Vec:
     """Return a declared vector as nodes."""
     x, y, z = quantities
     return (express(x, graph), express(y, graph), express(z, graph))
-
-
-def unit_axis(joint: Joint, graph: Graph) -> Vec:
-    """Return the joint's axis with length 1, exact (with a root where its length is irrational)."""
-    axis = vector(joint.axis, graph)
-    length = graph.sqrt(dot(axis, axis))
-    return scale(graph.one / length, axis)
 
 
 def placement(pose: Pose, graph: Graph) -> Transform:
@@ -57,17 +82,22 @@ def placement(pose: Pose, graph: Graph) -> Transform:
 
 
 def joint_position(joint: Joint, graph: Graph) -> Expr:
-    """Return the position of a joint that moves, in terms of the coordinates; rad or m."""
+    """Return the position of a joint with one freedom in terms of the coordinates; rad or m."""
     if joint.coupling is None:
-        return graph.symbol(joint.coordinate)
+        return graph.symbol(joint.coordinates[0])
     ratio, offset = express(joint.coupling.ratio, graph), express(joint.coupling.offset, graph)
     return ratio * graph.symbol(joint.coupling.coordinate) + offset
 
 
-def joint_motion(joint: Joint, graph: Graph) -> Transform:
-    """Return the placement of the moved joint frame in the joint frame."""
-    q = (joint_position(joint, graph),) if joint.moves else ()
-    return JOINTS[joint.type].motion(unit_axis(joint, graph), q)
+def joint_motion(joint: Joint, graph: Graph) -> Motion:
+    """Return the motion of the moved joint frame in the joint frame; velocities count from the joint's first."""
+    if joint.coupling is not None:
+        ratio = express(joint.coupling.ratio, graph)
+        leader = graph.symbol(velocity_name(joint.coupling.coordinate))
+        position = joint_position(joint, graph)
+        return JOINTS[joint.type].motion(joint, graph, (position,), (ratio * leader,))
+    q = tuple(graph.symbol(name) for name in joint.coordinates)
+    return JOINTS[joint.type].motion(joint, graph, q, tuple(graph.symbol(name) for name in joint.rates))
 
 
 def first_moment(body: Body, graph: Graph) -> Vec:
@@ -80,17 +110,19 @@ def first_moment(body: Body, graph: Graph) -> Vec:
 
 
 def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
-    """Return Q^A of (5.22), shape (n,): declared forces and viscous damping, everything but the drives; N m or N."""
+    """Return Q^A of (5.22), shape (nv,): declared forces and viscous damping, everything but the drives; N m or N."""
     state = state_symbols(scene, graph)
-    rates = dict(zip(state.q, state.qd, strict=True))
-    declared = {joint.coordinate: express(joint.force, graph) for joint in scene.moving}
-    forces = [declared[name] for name in scene.coordinates]
+    forces = [express(force, graph) for joint in scene.joints for force in joint.forces or (ZERO,) * len(joint.rates)]
     for joint in scene.joints:
         damping = express(joint.damping, graph)
         if damping.is_zero or not joint.moves:
             continue
-        position = joint_position(joint, graph)
-        (rate,) = tangents([position], rates)
-        for k, slope in enumerate(gradient(position, state.q)):
-            forces[k] = forces[k] - damping * rate * slope
+        if joint.coupling is None:
+            for name in joint.rates:
+                k = scene.velocities.index(name)
+                forces[k] = forces[k] - damping * state.qd[k]
+            continue
+        (rate,) = tangents([joint_position(joint, graph)], state.velocity)
+        k = scene.velocities.index(velocity_name(joint.coupling.coordinate))
+        forces[k] = forces[k] - damping * rate * express(joint.coupling.ratio, graph)
     return forces

@@ -9,6 +9,7 @@ from symdyn.dynamics import lagrange
 from symdyn.dynamics.christoffel import Christoffel, christoffel
 from symdyn.dynamics.cost import cost
 from symdyn.dynamics.crba import crba
+from symdyn.dynamics.directions import Directions, directions
 from symdyn.dynamics.lagrange import Energies, energies
 from symdyn.dynamics.reframe import LeanTree, reframe
 from symdyn.dynamics.regroup import regroup
@@ -32,6 +33,11 @@ class Workspace:
         self.still: list[Expr] = [self.graph.zero] * self.state.n
 
     @cached_property
+    def directions(self) -> Directions:
+        """Directions of the velocities."""
+        return directions(self.scene, self.graph)
+
+    @cached_property
     def Q(self) -> list[Expr]:
         """Declared generalized forces, shape (n,)."""
         return generalized_forces(self.scene, self.graph)
@@ -51,7 +57,7 @@ class Workspace:
     @cached_property
     def lagrange_christoffel(self) -> Christoffel:
         """Christoffel symbols of that M."""
-        return christoffel(self.lagrange_mass, self.state.q)
+        return christoffel(self.lagrange_mass, self.directions)
 
     # Recursive road
 
@@ -74,7 +80,7 @@ class Workspace:
     @cached_property
     def composite_christoffel(self) -> Christoffel:
         """Christoffel symbols of that M."""
-        return christoffel(self.composite_mass, self.state.q)
+        return christoffel(self.composite_mass, self.directions)
 
     def velocity_forces(self, qd: list[Expr]) -> list[Expr]:
         """Return c(q, q̇) at the given velocities, shape (n,)."""

@@ -131,8 +131,9 @@ def printable(scene: Scene | ClosedForm, short: bool = False) -> Printable:
     closed = scene if isinstance(scene, ClosedForm) else closed_form(scene)
     scene = closed.scene
     names = {parameter.name for parameter in scene.parameters} | set(scene.coordinates)
-    names |= {joint.drive for joint in scene.moving if joint.drive}
-    numbers = {joint.coordinate: i for i, joint in enumerate(scene.moving, 1) if JOINTS[joint.type].units == ("rad",)}
+    names |= {drive for drive in scene.drives if drive}
+    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
+    numbers = {q: i for i, (q, unit) in enumerate(zip(scene.coordinates, units, strict=True), 1) if unit == "rad"}
 
     def write(key: Key) -> Form:
         form = coefficient_form(closed, key)
@@ -143,7 +144,7 @@ def printable(scene: Scene | ClosedForm, short: bool = False) -> Printable:
         one = "; symdyn.closed_form(scene).sympy('k_z', 0, 0) gives a single coefficient in Python"
         raise too_long(scene, f"its coefficients have {terms} terms", one)
     rates = _rates(closed)
-    rows: list[list[Coefficient]] = [[] for _ in scene.moving]
+    rows: list[list[Coefficient]] = [[] for _ in scene.velocities]
     for key in keys:
         rows[key[1]].append(_coefficient(key, write(key), rates[key[0]]))
     return Printable(scene, tuple(map(tuple, rows)), _right_hand_sides(scene), write(("K",)), write(("P",)), short)
@@ -157,7 +158,7 @@ def _rates(closed: ClosedForm) -> dict[str, Rates]:
     qd = [Symbol(str(rate.value)) for rate in closed.state.qd]
     n = range(closed.n)
     return {
-        "k_z": [((j + 1,), Symbol(acceleration_name(q))) for j, q in enumerate(closed.scene.coordinates)],
+        "k_z": [((j + 1,), Symbol(acceleration_name(u))) for j, u in enumerate(closed.scene.velocities)],
         "k_C": [((j + 1, k + 1), product_of((qd[j], qd[k]))) for j, k in combinations(n, 2)],
         "k_D": [((j + 1,), Power(qd[j], 2)) for j in n],
         "k_G": [((), product_of(()))],
@@ -175,7 +176,7 @@ def _right_hand_sides(scene: Scene) -> tuple[Form, ...]:
     graph = Graph()
     for parameter in scene.parameters:
         graph.symbol(parameter.name)  # born first, they stand in front of the velocities
-    drives = [[Symbol(joint.drive)] if joint.drive else [] for joint in scene.moving]
+    drives = [[Symbol(drive)] if drive else [] for drive in scene.drives]
     acting = generalized_forces(scene, graph)
     return tuple(sum_of([*drive, form_of(force)]) for drive, force in zip(drives, acting, strict=True))
 

@@ -196,7 +196,7 @@ def _matrix(page: Printable, write: Latex) -> list[str]:
     """Return M(q) q̈ + c + g = τ, with the entries in place if they fit, else named and written below."""
     n = range(len(page.rows))
     M = [[c.form for c in row if c.kind == "k_z"] for row in page.rows]
-    acceleration = [write.symbols[acceleration_name(q)] for q in page.scene.coordinates]
+    acceleration = [write.symbols[acceleration_name(u)] for u in page.scene.velocities]
     columns = [
         [[write.unbroken(form) for form in row] for row in M],
         [[x] for x in acceleration],
@@ -255,14 +255,14 @@ def _symbol_table(scene: Scene, write: Latex) -> list[dict[str, str]]:
     """Return the rows: coordinates, drives, parameters."""
     rows = []
     for joint in scene.moving:
-        unit = JOINTS[joint.type].units[0]
         text = f"coordinate of joint {joint.name}, {joint.type}"
-        rows.append(_row(write.symbols[joint.coordinate], text, unit))
+        for q, unit in zip(joint.coordinates, JOINTS[joint.type].coordinates(joint), strict=True):
+            rows.append(_row(write.symbols[q], text, unit))
     for joint in scene.moving:
-        if joint.drive:
-            turning = JOINTS[joint.type].units[0] == "rad"
-            text = f"driving {'torque' if turning else 'force'} of joint {joint.name}"
-            rows.append(_row(write.symbols[joint.drive], text, "N m" if turning else "N"))
+        for drive, unit in zip(joint.drives, JOINTS[joint.type].velocities(joint), strict=False):
+            if drive:
+                text = f"driving {'torque' if unit == 'rad' else 'force'} of joint {joint.name}"
+                rows.append(_row(write.symbols[drive], text, "N m" if unit == "rad" else "N"))
     for parameter in scene.parameters:
         value = escape(spell(parameter.value)) if parameter.value is not None else ""
         rows.append(_row(write.symbols[parameter.name], parameter.text or "parameter", parameter.unit, value))

@@ -91,15 +91,21 @@ def latex_symbols(scene: Scene) -> dict[str, str]:
         found[name] = str(shown)
         return shown
 
+    velocities = set(scene.velocities)
     for coordinate in scene.coordinates:
         shown = enter(coordinate)
-        found[velocity_name(coordinate)] = shown.accented("dot")
-        found[acceleration_name(coordinate)] = shown.accented("ddot")
+        if (velocity := velocity_name(coordinate)) in velocities:
+            found[velocity] = shown.accented("dot")
+            found[acceleration_name(velocity)] = shown.accented("ddot")
+    for velocity in scene.velocities:
+        if velocity not in found:
+            shown = enter(velocity)
+            found[acceleration_name(velocity)] = shown.accented("dot")
     for parameter in scene.parameters:
         enter(parameter.name, parameter.latex)
-    for joint in scene.moving:
-        if joint.drive and joint.drive not in found:
-            enter(joint.drive)
+    for drive in scene.drives:
+        if drive and drive not in found:
+            enter(drive)
     return found
 
 

@@ -12,7 +12,7 @@ from symdyn.algebra.form import Form, symbols_of
 from symdyn.algebra.sympy_algebra import NAMES, form_to_sympy, sympy_text
 from symdyn.emit.equations import KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.text_page import coefficient_name
-from symdyn.scene import acceleration_name, velocity_name
+from symdyn.scene import acceleration_name
 
 WORDS = ("symbols", "Eq", "Matrix", "Rational", "pi", *NAMES.values())
 
@@ -24,9 +24,9 @@ class _Variables:
 
     def __init__(self, page: Printable, used: Iterable[str]) -> None:
         """Name the symbols, those of the scene in its order, then the others."""
-        coordinates = page.scene.coordinates
+        coordinates, velocities = page.scene.coordinates, page.scene.velocities
         order = [parameter.name for parameter in page.scene.parameters]
-        order += [*coordinates, *map(velocity_name, coordinates), *map(acceleration_name, coordinates)]
+        order += [*coordinates, *velocities, *map(acceleration_name, velocities)]
         needed = dict.fromkeys(used)
         self.positive = [parameter.name for parameter in page.scene.parameters if parameter.positive]
         self._taken = {*WORDS}

@@ -4,7 +4,8 @@ from symdyn.scene.binding import bind, read_bindings
 from symdyn.scene.build import body, dh_table, fixed, joint, parameter, point, prismatic, revolute, scene
 from symdyn.scene.door import read, read_noting, write_text
 from symdyn.scene.formula import FormulaError, parse
-from symdyn.scene.joints import JOINTS, JointKind
+from symdyn.scene.joints import JOINTS, JointKind, Motion, Move
+from symdyn.scene.loads import Damper, Friction, Load, Place, Row, Spring
 from symdyn.scene.locking import lock
 from symdyn.scene.model import (
     GROUND,
@@ -32,18 +33,26 @@ __all__ = [
     "JOINTS",
     "Body",
     "Coupling",
+    "Damper",
     "FormulaError",
+    "Friction",
     "Joint",
     "JointKind",
     "Limits",
+    "Load",
+    "Motion",
+    "Move",
     "Parameter",
     "Particle",
+    "Place",
     "Point",
     "Pose",
     "Quantity",
     "ReadOptions",
     "Reading",
+    "Row",
     "Scene",
+    "Spring",
     "Written",
     "acceleration_name",
     "bind",

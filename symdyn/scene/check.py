@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 from symdyn.graph import Graph
 from symdyn.scene.folding import FormulaError
-from symdyn.scene.model import GROUND, Joint, Limits, Pose, Scene, acceleration_name, velocity_name
+from symdyn.scene.model import GROUND, Joint, Limits, Pose, Scene, acceleration_name
 from symdyn.scene.names import check_latex, check_name, listed, suggestion
 from symdyn.scene.physical import inertia_fault, mass_faults
 from symdyn.scene.quantity import ZERO, Quantity, express
@@ -233,9 +233,10 @@ def _masses(draft: Draft, values: Mapping[str, Value], faults: Faults, allow: bo
 
 
 def _motion_names(scene: Scene) -> list[str]:
-    names = []
-    for q in scene.coordinates:
-        names += [q, velocity_name(q), acceleration_name(q)]
+    names: list[str] = []
+    names += scene.coordinates
+    for velocity in scene.velocities:
+        names += [velocity, acceleration_name(velocity)]
     return names
 
 
@@ -251,7 +252,7 @@ def _uses(draft: Draft) -> Iterator[Use]:
         for k, particle in enumerate(body.particles):
             yield Use(where, f"particles[{k}].mass", particle.mass)
             yield from (Use(where, f"particles[{k}].at[{i}]", x) for i, x in enumerate(particle.at))
-    moving = frozenset(name for q in scene.coordinates for name in (q, velocity_name(q)))
+    moving = frozenset((*scene.coordinates, *scene.velocities))
     for where, joint in zip(draft.where["joints"], scene.joints, strict=True):
         yield from _steps(where, "origin", joint.origin)
         yield from _steps(where, "tip", joint.tip)

@@ -12,9 +12,9 @@ from symdyn.scene.folding import FormulaError
 from symdyn.scene.formula import quantity
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.locking import lock, read_locks
-from symdyn.scene.model import NULL, STANDARD_GRAVITY, Body, Joint, Limits, Parameter, Particle, Point, Scene, Vector
+from symdyn.scene.model import STANDARD_GRAVITY, Body, Joint, Limits, Parameter, Particle, Point, Scene
 from symdyn.scene.names import suggestion
-from symdyn.scene.quantity import ZERO, Quantity, number
+from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector, number
 from symdyn.scene.table import Entry, Faults, Table, plain, show, vector
 
 PARAMETER_KEYS = ("value", "positive", "unit", "latex", "text")
@@ -238,9 +238,9 @@ def _joint(table: Table, kind: str, k: int, follows: bool) -> Joint:
         axis=table.vector("axis", Z_AXIS),
         origin=table.pose("origin"),
         tip=table.pose("tip"),
-        coordinate=(table.text("coordinate", f"q{k}") or f"q{k}") if free else "",
-        drive=_drive(table, f"tau{k}") if free else None,
-        force=table.quantity("force"),
+        coordinates=((table.text("coordinate", f"q{k}") or f"q{k}"),) if free else (),
+        drives=(_drive(table, f"tau{k}"),) if free else (),
+        forces=(table.quantity("force"),) if "force" in table else (),
         armature=table.quantity("armature"),
         damping=table.quantity("damping"),
         friction=table.quantity("friction"),

@@ -13,13 +13,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
-from symdyn.scene.quantity import ONE, ZERO, Quantity, number
+from symdyn.scene.loads import Damper, Friction, Load, Row, Spring
+from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector, number
 
 GROUND = "ground"
-
-Vector = tuple[Quantity, Quantity, Quantity]
-
-NULL: Vector = (ZERO, ZERO, ZERO)
 
 STANDARD_GRAVITY: Vector = (ZERO, ZERO, number(Fraction("-9.81")))
 
@@ -125,7 +122,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint, and with it one coordinate (none for a fixed or a coupled joint).
+    """A joint between two bodies: in the tree it carries its child, in a loop it closes it.
 
     Attributes:
         type: a key of `JOINTS`.
@@ -133,14 +130,25 @@ class Joint:
         axis: direction in the joint frame, any length but zero, free of symbols.
         origin: from the parent's body frame to the joint frame.
         tip: from the moved joint frame to the child's body frame.
-        coordinate: name of q; the velocity is called `<q>_dot`, the acceleration `<q>_ddot`; "" for a fixed joint.
-        drive: name of the driving force or torque (positive: accelerates q); None for a passive joint.
-        force: generalized force Q^A beside the drive (5.22), in parameters, coordinates and velocities; N m or N.
+        coordinates: names of its q; () for a joint that is fixed, follows another one, or closes a loop.
+        velocities: names of its velocities where they are no rates of coordinates (a quaternion's); else ().
+        drives: name of the driving force or torque of each velocity, None where it is passive; () for none at all.
+        forces: generalized force Q^A of each velocity beside the drive (5.22), a formula; N m or N; () for none.
         coupling: the coordinate that the joint follows, in place of one of its own.
         armature: inertia of a rotor, seen at the joint: adds ½ armature (rate of the joint)² to K; kg m^2 or kg.
         damping: viscous damping, adds -damping · rate to Q^A; N m s/rad or N s/m.
-        friction: dry friction, N m or N; data, no part of the equations.
+        friction: dry friction as robot files give it, N m or N; data, no part of the equations.
+        dry: dry friction that enters the equations.
         limits: data, no part of the equations.
+        second_axis: of a universal joint, in the frame that the first rotation has turned.
+        pitch: of a helical joint: advance per turn, m.
+        length: of a rod between two points, m.
+        orientation: how a spherical motion is described: "quaternion", or three axes such as "zyx".
+        steps: of a custom joint: elementary motions whose amounts are formulas in its coordinates.
+        units: of a custom joint: unit of each coordinate, "rad" or "m".
+        start: position at the start, or a guess of it where loops close; one a coordinate, () for zeros.
+        start_rates: velocities at the start; one a velocity, () for zeros.
+        motion: prescribed motion of a driven joint, a formula in t; None where a force drives it.
         locked: that it was declared to move and then locked: now a fixed joint; for reports, not compared.
     """
 
@@ -151,20 +159,51 @@ class Joint:
     axis: Vector = (ZERO, ZERO, number(1))
     origin: Pose = Pose()
     tip: Pose = Pose()
-    coordinate: str = ""
-    drive: str | None = None
-    force: Quantity = ZERO
+    coordinates: tuple[str, ...] = ()
+    velocities: tuple[str, ...] = ()
+    drives: tuple[str | None, ...] = ()
+    forces: tuple[Quantity, ...] = ()
     coupling: Coupling | None = None
     armature: Quantity = ZERO
     damping: Quantity = ZERO
     friction: Quantity = ZERO
+    dry: Friction | None = None
     limits: Limits = Limits()
+    second_axis: Vector = (ONE, ZERO, ZERO)
+    pitch: Quantity = ZERO
+    length: Quantity = ZERO
+    orientation: str = "quaternion"
+    steps: Pose = Pose()
+    units: tuple[str, ...] = ()
+    start: tuple[Quantity, ...] = ()
+    start_rates: tuple[Quantity, ...] = ()
+    motion: Quantity | None = None
     locked: bool = field(default=False, compare=False)
 
     @property
     def moves(self) -> bool:
-        """Whether the joint moves, by a coordinate of its own or by one that it follows."""
-        return bool(self.coordinate) or self.coupling is not None
+        """Whether the joint moves, by coordinates of its own or by one that it follows."""
+        return bool(self.coordinates) or self.coupling is not None
+
+    @property
+    def coordinate(self) -> str:
+        """Name of q of a joint that has exactly one; else ""."""
+        return self.coordinates[0] if len(self.coordinates) == 1 else ""
+
+    @property
+    def drive(self) -> str | None:
+        """Name of the driving force of a joint that has exactly one velocity; else None."""
+        return self.drives[0] if len(self.drives) == 1 else None
+
+    @property
+    def force(self) -> Quantity:
+        """Generalized force beside the drive of a joint that has exactly one velocity; else zero."""
+        return self.forces[0] if len(self.forces) == 1 else ZERO
+
+    @property
+    def rates(self) -> tuple[str, ...]:
+        """Names of its velocities, shape (nv,)."""
+        return self.velocities or tuple(velocity_name(q) for q in self.coordinates)
 
 
 @dataclass(frozen=True)
@@ -187,6 +226,9 @@ class Scene:
         bodies: bodies[i] is the child of joints[i].
         joints: parents first; the coordinates q follow this order.
         points: named frames.
+        loops: joints that close loops: they carry nothing and have no coordinates.
+        springs, dampers, loads: what acts between bodies and on them.
+        rows: constraints on velocities.
         source: where it was read from, for messages; not compared.
     """
 
@@ -196,17 +238,32 @@ class Scene:
     bodies: tuple[Body, ...] = ()
     joints: tuple[Joint, ...] = ()
     points: tuple[Point, ...] = ()
+    loops: tuple[Joint, ...] = ()
+    springs: tuple[Spring, ...] = ()
+    dampers: tuple[Damper, ...] = ()
+    loads: tuple[Load, ...] = ()
+    rows: tuple[Row, ...] = ()
     source: str = field(default="", compare=False)
 
     @property
     def moving(self) -> tuple[Joint, ...]:
-        """The joints that have a coordinate, in order of q."""
-        return tuple(joint for joint in self.joints if joint.coordinate)
+        """The joints that have coordinates, in order of q."""
+        return tuple(joint for joint in self.joints if joint.coordinates)
 
     @property
     def coordinates(self) -> tuple[str, ...]:
         """Names of q, shape (nq,)."""
-        return tuple(joint.coordinate for joint in self.moving)
+        return tuple(name for joint in self.joints for name in joint.coordinates)
+
+    @property
+    def velocities(self) -> tuple[str, ...]:
+        """Names of the velocities, shape (nv,)."""
+        return tuple(name for joint in self.joints for name in joint.rates)
+
+    @property
+    def drives(self) -> tuple[str | None, ...]:
+        """Names of the driving forces, shape (nv,); None where a velocity is passive."""
+        return tuple(drive for joint in self.joints for drive in joint.drives or (None,) * len(joint.rates))
 
     @property
     def free_parameters(self) -> tuple[Parameter, ...]:
@@ -223,6 +280,6 @@ def velocity_name(coordinate: str) -> str:
     return f"{coordinate}_dot"
 
 
-def acceleration_name(coordinate: str) -> str:
-    """Return the name of q̈ on the graph."""
-    return f"{coordinate}_ddot"
+def acceleration_name(velocity: str) -> str:
+    """Return the name of the rate of a velocity on the graph: x_ddot for x_dot."""
+    return f"{velocity[:-4]}_ddot" if velocity.endswith("_dot") else f"{velocity}_dot"

@@ -61,6 +61,10 @@ ZERO = number(0)
 ONE = number(1)
 PI = Quantity(Op.PI)
 
+Vector = tuple[Quantity, Quantity, Quantity]
+
+NULL: Vector = (ZERO, ZERO, ZERO)
+
 _BINARY: Mapping[Op, Callable[[Expr, Expr], Expr]] = {
     Op.ADD: lambda a, b: a + b,
     Op.SUB: lambda a, b: a - b,

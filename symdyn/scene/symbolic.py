@@ -20,9 +20,9 @@ from fractions import Fraction
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.scene.folding import add, mul, neg
-from symdyn.scene.model import NULL, Body, Joint, Limits, Parameter, Particle, Pose, Scene, Vector, velocity_name
+from symdyn.scene.model import Body, Joint, Limits, Parameter, Particle, Pose, Scene
 from symdyn.scene.names import suggestion
-from symdyn.scene.quantity import PI, ZERO, Quantity, express, number, symbol
+from symdyn.scene.quantity import NULL, PI, ZERO, Quantity, Vector, express, number, symbol
 from symdyn.scene.table import compose
 from symdyn.scene.value import value_of
 
@@ -100,15 +100,15 @@ def _open(body: Body, names: list[str]) -> Body:
 
 
 def _moving_names(scene: Scene) -> set[str]:
-    names = {name for q in scene.coordinates for name in (q, velocity_name(q))}
-    return names | {joint.drive for joint in scene.joints if joint.drive}
+    names = {*scene.coordinates, *scene.velocities}
+    return names | {drive for drive in scene.drives if drive}
 
 
 def _used(scene: Scene) -> set[str]:
     """Return the symbols of everything but the bodies."""
     quantities = list(scene.gravity)
     for joint in scene.joints:
-        quantities += [joint.force, *(amount for pose in (joint.origin, joint.tip) for _, amount in pose.steps)]
+        quantities += [*joint.forces, *(amount for pose in (joint.origin, joint.tip) for _, amount in pose.steps)]
         quantities += [joint.armature, joint.damping, joint.friction]
         quantities += [joint.coupling.ratio, joint.coupling.offset] if joint.coupling else []
         limits = [getattr(joint.limits, field.name) for field in fields(Limits)]

@@ -10,9 +10,9 @@ from typing import TypeVar
 from symdyn.errors import SceneError
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.formula import quantity
-from symdyn.scene.model import ELEMENTARY, NULL, Pose, Vector
+from symdyn.scene.model import ELEMENTARY, Pose
 from symdyn.scene.names import suggestion
-from symdyn.scene.quantity import ZERO, Quantity
+from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector
 
 T = TypeVar("T")
 

@@ -66,8 +66,22 @@ def sample(arguments: Sequence[Argument], rng: random.Random, real: str = "doubl
         wide = RANGES.get(argument.name)
         low, high = (-wide * widen, wide * widen) if wide else (0.5, 1.5 * widen)
         state = np.array([rng.uniform(low, high) for _ in argument.symbols])
+        for k in _quaternions(argument):
+            state[k : k + 4] /= np.linalg.norm(state[k : k + 4])
         drawn.append(state.astype(np.float32).astype(np.float64) if real == "float" else state)
     return drawn
+
+
+def _quaternions(argument: Argument) -> list[int]:
+    """Return where the quaternions of a position begin: four numbers without a unit."""
+    return [k for k in range(0, len(argument.units)) if argument.name == "q" and _starts(argument.units, k)]
+
+
+def _starts(units: tuple[str, ...], k: int) -> bool:
+    bare = 0
+    while bare < k and units[k - 1 - bare] == "1":
+        bare += 1
+    return units[k] == "1" and bare % 4 == 0
 
 
 def measure(

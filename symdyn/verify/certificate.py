@@ -29,6 +29,7 @@ from symdyn.scene import Scene, express
 from symdyn.verify.accuracy import Accuracy, measure, sample
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Claim, Fields, Finding, prove
 from symdyn.verify.laws import laws
+from symdyn.verify.quaternions import on_unit_sphere
 
 STATES = 50  # at which positive definiteness is looked at
 
@@ -103,7 +104,7 @@ def certify(
     program = lower(Equations(scene, workspace.graph, preferred))
     claims += _program_claims(scene, preferred, program)
     progress("proving over finite fields")
-    claims = [claim for claim in claims if claim.left]  # k_C of one coordinate has no entries
+    claims = on_unit_sphere(scene, [claim for claim in claims if claim.left])  # k_C of one coordinate has no entries
     fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
     progress("building")
     modules, refused = _modules(program, real, notes)

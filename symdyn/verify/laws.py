@@ -41,7 +41,7 @@ def _hessian(w: Workspace) -> Claim:
 
 def _skew(w: Workspace) -> Claim:
     n, C = w.state.n, _entries(w, "coriolis_matrix")
-    rates = tangents(_entries(w, "mass_matrix"), dict(zip(w.state.q, w.state.qd, strict=True)))
+    rates = tangents(_entries(w, "mass_matrix"), w.state.velocity)
     sums = tuple(C[i * n + j] + C[j * n + i] for i in range(n) for j in range(n))
     return Claim("passivity", "dM/dt", "C + C^T", tuple(rates), sums)
 
@@ -54,7 +54,7 @@ def _product(w: Workspace) -> Claim:
 
 def _slope(w: Workspace) -> Claim:
     (P,) = _entries(w, "potential_energy")
-    return Claim("gravity forces", "dP/dq", "g", tuple(gradient(P, w.state.q)), _entries(w, "gravity_forces"))
+    return Claim("gravity forces", "dP/dq", "g", tuple(w.directions.slopes(P)), _entries(w, "gravity_forces"))
 
 
 def _textbook(w: Workspace) -> Claim:
@@ -74,9 +74,8 @@ def _textbook(w: Workspace) -> Claim:
 def _power(w: Workspace) -> Claim:
     (K,), (P,) = _entries(w, "kinetic_energy"), _entries(w, "potential_energy")
     s, tau = w.state, _entries(w, "inverse_dynamics")
-    motion = dict(zip(s.q + s.qd, s.qd + s.qdd, strict=True))
     power = w.graph.total((t + force) * qd for t, force, qd in zip(tau, w.Q, s.qd, strict=True))
-    return Claim("power balance", "qd.(tau + Q)", "d(K + P)/dt", (power,), tuple(tangents([K + P], motion)))
+    return Claim("power balance", "qd.(tau + Q)", "d(K + P)/dt", (power,), tuple(tangents([K + P], s.acceleration)))
 
 
 def _inverse(w: Workspace) -> Claim:

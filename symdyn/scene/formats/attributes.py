@@ -9,8 +9,7 @@ from symdyn.scene.folding import FormulaError
 from symdyn.scene.formats.snap import snap_angle
 from symdyn.scene.formats.xml import Element
 from symdyn.scene.formula import quantity
-from symdyn.scene.model import NULL, Vector
-from symdyn.scene.quantity import ZERO, Quantity
+from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector
 from symdyn.scene.spelling import spell
 from symdyn.scene.table import Faults, show
 

@@ -16,8 +16,7 @@ from symdyn.scene import folding
 from symdyn.scene.formats.snap import snap_angle
 from symdyn.scene.formats.turns import Step, turns
 from symdyn.scene.formula import DEGREE, quantity
-from symdyn.scene.model import Vector
-from symdyn.scene.quantity import ZERO, Quantity, number
+from symdyn.scene.quantity import ZERO, Quantity, Vector, number
 
 ROUNDING = 1e-15
 DECIMALS_OF_DEGREES = 6

@@ -9,8 +9,8 @@ from symdyn.scene import folding
 from symdyn.scene.formats.doubles import Doubles
 from symdyn.scene.formats.turns import Step, inverse, plus, towards
 from symdyn.scene.formula import quantity
-from symdyn.scene.model import NULL, Pose, Vector
-from symdyn.scene.quantity import ZERO, Quantity, symbol
+from symdyn.scene.model import Pose
+from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector, symbol
 from symdyn.scene.table import Faults, compose
 
 

@@ -19,8 +19,8 @@ from symdyn.scene.formats.par_frames import Row, rows
 from symdyn.scene.formats.par_links import INERTIAL, NOTHING, Link, link
 from symdyn.scene.formats.placing import angle_text
 from symdyn.scene.formats.turns import Step, inverse, towards
-from symdyn.scene.model import GROUND, Joint, Limits, Parameter, Pose, Scene, Vector
-from symdyn.scene.quantity import ZERO, Quantity, symbol
+from symdyn.scene.model import GROUND, Joint, Limits, Parameter, Pose, Scene
+from symdyn.scene.quantity import ZERO, Quantity, Vector, symbol
 from symdyn.scene.reading import Written
 from symdyn.scene.spelling import spell
 

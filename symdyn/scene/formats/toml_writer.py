@@ -10,8 +10,8 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
 from symdyn.scene.declare import INERTIA_KEYS, LIMIT_KEYS
-from symdyn.scene.model import NULL, STANDARD_GRAVITY, Body, Coupling, Joint, Parameter, Point, Pose, Scene, Vector
-from symdyn.scene.quantity import ONE, ZERO, Quantity
+from symdyn.scene.model import STANDARD_GRAVITY, Body, Coupling, Joint, Parameter, Point, Pose, Scene
+from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector
 from symdyn.scene.reading import Written
 from symdyn.scene.spelling import spell
 from symdyn.scene.table import compose

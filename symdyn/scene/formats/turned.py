@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from symdyn.graph import Graph, Op
 from symdyn.scene import folding
-from symdyn.scene.model import Vector
-from symdyn.scene.quantity import Quantity, express, number
+from symdyn.scene.quantity import Quantity, Vector, express, number
 
 Entries = tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]
 

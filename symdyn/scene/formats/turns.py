@@ -7,8 +7,7 @@ from fractions import Fraction
 
 from symdyn.graph import Op
 from symdyn.scene import folding
-from symdyn.scene.model import Vector
-from symdyn.scene.quantity import PI, ZERO, Quantity, number
+from symdyn.scene.quantity import PI, ZERO, Quantity, Vector, number
 from symdyn.scene.value import value_of
 
 Step = tuple[str, Quantity]

@@ -23,9 +23,9 @@ from symdyn.scene.formats.attributes import Attributes
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.turned import Entries, turned
 from symdyn.scene.formats.xml import Element, read_xml
-from symdyn.scene.model import GROUND, NULL, Vector
+from symdyn.scene.model import GROUND
 from symdyn.scene.names import listed, suggestion
-from symdyn.scene.quantity import ONE, ZERO, Quantity
+from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector
 from symdyn.scene.reading import Reading, ReadOptions
 from symdyn.scene.spelling import spell
 from symdyn.scene.table import Entry, Faults, show

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from symdyn.graph import Expr
-from symdyn.scene.joints.kind import JointKind
-from symdyn.spatial import Transform, Vec, unit_transform
+from symdyn.scene.joints.constraints import everywhere, forces, moments, turned
+from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.model import Joint
+from symdyn.spatial import Transform
 
 
-def _motion(axis: Vec, q: tuple[Expr, ...]) -> Transform:
-    return unit_transform(axis[0].graph)
-
-
-def _subspace(axis: Vec) -> tuple[tuple[Vec, Vec], ...]:
+def _blocks(joint: Joint) -> tuple[Block, ...]:
     return ()
 
 
-FIXED = JointKind(class_t=6, units=(), motion=_motion, subspace=_subspace)
+def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
+    axes = everywhere(X.p[0].graph)
+    return forces(*axes) + moments(*axes)
+
+
+def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
+    return X.p + turned(X)
+
+
+FIXED = JointKind((), _blocks, _wrenches, _residual)

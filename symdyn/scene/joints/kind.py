@@ -1,12 +1,101 @@
-"""What every joint type tells the algorithms."""
+"""What every joint type tells the algorithms.
+
+A joint's motion is a product of *moves*: turns about and slides along axes, with constant placements in between. Each
+move is one link of the chain that the recursions run over, so that they know nothing but turns and slides.
+
+    amount     position of the move in terms of the joint's coordinates, rad or m
+    rate       its rate, Σ coefficient · velocity
+    bias       its acceleration less Σ coefficient · (rate of velocity), quadratic in the velocities
+
+The rate of a position is what it says. A ball moves by a rotation matrix in front of three turns that stay at zero and
+whose rates are the body's angular velocity; the same turns of a gimbal accelerate by products of velocities that those
+of a ball do not have, so that the bias takes them away. Bodies, and what they exert on each other, cannot tell.
+
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), sections 4.4 and 4.5.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
-from symdyn.graph import Expr
-from symdyn.spatial import Transform, Vec
+from symdyn.graph import Expr, Graph
+from symdyn.scene.model import Joint
+from symdyn.spatial import Transform, Vec, identity, rotation, scale, unit_transform, zero_vector
+
+Wrench = tuple[Vec, Vec]  # force, moment
+
+
+@dataclass(frozen=True)
+class Move:
+    """One turn or slide.
+
+    Attributes:
+        slides: whether it is a slide.
+        axis: unit vector.
+        amount: as in the module's legend; zero where the velocity is not the rate of a position.
+        before: placement in front of it, constant or (a ball's) a function of the coordinates.
+        rate: pairs (velocity of the joint from 0, coefficient).
+        bias: triples (velocity, velocity, coefficient) of the quadratic form.
+    """
+
+    slides: bool
+    axis: Vec
+    amount: Expr
+    before: Transform
+    rate: tuple[tuple[int, Expr], ...]
+    bias: tuple[tuple[int, int, Expr], ...] = ()
+
+    @property
+    def placement(self) -> Transform:
+        """The placement that the amount makes."""
+        graph = self.amount.graph
+        if self.slides:
+            return Transform(identity(graph), scale(self.amount, self.axis))
+        return Transform(rotation(self.axis, self.amount), zero_vector(graph))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Motion of a joint, from the joint frame to the moved joint frame.
+
+    Attributes:
+        moves: in order, from the parent's side.
+        tail: constant placement behind the last of them.
+        rates: rate of every coordinate in terms of coordinates and velocities, shape (nq,).
+        brackets: (j, i, l, value) for [X_j, X_i] = Σ value X_l, of velocities that are no rates of coordinates.
+    """
+
+    moves: tuple[Move, ...]
+    tail: Transform
+    rates: tuple[Expr, ...]
+    brackets: tuple[tuple[int, int, int, int], ...] = ()
+
+    @property
+    def placement(self) -> Transform:
+        """Placement of the moved joint frame in the joint frame."""
+        result: Transform | None = None
+        for move in self.moves:
+            step = move.before @ move.placement
+            result = step if result is None else result @ step
+        return self.tail if result is None else result @ self.tail
+
+
+@dataclass(frozen=True)
+class Block:
+    """One part of a joint, which the next one follows.
+
+    Attributes:
+        coordinates: unit of each coordinate, "rad", "m" or "1".
+        velocities: unit of each velocity times seconds, "rad" or "m".
+        motion: its motion from the graph, its coordinates and its velocities.
+        letters: names of its velocities where they are no rates of coordinates, to be put behind the joint's name.
+    """
+
+    coordinates: tuple[str, ...]
+    velocities: tuple[str, ...]
+    motion: Callable[[Graph, tuple[Expr, ...], tuple[Expr, ...]], Motion]
+    letters: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -14,19 +103,54 @@ class JointKind:
     """One joint type.
 
     Attributes:
-        class_t: how many of the six relative freedoms it takes away (textbook's connection of class t).
-        nv: number of velocities, 6 - class_t.
-        units: unit of each coordinate ("rad" or "m"), shape (nv,).
-        motion: placement of the moved joint frame in the joint frame, from the unit axis and the coordinates.
-        subspace: motion subspace S in the moved joint frame: pairs (angular, linear), shape (nv,), from the unit axis.
+        keys: what it takes beside what every joint takes, such as "axis" or "pitch".
+        blocks: its parts, from the parent's side.
+        wrenches: what the parent can exert on the child without working: t wrenches at the origin of the moved joint
+            frame, axes of the joint frame, for the placement X of the one in the other.
+        residual: t numbers that vanish where X is a placement that the joint allows, m or 1; near such a placement
+            their rates are the powers of the wrenches per unit.
     """
 
-    class_t: int
-    units: tuple[str, ...]
-    motion: Callable[[Vec, tuple[Expr, ...]], Transform]
-    subspace: Callable[[Vec], tuple[tuple[Vec, Vec], ...]]
+    keys: tuple[str, ...]
+    blocks: Callable[[Joint], tuple[Block, ...]]
+    wrenches: Callable[[Joint, Transform], tuple[Wrench, ...]]
+    residual: Callable[[Joint, Transform], tuple[Expr, ...]]
 
-    @property
-    def nv(self) -> int:
-        """Number of velocities."""
-        return 6 - self.class_t
+    def coordinates(self, joint: Joint) -> tuple[str, ...]:
+        """Return the unit of every coordinate, "rad", "m" or "1"."""
+        return tuple(unit for block in self.blocks(joint) for unit in block.coordinates)
+
+    def velocities(self, joint: Joint) -> tuple[str, ...]:
+        """Return the unit of every velocity times seconds, "rad" or "m"."""
+        return tuple(unit for block in self.blocks(joint) for unit in block.velocities)
+
+    def class_t(self, joint: Joint) -> int:
+        """Return how many of the six relative freedoms the joint takes away (the textbook's connection of class t)."""
+        return 6 - len(self.velocities(joint))
+
+    def motion(self, joint: Joint, graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+        """Return the motion of a joint at coordinates q and velocities u."""
+        parts, i, k = [], 0, 0
+        for block in self.blocks(joint):
+            nq, nv = len(block.coordinates), len(block.velocities)
+            parts.append((k, block.motion(graph, q[i : i + nq], u[k : k + nv])))
+            i, k = i + nq, k + nv
+        return _joined(parts, graph)
+
+
+def _joined(parts: Sequence[tuple[int, Motion]], graph: Graph) -> Motion:
+    """Return parts, each with the number of its first velocity, as one motion."""
+    moves: list[Move] = []
+    rates: list[Expr] = []
+    brackets: list[tuple[int, int, int, int]] = []
+    place = unit_transform(graph)
+    for k, part in parts:
+        for move in part.moves:
+            rate = tuple((k + i, x) for i, x in move.rate)
+            bias = tuple((k + i, k + j, x) for i, j, x in move.bias)
+            moves.append(replace(move, before=place @ move.before, rate=rate, bias=bias))
+            place = unit_transform(graph)
+        place = place @ part.tail
+        rates += part.rates
+        brackets += [(k + j, k + i, k + m, value) for j, i, m, value in part.brackets]
+    return Motion(tuple(moves), place, tuple(rates), tuple(brackets))

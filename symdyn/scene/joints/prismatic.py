@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 from symdyn.graph import Expr
-from symdyn.scene.joints.kind import JointKind
-from symdyn.spatial import Transform, Vec, identity, scale, zero_vector
+from symdyn.scene.joints.blocks import slide
+from symdyn.scene.joints.constraints import directions, everywhere, forces, moments, offsets, turned
+from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.model import Joint
+from symdyn.spatial import Transform
 
 
-def _motion(axis: Vec, q: tuple[Expr, ...]) -> Transform:
-    return Transform(identity(axis[0].graph), scale(q[0], axis))
+def _blocks(joint: Joint) -> tuple[Block, ...]:
+    return (slide(joint.axis),)
 
 
-def _subspace(axis: Vec) -> tuple[tuple[Vec, Vec], ...]:
-    return ((zero_vector(axis[0].graph), axis),)
+def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
+    graph = X.p[0].graph
+    x, y, _ = directions(joint.axis, graph)
+    return forces(x, y) + moments(*everywhere(graph))
 
 
-PRISMATIC = JointKind(class_t=5, units=("m",), motion=_motion, subspace=_subspace)
+def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
+    x, y, _ = directions(joint.axis, X.p[0].graph)
+    return offsets(X, x, y) + turned(X)
+
+
+PRISMATIC = JointKind(("axis",), _blocks, _wrenches, _residual)

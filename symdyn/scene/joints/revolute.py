@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 from symdyn.graph import Expr
-from symdyn.scene.joints.kind import JointKind
-from symdyn.spatial import Transform, Vec, rotation, zero_vector
+from symdyn.scene.joints.blocks import turn
+from symdyn.scene.joints.constraints import directions, everywhere, forces, leaning, moments, offsets
+from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.model import Joint
+from symdyn.spatial import Transform
 
 
-def _motion(axis: Vec, q: tuple[Expr, ...]) -> Transform:
-    return Transform(rotation(axis, q[0]), zero_vector(axis[0].graph))
+def _blocks(joint: Joint) -> tuple[Block, ...]:
+    return (turn(joint.axis),)
 
 
-def _subspace(axis: Vec) -> tuple[tuple[Vec, Vec], ...]:
-    return ((axis, zero_vector(axis[0].graph)),)
+def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
+    graph = X.p[0].graph
+    x, y, _ = directions(joint.axis, graph)
+    return forces(*everywhere(graph)) + moments(x, y)
 
 
-REVOLUTE = JointKind(class_t=5, units=("rad",), motion=_motion, subspace=_subspace)
+def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
+    graph = X.p[0].graph
+    x, y, axis = directions(joint.axis, graph)
+    return offsets(X, *everywhere(graph)) + leaning(X, axis, x, y)
+
+
+REVOLUTE = JointKind(("axis",), _blocks, _wrenches, _residual)

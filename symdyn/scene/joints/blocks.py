@@ -1,0 +1,203 @@
+"""The parts that joints are made of: turns, slides, screws, a ball, free flight, and motions in formulas."""
+
+from __future__ import annotations
+
+from symdyn.graph import Expr, Graph, gradient
+from symdyn.scene.joints.kind import Block, Motion, Move
+from symdyn.scene.model import Pose
+from symdyn.scene.quantity import ONE, PI, ZERO, Quantity, Vector, express
+from symdyn.spatial import (
+    Mat,
+    Transform,
+    Vec,
+    add_matrices,
+    cross,
+    dot,
+    elementary,
+    identity,
+    multiply,
+    scale,
+    scale_matrix,
+    skew,
+    transpose,
+    unit_transform,
+    zero_vector,
+)
+
+AXES: dict[str, Vector] = {"x": (ONE, ZERO, ZERO), "y": (ZERO, ONE, ZERO), "z": (ZERO, ZERO, ONE)}
+
+
+def unit(axis: Vector, graph: Graph) -> Vec:
+    """Return the axis with length 1, exact (with a root where its length is irrational)."""
+    x, y, z = (express(entry, graph) for entry in axis)
+    return scale(graph.one / graph.sqrt(dot((x, y, z), (x, y, z))), (x, y, z))
+
+
+def towards(u: Vec) -> Mat:
+    """Return the shortest rotation from z to the unit vector u: 1 + ṽ + ṽ² / (1 + u_z), v = z × u.
+
+    It needs no root beyond those of u; for u = -z it is a half turn about x.
+    """
+    graph = u[0].graph
+    one, zero = graph.one, graph.zero
+    if u[2] is graph.constant(-1):
+        return ((one, zero, zero), (zero, -one, zero), (zero, zero, -one))
+    v = skew(cross((zero, zero, one), u))
+    return add_matrices(add_matrices(identity(graph), v), scale_matrix(1 / (1 + u[2]), multiply(v, v)))
+
+
+def turn(axis: Vector) -> Block:
+    """Return a rotation about an axis, rad."""
+
+    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+        still = unit_transform(graph)
+        return Motion((Move(False, unit(axis, graph), q[0], still, ((0, graph.one),)),), still, u)
+
+    return Block(("rad",), ("rad",), motion)
+
+
+def slide(axis: Vector) -> Block:
+    """Return a translation along an axis, m."""
+
+    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+        still = unit_transform(graph)
+        return Motion((Move(True, unit(axis, graph), q[0], still, ((0, graph.one),)),), still, u)
+
+    return Block(("m",), ("m",), motion)
+
+
+def screw(axis: Vector, pitch: Quantity) -> Block:
+    """Return a rotation about an axis, rad, with an advance along it of `pitch` a turn, m."""
+
+    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+        still, z = unit_transform(graph), unit(axis, graph)
+        rise = express(pitch, graph) / (2 * express(PI, graph))
+        moves = (Move(False, z, q[0], still, ((0, graph.one),)), Move(True, z, rise * q[0], still, ((0, rise),)))
+        return Motion(moves, still, u)
+
+    return Block(("rad",), ("rad",), motion)
+
+
+def shift(axis: Vector, way: Quantity) -> Block:
+    """Return a constant translation along an axis, m."""
+
+    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+        place = Transform(identity(graph), scale(express(way, graph), unit(axis, graph)))
+        return Motion((), place, ())
+
+    return Block((), (), motion)
+
+
+def aligned(axis: Vector, back: bool = False) -> Block:
+    """Return the constant rotation that takes z to an axis, or the one back."""
+
+    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+        R = towards(unit(axis, graph))
+        return Motion((), Transform(transpose(R) if back else R, zero_vector(graph)), ())
+
+    return Block((), (), motion)
+
+
+def along(axis: Vector, *blocks: Block) -> tuple[Block, ...]:
+    """Return blocks in a frame whose z is along an axis; at zero the moved frame is the fixed one."""
+    if axis == AXES["z"]:
+        return blocks
+    return (aligned(axis), *blocks, aligned(axis, back=True))
+
+
+def orientation(description: str) -> tuple[Block, ...]:
+    """Return a spherical motion: "quaternion", or three turns about moving axes, such as "zyx"."""
+    return (BALL,) if description == "quaternion" else tuple(turn(AXES[letter]) for letter in description)
+
+
+def path(steps: Pose, names: tuple[str, ...], units: tuple[str, ...]) -> Block:
+    """Return elementary motions whose amounts are formulas in the coordinates called `names`."""
+
+    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+        place, moves = unit_transform(graph), []
+        for kind, amount in steps.steps:
+            node = express(amount, graph)
+            slopes = gradient(node, q)
+            if all(slope.is_zero for slope in slopes):
+                place = place @ elementary(kind, node)
+                continue
+            rate = tuple((k, slope) for k, slope in enumerate(slopes) if not slope.is_zero)
+            curved = [(k, m, x) for k, slope in enumerate(slopes) for m, x in enumerate(gradient(slope, q))]
+            bias = tuple(entry for entry in curved if not entry[2].is_zero)
+            moves.append(Move(kind[0] == "T", unit(AXES[kind[1]], graph), node, place, rate, bias))
+            place = unit_transform(graph)
+        return Motion(tuple(moves), place, u)
+
+    return Block(units, units, motion)
+
+
+# A ball and free flight
+
+
+def rotation_of(e: tuple[Expr, ...]) -> Mat:
+    """Return the rotation of a unit quaternion (w, x, y, z): columns are the rotated axes."""
+    w, x, y, z = e
+    one = w.graph.one
+    return (
+        (one - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), one - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), one - 2 * (x * x + y * y)),
+    )
+
+
+def _quaternion_rates(e: tuple[Expr, ...], omega: Vec) -> tuple[Expr, ...]:
+    """Return ½ e ∘ (0, ω), ω in the turned frame."""
+    (w, x, y, z), (a, b, c) = e, omega
+    return (
+        -(x * a + y * b + z * c) / 2,
+        (w * a + y * c - z * b) / 2,
+        (w * b + z * a - x * c) / 2,
+        (w * c + x * b - y * a) / 2,
+    )
+
+
+def _spin(graph: Graph, before: Transform, first: int) -> tuple[Move, ...]:
+    """Return three turns at zero whose rates are ω in the turned frame, velocities beginning with `first`."""
+    still, (a, b, c) = unit_transform(graph), (first, first + 1, first + 2)
+    one, minus = graph.one, graph.constant(-1)
+    bias = ((b, c, minus), (a, c, one), (a, b, minus))
+    axes = [unit(AXES[letter], graph) for letter in "xyz"]
+    return tuple(
+        Move(False, axes[k], graph.zero, before if k == 0 else still, ((first + k, one),), (bias[k],)) for k in range(3)
+    )
+
+
+def _ball(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+    turned = Transform(rotation_of(q), zero_vector(graph))
+    brackets = tuple(bracket for k in range(3) for bracket in _pair(k, (k + 1) % 3, (k + 2) % 3))
+    return Motion(_spin(graph, turned, 0), unit_transform(graph), _quaternion_rates(q, (u[0], u[1], u[2])), brackets)
+
+
+def _pair(j: int, i: int, m: int, value: int = 1) -> tuple[tuple[int, int, int, int], ...]:
+    """Return [X_j, X_i] = value X_m and its opposite."""
+    return ((j, i, m, value), (i, j, m, -value))
+
+
+def _flight(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+    v, omega, e = (u[0], u[1], u[2]), (u[3], u[4], u[5]), q[3:]
+    R, still, one = rotation_of(e), unit_transform(graph), graph.one
+    placed = Transform(R, (q[0], q[1], q[2]))
+    slides = []
+    for k in range(3):  # d(R v)/dt = R (v̇ + ω × v)
+        i, j = (k + 1) % 3, (k + 2) % 3
+        bias = ((3 + i, j, one), (3 + j, i, -one))
+        axis, before = unit(AXES["xyz"[k]], graph), placed if k == 0 else still
+        slides.append(Move(True, axis, graph.zero, before, ((k, one),), bias))
+    rates = (*(dot(row, v) for row in R), *_quaternion_rates(e, omega))
+    brackets: list[tuple[int, int, int, int]] = []
+    for k in range(3):  # [ω_k, ω_i] = ω_j and [ω_k, v_i] = v_j
+        i, j = (k + 1) % 3, (k + 2) % 3
+        brackets += [*_pair(3 + k, 3 + i, 3 + j), *_pair(3 + k, i, j), *_pair(3 + i, k, j, -1)]
+    return Motion((*slides, *_spin(graph, still, 3)), still, rates, tuple(brackets))
+
+
+BALL = Block(("1",) * 4, ("rad",) * 3, _ball, ("wx", "wy", "wz"))
+"""Orientation by a unit quaternion (w, x, y, z), angular velocity in the turned frame."""
+
+FLIGHT = Block(("m",) * 3 + ("1",) * 4, ("m",) * 3 + ("rad",) * 3, _flight, ("vx", "vy", "vz", "wx", "wy", "wz"))
+"""Position and quaternion; velocity of the origin and angular velocity, both in the moved frame."""

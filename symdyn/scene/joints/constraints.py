@@ -1,0 +1,57 @@
+"""What joints forbid: wrenches that do no work, and residuals of placement.
+
+    X        placement of the moved joint frame in the joint frame
+    A        rotation that takes z to the joint's axis; its columns are directions in the joint frame
+    R, p     rotation and translation of X
+
+Wrenches (force, moment) act at the origin of the moved frame; axes of the joint frame.
+"""
+
+from __future__ import annotations
+
+from symdyn.graph import Expr, Graph
+from symdyn.scene.joints.blocks import towards, unit
+from symdyn.scene.joints.kind import Wrench
+from symdyn.scene.quantity import Vector
+from symdyn.spatial import Transform, Vec, add, apply, cross, dot, scale, transpose, zero_vector
+
+
+def directions(axis: Vector, graph: Graph) -> tuple[Vec, Vec, Vec]:
+    """Return two directions across an axis and the axis itself, the columns of A."""
+    return transpose(towards(unit(axis, graph)))
+
+
+def forces(*along: Vec) -> tuple[Wrench, ...]:
+    """Return unit forces."""
+    return tuple((x, zero_vector(x[0].graph)) for x in along)
+
+
+def moments(*along: Vec) -> tuple[Wrench, ...]:
+    """Return unit moments."""
+    return tuple((zero_vector(x[0].graph), x) for x in along)
+
+
+def everywhere(graph: Graph) -> tuple[Vec, Vec, Vec]:
+    """Return the axes of the joint frame."""
+    one, zero = graph.one, graph.zero
+    return ((one, zero, zero), (zero, one, zero), (zero, zero, one))
+
+
+def offsets(X: Transform, *along: Vec) -> tuple[Expr, ...]:
+    """Return the components of p along directions, m."""
+    return tuple(dot(x, X.p) for x in along)
+
+
+def leaning(X: Transform, axis: Vec, *across: Vec) -> tuple[Expr, ...]:
+    """Return the components of axis × R axis along directions: how far the axis leans."""
+    lean = cross(axis, apply(X.R, axis))
+    return tuple(dot(x, lean) for x in across)
+
+
+def turned(X: Transform) -> Vec:
+    """Return ½ Σ e × R e: zero without rotation, the rotation vector close to it."""
+    graph = X.p[0].graph
+    total = zero_vector(graph)
+    for e in everywhere(graph):
+        total = add(total, cross(e, apply(X.R, e)))
+    return scale(graph.one / 2, total)

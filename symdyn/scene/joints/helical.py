@@ -1,0 +1,40 @@
+"""Helical joint H: a rotation about the axis with an advance along it of a pitch a turn. Class t = 5.
+
+What a nut exerts on its screw without working: a force f along the axis goes with the moment -(pitch / 2π) f.
+"""
+
+from __future__ import annotations
+
+from symdyn.graph import Expr, Graph, Op
+from symdyn.scene.joints.blocks import screw
+from symdyn.scene.joints.constraints import directions, forces, leaning, moments, offsets
+from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.model import Joint
+from symdyn.scene.quantity import express
+from symdyn.spatial import Transform, apply, dot, scale
+
+
+def _blocks(joint: Joint) -> tuple[Block, ...]:
+    return (screw(joint.axis, joint.pitch),)
+
+
+def _rise(joint: Joint, graph: Graph) -> Expr:
+    """Return the advance per radian, m."""
+    return express(joint.pitch, graph) / (2 * graph.pi)
+
+
+def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
+    graph = X.p[0].graph
+    x, y, axis = directions(joint.axis, graph)
+    return forces(x, y) + moments(x, y) + ((axis, scale(-_rise(joint, graph), axis)),)
+
+
+def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
+    graph = X.p[0].graph
+    x, y, axis = directions(joint.axis, graph)
+    turned = apply(X.R, x)
+    angle = graph.function(Op.ATAN2, dot(y, turned), dot(x, turned))
+    return (*offsets(X, x, y), *leaning(X, axis, x, y), dot(axis, X.p) - _rise(joint, graph) * angle)
+
+
+HELICAL = JointKind(("axis", "pitch"), _blocks, _wrenches, _residual)

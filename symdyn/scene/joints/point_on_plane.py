@@ -1,0 +1,25 @@
+"""Point on a plane: two translations across the axis, the plane's normal, and any rotation. Class t = 1."""
+
+from __future__ import annotations
+
+from symdyn.graph import Expr
+from symdyn.scene.joints.blocks import AXES, along, orientation, slide
+from symdyn.scene.joints.constraints import directions, forces, offsets
+from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.model import Joint
+from symdyn.spatial import Transform
+
+
+def _blocks(joint: Joint) -> tuple[Block, ...]:
+    return (*along(joint.axis, slide(AXES["x"]), slide(AXES["y"])), *orientation(joint.orientation))
+
+
+def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
+    return forces(directions(joint.axis, X.p[0].graph)[2])
+
+
+def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
+    return offsets(X, directions(joint.axis, X.p[0].graph)[2])
+
+
+POINT_ON_PLANE = JointKind(("axis", "orientation"), _blocks, _wrenches, _residual)

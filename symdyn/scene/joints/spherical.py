@@ -1,0 +1,25 @@
+"""Spherical joint S: any rotation about a point. Class t = 3."""
+
+from __future__ import annotations
+
+from symdyn.graph import Expr
+from symdyn.scene.joints.blocks import orientation
+from symdyn.scene.joints.constraints import everywhere, forces
+from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.model import Joint
+from symdyn.spatial import Transform
+
+
+def _blocks(joint: Joint) -> tuple[Block, ...]:
+    return orientation(joint.orientation)
+
+
+def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
+    return forces(*everywhere(X.p[0].graph))
+
+
+def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
+    return X.p
+
+
+SPHERICAL = JointKind(("orientation",), _blocks, _wrenches, _residual)

@@ -1,0 +1,104 @@
+"""What acts on the bodies of a scene, beside gravity and drives; and constraints on velocities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Dry friction of a joint, opposed to its rate v; N m or N, rad/s or m/s.
+
+        force = (coulomb + (static - coulomb) exp(-(v / stribeck)^2)) · tanh(v / smoothing)
+
+    Attributes:
+        coulomb: size of the force when sliding.
+        static: size of the force at the onset of motion; None: as `coulomb`.
+        stribeck: rate at which the force falls from one to the other.
+        smoothing: rate over which the sign is smoothed; zero is the ideal sign, for inverse dynamics only.
+    """
+
+    coulomb: Quantity
+    static: Quantity | None = None
+    stribeck: Quantity = ONE
+    smoothing: Quantity = ZERO
+
+
+@dataclass(frozen=True)
+class Place:
+    """A point of a body (or of the ground) that a load acts at: body name and place in body coordinates, m."""
+
+    body: str
+    at: Vector = NULL
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A spring at a joint or between two points: force = preload + k1 x + k2 x² + …, x the way from `free`.
+
+    At a joint, x is its position less `free`, and the force opposes it; between points, x is their distance less
+    `free`, and the force pulls them together. Its energy belongs to P.
+
+    Attributes:
+        joint: name of the joint, with one coordinate; "" between points.
+        ends: the two points; () at a joint.
+        stiffness: k1, k2, …; N/m or N m/rad, N/m² …
+        free: position or length at which the polynomial vanishes, rad or m.
+        preload: force at x = 0, N or N m.
+    """
+
+    name: str
+    joint: str = ""
+    ends: tuple[Place, ...] = ()
+    stiffness: tuple[Quantity, ...] = ()
+    free: Quantity = ZERO
+    preload: Quantity = ZERO
+
+
+@dataclass(frozen=True)
+class Damper:
+    """A viscous damper at a joint or between two points: force = c1 v + c3 v³ + …, against the rate v.
+
+    At a joint, v is its rate; between points, the rate of their distance.
+
+    Attributes:
+        joint: name of the joint, with one coordinate; "" between points.
+        ends: the two points; () at a joint.
+        damping: c1, c3, c5, …; N s/m or N m s/rad, …
+    """
+
+    name: str
+    joint: str = ""
+    ends: tuple[Place, ...] = ()
+    damping: tuple[Quantity, ...] = ()
+
+
+@dataclass(frozen=True)
+class Load:
+    """A wrench on a body: "technological" forces and couples, formulas in t, parameters, coordinates, velocities.
+
+    Attributes:
+        place: body and point that the force acts at.
+        force: N. couple: N m. Components along the axes of `frame`.
+        frame: "body" (the body's own axes) or "ground".
+    """
+
+    name: str
+    place: Place
+    force: Vector = NULL
+    couple: Vector = NULL
+    frame: str = "ground"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A constraint on velocities, nonholonomic: Σ a_k(q) u_k = 0, a formula linear in the velocities.
+
+    Attributes:
+        formula: its left side.
+    """
+
+    name: str
+    formula: Quantity
