@@ -8,16 +8,21 @@ x / c = (1/c) x              c constant
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from symdyn.graph import Expr, Graph, Op
 from symdyn.program.passes.rebuild import copy_node, fixed, use_counts
 
 
 def strength(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] = ()) -> list[Expr]:
-    """Return the entries of one function on `graph`, constants together."""
+    """Return the entries of one function on `graph`, constants together.
+
+    Where no constants can meet, the entries stay where they are.
+    """
     uses = use_counts(entries)
     constant = fixed(list(uses))
+    if not _meet(uses, constant):
+        return list(entries)
     new: dict[Expr, Expr] = {}
     split: dict[Expr, tuple[Expr, Expr]] = {}  # a product as (constant, rest), both on the new graph
 
@@ -45,6 +50,20 @@ def strength(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] 
         else:
             new[node] = copy_node(node, args, graph)
     return [new[entry] for entry in entries]
+
+
+def _meet(nodes: Iterable[Expr], constant: Collection[Expr]) -> bool:
+    """Tell whether a multiple of a constant is a factor, or a constant is a divisor; `nodes` has arguments first."""
+    multiples: set[Expr] = set()
+    for node in nodes:
+        if node.op is Op.DIV and node.args[1] in constant and node not in constant:
+            return True
+        if node.op is Op.MUL and node not in constant:
+            if not multiples.isdisjoint(node.args):
+                return True
+            if node.args[0] in constant or node.args[1] in constant:
+                multiples.add(node)
+    return False
 
 
 def _joined(parts: Sequence[tuple[Expr, Expr]], graph: Graph) -> tuple[Expr, Expr]:
