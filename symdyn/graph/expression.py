@@ -146,9 +146,9 @@ class Graph:
         if b.op is CONSTANT:
             if a.op is CONSTANT:
                 return self.constant(_fraction(a) + _fraction(b))
-            if _fraction(b) < 0:
+            if _fraction(b).numerator < 0:
                 return self.sub(a, self.neg(b))
-        elif a.op is CONSTANT and _fraction(a) < 0:
+        elif a.op is CONSTANT and _fraction(a).numerator < 0:
             return self.sub(b, self.neg(a))
         if a.index > b.index:
             a, b = b, a
@@ -169,9 +169,9 @@ class Graph:
         if b.op is CONSTANT:
             if a.op is CONSTANT:
                 return self.constant(_fraction(a) - _fraction(b))
-            if _fraction(b) < 0:
+            if _fraction(b).numerator < 0:
                 return self.add(a, self.neg(b))
-        elif a.op is CONSTANT and _fraction(a) < 0:
+        elif a.op is CONSTANT and _fraction(a).numerator < 0:
             return self.neg(self.add(self.neg(a), b))
         args, table = (a, b), self._tables[SUB]
         found = table.get(args)
@@ -211,7 +211,7 @@ class Graph:
             return self.constant(factor * _fraction(x))
         if x.op is MUL and x.args[0].op is CONSTANT:
             return self.mul(self.constant(factor * _fraction(x.args[0])), x.args[1])
-        if factor < 0:
+        if factor.numerator < 0:
             return self.neg(self.mul(self.constant(-factor), x))
         return self.node(MUL, constant, x)
 

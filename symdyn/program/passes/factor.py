@@ -20,6 +20,8 @@ from dataclasses import dataclass
 from symdyn.graph import Expr, Graph, Op
 from symdyn.program.passes.rebuild import Early, copy_node, use_counts
 
+MUL, ADD, SUB, NEG = Op.MUL, Op.ADD, Op.SUB, Op.NEG
+
 Term = tuple[bool, tuple[Expr, ...]]
 """Whether it is subtracted, and its factors."""
 
@@ -66,7 +68,7 @@ def _read(entries: Sequence[Expr], symbols: Collection[str]) -> tuple[list[Expr]
         reading = readings.pop(node, None)
         if reading is None:
             return
-        if _most_common(reading.terms) is not None or _scattered(reading.terms, early):
+        if _is_worth_writing_otherwise(reading.terms, early):
             found[node] = reading.terms
             settled.append(node)
         else:
@@ -79,32 +81,38 @@ def _read(entries: Sequence[Expr], symbols: Collection[str]) -> tuple[list[Expr]
         settle(node)
         return Reading([(False, (node,))], [])
 
-    def factors(node: Expr) -> Reading:
-        """Return an operand as factors, read through if it is a product and used nowhere else."""
-        if node.op is Op.MUL:
-            return operand(node)
-        settle(node)
-        return Reading([(False, (node,))], [])
-
     for node in uses:
-        args = node.args
-        if node.value in symbols if node.op is Op.SYMBOL else all([arg in early for arg in args]):
-            early.add(node)
-        if node.op is Op.MUL:
-            a, b = factors(args[0]), factors(args[1])
-            readings[node] = Reading([(False, a.terms[0][1] + b.terms[0][1])], [*a.inside, *b.inside, node])
-        elif node.op in (Op.ADD, Op.SUB):
+        op, args = node.op, node.args
+        if op is MUL:
+            known, product, inside = True, (), []
+            for arg in args:
+                known = known and arg in early
+                if arg.op is MUL and uses[arg] == 1:
+                    reading = readings.pop(arg)
+                    product += reading.terms[0][1]
+                    inside += reading.inside
+                else:
+                    settle(arg)
+                    product += (arg,)
+            inside.append(node)
+            readings[node] = Reading([(False, product)], inside)
+        elif op is ADD or op is SUB:
+            known = args[0] in early and args[1] in early
             a, b = operand(args[0]), operand(args[1])
-            a.terms.extend(_flipped(b.terms) if node.op is Op.SUB else b.terms)
+            a.terms.extend(_flipped(b.terms) if op is SUB else b.terms)
             a.inside.extend((*b.inside, node))
             readings[node] = a
-        elif node.op is Op.NEG:
+        elif op is NEG:
+            known = args[0] in early
             a = operand(args[0])
             readings[node] = Reading(_flipped(a.terms), [*a.inside, node])
         else:
+            known = node.value in symbols if op is Op.SYMBOL else all(arg in early for arg in args)
             for arg in args:
                 settle(arg)
             settled.append(node)
+        if known:
+            early.add(node)
     for entry in entries:
         settle(entry)
     return settled, found
@@ -112,6 +120,13 @@ def _read(entries: Sequence[Expr], symbols: Collection[str]) -> tuple[list[Expr]
 
 def _flipped(terms: list[Term]) -> list[Term]:
     return [(not minus, factors) for minus, factors in terms]
+
+
+def _is_worth_writing_otherwise(terms: list[Term], early: Collection[Expr]) -> bool:
+    """Tell whether terms share a factor, or whether what is known early is scattered among them."""
+    if len(terms) == 1 and len(terms[0][1]) < 3:
+        return False
+    return _most_common(terms) is not None or _scattered(terms, early)
 
 
 def _scattered(terms: list[Term], early: Collection[Expr]) -> bool:

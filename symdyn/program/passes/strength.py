@@ -8,7 +8,7 @@ x / c = (1/c) x              c constant
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from symdyn.graph import Expr, Graph, Op
 from symdyn.program.passes.rebuild import copy_node, fixed, use_counts
@@ -52,17 +52,23 @@ def strength(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] 
     return [new[entry] for entry in entries]
 
 
-def _meet(nodes: Iterable[Expr], constant: Collection[Expr]) -> bool:
-    """Tell whether a multiple of a constant is a factor, or a constant is a divisor; `nodes` has arguments first."""
-    multiples: set[Expr] = set()
-    for node in nodes:
-        if node.op is Op.DIV and node.args[1] in constant and node not in constant:
+def _meet(uses: Mapping[Expr, int], constant: Collection[Expr]) -> bool:
+    """Tell whether any constants can be brought together, or a constant divides; `uses` has arguments first."""
+    multiples: set[Expr] = set()  # of constants
+    for node in uses:
+        if node.op is Op.DIV and node.args[1] in constant:
             return True
-        if node.op is Op.MUL and node not in constant:
-            if not multiples.isdisjoint(node.args):
+        if node.op is not Op.MUL or node in constant:
+            continue
+        rest = [one for one in node.args if one not in constant]
+        if len(rest) == 2:
+            if any(one in multiples and uses[one] == 1 for one in rest):
                 return True
-            if node.args[0] in constant or node.args[1] in constant:
-                multiples.add(node)
+        else:
+            inner = rest[0].args if rest[0].op is Op.MUL and uses[rest[0]] == 1 else ()
+            if not multiples.isdisjoint((*rest, *inner)):
+                return True
+            multiples.add(node)
     return False
 
 
