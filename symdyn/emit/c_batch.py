@@ -13,7 +13,7 @@ from symdyn.emit.real import Real
 from symdyn.emit.spelling import Printer
 from symdyn.errors import EmitError
 from symdyn.program import Program, Routine
-from symdyn.program.assemble import PARAMS
+from symdyn.program.assemble import shared
 
 LANES = 64
 """States in a block: enough to hide what starting a loop costs, few enough for the nearest cache."""
@@ -106,8 +106,9 @@ def _check_names(names: Sequence[str]) -> None:
 def _batch(routine: Routine, text: FunctionText, program: Program, printer: Printer, width: int) -> BatchText:
     made = plan(routine, program.constants)
     states, length = [], 0
+    common = shared([argument.name for argument in text.arguments])
     for argument in text.arguments:
-        if argument.name != PARAMS:
+        if argument.name != common:
             states.append((argument, length))
             length += argument.length
     size = prod(text.shape)
@@ -152,7 +153,7 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
 
 
 def _handed(function: FunctionText, places: Mapping[str, str]) -> str:
-    """Return what a call is given before its last argument; params is handed on as it is."""
+    """Return what a call is given before its last argument; what all states have in common as it is."""
     return "".join(f"{places.get(argument.name, argument.name)}, " for argument in function.arguments)
 
 
