@@ -210,6 +210,8 @@ def test_one_set_for_all_states_is_prepared_and_many_sets_are_states_of_prepare(
     assert "In prepare_batch and prepare_rows the sets of params are the states." in header
     source = emit(prepared, "c", batch=True)["two_link.c"]
     assert "two_link_prepare(params + k * 5, out + k * " in source
+    assert "mass_matrix_block" in source
+    assert "prepare_block" not in source  # loops over all parameters and all results at once compile for minutes
     assert "two_link_mass_matrix(q + k * 2, prepared, out + k * 4);" in source
 
 
