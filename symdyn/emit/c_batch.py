@@ -13,7 +13,7 @@ from symdyn.emit.real import Real
 from symdyn.emit.spelling import Printer
 from symdyn.errors import EmitError
 from symdyn.program import Program, Routine
-from symdyn.program.assemble import PARAMS
+from symdyn.program.assemble import PARAMS, shared
 
 LANES = 64
 """States in a block: enough to hide what starting a loop costs, few enough for the nearest cache."""
@@ -46,7 +46,7 @@ class BatchText:
         states: arguments that differ from state to state, with the row of a block where each starts.
         length: entries of these arguments.
         size: entries of the result.
-        lanes: states of a block; 0 where the function is too large for blocks.
+        lanes: states of a block; 0 where the function is too large for blocks, or runs once in a while.
         rows: rows of work space.
         passes: the loops.
         calls: statements of the block function, in running order.
@@ -106,12 +106,15 @@ def _check_names(names: Sequence[str]) -> None:
 def _batch(routine: Routine, text: FunctionText, program: Program, printer: Printer, width: int) -> BatchText:
     made = plan(routine, program.constants)
     states, length = [], 0
+    names = [argument.name for argument in text.arguments]
+    common = shared(names)
     for argument in text.arguments:
-        if argument.name != PARAMS:
+        if argument.name != common:
             states.append((argument, length))
             length += argument.length
     size = prod(text.shape)
-    lanes = _lanes((length + size) * width, made.rows * width) if size else 0
+    once = not common and PARAMS in names  # prepare: blocks would not pay, and loops over so many arrays compile slowly
+    lanes = _lanes((length + size) * width, made.rows * width) if size and not once else 0
     places = {symbol: (a.name, i) for a in routine.function.arguments for i, symbol in enumerate(a.symbols)}
     writer = Writer(routine, program, printer, made, places)
     passes: list[PassText] = []
@@ -152,7 +155,7 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
 
 
 def _handed(function: FunctionText, places: Mapping[str, str]) -> str:
-    """Return what a call is given before its last argument; params is handed on as it is."""
+    """Return what a call is given before its last argument; what all states have in common as it is."""
     return "".join(f"{places.get(argument.name, argument.name)}, " for argument in function.arguments)
 
 

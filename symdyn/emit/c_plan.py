@@ -5,7 +5,7 @@ which compilers turn into vector code. Sines and cosines are taken a row at a ti
 into the C library, which would keep the whole loop from being vectorised. Passes are cut where they grow too long for
 a compiler. A value that leaves its stage waits in a row of work space; rows are used again when their value is spent.
 
-What depends on parameters alone is uniform: computed once a block, before the loop.
+What depends on parameters alone, or on what was prepared from them, is uniform: computed once a block, before the loop.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from heapq import heappop, heappush
 
 from symdyn.graph import Expr, Op
 from symdyn.program import Routine, Step
-from symdyn.program.assemble import PARAMS
+from symdyn.program.assemble import shared
 
 Constants = Mapping[Expr, Fraction]
 
@@ -103,7 +103,8 @@ def plan(routine: Routine, known: Constants) -> Plan:
     steps = _complete(routine, known)
     named = {step.node: step.name for step in (*routine.inputs, *steps)}
     needs = {step.node: _needs(step.node.args, named, known) for step in steps}
-    everywhere = {s for a in routine.function.arguments if a.name == PARAMS for s in a.symbols}
+    common = shared([argument.name for argument in routine.function.arguments])
+    everywhere = {s for a in routine.function.arguments if a.name == common for s in a.symbols}
     for step in steps:
         if all(node in everywhere for node in needs[step.node]):
             everywhere.add(step.node)

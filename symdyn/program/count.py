@@ -40,7 +40,7 @@ WEIGHTS = {"multiplications": 1, "additions": 1, "divisions": 4, "sincos": 20, "
 """Cost of an operation in multiplications, by which formulations and passes are compared."""
 
 BINDING: tuple[tuple[str, tuple[str, ...]], ...] = (
-    ("params", ("params",)),
+    ("params", ("params", "prepared")),
     ("q", ("q",)),
     ("q, qd", ("qd",)),
     ("all", ("qdd", "tau")),
@@ -119,7 +119,7 @@ def state_dependent_counts(function: Function) -> Counts:
 
     What depends on parameters alone is worked out once for a robot and left out. Twice a number is an addition.
     """
-    varying = {symbol for a in function.arguments if a.name != "params" for symbol in a.symbols}
+    varying = {symbol for a in function.arguments if a.name not in BINDING[0][1] for symbol in a.symbols}
     tally = dict.fromkeys(WEIGHTS, 0)
     angles: set[Expr] = set()
     for node in reachable(function.entries):
