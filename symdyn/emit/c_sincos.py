@@ -3,11 +3,11 @@
     k = round(2x/π),   y = x - k π/2 = hi + lo       |y| ≤ π/4, four parts of π/2, the first three times k exact
     sin y = y + y³ S(y²),   cos y = 1 - y²/2 + y⁴ C(y²)
 
-The reduction keeps a low part, so that the result is right to 1 ulp next to multiples of π/2 too. The error of the second
-difference is folded into the third part: where it is not zero, the difference is so large that rounding this sum does no
-harm. In float everything is computed in double, where the sum of three parts and short polynomials are enough, and
-rounded once. The code has polynomials in h = y²/2, which is needed anyway; powers of two cost no digit.
-What y is too large by is subtracted with the rest of the series, whose signs are such that -0 stays -0.
+The reduction keeps a low part, so that the result is right to 1 ulp next to multiples of π/2 too. The error of the
+second difference is folded into the third part: where it is not zero, the difference is so large that rounding the sum
+does no harm. In float everything is computed in double, where the sum of three parts and short polynomials are enough,
+and rounded once. The code has polynomials in h = y²/2, which is needed anyway; powers of two cost no digit. What y is
+too large by is subtracted together with the rest of the series, whose signs are such that -0 stays -0.
 
 References: Cody and Waite, Software Manual for the Elementary Functions (1980), for the reduction in parts; the order
 of summation is that of FDLIBM's k_sin.c and k_cos.c.
