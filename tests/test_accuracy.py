@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from decimal import localcontext
+from decimal import Decimal, localcontext
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from symdyn.scene.quantity import express
 sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))
 
 import accuracy
+from plain_textbook import DIGITS, big_number, textbooks
 
 CASES = {case.text: case for case in accuracy.cases()}
 NUMBERS = BigFloats(60)
@@ -36,7 +37,7 @@ def at_states(one, output, states):
             if argument.name != "params"
             for i, symbol in enumerate(argument.symbols)
         }
-        rows.append([accuracy.big_number(value) for value in evaluate(entries, NUMBERS, given)])
+        rows.append([big_number(value) for value in evaluate(entries, NUMBERS, given)])
     return np.array(rows, dtype=object)
 
 
@@ -44,15 +45,15 @@ def at_states(one, output, states):
 @pytest.mark.parametrize("output", accuracy.OUTPUTS)
 def test_the_reference_is_the_same_function_to_forty_digits(text, output):
     one = CASES[text].scene
-    big, plain = accuracy.textbooks(one)
+    big, plain = textbooks(one)
     states = accuracy.draw(one, accuracy.ANGLES[1], 2, seed=3)
     states["tau"] = plain.inverse_dynamics(states["q"], states["qd"], states["qdd"])
-    with localcontext(prec=accuracy.DIGITS):
+    with localcontext(prec=DIGITS):
         found = big.reference(**{name: accuracy.to_big(values) for name, values in states.items()})[output]
         known = at_states(one, output, states)
         gap = np.max(np.abs(found.reshape(known.shape) - known))
 
-        assert gap < np.max(np.abs(known)) * accuracy.Decimal("1e-40")
+        assert gap < np.max(np.abs(known)) * Decimal("1e-40")
 
 
 @pytest.mark.parametrize("text", ["PUMA 560", "SCARA", "7-axis arm, last link 1e-12 times as heavy"])
@@ -63,12 +64,14 @@ def test_code_is_as_accurate_as_the_textbook(text):
 
 
 def test_the_page_holds_every_case_within_the_bar():
-    rows = [line.split(" | ") for line in accuracy.PAGE.read_text("utf-8").splitlines() if line.startswith("| ")][1:]
+    text = accuracy.PAGE.read_text("utf-8")
+    rows = [line.split(" | ") for line in text.splitlines() if line.startswith("| ")][1:]
     measured = {(row[0].removeprefix("| "), row[1], row[2]): float(row[6].removesuffix(" |")) for row in rows}
 
     assert {name for name, _, _ in measured} == set(CASES)
     assert {output for _, _, output in measured} == set(accuracy.OUTPUTS)
     assert max(measured.values()) <= accuracy.BAR
+    assert text.startswith(accuracy.HEAD.format(count=accuracy.STATES, bar=accuracy.BAR, worst=max(measured.values())))
 
 
 def test_an_error_of_a_digit_is_seen():
