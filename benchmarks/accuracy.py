@@ -209,7 +209,7 @@ def main() -> int:
             HEAD.format(count=count, bar=BAR, worst=worst.ratio) + "".join(line(row) + "\n" for row in rows), "utf-8"
         )
         print(f"wrote {PAGE.relative_to(ROOT)}")
-    return int(worst.ratio > BAR)
+    return int(not quick and worst.ratio > BAR)  # a few states say little about the last percent
 
 
 def line(row: Row) -> str:
