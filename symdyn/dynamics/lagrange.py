@@ -52,7 +52,7 @@ class Energies:
     E: Expr
 
     @property
-    def P(self) -> Expr:  # noqa: N802  the book's name
+    def P(self) -> Expr:
         """Potential energy."""
         return self.G + self.E
 
