@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import prod
 
 from symdyn.dynamics.equations import Argument, Equations, Function
 from symdyn.dynamics.outputs import OUTPUTS, Output
+from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.tree import build_tree
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph
+from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import JOINTS, Scene
 
 DYNAMICS: tuple[str, ...] = tuple(name for name, row in OUTPUTS.items() if not row.place)
@@ -22,8 +24,11 @@ CUBIC = ("coriolis_matrix", "k_C", "k_D")
 
 LARGE = 12
 
+FORWARD = ("forward_dynamics", "drive_forces")
+"""Outputs that take driving forces and find a motion."""
+
 TREES_ONLY = ("aba",)
-"""Roads that know no velocity that several moves share: of joints that follow another one, of screws and cams."""
+"""Roads that know no prescribed motion and no velocity that several moves share, as of screws and cams."""
 
 
 def derive(scene: Scene, outputs: Sequence[str] = DYNAMICS, road: str | None = None) -> Equations:
@@ -49,7 +54,8 @@ def available(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
     dynamics where the mass matrix is singular) and what is too large to be wanted unasked.
     """
     n = len(scene.velocities)
-    wanted = [*DYNAMICS, *(f"{name}:{point.name}" for point in scene.points for name in KINEMATICS)]
+    wanted = [name for name in DYNAMICS if OUTPUTS[name].exists(scene)]
+    wanted += [f"{name}:{point.name}" for point in scene.points for name in KINEMATICS]
     left_out = []
     if n > LARGE:
         wanted = [name for name in wanted if name not in CUBIC]
@@ -57,7 +63,7 @@ def available(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
     try:
         derive(scene, ("forward_dynamics",))
     except DerivationError as fault:
-        wanted.remove("forward_dynamics")
+        wanted = [name for name in wanted if name not in FORWARD]
         left_out.append(str(fault))
     return tuple(wanted), left_out
 
@@ -69,7 +75,9 @@ def roads(request: str, scene: Scene | None = None) -> tuple[str, ...]:
         DerivationError: there is no such output.
     """
     found = tuple(_row(request)[0].roads)
-    if scene is None or not set(found).intersection(TREES_ONLY) or not build_tree(scene, Graph()).coupled:
+    if scene is None or not set(found).intersection(TREES_ONLY):
+        return found
+    if not any(joint.motion for joint in scene.joints) and not build_tree(scene, Graph()).coupled:
         return found
     return tuple(road for road in found if road not in TREES_ONLY)
 
@@ -85,14 +93,24 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
     return Function(
         name=request.replace(":", "_"),
         text=row.text.format(name=place),
-        arguments=arguments(workspace, row.arguments),
+        arguments=arguments(workspace, (*row.arguments, *((TIME,) if _takes_time(entries) else ()))),
         result=row.result,
-        shape=row.shape(n),
+        shape=_complete(row.shape(n), len(entries)),
         entries=tuple(entries),
         units=row.units,
         formulation=name,
         request=request,
     )
+
+
+def _takes_time(entries: Sequence[Expr]) -> bool:
+    return any(node.op is Op.SYMBOL and node.value == TIME for node in reachable(entries))
+
+
+def _complete(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
+    """Return a shape with the length that its one -1 stands for."""
+    known = prod(length for length in shape if length >= 0)
+    return tuple(length if length >= 0 else size // known for length in shape)
 
 
 def _row(request: str) -> tuple[Output, str]:
@@ -113,20 +131,22 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "qd": ("joint velocities", {"rad": "rad/s", "m": "m/s"}),
     "qdd": ("joint accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
     "tau": ("driving forces, positive accelerates the joint", {"rad": "N m", "m": "N"}),
+    TIME: ("time", {"s": "s"}),
 }
 
 
 def arguments(workspace: Workspace, names: Sequence[str]) -> tuple[Argument, ...]:
-    """Return arguments in calling order, the free parameters last if the scene has any."""
+    """Return arguments in calling order: the state, time where it is asked for, the free parameters if there are any."""
     scene, state = workspace.scene, workspace.state
     symbols: dict[str, tuple[Expr, ...]] = {"q": state.q, "qd": state.qd, "qdd": state.qdd, "tau": state.tau}
+    symbols[TIME] = (workspace.graph.symbol(TIME),)
     units = [unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
     speeds = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
     result = []
     for name in names:
         text, spelled = ARGUMENTS[name]
-        kinds = units if name == "q" else speeds
-        result.append(Argument(name, symbols[name], text, tuple(spelled[kind] for kind in kinds)))
+        kinds = units if name == "q" else ["s"] if name == TIME else speeds
+        result.append(Argument(name, symbols[name], text, tuple(spelled[kind] for kind in kinds), name == TIME))
     free = scene.free_parameters
     if free:
         nodes = tuple(workspace.graph.symbol(parameter.name) for parameter in free)
