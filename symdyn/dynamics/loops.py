@@ -1,0 +1,257 @@
+"""Rows that close loops, G u = 0 at constant time, and what each of them forbids; twice, like everything else.
+
+    J        joint frame of the cut joint, on its parent
+    X        placement of the moved joint frame, on the child, in J; P is its origin
+    F, N     wrench k of the joint: force and moment, axes of J, acting at P
+    G        G_k u = F·Ṗ + N·ω, velocity of P and angular velocity of the child relative to J, axes of J
+    bias     Ġ u: the rate of G u at u̇ = 0
+
+Both relative velocities are taken at one spatial point, so that the multiplier λ_k is the size of wrench k off the
+constraint manifold too, and Gᵀ λ its generalized force. A row of the scene, linear in the velocities, follows the loops.
+
+The *recursive* road walks from J to the child along the tree, through their nearest common carrier: nothing beyond it
+enters, so that a planar loop on a flying base stays planar. The road *by differentiation* differentiates X.
+
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), sections 8.1 to 8.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from symdyn.dynamics.positions import body_placements
+from symdyn.dynamics.state import State, placement
+from symdyn.dynamics.tree import Tree
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
+from symdyn.scene import JOINTS, Joint, Row, Scene, express
+from symdyn.spatial import Transform, Vec, add, apply, cross, dot, neg, scale, sub, zero_vector
+
+Matrix = list[list[Expr]]
+Twist = tuple[Vec, Vec]  # angular, linear
+
+
+@dataclass(frozen=True)
+class Label:
+    """What a row of G is.
+
+    Attributes:
+        owner: name of the loop, or of the scene's row.
+        number: of the wrench among the loop's; 0 for a row.
+        wrench: (force, moment) that the parent can exert, axes of J; None for a row.
+    """
+
+    owner: str
+    number: int
+    wrench: tuple[Vec, Vec] | None
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """All rows, before any is left out as redundant.
+
+    Attributes:
+        labels: what each row is, shape (m,).
+        residual: what vanishes where the loop is closed, shape (m,); 0 for a row, which says nothing about q.
+        G: shape (m, nv).
+        bias: Ġ u, shape (m,).
+        columns: for every loop the relative twists (angular, linear at P, axes of J) of unit velocities, by velocity.
+    """
+
+    labels: tuple[Label, ...]
+    residual: tuple[Expr, ...]
+    G: tuple[tuple[Expr, ...], ...]
+    bias: tuple[Expr, ...]
+    columns: tuple[dict[int, Twist], ...]
+
+
+# Recursive
+
+
+@dataclass(frozen=True)
+class _Relative:
+    """Motion of the child's moved joint frame relative to J, axes of J.
+
+    Attributes:
+        X: its placement in J.
+        columns: its twist at P for unit velocities, by velocity.
+        acceleration: (α, acceleration of P) at u̇ = 0.
+    """
+
+    X: Transform
+    columns: dict[int, Twist]
+    acceleration: Twist
+
+    def twist(self, u: Sequence[Expr]) -> Twist:
+        """Return (ω, Ṗ)."""
+        graph = self.X.p[0].graph
+        omega, v = zero_vector(graph), zero_vector(graph)
+        for k, (z, s) in self.columns.items():
+            omega, v = add(omega, scale(u[k], z)), add(v, scale(u[k], s))
+        return omega, v
+
+
+def recursive(scene: Scene, tree: Tree, state: State) -> Constraints:
+    """Return the rows of a scene by recursion along its tree."""
+    rows, columns = [], []
+    for joint in scene.loops:
+        relative = _walk(tree, joint, state.qd)
+        columns.append(relative.columns)
+        rows += _of_loop(joint, relative, tree.n, state.qd)
+    for row in scene.rows:
+        rows.append(_polarised(row, scene, state, tree.graph))
+    labels, residual, G, bias = zip(*rows, strict=True) if rows else ((), (), (), ())
+    return Constraints(labels, residual, G, bias, tuple(columns))
+
+
+def _walk(tree: Tree, joint: Joint, u: Sequence[Expr]) -> _Relative:
+    """Return the motion of the child relative to J: from the parent inwards to the common carrier, then outwards."""
+    graph = tree.graph
+    i, place = tree.home[joint.parent]
+    j, last = tree.home[joint.child]
+    last = last @ placement(joint.tip, graph).inverse()
+    inner, outer = _paths(tree, i, j)
+    rate, accelerated = tree.rates(u), tree.bias(u)
+    T = (place @ placement(joint.origin, graph)).inverse()  # of the frame walked on, in J
+    still = zero_vector(graph)
+    omega, alpha, a, o = still, still, still, still  # of the body walked on; a at o, which is fixed to it
+    axes: list[tuple[int, int, Vec, Vec, Vec]] = []  # move, sign, z, s, a point of the axis
+    for b in inner:  # to the carrier: the move backwards
+        z, s = (neg(apply(T.R, part)) for part in tree.S[b])
+        axes.append((b, -1, z, s, T.p))
+        a = add(a, _swing(omega, alpha, sub(T.p, o)))
+        omega, alpha, a, o = _moved(omega, alpha, a, T.p, z, s, rate[b], accelerated[b])
+        T = T @ tree.T[b].inverse()
+    for b in outer:
+        T = T @ tree.T[b]
+        z, s = (apply(T.R, part) for part in tree.S[b])
+        axes.append((b, 1, z, s, T.p))
+        a = add(a, _swing(omega, alpha, sub(T.p, o)))
+        omega, alpha, a, o = _moved(omega, alpha, a, T.p, z, s, rate[b], accelerated[b])
+    X = T @ last
+    a = add(a, _swing(omega, alpha, sub(X.p, o)))
+    columns: dict[int, Twist] = {}
+    for b, _, z, s, point in axes:
+        linear = add(s, cross(z, sub(X.p, point)))
+        for k, x in tree.A[b]:
+            before = columns.get(k, (still, still))
+            columns[k] = (add(before[0], scale(x, z)), add(before[1], scale(x, linear)))
+    return _Relative(X, dict(sorted(columns.items())), (alpha, a))
+
+
+def _paths(tree: Tree, i: int, j: int) -> tuple[list[int], list[int]]:
+    """Return the moves from body i inwards to the nearest common carrier, and from there outwards to body j."""
+    inner, outer = [], []
+    while i != j:
+        if i > j:
+            inner.append(i)
+            i = tree.parent[i]
+        else:
+            outer.append(j)
+            j = tree.parent[j]
+    return inner, outer[::-1]
+
+
+def _swing(omega: Vec, alpha: Vec, d: Vec) -> Vec:
+    """Return α × d + ω × (ω × d)."""
+    return add(cross(alpha, d), cross(omega, cross(omega, d)))
+
+
+def _moved(
+    omega: Vec, alpha: Vec, a: Vec, o: Vec, z: Vec, s: Vec, rate: Expr, accelerated: Expr
+) -> tuple[Vec, Vec, Vec, Vec]:
+    """Return ω, α, a, o of the body behind a move about or along an axis through o."""
+    slide = scale(rate, s)
+    a = add(a, add(scale(2, cross(omega, slide)), scale(accelerated, s)))
+    spin = scale(rate, z)
+    alpha = add(alpha, add(cross(omega, spin), scale(accelerated, z)))
+    return add(omega, spin), alpha, a, o
+
+
+Entry = tuple[Label, Expr, tuple[Expr, ...], Expr]
+
+
+def _of_loop(joint: Joint, relative: _Relative, n: int, u: Sequence[Expr]) -> list[Entry]:
+    """Return label, residual, row of G and bias of every wrench of a cut joint."""
+    kind, graph = JOINTS[joint.type], u[0].graph if u else relative.X.p[0].graph
+    wrenches, residual = kind.wrenches(joint, relative.X), kind.residual(joint, relative.X)
+    rates = _wrench_rates(joint, relative, u)
+    alpha, a = relative.acceleration
+    omega, v = relative.twist(u)
+    rows = []
+    for k, ((F, N), (dF, dN)) in enumerate(zip(wrenches, rates, strict=True)):
+        row = [graph.zero] * n
+        for i, (z, s) in relative.columns.items():
+            row[i] = dot(F, s) + dot(N, z)
+        bias = dot(F, a) + dot(N, alpha) + dot(dF, v) + dot(dN, omega)
+        rows.append((Label(joint.name, k, (F, N)), residual[k], tuple(row), bias))
+    return rows
+
+
+def _wrench_rates(joint: Joint, relative: _Relative, u: Sequence[Expr]) -> list[tuple[Vec, Vec]]:
+    """Return the rates of a joint's wrenches, which may depend on X: d/dt R = ω̃ R, d/dt P = Ṗ."""
+    graph, X = relative.X.p[0].graph, relative.X
+    R = tuple(tuple(graph.symbol(f"R[{r},{c}]") for c in range(3)) for r in range(3))
+    p = tuple(graph.symbol(f"P[{r}]") for r in range(3))
+    symbols = [entry for row in R for entry in row] + list(p)
+    wrenches = JOINTS[joint.type].wrenches(joint, Transform(R, p))  # type: ignore[arg-type]
+    entries = [entry for wrench in wrenches for part in wrench for entry in part]
+    if not set(symbols).intersection(reachable(entries)):
+        return [(zero_vector(graph), zero_vector(graph))] * len(wrenches)
+    omega, v = relative.twist(u)
+    turned = [cross(omega, (X.R[0][c], X.R[1][c], X.R[2][c])) for c in range(3)]
+    seeds = {R[r][c]: turned[c][r] for r in range(3) for c in range(3)} | dict(zip(p, v, strict=True))
+    values = dict(zip(symbols, [entry for row in X.R for entry in row] + list(X.p), strict=True))
+    rates = substitute(tangents(entries, seeds), values)
+    vectors: list[Vec] = [(rates[k], rates[k + 1], rates[k + 2]) for k in range(0, len(rates), 3)]
+    return [(vectors[k], vectors[k + 1]) for k in range(0, len(vectors), 2)]
+
+
+def _polarised(row: Row, scene: Scene, state: State, graph: Graph) -> Entry:
+    """Return a row of the scene: its entries are the formula at unit velocities.
+
+    Raises:
+        DerivationError: the formula is not linear in the velocities.
+    """
+    formula = express(row.formula, graph)
+    units = [{qd: graph.one if qd is one else graph.zero for qd in state.qd} for one in state.qd]
+    entries = tuple(substitute([formula], unit)[0] for unit in units)
+    (rest,) = substitute([formula], dict.fromkeys(state.qd, graph.zero))
+    slopes = gradient(formula, state.qd)
+    if not rest.is_zero or set(state.qd).intersection(reachable(slopes)):
+        raise DerivationError(
+            f"{scene.name}: rows.{row.name}: the formula is not linear in the velocities; "
+            "write a sum of terms coefficient * velocity, without a term of its own"
+        )
+    bias = graph.total(rate * qd for rate, qd in zip(tangents(entries, state.velocity), state.qd, strict=True))
+    return Label(row.name, 0, None), graph.zero, entries, bias
+
+
+# By differentiation
+
+
+def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
+    """Return the rows of a scene by differentiating placements in the ground frame."""
+    placed, rows = body_placements(scene, graph), []
+    for joint in scene.loops:
+        J = placed[joint.parent] @ placement(joint.origin, graph)
+        X = J.inverse() @ placed[joint.child] @ placement(joint.tip, graph).inverse()
+        velocity = tangents(X.p, state.velocity)
+        turned = [tangents(row, state.velocity) for row in X.R]
+        pairs = ((turned[2], X.R[1]), (turned[0], X.R[2]), (turned[1], X.R[0]))  # ω̃ = Ṙ Rᵀ
+        spin = [graph.total(a * b for a, b in zip(x, y, strict=True)) for x, y in pairs]
+        residual = JOINTS[joint.type].residual(joint, X)
+        for k, (F, N) in enumerate(JOINTS[joint.type].wrenches(joint, X)):
+            power = graph.total(a * b for a, b in zip((*F, *N), (*velocity, *spin), strict=True))
+            rows.append((Label(joint.name, k, (F, N)), residual[k], *_slopes(power, state)))
+    for one in scene.rows:
+        rows.append((Label(one.name, 0, None), graph.zero, *_slopes(express(one.formula, graph), state)))
+    labels, residuals, G, bias = zip(*rows, strict=True) if rows else ((), (), (), ())
+    return Constraints(labels, residuals, G, bias, ())
+
+
+def _slopes(power: Expr, state: State) -> tuple[tuple[Expr, ...], Expr]:
+    """Return the row of G, and Ġ u, of G u."""
+    (bias,) = tangents([power], state.velocity)
+    return tuple(gradient(power, state.qd)), bias
