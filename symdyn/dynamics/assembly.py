@@ -132,7 +132,8 @@ def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers
 
 
 def _with(numbers: Numbers, free: Mapping[str, float]) -> Numbers:
-    return Numbers(numbers.scene, numbers.graph, numbers.state, numbers.directions, numbers.constraints, free)
+    n = numbers
+    return Numbers(n.scene, n.graph, n.state, n.tree, n.directions, n.constraints, free)
 
 
 # Newton
@@ -220,7 +221,7 @@ def _reversed(numbers: Numbers, q: Array) -> str | None:
     off = np.abs(numbers.residual_rates(q) - numbers.jacobian(q)).max(axis=1, initial=0.0)
     for k in range(count):
         label = numbers.constraints.labels[k]
-        if label.wrench is not None and off[k] > 1e-4 * max(1.0, _size(numbers, q)):
+        if label.closes and off[k] > 1e-4 * max(1.0, _size(numbers, q)):
             return (
                 f"the loop {label.owner} closes the wrong way round from this start: its axis, or its frame, is "
                 "reversed; give a start on the other branch, or turn one of its frames by 180 deg"

@@ -151,8 +151,9 @@ def _partition(numbers: Numbers, kept: Sequence[int], G: Array, wanted: Sequence
     scene, n, m = numbers.scene, numbers.state.n, len(kept)
     if wanted:
         return _made(numbers, kept, _wanted(scene, wanted, G))
-    passive = [k for k, drive in enumerate(scene.drives) if not drive]
-    chosen, _ = pivots(G.T, [passive, range(n)] if len(passive) < n else [range(n)], m)
+    passive = [k for k in reversed(range(n)) if not scene.drives[k]]  # of equals, those near the ground stay independent
+    every = range(n - 1, -1, -1)
+    chosen, _ = pivots(G.T, [passive, every] if len(passive) < n else [every], m)
     return _made(numbers, kept, [k for k in range(n) if k not in chosen])
 
 
@@ -172,7 +173,7 @@ def _wanted(scene: Scene, wanted: Sequence[str], G: Array) -> list[int]:
     dependent = [k for k in range(n) if k not in independent]
     values = np.linalg.svd(G[:, dependent], compute_uv=False)
     if m and values[-1] <= NEGLIGIBLE * values[0]:
-        better = [k for k in range(n) if k not in pivots(G.T, [range(n)], m)[0]]
+        better = [k for k in range(n) if k not in pivots(G.T, [range(n - 1, -1, -1)], m)[0]]
         names = ", ".join(velocities[k].removesuffix("_dot") for k in better)
         raise DerivationError(
             f"{scene.name}: independent: {', '.join(wanted)} do not determine the other velocities at the assembled "
@@ -196,7 +197,7 @@ def _driven(
             f"inverse dynamics is not unique: over-driven, {len(driven)} drives ({names}) for {freedoms}; "
             f"leave {len(driven) - free} of them passive (drive = false)"
         )
-    passive = [k for k in range(n) if k not in driven]
+    passive = [k for k in reversed(range(n)) if k not in driven]
     chosen, quality = pivots(G.T, [passive], m)
     if quality <= NEGLIGIBLE:
         return None, (

@@ -20,15 +20,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from symdyn.dynamics.cuts import Cut, cuts
 from symdyn.dynamics.positions import body_placements
-from symdyn.dynamics.state import State, placement
+from symdyn.dynamics.state import State
 from symdyn.dynamics.tree import Tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
-from symdyn.scene import JOINTS, Joint, Row, Scene, express
+from symdyn.scene import Row, Scene, express
 from symdyn.spatial import Transform, Vec, add, apply, cross, dot, neg, scale, sub, zero_vector
 
-Matrix = list[list[Expr]]
 Twist = tuple[Vec, Vec]  # angular, linear
 
 
@@ -38,13 +38,15 @@ class Label:
 
     Attributes:
         owner: name of the loop, or of the scene's row.
-        number: of the wrench among the loop's; 0 for a row.
-        wrench: (force, moment) that the parent can exert, axes of J; None for a row.
+        number: of the wrench among the owner's.
+        wrench: (force, moment) that the parent can exert, axes of J; None for a formula of the user.
+        closes: whether it closes a loop, so that its residual vanishes too.
     """
 
     owner: str
     number: int
     wrench: tuple[Vec, Vec] | None
+    closes: bool
 
 
 @dataclass(frozen=True)
@@ -56,14 +58,22 @@ class Constraints:
         residual: what vanishes where the loop is closed, shape (m,); 0 for a row, which says nothing about q.
         G: shape (m, nv).
         bias: Ġ u, shape (m,).
-        columns: for every loop the relative twists (angular, linear at P, axes of J) of unit velocities, by velocity.
+        columns: by loop the relative twists (angular, linear at P, axes of J) of unit velocities, by velocity.
     """
 
     labels: tuple[Label, ...]
     residual: tuple[Expr, ...]
     G: tuple[tuple[Expr, ...], ...]
     bias: tuple[Expr, ...]
-    columns: tuple[dict[int, Twist], ...]
+    columns: dict[str, dict[int, Twist]]
+
+
+Entry = tuple[Label, Expr, tuple[Expr, ...], Expr]
+
+
+def _gathered(entries: Sequence[Entry], columns: dict[str, dict[int, Twist]]) -> Constraints:
+    labels, residual, G, bias = zip(*entries, strict=True) if entries else ((), (), (), ())
+    return Constraints(tuple(labels), tuple(residual), tuple(G), tuple(bias), columns)
 
 
 # Recursive
@@ -94,45 +104,54 @@ class _Relative:
 
 def recursive(scene: Scene, tree: Tree, state: State) -> Constraints:
     """Return the rows of a scene by recursion along its tree."""
-    rows, columns = [], []
-    for joint in scene.loops:
-        relative = _walk(tree, joint, state.qd)
-        columns.append(relative.columns)
-        rows += _of_loop(joint, relative, tree.n, state.qd)
-    for row in scene.rows:
-        rows.append(_polarised(row, scene, state, tree.graph))
-    labels, residual, G, bias = zip(*rows, strict=True) if rows else ((), (), (), ())
-    return Constraints(labels, residual, G, bias, tuple(columns))
+    entries, columns = [], {}
+    for cut in cuts(scene, tree.graph):
+        relative = _walk(tree, cut, state.qd)
+        entries += _of_cut(cut, relative, state)
+        if cut.closes:
+            columns[cut.owner] = relative.columns
+    formulas = [_polarised(row, scene, state, tree.graph) for row in scene.rows if row.type == "formula"]
+    return _gathered(_in_order(scene, entries + formulas), columns)
 
 
-def _walk(tree: Tree, joint: Joint, u: Sequence[Expr]) -> _Relative:
+def _in_order(scene: Scene, entries: Sequence[Entry]) -> list[Entry]:
+    """Return the entries in the order of the scene: loops, then rows."""
+    order = {(name, closes): k for k, (name, closes) in enumerate(_owners(scene))}
+    return sorted(entries, key=lambda entry: order[entry[0].owner, entry[0].closes])
+
+
+def _owners(scene: Scene) -> list[tuple[str, bool]]:
+    return [(joint.name, True) for joint in scene.loops] + [(row.name, False) for row in scene.rows]
+
+
+def _walk(tree: Tree, cut: Cut, u: Sequence[Expr]) -> _Relative:
     """Return the motion of the child relative to J: from the parent inwards to the common carrier, then outwards."""
     graph = tree.graph
-    i, place = tree.home[joint.parent]
-    j, last = tree.home[joint.child]
-    last = last @ placement(joint.tip, graph).inverse()
+    i, place = tree.home[cut.parent]
+    j, last = tree.home[cut.child]
+    last = last @ cut.behind
     inner, outer = _paths(tree, i, j)
     rate, accelerated = tree.rates(u), tree.bias(u)
-    T = (place @ placement(joint.origin, graph)).inverse()  # of the frame walked on, in J
+    T = (place @ cut.before).inverse()  # of the frame walked on, in J
     still = zero_vector(graph)
     omega, alpha, a, o = still, still, still, still  # of the body walked on; a at o, which is fixed to it
-    axes: list[tuple[int, int, Vec, Vec, Vec]] = []  # move, sign, z, s, a point of the axis
+    axes: list[tuple[int, Vec, Vec, Vec]] = []  # move, z, s, a point of the axis
     for b in inner:  # to the carrier: the move backwards
         z, s = (neg(apply(T.R, part)) for part in tree.S[b])
-        axes.append((b, -1, z, s, T.p))
+        axes.append((b, z, s, T.p))
         a = add(a, _swing(omega, alpha, sub(T.p, o)))
         omega, alpha, a, o = _moved(omega, alpha, a, T.p, z, s, rate[b], accelerated[b])
         T = T @ tree.T[b].inverse()
     for b in outer:
         T = T @ tree.T[b]
         z, s = (apply(T.R, part) for part in tree.S[b])
-        axes.append((b, 1, z, s, T.p))
+        axes.append((b, z, s, T.p))
         a = add(a, _swing(omega, alpha, sub(T.p, o)))
         omega, alpha, a, o = _moved(omega, alpha, a, T.p, z, s, rate[b], accelerated[b])
     X = T @ last
     a = add(a, _swing(omega, alpha, sub(X.p, o)))
     columns: dict[int, Twist] = {}
-    for b, _, z, s, point in axes:
+    for b, z, s, point in axes:
         linear = add(s, cross(z, sub(X.p, point)))
         for k, x in tree.A[b]:
             before = columns.get(k, (still, still))
@@ -169,43 +188,53 @@ def _moved(
     return add(omega, spin), alpha, a, o
 
 
-Entry = tuple[Label, Expr, tuple[Expr, ...], Expr]
-
-
-def _of_loop(joint: Joint, relative: _Relative, n: int, u: Sequence[Expr]) -> list[Entry]:
-    """Return label, residual, row of G and bias of every wrench of a cut joint."""
-    kind, graph = JOINTS[joint.type], u[0].graph if u else relative.X.p[0].graph
-    wrenches, residual = kind.wrenches(joint, relative.X), kind.residual(joint, relative.X)
-    rates = _wrench_rates(joint, relative, u)
+def _of_cut(cut: Cut, relative: _Relative, state: State) -> list[Entry]:
+    """Return label, residual, row of G and bias of every wrench of a cut."""
+    zero = relative.X.p[0].graph.zero
+    wrenches, residual = cut.wrenches(relative.X), cut.residual(relative.X)
+    rates = _wrench_rates(cut, relative, state)
     alpha, a = relative.acceleration
-    omega, v = relative.twist(u)
+    omega, v = relative.twist(state.qd)
     rows = []
     for k, ((F, N), (dF, dN)) in enumerate(zip(wrenches, rates, strict=True)):
-        row = [graph.zero] * n
+        row = [zero] * state.n
         for i, (z, s) in relative.columns.items():
             row[i] = dot(F, s) + dot(N, z)
         bias = dot(F, a) + dot(N, alpha) + dot(dF, v) + dot(dN, omega)
-        rows.append((Label(joint.name, k, (F, N)), residual[k], tuple(row), bias))
+        rows.append((Label(cut.owner, k, (F, N), cut.closes), residual[k], tuple(row), bias))
     return rows
 
 
-def _wrench_rates(joint: Joint, relative: _Relative, u: Sequence[Expr]) -> list[tuple[Vec, Vec]]:
-    """Return the rates of a joint's wrenches, which may depend on X: d/dt R = ω̃ R, d/dt P = Ṗ."""
-    graph, X = relative.X.p[0].graph, relative.X
+def _wrench_rates(cut: Cut, relative: _Relative, state: State) -> list[tuple[Vec, Vec]]:
+    """Return the rates of a cut's wrenches, which may depend on X: a joint's by d/dt R = ω̃ R and d/dt P = Ṗ.
+
+    A contact's are differentiated along q̇, for the simplifications that its axis allows are lost on symbols for R.
+    """
+    X = relative.X
+    if not cut.closes:
+        return _paired(tangents(_entries(cut, X), state.velocity))
+    graph = X.p[0].graph
     R = tuple(tuple(graph.symbol(f"R[{r},{c}]") for c in range(3)) for r in range(3))
     p = tuple(graph.symbol(f"P[{r}]") for r in range(3))
-    symbols = [entry for row in R for entry in row] + list(p)
-    wrenches = JOINTS[joint.type].wrenches(joint, Transform(R, p))  # type: ignore[arg-type]
-    entries = [entry for wrench in wrenches for part in wrench for entry in part]
+    symbols = [*(entry for row in R for entry in row), *p]
+    entries = _entries(cut, Transform(R, p))  # type: ignore[arg-type]
     if not set(symbols).intersection(reachable(entries)):
-        return [(zero_vector(graph), zero_vector(graph))] * len(wrenches)
-    omega, v = relative.twist(u)
+        return _paired([graph.zero] * len(entries))
+    omega, v = relative.twist(state.qd)
     turned = [cross(omega, (X.R[0][c], X.R[1][c], X.R[2][c])) for c in range(3)]
     seeds = {R[r][c]: turned[c][r] for r in range(3) for c in range(3)} | dict(zip(p, v, strict=True))
-    values = dict(zip(symbols, [entry for row in X.R for entry in row] + list(X.p), strict=True))
-    rates = substitute(tangents(entries, seeds), values)
-    vectors: list[Vec] = [(rates[k], rates[k + 1], rates[k + 2]) for k in range(0, len(rates), 3)]
-    return [(vectors[k], vectors[k + 1]) for k in range(0, len(vectors), 2)]
+    values = dict(zip(symbols, [*(entry for row in X.R for entry in row), *X.p], strict=True))
+    return _paired(substitute(tangents(entries, seeds), values))
+
+
+def _entries(cut: Cut, X: Transform) -> list[Expr]:
+    return [entry for wrench in cut.wrenches(X) for part in wrench for entry in part]
+
+
+def _paired(entries: Sequence[Expr]) -> list[tuple[Vec, Vec]]:
+    """Return six entries each as force and moment."""
+    parts: list[Vec] = [(entries[k], entries[k + 1], entries[k + 2]) for k in range(0, len(entries), 3)]
+    return [(parts[k], parts[k + 1]) for k in range(0, len(parts), 2)]
 
 
 def _polarised(row: Row, scene: Scene, state: State, graph: Graph) -> Entry:
@@ -225,7 +254,7 @@ def _polarised(row: Row, scene: Scene, state: State, graph: Graph) -> Entry:
             "write a sum of terms coefficient * velocity, without a term of its own"
         )
     bias = graph.total(rate * qd for rate, qd in zip(tangents(entries, state.velocity), state.qd, strict=True))
-    return Label(row.name, 0, None), graph.zero, entries, bias
+    return Label(row.name, 0, None, False), graph.zero, entries, bias
 
 
 # By differentiation
@@ -233,22 +262,22 @@ def _polarised(row: Row, scene: Scene, state: State, graph: Graph) -> Entry:
 
 def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
     """Return the rows of a scene by differentiating placements in the ground frame."""
-    placed, rows = body_placements(scene, graph), []
-    for joint in scene.loops:
-        J = placed[joint.parent] @ placement(joint.origin, graph)
-        X = J.inverse() @ placed[joint.child] @ placement(joint.tip, graph).inverse()
+    placed, entries = body_placements(scene, graph), []
+    for cut in cuts(scene, graph):
+        X = (placed[cut.parent] @ cut.before).inverse() @ placed[cut.child] @ cut.behind
         velocity = tangents(X.p, state.velocity)
         turned = [tangents(row, state.velocity) for row in X.R]
         pairs = ((turned[2], X.R[1]), (turned[0], X.R[2]), (turned[1], X.R[0]))  # ω̃ = Ṙ Rᵀ
         spin = [graph.total(a * b for a, b in zip(x, y, strict=True)) for x, y in pairs]
-        residual = JOINTS[joint.type].residual(joint, X)
-        for k, (F, N) in enumerate(JOINTS[joint.type].wrenches(joint, X)):
+        residual = cut.residual(X)
+        for k, (F, N) in enumerate(cut.wrenches(X)):
             power = graph.total(a * b for a, b in zip((*F, *N), (*velocity, *spin), strict=True))
-            rows.append((Label(joint.name, k, (F, N)), residual[k], *_slopes(power, state)))
-    for one in scene.rows:
-        rows.append((Label(one.name, 0, None), graph.zero, *_slopes(express(one.formula, graph), state)))
-    labels, residuals, G, bias = zip(*rows, strict=True) if rows else ((), (), (), ())
-    return Constraints(labels, residuals, G, bias, ())
+            entries.append((Label(cut.owner, k, (F, N), cut.closes), residual[k], *_slopes(power, state)))
+    for row in scene.rows:
+        if row.type == "formula":
+            label = Label(row.name, 0, None, False)
+            entries.append((label, graph.zero, *_slopes(express(row.formula, graph), state)))
+    return _gathered(_in_order(scene, entries), {})
 
 
 def _slopes(power: Expr, state: State) -> tuple[tuple[Expr, ...], Expr]:

@@ -17,12 +17,14 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.directions import Directions
-from symdyn.dynamics.loops import Constraints
-from symdyn.dynamics.state import State, quaternions
+from symdyn.dynamics.directions import Directions, directions
+from symdyn.dynamics.loops import Constraints, recursive
+from symdyn.dynamics.state import State, quaternions, state_symbols
+from symdyn.dynamics.tree import Tree, build_tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
 from symdyn.scene import Quantity, Scene, express
+from symdyn.scene.start import start
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -35,12 +37,13 @@ class Numbers:
         scene: Scene,
         graph: Graph,
         state: State,
+        tree: Tree,
         directions: Directions,
         constraints: Constraints,
         free: Mapping[str, float],
     ) -> None:
         """Prepare a scene; `free` are values of its free parameters."""
-        self.scene, self.graph, self.state = scene, graph, state
+        self.scene, self.graph, self.state, self.tree = scene, graph, state, tree
         self.constraints, self.directions = constraints, directions
         self.free = dict(free)
 
@@ -102,11 +105,7 @@ class Numbers:
 
     def start(self) -> Array:
         """Return where the scene says that it starts; zeros, and unit quaternions, where it says nothing."""
-        q: list[float] = []
-        for joint in self.scene.moving:
-            given = joint.start or (None,) * len(joint.coordinates)
-            q += [0.0 if one is None else self.value(one) for one in given]
-        return self.normalised(np.array(q))
+        return self.normalised(np.array([self.value(one) for one in start(self.scene)]))
 
     def normalised(self, q: Array) -> Array:
         """Return q with quaternions of unit length; (1, 0, 0, 0) for one that is zero."""
@@ -121,6 +120,14 @@ class Numbers:
         """Return random coordinates, about one turn or one metre wide; the same seed, the same ones."""
         rng = random.Random(f"{self.scene.name}:{seed}")
         return self.normalised(np.array([rng.uniform(-2.0, 2.0) for _ in self.state.q]))
+
+
+def numbers_of(scene: Scene) -> Numbers:
+    """Return a scene on a graph of its own, without values of its free parameters."""
+    graph = Graph()
+    state = state_symbols(scene, graph)
+    tree = build_tree(scene, graph)
+    return Numbers(scene, graph, state, tree, directions(scene, graph), recursive(scene, tree, state), {})
 
 
 def unbound(scene: Scene, entries: Sequence[Expr]) -> list[str]:
