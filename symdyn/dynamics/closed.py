@@ -148,6 +148,9 @@ def solve_square(B: Matrix, b: Sequence[Expr]) -> list[Expr]:
     minors = _Minors(B)
     every = tuple(range(size))
     det = minors.value(every, every)
+    if size == 1:
+        return [b[0] / det]
+    inverse = 1 / det
     found = []
     for j in every:
         columns = every[:j] + every[j + 1 :]
@@ -156,7 +159,7 @@ def solve_square(B: Matrix, b: Sequence[Expr]) -> list[Expr]:
             if not b[i].is_zero:
                 minor = minors.value(every[:i] + every[i + 1 :], columns)
                 total = total + minor * b[i] if (i + j) % 2 == 0 else total - minor * b[i]
-        found.append(total / det)
+        found.append(total * inverse)
     return found
 
 

@@ -27,7 +27,7 @@ from symdyn.dynamics.tree import Tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
 from symdyn.scene import Row, Scene, express
-from symdyn.spatial import Transform, Vec, add, apply, cross, dot, neg, scale, sub, zero_vector
+from symdyn.spatial import Transform, Vec, add, apply, cross, dot, multiply, neg, scale, sub, zero_vector
 
 Twist = tuple[Vec, Vec]  # angular, linear
 
@@ -134,28 +134,40 @@ def _walk(tree: Tree, cut: Cut, u: Sequence[Expr]) -> _Relative:
     rate, accelerated = tree.rates(u), tree.bias(u)
     T = (place @ cut.before).inverse()  # of the frame walked on, in J
     still = zero_vector(graph)
-    omega, alpha, a, o = still, still, still, still  # of the body walked on; a at o, which is fixed to it
-    axes: list[tuple[int, Vec, Vec, Vec]] = []  # move, z, s, a point of the axis
+    omega, alpha = still, still  # of the body walked on
+    a = still  # acceleration of its origin
+    axes: list[tuple[int, Vec, Vec]] = []  # move, its axis z, s
+    ways = [T.p]  # from J to the first origin, from there to the next, ..., to P
     for b in inner:  # to the carrier: the move backwards
         z, s = (neg(apply(T.R, part)) for part in tree.S[b])
-        axes.append((b, z, s, T.p))
-        a = add(a, _swing(omega, alpha, sub(T.p, o)))
-        omega, alpha, a, o = _moved(omega, alpha, a, T.p, z, s, rate[b], accelerated[b])
-        T = T @ tree.T[b].inverse()
+        axes.append((b, z, s))
+        omega, alpha, a = _moved(omega, alpha, a, z, s, rate[b], accelerated[b])
+        step = tree.T[b].inverse()
+        ways.append(apply(T.R, step.p))
+        a = add(a, _swing(omega, alpha, ways[-1]))
+        T = T @ step
     for b in outer:
+        ways.append(apply(T.R, tree.T[b].p))
+        a = add(a, _swing(omega, alpha, ways[-1]))
         T = T @ tree.T[b]
         z, s = (apply(T.R, part) for part in tree.S[b])
-        axes.append((b, z, s, T.p))
-        a = add(a, _swing(omega, alpha, sub(T.p, o)))
-        omega, alpha, a, o = _moved(omega, alpha, a, T.p, z, s, rate[b], accelerated[b])
-    X = T @ last
-    a = add(a, _swing(omega, alpha, sub(X.p, o)))
+        axes.append((b, z, s))
+        omega, alpha, a = _moved(omega, alpha, a, z, s, rate[b], accelerated[b])
+    ways.append(apply(T.R, last.p))
+    a = add(a, _swing(omega, alpha, ways[-1]))
+    # a move inwards is about the origin in front of its way, one outwards about the one behind
+    levers = [still]
+    for way in reversed(ways[1:]):
+        levers.append(add(levers[-1], way))
+    levers.reverse()  # from the k-th origin to P
     columns: dict[int, Twist] = {}
-    for b, z, s, point in axes:
-        linear = add(s, cross(z, sub(X.p, point)))
+    for place_of, (b, z, s) in enumerate(axes):
+        lever = levers[place_of] if place_of < len(inner) else levers[place_of + 1]
+        linear = add(s, cross(z, lever))
         for k, x in tree.A[b]:
             before = columns.get(k, (still, still))
             columns[k] = (add(before[0], scale(x, z)), add(before[1], scale(x, linear)))
+    X = Transform(multiply(T.R, last.R), add(ways[0], levers[0]))
     return _Relative(X, dict(sorted(columns.items())), (alpha, a))
 
 
@@ -173,19 +185,17 @@ def _paths(tree: Tree, i: int, j: int) -> tuple[list[int], list[int]]:
 
 
 def _swing(omega: Vec, alpha: Vec, d: Vec) -> Vec:
-    """Return α × d + ω × (ω × d)."""
-    return add(cross(alpha, d), cross(omega, cross(omega, d)))
+    """Return α × d + ω × (ω × d), the last as (ω·d) ω - ω² d, which for plane motion is one product less."""
+    turned = sub(scale(dot(omega, d), omega), scale(dot(omega, omega), d))
+    return add(cross(alpha, d), turned)
 
 
-def _moved(
-    omega: Vec, alpha: Vec, a: Vec, o: Vec, z: Vec, s: Vec, rate: Expr, accelerated: Expr
-) -> tuple[Vec, Vec, Vec, Vec]:
-    """Return ω, α, a, o of the body behind a move about or along an axis through o."""
-    slide = scale(rate, s)
+def _moved(omega: Vec, alpha: Vec, a: Vec, z: Vec, s: Vec, rate: Expr, accelerated: Expr) -> tuple[Vec, Vec, Vec]:
+    """Return ω, α, a of the body behind a move about or along an axis through the origin."""
+    slide, spin = scale(rate, s), scale(rate, z)
     a = add(a, add(scale(2, cross(omega, slide)), scale(accelerated, s)))
-    spin = scale(rate, z)
     alpha = add(alpha, add(cross(omega, spin), scale(accelerated, z)))
-    return add(omega, spin), alpha, a, o
+    return add(omega, spin), alpha, a
 
 
 def _of_cut(cut: Cut, relative: _Relative, state: State) -> list[Entry]:
