@@ -68,6 +68,7 @@ def random_tree(seed: int, n: int = 5, free: bool = True) -> Scene:
                 compose(*steps),
                 compose(("Tx", small()), ("Rz", turn(rng.choice(ANGLES)))) if rng.random() < 0.4 else Pose(),
                 () if kind == "fixed" else (f"x{i}",),
+                drives=() if kind == "fixed" else (None,),
             )
         )
         points = (Particle(number(Fraction(1, 2)), (small(), small(), small())),) if rng.random() < 0.3 else ()
@@ -106,7 +107,7 @@ def coupled_tree(seed: int, n: int = 5) -> Scene:
     for k in followers:
         ratio = symbol("rho") if joints[k].type == "prismatic" else number(rng.choice(RATIOS))
         coupling = Coupling(rng.choice(leaders), ratio, rng.choice(OFFSETS))
-        joints[k] = replace(joints[k], coordinates=(), coupling=coupling)
+        joints[k] = replace(joints[k], coordinates=(), drives=(), coupling=coupling)
     rotor = min(k for k in moving if k not in followers)
     joints[rotor] = replace(
         joints[rotor], armature=symbol("Ia"), limits=Limits(tenths(rng), number(3), None, number(9))

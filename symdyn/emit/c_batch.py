@@ -28,7 +28,10 @@ STACK = 512 * 1024
 """Bytes of stack that a block may take; functions that need more run state by state."""
 
 ALIAS = 2048
-"""Columns a multiple of so many bytes apart compete for few places of a cache; they are copied first."""
+"""Columns a multiple of so many bytes apart compete for few places of a cache."""
+
+WAYS = 8
+"""How many of them find a place at once; more columns of a result are written into a block first, and copied."""
 
 FEW = 3
 """Angles of one state from which they are taken together."""
@@ -53,7 +56,7 @@ class BatchText:
         scalar: stages of the scalar function; () leaves it as it is without batch code.
         results: entries of the result, as these stages name them.
         parts: functions of their own that a long scalar function is cut into; () for a short one.
-        aliased: columns of a multiple of so many states stand ALIAS bytes apart.
+        aliased: columns of a multiple of so many states stand ALIAS bytes apart; 0 where that does no harm.
         single: at most so many states are not worth a block.
         columns, block, row, state: what is handed on: where block k starts among columns, in a block of our own, where
             state k stands among rows, in a state of our own.
@@ -145,7 +148,7 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
         scalar=scalar,
         parts=tuple(parts),
         results=tuple(writer.entry(place) for place in range(size)),
-        aliased=ALIAS // width,
+        aliased=ALIAS // width if size > WAYS else 0,
         single=lanes // 8,
         columns=_handed(text, {a.name: f"{a.name} + k" for a, _ in states}),
         block=_handed(text, {a.name: f"b + {row * lanes}" for a, row in states}),

@@ -2,7 +2,7 @@
 
 from symdyn.program.assemble import assemble, identifier
 from symdyn.program.choose import cheapest, choose, formulate
-from symdyn.program.count import BINDING, CATEGORY, WEIGHTS, Counts, count, count_by_binding, state_dependent_counts
+from symdyn.program.count import BINDING, Counts, count, count_by_binding, state_dependent_counts
 from symdyn.program.lower import lower
 from symdyn.program.model import Program, Routine, Step, check
 from symdyn.program.passes import PASSES, optimise
@@ -12,9 +12,7 @@ from symdyn.program.static import at_rest
 
 __all__ = [
     "BINDING",
-    "CATEGORY",
     "PASSES",
-    "WEIGHTS",
     "Counts",
     "Program",
     "Routine",
