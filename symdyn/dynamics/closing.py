@@ -11,19 +11,17 @@ plane are unique, those across it are this choice among many.
 
 from __future__ import annotations
 
-import random
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.elimination import Array, eliminate, pivots
+from symdyn.dynamics.elimination import eliminate, pivots
 from symdyn.dynamics.hanging import Hanging
 from symdyn.dynamics.hinges import Hinge, power, relative_twists
-from symdyn.dynamics.state import quaternions
+from symdyn.dynamics.samples import Array
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, evaluate, gradient, reachable
+from symdyn.graph import Expr, gradient
 from symdyn.scene import JOINTS, Scene, express
 from symdyn.scene.joints import Wrench
 from symdyn.scene.joints.blocks import unit
@@ -81,7 +79,7 @@ def solved(hanging: Hanging, unknown: Sequence[Closing], forces: Sequence[Expr])
     """
     free = undriven(hanging.scene)
     A = [[one.G[k] for one in unknown] for k in free]
-    numbers = sampled(hanging, [x for row in A for x in row], 1).reshape(len(free), len(unknown))
+    numbers = hanging.samples.at([x for row in A for x in row]).reshape(len(free), len(unknown))
     order = pivots(numbers)
     if len(order) < len(unknown):
         owners = ", ".join(dict.fromkeys(one.owner for one in unknown))
@@ -108,12 +106,12 @@ def plane(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> Vec | Non
     """Return the normal of the plane that a loop moves in, axes of J: one of its axes, or the joint's; None in space."""
     graph = hanging.graph
     entries = [x for v, omega in twists.values() for x in (*v, *omega)]
-    numbers = [sampled(hanging, entries, seed).reshape(-1, 2, 3) for seed in (2, 3)]
+    numbers = [hanging.samples.at(entries, seed).reshape(-1, 2, 3) for seed in (2, 3)]
     normals = list(everywhere(graph)[::-1])
     if "axis" in JOINTS[loop.joint.type].keys:  # noqa: SIM118  a field
         normals.insert(0, unit(loop.joint.axis, graph))
     for normal in normals:
-        n = sampled(hanging, list(normal), 2)
+        n = hanging.samples.at(normal, 2)
         if all(_flat(twist, n) for at in numbers for twist in at):
             return normal
     return None
@@ -127,38 +125,9 @@ def _flat(twist: Array, n: Array) -> bool:
 def in_plane(hanging: Hanging, wrenches: Sequence[Wrench], normal: Vec) -> tuple[Wrench, ...]:
     """Return wrenches without what goes across a plane, of which only independent ones."""
     flat = [(sub(f, scale(dot(f, normal), normal)), scale(dot(m, normal), normal)) for f, m in wrenches]
-    numbers = sampled(hanging, [x for f, m in flat for x in (*f, *m)], 2).reshape(-1, 6)
+    numbers = hanging.samples.at([x for f, m in flat for x in (*f, *m)], 2).reshape(-1, 6)
     kept: list[int] = []
     for k in range(len(flat)):
         if np.linalg.matrix_rank(numbers[[*kept, k]], tol=FLAT) > len(kept):
             kept.append(k)
     return tuple(flat[k] for k in kept)
-
-
-# Numbers at a position
-
-
-def sampled(hanging: Hanging, entries: Sequence[Expr], seed: int) -> Array:
-    """Return entries at random values of what they depend on; seed 1 is the declared start, where there is one.
-
-    Parameters have their values where they have some.
-    """
-    graph, scene = hanging.graph, hanging.scene
-    values = {node: random.Random(f"{seed}:{node.value}").uniform(0.3, 1.7) for node in symbols(entries)}
-    given: dict[str, object] = {p.name: p.value for p in scene.parameters if p.value is not None}
-    if seed == 1:
-        given |= {q: at for joint in scene.moving for q, at in zip(joint.coordinates, joint.start, strict=False)}
-    for name, value in given.items():
-        node = express(value, graph)  # type: ignore[arg-type]
-        values |= {x: random.Random(f"{seed}:{x.value}").uniform(0.3, 1.7) for x in symbols([node]) if x not in values}
-        values[graph.symbol(name)] = evaluate([node], Floats(), values)[0]
-    for group in quaternions(scene):
-        nodes = [graph.symbol(name) for name in group]
-        length = sum(values.get(node, 0.0) ** 2 for node in nodes) ** 0.5
-        values |= {node: values[node] / length for node in nodes if node in values and length}
-    return np.array(evaluate(list(entries), Floats(), values), dtype=np.float64)
-
-
-def symbols(entries: Sequence[Expr]) -> list[Expr]:
-    """Return the symbols that entries depend on."""
-    return [node for node in reachable(entries) if node.op is Op.SYMBOL]

@@ -10,9 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from symdyn.dynamics.samples import Array
 from symdyn.graph import Expr
-
-Array = np.ndarray  # of float64
 
 SMALL = 1e-9  # relative to the largest entry of its row: what counts as zero
 SHARE = 0.1  # of the largest candidate: what is large enough to be chosen for the sake of sparsity

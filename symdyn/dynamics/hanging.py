@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from symdyn.dynamics.hinges import Hinge, about, hinges, plus, power, times
-from symdyn.dynamics.members import acting, inertias, joint_forces, motions, needed
+from symdyn.dynamics.members import acting, inertias, motions, needed, own_forces
+from symdyn.dynamics.samples import Samples
 from symdyn.dynamics.state import State
 from symdyn.dynamics.tree import Tree
 from symdyn.graph import Expr, Graph
@@ -38,6 +39,11 @@ class Hanging:
         """The joints of the tree, then those of the loops."""
         return hinges(self.scene, self.graph)
 
+    @cached_property
+    def samples(self) -> Samples:
+        """Numbers for what is decided by numbers."""
+        return Samples(self.scene, self.graph)
+
     @property
     def joints(self) -> tuple[Hinge, ...]:
         """The joints of the tree."""
@@ -48,9 +54,10 @@ class Hanging:
         """The joints that close loops."""
         return self.hinges[len(self.scene.joints) :]
 
-    def loads(self, qd: Sequence[Expr], qdd: Sequence[Expr]) -> list[Wrench]:
-        """Return what every body needs for its motion beyond weight and loads, about the origin of its frame."""
-        moved = motions(self.scene, self.tree, qd, qdd, neg(self.tree.gravity))
+    @cached_property
+    def loads(self) -> list[Wrench]:
+        """What every body needs for its motion beyond weight and loads, about the origin of its frame."""
+        moved = motions(self.scene, self.tree, self.state.qd, self.state.qdd, neg(self.tree.gravity))
         wanted = [needed(I, motion) for I, motion in zip(inertias(self.scene, self.tree), moved, strict=True)]
         given = acting(self.scene, self.joints)
         return [plus(a, times(self.graph.constant(-1), b)) for a, b in zip(wanted, given, strict=True)]
@@ -93,12 +100,10 @@ class Hanging:
                     total[k] = total[k] + hinge.ratio * power(here, twist)
         return total
 
-    def driving(self, felt: Sequence[Expr], qd: Sequence[Expr], qdd: Sequence[Expr]) -> list[Expr]:
-        """Return the driving forces, shape (nv,): what the velocities feel, and the rotors, less the joints' own Q."""
+    def driving(self, felt: Sequence[Expr]) -> list[Expr]:
+        """Return the driving forces, shape (nv,): what the velocities feel less what the joints' own elements do."""
         total = list(felt)
         for hinge in self.joints:
-            for k, force in zip(hinge.velocities, joint_forces(self.scene, hinge), strict=True):
+            for k, force in zip(hinge.velocities, own_forces(self.scene, hinge, self.state), strict=True):
                 total[k] = total[k] - hinge.ratio * force
-        accelerated = self.tree.accelerations(qd, qdd)
-        rotors = [x * y for x, y in zip(self.tree.armature, accelerated, strict=True)]
-        return [a + b for a, b in zip(total, self.tree.gather(rotors), strict=True)]
+        return total

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from symdyn.dynamics.hinges import Hinge, about, nothing, plus
 from symdyn.dynamics.motion import Motion, body_motion
-from symdyn.dynamics.state import vector
+from symdyn.dynamics.state import State, joint_motion, vector
 from symdyn.dynamics.tree import Tree, body_inertia
 from symdyn.graph import Expr
 from symdyn.scene import Scene, express
@@ -70,9 +70,19 @@ def acting(scene: Scene, tree: Sequence[Hinge]) -> list[Wrench]:
     return total
 
 
-def joint_forces(scene: Scene, hinge: Hinge) -> list[Expr]:
-    """Return what a joint's own elements do along each of its velocities: declared forces and dampers, N m or N."""
+def own_forces(scene: Scene, hinge: Hinge, state: State) -> list[Expr]:
+    """Return what a joint's own elements do along each of its velocities, N m or N, shape as `hinge.S`.
+
+    Declared forces and dampers, and the rotor, which takes armature · (acceleration of its move) for itself.
+    """
     joint, graph = hinge.joint, hinge.graph
-    damping = express(joint.damping, graph)
-    declared = [express(force, graph) for force in joint.forces] or [graph.zero] * len(hinge.rates)
-    return [force - damping * rate for force, rate in zip(declared, hinge.rates, strict=True)]
+    damping, armature = express(joint.damping, graph), express(joint.armature, graph)
+    forces = [express(force, graph) for force in joint.forces] or [graph.zero] * len(hinge.rates)
+    forces = [force - damping * rate for force, rate in zip(forces, hinge.rates, strict=True)]
+    if joint.moves and not armature.is_zero:
+        first = joint_motion(joint, graph).moves[0]
+        bent = graph.total(x * hinge.rates[j] * hinge.rates[k] for j, k, x in first.bias)
+        pulled = graph.total(x * hinge.ratio * state.qdd[hinge.velocities[k]] for k, x in first.rate)
+        for k, x in first.rate:
+            forces[k] = forces[k] - x * armature * (pulled + bent)
+    return forces

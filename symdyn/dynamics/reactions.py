@@ -27,9 +27,7 @@ from symdyn.spatial import apply
 
 def tree_forces(hanging: Hanging) -> list[Expr]:
     """Return M u̇ + h of the tree, shape (nv,): what drives and loops must exert together."""
-    state = hanging.state
-    f = hanging.transmitted(hanging.loads(state.qd, state.qdd))
-    return hanging.driving(hanging.felt(f), state.qd, state.qdd)
+    return hanging.driving(hanging.felt(hanging.transmitted(hanging.loads)))
 
 
 def reactions(hanging: Hanging, axes: str = "body") -> list[Expr]:
@@ -43,12 +41,11 @@ def reactions(hanging: Hanging, axes: str = "body") -> list[Expr]:
     Raises:
         DerivationError: motion and drives do not determine what the loops transmit.
     """
-    state = hanging.state
-    f = hanging.transmitted(hanging.loads(state.qd, state.qdd))
+    f = hanging.transmitted(hanging.loads)
     if not hanging.loops:
         return rows(hanging, f, [], axes)
     unknown = closings(hanging)
-    sizes = solved(hanging, unknown, hanging.driving(hanging.felt(f), state.qd, state.qdd))
+    sizes = solved(hanging, unknown, hanging.driving(hanging.felt(f)))
     return with_loops(hanging, f, unknown, sizes, axes)
 
 
