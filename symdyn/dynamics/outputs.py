@@ -6,51 +6,18 @@ the name of a body or point for kinematic outputs) and returns the entries of th
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import combinations
 
 from symdyn.dynamics import kinematics, lagrange
 from symdyn.dynamics.aba import aba
 from symdyn.dynamics.cost import cost
 from symdyn.dynamics.ldl import solve
+from symdyn.dynamics.output import Output
+from symdyn.dynamics.outputs_of_loops import closing
 from symdyn.dynamics.potential import potential_energy
 from symdyn.dynamics.rnea import rnea
 from symdyn.dynamics.workspace import Matrix, Workspace
 from symdyn.graph import Expr, substitute
-
-Road = Callable[..., list[Expr]]
-Shape = Callable[[int], tuple[int, ...]]
-
-
-@dataclass(frozen=True)
-class Output:
-    """One row of the table.
-
-    Attributes:
-        text: what it computes, one line.
-        arguments: names of its arguments, "q", "qd", "qdd" or "tau".
-        result: short name of the result.
-        shape: shape of the result from the number of coordinates.
-        units: unit of the result, one line.
-        roads: derivations by name; the first is the one that code is generated from, unless `prefer` says otherwise.
-        place: "" for a whole-scene output, "body" or "point" where a name must be given.
-        prefer: which road is cheapest for a mechanism, where that depends on it.
-    """
-
-    text: str
-    arguments: tuple[str, ...]
-    result: str
-    shape: Shape
-    units: str
-    roads: dict[str, Road]
-    place: str = ""
-    prefer: Callable[[Workspace], str] | None = None
-
-    def preferred(self, workspace: Workspace) -> str:
-        """Return the name of the road that code is generated from."""
-        return self.prefer(workspace) if self.prefer else next(iter(self.roads))
-
 
 def _flat(matrix: Matrix) -> list[Expr]:
     return [entry for row in matrix for entry in row]
@@ -64,7 +31,7 @@ def _minus(a: list[Expr], b: list[Expr]) -> list[Expr]:
 
 
 def _inverse(w: Workspace) -> list[Expr]:
-    return _minus(rnea(w.lean, w.state.qd, w.state.qdd), w.Q)
+    return w.forces(list(w.state.qdd))
 
 
 def _forward_aba(w: Workspace) -> list[Expr]:
@@ -329,3 +296,5 @@ OUTPUTS: dict[str, Output] = {
         place="body",
     ),
 }
+
+OUTPUTS |= closing(OUTPUTS)

@@ -7,6 +7,8 @@ from itertools import product
 
 from symdyn.dynamics import lagrange
 from symdyn.dynamics.christoffel import Christoffel, christoffel
+from symdyn.dynamics.closed_workspace import Closed
+from symdyn.dynamics.closure import Closing
 from symdyn.dynamics.cost import cost
 from symdyn.dynamics.crba import crba
 from symdyn.dynamics.directions import Directions, directions
@@ -25,9 +27,10 @@ Matrix = list[list[Expr]]
 class Workspace:
     """One scene on one graph."""
 
-    def __init__(self, scene: Scene) -> None:
-        """Start with an empty graph."""
+    def __init__(self, scene: Scene, closing: Closing = Closing()) -> None:  # noqa: B008  frozen
+        """Start with an empty graph; `closing` is what the user chooses about closed loops."""
         self.scene = scene
+        self.closing = closing
         self.graph = Graph()
         self.state: State = state_symbols(scene, self.graph)
         self.still: list[Expr] = [self.graph.zero] * self.state.n
@@ -41,6 +44,11 @@ class Workspace:
     def Q(self) -> list[Expr]:
         """Declared generalized forces, shape (n,)."""
         return generalized_forces(self.scene, self.graph)
+
+    @cached_property
+    def closed(self) -> Closed:
+        """Rows of the loops, and what is decided about them."""
+        return Closed(self)
 
     # Lagrange road
 
@@ -85,3 +93,8 @@ class Workspace:
     def velocity_forces(self, qd: list[Expr]) -> list[Expr]:
         """Return c(q, q̇) at the given velocities, shape (n,)."""
         return rnea(self.lean, qd, self.still, gravity=False)
+
+    def forces(self, qdd: list[Expr]) -> list[Expr]:
+        """Return M(q) q̈ + c + g - Q, shape (n,): what the drives must exert, by recursion."""
+        motion = rnea(self.lean, self.state.qd, qdd)
+        return [force - push for force, push in zip(motion, self.Q, strict=True)]
