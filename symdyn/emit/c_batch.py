@@ -6,14 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
 
-from symdyn.emit.c_plan import LONGEST, Pass, SineCosine, plan
+from symdyn.emit.c_plan import Pass, SineCosine, plan
+from symdyn.emit.c_stages import LONGEST
 from symdyn.emit.c_writer import LANED, SINGLE, PassText, ScalarStage, Writer
 from symdyn.emit.page import ArgumentText, FunctionText, Page
 from symdyn.emit.real import Real
 from symdyn.emit.spelling import Printer
 from symdyn.errors import EmitError
 from symdyn.program import Program, Routine
-from symdyn.program.assemble import PARAMS
+from symdyn.program.assemble import PARAMS, shared
 
 LANES = 64
 """States in a block: enough to hide what starting a loop costs, few enough for the nearest cache."""
@@ -28,7 +29,10 @@ STACK = 512 * 1024
 """Bytes of stack that a block may take; functions that need more run state by state."""
 
 ALIAS = 2048
-"""Columns a multiple of so many bytes apart compete for few places of a cache; they are copied first."""
+"""Columns a multiple of so many bytes apart compete for few places of a cache."""
+
+WAYS = 8
+"""How many of them find a place at once; more columns of a result are written into a block first, and copied."""
 
 FEW = 3
 """Angles of one state from which they are taken together."""
@@ -57,14 +61,14 @@ class BatchText:
         states: arguments that differ from state to state, with the row of a block where each starts.
         length: entries of these arguments.
         size: entries of the result.
-        lanes: states of a block; 0 where the function is too large for blocks.
+        lanes: states of a block; 0 where the function is too large for blocks, or runs once in a while.
         rows: rows of work space.
         passes: the loops.
         calls: statements of the block function, in running order.
         scalar: stages of the scalar function; () leaves it as it is without batch code.
         results: entries of the result, as these stages name them.
         parts: functions of their own that a long scalar function is cut into; () for a short one.
-        aliased: columns of a multiple of so many states stand ALIAS bytes apart.
+        aliased: columns of a multiple of so many states stand ALIAS bytes apart; 0 where that does no harm.
         single: at most so many states are not worth a block.
         columns, block, row, state: what is handed on: where block k starts among columns, in a block of our own, where
             state k stands among rows, in a state of our own.
@@ -122,7 +126,7 @@ def _cut(routine: Routine, text: FunctionText, program: Program, printer: Printe
     parts = _parts(writer)
     if not parts:
         return None
-    return CutText(prod(text.shape), writer.plan.rows, writer.scalar_calls(_handed(text, {}), together=False), parts)
+    return CutText(prod(text.shape), writer.plan.rows, writer.scalar_calls(_by_address(text), together=False), parts)
 
 
 def _writer(routine: Routine, program: Program, printer: Printer) -> Writer:
@@ -149,12 +153,15 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
     writer = _writer(routine, program, printer)
     made = writer.plan
     states, length = [], 0
+    names = [argument.name for argument in text.arguments]
+    common = shared(names)
     for argument in text.arguments:
-        if argument.name != PARAMS:
+        if argument.name != common:
             states.append((argument, length))
             length += argument.length
     size = prod(text.shape)
-    lanes = _lanes((length + size) * width, made.rows * width) if size else 0
+    once = not common and PARAMS in names  # prepare: blocks would not pay, and loops over so many arrays compile slowly
+    lanes = _lanes((length + size) * width, made.rows * width) if size and not once else 0
     passes: list[PassText] = []
     calls: list[str] = []
     for stage in made.stages if lanes else ():
@@ -167,7 +174,7 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
     loops = [stage for stage in made.stages if isinstance(stage, Pass)]
     parts = _parts(writer)
     if parts:
-        scalar = writer.scalar_calls(_handed(text, {}), together=True)
+        scalar = writer.scalar_calls(_by_address(text), together=True)
     else:
         scalar = writer.scalar() if len(made.stages) - len(loops) >= FEW else ()
     return BatchText(
@@ -182,18 +189,23 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
         scalar=scalar,
         parts=parts,
         results=tuple(writer.entry(place) for place in range(size)),
-        aliased=ALIAS // width,
+        aliased=ALIAS // width if size > WAYS else 0,
         single=lanes // 8,
         columns=_handed(text, {a.name: f"{a.name} + k" for a, _ in states}),
         block=_handed(text, {a.name: f"b + {row * lanes}" for a, row in states}),
-        row=_handed(text, {a.name: f"{a.name} + k * {a.length}" for a, _ in states}),
-        state=_handed(text, {a.name: f"b + {row}" for a, row in states}),
+        row=_handed(text, {a.name: f"{a.name}[k]" if a.scalar else f"{a.name} + k * {a.length}" for a, _ in states}),
+        state=_handed(text, {a.name: f"b[{row}]" if a.scalar else f"b + {row}" for a, row in states}),
     )
 
 
 def _handed(function: FunctionText, places: Mapping[str, str]) -> str:
-    """Return what a call is given before its last argument; params is handed on as it is."""
+    """Return what a call is given before its last argument; what all states have in common as it is."""
     return "".join(f"{places.get(argument.name, argument.name)}, " for argument in function.arguments)
+
+
+def _by_address(function: FunctionText) -> str:
+    """Return what a scalar function hands on to its parts, which take single numbers by address."""
+    return _handed(function, {name: f"&{name}" for name in function.scalars})
 
 
 def _lanes(copied: int, work: int) -> int:
