@@ -166,7 +166,7 @@ def test_no_floating_point_flag_is_raised_that_the_numbers_do_not_deserve(flags,
 def test_a_batch_in_numpy_warns_of_nothing():
     call = build(lower(derive(random_tree(3, 4, free=False), ("inverse_dynamics",)))).inverse_dynamics
     rng = np.random.default_rng(2)
-    args = [rng.uniform(-3, 3, (77, length)) for _, length in call.arguments]
+    args = [rng.uniform(-3, 3, (77, *shape)) for _, shape in call.arguments]
     args[0][5] = 1e9
     with warnings.catch_warnings(), np.errstate(all="raise"):
         warnings.simplefilter("error")
