@@ -23,8 +23,9 @@ from symdyn.cli import main
 from symdyn.dynamics.derive import derive
 from symdyn.dynamics.equations import Equations
 from symdyn.emit import emit, write
-from symdyn.emit.c_plan import PIECE, Pass, SineCosine, plan
+from symdyn.emit.c_plan import Pass, SineCosine, plan
 from symdyn.emit.c_sincos import COSINE, HALF_PI, SINE
+from symdyn.emit.c_stages import PIECE
 from symdyn.errors import BuildError, EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower

@@ -220,7 +220,7 @@ def test_passive_joints_and_declared_forces_stand_on_the_right() -> None:
     scene = example("two_link")
     shoulder, elbow = scene.joints
     damped = replace(elbow, drives=(None,), forces=(parse("-d*q2_dot"),))
-    free = replace(shoulder, drive=None)
+    free = replace(shoulder, drives=(None,))
     scene = replace(scene, joints=(free, damped), parameters=(*scene.parameters, Parameter("d")))
     first, second = paragraphs(equations_text(scene, "text"))
 

@@ -199,7 +199,7 @@ def reduced(one, w):
     for name, follows, ratio in zip(free.coordinates, positions, ratios, strict=True):
         q = follows.coordinate
         values[other.graph.symbol(name)] = ratio * w.graph.symbol(q) + express(follows.offset, w.graph)
-        for rate in (velocity_name, acceleration_name):
+        for rate in (velocity_name, lambda coordinate: acceleration_name(velocity_name(coordinate))):
             values[other.graph.symbol(rate(name))] = ratio * w.graph.symbol(rate(q))
     n, N = len(one.coordinates), len(positions)
     column = [one.coordinates.index(follows.coordinate) for follows in positions]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from os import PathLike
 from typing import Any
 
@@ -15,7 +15,9 @@ from symdyn.dynamics.derive import CUBIC, available
 from symdyn.emit import emit
 from symdyn.emit.names import function_names
 from symdyn.errors import BuildError
-from symdyn.program import Program, Routine, formulate, lower
+from symdyn.program import Program, Routine, formulate, identifier, lower
+from symdyn.program import prepare as prepare_program
+from symdyn.program.prepare import is_prepared
 from symdyn.scene import Scene, bind, read
 
 COEFFICIENTS = "k_"
@@ -34,6 +36,7 @@ class Loaded:
         calls: the callables by name. Each takes arrays (n,) or (..., n) whose leading dimensions broadcast, and `out=`.
         signatures: how each is called, such as "mass_matrix(q, params) -> M: (2),(5)->(2,2)".
         compiled: whether they are NumPy ufuncs in C; else they are functions of the generated NumPy module.
+        prepared: whether `prepare(params)` is among them, and all others take its result in place of `params`.
     """
 
     scene: Scene
@@ -41,6 +44,7 @@ class Loaded:
     calls: Mapping[str, Callable[..., Any]]
     signatures: Mapping[str, str]
     compiled: bool
+    prepared: bool = False
 
     def __post_init__(self) -> None:
         """Make every function an attribute, found without a detour."""
@@ -53,8 +57,7 @@ class Loaded:
 
     def __getitem__(self, request: str) -> Callable[..., Any]:
         """Return the function that was asked for as `request`, or that has this name; KeyError if there is none."""
-        names = dict(zip(self.requests, self.calls, strict=True))
-        return self.calls[names.get(request, request)]
+        return self.calls[identifier(request)]
 
     def __repr__(self) -> str:
         kind = "compiled" if self.compiled else "NumPy"
@@ -62,7 +65,7 @@ class Loaded:
         return f"<{self.scene.name}, {kind}:{lines}>"
 
     def __reduce__(self) -> tuple[Callable[..., Loaded], tuple[Scene, tuple[str, ...]]]:
-        return load, (self.scene, self.requests)
+        return partial(load, prepare=self.prepared), (self.scene, self.requests)
 
 
 def load(
@@ -71,6 +74,7 @@ def load(
     parameters: Mapping[str, Any] | None = None,
     compiler: str | None = None,
     machine: str = "native",
+    prepare: bool = False,
 ) -> Loaded:
     """Return the functions of a scene, compiled into a Python extension that is kept in the cache.
 
@@ -84,6 +88,8 @@ def load(
         parameters: values for free parameters, as numbers or formulas; the others are the last operand, `params`.
         compiler: as for `symdyn.build.build`.
         machine: likewise.
+        prepare: whether to take work on parameters alone out of the calls: `prepared = arm.prepare(params)`, once, is
+            then the last operand of all other functions. Without free parameters there is nothing to prepare.
 
     Raises:
         SceneError: the file has faults, or a parameter does not exist.
@@ -93,9 +99,10 @@ def load(
     known = bind(known, parameters) if parameters else known
     requests = tuple(dict.fromkeys(usual(known) if functions is None else functions))
     program = lower(formulate(known, requests))
+    program = prepare_program(program) if prepare else program
     calls, compiled = _calls(program, compiler, machine)
     signatures = {name: _signature(name, routine) for name, routine in zip(calls, program.routines, strict=True)}
-    return Loaded(known, requests, calls, signatures, compiled)
+    return Loaded(known, requests, calls, signatures, compiled, is_prepared(program))
 
 
 def usual(scene: Scene) -> tuple[str, ...]:

@@ -42,12 +42,15 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
     from dataclasses import asdict
 
     from symdyn.dynamics import available
-    from symdyn.program import formulate, lower, skipped
+    from symdyn.program import formulate, lower, prepare, skipped
+    from symdyn.program.prepare import is_prepared
     from symdyn.scene import JOINTS, spell
 
     outputs, left_out = available(scene)
     equations = formulate(scene, outputs, road)
     program = lower(equations)
+    prepared = prepare(program)
+    first = prepared.routines[0] if is_prepared(prepared) else None
     facts = {
         "name": scene.name,
         "degrees_of_freedom": len(scene.velocities),
@@ -81,6 +84,7 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
             }
             for routine in program.routines
         ],
+        "prepare": first and {"values": len(first.function.entries), "operations": asdict(first.counts)},
         "skipped": [
             {
                 "step": one.step,
@@ -147,9 +151,11 @@ def show_skipped(facts: dict[str, Any]) -> None:
     from symdyn.cli.talk import print_table
     from symdyn.program import Counts
 
-    prepared = [(f["name"], str(Counts(**f["prepare"]))) for f in facts["functions"] if any(f["prepare"].values())]
-    if prepared:
-        print_table("On parameters alone", ("function", "operations"), prepared)
+    moved = [(f["name"], str(Counts(**f["prepare"]))) for f in facts["functions"] if any(f["prepare"].values())]
+    if moved:
+        once = facts["prepare"]
+        moved.append((f"prepare, {once['values']} values", str(Counts(**once["operations"]))))
+        print_table("On parameters alone; --prepare does it once", ("function", "operations"), moved)
     report = facts["skipped"]
     print_table("Left out or merged", ("step", "why"), [(one["step"], one["why"]) for one in report])
     measured = [one for one in report if one["saved"]]

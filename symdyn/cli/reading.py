@@ -45,6 +45,16 @@ def add_formulation(verb: argparse.ArgumentParser) -> None:
     )
 
 
+def add_prepare(verb: argparse.ArgumentParser) -> None:
+    """Add the choice to take work on parameters alone out of the calls."""
+    verb.add_argument(
+        "--prepare",
+        action="store_true",
+        help="a function prepare(params) does the work on free parameters alone; its result is the last argument of "
+        "all others, in place of params",
+    )
+
+
 def read_scene(options: argparse.Namespace) -> Scene:
     """Return the scene that the options name; what the reader notes goes to stderr."""
     from symdyn.cli.talk import say

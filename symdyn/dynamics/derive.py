@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 from symdyn.dynamics.equations import Argument, Equations, Function
 from symdyn.dynamics.outputs import OUTPUTS, Output
+from symdyn.dynamics.tree import build_tree
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr
+from symdyn.graph import Expr, Graph
 from symdyn.scene import JOINTS, Scene
 
 DYNAMICS: tuple[str, ...] = tuple(name for name, row in OUTPUTS.items() if not row.place)
@@ -22,7 +23,7 @@ CUBIC = ("coriolis_matrix", "k_C", "k_D")
 LARGE = 12
 
 TREES_ONLY = ("aba",)
-"""Roads that know no joint that follows another one."""
+"""Roads that know no velocity that several moves share: of joints that follow another one, of screws and cams."""
 
 
 def derive(scene: Scene, outputs: Sequence[str] = DYNAMICS, road: str | None = None) -> Equations:
@@ -67,8 +68,10 @@ def roads(request: str, scene: Scene | None = None) -> tuple[str, ...]:
     Raises:
         DerivationError: there is no such output.
     """
-    coupled = scene is not None and any(joint.coupling for joint in scene.joints)
-    return tuple(road for road in _row(request)[0].roads if not (coupled and road in TREES_ONLY))
+    found = tuple(_row(request)[0].roads)
+    if scene is None or not set(found).intersection(TREES_ONLY) or not build_tree(scene, Graph()).coupled:
+        return found
+    return tuple(road for road in found if road not in TREES_ONLY)
 
 
 def derive_one(workspace: Workspace, request: str, road: str | None = None) -> Function:

@@ -13,10 +13,10 @@ class Argument:
     """One vector argument of a function.
 
     Attributes:
-        name: "q", "qd", "qdd", "tau" or "params".
+        name: "q", "qd", "qdd", "tau", "params", or "prepared" in programs that prepare.
         symbols: graph symbols of its entries, shape (len,).
         text: what it is, for headers and docstrings.
-        units: unit of each entry, "" where there is none to tell.
+        units: unit of each entry, "" where there is none; () where they are not told.
     """
 
     name: str

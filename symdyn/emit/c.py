@@ -5,9 +5,9 @@
     void <scene>_<function>_rows(size_t n, const real *q, ..., const real *params, real *out)     array of structures
 
 The last two are there with batch=True. Entry i of state k is q[i * n + k] for `_batch` and q[k * length + i] for
-`_rows`, in `out` likewise; params is one set for all states, and `out` overlaps no argument. Both run blocks of states
-through loops that compilers vectorise, and take sines and cosines by a routine of their own; so does the scalar
-function then, when it needs several. Files without batch code are the same as ever.
+`_rows`, in `out` likewise; params, or what was prepared from it, is one set for all states, and `out` overlaps no
+argument. Both run blocks of states through loops that compilers vectorise, and take sines and cosines by a routine of
+their own; so does the scalar function then, when it needs several. Files without batch code are the same as ever.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ from symdyn.emit.render import render
 from symdyn.emit.spelling import OPERATORS, Printer, Spelling, call
 from symdyn.graph import Op
 from symdyn.program import Program
+from symdyn.program.assemble import PARAMS, PREPARED
+from symdyn.program.prepare import is_prepared
 
 
 def spellings(real: Real) -> Mapping[Op, Spelling]:
@@ -73,6 +75,7 @@ def emit_c(program: Program, real: Real, command: str, batch: bool = False) -> t
         "uses_sign": any(SIGN_HELPER in line.code for f in page.functions for line in f.steps + f.outputs),
         "suffix": real.suffix,
         "lanes": LANES,
+        "common": PREPARED if is_prepared(program) else PARAMS,
         "batch": batches(program, page, printer, real) if batch else (),
     }
     values["sincos"] = any(many.sincos for many in values["batch"])

@@ -13,7 +13,7 @@ from symdyn.emit.real import Real
 from symdyn.emit.spelling import Printer
 from symdyn.errors import EmitError
 from symdyn.program import Program, Routine
-from symdyn.program.assemble import PARAMS
+from symdyn.program.assemble import PARAMS, shared
 
 LANES = 64
 """States in a block: enough to hide what starting a loop costs, few enough for the nearest cache."""
@@ -28,7 +28,10 @@ STACK = 512 * 1024
 """Bytes of stack that a block may take; functions that need more run state by state."""
 
 ALIAS = 2048
-"""Columns a multiple of so many bytes apart compete for few places of a cache; they are copied first."""
+"""Columns a multiple of so many bytes apart compete for few places of a cache."""
+
+WAYS = 8
+"""How many of them find a place at once; more columns of a result are written into a block first, and copied."""
 
 FEW = 3
 """Angles of one state from which they are taken together."""
@@ -46,14 +49,14 @@ class BatchText:
         states: arguments that differ from state to state, with the row of a block where each starts.
         length: entries of these arguments.
         size: entries of the result.
-        lanes: states of a block; 0 where the function is too large for blocks.
+        lanes: states of a block; 0 where the function is too large for blocks, or runs once in a while.
         rows: rows of work space.
         passes: the loops.
         calls: statements of the block function, in running order.
         scalar: stages of the scalar function; () leaves it as it is without batch code.
         results: entries of the result, as these stages name them.
         parts: functions of their own that a long scalar function is cut into; () for a short one.
-        aliased: columns of a multiple of so many states stand ALIAS bytes apart.
+        aliased: columns of a multiple of so many states stand ALIAS bytes apart; 0 where that does no harm.
         single: at most so many states are not worth a block.
         columns, block, row, state: what is handed on: where block k starts among columns, in a block of our own, where
             state k stands among rows, in a state of our own.
@@ -106,12 +109,15 @@ def _check_names(names: Sequence[str]) -> None:
 def _batch(routine: Routine, text: FunctionText, program: Program, printer: Printer, width: int) -> BatchText:
     made = plan(routine, program.constants)
     states, length = [], 0
+    names = [argument.name for argument in text.arguments]
+    common = shared(names)
     for argument in text.arguments:
-        if argument.name != PARAMS:
+        if argument.name != common:
             states.append((argument, length))
             length += argument.length
     size = prod(text.shape)
-    lanes = _lanes((length + size) * width, made.rows * width) if size else 0
+    once = not common and PARAMS in names  # prepare: blocks would not pay, and loops over so many arrays compile slowly
+    lanes = _lanes((length + size) * width, made.rows * width) if size and not once else 0
     places = {symbol: (a.name, i) for a in routine.function.arguments for i, symbol in enumerate(a.symbols)}
     writer = Writer(routine, program, printer, made, places)
     passes: list[PassText] = []
@@ -142,7 +148,7 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
         scalar=scalar,
         parts=tuple(parts),
         results=tuple(writer.entry(place) for place in range(size)),
-        aliased=ALIAS // width,
+        aliased=ALIAS // width if size > WAYS else 0,
         single=lanes // 8,
         columns=_handed(text, {a.name: f"{a.name} + k" for a, _ in states}),
         block=_handed(text, {a.name: f"b + {row * lanes}" for a, row in states}),
@@ -152,7 +158,7 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
 
 
 def _handed(function: FunctionText, places: Mapping[str, str]) -> str:
-    """Return what a call is given before its last argument; params is handed on as it is."""
+    """Return what a call is given before its last argument; what all states have in common as it is."""
     return "".join(f"{places.get(argument.name, argument.name)}, " for argument in function.arguments)
 
 

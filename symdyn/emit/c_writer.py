@@ -26,7 +26,7 @@ class PassText:
         unused: what it is handed and does not read.
         before: what is uniform, ahead of the loop.
         lines: the body of the loop.
-        stores: assignments to work space and to the result.
+        names: targets of lines that are new variables; other lines go to work space and to the result.
     """
 
     number: int
@@ -34,7 +34,7 @@ class PassText:
     unused: tuple[str, ...]
     before: tuple[Line, ...]
     lines: tuple[Line, ...]
-    stores: tuple[Line, ...]
+    names: frozenset[str]
 
 
 @dataclass(frozen=True)
@@ -93,18 +93,26 @@ class Writer:
         read |= {"w"} if stage.loads or stage.stores else set()
         read |= {"out"} if stage.outputs else set()
         handed = (*layout.common, *(argument.name for argument in self.routine.function.arguments), "w", "out")
-        lines = [Line(step.name, layout.entry.format(*self.places[step.node])) for step in stage.inputs]
-        lines += [Line(step.name, layout.row.format(row)) for step, row in stage.loads]
+        loads, stores = dict(stage.loads), dict(stage.stores)
+        lines: list[Line] = []
+        for line in stage.order:
+            if isinstance(line, int):
+                lines.append(Line(layout.entry.format("out", line), self.entry(line)))
+            elif line in loads:
+                lines.append(Line(line.name, layout.row.format(loads[line])))
+            elif line.node.op is Op.SYMBOL:
+                lines.append(Line(line.name, layout.entry.format(*self.places[line.node])))
+            else:
+                lines.append(self._define(line))
+            if isinstance(line, Step) and line in stores:
+                lines.append(Line(layout.row.format(stores[line]), line.name))
         return PassText(
             number=number,
             vector=stage.plain,
             unused=tuple(name for name in handed if name not in read),
             before=tuple(self._define(step) for step in stage.uniform),
-            lines=(*lines, *(self._define(step) for step in stage.steps)),
-            stores=(
-                *(Line(layout.row.format(row), step.name) for step, row in stage.stores),
-                *(Line(layout.entry.format("out", place), self.entry(place)) for place in stage.outputs),
-            ),
+            lines=tuple(lines),
+            names=frozenset(line.name for line in stage.order if isinstance(line, Step)),
         )
 
     def scalar(self) -> tuple[ScalarStage, ...]:

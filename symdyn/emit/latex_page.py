@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from symdyn.algebra.form import MINUS_ONE, product_of, split_sign, sum_of, terms_of
+from symdyn.algebra.form import MINUS_ONE, Form, product_of, split_sign, sum_of, terms_of
 from symdyn.emit.breaking import break_lines, latex_width
 from symdyn.emit.equations import KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.formula_text import BREAK, Latex
@@ -49,6 +49,12 @@ def latex_document(page: Printable, group: str) -> str:
             "values": any(row["value"] for row in symbols),
         },
     )
+
+
+def latex_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
+    """Return `name = formula` as displays; names are LaTeX."""
+    write = Latex(latex_symbols(scene), DIGITS)
+    return "\n".join(_align([_definition(name, write(form)) for name, form in named]))
 
 
 def _writer(page: Printable) -> Latex:

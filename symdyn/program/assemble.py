@@ -12,7 +12,7 @@ inverse and forward dynamics of 6 and 7 axes: as many values alive at once, and 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from symdyn.dynamics.equations import Argument, Function
@@ -30,7 +30,16 @@ WIDEST = 100
 NAME, OPERATOR, CALL = 5, 3, 12
 """Estimated characters of a name, of an operator with its spaces, of a function with its parentheses."""
 
-PARAMS = "params"
+PARAMS, PREPARED = "params", "prepared"
+
+
+def shared(arguments: Sequence[str]) -> str:
+    """Return which of a function's arguments all states of a batch have in common, "" if there is none.
+
+    These are the parameters, or what was prepared from them. Where there is no state beside them each set of them is
+    a state of its own.
+    """
+    return next((name for name in arguments if name in (PARAMS, PREPARED) and len(arguments) > 1), "")
 
 
 def assemble(scene: Scene, graph: Graph, functions: tuple[Function, ...]) -> Program:

@@ -24,7 +24,9 @@ from symdyn.dynamics import (
 from symdyn.emit import emit
 from symdyn.errors import BuildError, MissingCompiler
 from symdyn.graph import Expr, reachable, substitute
-from symdyn.program import Program, cheapest, lower
+from symdyn.program import Program, choose, lower
+from symdyn.program import prepare as prepare_program
+from symdyn.program.prepare import PREPARE, is_prepared
 from symdyn.scene import Scene, express
 from symdyn.verify.accuracy import Accuracy, measure, sample
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Claim, Fields, Finding, prove
@@ -74,6 +76,8 @@ def certify(
     seed: int = 1,
     progress: Progress = lambda _: None,
     real: str = "double",
+    road: str | None = None,
+    prepare: bool = False,
 ) -> Certificate:
     """Return the certificate of a scene.
 
@@ -83,9 +87,12 @@ def certify(
         seed: of primes, points and states; the same seed, the same proofs.
         progress: told what is being done.
         real: "double" or "float": the number type of the modules that are measured.
+        road: the derivation that becomes code, as for `formulate`.
+        prepare: whether the code is that of `prepare`: each function of it, after `prepare`, is proved to be the
+            function without, and is measured together with it.
 
     Raises:
-        DerivationError: an output that was asked for by name does not exist.
+        DerivationError: an output that was asked for by name does not exist, or no output has the road.
     """
     notes: list[str] = []
     workspace = Workspace(scene)
@@ -93,7 +100,7 @@ def certify(
     if outputs is None:
         outputs, left_out = everything(scene)
         notes += left_out
-    preferred = tuple(cheapest(workspace, name) for name in outputs)
+    preferred = choose(workspace, outputs, road)
     claims = [
         Claim(name, one.formulation, road, one.entries, derive_one(workspace, name, road).entries)
         for name, one in zip(outputs, preferred, strict=True)
@@ -103,11 +110,17 @@ def certify(
     claims += laws(workspace, outputs)
     program = lower(Equations(scene, workspace.graph, preferred))
     claims += _program_claims(scene, preferred, program)
+    code = prepare_program(program) if prepare else program
+    claims += _composed_claims(program, code)
+    if prepare and code is program:
+        notes.append("nothing to prepare: no function has a free parameter")
     progress("proving over finite fields")
     claims = on_unit_sphere(scene, [claim for claim in claims if claim.left])  # k_C of one coordinate has no entries
     fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
     progress("building")
-    modules, refused = _modules(program, real, notes)
+    modules, refused = _modules(code, real, notes)
+    if is_prepared(code):
+        modules = {name: _Composed(module) for name, module in modules.items()}
     findings += _positive_definite(program, modules, seed, notes)
     progress("measuring against 50 digits")
     accuracy = measure(program, modules, seed=seed, real=real)
@@ -143,6 +156,32 @@ def _program_claims(scene: Scene, functions: Sequence[Function], program: Progra
         )
         for function, routine in zip(functions, program.routines, strict=True)
     ]
+
+
+def _composed_claims(program: Program, prepared: Program) -> list[Claim]:
+    """Return that each routine of a prepared program, after `prepare`, is the routine of the program."""
+    if not is_prepared(prepared):
+        return []
+    first, *rest = prepared.routines
+    claims = []
+    for after, before in zip(rest, program.routines, strict=True):
+        values = dict(zip(after.function.arguments[-1].symbols, first.function.entries, strict=True))
+        composed = tuple(substitute(after.function.entries, values))
+        claims.append(Claim(after.function.name, f"after {PREPARE}", "program", composed, before.function.entries))
+    return claims
+
+
+class _Composed:
+    """A prepared module with the functions of the module that is not: each prepares its own last argument."""
+
+    def __init__(self, module: Any) -> None:
+        """Stand before `module`."""
+        self._module = module
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        """Return the function called `name`, of params."""
+        call = getattr(self._module, name)
+        return lambda *operands: call(*operands[:-1], self._module.prepare(operands[-1]))
 
 
 def _modules(program: Program, real: str, notes: list[str]) -> tuple[dict[str, Any], str]:
