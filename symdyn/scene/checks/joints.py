@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from symdyn.graph import Graph
 from symdyn.scene.draft import Draft, joint_numbers, shown
-from symdyn.scene.folding import FormulaError, mul, sub
+from symdyn.scene.folding import FormulaError
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.model import Joint
 from symdyn.scene.names import listed
@@ -19,6 +20,9 @@ NOT_NEGATIVE = (
     *("armature", "damping", "friction", "limits.velocity", "limits.effort"),
     *("friction.coulomb", "friction.static", "friction.smoothing"),
 )
+
+ROUNDING = 1e-12
+"""Sine of an angle between directions that are parallel."""
 
 
 def check_joints(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
@@ -57,11 +61,19 @@ def _axes(where: str, joint: Joint, faults: Faults) -> None:
     if "second_axis" not in JOINTS[joint.type].keys:
         return
     if direction(where, "second_axis", joint.second_axis, faults) and fine:
-        a, b = joint.axis, joint.second_axis
-        across = [sub(mul(a[i], b[j]), mul(a[j], b[i])) for i, j in ((1, 2), (2, 0), (0, 1))]
-        if all(vanishes(x) for x in across):
+        if _parallel(joint.axis, joint.second_axis):
+            b = joint.second_axis
             text = f"second_axis = [{', '.join(shown(x) for x in b)}]"
             faults.add(where, f"{text} is parallel to axis; give one across it, such as [1, 0, 0] for axis = [0, 0, 1]")
+
+
+def _parallel(axis: Vector, second: Vector) -> bool:
+    try:
+        a, b = ([float(value_of(x, {}) or 0) for x in vector] for vector in (axis, second))
+    except FormulaError:
+        return False  # reported as a formula without a value
+    across = [a[i] * b[j] - a[j] * b[i] for i, j in ((1, 2), (2, 0), (0, 1))]
+    return math.hypot(*across) <= ROUNDING * math.hypot(*a) * math.hypot(*b)
 
 
 def _signs(where: str, joint: Joint, values: Mapping[str, Value], faults: Faults) -> None:
