@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from symdyn.emit.breaking import break_lines
-from symdyn.emit.equations import KINDS, Coefficient, Printable, coriolis, gravity
+from symdyn.emit.equations import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.formula_text import BREAK, broken_text, text_of
 
 WIDTH = 110
@@ -14,11 +14,12 @@ INDENT = "    "
 
 def text_page(page: Printable, group: str) -> str:
     """Return the equations in plain text; indices from 1."""
-    return "\n".join(_paragraphs(page, group))
+    motions = (_wrapped(name, broken_text(form)) for name, form in page.motions)
+    return "\n".join([*_paragraphs(page, group), *motions])
 
 
 def coefficient_name(c: Coefficient) -> str:
-    """Return k_z12, k_C1_23, k_D12, k_G1; with more than nine joints k_z1_12."""
+    """Return k_z12, k_C1_23, k_D12, k_G1, k_E1; with more than nine joints k_z1_12."""
     first, *rest = [str(i) for i in c.indices]
     if any(i > 9 for i in c.indices):
         return f"{c.kind}{'_'.join([first, *rest])}"
@@ -92,4 +93,4 @@ def _named_terms(row: tuple[Coefficient, ...]) -> Iterator[str]:
     for k, c in enumerate(c for c in row if not c.vanishes):
         name = coefficient_name(c)
         rate = text_of(c.rate)
-        yield ("+ " if k else "") + (name if c.kind == "k_G" else f"{name}*{rate}")
+        yield ("+ " if k else "") + (name if c.kind in ALONE else f"{name}*{rate}")
