@@ -108,7 +108,7 @@ def plane(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> Vec | Non
     entries = [x for v, omega in twists.values() for x in (*v, *omega)]
     numbers = [hanging.samples.at(entries, seed).reshape(-1, 2, 3) for seed in (2, 3)]
     normals = list(everywhere(graph)[::-1])
-    if "axis" in JOINTS[loop.joint.type].keys:  # noqa: SIM118  a field
+    if "axis" in JOINTS[loop.joint.type].keys:
         normals.insert(0, unit(loop.joint.axis, graph))
     for normal in normals:
         n = hanging.samples.at(normal, 2)

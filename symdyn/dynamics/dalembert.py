@@ -30,21 +30,19 @@ from symdyn.dynamics.members import acting, inertias, motions, own_forces, place
 from symdyn.dynamics.state import vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient
-from symdyn.scene import JOINTS, express
+from symdyn.scene import express
 from symdyn.scene.joints import Wrench
 from symdyn.spatial import (
     Inertia,
     Transform,
     Vec,
     add,
-    add_matrices,
     apply,
     apply_transposed,
     cross,
     identity,
     neg,
     scale,
-    scale_matrix,
     skew,
     zero_vector,
 )
@@ -108,7 +106,7 @@ class Equilibrium:
 
     @property
     def drives(self) -> int:
-        """n of (5.20): the number of unknown drives."""
+        """N of (5.20): the number of unknown drives."""
         return len(self.unknowns) - self.reactions
 
     def matrix(self) -> list[list[Expr]]:
@@ -183,9 +181,7 @@ def known_bivectors(hanging: Hanging) -> tuple[Bivectors, ...]:
     moved = motions(scene, tree, state.qd, state.qdd, zero_vector(graph))
     gravity, placed, loads = vector(scene.gravity, graph), placements(hanging.joints), acting(scene, hanging.joints)
     actions, inertial = [], []
-    for hinge, body, motion, T, load in zip(
-        hanging.joints, inertias(scene, tree), moved, placed, loads, strict=True
-    ):
+    for hinge, body, motion, T, load in zip(hanging.joints, inertias(scene, tree), moved, placed, loads, strict=True):
         r = hinge.place_on_child  # O_j in the body's frame
         g = apply_transposed(T.R, gravity)
         weight = (scale(body.m, g), cross(body.h, g))
@@ -235,8 +231,12 @@ def _unknowns(hanging: Hanging, normal: int | None) -> list[Unknown]:
     scene, graph = hanging.scene, hanging.graph
     axes = None if normal is None else _axis(graph, normal)
     D = {h: drives(hinge, hanging.samples) for h, hinge in enumerate(hanging.joints)}
-    feels = {k: (h, D[h][i]) for h, hinge in enumerate(hanging.joints) if hinge.joint.coordinates
-             for i, k in enumerate(hinge.velocities)}
+    feels = {
+        k: (h, D[h][i])
+        for h, hinge in enumerate(hanging.joints)
+        if hinge.joint.coordinates
+        for i, k in enumerate(hinge.velocities)
+    }
     passive = undriven(scene) if scene.loops or scene.rows else []
     found = []
     for h, hinge in enumerate(hanging.hinges):
@@ -332,6 +332,8 @@ def transmitted(system: Equilibrium, x: Sequence[Expr]) -> list[Wrench]:
         for h, wrench in unknown.acts:
             total[h] = plus(total[h], times(size, wrench))
     for h, hinge in enumerate(hanging.joints):
-        for force, D in zip(own_forces(hanging.scene, hinge, hanging.state), drives(hinge, hanging.samples), strict=True):
+        for force, D in zip(
+            own_forces(hanging.scene, hinge, hanging.state), drives(hinge, hanging.samples), strict=True
+        ):
             total[h] = plus(total[h], times(force, D))
     return total

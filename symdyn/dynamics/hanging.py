@@ -1,7 +1,7 @@
 """A scene's bodies hanging on its joints, for recursions over wrenches from the tips to the ground.
 
-    f        wrench that the parent exerts on body j through its joint, about the origin of the body's frame, its axes
-    W        wrench of a joint that closes a loop, on its child, axes of its joint frame, about the moved origin P
+f        wrench that the parent exerts on body j through its joint, about the origin of the body's frame, its axes
+W        wrench of a joint that closes a loop, on its child, axes of its joint frame, about the moved origin P
 """
 
 from __future__ import annotations

@@ -25,6 +25,7 @@ from symdyn.graph import Expr
 from symdyn.scene.joints import Wrench
 from symdyn.spatial import apply
 
+
 def tree_forces(hanging: Hanging) -> list[Expr]:
     """Return M u̇ + h of the tree, shape (nv,): what drives and loops must exert together."""
     return hanging.driving(hanging.felt(hanging.transmitted(hanging.loads)))
