@@ -14,10 +14,12 @@ from symdyn.dynamics.cost import cost
 from symdyn.dynamics.ldl import solve
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.outputs_of_loops import closing
+from symdyn.dynamics.outputs_of_reactions import REACTIONS
 from symdyn.dynamics.potential import potential_energy
 from symdyn.dynamics.rnea import rnea
 from symdyn.dynamics.workspace import Matrix, Workspace
 from symdyn.graph import Expr, substitute
+
 
 def _flat(matrix: Matrix) -> list[Expr]:
     return [entry for row in matrix for entry in row]
@@ -297,4 +299,4 @@ OUTPUTS: dict[str, Output] = {
     ),
 }
 
-OUTPUTS |= closing(OUTPUTS)
+OUTPUTS |= closing(OUTPUTS) | REACTIONS

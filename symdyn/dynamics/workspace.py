@@ -12,6 +12,7 @@ from symdyn.dynamics.closure import Closing
 from symdyn.dynamics.cost import cost
 from symdyn.dynamics.crba import crba
 from symdyn.dynamics.directions import Directions, directions
+from symdyn.dynamics.hanging import Hanging
 from symdyn.dynamics.lagrange import Energies, energies
 from symdyn.dynamics.reframe import LeanTree, reframe
 from symdyn.dynamics.regroup import regroup
@@ -78,6 +79,16 @@ class Workspace:
     def lean(self) -> LeanTree:
         """The same tree in frames of the generator's choice, with base parameters: what the recursions run over."""
         return regroup(reframe(self.tree))
+
+    @cached_property
+    def hanging(self) -> Hanging:
+        """The declared bodies and joints, nothing merged or regrouped, for reactions."""
+        assembled: dict[str, float] = {}
+        if self.scene.loops:
+            numbers, q = self.closed.numbers, self.closed.closure.assembly.typical
+            assembled = {str(node.value): value for node, value in numbers.parameters.items()}
+            assembled |= dict(zip(self.scene.coordinates, map(float, q), strict=True))
+        return Hanging(self.scene, self.tree, self.state, assembled)
 
     @cached_property
     def composite_mass(self) -> Matrix:
