@@ -1,3 +1,5 @@
 """Closed-form positions."""
+
+
 def positions(w):
     raise NotImplementedError

@@ -133,7 +133,7 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
     split = size > 0 and sum(stage.plain for stage in loops) > SPLIT
     parts = [writer.loop(stage, number, SINGLE) for number, stage in enumerate(loops, 1)] if split else []
     if split:
-        scalar = writer.scalar_calls(_handed(text, {}))
+        scalar = writer.scalar_calls(_handed(text, {name: f"&{name}" for name in text.scalars}))
     else:
         scalar = writer.scalar() if len(made.stages) - len(loops) >= FEW else ()
     return BatchText(
@@ -152,8 +152,8 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
         single=lanes // 8,
         columns=_handed(text, {a.name: f"{a.name} + k" for a, _ in states}),
         block=_handed(text, {a.name: f"b + {row * lanes}" for a, row in states}),
-        row=_handed(text, {a.name: f"{a.name} + k * {a.length}" for a, _ in states}),
-        state=_handed(text, {a.name: f"b + {row}" for a, row in states}),
+        row=_handed(text, {a.name: f"{a.name}[k]" if a.scalar else f"{a.name} + k * {a.length}" for a, _ in states}),
+        state=_handed(text, {a.name: f"b[{row}]" if a.scalar else f"b + {row}" for a, row in states}),
     )
 
 

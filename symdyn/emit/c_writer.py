@@ -117,7 +117,7 @@ class Writer:
 
     def scalar(self) -> tuple[ScalarStage, ...]:
         """Return the stages of the scalar function; neighbouring angles are taken together."""
-        pending = [Line(step.name, SINGLE.entry.format(*self.places[step.node])) for step in self.routine.inputs]
+        pending = [Line(step.name, self._given(step)) for step in self.routine.inputs]
         known = {line.target for line in pending}
         stages: list[ScalarStage] = []
         for group in self._grouped():
@@ -144,13 +144,17 @@ class Writer:
                 stages.append(ScalarStage(len(stages), call=f"{name}_part{parts}({handed}w, r);"))
             else:
                 angles = [
-                    SINGLE.row.format(stage.row)
-                    if stage.row is not None
-                    else SINGLE.entry.format(*self.places[stage.angle.node])
+                    SINGLE.row.format(stage.row) if stage.row is not None else self._given(stage.angle)
                     for stage in group
                 ]
                 stages.append(self._angles(len(stages), group, angles, lambda _, row: SINGLE.row.format(row)))
         return tuple(stages)
+
+    def _given(self, step: Step) -> str:
+        """Return an entry of an argument of the scalar function, which takes single numbers by value."""
+        name, place = self.places[step.node]
+        scalars = [argument.name for argument in self.routine.function.arguments if argument.scalar]
+        return name if name in scalars else SINGLE.entry.format(name, place)
 
     def _grouped(self) -> Iterator[Pass | list[SineCosine]]:
         """Iterate over the stages, neighbouring sines and cosines together."""
