@@ -140,6 +140,8 @@ def _complete(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
 def _row(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     """Return the row of the table, of closed scenes where the scene is one, and the place that a request names."""
     name, _, place = request.partition(":")
+    if request in OUTPUTS:
+        name, place = request, ""
     row = OUTPUTS.get(name)
     if row is None:
         raise DerivationError(f"there is no output {name!r}; there are {', '.join(OUTPUTS)}")

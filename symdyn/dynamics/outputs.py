@@ -15,12 +15,14 @@ from symdyn.dynamics.ldl import solve
 from symdyn.dynamics.loads import refuse_ideal_friction
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.outputs_of_loops import closing
+from symdyn.dynamics.outputs_of_reactions import REACTIONS
 from symdyn.dynamics.potential import potential_energy
 from symdyn.dynamics.prescribed import accelerations
 from symdyn.dynamics.rnea import rnea
 from symdyn.dynamics.workspace import Matrix, Workspace
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Scene
+
 
 
 def _flat(matrix: Matrix) -> list[Expr]:
@@ -378,4 +380,4 @@ OUTPUTS: dict[str, Output] = {
     ),
 }
 
-OUTPUTS |= closing(OUTPUTS)
+OUTPUTS |= closing(OUTPUTS) | REACTIONS
