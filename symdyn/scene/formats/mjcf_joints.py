@@ -49,7 +49,7 @@ class Joints:
             follower, leader = int(model.eq_obj1id[i]), int(model.eq_obj2id[i])
             if not model.eq_active0[i] or self.off("EQUALITY"):
                 faults.note(where, "is not active and left out")
-            elif model.eq_type[i] in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD):
+            elif int(model.eq_type[i]) in (int(kinds.mjEQ_CONNECT), int(kinds.mjEQ_WELD)):
                 self.loops.append(self.loop(i, where))
             elif model.eq_type[i] != kinds.mjEQ_JOINT:
                 kind = kinds(model.eq_type[i]).name.removeprefix("mjEQ_").lower()
@@ -217,7 +217,7 @@ class Joints:
     def several(self, j: int) -> bool:
         """Whether a joint has a quaternion."""
         kinds = self.mujoco.mjtJoint
-        return self.model.jnt_type[j] in (kinds.mjJNT_FREE, kinds.mjJNT_BALL)
+        return int(self.model.jnt_type[j]) in (int(kinds.mjJNT_FREE), int(kinds.mjJNT_BALL))
 
     def off(self, what: str) -> bool:
         """Whether an option of the file switches something off."""
