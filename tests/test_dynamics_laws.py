@@ -59,7 +59,8 @@ def test_all_roads_of_all_outputs_are_proved_equal(one):
     findings = prove(on_unit_sphere(one, claims))[1]
 
     assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
-    assert {finding.claim.split(":")[0] for finding in findings} == set(OUTPUTS)
+    several = {name for name, row in OUTPUTS.items() if len(row.roads) > 1}
+    assert {finding.claim.split(":")[0] for finding in findings} == several
 
 
 def kinematics(one):

@@ -10,7 +10,7 @@ from arms import spatial_arm, two_link
 
 from symdyn.algebra.finite_field import Needs, draw_prime, needs
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.graph import Graph, Op, reachable, substitute
+from symdyn.graph import Graph, Op, reachable, substitute, tangents
 from symdyn.scene import number
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, PROVED, UNDEFINED, Claim, prove
 
@@ -79,7 +79,10 @@ def test_wrong_identity_is_called_different(name, seed):
 
 
 BEYOND_THE_FIELDS = {
-    "root of something variable": lambda g, x, y: (g.sqrt((x + 1) ** 2 + y**2), g.sqrt(x**2 + 2 * x + 1 + y**2)),
+    "root of a square": lambda g, x, y: (g.sqrt((x**2 + 1) ** 2), x**2 + 1),
+    "root under a root": lambda g, x, y: (g.sqrt(1 + g.sqrt(x + y)), g.sqrt(g.sqrt(y + x) + 1)),
+    "a factor under a root": lambda g, x, y: (g.sqrt(4 * x + 4 * y), 2 * g.sqrt(x + y)),
+    "twice a number under roots": lambda g, x, y: (g.sqrt(2 * x) * g.sqrt(2), 2 * g.sqrt(x)),
     "nested radical": lambda g, x, y: (g.sqrt(3 + 2 * g.sqrt(2)), 1 + g.sqrt(2)),
     "|x|^2 = x^2": lambda g, x, y: (g.function(Op.ABS, x) ** 2, x**2),
     "exp of a sum": lambda g, x, y: (g.function(Op.EXP, x + y), g.function(Op.EXP, x) * g.function(Op.EXP, y)),
@@ -118,8 +121,44 @@ def test_a_claim_about_nothing_real_is_defined_nowhere():
     assert finding(lambda g, x, y: (g.sqrt(-2) * g.sqrt(-3), -g.sqrt(6))).verdict == UNDEFINED
 
 
-def test_a_root_of_something_variable_is_never_proved_even_when_both_sides_are_one_node():
-    assert finding(lambda g, x, y: (g.sqrt(x + y) * 2, g.sqrt(x + y) * 2)).verdict == NUMERICAL
+ROOTS = {
+    "one radicand written twice": lambda g, x, y: (g.sqrt((x + 1) ** 2 + y**2), g.sqrt(x**2 + 2 * x + 1 + y**2)),
+    "a length and its reciprocal": lambda g, x, y: (x / g.sqrt(x**2 + y**2), x * g.sqrt(x**2 + y**2) / (y**2 + x**2)),
+    "two roots": lambda g, x, y: ((g.sqrt(x) + g.sqrt(y)) ** 2 - x - y, 2 * g.sqrt(x) * g.sqrt(y)),
+    "a rate": lambda g, x, y: (tangents([g.sqrt(x**2 + y)], {x: g.one})[0], x / g.sqrt(y + x * x)),
+    "under a function": lambda g, x, y: (g.function(Op.TANH, g.sqrt(x**2 + y)), g.function(Op.TANH, g.sqrt(y + x * x))),
+}
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("name", ROOTS)
+def test_what_holds_for_either_sign_of_a_root_is_proved(name, seed):
+    found = finding(ROOTS[name], seed=seed, positive=("x", "y"))
+
+    assert found.verdict == PROVED
+    assert found.error_log10 < -30
+
+
+WRONG_ROOTS = {
+    "sign": lambda g, x, y: (g.sqrt(x + y), -g.sqrt(y + x)),
+    "another radicand": lambda g, x, y: (g.sqrt(x + y) * g.sqrt(x), g.sqrt(x + 2 * y) * g.sqrt(x)),
+    "a sum of roots": lambda g, x, y: (g.sqrt(x) + g.sqrt(y), g.sqrt(x + y)),
+    "the larger of two": lambda g, x, y: (g.sqrt((x - y) ** 2), x - y),
+}
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("name", WRONG_ROOTS)
+def test_a_wrong_root_is_different_whatever_the_points(name, seed):
+    assert finding(WRONG_ROOTS[name], seed=seed, positive=("x", "y")).verdict == DIFFERENT
+
+
+def test_more_roots_than_there_are_points_for_are_checked_numerically():
+    def roots(g, x, y):
+        total = g.total(g.sqrt(x + k * y) for k in range(9))
+        return total * 2, g.total(g.sqrt(x + k * y) * 2 for k in range(9))
+
+    assert finding(roots, positive=("x", "y")).verdict == NUMERICAL
 
 
 def test_a_divisor_that_is_always_zero_leaves_its_claim_undefined_and_the_others_proved():

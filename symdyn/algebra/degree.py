@@ -85,9 +85,12 @@ class Degrees:
         return a
 
     def function(self, node: Expr, args: Sequence[Degree]) -> Degree:
-        """Return the degree in units of a sine, and 1 for an uninterpreted function: an independent value."""
+        """Return the degree in units of a sine or a root, and 1 for an uninterpreted function: an independent value."""
         if node.op is Op.SQRT and node.args[0].op is Op.CONSTANT:
             return Degree(0, float(self.needs.denominator.bit_length()) + 64, 1)
+        if node.op is Op.SQRT:  # a formal root: weighed like its radicand, it stays above all its conjugates
+            radicand = self.total(args[0])
+            return Degree(radicand.numerator, radicand.bits)
         self.hashed += [self.total(arg).numerator for arg in args]
         if node.op in (Op.SIN, Op.COS):
             form = linear_form(node.args[0])

@@ -51,11 +51,11 @@ def build(
     functions = tuple(
         CFunction(
             name=name,
-            arguments=tuple((a.name, len(a.symbols)) for a in routine.function.arguments),
+            arguments=tuple((a.name, a.shape) for a in routine.function.arguments),
             shape=routine.function.shape,
             dtype=dtype,
             text=routine.function.text,
-            _call=bind(library, f"{opening}_{name}", len(routine.function.arguments) + 1),
+            _call=bind(library, f"{opening}_{name}", [a.scalar for a in routine.function.arguments], dtype),
             _rows=bind_rows(library, f"{opening}_{name}_rows", len(routine.function.arguments) + 1),
             _threads=threads,
         )

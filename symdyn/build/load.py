@@ -141,6 +141,6 @@ def _signature(name: str, routine: Routine) -> str:
     """Return how a function is called, and the lengths of its operands."""
     function = routine.function
     names = ", ".join(argument.name for argument in function.arguments)
-    lengths = ",".join(f"({len(argument.symbols)})" for argument in function.arguments)
+    lengths = ",".join(f"({','.join(map(str, argument.shape))})" for argument in function.arguments)
     shape = ",".join(map(str, function.shape))
     return f"{name}({names}) -> {function.result}: {lengths}->({shape})"

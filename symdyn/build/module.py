@@ -24,7 +24,7 @@ class CFunction:
 
     Attributes:
         name: as in messages.
-        arguments: (name, length) in calling order.
+        arguments: (name, shape) in calling order, the shape () for one number.
         shape: of the result for one state.
         dtype: "float64" or "float32", of arguments and result.
         text: what it computes.
@@ -34,7 +34,7 @@ class CFunction:
     """
 
     name: str
-    arguments: tuple[tuple[str, int], ...]
+    arguments: tuple[tuple[str, tuple[int, ...]], ...]
     shape: tuple[int, ...]
     dtype: str
     text: str
@@ -44,6 +44,8 @@ class CFunction:
 
     def __call__(self, *values: npt.ArrayLike, **named: npt.ArrayLike) -> Any:
         """Return the result for one state, arguments (n,), or for a batch of them, (..., n), which broadcast.
+
+        An argument that is one number has no dimension of its own.
 
         Returns:
             An array of the leading dimensions and `shape`; a NumPy scalar where both are ().
@@ -62,6 +64,11 @@ class CFunction:
             self._run([_spread(array, batch) for array in arrays], out, count)
         return out[()]
 
+    @property
+    def _cores(self) -> list[tuple[int, ...]]:
+        """Own dimensions of every argument, (1,) for one number."""
+        return [shape or (1,) for _, shape in self.arguments]
+
     def _ordered(self, values: Sequence[npt.ArrayLike], named: Mapping[str, npt.ArrayLike]) -> list[npt.ArrayLike]:
         """Return the values in calling order, whether given by place or by name."""
         names = [name for name, _ in self.arguments]
@@ -72,9 +79,11 @@ class CFunction:
         return [*values, *(named[name] for name in rest)]
 
     def _checked(self, values: Sequence[npt.ArrayLike]) -> list[Array]:
-        """Return the arguments as arrays with the right last dimension."""
+        """Return the arguments as arrays with the right last dimension, of length 1 for single numbers."""
+        shapes = [shape for _, shape in self.arguments]
         arrays = [np.asarray(value, dtype=self.dtype) for value in values]
-        for array, (name, length) in zip(arrays, self.arguments, strict=True):
+        arrays = [array if shape else array[..., None] for array, shape in zip(arrays, shapes, strict=True)]
+        for array, (name, _), (length,) in zip(arrays, self.arguments, self._cores, strict=True):
             if array.shape[-1:] != (length,):
                 found = f"{self.name}: {name} has shape {array.shape}"
                 raise ValueError(f"{found}; its last dimension must have length {length}")
@@ -100,7 +109,8 @@ class CFunction:
         """Tell whether all states have one set of params."""
         common = self._shared
         return all(
-            array.size == length or name != common for array, (name, length) in zip(arrays, self.arguments, strict=True)
+            array.size == prod(shape) or name != common
+            for array, (name, shape) in zip(arrays, self.arguments, strict=True)
         )
 
     def _run_rows(self, arrays: Sequence[Array], batch: tuple[int, ...], out: Array) -> None:
@@ -111,16 +121,24 @@ class CFunction:
             for array, (name, _) in zip(arrays, self.arguments, strict=True)
         ]
         places = [*(row.ctypes.data for row in rows), out.ctypes.data]
-        lengths = [*(0 if name == common else length for name, length in self.arguments), prod(self.shape)]
+        lengths = [*(0 if name == common else prod(shape) for name, shape in self.arguments), prod(self.shape)]
         run_rows(self._rows, places, [length * out.itemsize for length in lengths], prod(batch), self._threads)
 
     def _run(self, rows: Sequence[Array], out: Array, count: int) -> None:
         """Call the function once a state, walking through contiguous memory."""
-        size = out.itemsize
-        places = [row.ctypes.data for row in rows] + [out.ctypes.data]
-        strides = [length * size for _, length in self.arguments] + [prod(self.shape) * size]
-        for state in range(count):
-            self._call(*(place + state * stride for place, stride in zip(places, strides, strict=True)))
+        shapes = [shape for _, shape in self.arguments]
+        columns = [
+            _addresses(row, prod(shape), count) if shape else row.ravel().tolist()
+            for row, shape in zip(rows, shapes, strict=True)
+        ]
+        for given in zip(*columns, _addresses(out, prod(self.shape), count), strict=True):
+            self._call(*given)
+
+
+def _addresses(array: Array, length: int, count: int) -> Sequence[Any]:
+    """Return where each of `count` states begins in contiguous memory."""
+    first, step = array.ctypes.data, length * array.itemsize
+    return [first + state * step for state in range(count)]
 
 
 def _spread(array: Array, batch: tuple[int, ...]) -> Array:
@@ -159,10 +177,11 @@ class Module:
         return [*super().__dir__(), *(function.name for function in self.functions)]
 
 
-def bind(library: ctypes.CDLL, symbol: str, arity: int) -> Any:
-    """Return a C function of `arity` addresses and nothing to return."""
+def bind(library: ctypes.CDLL, symbol: str, scalars: Sequence[bool], dtype: str) -> Any:
+    """Return a C function of addresses, or of numbers where `scalars` says so, and of the address of its result."""
     call = getattr(library, symbol)
-    call.argtypes = [ctypes.c_void_p] * arity
+    number = ctypes.c_float if dtype == "float32" else ctypes.c_double
+    call.argtypes = [*(number if scalar else ctypes.c_void_p for scalar in scalars), ctypes.c_void_p]
     call.restype = None
     return call
 

@@ -1,4 +1,7 @@
-"""`symdyn info SCENE`: the tree, the freedoms, the parameters, what each function costs, and what it does not cost."""
+"""`symdyn info SCENE`: the tree, the freedoms, the parameters, what each function costs, and what it does not cost.
+
+`--frames` shows the link frames that the generator chose, `--base-parameters` the regrouped inertias as formulas.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +20,9 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     add_reading_options(verb)
     add_formulation(verb)
     verb.add_argument("--json", action="store_true", help="print JSON")
+    alone = verb.add_argument_group("one thing alone")
+    alone.add_argument("--frames", action="store_true", help="the link frames that the generator chose")
+    alone.add_argument("--base-parameters", action="store_true", help="the regrouped inertias, as formulas")
     verb.set_defaults(run=run)
 
 
@@ -25,6 +31,15 @@ def run(options: argparse.Namespace) -> int:
     from symdyn.cli.talk import Waiting, print_json, say
 
     scene = read_scene(options)
+    if options.frames or options.base_parameters:
+        with Waiting() as progress:
+            progress("regrouping" if options.base_parameters else "choosing frames")
+            chosen = parts(scene, options.frames, options.base_parameters)
+        if options.json:
+            print_json(chosen)
+        else:
+            show_parts(chosen)
+        return 0
     with Waiting() as progress:
         progress("deriving and counting")
         facts, left_out = gather(scene, options.formulation)
@@ -95,6 +110,31 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
         ],
     }
     return facts, left_out
+
+
+def parts(scene: Scene, frames: bool, base_parameters: bool) -> dict[str, Any]:
+    """Return the chosen frames, the base parameters, or both."""
+    from symdyn.emit.base_parameters import base_parameter_texts
+    from symdyn.emit.frames import frame_texts
+
+    found: dict[str, Any] = {"name": scene.name}
+    if frames:
+        found["frames"] = frame_texts(scene)
+    if base_parameters:
+        found["base_parameters"] = base_parameter_texts(scene)
+    return found
+
+
+def show_parts(found: dict[str, Any]) -> None:
+    """Print chosen frames and base parameters for people."""
+    from symdyn.cli.talk import print_table
+
+    if "frames" in found:
+        columns = ("joint", "as declared", "in the frame of", "link", "moved, in the declared frame")
+        rows = [(f["joint"], f["declared"], f["parent"], f["link"], f["moved"] or "-") for f in found["frames"]]
+        print_table("Link frames, z along the joint's axis; lengths in m, angles in deg or rad", columns, rows)
+    for parameter in found.get("base_parameters", ()):
+        print(f"{parameter['name']} = {parameter['formula']}")
 
 
 def _beside(joint: Joint) -> dict[str, Any]:

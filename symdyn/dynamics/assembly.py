@@ -22,7 +22,7 @@ import numpy as np
 from symdyn.dynamics.numbers import Array, Numbers, unbound
 from symdyn.dynamics.words import spoken
 from symdyn.errors import DerivationError
-from symdyn.scene import JOINTS, Scene
+from symdyn.scene import JOINTS
 
 CLOSED = 1e-9
 """Largest residual of a closed loop, over the size of the mechanism."""

@@ -24,26 +24,29 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import islice
 
-from symdyn.algebra.form import Form
+from symdyn.algebra.form import ZERO, Form
 from symdyn.dynamics.exact import settle
+from symdyn.dynamics.formulas import formulas
 from symdyn.dynamics.moments import Moments, moments_of
 from symdyn.dynamics.reframe import LeanTree, reframe, settled
 from symdyn.dynamics.rnea import rnea
 from symdyn.dynamics.tree import Tree
 from symdyn.dynamics.workspace import Workspace
-from symdyn.graph import Expr, evaluate, gradient
+from symdyn.graph import Expr, gradient
 from symdyn.scene import Scene
 from symdyn.spatial import Inertia, no_inertia, symmetric
 
 TURNING = ("mx", "my", "XX", "XY", "XZ", "YZ", "ZZ")
 SLIDING = ("M", "mx", "my", "mz")
 
+DIGITS = 12
+
 
 def base_parameters(scene: Scene) -> tuple[tuple[str, Expr], ...]:
     """Return name and formula of every base parameter, the ground's side first; kg, kg m and kg m^2.
 
-    No driving force depends on anything else. On some arms with special lengths, or with a slide aslant to all axes of
-    an arm that turns about one direction, the number can be one or two smaller still; for the PUMA 560 these are its 36.
+    No driving force depends on anything else. On some arms with special lengths, or with a slide aslant to the one
+    direction that they turn about, the number can be one or two smaller still; for the PUMA 560 these are its 36.
     """
     w = Workspace(scene)
     for parameter in scene.parameters:
@@ -61,17 +64,14 @@ def base_parameters(scene: Scene) -> tuple[tuple[str, Expr], ...]:
 def base_parameter_forms(scene: Scene) -> tuple[tuple[str, Form], ...]:
     """Return the base parameters as formulas to read, collected over the ring of closed forms.
 
-    Raises:
-        DerivationError: a root or a function in a formula has no place in that ring.
-    """
-    from symdyn.algebra.compact import Compactor
-    from symdyn.algebra.trigonometric import TrigonometricRing
+    Numbers are exact, unless an angle of the scene has no exact sine (0.3 rad): then they have 12 digits.
 
+    Raises:
+        DerivationError: a function in a formula has no place in that ring.
+    """
     named = base_parameters(scene)
-    values = [value for _, value in named]
-    ring = TrigonometricRing(values)
-    exact, short = evaluate(values, ring, ring.values(values)), Compactor(ring)
-    return tuple((name, short(value)) for (name, _), value in zip(named, exact, strict=True) if not ring.is_zero(value))
+    forms = formulas([value for _, value in named], DIGITS)
+    return tuple((name, form) for (name, _), form in zip(named, forms, strict=True) if form != ZERO)
 
 
 def with_base_parameters(tree: LeanTree, values: Sequence[Expr]) -> LeanTree:

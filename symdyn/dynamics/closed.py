@@ -22,10 +22,10 @@ Stabilization of constraints and integrals of motion in dynamical systems (1972)
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.closure import Block, Partition
+from symdyn.dynamics.closure import Partition
 from symdyn.dynamics.ldl import solve
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
@@ -56,7 +56,7 @@ class Reduction:
 
     def gathered(self, forces: Sequence[Expr]) -> list[Expr]:
         """Return Tᵀ f, shape (independent,)."""
-        total = {i: forces[0].graph.zero for i in self.independent}
+        total = dict.fromkeys(self.independent, forces[0].graph.zero)
         for row, force in zip(self.T, forces, strict=True):
             for i, t in row.items():
                 total[i] = total[i] + t * force

@@ -151,7 +151,9 @@ def _partition(numbers: Numbers, kept: Sequence[int], G: Array, wanted: Sequence
     scene, n, m = numbers.scene, numbers.state.n, len(kept)
     if wanted:
         return _made(numbers, kept, _wanted(scene, wanted, G))
-    passive = [k for k in reversed(range(n)) if not scene.drives[k]]  # of equals, those near the ground stay independent
+    passive = [
+        k for k in reversed(range(n)) if not scene.drives[k]
+    ]  # of equals, those near the ground stay independent
     every = range(n - 1, -1, -1)
     chosen, _ = pivots(G.T, [passive, every] if len(passive) < n else [every], m)
     return _made(numbers, kept, [k for k in range(n) if k not in chosen])
@@ -182,9 +184,7 @@ def _wanted(scene: Scene, wanted: Sequence[str], G: Array) -> list[int]:
     return independent
 
 
-def _driven(
-    numbers: Numbers, kept: Sequence[int], G: Array, partition: Partition
-) -> tuple[Partition | None, str]:
+def _driven(numbers: Numbers, kept: Sequence[int], G: Array, partition: Partition) -> tuple[Partition | None, str]:
     """Return the partition of inverse dynamics, or why there is none."""
     scene, n, m = numbers.scene, numbers.state.n, len(kept)
     driven = [k for k, drive in enumerate(scene.drives) if drive]
@@ -212,20 +212,18 @@ def _made(numbers: Numbers, kept: Sequence[int], independent: Sequence[int]) -> 
     dependent = [k for k in range(numbers.state.n) if k not in set(independent)]
     rows = [numbers.constraints.G[k] for k in kept]
     uses = [[k for k in dependent if not row[k].is_zero] for row in rows]
-    return Partition(tuple(independent), tuple(dependent), tuple(_blocks(uses)))
+    return Partition(tuple(independent), tuple(dependent), tuple(blocks(uses)))
 
 
 # Block triangular form
 
 
-def _blocks(uses: Sequence[Sequence[int]]) -> list[Block]:
+def blocks(uses: Sequence[Sequence[int]]) -> list[Block]:
     """Return the blocks of a square pattern: strongly connected rows of a perfect matching, needed ones first."""
     matched = _matching(uses)
     owner = {column: row for row, column in matched.items()}
     needs = [[owner[column] for column in columns if owner[column] != row] for row, columns in enumerate(uses)]
-    return [
-        Block(tuple(sorted(group)), tuple(sorted(matched[row] for row in group))) for group in _components(needs)
-    ]
+    return [Block(tuple(sorted(group)), tuple(sorted(matched[row] for row in group))) for group in _components(needs)]
 
 
 def _matching(uses: Sequence[Sequence[int]]) -> dict[int, int]:

@@ -22,7 +22,7 @@ from symdyn.dynamics.assembly import (
 from symdyn.dynamics.numbers import Array, Numbers, numbers_of
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
-from symdyn.scene.start import start_rates
+from symdyn.scene.start import starting_velocity
 
 FINEST = 2.0**-20
 """Part of a step of the path below which it is given up."""
@@ -138,7 +138,7 @@ def consistent(scene: Scene, assembly: Assembly, rates: Mapping[str, float] | No
     """
     numbers = _numbers(scene, dict(assembly.parameters))
     if rates is None:
-        values = dict(zip(scene.velocities, (numbers.value(x) for x in start_rates(scene)), strict=True))
+        values = dict(zip(scene.velocities, (numbers.value(x) for x in starting_velocity(scene)), strict=True))
         rates = {name: values[name] for joint in scene.joints if joint.start_rates for name in joint.rates}
     given = [_index(scene, scene.velocities, name) for name in rates]
     u = np.zeros(numbers.state.n)

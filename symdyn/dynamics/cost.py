@@ -1,4 +1,4 @@
-"""What entries cost at run time, in multiplications: the one table by which roads, formulations and passes are compared.
+"""What entries cost at run time, in multiplications: the table by which roads, formulations and passes are compared.
 
 A sine and a cosine of one angle count as one pair. Negations are free: a sign moves into a neighbouring sum.
 """
@@ -31,8 +31,8 @@ CATEGORY: dict[Op, str] = {
     Op.ATAN2: "others",
 }
 
-# By latency, which is what scalar code waits for: a product or a sum takes 4 cycles, a division about 15, a pair of sines
-# about 80. Vector units take 8 sums for a division; every example and tabled robot takes the same road at either weight.
+# By latency, which is what scalar code waits for: a product or a sum takes 4 cycles, a division about 15, a pair of
+# sines about 80. At 8 a division, nearer to what vector units take, all examples and counted robots choose alike.
 WEIGHTS = {"multiplications": 1, "additions": 1, "divisions": 4, "sincos": 20, "others": 20}
 """Cost of an operation in multiplications."""
 

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import prod
 
-from symdyn.dynamics.equations import Argument, Equations, Function
 from symdyn.dynamics.closure import Closing
+from symdyn.dynamics.equations import Argument, Equations, Function
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.outputs import OUTPUTS
 from symdyn.dynamics.outputs_of_loops import CLOSED_ONLY, is_closed
+from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.tree import build_tree
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph
+from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import JOINTS, Scene
 
 DYNAMICS: tuple[str, ...] = tuple(name for name, row in OUTPUTS.items() if not row.place)
@@ -26,11 +27,11 @@ CUBIC = ("coriolis_matrix", "k_C", "k_D")
 
 LARGE = 12
 
-UNSURE = ("forward_dynamics", "inverse_dynamics", *CLOSED_ONLY)
+UNSURE = ("forward_dynamics", "drive_forces", "inverse_dynamics", *CLOSED_ONLY)
 """Outputs that a scene may lack: its mass matrix is singular, or its loops cannot be closed."""
 
 TREES_ONLY = ("aba",)
-"""Roads that know no velocity that several moves share: of joints that follow another one, of screws and cams."""
+"""Roads that know no prescribed motion and no velocity that several moves share, as of screws and cams."""
 
 
 def derive(
@@ -76,7 +77,8 @@ def available(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
             derive_one(workspace, name)
         except DerivationError as fault:
             wanted.remove(name)
-            left_out.extend([str(fault)] if str(fault) not in left_out else [])
+            if name != "positions" and str(fault) not in left_out:  # few loops have a closed form
+                left_out.append(str(fault))
     return tuple(wanted), left_out
 
 
@@ -87,7 +89,9 @@ def roads(request: str, scene: Scene | None = None) -> tuple[str, ...]:
         DerivationError: there is no such output.
     """
     found = tuple(_row(request, scene)[0].roads)
-    if scene is None or not set(found).intersection(TREES_ONLY) or not build_tree(scene, Graph()).coupled:
+    if scene is None or not set(found).intersection(TREES_ONLY):
+        return found
+    if not any(joint.motion for joint in scene.joints) and not build_tree(scene, Graph()).coupled:
         return found
     return tuple(road for road in found if road not in TREES_ONLY)
 
@@ -102,8 +106,8 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
     n = workspace.state.n
     return Function(
         name=request.replace(":", "_"),
-        text=row.text.format(name=place),
-        arguments=arguments(workspace, row.arguments),
+        text=row.text.format(name=place, **_terms(workspace.scene)),
+        arguments=arguments(workspace, (*row.arguments, *((TIME,) if _takes_time(entries) else ()))),
         result=row.result,
         shape=_complete(row.shape(n), len(entries)),
         entries=tuple(entries),
@@ -111,6 +115,21 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
         formulation=name,
         request=request,
     )
+
+
+def _terms(scene: Scene) -> dict[str, str]:
+    """Return what springs and prescribed motions add to the texts of outputs."""
+    springs, motion = OUTPUTS["k_E"].exists(scene), OUTPUTS["prescribed_motion"].exists(scene)
+    return {
+        "pulls": " + k_E(q)" if springs else "",
+        "less_pulls": " - k_E(q)" if springs else "",
+        "stored": " and in springs" if springs else "",
+        "motion": "; where a motion is prescribed its acceleration, whatever tau" if motion else "",
+    }
+
+
+def _takes_time(entries: Sequence[Expr]) -> bool:
+    return any(node.op is Op.SYMBOL and node.value == TIME for node in reachable(entries))
 
 
 def _complete(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
@@ -122,6 +141,8 @@ def _complete(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
 def _row(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     """Return the row of the table, of closed scenes where the scene is one, and the place that a request names."""
     name, _, place = request.partition(":")
+    if request in OUTPUTS:
+        name, place = request, ""
     row = OUTPUTS.get(name)
     if row is None:
         raise DerivationError(f"there is no output {name!r}; there are {', '.join(OUTPUTS)}")
@@ -141,27 +162,29 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "qd": ("joint velocities", {"rad": "rad/s", "m": "m/s"}),
     "qdd": ("joint accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
     "tau": ("driving forces, positive accelerates the joint", {"rad": "N m", "m": "N"}),
+    TIME: ("time", {"s": "s"}),
     "qi": ("independent joint positions", {"rad": "rad", "m": "m"}),
     "ui": ("independent joint velocities", {"rad": "rad/s", "m": "m/s"}),
 }
 
 
 def arguments(workspace: Workspace, names: Sequence[str]) -> tuple[Argument, ...]:
-    """Return arguments in calling order, the free parameters last if the scene has any."""
+    """Return arguments in calling order: state, time where it is asked for, the free parameters if there are any."""
     scene, state = workspace.scene, workspace.state
     symbols: dict[str, tuple[Expr, ...]] = {"q": state.q, "qd": state.qd, "qdd": state.qdd, "tau": state.tau}
+    symbols[TIME] = (workspace.graph.symbol(TIME),)
     units = [unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
     speeds = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
     result = []
     for name in names:
         text, spelled = ARGUMENTS[name]
-        kinds, nodes = units if name == "q" else speeds, symbols.get(name)
+        kinds, nodes = units if name == "q" else ["s"] if name == TIME else speeds, symbols.get(name)
         if nodes is None:  # of the independent velocities, or of the coordinates whose rates they are
             independent = workspace.closed.closure.partition.independent
             whole = state.qd if name == "ui" else workspace.closed.coordinates
             kinds, nodes = [speeds[k] for k in independent], tuple(whole[k] for k in independent)
             text = f"{text}: {', '.join(str(node.value) for node in nodes)}"
-        result.append(Argument(name, nodes, text, tuple(spelled[kind] for kind in kinds)))
+        result.append(Argument(name, nodes, text, tuple(spelled[kind] for kind in kinds), name == TIME))
     free = scene.free_parameters
     if free:
         nodes = tuple(workspace.graph.symbol(parameter.name) for parameter in free)

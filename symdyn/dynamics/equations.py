@@ -10,19 +10,26 @@ from symdyn.scene import Scene
 
 @dataclass(frozen=True)
 class Argument:
-    """One vector argument of a function.
+    """One argument of a function: a vector, or one number.
 
     Attributes:
-        name: "q", "qd", "qdd", "tau", "params", or "prepared" in programs that prepare.
+        name: "q", "qd", "qdd", "tau", "t", "params", or "prepared" in programs that prepare.
         symbols: graph symbols of its entries, shape (len,).
         text: what it is, for headers and docstrings.
         units: unit of each entry, "" where there is none; () where they are not told.
+        scalar: whether it is one number and no vector, as time is.
     """
 
     name: str
     symbols: tuple[Expr, ...]
     text: str
     units: tuple[str, ...]
+    scalar: bool = False
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape: () for one number."""
+        return () if self.scalar else (len(self.symbols),)
 
 
 @dataclass(frozen=True)

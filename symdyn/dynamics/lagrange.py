@@ -6,6 +6,7 @@ Reference: the textbook, section 5.1.2, eq. (5.21)-(5.23).
     u        velocities, q̇ as a rule                          X   derivative along them; γ their brackets: directions.py
     R, p     its rotation and translation                     ω   from ω̃ = Ṙ Rᵀ, ground frame
     K, P     kinetic and potential energy, J                  L   K - P
+    G, E     energy of gravity and of springs, P = G + E
 
 This road shares nothing with the recursive one but the scene and the joint's own placement.
 """
@@ -15,11 +16,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symdyn.dynamics.directions import Directions, directions
+from symdyn.dynamics.loads import elastic_energy, generalized_forces
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import (
     State,
     first_moment,
-    generalized_forces,
     joint_position,
     state_symbols,
     vector,
@@ -37,6 +38,9 @@ class Energies:
     Attributes:
         state: the symbols that they are functions of.
         directions: the directions that the velocities are along.
+        K: kinetic energy.
+        G: potential energy of gravity.
+        E: potential energy of springs.
     """
 
     scene: Scene
@@ -44,11 +48,17 @@ class Energies:
     state: State
     directions: Directions
     K: Expr
-    P: Expr
+    G: Expr
+    E: Expr
+
+    @property
+    def P(self) -> Expr:
+        """Potential energy."""
+        return self.G + self.E
 
 
 def energies(scene: Scene, graph: Graph) -> Energies:
-    """Return K(q, q̇) and P(q) = -Σ m g·r, zero where the mass centre passes the ground's origin level."""
+    """Return K(q, q̇), G(q) = -Σ m g·r, zero where the mass centre passes the ground's origin level, and E(q)."""
     state = state_symbols(scene, graph)
     rates = state.velocity
     gravity = vector(scene.gravity, graph)
@@ -56,7 +66,8 @@ def energies(scene: Scene, graph: Graph) -> Energies:
     kinetic = [_kinetic(body, placed[body.name], rates, graph) for body in scene.bodies]
     kinetic += [_rotor(joint, rates, graph) for joint in scene.joints if joint.moves]
     potential = [-dot(gravity, _weighted_place(body, placed[body.name], graph)) for body in scene.bodies]
-    return Energies(scene, graph, state, directions(scene, graph), graph.total(kinetic), graph.total(potential))
+    K, G = graph.total(kinetic), graph.total(potential)
+    return Energies(scene, graph, state, directions(scene, graph), K, G, elastic_energy(scene, graph))
 
 
 def _kinetic(body: Body, T: Transform, rates: dict[Expr, Expr], graph: Graph) -> Expr:
@@ -154,5 +165,10 @@ def mass_matrix(energy: Energies) -> list[list[Expr]]:
 
 
 def gravity_forces(energy: Energies) -> list[Expr]:
-    """Return k_G = X P, shape (nv,), ∂P/∂q for rates of coordinates; N m or N."""
-    return energy.directions.slopes(energy.P)
+    """Return k_G = X G, shape (nv,), ∂G/∂q for rates of coordinates; N m or N."""
+    return energy.directions.slopes(energy.G)
+
+
+def elastic_forces(energy: Energies) -> list[Expr]:
+    """Return k_E = X E, shape (nv,), ∂E/∂q for rates of coordinates; N m or N."""
+    return energy.directions.slopes(energy.E)

@@ -12,12 +12,18 @@ from symdyn.dynamics import kinematics, lagrange
 from symdyn.dynamics.aba import aba
 from symdyn.dynamics.cost import cost
 from symdyn.dynamics.ldl import solve
+from symdyn.dynamics.loads import refuse_ideal_friction
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.outputs_of_loops import closing
+from symdyn.dynamics.outputs_of_reactions import REACTIONS
 from symdyn.dynamics.potential import potential_energy
+from symdyn.dynamics.prescribed import accelerations
 from symdyn.dynamics.rnea import rnea
 from symdyn.dynamics.workspace import Matrix, Workspace
 from symdyn.graph import Expr, substitute
+from symdyn.scene import Scene
+
+
 
 def _flat(matrix: Matrix) -> list[Expr]:
     return [entry for row in matrix for entry in row]
@@ -35,14 +41,28 @@ def _inverse(w: Workspace) -> list[Expr]:
 
 
 def _forward_aba(w: Workspace) -> list[Expr]:
-    drive = [tau + force for tau, force in zip(w.state.tau, w.Q, strict=True)]
-    return aba(w.lean, w.state.qd, drive)
+    refuse_ideal_friction(w.scene)
+    given = zip(w.state.tau, w.pushes, w.elastic.forces, strict=True)
+    return aba(w.lean, w.state.qd, [tau + force - pull for tau, force, pull in given], w.loads)
 
 
 def _forward_crba(w: Workspace) -> list[Expr]:
-    bias = rnea(w.lean, w.state.qd, w.still)
-    rest = [tau + force - load for tau, force, load in zip(w.state.tau, w.Q, bias, strict=True)]
+    refuse_ideal_friction(w.scene)
+    given = w.prescribed
+    if given.place:
+        parents = w.tree.velocity_parents(given.free)
+        return accelerations(given, parents, w.composite_mass, w.state.tau, w.forces(given.entered(w.still)))
+    bias = rnea(w.lean, w.state.qd, w.still, acting=w.loads)
+    known = zip(w.state.tau, w.pushes, bias, w.elastic.forces, strict=True)
+    rest = [tau + force - load - pull for tau, force, load, pull in known]
     return solve(w.tree.velocity_parents(), w.composite_mass, rest)
+
+
+def _drives_recursive(w: Workspace) -> list[Expr]:
+    if not w.prescribed.place:
+        return list(w.state.tau)
+    forces = w.forces(_forward_crba(w))
+    return [forces[k] if k in w.prescribed.place else tau for k, tau in enumerate(w.state.tau)]
 
 
 SURE = (1.5, 5.5)
@@ -54,7 +74,7 @@ def _cheaper_forward(w: Workspace) -> str:
 
     The counts cross at 1.5 pairs a joint for parallel axes and at 5 for crossed ones; in between both are counted.
     """
-    if w.lean.coupled:
+    if w.lean.coupled or w.prescribed.place:
         return "crba"
     depth = [0]
     for i in w.lean.outward():
@@ -118,10 +138,26 @@ def _polarised_matrix(w: Workspace) -> list[Expr]:
 
 
 def _lagrange_forward(w: Workspace) -> list[Expr]:
-    chain = range(-1, w.state.n)
-    at_rest = dict.fromkeys(w.state.qdd, w.graph.zero)
-    bias = substitute(lagrange.driving_forces(w.energy), at_rest)
+    refuse_ideal_friction(w.scene)
+    given = w.prescribed
+    alone = dict(zip(w.state.qdd, given.entered(w.still), strict=True))
+    bias = substitute(lagrange.driving_forces(w.energy), alone)
+    chain = range(-1, len(given.free))
+    if given.place:
+        return accelerations(given, chain, w.lagrange_mass, w.state.tau, bias)
     return solve(chain, w.lagrange_mass, _minus(list(w.state.tau), bias))
+
+
+def _drives_lagrange(w: Workspace) -> list[Expr]:
+    if not w.prescribed.place:
+        return list(w.state.tau)
+    moving = dict(zip(w.state.qdd, _lagrange_forward(w), strict=True))
+    forces = substitute(lagrange.driving_forces(w.energy), moving)
+    return [forces[k] if k in w.prescribed.place else tau for k, tau in enumerate(w.state.tau)]
+
+
+def _motion(w: Workspace) -> list[Expr]:
+    return [*w.prescribed.position, *w.prescribed.velocity, *w.prescribed.acceleration]
 
 
 def _lagrange_velocity_forces(w: Workspace) -> list[Expr]:
@@ -129,9 +165,17 @@ def _lagrange_velocity_forces(w: Workspace) -> list[Expr]:
     return [w.graph.total(c * qd for c, qd in zip(row, w.state.qd, strict=True)) for row in C]
 
 
+def _has_springs(scene: Scene) -> bool:
+    return bool(scene.springs)
+
+
+def _has_motion(scene: Scene) -> bool:
+    return any(joint.motion is not None for joint in scene.joints)
+
+
 OUTPUTS: dict[str, Output] = {
     "inverse_dynamics": Output(
-        "driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q",
+        "driving forces tau = M(q) qdd + c(q, qd) + g(q){pulls} - Q",
         ("q", "qd", "qdd"),
         "tau",
         lambda n: (n,),
@@ -139,7 +183,7 @@ OUTPUTS: dict[str, Output] = {
         {"rnea": _inverse, "lagrange": lambda w: lagrange.driving_forces(w.energy)},
     ),
     "forward_dynamics": Output(
-        "accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)",
+        "accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q){less_pulls}{motion}",
         ("q", "qd", "tau"),
         "qdd",
         lambda n: (n,),
@@ -171,6 +215,33 @@ OUTPUTS: dict[str, Output] = {
         "N m (revolute) or N (prismatic)",
         {"lagrange": lambda w: lagrange.gravity_forces(w.energy), "rnea": lambda w: rnea(w.lean, w.still, w.still)},
     ),
+    "elastic_forces": Output(
+        "elastic forces of springs, dE/dq",
+        ("q",),
+        "k_E",
+        lambda n: (n,),
+        "N m (revolute) or N (prismatic)",
+        {"recursive": lambda w: w.elastic.forces, "lagrange": lambda w: lagrange.elastic_forces(w.energy)},
+        exists=_has_springs,
+    ),
+    "drive_forces": Output(
+        "driving forces during forward dynamics: what prescribed motions take, tau elsewhere",
+        ("q", "qd", "tau"),
+        "tau",
+        lambda n: (n,),
+        "N m (revolute) or N (prismatic)",
+        {"crba": _drives_recursive, "lagrange": _drives_lagrange},
+        exists=_has_motion,
+    ),
+    "prescribed_motion": Output(
+        "position, velocity and acceleration, one row each, of the coordinates whose motion is prescribed, in order",
+        (),
+        "f",
+        lambda n: (3, -1),
+        "rad or m, and per s, and per s^2",
+        {"formula": _motion},
+        exists=_has_motion,
+    ),
     "coriolis_matrix": Output(
         "Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric",
         ("q", "qd"),
@@ -200,12 +271,15 @@ OUTPUTS: dict[str, Output] = {
         {"rnea": _kinetic, "lagrange": lambda w: [w.energy.K]},
     ),
     "potential_energy": Output(
-        "potential energy P(q) = -sum m g.r, zero at the origin of the ground frame",
+        "potential energy P(q) = -sum m g.r, zero at the origin of the ground frame{stored}",
         ("q",),
         "P",
         lambda n: (),
         "J",
-        {"recursive": lambda w: [potential_energy(w.lean)], "lagrange": lambda w: [w.energy.P]},
+        {
+            "recursive": lambda w: [potential_energy(w.lean) + w.elastic.energy],
+            "lagrange": lambda w: [w.energy.P],
+        },
     ),
     "k_z": Output(
         "inertia coefficients k_z of qdd_j, which is M(q)",
@@ -246,6 +320,15 @@ OUTPUTS: dict[str, Output] = {
         lambda n: (n,),
         "N m (revolute) or N (prismatic)",
         {"lagrange": lambda w: lagrange.gravity_forces(w.energy), "rnea": lambda w: rnea(w.lean, w.still, w.still)},
+    ),
+    "k_E": Output(
+        "elastic coefficients k_E of springs",
+        ("q",),
+        "k_E",
+        lambda n: (n,),
+        "N m (revolute) or N (prismatic)",
+        {"recursive": lambda w: w.elastic.forces, "lagrange": lambda w: lagrange.elastic_forces(w.energy)},
+        exists=_has_springs,
     ),
     "pose": Output(
         "placement [R | p] of {name} in the ground frame",
@@ -297,4 +380,4 @@ OUTPUTS: dict[str, Output] = {
     ),
 }
 
-OUTPUTS |= closing(OUTPUTS)
+OUTPUTS |= closing(OUTPUTS) | REACTIONS

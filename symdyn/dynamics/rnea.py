@@ -21,7 +21,7 @@ from symdyn.dynamics.links import Link
 from symdyn.dynamics.moments import Moments
 from symdyn.dynamics.reframe import LeanTree
 from symdyn.graph import Expr
-from symdyn.spatial import Mat, Vec, add, apply, cross, neg, scale, zero_vector
+from symdyn.spatial import Mat, Vec, add, apply, cross, neg, scale, sub, zero_vector
 
 
 @dataclass(frozen=True)
@@ -39,14 +39,21 @@ class Motion:
     squares: Vec
 
 
-def rnea(tree: LeanTree, qd: Sequence[Expr], qdd: Sequence[Expr], gravity: bool = True) -> list[Expr]:
-    """Return τ = M(q) q̈ + c(q, q̇) + g(q).
+def rnea(
+    tree: LeanTree,
+    qd: Sequence[Expr],
+    qdd: Sequence[Expr],
+    gravity: bool = True,
+    acting: Sequence[tuple[Vec, Vec]] = (),
+) -> list[Expr]:
+    """Return τ = M(q) q̈ + c(q, q̇) + g(q), less what acts on the bodies.
 
     Args:
         tree: the mechanism; q enters through its links.
         qd: joint velocities, shape (n,); pass zeros for what is not wanted, and its terms vanish from the graph.
         qdd: joint accelerations, shape (n,).
         gravity: whether g(q) is included.
+        acting: wrenches (n, f) from outside on the ground and every body, each in its frame; () for none.
 
     Returns:
         Driving torques (N m) and forces (N), shape (n,); positive accelerates the joint.
@@ -61,6 +68,8 @@ def rnea(tree: LeanTree, qd: Sequence[Expr], qdd: Sequence[Expr], gravity: bool 
         before = motion[tree.parent[i]]
         motion.append(carried(before, tree.link[i], tree.slides[i], rate[i], acceleration[i], ends[i]))
     wrench = [balance(body, moved) for body, moved in zip(tree.body, motion, strict=True)]
+    for i, (n, f) in enumerate(acting):
+        wrench[i] = (sub(wrench[i][0], n), sub(wrench[i][1], f))
     tau = [tree.graph.zero] * len(tree.parent)
     for i in tree.inward():  # pass 2: force, tips to ground
         p, (n, f) = tree.parent[i], wrench[i]

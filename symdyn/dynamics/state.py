@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.graph import Expr, Graph, tangents
+from symdyn.graph import Expr, Graph
 from symdyn.scene import JOINTS, Body, Joint, Motion, Pose, Quantity, Scene, acceleration_name, express, velocity_name
-from symdyn.scene.quantity import ZERO
 from symdyn.spatial import Transform, Vec, elementary, unit_transform
 
 
@@ -107,22 +106,3 @@ def first_moment(body: Body, graph: Graph) -> Vec:
     assert body.com is not None
     m, r = express(body.mass, graph), vector(body.com, graph)
     return (m * r[0], m * r[1], m * r[2])
-
-
-def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
-    """Return Q^A of (5.22), shape (nv,): declared forces and viscous damping, everything but the drives; N m or N."""
-    state = state_symbols(scene, graph)
-    forces = [express(force, graph) for joint in scene.joints for force in joint.forces or (ZERO,) * len(joint.rates)]
-    for joint in scene.joints:
-        damping = express(joint.damping, graph)
-        if damping.is_zero or not joint.moves:
-            continue
-        if joint.coupling is None:
-            for name in joint.rates:
-                k = scene.velocities.index(name)
-                forces[k] = forces[k] - damping * state.qd[k]
-            continue
-        (rate,) = tangents([joint_position(joint, graph)], state.velocity)
-        k = scene.velocities.index(velocity_name(joint.coupling.coordinate))
-        forces[k] = forces[k] - damping * rate * express(joint.coupling.ratio, graph)
-    return forces

@@ -93,9 +93,24 @@ class Topology:
                 total[k] = total[k] + x * forces[i]
         return total
 
-    def velocity_parents(self) -> list[int]:
-        """Return the tree of velocities 1..n for `ldl.solve`: that of the moves, or a chain where moves share."""
-        return list(range(-1, self.n)) if self.coupled else list(self.parent)
+    def velocity_parents(self, kept: Sequence[int] | None = None) -> list[int]:
+        """Return the tree of velocities 1..n for `ldl.solve`: that of the moves, or a chain where moves share.
+
+        Args:
+            kept: numbers from 0 of the velocities to solve for, ascending; each hangs on its nearest ancestor among
+                them. None keeps all.
+        """
+        parent = list(range(-1, self.n)) if self.coupled else list(self.parent)
+        if kept is None:
+            return parent
+        place = {0: 0} | {k + 1: i for i, k in enumerate(kept, 1)}
+        shorter = [-1]
+        for k in kept:
+            above = parent[k + 1]
+            while above not in place:
+                above = parent[above]
+            shorter.append(place[above])
+        return shorter
 
 
 @dataclass(frozen=True)

@@ -12,12 +12,16 @@ from symdyn.dynamics.closure import Closing
 from symdyn.dynamics.cost import cost
 from symdyn.dynamics.crba import crba
 from symdyn.dynamics.directions import Directions, directions
+from symdyn.dynamics.hanging import Hanging
 from symdyn.dynamics.lagrange import Energies, energies
+from symdyn.dynamics.loads import generalized_forces
+from symdyn.dynamics.prescribed import Prescribed, prescribed
 from symdyn.dynamics.reframe import LeanTree, reframe
 from symdyn.dynamics.regroup import regroup
 from symdyn.dynamics.rnea import rnea
-from symdyn.dynamics.state import State, generalized_forces, state_symbols
+from symdyn.dynamics.state import State, state_symbols
 from symdyn.dynamics.tree import Tree, build_tree
+from symdyn.dynamics.wrenches import Elastic, Wrench, body_wrenches, elastic, joint_forces
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 
@@ -41,9 +45,9 @@ class Workspace:
         return directions(self.scene, self.graph)
 
     @cached_property
-    def Q(self) -> list[Expr]:
-        """Declared generalized forces, shape (n,)."""
-        return generalized_forces(self.scene, self.graph)
+    def prescribed(self) -> Prescribed:
+        """Motions that are prescribed."""
+        return prescribed(self.scene, self.graph)
 
     @cached_property
     def closed(self) -> Closed:
@@ -51,6 +55,11 @@ class Workspace:
         return Closed(self)
 
     # Lagrange road
+
+    @cached_property
+    def Q(self) -> list[Expr]:
+        """Generalized forces beside drives, gravity and springs, by virtual work, shape (n,)."""
+        return generalized_forces(self.scene, self.graph)
 
     @cached_property
     def energy(self) -> Energies:
@@ -80,6 +89,31 @@ class Workspace:
         return regroup(reframe(self.tree))
 
     @cached_property
+    def hanging(self) -> Hanging:
+        """The declared bodies and joints, nothing merged or regrouped, for reactions."""
+        assembled: dict[str, float] = {}
+        if self.scene.loops:
+            numbers, q = self.closed.numbers, self.closed.closure.assembly.typical
+            assembled = {str(node.value): value for node, value in numbers.parameters.items()}
+            assembled |= dict(zip(self.scene.coordinates, map(float, q), strict=True))
+        return Hanging(self.scene, self.tree, self.state, assembled)
+
+    @cached_property
+    def elastic(self) -> Elastic:
+        """What springs do, along the tree."""
+        return elastic(self.scene, self.tree, self.lean)
+
+    @cached_property
+    def pushes(self) -> list[Expr]:
+        """What dampers, friction and declared forces exert, along the tree, shape (n,)."""
+        return joint_forces(self.scene, self.tree, self.lean)
+
+    @cached_property
+    def loads(self) -> list[Wrench]:
+        """Wrenches of the loads on the bodies, along the tree."""
+        return body_wrenches(self.scene, self.tree, self.lean)
+
+    @cached_property
     def composite_mass(self) -> Matrix:
         """M by the composite-rigid-body algorithm, shape (n, n): by the variant that costs least."""
         variants = [crba(self.lean, *choices) for choices in product((False, True), repeat=2)]
@@ -95,6 +129,7 @@ class Workspace:
         return rnea(self.lean, qd, self.still, gravity=False)
 
     def forces(self, qdd: list[Expr]) -> list[Expr]:
-        """Return M(q) q̈ + c + g - Q, shape (n,): what the drives must exert, by recursion."""
-        motion = rnea(self.lean, self.state.qd, qdd)
-        return [force - push for force, push in zip(motion, self.Q, strict=True)]
+        """Return M(q) q̈ + c + g + k_E - Q, shape (n,): what the drives must exert, by recursion."""
+        motion = rnea(self.lean, self.state.qd, qdd, acting=self.loads)
+        rest = zip(motion, self.elastic.forces, self.pushes, strict=True)
+        return [force + pull - push for force, pull, push in rest]

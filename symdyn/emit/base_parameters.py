@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from symdyn.dynamics.base_parameters import base_parameter_forms
 from symdyn.emit.equations import FORMATS
+from symdyn.emit.formula_text import Latex, text_of
+from symdyn.emit.symbols import latex_symbols
 from symdyn.errors import EmitError
 from symdyn.scene import Scene
 
@@ -33,6 +35,20 @@ def base_parameters_text(scene: Scene, format: str = "latex") -> str:
     from symdyn.emit.sympy_page import sympy_definitions
 
     return sympy_definitions(scene, named)
+
+
+def base_parameter_texts(scene: Scene) -> list[dict[str, str]]:
+    """Return name, formula, LaTeX of both, and unit of every base parameter, numbers exact."""
+    write = Latex(latex_symbols(scene), digits=None)
+    return [
+        {
+            "name": name,
+            "formula": text_of(form),
+            "latex": f"{latex_name(name)} = {write.unbroken(form)}",
+            "unit": "kg" if name[0] == "M" else "kg m" if name[0] == "m" else "kg m^2",
+        }
+        for name, form in base_parameter_forms(scene)
+    ]
 
 
 def latex_name(name: str) -> str:

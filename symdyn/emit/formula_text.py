@@ -59,18 +59,25 @@ def _text(form: Form) -> str:
         text = "*".join(map(_text_factor, above)) if above else "1"
         for factor in below:
             assert isinstance(factor, Power)
-            text += f"/{_text_factor(Power(factor.base, -factor.exponent) if factor.exponent < -1 else factor.base)}"
+            text += _divided(factor)
         return text
     if isinstance(form, Number):
         return spell_fraction(form.value)
     if isinstance(form, Power):
         if form.exponent < 0:
-            return f"1/{_text_factor(Power(form.base, -form.exponent) if form.exponent < -1 else form.base)}"
+            return f"1{_divided(form)}"
         bare = isinstance(form.base, (Symbol, Pi, Function))
         return f"{_text(form.base)}**{form.exponent}" if bare else f"({_text(form.base)})**{form.exponent}"
     if isinstance(form, Function):
         return f"{form.op.name.lower()}({', '.join(text_of(arg) for arg in form.args)})"
     return "pi" if isinstance(form, Pi) else form.name
+
+
+def _divided(inverse: Power) -> str:
+    """Return "/m" for 1/m, and "/(m*h)" for the inverse of a product or a quotient."""
+    below = Power(inverse.base, -inverse.exponent) if inverse.exponent < -1 else inverse.base
+    open_ended = isinstance(below, Product) or _is_inverse(below)
+    return f"/({_text(below)})" if open_ended else f"/{_text_factor(below)}"
 
 
 def _text_factor(form: Form) -> str:
@@ -201,7 +208,7 @@ class Latex:
             return rf"\lvert {arguments} \rvert{exponent}"
         if isinstance(form.args[0], (Symbol, Pi)) and len(form.args) == 1:
             return f"{FUNCTIONS[form.op]}{exponent} {arguments}"
-        return f"{FUNCTIONS[form.op]}{exponent}({arguments})"
+        return f"{FUNCTIONS[form.op]}{exponent}{_brackets(arguments)}"
 
 
 def _brackets(text: str) -> str:
@@ -228,7 +235,9 @@ def shortened(form: Form, numbers: Mapping[str, int], taken: Container[str]) -> 
         return Product(tuple(shortened(factor, numbers, taken) for factor in form.factors))
     if isinstance(form, Power):
         return Power(shortened(form.base, numbers, taken), form.exponent)
-    if isinstance(form, Function) and form.op in (Op.SIN, Op.COS):
+    if isinstance(form, Function) and form.op not in (Op.SIN, Op.COS):
+        return Function(form.op, tuple(shortened(arg, numbers, taken) for arg in form.args))
+    if isinstance(form, Function):
         found = [numbers.get(term.name) if isinstance(term, Symbol) else None for term in terms_of(form.args[0])]
         if None not in found:
             separator = "_" if len(numbers) > 9 else ""

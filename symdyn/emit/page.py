@@ -14,12 +14,23 @@ from symdyn.program.assemble import PARAMS
 
 @dataclass(frozen=True)
 class ArgumentText:
-    """One argument: name, length, what it is, its units in one phrase."""
+    """One argument: name, length, what it is, its units in one phrase; whether it is one number and no array."""
 
     name: str
     length: int
     text: str
     units: str
+    scalar: bool = False
+
+    @property
+    def core(self) -> str:
+        """Its own dimensions, as NumPy's signatures write them: "7", or nothing for one number."""
+        return "" if self.scalar else str(self.length)
+
+    @property
+    def shape(self) -> str:
+        """Shape of a batch of it, as documentation writes it."""
+        return "(...)" if self.scalar else f"(..., {self.length})"
 
 
 @dataclass(frozen=True)
@@ -57,6 +68,11 @@ class FunctionText:
     outputs: tuple[Line, ...]
     unused: tuple[str, ...]
     counts: str
+
+    @property
+    def scalars(self) -> tuple[str, ...]:
+        """Names of the arguments that are one number."""
+        return tuple(argument.name for argument in self.arguments if argument.scalar)
 
 
 @dataclass(frozen=True)
@@ -116,7 +132,8 @@ def _function(program: Program, routine: Routine, name: str, printer: Printer) -
 def _argument(argument: Argument) -> ArgumentText:
     """Return one argument as text; equal units are told once."""
     units = argument.units if len(set(argument.units)) > 1 else argument.units[:1]
-    return ArgumentText(argument.name, len(argument.symbols), argument.text, ", ".join(unit or "1" for unit in units))
+    phrase = ", ".join(unit or "1" for unit in units)
+    return ArgumentText(argument.name, len(argument.symbols), argument.text, phrase, argument.scalar)
 
 
 def _indices(shape: tuple[int, ...]) -> Iterable[tuple[int, ...]]:

@@ -110,7 +110,7 @@ def _loop(real: str, tag: str, opening: str, functions: tuple[FunctionText, ...]
 def _ufunc(page: Page, function: FunctionText) -> _Ufunc:
     names = [argument.name for argument in function.arguments]
     common = shared(names)
-    inputs = ",".join(f"({argument.length})" for argument in function.arguments)
+    inputs = ",".join(f"({argument.core})" for argument in function.arguments)
     return _Ufunc(
         name=function.name,
         arguments=function.arguments,

@@ -47,12 +47,14 @@ def schedule(lines: Sequence[Line]) -> list[int]:
         made, read = lines[place]
         return int(left[made] > 0) + sum(map(weight, read))
 
-    ready = [(price(place), place) for place, number in enumerate(missing) if not number]
+    prices: dict[int, int] = {place: price(place) for place, number in enumerate(missing) if not number}
+    ready = [(cost, place) for place, cost in prices.items()]
     heapify(ready)
     while ready:
         cost, place = heappop(ready)
-        if done[place] or cost != price(place):
-            continue  # it was pushed again when its price changed
+        if prices.get(place) != cost:
+            continue  # it was pushed again when its price changed, or is done
+        del prices[place]
         done[place] = True
         order.append(place)
         made, read = lines[place]
@@ -70,5 +72,6 @@ def schedule(lines: Sequence[Line]) -> list[int]:
             changed.update(dict.fromkeys(readers[made]))
         for reader in changed:
             if not missing[reader] and not done[reader]:
-                heappush(ready, (price(reader), reader))
+                prices[reader] = price(reader)
+                heappush(ready, (prices[reader], reader))
     return order

@@ -26,7 +26,7 @@ FUNCTION_ULPS = 4.0  # what NumPy's vectorised sines are allowed
 ALLOWED = 2.0  # times the bound, which is of first order
 DRAWS = 40  # states tried for one at which a function is real
 
-RANGES = {"q": 3.0, "qd": 2.0, "qdd": 2.0, "tau": 5.0}  # half-widths of the sampled states, SI
+RANGES = {"q": 3.0, "qd": 2.0, "qdd": 2.0, "tau": 5.0, "t": 3.0}  # half-widths of the sampled states, SI
 WIDER = (1.0, 4.0, 16.0, 64.0)  # times those, one after the other, where a function is not real
 
 ROUNDOFF = {"double": 2.0**-53, "float": 2.0**-24}
@@ -68,6 +68,7 @@ def sample(arguments: Sequence[Argument], rng: random.Random, real: str = "doubl
         state = np.array([rng.uniform(low, high) for _ in argument.symbols])
         for k in _quaternions(argument):
             state[k : k + 4] /= np.linalg.norm(state[k : k + 4])
+        state = state.reshape(argument.shape)
         drawn.append(state.astype(np.float32).astype(np.float64) if real == "float" else state)
     return drawn
 
@@ -129,7 +130,7 @@ def _case(function: Function, rng: random.Random, analysis: RunningErrors, real:
         values = {
             symbol: analysis.exact(analysis.numbers.number(float(value)))
             for argument, given in zip(function.arguments, inputs, strict=True)
-            for symbol, value in zip(argument.symbols, given, strict=True)
+            for symbol, value in zip(argument.symbols, np.ravel(given), strict=True)
         }
         try:
             return _Case(inputs, evaluate(function.entries, analysis, values))

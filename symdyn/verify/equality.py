@@ -1,8 +1,9 @@
 """Proving that two graphs are the same function: random points over random 127-bit primes (Schwartz-Zippel).
 
-What the field cannot decide (a branch of a square root, an identity of an uninterpreted function) is compared at
-random points in 50 digits instead and reported as "checked numerically", never as proved. Points are of either sign,
-except for symbols that are declared positive, and lie where every root and logarithm is real.
+Roots of something variable are formal values there; see `symdyn.verify.roots`. What the field cannot decide (which root
+of a square is meant, an identity of an uninterpreted function) is compared at random points in 50 digits instead and
+reported as "checked numerically", never as proved. Points are of either sign, except for symbols that are declared
+positive, and lie where every root and logarithm is real.
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ from __future__ import annotations
 import random
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
 from symdyn.algebra.big import BigFloats
 from symdyn.algebra.degree import bound
@@ -18,6 +18,7 @@ from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime, 
 from symdyn.algebra.running_error import Bounded, RunningErrors
 from symdyn.errors import VerifyError
 from symdyn.graph import FUNCTIONS, Expr, Op, evaluate, linear_form, reachable
+from symdyn.verify.roots import conjugated, independent, radicands
 
 PROVED = "proved"
 NUMERICAL = "checked numerically"
@@ -28,6 +29,7 @@ MAX_DRAWS = 200
 DIGITS = 50
 SAFETY = 1e3  # times the first-order bound of the rounding error
 SURE = -6.0  # log10 of the chance of error from which a claim is not called proved
+ROOTS = 1 << 20  # tells points that roots are looked at from points that claims are
 TRIALS = 6  # numerical points, half of them the mirror images of the others
 SPREAD = (2.0, 8.0, 64.0, 1024.0)  # widths of the ranges that numerical points are drawn from, one after the other
 
@@ -85,23 +87,50 @@ def prove(
         points: how many points over each.
         positive: names of symbols that are assumed positive where a claim is checked numerically.
     """
-    exact = [claim for claim in claims if not _has_branches((*claim.left, *claim.right))]
+    rooted = [_radicands(claim) for claim in claims]
+    exact = [claim for claim, roots in zip(claims, rooted, strict=True) if roots is not None]
     wanted = needs([node for claim in exact for node in (*claim.left, *claim.right)])
     fields = Fields(seed, tuple(draw_prime(seed + k, wanted) for k in range(primes)), points)
     findings = []
-    for claim in claims:
-        flags = _agreement(claim, fields, wanted) if claim in exact else None
-        limit = bound(claim.left, claim.right, wanted) if flags is not None and all(flags) else None
+    for claim, sides in zip(claims, rooted, strict=True):
+        roots = None if sides is None else _independent(sides, fields, wanted)
+        flags = None if roots is None else _agreement(claim, fields, wanted, roots)
+        limit = None
+        if roots is not None and flags is not None and all(flags):
+            limit = conjugated(bound(claim.left, claim.right, wanted), roots)
         error = limit.error_log10(wanted, primes, points) if limit else 0.0
         findings.append(_judge(claim, flags, limit.degree if limit else 0, error, positive))
     return fields, findings
 
 
-def _agreement(claim: Claim, fields: Fields, wanted: Needs) -> list[bool] | None:
+def _radicands(claim: Claim) -> list[list[Expr]] | None:
+    """Return what stands under the variable roots of a claim, by graph; None where a root has no formal value."""
+    found = []
+    for entries in _by_graph((*claim.left, *claim.right)):
+        under = radicands(entries)
+        if under is None:
+            return None
+        found.append(under)
+    return found
+
+
+def _independent(sides: Sequence[Sequence[Expr]], fields: Fields, wanted: Needs) -> int | None:
+    """Return the number of roots whose signs are free, over every prime; None if they are not."""
+    most = 0
+    for k, prime in enumerate(fields.primes):
+        points = (FiniteField(prime, hash_seed(fields.seed, k, ROOTS, draw), wanted) for draw in range(MAX_DRAWS))
+        roots = independent(sides, points, _field_values) if any(sides) else 0
+        if roots is None:
+            return None
+        most = max(most, roots)
+    return most
+
+
+def _agreement(claim: Claim, fields: Fields, wanted: Needs, roots: int) -> list[bool] | None:
     """Return which entries agree at all points of all fields; None if no point was found at which all is defined."""
     agree = [True] * len(claim.left)
     for k, prime in enumerate(fields.primes):
-        draws = iter(range(MAX_DRAWS))
+        draws = iter(range(MAX_DRAWS << roots))
         for point in range(fields.points):
             drawn = _draw(claim, prime, wanted, (fields.seed, k, point), draws)
             if drawn is None:
@@ -184,15 +213,6 @@ def _is_decided(outputs: Sequence[Expr]) -> bool:
             elif node.op in FUNCTIONS and not (node.op is Op.SQRT and node.args[0].op is Op.CONSTANT):
                 return False
     return True
-
-
-def _has_branches(outputs: Sequence[Expr]) -> bool:
-    """Whether a root of something variable, or of a negative number, occurs: a field has no sign to choose it by."""
-    return any(
-        node.op is Op.SQRT and not (isinstance(node.args[0].value, Fraction) and node.args[0].value >= 0)
-        for entries in _by_graph(outputs)
-        for node in reachable(entries)
-    )
 
 
 def _by_graph(outputs: Sequence[Expr]) -> list[list[Expr]]:

@@ -3,10 +3,10 @@
 M = ∂²K/∂q̇²                         the mass matrix is the Hessian of the kinetic energy
 Ṁ = C + Cᵀ                           so that Ṁ - 2C is skew
 C q̇ = c
-∂P/∂q = g
-τ = k_z q̈ + k_C q̇q̇ + k_D q̇² + k_G - Q      the textbook's sum, with this product's signs
+∂P/∂q = g + k_E
+τ = k_z q̈ + k_C q̇q̇ + k_D q̇² + k_G + k_E - Q      the textbook's sum, with this product's signs
 q̇·(τ + Q) = d/dt (K + P)            power in is the rate of energy
-FD(q, q̇, ID(q, q̇, q̈)) = q̈          forward dynamics inverts inverse dynamics
+FD(q, q̇, ID(q, q̇, q̈)) = q̈          forward dynamics inverts inverse dynamics, prescribed motions in q̈
 """
 
 from __future__ import annotations
@@ -72,21 +72,26 @@ def _product(w: Workspace) -> Claim:
 
 def _slope(w: Workspace) -> Claim:
     (P,) = _entries(w, "potential_energy")
-    return Claim("gravity forces", "dP/dq", "g", tuple(w.directions.slopes(P)), _entries(w, "gravity_forces"))
+    slopes, g = tuple(w.directions.slopes(P)), _entries(w, "gravity_forces")
+    if not w.scene.springs:
+        return Claim("gravity forces", "dP/dq", "g", slopes, g)
+    sums = tuple(a + b for a, b in zip(g, _entries(w, "elastic_forces"), strict=True))
+    return Claim("gravity and elastic forces", "dP/dq", "g + k_E", slopes, sums)
 
 
 def _textbook(w: Workspace) -> Claim:
     n, s = w.state.n, w.state
     pairs = list(combinations(range(n), 2))
-    k_z, k_C, k_D, k_G = (_entries(w, name) for name in ("k_z", "k_C", "k_D", "k_G"))
+    k_z, k_C, k_D, k_G, k_E = (_entries(w, name) for name in ("k_z", "k_C", "k_D", "k_G", "k_E"))
     sums = []
     for i in range(n):
         terms = [k_z[i * n + j] * s.qdd[j] for j in range(n)]
         terms += [k_C[i * len(pairs) + m] * s.qd[j] * s.qd[k] for m, (j, k) in enumerate(pairs)]
         terms += [k_D[i * n + j] * s.qd[j] * s.qd[j] for j in range(n)]
-        sums.append(w.graph.total(terms) + k_G[i] - w.Q[i])
+        sums.append(w.graph.total(terms) + k_G[i] + k_E[i] - w.Q[i])
     right = _driving(w)
-    return Claim("coefficients", "k_z qdd + k_C qd qd + k_D qd^2 + k_G - Q", "tau", tuple(sums), right)
+    elastic = " + k_E" if w.scene.springs else ""
+    return Claim("coefficients", f"k_z qdd + k_C qd qd + k_D qd^2 + k_G{elastic} - Q", "tau", tuple(sums), right)
 
 
 def _power(w: Workspace) -> Claim:
@@ -97,9 +102,11 @@ def _power(w: Workspace) -> Claim:
 
 
 def _inverse(w: Workspace) -> Claim:
-    drive = dict(zip(w.state.tau, _entries(w, "inverse_dynamics"), strict=True))
-    back = substitute(_entries(w, "forward_dynamics"), drive)
-    return Claim("forward dynamics", "FD(q, qd, ID(q, qd, qdd))", "qdd", tuple(back), w.state.qdd)
+    qdd = w.prescribed.entered(w.state.qdd)
+    drive = substitute(_entries(w, "inverse_dynamics"), dict(zip(w.state.qdd, qdd, strict=True)))
+    given = dict(zip(w.state.tau, drive, strict=True))
+    back = substitute(_entries(w, "forward_dynamics"), given)
+    return Claim("forward dynamics", "FD(q, qd, ID(q, qd, qdd))", "qdd", tuple(back), tuple(qdd))
 
 
 LAWS: tuple[Law, ...] = (
