@@ -267,7 +267,7 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
 
 def _singular_values(numbers: Numbers, q: Array, length: float) -> Array:
     G = dimensionless(numbers, q, length)
-    return np.linalg.svd(G, compute_uv=False) if G.size else np.zeros(0)
+    return np.asarray(np.linalg.svd(G, compute_uv=False) if G.size else np.zeros(0))
 
 
 def _rank(values: Array) -> int:
