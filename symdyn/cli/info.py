@@ -66,9 +66,11 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
     program = lower(equations)
     prepared = prepare(program)
     first = prepared.routines[0] if is_prepared(prepared) else None
+    freedoms = _mobility(scene)
     facts = {
         "name": scene.name,
-        "degrees_of_freedom": len(scene.velocities),
+        "degrees_of_freedom": freedoms["by_rank"] if freedoms else len(scene.velocities),
+        "mobility": freedoms,
         "gravity": [spell(component) for component in scene.gravity],
         "joints": [
             {
@@ -84,6 +86,10 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
             for joint in scene.joints
         ],
         "acting": acting(scene),
+        "loops": [
+            {"name": joint.name, "type": joint.type, "parent": joint.parent, "child": joint.child}
+            for joint in scene.loops
+        ],
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
         "parameters": [
             {"name": p.name, "value": spell(p.value) if p.value else None, "unit": p.unit, "text": p.text}
@@ -111,6 +117,21 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
         ],
     }
     return facts, left_out
+
+
+def _mobility(scene: Scene) -> dict[str, Any] | None:
+    """Return the mobility of a scene with loops or rows; None for a tree, and where the loops cannot be closed."""
+    from dataclasses import asdict
+
+    from symdyn.dynamics import is_closed, mobility
+    from symdyn.errors import DerivationError
+
+    if not is_closed(scene):
+        return None
+    try:
+        return asdict(mobility(scene))
+    except DerivationError:  # `available` has told why
+        return None
 
 
 def parts(scene: Scene, frames: bool, base_parameters: bool) -> dict[str, Any]:
@@ -219,6 +240,7 @@ def show(facts: dict[str, Any]) -> None:
     if facts["acting"]:
         rows = [tuple(one.values()) for one in facts["acting"]]
         print_table("What acts beside gravity and drives", ("", "name", "where", "law"), rows)
+    show_loops(facts)
     if facts["parameters"]:
         rows = [(p["name"], p["value"] or "free", p["unit"], p["text"]) for p in facts["parameters"]]
         print_table("Parameters; free ones are passed as params, in this order", ("name", "value", "unit", ""), rows)
@@ -230,6 +252,21 @@ def show(facts: dict[str, Any]) -> None:
         rows.append((function["name"], shape, function["road"], *(str(count) for count in operations.values())))
     print_table("Operations of one call that depend on the state", columns, rows)
     show_skipped(facts)
+
+
+def show_loops(facts: dict[str, Any]) -> None:
+    """Print what closes the loops, and the mobility with its diagnosis."""
+    for loop in facts["loops"]:
+        print(f"loop {loop['name']}: {loop['type']} between {loop['parent']} and {loop['child']}")
+    found = facts["mobility"]
+    if found is None:
+        print(end="\n" if facts["loops"] else "")
+        return
+    counted = f"{found['spatial']} in space (5.20), {found['by_loops']} loop by loop, {found['by_rank']} by rank"
+    print(f"mobility: {counted}; independent: {', '.join(found['independent']) or 'none'}")
+    for note in found["notes"]:
+        print(f"  {note}")
+    print()
 
 
 def show_skipped(facts: dict[str, Any]) -> None:
