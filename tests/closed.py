@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 
-from symdyn.scene import Body, Joint, Parameter, Pose, Quantity, Scene, number, symbol
-from symdyn.scene.joints import JOINTS
+from symdyn.scene import Body, Joint, Parameter, Quantity, Scene, number, symbol
 from symdyn.scene.table import compose
 
 Z = tuple(number(x) for x in (0, 0, 1))
