@@ -64,7 +64,7 @@ def read_element(root: Element, source: str, options: ReadOptions) -> Reading:
     robot = _Robot(root, faults, options)
     declaration = Declaration(name=robot.name(), bodies=tuple(robot.bodies()), joints=tuple(robot.joints_in_file()))
     robot.note_data()
-    scene = assemble(declaration, source, faults, options.allow_invalid_inertia)
+    scene = assemble(declaration, source, faults, options.allow_invalid_inertia, options.spanning_tree)
     return Reading(scene, tuple(faults.notes))
 
 
