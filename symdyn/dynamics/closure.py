@@ -212,13 +212,13 @@ def _made(numbers: Numbers, kept: Sequence[int], independent: Sequence[int]) -> 
     dependent = [k for k in range(numbers.state.n) if k not in set(independent)]
     rows = [numbers.constraints.G[k] for k in kept]
     uses = [[k for k in dependent if not row[k].is_zero] for row in rows]
-    return Partition(tuple(independent), tuple(dependent), tuple(_blocks(uses)))
+    return Partition(tuple(independent), tuple(dependent), tuple(blocks(uses)))
 
 
 # Block triangular form
 
 
-def _blocks(uses: Sequence[Sequence[int]]) -> list[Block]:
+def blocks(uses: Sequence[Sequence[int]]) -> list[Block]:
     """Return the blocks of a square pattern: strongly connected rows of a perfect matching, needed ones first."""
     matched = _matching(uses)
     owner = {column: row for row, column in matched.items()}

@@ -1,13 +1,13 @@
 """A scene's bodies hanging on its joints, for recursions over wrenches from the tips to the ground.
 
-    f        wrench that the parent exerts on body j through its joint, about the origin of the body's frame, its axes
-    W        wrench of a joint that closes a loop, on its child, axes of its joint frame, about the moved origin P
+f        wrench that the parent exerts on body j through its joint, about the origin of the body's frame, its axes
+W        wrench of a joint that closes a loop, on its child, axes of its joint frame, about the moved origin P
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from symdyn.dynamics.hinges import Hinge, about, hinges, plus, power, times
@@ -23,11 +23,16 @@ from symdyn.spatial import apply, neg
 
 @dataclass(frozen=True)
 class Hanging:
-    """A scene's bodies and joints on its graph, for recursions over wrenches."""
+    """A scene's bodies and joints on its graph, for recursions over wrenches.
+
+    Attributes:
+        assembled: values by name at which loops are closed, for what is decided by numbers.
+    """
 
     scene: Scene
     tree: Tree
     state: State
+    assembled: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def graph(self) -> Graph:
@@ -42,7 +47,7 @@ class Hanging:
     @cached_property
     def samples(self) -> Samples:
         """Numbers for what is decided by numbers."""
-        return Samples(self.scene, self.graph)
+        return Samples(self.scene, self.graph, self.assembled)
 
     @property
     def joints(self) -> tuple[Hinge, ...]:
@@ -86,16 +91,16 @@ class Hanging:
                 T = self.joints[k].placement
                 need = about((apply(T.R, need[0]), apply(T.R, need[1])), T.p)
 
-    def at_joint(self, hinge: Hinge, f: Wrench) -> Wrench:
-        """Return f about the origin of the moved joint frame, axes of the body."""
-        return about(f, neg(hinge.place_on_child))
+    def at_joints(self, f: Sequence[Wrench]) -> list[Wrench]:
+        """Return f of every joint of the tree about the origin of its moved joint frame, axes of the body."""
+        return [about(one, neg(hinge.place_on_child)) for hinge, one in zip(self.joints, f, strict=True)]
 
     def felt(self, f: Sequence[Wrench]) -> list[Expr]:
         """Return Σ S·f on every velocity, shape (nv,); N m or N."""
         total = [self.graph.zero] * self.state.n
-        for hinge, wrench in zip(self.joints, f, strict=True):
+        for hinge, wrench in zip(self.joints, self.at_joints(f), strict=True):
             if hinge.velocities:
-                here = hinge.in_joint_axes(self.at_joint(hinge, wrench))
+                here = hinge.in_joint_axes(wrench)
                 for k, twist in zip(hinge.velocities, hinge.S, strict=True):
                     total[k] = total[k] + hinge.ratio * power(here, twist)
         return total

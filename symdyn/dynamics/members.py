@@ -1,8 +1,8 @@
 """The motion of every declared body and what acts on it, in its own axes: (5.11)-(5.17) have it from here.
 
-    C           frame of the body as declared, nothing merged or moved
-    w, dw, a    angular velocity, angular acceleration, acceleration of the origin of C
-    m, h, I     mass, first moment and inertia about the origin of C, particles included
+C           frame of the body as declared, nothing merged or moved
+w, dw, a    angular velocity, angular acceleration, acceleration of the origin of C
+m, h, I     mass, first moment and inertia about the origin of C, particles included
 """
 
 from __future__ import annotations
