@@ -256,7 +256,9 @@ def test_long_functions_in_parts_agree_with_fifty_digits(joints):
     assert "_part2(" in plain[f"chain{joints}.c"] or joints < 60
     assert "_part2(" in emit(program, "c", batch=True)[f"chain{joints}.c"] or joints < 60
     built = build(program)
-    assert all(one.passed for one in measure(program, {"c": built, "rows": Rows(built), "plain": build(plain)}, states=3))
+    assert all(
+        one.passed for one in measure(program, {"c": built, "rows": Rows(built), "plain": build(plain)}, states=3)
+    )
 
 
 def test_a_long_scalar_function_may_write_over_its_arguments():
