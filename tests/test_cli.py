@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from symdyn.cli import main
+from symdyn.scene import read
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -149,7 +150,9 @@ def test_an_unbalanced_quote_in_cc_is_one_message(monkeypatch: pytest.MonkeyPatc
     assert "is no command line" in capsys.readouterr().out
 
 
-def test_a_name_with_hyphens_names_a_template_too(tmp_path, monkeypatch, capsys):
+def test_a_name_with_hyphens_names_a_template_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
     monkeypatch.chdir(tmp_path)
 
     assert main(["new", "n-four-bar", "--n", "40"]) == 0
@@ -158,7 +161,7 @@ def test_a_name_with_hyphens_names_a_template_too(tmp_path, monkeypatch, capsys)
     assert len(read(tmp_path / "n_four_bar.toml").loops) == 40
 
 
-def test_the_joints_to_cut_are_chosen_on_the_command_line(tmp_path, capsys):
+def test_the_joints_to_cut_are_chosen_on_the_command_line(tmp_path: Path, capsys: Capture) -> None:
     path = tmp_path / "ring.toml"
     bodies = "".join(f"[bodies.{name}]\nmass = 1\n" for name in "ab")
     joints = "".join(
