@@ -167,3 +167,29 @@ def test_an_unbalanced_quote_in_cc_is_one_message(monkeypatch: pytest.MonkeyPatc
 
     assert main(["verify", str(EXAMPLES / "pendulum.toml"), "--functions", "mass_matrix"]) == 1
     assert "is no command line" in capsys.readouterr().out
+
+
+def test_a_name_with_hyphens_names_a_template_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    assert main(["new", "n-four-bar", "--n", "40"]) == 0
+
+    assert capsys.readouterr().out == "n_four_bar.toml\n"
+    assert len(read(tmp_path / "n_four_bar.toml").loops) == 40
+
+
+def test_the_joints_to_cut_are_chosen_on_the_command_line(tmp_path: Path, capsys: Capture) -> None:
+    path = tmp_path / "ring.toml"
+    bodies = "".join(f"[bodies.{name}]\nmass = 1\n" for name in "ab")
+    joints = "".join(
+        f'[joints.j{k}]\ntype = "revolute"\nparent = "{parent}"\nchild = "{child}"\norigin = [{k}, 0, 0]\n'
+        for k, (parent, child) in enumerate((("ground", "a"), ("a", "b"), ("ground", "b")))
+    )
+    path.write_text(bodies + joints)
+
+    assert main(["convert", str(path), str(tmp_path / "chosen.toml"), "--spanning-tree", "j0"]) == 0
+
+    assert [loop.name for loop in read(tmp_path / "chosen.toml").loops] == ["j0"]
+    assert "joints.j1: is turned round" in capsys.readouterr().err
