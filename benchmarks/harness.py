@@ -96,7 +96,7 @@ def measure(timed: Sequence[Timed], rounds: int, seconds: float) -> list[Measure
 
 
 def _seconds(timed: Timed, sweeps: int) -> float:
-    """Return what some sweeps take: processor time, to which others do not add; for threads a clock's.
+    """Return what some sweeps take: processor time, to which others do not add; for threads that of the longer one.
 
     The address call from Python that is part of it takes a microsecond or two of the milliseconds of a sample.
     """

@@ -14,8 +14,8 @@ from pathlib import Path
 
 from robots_dh import ROBOTS, Robot, robot_scene
 
-from symdyn.dynamics import Workspace, derive_one
-from symdyn.program import Counts, state_dependent_counts
+from symdyn.dynamics import Equations, Workspace, derive_one
+from symdyn.program import Counts, lower, prepare, state_dependent_counts
 from symdyn.scene import Scene, read, with_symbols
 
 ROOT = Path(__file__).parent.parent
@@ -65,6 +65,15 @@ inertial parameters of each link are free about its frame. *Diagonal*: no produc
 *Zero pattern of Corke*: `examples/puma560.toml` with a free parameter for each of its numbers that is not zero.
 """
 
+PREPARED = """
+## Work on parameters alone
+
+All operations of one call of the finished program, passes applied, without and with `--prepare`, which leaves work on
+parameters alone to one call of `prepare`. Here twice a number is a multiplication.
+
+| robot | inertia | inverse dynamics | M(q) | forward dynamics | prepare, once | values |
+|---|---|--:|--:|--:|--:|--:|"""
+
 MEANS = """
 ## What does it
 
@@ -103,6 +112,16 @@ def measured(scene: Scene) -> list[Counts]:
     return [state_dependent_counts(derive_one(workspace, name, road)) for name, road in OUTPUTS]
 
 
+def prepared(scene: Scene) -> tuple[list[tuple[Counts, Counts]], Counts, int]:
+    """Return what one call of each of `OUTPUTS` costs without and with `prepare`, what that costs, and its values."""
+    workspace = Workspace(scene)
+    functions = tuple(derive_one(workspace, name, road) for name, road in OUTPUTS)
+    program = lower(Equations(scene, workspace.graph, functions))
+    first, *rest = prepare(program).routines
+    pairs = [(before.counts, after.counts) for before, after in zip(program.routines, rest, strict=True)]
+    return pairs, first.counts, len(first.function.entries)
+
+
 def page() -> str:
     """Return the page in Markdown."""
     lines = [HEAD, "## symdyn", "", "| robot | inertia | inverse dynamics | M(q) | forward dynamics | sin/cos |"]
@@ -113,6 +132,11 @@ def page() -> str:
         inverse, mass, forward = ours[name]
         shown = f"{_pair(inverse)} | {_pair(mass)} | {_pair(forward)}, {forward.divisions} div"
         lines.append(f"| {text} | {structure} | {shown} | {inverse.sincos} |")
+    lines.append(PREPARED)
+    for _, text, structure, scene in cases():
+        pairs, once, values = prepared(scene)
+        shown = " | ".join(f"{_pair(before)} → {_pair(after)}" for before, after in pairs)
+        lines.append(f"| {text} | {structure} | {shown} | {_pair(once)} | {values} |")
     lines += ["", "## Other generators, full inertias", "", "| robot | output | generator | theirs | symdyn |"]
     lines.append("|---|---|---|--:|--:|")
     robots: dict[str, Robot] = {one.name: one for one in ROBOTS}

@@ -6,7 +6,9 @@ import random
 from dataclasses import replace
 from fractions import Fraction
 
+from symdyn.graph import Op
 from symdyn.scene import (
+    JOINTS,
     Body,
     Coupling,
     Damper,
@@ -71,6 +73,7 @@ def random_tree(seed: int, n: int = 5, free: bool = True) -> Scene:
                 compose(*steps),
                 compose(("Tx", small()), ("Rz", turn(rng.choice(ANGLES)))) if rng.random() < 0.4 else Pose(),
                 () if kind == "fixed" else (f"x{i}",),
+                drives=() if kind == "fixed" else (None,),
             )
         )
         points = (Particle(number(Fraction(1, 2)), (small(), small(), small())),) if rng.random() < 0.3 else ()
@@ -109,7 +112,7 @@ def coupled_tree(seed: int, n: int = 5) -> Scene:
     for k in followers:
         ratio = symbol("rho") if joints[k].type == "prismatic" else number(rng.choice(RATIOS))
         coupling = Coupling(rng.choice(leaders), ratio, rng.choice(OFFSETS))
-        joints[k] = replace(joints[k], coordinates=(), coupling=coupling)
+        joints[k] = replace(joints[k], coordinates=(), drives=(), coupling=coupling)
     rotor = min(k for k in moving if k not in followers)
     joints[rotor] = replace(
         joints[rotor], armature=symbol("Ia"), limits=Limits(tenths(rng), number(3), None, number(9))
@@ -121,6 +124,52 @@ def coupled_tree(seed: int, n: int = 5) -> Scene:
 def tenths(rng: random.Random) -> Quantity:
     """Return 0.1 ... 0.9, or zero."""
     return number(Fraction(max(0, rng.randint(-3, 9)), 10))
+
+
+def jointed(*types: str, seed: int = 1, orientation: str = "quaternion") -> Scene:
+    """Return a chain of joints of the given types, oblique axes and odd placements, full inertias.
+
+    A custom joint slides and turns by formulas in two coordinates.
+    """
+    rng = random.Random(seed)
+    joints, bodies, count = [], [], 0
+    for i, kind in enumerate(types):
+        joint = Joint(
+            f"j{i}",
+            kind,
+            "ground" if i == 0 else f"b{i - 1}",
+            f"b{i}",
+            tuple(number(x) for x in rng.choice(AXES)),
+            compose(("Tx", tenths(rng)), ("Ry", turn(rng.choice(ANGLES)))),
+            compose(("Ty", tenths(rng)), ("Rx", number(Fraction(3, 10)))),
+            second_axis=tuple(number(x) for x in (2, 1, -2)),
+            pitch=number(Fraction(1, 5)),
+            length=symbol("L"),
+            orientation=orientation,
+        )
+        if kind == "custom":
+            p, r = symbol(f"x{count}"), symbol(f"x{count + 1}")
+            steps = Pose((("Tz", p * p * r), ("Rx", p + r * number(2)), ("Ty", Quantity(Op.SIN, (r,)))))
+            joint = replace(joint, steps=steps, units=("rad", "rad"), coordinates=(f"x{count}", f"x{count + 1}"))
+        names = tuple(f"x{count + k}" for k in range(len(JOINTS[kind].coordinates(joint))))
+        joints.append(replace(joint, coordinates=names, velocities=quasi_velocities(joint, count)))
+        count += len(names)
+        com = (tenths(rng), number(Fraction(-1, 3)), tenths(rng))
+        inertia = tuple(number(Fraction(x)) for x in ("3/2", "7/5", "8/5", "1/9", "-1/8", "1/7"))
+        bodies.append(Body(f"b{i}", number(rng.randint(1, 3)), com, None, inertia, "com", (), True))
+    parameters = (Parameter("L", number(Fraction(6, 5))),)
+    return Scene("_".join(types), parameters, bodies=tuple(bodies), joints=tuple(joints))
+
+
+def quasi_velocities(joint: Joint, first: int) -> tuple[str, ...]:
+    """Return the names of a joint's velocities where some are no rates of its coordinates x<first>, …; else ()."""
+    names: list[str] = []
+    for block in JOINTS[joint.type].blocks(joint):
+        names += [f"{joint.name}_{letter}" for letter in block.letters] or [
+            f"x{first + k}_dot" for k in range(len(block.velocities))
+        ]
+        first += len(block.coordinates)
+    return tuple(names) if any(not name.endswith("_dot") for name in names) else ()
 
 
 def with_loads(tree: Scene, seed: int) -> Scene:

@@ -19,6 +19,7 @@ from symdyn.build import extension, run_python
 from symdyn.build.compiler import find_compiler
 from symdyn.build.extension import build_extension
 from symdyn.build.library import cache_folder
+from symdyn.cli import main
 from symdyn.dynamics.derive import derive
 from symdyn.emit import emit
 from symdyn.emit.ufunc import emit_ufunc
@@ -251,7 +252,7 @@ def test_sources_of_another_target_are_refused(program):
 
 
 def test_missing_headers_are_named_with_the_way_out(program, monkeypatch, tmp_path):
-    monkeypatch.setattr(extension.sysconfig, "get_path", lambda name: str(tmp_path))
+    monkeypatch.setattr(extension, "INCLUDE", tmp_path)
     with pytest.raises(BuildError, match=r"there is no Python\.h, .*`symdyn generate SCENE --target numpy`"):
         build_extension(emit(program, "ufunc"))
 
@@ -298,3 +299,22 @@ def test_threads_run_at_once_and_agree(compiled):
     with ThreadPoolExecutor(4) as pool:
         for found in pool.map(lambda _: compiled.matrix(q, qd, params[0]), range(8)):
             np.testing.assert_array_equal(found, wanted)
+
+
+def test_generate_writes_the_sources_with_the_command_that_builds_them(tmp_path, capsys):
+    scene = Path(__file__).parent.parent / "examples" / "two_link.toml"
+    words = ["--target", "ufunc", "--functions", "mass_matrix", "--prepare", "-o", str(tmp_path)]
+    assert main(["generate", str(scene), *words]) == 0
+    names = [Path(line).name for line in capsys.readouterr().out.splitlines()]
+    assert names == [f"two_link_{name}" for name in ("ufunc.c", "f32.c", "f32.h", "f64.c", "f64.h")]
+
+    text = (tmp_path / "two_link_ufunc.c").read_text()
+    stated = text[text.index("to build it by hand:") : text.index("*/")].replace("\n *", "\n")
+    command = stated.partition(":")[2].strip().replace("python3", shlex.quote(sys.executable))
+    command = command.replace("cc ", shlex.join(find_compiler().command) + " ", 1)
+    subprocess.run(command, shell=True, cwd=tmp_path, check=True, capture_output=True)
+    call = (
+        "import two_link_ufunc as m; print(m.mass_matrix([0.0, 0.0], m.prepare([1.0, 1.0, 1.0, 1.0, 9.81])).tolist())"
+    )
+    ran = subprocess.run([sys.executable, "-c", call], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert ran.stdout.strip() == "[[5.0, 2.0], [2.0, 1.0]]"

@@ -94,5 +94,5 @@ def test_calls_of_the_library_leave_the_other_loops_vectorised(tmp_path):
 def test_the_report_tells_when_a_loop_is_not_vectorised(arm, tmp_path):
     source, _ = write(emit(arm, "c", batch=True), tmp_path)
     text = source.read_text()
-    source.write_text(text.replace("const double n = shifted", "const double n = sin(a) * shifted", 1))
+    source.write_text(text.replace("n[j] = shifted[j]", "n[j] = sin(a[j]) * shifted[j]", 1))
     assert missed(text, vectorised("gcc", MACHINES["avx2"][0], source), 32) == [loops(text)[1]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ from arms import EXAMPLES, two_link
 
 from symdyn.cli import main
 from symdyn.dynamics import available
-from symdyn.program import Counts, formulate, lower, skipped
+from symdyn.program import Counts, formulate, lower, prepare, skipped
 from symdyn.program.passes import DEFAULT
 from symdyn.scene import bind, body, fixed, point, read, revolute, scene
 
@@ -102,6 +103,22 @@ def test_info_for_people_shows_what_was_saved(capsys: Capture) -> None:
     assert "parallel axes" in out
 
 
+def test_info_shows_what_prepare_takes_out_of_a_call(capsys: Capture) -> None:
+    assert main(["info", str(EXAMPLES / "two_link.toml"), "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    outputs, _ = available(two_link())
+    first, *rest = prepare(lower(formulate(two_link(), outputs))).routines
+
+    assert facts["prepare"]["values"] == len(first.function.entries)
+    assert facts["prepare"]["operations"] == asdict(first.counts)
+    assert [function["operations"] for function in facts["functions"]] == [asdict(one.counts) for one in rest]
+
+    assert main(["info", str(EXAMPLES / "two_link.toml")]) == 0
+    assert f"prepare, {len(first.function.entries)} values" in capsys.readouterr().out
+    assert main(["info", str(EXAMPLES / "puma560.toml"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["prepare"] is None
+
+
 def test_info_and_generate_take_the_road_that_is_asked_for(tmp_path: Path, capsys: Capture) -> None:
     scene_file = str(EXAMPLES / "two_link.toml")
     assert main(["info", scene_file, "--formulation", "lagrange", "--json"]) == 0
@@ -114,6 +131,17 @@ def test_info_and_generate_take_the_road_that_is_asked_for(tmp_path: Path, capsy
     text = (tmp_path / "two_link.py").read_text()
     assert "--functions forward_dynamics --formulation aba" in text
     assert "aba;" in text
+
+
+def test_verify_proves_the_road_that_is_asked_for(capsys: Capture) -> None:
+    words = ["verify", str(EXAMPLES / "two_link.toml"), "--formulation", "aba", "--functions"]
+    assert main([*words, "forward_dynamics"]) == 0
+    out = capsys.readouterr().out
+    assert "forward_dynamics: aba = crba" in out
+    assert "forward_dynamics: crba =" not in out
+
+    assert main([*words, "mass_matrix"]) == 1
+    assert "no output that was asked for has the road 'aba'; there are crba, lagrange" in capsys.readouterr().err
 
 
 def test_generate_binds_and_stands_still(tmp_path: Path, capsys: Capture) -> None:

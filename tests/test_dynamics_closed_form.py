@@ -84,8 +84,8 @@ def float_values(nodes: list[Expr]) -> list[float]:
 
 def coefficients_of_the_graph(scene: Scene, graph: Graph) -> dict[tuple[object, ...], Expr]:
     energy = energies(scene, graph)
-    M, q, n = mass_matrix(energy), energy.state.q, energy.state.n
-    symbols = christoffel(M, q)
+    M, n = mass_matrix(energy), energy.state.n
+    symbols = christoffel(M, energy.directions)
     k_C, k_D, k_G = symbols.coriolis(), symbols.centrifugal(), gravity_forces(energy)
     found: dict[tuple[object, ...], Expr] = {("k_z", i, j): M[i][j] for i in range(n) for j in range(n)}
     pairs = range(len(list(combinations(range(n), 2))))

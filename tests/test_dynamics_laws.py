@@ -19,6 +19,7 @@ from symdyn.graph import Op, reachable
 from symdyn.scene import body, number, prismatic, revolute, scene
 from symdyn.verify.equality import PROVED, Claim, prove
 from symdyn.verify.laws import laws
+from symdyn.verify.quaternions import on_unit_sphere
 
 SEEDS = range(8)
 TREES = [random_tree(seed) for seed in SEEDS]
@@ -55,7 +56,7 @@ def test_all_roads_of_all_outputs_are_proved_equal(one):
         first, *others = (derive_one(w, request, road) for road in roads(request, one))
         claims += [Claim(request, first.formulation, o.formulation, first.entries, o.entries) for o in others]
 
-    findings = prove(claims)[1]
+    findings = prove(on_unit_sphere(one, claims))[1]
 
     assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
     several = {name for name, row in OUTPUTS.items() if len(row.roads) > 1}
@@ -70,7 +71,7 @@ def kinematics(one):
 
 @pytest.mark.parametrize("one", SCENES, ids=by_name)
 def test_every_law_is_proved(one):
-    findings = prove(laws(Workspace(one)))[1]
+    findings = prove(on_unit_sphere(one, laws(Workspace(one))))[1]
 
     assert len(findings) == 7
     assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()

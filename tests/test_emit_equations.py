@@ -220,7 +220,7 @@ def test_passive_joints_and_declared_forces_stand_on_the_right() -> None:
     scene = example("two_link")
     shoulder, elbow = scene.joints
     damped = replace(elbow, drives=(None,), forces=(parse("-d*q2_dot"),))
-    free = replace(shoulder, drive=None)
+    free = replace(shoulder, drives=(None,))
     scene = replace(scene, joints=(free, damped), parameters=(*scene.parameters, Parameter("d")))
     first, second = paragraphs(equations_text(scene, "text"))
 
@@ -278,6 +278,8 @@ SPELLED = [
     (Power(Sum((A, B)), 2), "(a + b)**2", "(a + b)^2"),
     (Product((A, Power(B, -1))), "a/b", r"\frac{a}{b}"),
     (Power(B, -2), "1/b**2", r"\frac{1}{b^2}"),
+    (Product((A, Power(Product((B, Q)), -1))), "a/(b*q1)", r"\frac{a}{b q_1}"),
+    (Power(Product((Sum((A, B)), Sum((B, Q)))), -1), "1/((a + b)*(b + q1))", r"\frac{1}{(a + b) (b + q_1)}"),
     (Power(Function(Op.SIN, (Sum((Q, A)),)), 2), "sin(q1 + a)**2", r"\sin^2(q_1 + a)"),
     (Product((Number(parse("-1").value), Sum((A, B)), Q)), "-(a + b)*q1", "-(a + b) q_1"),
     (Sum((A, Product((Number(parse("-1").value), Sum((A, B)))))), "a - (a + b)", "a - (a + b)"),

@@ -22,16 +22,32 @@ CASES = [
 ]
 
 
+PREPARED = ["--functions", "inverse_dynamics,forward_dynamics,mass_matrix", "--prepare"]
+
+
 @pytest.mark.parametrize(("scene", "target", "real"), CASES)
 def test_generated_files_are_what_the_command_line_writes(
     scene: str, target: str, real: str, tmp_path: Path, update_golden: bool, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = f"{scene}_float" if real == "float" else scene
+    compare(scene, folder, ["--target", target, "--real", real], tmp_path, update_golden, capsys)
+
+
+@pytest.mark.parametrize("target", ["numpy", "c"])
+def test_generated_files_that_prepare_are_what_the_command_line_writes(
+    target: str, tmp_path: Path, update_golden: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--target", target, *PREPARED]
+    compare("two_link", "two_link_prepared", words, tmp_path, update_golden, capsys)
+
+
+def compare(
+    scene: str, folder: str, words: list[str], place: Path, update: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Compare what `symdyn generate` writes with the files in generated/, or rewrite those."""
     golden = ROOT / "generated" / folder
-    place = golden if update_golden else tmp_path
-    status = main(
-        ["generate", str(ROOT / "examples" / f"{scene}.toml"), "--target", target, "--real", real, "-o", str(place)]
-    )
+    place = golden if update else place
+    status = main(["generate", str(ROOT / "examples" / f"{scene}.toml"), *words, "-o", str(place)])
     names = [Path(line).name for line in capsys.readouterr().out.splitlines()]
 
     assert status == 0

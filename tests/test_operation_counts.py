@@ -30,12 +30,27 @@ COUNTS = {  # inverse dynamics, M(q), forward dynamics: multiplications, additio
     "puma560_zeros": ((175, 153, 0, 5), (86, 82, 0, 5), (300, 277, 19, 5)),
 }
 
+PREPARED = {  # multiplications and additions of one call of the same with prepare; values that it keeps
+    "general_6r": (((382, 318), (332, 254), (766, 628)), 87),
+    "puma560": (((242, 224), (126, 118), (420, 384)), 62),
+    "iiwa": (((271, 258), (145, 127), (510, 473)), 64),
+    "puma560_zeros": (((176, 150), (88, 79), (303, 265)), 49),
+}
+
 CASES = {name: case for name, _, _, case in operation_counts.cases()}
 
 
 @pytest.mark.parametrize("name", COUNTS)
 def test_counts_are_these(name):
     assert operation_counts.measured(CASES[name]) == [Counts(*numbers) for numbers in COUNTS[name]]
+
+
+@pytest.mark.parametrize("name", PREPARED)
+def test_prepared_counts_are_these(name):
+    pairs, _, values = operation_counts.prepared(CASES[name])
+    after = tuple((counts.multiplications, counts.additions) for _, counts in pairs)
+
+    assert (after, values) == PREPARED[name]
 
 
 def test_every_robot_is_counted():

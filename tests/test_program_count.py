@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from formulas import every_op, one
 
+from symdyn.dynamics.cost import cost
 from symdyn.graph import Graph, Op
 from symdyn.program import Counts, count, lower
 
@@ -20,6 +21,13 @@ def test_sine_and_cosine_of_one_angle_are_one_pair():
     x, y = g.symbol("x"), g.symbol("y")
     (f,) = one([g.sin(x), g.cos(x), g.cos(y), g.sin(x + y)], [x, y]).functions
     assert count(f) == Counts(additions=1, sincos=3)
+
+
+def test_a_price_without_a_function_is_that_of_its_counts():
+    function = every_op().functions[0]
+    state = [symbol for argument in function.arguments for symbol in argument.symbols]
+
+    assert cost(function.entries, state) == count(function).cost
 
 
 def test_what_has_no_symbol_costs_nothing():

@@ -7,6 +7,7 @@ import pytest
 from symdyn.algebra.big import BigFloats
 from symdyn.algebra.numeric import Batches, Floats
 from symdyn.algebra.running_error import SLOPES
+from symdyn.dynamics.cost import CATEGORY
 from symdyn.emit.c import spellings
 from symdyn.emit.python import NUMPY
 from symdyn.emit.real import REALS
@@ -14,7 +15,6 @@ from symdyn.emit.spelling import Spelling
 from symdyn.graph import ARITY, FUNCTIONS, Op
 from symdyn.graph.differentiate import PARTIALS
 from symdyn.graph.ops import LEAVES
-from symdyn.program import CATEGORY
 
 TARGETS = {"numpy": NUMPY, **{f"c {name}": spellings(real) for name, real in REALS.items()}}
 

@@ -7,9 +7,9 @@ import ctypes
 import numpy as np
 from cases import Case
 from harness import Timed
-from native import NATIVE, address, compiled, loops
+from native import address, compiled, loops
 
-from symdyn.build.compiler import FLAGS
+from symdyn.build.compiler import FLAGS, find_compiler
 from symdyn.emit import emit
 from symdyn.emit.names import stem
 
@@ -29,7 +29,7 @@ def version() -> str:
 
 def flags() -> tuple[str, ...]:
     """Return the package's own compiler flags, and those of this machine."""
-    return (*(flag for flag in FLAGS if flag != "-shared"), *NATIVE, "-fopenmp-simd")
+    return (*(flag for flag in FLAGS if flag != "-shared"), *find_compiler("gcc").machine)
 
 
 def library(case: Case, output: str) -> ctypes.CDLL:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from decimal import Decimal, localcontext
 from fractions import Fraction
 from math import gcd, lcm
 
@@ -99,3 +100,9 @@ def content(numbers: Sequence[Fraction]) -> Fraction:
     if max(map(abs, wholes)) <= SMALL * divisor:
         return Fraction(sign * divisor, scale)
     return Fraction(sign)
+
+
+def rounded(number: Fraction, digits: int) -> Fraction:
+    """Return a number rounded to significant decimal digits."""
+    with localcontext(prec=digits):
+        return Fraction(Decimal(number.numerator) / number.denominator)

@@ -24,6 +24,7 @@ from typing import Any
 
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
 
+from symdyn.algebra.collect import rounded
 from symdyn.algebra.generators import (
     COSINES,
     angle_units,
@@ -37,6 +38,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable
 
 MOST_PRODUCTS = 5_000_000  # a 7-axis arm with ten symbolic inertial parameters a link takes 16 thousand
+TINY = Fraction(1, 10**60)
 
 Polynomial = Any  # flint.fmpq_mpoly, which carries no type hints
 Pair = tuple[Polynomial, Polynomial]  # cosine and sine
@@ -279,6 +281,12 @@ class TrigonometricRing:
             turning = self._gens[c] * p.derivative(s) - self._gens[s] * p.derivative(c)
             total += turning if rate == 1 else self.constant(rate) * turning
         return self.normal(total)
+
+    def in_digits(self, p: Polynomial, digits: int) -> Polynomial:
+        """Return p with its numbers rounded to so many digits; those below 1e-60 are taken for zero."""
+        numbers = [Fraction(int(a.p), int(a.q)) for a in p.coeffs()]
+        kept = {powers: rounded(a, digits) for powers, a in zip(p.monoms(), numbers, strict=True) if abs(a) > TINY}
+        return self.context.from_dict({powers: fmpq(a.numerator, a.denominator) for powers, a in kept.items()})
 
     def angle(self, generator: int) -> list[tuple[Expr | None, Fraction]]:
         """Return the angle whose sine or cosine a generator is: Σ coefficient · node (None: 1 rad)."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from os import PathLike
 from typing import Any
 
@@ -14,8 +14,10 @@ from symdyn.build.extension import build_extension
 from symdyn.dynamics.derive import CUBIC, available
 from symdyn.emit import emit
 from symdyn.emit.names import function_names
-from symdyn.errors import BuildError
-from symdyn.program import Program, Routine, formulate, lower
+from symdyn.errors import MissingCompiler
+from symdyn.program import Program, Routine, formulate, identifier, lower
+from symdyn.program import prepare as prepare_program
+from symdyn.program.prepare import is_prepared
 from symdyn.scene import Scene, bind, read
 
 COEFFICIENTS = "k_"
@@ -34,6 +36,8 @@ class Loaded:
         calls: the callables by name. Each takes arrays (n,) or (..., n) whose leading dimensions broadcast, and `out=`.
         signatures: how each is called, such as "mass_matrix(q, params) -> M: (2),(5)->(2,2)".
         compiled: whether they are NumPy ufuncs in C; else they are functions of the generated NumPy module.
+        compiler, machine: as they were asked for.
+        prepared: whether `prepare(params)` is among them, and all others take its result in place of `params`.
     """
 
     scene: Scene
@@ -41,6 +45,9 @@ class Loaded:
     calls: Mapping[str, Callable[..., Any]]
     signatures: Mapping[str, str]
     compiled: bool
+    compiler: str | None = None
+    machine: str = "native"
+    prepared: bool = False
 
     def __post_init__(self) -> None:
         """Make every function an attribute, found without a detour."""
@@ -53,8 +60,7 @@ class Loaded:
 
     def __getitem__(self, request: str) -> Callable[..., Any]:
         """Return the function that was asked for as `request`, or that has this name; KeyError if there is none."""
-        names = dict(zip(self.requests, self.calls, strict=True))
-        return self.calls[names.get(request, request)]
+        return self.calls[identifier(request)]
 
     def __repr__(self) -> str:
         kind = "compiled" if self.compiled else "NumPy"
@@ -62,40 +68,48 @@ class Loaded:
         return f"<{self.scene.name}, {kind}:{lines}>"
 
     def __reduce__(self) -> tuple[Callable[..., Loaded], tuple[Scene, tuple[str, ...]]]:
-        return load, (self.scene, self.requests)
+        again = partial(load, compiler=self.compiler, machine=self.machine, prepare=self.prepared)
+        return again, (self.scene, self.requests)
 
 
 def load(
     scene: Scene | str | PathLike[str],
-    functions: Sequence[str] | None = None,
+    functions: str | Sequence[str] | None = None,
     parameters: Mapping[str, Any] | None = None,
     compiler: str | None = None,
     machine: str = "native",
+    prepare: bool = False,
 ) -> Loaded:
     """Return the functions of a scene, compiled into a Python extension that is kept in the cache.
 
-    Without a working compiler, or without Python's headers, they are those of the generated NumPy module: slower by
-    about a factor of twenty, in float64 alone, otherwise the same. A warning says so, once.
+    Where there is no compiler, or no header of Python, they are those of the generated NumPy module: slower, in float64
+    alone, otherwise the same. A warning says so, once.
 
     Args:
         scene: a scene, or a file that `symdyn.read` understands.
-        functions: such as "inverse_dynamics" or "pose:tool"; None takes the dynamics and the kinematics of the declared
+        functions: one such as "inverse_dynamics" or "pose:tool", or several; None takes the dynamics and the kinematics of the declared
             points, but not the Coriolis matrix and the coefficients k_z, k_C and so on, which are large.
         parameters: values for free parameters, as numbers or formulas; the others are the last operand, `params`.
         compiler: as for `symdyn.build.build`.
         machine: likewise.
+        prepare: whether to take work on parameters alone out of the calls: `prepared = arm.prepare(params)`, once, is
+            then the last operand of all other functions. Without free parameters there is nothing to prepare.
 
     Raises:
         SceneError: the file has faults, or a parameter does not exist.
         DerivationError: a function does not exist.
+        BuildError: the compiler that was asked for, here or as $CC, is not there; a compiler refuses; an unknown
+            machine; a cache folder that cannot be written to.
     """
     known = scene if isinstance(scene, Scene) else read(scene)
     known = bind(known, parameters) if parameters else known
-    requests = tuple(dict.fromkeys(usual(known) if functions is None else functions))
+    names = (functions,) if isinstance(functions, str) else functions
+    requests = tuple(dict.fromkeys(usual(known) if names is None else names))
     program = lower(formulate(known, requests))
-    calls, compiled = _calls(program, compiler, machine)
+    program = prepare_program(program) if prepare else program
+    calls, compiled = load_program(program, compiler, machine)
     signatures = {name: _signature(name, routine) for name, routine in zip(calls, program.routines, strict=True)}
-    return Loaded(known, requests, calls, signatures, compiled)
+    return Loaded(known, requests, calls, signatures, compiled, compiler, machine, is_prepared(program))
 
 
 def usual(scene: Scene) -> tuple[str, ...]:
@@ -109,12 +123,14 @@ def is_usual(name: str) -> bool:
     return not name.startswith(COEFFICIENTS) and name not in CUBIC
 
 
-def _calls(program: Program, compiler: str | None, machine: str) -> tuple[dict[str, Callable[..., Any]], bool]:
-    """Return the callables by name, and whether they are compiled."""
+def load_program(
+    program: Program, compiler: str | None = None, machine: str = "native"
+) -> tuple[dict[str, Callable[..., Any]], bool]:
+    """Return the functions of a program by name, and whether they are compiled; see `load`."""
     names = function_names([routine.function.name for routine in program.routines])
     try:
         module = build_extension(emit(program, "ufunc"), compiler, machine=machine)[1]
-    except BuildError as fault:
+    except MissingCompiler as fault:
         _warn(f"{fault}\nuntil then the functions are those of the NumPy module, which are slower")
         plain = run_python(emit(program, "numpy"))
         return {name: getattr(plain, name) for name in names}, False

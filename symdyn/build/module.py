@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.build.threads import run_rows
-from symdyn.program.assemble import PARAMS
+from symdyn.program.assemble import shared
 
 Array = npt.NDArray[Any]
 
@@ -29,7 +29,8 @@ class CFunction:
         dtype: "float64" or "float32", of arguments and result.
         text: what it computes.
 
-    Where the library has an entry for rows, a batch with one set of params is one call.
+    Where the library has an entry for rows, a batch with one set of params, or of what was prepared from them, is one
+    call.
     """
 
     name: str
@@ -99,21 +100,28 @@ class CFunction:
             names = ", ".join(name for name, _ in self.arguments)
             raise ValueError(f"{self.name}: leading dimensions {batches} of {names} do not broadcast") from None
 
+    @property
+    def _shared(self) -> str:
+        """The argument that the entry for rows takes once for all states."""
+        return shared([name for name, _ in self.arguments])
+
     def _share_params(self, arrays: Sequence[Array]) -> bool:
         """Tell whether all states have one set of params."""
+        common = self._shared
         return all(
-            array.size == prod(shape) or name != PARAMS
+            array.size == prod(shape) or name != common
             for array, (name, shape) in zip(arrays, self.arguments, strict=True)
         )
 
     def _run_rows(self, arrays: Sequence[Array], batch: tuple[int, ...], out: Array) -> None:
         """Call the function once for all states."""
+        common = self._shared
         rows = [
-            np.ascontiguousarray(array) if name == PARAMS else _spread(array, batch)
+            np.ascontiguousarray(array) if name == common else _spread(array, batch)
             for array, (name, _) in zip(arrays, self.arguments, strict=True)
         ]
         places = [*(row.ctypes.data for row in rows), out.ctypes.data]
-        lengths = [*(0 if name == PARAMS else prod(shape) for name, shape in self.arguments), prod(self.shape)]
+        lengths = [*(0 if name == common else prod(shape) for name, shape in self.arguments), prod(self.shape)]
         run_rows(self._rows, places, [length * out.itemsize for length in lengths], prod(batch), self._threads)
 
     def _run(self, rows: Sequence[Array], out: Array, count: int) -> None:

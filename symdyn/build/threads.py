@@ -7,7 +7,7 @@ is forked in between has nothing to inherit, and starting one costs far less tha
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from threading import Thread
 from typing import Any
 
 WORTH = 8192
@@ -34,15 +34,22 @@ def run_rows(
         call(count, *places)
         return
 
-    def work(part: tuple[int, int]) -> None:
-        first, last = part
-        call(last - first, *(place + first * stride for place, stride in zip(places, strides, strict=True)))
+    faults: list[BaseException] = []
 
-    with ThreadPoolExecutor(len(parts) - 1) as pool:
-        waiting = [pool.submit(work, part) for part in parts[1:]]
-        work(parts[0])
-        for one in waiting:
-            one.result()
+    def work(first: int, last: int) -> None:
+        try:
+            call(last - first, *(place + first * stride for place, stride in zip(places, strides, strict=True)))
+        except BaseException as fault:
+            faults.append(fault)
+
+    others = [Thread(target=work, args=part) for part in parts[1:]]
+    for one in others:
+        one.start()
+    work(*parts[0])
+    for one in others:
+        one.join()
+    if faults:
+        raise faults[0]
 
 
 def split(count: int, threads: int) -> list[tuple[int, int]]:

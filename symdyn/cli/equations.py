@@ -15,9 +15,10 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     verb.add_argument(
         "--as",
         dest="group",
-        choices=("equations", "coefficients", "textbook", "matrix"),
+        choices=("equations", "coefficients", "textbook", "matrix", "base-parameters"),
         default="equations",
-        help="one equation a joint (default), coefficient by coefficient, under-braced as in a textbook, or M and c",
+        help="one equation a joint (default), coefficient by coefficient, under-braced as in a textbook, M and c, or "
+        "in place of the equations the regrouped inertias that they depend on",
     )
     verb.add_argument("--angles", choices=("long", "short"), default="long", help="sin(q1 + q2) or s_{12}")
     verb.add_argument("--document", action="store_true", help="a whole LaTeX document with a symbol table")
@@ -27,11 +28,18 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 def run(options: argparse.Namespace) -> int:
     """Print the equations."""
     from symdyn.cli.talk import Waiting
+    from symdyn.emit.base_parameters import base_parameters_text
     from symdyn.emit.equations import equations_text
+    from symdyn.errors import EmitError
 
     scene = read_scene(options)
+    if options.group == "base-parameters" and options.document:
+        raise EmitError("a document holds equations; leave --document out, or --as base-parameters")
     with Waiting() as progress:
         progress("expanding")
+        if options.group == "base-parameters":
+            print(base_parameters_text(scene, options.format))
+            return 0
         text = equations_text(scene, options.format, options.group, options.angles, options.document)
     print(text)
     return 0

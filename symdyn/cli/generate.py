@@ -1,11 +1,11 @@
-"""`symdyn generate SCENE`: a NumPy module or C source for the scene's functions."""
+"""`symdyn generate SCENE`: a NumPy module, C source, or the source of a Python extension for the scene's functions."""
 
 from __future__ import annotations
 
 import argparse
 from typing import TYPE_CHECKING
 
-from symdyn.cli.reading import add_formulation, add_reading_options, read_scene, reading_words
+from symdyn.cli.reading import add_formulation, add_prepare, add_reading_options, read_scene, reading_words
 
 if TYPE_CHECKING:
     from symdyn.scene import Scene
@@ -15,11 +15,17 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     """Add the verb."""
     verb = verbs.add_parser("generate", help="write a NumPy module or C source", description=__doc__)
     add_reading_options(verb)
-    verb.add_argument("--target", choices=("numpy", "c"), default="numpy", help="language (default: numpy)")
+    verb.add_argument(
+        "--target",
+        choices=("numpy", "c", "ufunc"),
+        default="numpy",
+        help="a NumPy module (default), C, or C for a Python extension of NumPy ufuncs, which says how to build it",
+    )
     verb.add_argument("--functions", metavar="LIST", help="comma-separated, e.g. inverse_dynamics,pose:tool")
     verb.add_argument("--real", choices=("double", "float"), default="double", help="number type (default: double)")
     verb.add_argument("--batch", action="store_true", help="C: functions over many states too, fit for vector code")
     add_formulation(verb)
+    add_prepare(verb)
     verb.add_argument("--static", action="store_true", help="at rest: every velocity is zero and no argument")
     verb.add_argument("-o", "--output", metavar="DIR", default=".", help="folder to write to (default: here)")
     verb.set_defaults(run=run)
@@ -29,7 +35,8 @@ def run(options: argparse.Namespace) -> int:
     """Write the files and print their paths."""
     from symdyn.cli.talk import Waiting, say
     from symdyn.emit import emit, write
-    from symdyn.program import at_rest, formulate, lower
+    from symdyn.program import at_rest, formulate, lower, prepare
+    from symdyn.program.prepare import is_prepared
 
     scene = read_scene(options)
     with Waiting() as progress:
@@ -39,6 +46,10 @@ def run(options: argparse.Namespace) -> int:
             say(f"symdyn: {reason}")
         equations = formulate(scene, outputs, options.formulation)
         program = lower(at_rest(equations) if options.static else equations)
+        if options.prepare:
+            program = prepare(program)
+            if not is_prepared(program):
+                say(f"symdyn: {scene.name}: nothing to prepare, no function has a free parameter")
         progress("printing")
         sources = emit(program, options.target, options.real, command(options), options.batch)
     for path in write(sources, options.output):
@@ -67,5 +78,6 @@ def command(options: argparse.Namespace) -> str:
     words += ["--real", options.real] if options.real != "double" else []
     words += ["--batch"] if options.batch else []
     words += ["--formulation", options.formulation] if options.formulation else []
+    words += ["--prepare"] if options.prepare else []
     words += ["--static"] if options.static else []
     return " ".join(words)

@@ -1,4 +1,7 @@
-"""`symdyn info SCENE`: the tree, the freedoms, the parameters, what each function costs, and what it does not cost."""
+"""`symdyn info SCENE`: the tree, the freedoms, the parameters, what each function costs, and what it does not cost.
+
+`--frames` shows the link frames that the generator chose, `--base-parameters` the regrouped inertias as formulas.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +20,9 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     add_reading_options(verb)
     add_formulation(verb)
     verb.add_argument("--json", action="store_true", help="print JSON")
+    alone = verb.add_argument_group("one thing alone")
+    alone.add_argument("--frames", action="store_true", help="the link frames that the generator chose")
+    alone.add_argument("--base-parameters", action="store_true", help="the regrouped inertias, as formulas")
     verb.set_defaults(run=run)
 
 
@@ -25,6 +31,15 @@ def run(options: argparse.Namespace) -> int:
     from symdyn.cli.talk import Waiting, print_json, say
 
     scene = read_scene(options)
+    if options.frames or options.base_parameters:
+        with Waiting() as progress:
+            progress("regrouping" if options.base_parameters else "choosing frames")
+            chosen = parts(scene, options.frames, options.base_parameters)
+        if options.json:
+            print_json(chosen)
+        else:
+            show_parts(chosen)
+        return 0
     with Waiting() as progress:
         progress("deriving and counting")
         facts, left_out = gather(scene, options.formulation)
@@ -42,15 +57,20 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
     from dataclasses import asdict
 
     from symdyn.dynamics import available
-    from symdyn.program import formulate, lower, skipped
+    from symdyn.program import formulate, lower, prepare, skipped
+    from symdyn.program.prepare import is_prepared
     from symdyn.scene import JOINTS, spell
 
     outputs, left_out = available(scene)
     equations = formulate(scene, outputs, road)
     program = lower(equations)
+    prepared = prepare(program)
+    first = prepared.routines[0] if is_prepared(prepared) else None
+    freedoms = _mobility(scene)
     facts = {
         "name": scene.name,
-        "degrees_of_freedom": len(scene.velocities),
+        "degrees_of_freedom": freedoms["by_rank"] if freedoms else len(scene.velocities),
+        "mobility": freedoms,
         "gravity": [spell(component) for component in scene.gravity],
         "joints": [
             {
@@ -66,6 +86,10 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
             for joint in scene.joints
         ],
         "acting": acting(scene),
+        "loops": [
+            {"name": joint.name, "type": joint.type, "parent": joint.parent, "child": joint.child}
+            for joint in scene.loops
+        ],
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
         "parameters": [
             {"name": p.name, "value": spell(p.value) if p.value else None, "unit": p.unit, "text": p.text}
@@ -82,6 +106,7 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
             }
             for routine in program.routines
         ],
+        "prepare": first and {"values": len(first.function.entries), "operations": asdict(first.counts)},
         "skipped": [
             {
                 "step": one.step,
@@ -92,6 +117,46 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
         ],
     }
     return facts, left_out
+
+
+def _mobility(scene: Scene) -> dict[str, Any] | None:
+    """Return the mobility of a scene with loops or rows; None for a tree, and where the loops cannot be closed."""
+    from dataclasses import asdict
+
+    from symdyn.dynamics import is_closed, mobility
+    from symdyn.errors import DerivationError
+
+    if not is_closed(scene):
+        return None
+    try:
+        return asdict(mobility(scene))
+    except DerivationError:  # `available` has told why
+        return None
+
+
+def parts(scene: Scene, frames: bool, base_parameters: bool) -> dict[str, Any]:
+    """Return the chosen frames, the base parameters, or both."""
+    from symdyn.emit.base_parameters import base_parameter_texts
+    from symdyn.emit.frames import frame_texts
+
+    found: dict[str, Any] = {"name": scene.name}
+    if frames:
+        found["frames"] = frame_texts(scene)
+    if base_parameters:
+        found["base_parameters"] = base_parameter_texts(scene)
+    return found
+
+
+def show_parts(found: dict[str, Any]) -> None:
+    """Print chosen frames and base parameters for people."""
+    from symdyn.cli.talk import print_table
+
+    if "frames" in found:
+        columns = ("joint", "as declared", "in the frame of", "link", "moved, in the declared frame")
+        rows = [(f["joint"], f["declared"], f["parent"], f["link"], f["moved"] or "-") for f in found["frames"]]
+        print_table("Link frames, z along the joint's axis; lengths in m, angles in deg or rad", columns, rows)
+    for parameter in found.get("base_parameters", ()):
+        print(f"{parameter['name']} = {parameter['formula']}")
 
 
 def _beside(joint: Joint) -> dict[str, Any]:
@@ -175,6 +240,7 @@ def show(facts: dict[str, Any]) -> None:
     if facts["acting"]:
         rows = [tuple(one.values()) for one in facts["acting"]]
         print_table("What acts beside gravity and drives", ("", "name", "where", "law"), rows)
+    show_loops(facts)
     if facts["parameters"]:
         rows = [(p["name"], p["value"] or "free", p["unit"], p["text"]) for p in facts["parameters"]]
         print_table("Parameters; free ones are passed as params, in this order", ("name", "value", "unit", ""), rows)
@@ -188,14 +254,31 @@ def show(facts: dict[str, Any]) -> None:
     show_skipped(facts)
 
 
+def show_loops(facts: dict[str, Any]) -> None:
+    """Print what closes the loops, and the mobility with its diagnosis."""
+    for loop in facts["loops"]:
+        print(f"loop {loop['name']}: {loop['type']} between {loop['parent']} and {loop['child']}")
+    found = facts["mobility"]
+    if found is None:
+        print(end="\n" if facts["loops"] else "")
+        return
+    counted = f"{found['spatial']} in space (5.20), {found['by_loops']} loop by loop, {found['by_rank']} by rank"
+    print(f"mobility: {counted}; independent: {', '.join(found['independent']) or 'none'}")
+    for note in found["notes"]:
+        print(f"  {note}")
+    print()
+
+
 def show_skipped(facts: dict[str, Any]) -> None:
     """Print what depends on parameters alone, what was left out, and how much that saved, function by function."""
     from symdyn.cli.talk import print_table
     from symdyn.program import Counts
 
-    prepared = [(f["name"], str(Counts(**f["prepare"]))) for f in facts["functions"] if any(f["prepare"].values())]
-    if prepared:
-        print_table("On parameters alone", ("function", "operations"), prepared)
+    moved = [(f["name"], str(Counts(**f["prepare"]))) for f in facts["functions"] if any(f["prepare"].values())]
+    if moved:
+        once = facts["prepare"]
+        moved.append((f"prepare, {once['values']} values", str(Counts(**once["operations"]))))
+        print_table("On parameters alone; --prepare does it once", ("function", "operations"), moved)
     report = facts["skipped"]
     print_table("Left out or merged", ("step", "why"), [(one["step"], one["why"]) for one in report])
     measured = [one for one in report if one["saved"]]

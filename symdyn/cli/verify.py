@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from symdyn.cli.reading import add_reading_options, read_scene
+from symdyn.cli.reading import add_formulation, add_prepare, add_reading_options, read_scene
 
 if TYPE_CHECKING:
     from symdyn.verify import Certificate
@@ -16,6 +16,8 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     verb = verbs.add_parser("verify", help="prove the equations, measure the code", description=__doc__)
     add_reading_options(verb)
     verb.add_argument("--functions", metavar="LIST", help="comma-separated; default: all")
+    add_formulation(verb)
+    add_prepare(verb)
     verb.add_argument("--real", choices=("double", "float"), default="double", help="number type of the measured code")
     verb.add_argument("--seed", type=int, default=1, help="of primes, points and states (default: 1)")
     verb.add_argument("--json", action="store_true", help="print the certificate as JSON")
@@ -31,7 +33,9 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene(options)
     outputs = split(options.functions) if options.functions is not None else None
     with Waiting() as progress:
-        certificate = certify(scene, outputs, options.seed, progress, options.real)
+        certificate = certify(
+            scene, outputs, options.seed, progress, options.real, options.formulation, options.prepare
+        )
     if options.json:
         print_json(certificate.as_dict())
     else:

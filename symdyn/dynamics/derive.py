@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import prod
 
+from symdyn.dynamics.closure import Closing
 from symdyn.dynamics.equations import Argument, Equations, Function
-from symdyn.dynamics.outputs import OUTPUTS, Output
+from symdyn.dynamics.output import Output
+from symdyn.dynamics.outputs import OUTPUTS
+from symdyn.dynamics.outputs_of_loops import CLOSED_ONLY, is_closed
 from symdyn.dynamics.prescribed import TIME
+from symdyn.dynamics.tree import build_tree
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, reachable
+from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import JOINTS, Scene
 
 DYNAMICS: tuple[str, ...] = tuple(name for name, row in OUTPUTS.items() if not row.place)
@@ -23,26 +27,34 @@ CUBIC = ("coriolis_matrix", "k_C", "k_D")
 
 LARGE = 12
 
-FORWARD = ("forward_dynamics", "drive_forces")
-"""Outputs that take driving forces and find a motion."""
+UNSURE = ("forward_dynamics", "drive_forces", "inverse_dynamics", *CLOSED_ONLY)
+"""Outputs that a scene may lack: its mass matrix is singular, or its loops cannot be closed."""
 
 TREES_ONLY = ("aba",)
-"""Roads that know no joint that follows another one or a prescribed motion."""
+"""Roads that know no prescribed motion and no velocity that several moves share, as of screws and cams."""
 
 
-def derive(scene: Scene, outputs: Sequence[str] = DYNAMICS, road: str | None = None) -> Equations:
+def derive(
+    scene: Scene,
+    outputs: Sequence[str] | None = None,
+    road: str | None = None,
+    closing: Closing = Closing(),  # noqa: B008  frozen
+) -> Equations:
     """Return the equations of motion of a scene, only the outputs asked for.
 
     Args:
         scene: the mechanism.
-        outputs: names from `OUTPUTS`; a kinematic one with the body or point it is about, as in "jacobian:tool".
+        outputs: names from `OUTPUTS`; a kinematic one with the body or point it is about, as in "jacobian:tool". None
+            takes the dynamics that a scene of its kind has.
         road: which derivation, a key of the output's `roads`; None takes the one that code is generated from.
+        closing: what to choose about closed loops.
 
     Raises:
         DerivationError: an unknown output, road, body or point, or equations that do not exist.
     """
-    workspace = Workspace(scene)
-    functions = [derive_one(workspace, request, road) for request in outputs]
+    workspace = Workspace(scene, closing)
+    wanted = [name for name in DYNAMICS if OUTPUTS[name].exists(scene)] if outputs is None else outputs
+    functions = [derive_one(workspace, request, road) for request in wanted]
     return Equations(scene, workspace.graph, tuple(functions))
 
 
@@ -59,11 +71,14 @@ def available(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
     if n > LARGE:
         wanted = [name for name in wanted if name not in CUBIC]
         left_out.append(f"{', '.join(CUBIC)} are left out for more than {LARGE} coordinates; ask with --functions")
-    try:
-        derive(scene, ("forward_dynamics",))
-    except DerivationError as fault:
-        wanted = [name for name in wanted if name not in FORWARD]
-        left_out.append(str(fault))
+    workspace = Workspace(scene)
+    for name in [one for one in wanted if one in UNSURE]:
+        try:
+            derive_one(workspace, name)
+        except DerivationError as fault:
+            wanted.remove(name)
+            if name != "positions" and str(fault) not in left_out:  # few loops have a closed form
+                left_out.append(str(fault))
     return tuple(wanted), left_out
 
 
@@ -73,13 +88,17 @@ def roads(request: str, scene: Scene | None = None) -> tuple[str, ...]:
     Raises:
         DerivationError: there is no such output.
     """
-    coupled = scene is not None and any(joint.coupling or joint.motion for joint in scene.joints)
-    return tuple(road for road in _row(request)[0].roads if not (coupled and road in TREES_ONLY))
+    found = tuple(_row(request, scene)[0].roads)
+    if scene is None or not set(found).intersection(TREES_ONLY):
+        return found
+    if not any(joint.motion for joint in scene.joints) and not build_tree(scene, Graph()).coupled:
+        return found
+    return tuple(road for road in found if road not in TREES_ONLY)
 
 
 def derive_one(workspace: Workspace, request: str, road: str | None = None) -> Function:
     """Return one output as a function on the workspace's graph; see `derive`."""
-    row, place = _row(request)
+    row, place = _row(request, workspace.scene)
     name = road or row.preferred(workspace)
     if name not in row.roads:
         raise DerivationError(f"{request} has no road {name!r}; there are {', '.join(row.roads)}")
@@ -116,12 +135,14 @@ def _takes_time(entries: Sequence[Expr]) -> bool:
 def _complete(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
     """Return a shape with the length that its one -1 stands for."""
     known = prod(length for length in shape if length >= 0)
-    return tuple(length if length >= 0 else size // known for length in shape)
+    return tuple(length if length >= 0 else size // max(1, known) for length in shape)
 
 
-def _row(request: str) -> tuple[Output, str]:
-    """Return the row of the table and the place that a request names."""
+def _row(request: str, scene: Scene | None = None) -> tuple[Output, str]:
+    """Return the row of the table, of closed scenes where the scene is one, and the place that a request names."""
     name, _, place = request.partition(":")
+    if request in OUTPUTS:
+        name, place = request, ""
     row = OUTPUTS.get(name)
     if row is None:
         raise DerivationError(f"there is no output {name!r}; there are {', '.join(OUTPUTS)}")
@@ -129,6 +150,10 @@ def _row(request: str) -> tuple[Output, str]:
         raise DerivationError(f"{name} needs a {row.place}; write {name}:NAME")
     if place and not row.place:
         raise DerivationError(f"{name} is about the whole scene; write {name}")
+    if scene is not None and is_closed(scene) and row.closed is not None:
+        row = row.closed
+    if scene is not None and name in CLOSED_ONLY and not is_closed(scene):
+        raise DerivationError(f"{name} is about closed loops and rows, of which {scene.name} has none")
     return row, place
 
 
@@ -138,6 +163,8 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "qdd": ("joint accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
     "tau": ("driving forces, positive accelerates the joint", {"rad": "N m", "m": "N"}),
     TIME: ("time", {"s": "s"}),
+    "qi": ("independent joint positions", {"rad": "rad", "m": "m"}),
+    "ui": ("independent joint velocities", {"rad": "rad/s", "m": "m/s"}),
 }
 
 
@@ -151,8 +178,13 @@ def arguments(workspace: Workspace, names: Sequence[str]) -> tuple[Argument, ...
     result = []
     for name in names:
         text, spelled = ARGUMENTS[name]
-        kinds = units if name == "q" else ["s"] if name == TIME else speeds
-        result.append(Argument(name, symbols[name], text, tuple(spelled[kind] for kind in kinds), name == TIME))
+        kinds, nodes = units if name == "q" else ["s"] if name == TIME else speeds, symbols.get(name)
+        if nodes is None:  # of the independent velocities, or of the coordinates whose rates they are
+            independent = workspace.closed.closure.partition.independent
+            whole = state.qd if name == "ui" else workspace.closed.coordinates
+            kinds, nodes = [speeds[k] for k in independent], tuple(whole[k] for k in independent)
+            text = f"{text}: {', '.join(str(node.value) for node in nodes)}"
+        result.append(Argument(name, nodes, text, tuple(spelled[kind] for kind in kinds), name == TIME))
     free = scene.free_parameters
     if free:
         nodes = tuple(workspace.graph.symbol(parameter.name) for parameter in free)

@@ -13,10 +13,10 @@ class Argument:
     """One argument of a function: a vector, or one number.
 
     Attributes:
-        name: "q", "qd", "qdd", "tau", "t" or "params".
-        symbols: graph symbols of its entries.
+        name: "q", "qd", "qdd", "tau", "t", "params", or "prepared" in programs that prepare.
+        symbols: graph symbols of its entries, shape (len,).
         text: what it is, for headers and docstrings.
-        units: unit of each entry, "" where there is none to tell.
+        units: unit of each entry, "" where there is none; () where they are not told.
         scalar: whether it is one number and no vector, as time is.
     """
 

@@ -12,14 +12,16 @@ from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
 
+from symdyn.algebra.collect import rounded
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.graph import Expr, Op, evaluate, reachable, substitute
 
 if TYPE_CHECKING:
     from symdyn.algebra.big import BigFloats
 
 DIGITS = 100
 SIMPLE = 10**9
+WHOLE_TURN = 1_296_000  # arc seconds
 SAME = Fraction(1, 10**60)
 
 
@@ -49,6 +51,38 @@ def values_of(nodes: Sequence[Expr]) -> list[Fraction]:
         return [_fraction(value) for value in evaluate(nodes, _numbers(), {})]
     except (ArithmeticError, ValueError, AttributeError) as fault:
         raise DerivationError("a constant of the scene's placements is no finite real number") from fault
+
+
+def in_fractions(nodes: Sequence[Expr], digits: int = DIGITS) -> list[Expr]:
+    """Return the nodes with every constant as a fraction: those that are none are rounded to so many digits.
+
+    Raises:
+        DerivationError: a constant is no finite real number.
+    """
+    every = reachable(nodes)
+    varying: set[Expr] = set()
+    for node in every:
+        if node.op is Op.SYMBOL or not varying.isdisjoint(node.args):
+            varying.add(node)
+    outermost = [*nodes, *(arg for node in every if node in varying for arg in node.args)]
+    inexact = [x for x in dict.fromkeys(outermost) if x not in varying and rational(x) is None]
+    if not inexact:
+        return list(nodes)
+    values = (x.graph.constant(rounded(value, digits)) for x, value in zip(inexact, values_of(inexact), strict=True))
+    return substitute(nodes, dict(zip(inexact, values, strict=True)))
+
+
+def turns_of(cosine: Expr, sine: Expr) -> Fraction | None:
+    """Return the angle with this cosine and sine, both numbers, in turns within ±1/2; None if it is no simple part.
+
+    Raises:
+        DerivationError: a constant is no finite real number.
+    """
+    context = _numbers().context
+    c, s = (context.mpf(x.numerator) / x.denominator for x in values_of([cosine, sine]))
+    turns = _fraction(context.atan2(s, c) / (2 * context.pi))
+    simple = turns.limit_denominator(WHOLE_TURN)
+    return simple if abs(simple - turns) <= SAME else None
 
 
 @cache

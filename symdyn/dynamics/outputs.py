@@ -6,8 +6,6 @@ the name of a body or point for kinematic outputs) and returns the entries of th
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import combinations
 
 from symdyn.dynamics import kinematics, lagrange
@@ -15,46 +13,15 @@ from symdyn.dynamics.aba import aba
 from symdyn.dynamics.cost import cost
 from symdyn.dynamics.ldl import solve
 from symdyn.dynamics.loads import refuse_ideal_friction
+from symdyn.dynamics.output import Output
+from symdyn.dynamics.outputs_of_loops import closing
+from symdyn.dynamics.outputs_of_reactions import REACTIONS
 from symdyn.dynamics.potential import potential_energy
 from symdyn.dynamics.prescribed import accelerations
 from symdyn.dynamics.rnea import rnea
 from symdyn.dynamics.workspace import Matrix, Workspace
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Scene
-
-Road = Callable[..., list[Expr]]
-Shape = Callable[[int], tuple[int, ...]]
-
-
-@dataclass(frozen=True)
-class Output:
-    """One row of the table.
-
-    Attributes:
-        text: what it computes, one line; in braces what `derive` fills in.
-        arguments: names of its arguments, "q", "qd", "qdd" or "tau".
-        result: short name of the result.
-        shape: shape of the result from the number of velocities; -1 for what the number of entries says.
-        units: unit of the result, one line.
-        roads: derivations by name; the first is the one that code is generated from, unless `prefer` says otherwise.
-        place: "" for a whole-scene output, "body" or "point" where a name must be given.
-        prefer: which road is cheapest for a mechanism, where that depends on it.
-        exists: which scenes have it without being asked.
-    """
-
-    text: str
-    arguments: tuple[str, ...]
-    result: str
-    shape: Shape
-    units: str
-    roads: dict[str, Road]
-    place: str = ""
-    prefer: Callable[[Workspace], str] | None = None
-    exists: Callable[[Scene], bool] = lambda scene: True
-
-    def preferred(self, workspace: Workspace) -> str:
-        """Return the name of the road that code is generated from."""
-        return self.prefer(workspace) if self.prefer else next(iter(self.roads))
 
 
 def _flat(matrix: Matrix) -> list[Expr]:
@@ -411,3 +378,5 @@ OUTPUTS: dict[str, Output] = {
         place="body",
     ),
 }
+
+OUTPUTS |= closing(OUTPUTS) | REACTIONS

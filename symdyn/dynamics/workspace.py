@@ -7,9 +7,12 @@ from itertools import product
 
 from symdyn.dynamics import lagrange
 from symdyn.dynamics.christoffel import Christoffel, christoffel
+from symdyn.dynamics.closed_workspace import Closed
+from symdyn.dynamics.closure import Closing
 from symdyn.dynamics.cost import cost
 from symdyn.dynamics.crba import crba
 from symdyn.dynamics.directions import Directions, directions
+from symdyn.dynamics.hanging import Hanging
 from symdyn.dynamics.lagrange import Energies, energies
 from symdyn.dynamics.loads import generalized_forces
 from symdyn.dynamics.prescribed import Prescribed, prescribed
@@ -28,9 +31,10 @@ Matrix = list[list[Expr]]
 class Workspace:
     """One scene on one graph."""
 
-    def __init__(self, scene: Scene) -> None:
-        """Start with an empty graph."""
+    def __init__(self, scene: Scene, closing: Closing = Closing()) -> None:  # noqa: B008  frozen
+        """Start with an empty graph; `closing` is what the user chooses about closed loops."""
         self.scene = scene
+        self.closing = closing
         self.graph = Graph()
         self.state: State = state_symbols(scene, self.graph)
         self.still: list[Expr] = [self.graph.zero] * self.state.n
@@ -44,6 +48,11 @@ class Workspace:
     def prescribed(self) -> Prescribed:
         """Motions that are prescribed."""
         return prescribed(self.scene, self.graph)
+
+    @cached_property
+    def closed(self) -> Closed:
+        """Rows of the loops, and what is decided about them."""
+        return Closed(self)
 
     # Lagrange road
 
@@ -78,6 +87,16 @@ class Workspace:
     def lean(self) -> LeanTree:
         """The same tree in frames of the generator's choice, with base parameters: what the recursions run over."""
         return regroup(reframe(self.tree))
+
+    @cached_property
+    def hanging(self) -> Hanging:
+        """The declared bodies and joints, nothing merged or regrouped, for reactions."""
+        assembled: dict[str, float] = {}
+        if self.scene.loops:
+            numbers, q = self.closed.numbers, self.closed.closure.assembly.typical
+            assembled = {str(node.value): value for node, value in numbers.parameters.items()}
+            assembled |= dict(zip(self.scene.coordinates, map(float, q), strict=True))
+        return Hanging(self.scene, self.tree, self.state, assembled)
 
     @cached_property
     def elastic(self) -> Elastic:

@@ -5,9 +5,11 @@
     void <scene>_<function>_rows(size_t n, const real *q, ..., const real *params, real *out)     array of structures
 
 The last two are there with batch=True. Entry i of state k is q[i * n + k] for `_batch` and q[k * length + i] for
-`_rows`, in `out` likewise; params is one set for all states, and `out` overlaps no argument. Both run blocks of states
-through loops that compilers vectorise, and take sines and cosines by a routine of their own; so does the scalar
-function then, when it needs several. Files without batch code are the same as ever.
+`_rows`, in `out` likewise; params, or what was prepared from it, is one set for all states, and `out` overlaps no
+argument. Both run blocks of states through loops that compilers vectorise, and take sines and cosines by a routine of
+their own; so does the scalar function then, when it needs several.
+
+A long function calls parts of itself: compilers take more than linear time for it.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from symdyn.emit.c_batch import LANES, batches
+from symdyn.emit.c_batch import LANES, batches, cuts
 from symdyn.emit.c_sincos import sincos_values
 from symdyn.emit.names import stem
 from symdyn.emit.page import compose
@@ -25,6 +27,8 @@ from symdyn.emit.render import render
 from symdyn.emit.spelling import OPERATORS, Printer, Spelling, call
 from symdyn.graph import Op
 from symdyn.program import Program
+from symdyn.program.assemble import PARAMS, PREPARED
+from symdyn.program.prepare import is_prepared
 
 
 def spellings(real: Real) -> Mapping[Op, Spelling]:
@@ -73,9 +77,12 @@ def emit_c(program: Program, real: Real, command: str, batch: bool = False) -> t
         "uses_sign": any(SIGN_HELPER in line.code for f in page.functions for line in f.steps + f.outputs),
         "suffix": real.suffix,
         "lanes": LANES,
-        "batch": batches(program, page, printer, real) if batch else (),
+        "common": PREPARED if is_prepared(program) else PARAMS,
+        "batch": batch,
+        "codes": batches(program, page, printer, real) if batch else cuts(program, page, printer),
     }
-    values["sincos"] = any(many.sincos for many in values["batch"])
+    values["cut"] = any(many and many.parts for many in values["codes"])
+    values["sincos"] = any(many and many.sincos for many in values["codes"])
     values |= sincos_values(real.name) if values["sincos"] else {}
     return (
         (f"{name}.c", render("c/source.c.jinja", values)),

@@ -5,29 +5,20 @@ which compilers turn into vector code. Sines and cosines are taken a row at a ti
 into the C library, which would keep the whole loop from being vectorised. Passes are cut where they grow too long for
 a compiler. A value that leaves its stage waits in a row of work space; rows are used again when their value is spent.
 
-What depends on parameters alone is uniform: computed once a block, before the loop.
+What depends on parameters alone, or on what was prepared from them, is uniform: computed once a block, before the loop.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from heapq import heappop, heappush
 
-from symdyn.graph import Expr, Op
+from symdyn.emit.c_stages import TRIGONOMETRIC, Constants, Stage, complete, needs_of, place_outputs, stages_of
+from symdyn.graph import Expr
 from symdyn.program import Routine, Step
-from symdyn.program.assemble import PARAMS
-
-Constants = Mapping[Expr, Fraction]
-
-LONGEST = 1200
-"""Operations up to which a routine stays one loop. 7 axes need half of them."""
-PIECE = 400
-"""Operations of one loop of a longer routine: time to compile grows faster than its length."""
-
-TRIGONOMETRIC = (Op.SIN, Op.COS)
-CALLS = (*TRIGONOMETRIC, Op.EXP, Op.LOG, Op.TANH, Op.ATAN2)
+from symdyn.program.assemble import shared
+from symdyn.program.schedule import schedule
 
 
 @dataclass(frozen=True)
@@ -38,18 +29,27 @@ class Pass:
         plain: whether it is arithmetic alone, and so fit for vectors.
         inputs: entries of arguments that it reads.
         loads, stores: (step, row) of what comes from and goes to other stages.
-        steps: what it computes, in order.
-        outputs: places of the entries of the result that it writes.
+        order: its lines: what is read, right before its first use, or computed, or the place of an entry of the result.
         uniform: steps and parameters that are computed before the loop.
     """
 
     plain: bool
     inputs: tuple[Step, ...]
     loads: tuple[tuple[Step, int], ...]
-    steps: tuple[Step, ...]
     stores: tuple[tuple[Step, int], ...]
-    outputs: tuple[int, ...]
+    order: tuple[Step | int, ...]
     uniform: tuple[Step, ...]
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """What it computes, in order."""
+        given = {*self.inputs, *(step for step, _ in self.loads)}
+        return tuple(line for line in self.order if isinstance(line, Step) and line not in given)
+
+    @property
+    def outputs(self) -> tuple[int, ...]:
+        """Places of the entries of the result that it writes."""
+        return tuple(line for line in self.order if isinstance(line, int))
 
 
 @dataclass(frozen=True)
@@ -83,16 +83,6 @@ class Plan:
     names: Mapping[Expr, str]
 
 
-@dataclass
-class _Stage:
-    """A stage in the making; `kind` is "pass", "sincos" or "call"."""
-
-    kind: str
-    steps: list[Step]
-    outputs: list[int]
-    angle: Expr | None = None
-
-
 def plan(routine: Routine, known: Constants) -> Plan:
     """Return the stages of `routine`.
 
@@ -100,134 +90,25 @@ def plan(routine: Routine, known: Constants) -> Plan:
         routine: what to compute.
         known: nodes that are constants.
     """
-    steps = _complete(routine, known)
+    steps = complete(routine, known)
     named = {step.node: step.name for step in (*routine.inputs, *steps)}
-    needs = {step.node: _needs(step.node.args, named, known) for step in steps}
-    everywhere = {s for a in routine.function.arguments if a.name == PARAMS for s in a.symbols}
+    needs = {step.node: needs_of(step.node.args, named, known) for step in steps}
+    common = shared([argument.name for argument in routine.function.arguments])
+    everywhere = {s for a in routine.function.arguments if a.name == common for s in a.symbols}
     for step in steps:
         if all(node in everywhere for node in needs[step.node]):
             everywhere.add(step.node)
     varying = [step for step in steps if step.node not in everywhere]
-    stages = _stages(varying, needs, named, known)
-    entries = [_needs((entry,), named, known) for entry in routine.function.entries]
-    _place_outputs(stages, entries)
+    stages = stages_of(varying, needs, named, known)
+    entries = [needs_of((entry,), named, known) for entry in routine.function.entries]
+    place_outputs(stages, entries)
     return _finish(routine, steps, stages, needs, entries, everywhere, named)
-
-
-def _complete(routine: Routine, known: Constants) -> list[Step]:
-    """Return the steps with a name for every call and for whatever is called with."""
-    taken = {step.name for step in (*routine.inputs, *routine.steps)}
-    named = {step.node for step in (*routine.inputs, *routine.steps)}
-    steps: list[Step] = []
-
-    def add(node: Expr) -> None:
-        number = 1 + sum(step.name not in taken for step in steps)
-        while f"y{number}" in taken:
-            number += 1
-        named.add(node)
-        steps.append(Step(f"y{number}", node))
-
-    def lift(node: Expr) -> None:  # as deep as a line is wide
-        if node in named or node in known:
-            return
-        below(node)
-        if node.op in CALLS:
-            add(node)
-
-    def below(node: Expr) -> None:
-        for arg in node.args:
-            lift(arg)
-            if node.op in CALLS and arg not in named and arg not in known:
-                add(arg)
-
-    for step in routine.steps:
-        below(step.node)
-        steps.append(step)
-    for entry in routine.function.entries:
-        lift(entry)
-    return steps
-
-
-def _needs(nodes: Iterable[Expr], named: Mapping[Expr, str], known: Constants) -> tuple[Expr, ...]:
-    """Return the named nodes that stand in the text of `nodes`."""
-    found: dict[Expr, None] = {}
-    stack = list(nodes)[::-1]
-    while stack:
-        node = stack.pop()
-        if node in named:
-            found[node] = None
-        elif node not in known:
-            stack += node.args[::-1]
-    return tuple(found)
-
-
-def _operations(step: Step, named: Mapping[Expr, str], known: Constants) -> int:
-    """Return how many operations one line holds."""
-    total, stack = 1, list(step.node.args)
-    while stack:
-        node = stack.pop()
-        if node not in named and node not in known:
-            total += 1
-            stack += node.args
-    return total
-
-
-def _stages(
-    steps: Sequence[Step],
-    needs: Mapping[Expr, Sequence[Expr]],
-    named: Mapping[Expr, str],
-    known: Constants,
-) -> list[_Stage]:
-    """Return the stages: what calls wait for as early as can be, all the rest after the last call."""
-    level: dict[Expr, int] = {}
-    for step in steps:
-        level[step.node] = max((level.get(n, 0) for n in needs[step.node]), default=0) + (step.node.op in CALLS)
-    early: set[Expr] = set()
-    for step in reversed(steps):
-        if step.node.op in CALLS or step.node in early:
-            early.update(needs[step.node])
-    last = max(level.values(), default=0)
-    stages: list[_Stage] = []
-    for here in range(last + 1):
-        calls = [s for s in steps if s.node.op in CALLS and level[s.node] == here]
-        angles = dict.fromkeys(s.node.args[0] for s in calls if s.node.op in TRIGONOMETRIC)
-        stages += [
-            _Stage("sincos", [s for s in calls if s.node.op in TRIGONOMETRIC and s.node.args[0] is angle], [], angle)
-            for angle in angles
-        ]
-        stages += [_Stage("call", [s], []) for s in calls if s.node.op not in TRIGONOMETRIC]
-        plain = (s for s in steps if s.node.op not in CALLS)
-        mine = [s for s in plain if here == (level[s.node] if s.node in early else last)]
-        if mine or here == last:
-            stages += _cut(mine, [_operations(s, named, known) for s in mine])
-    return stages
-
-
-def _cut(steps: Sequence[Step], sizes: Sequence[int]) -> list[_Stage]:
-    """Return `steps` as passes of about equal length; one pass unless that is too long."""
-    total = sum(sizes)
-    count = 1 if total <= LONGEST else -(-total // PIECE)
-    passes = [_Stage("pass", [], []) for _ in range(count)]
-    done = 0
-    for step, size in zip(steps, sizes, strict=True):
-        passes[min(count - 1, done * count // max(total, 1))].steps.append(step)
-        done += size
-    return passes
-
-
-def _place_outputs(stages: Sequence[_Stage], entries: Sequence[Sequence[Expr]]) -> None:
-    """Let every entry of the result be written by the first pass that has all it needs; constants by the last one."""
-    born = {step.node: i for i, stage in enumerate(stages) for step in stage.steps}
-    passes = [i for i, stage in enumerate(stages) if stage.kind == "pass"]
-    for place, needed in enumerate(entries):
-        ready = max((born[node] for node in needed if node in born), default=len(stages) - 1)
-        stages[next(i for i in passes if i >= ready)].outputs.append(place)
 
 
 def _finish(
     routine: Routine,
     steps: Sequence[Step],
-    stages: Sequence[_Stage],
+    stages: Sequence[Stage],
     needs: Mapping[Expr, Sequence[Expr]],
     entries: Sequence[Sequence[Expr]],
     everywhere: set[Expr],
@@ -270,9 +151,8 @@ def _finish(
                     plain=stage.kind == "pass",
                     inputs=tuple(step_of[n] for n in used[i] if n in inputs and n not in everywhere),
                     loads=tuple((step_of[n], row[n]) for n in used[i] if n in row and n not in own),
-                    steps=tuple(stage.steps),
                     stores=tuple((s, row[s.node]) for s in kept),
-                    outputs=tuple(stage.outputs),
+                    order=_order(stage, needs, entries, everywhere, step_of),
                     uniform=_uniform(used[i], needs, everywhere, (*routine.inputs, *steps)),
                 )
             )
@@ -281,7 +161,28 @@ def _finish(
     return Plan(tuple(done), rows, named)
 
 
-def _used(stage: _Stage, needs: Mapping[Expr, Sequence[Expr]], entries: Sequence[Sequence[Expr]]) -> dict[Expr, None]:
+def _order(
+    stage: Stage,
+    needs: Mapping[Expr, Sequence[Expr]],
+    entries: Sequence[Sequence[Expr]],
+    everywhere: set[Expr],
+    step_of: Mapping[Expr, Step],
+) -> tuple[Step | int, ...]:
+    """Return the lines of a pass in an order of short lives, each value that is read right before its first use."""
+    lines: list[Step | int] = [*stage.steps, *stage.outputs]
+    read = [needs[line.node] if isinstance(line, Step) else entries[line] for line in lines]
+    read = [[node for node in nodes if node not in everywhere] for nodes in read]
+    made = [line.node if isinstance(line, Step) else None for line in lines]
+    known = set(made)
+    order: list[Step | int] = []
+    for place in schedule(list(zip(made, read, strict=True))):
+        first = [node for node in read[place] if node not in known]
+        known.update(first)
+        order += [*(step_of[node] for node in first), lines[place]]
+    return tuple(order)
+
+
+def _used(stage: Stage, needs: Mapping[Expr, Sequence[Expr]], entries: Sequence[Sequence[Expr]]) -> dict[Expr, None]:
     """Return what a stage reads, in order."""
     found = [node for step in stage.steps for node in needs[step.node]]
     return dict.fromkeys(found + [node for place in stage.outputs for node in entries[place]])

@@ -3,8 +3,11 @@
     k = round(2x/π),   y = x - k π/2 = hi + lo       |y| ≤ π/4, four parts of π/2, the first three times k exact
     sin y = y + y³ S(y²),   cos y = 1 - y²/2 + y⁴ C(y²)
 
-The reduction keeps a low part, so that the result is right to 1 ulp next to multiples of π/2 too. In float everything
-is computed in double, where the sum of two parts and short polynomials are enough, and rounded once.
+The reduction keeps a low part, so that the result is right to 1 ulp next to multiples of π/2 too. The error of the
+second difference is folded into the third part: where it is not zero, the difference is so large that rounding the sum
+does no harm. In float everything is computed in double, where the sum of three parts and short polynomials are enough,
+and rounded once. The code has polynomials in h = y²/2, which is needed anyway; powers of two cost no digit. What y is
+too large by is subtracted together with the rest of the series, whose signs are such that -0 stays -0.
 
 References: Cody and Waite, Software Manual for the Elementary Functions (1980), for the reduction in parts; the order
 of summation is that of FDLIBM's k_sin.c and k_cos.c.
@@ -17,6 +20,9 @@ from typing import Any
 
 LIMIT_EXPONENT = 20
 """Angles below 2^20 in size are reduced here, others by the C library."""
+
+CHAINS = 4
+"""Angles that one turn of the loop takes side by side: one waits for its own results most of the time."""
 
 TWO_OVER_PI = 0.6366197723675814
 
@@ -58,7 +64,7 @@ COSINE = {
 
 
 def horner(coefficients: Sequence[float], variable: str) -> str:
-    """Return a polynomial as C: c0 + z * (c1 + z * (…))."""
+    """Return a polynomial as C: c0 + h * (c1 + h * (…))."""
     *low, top = coefficients
     text = repr(top)
     for coefficient in reversed(low):
@@ -70,13 +76,18 @@ def _factor(text: str) -> str:
     return f"({text})" if " " in text or text.startswith("-") else text
 
 
+def _in_halves(coefficients: Sequence[float], first: int) -> list[float]:
+    """Return the coefficients of a polynomial in z/2 for those of one in z, the first of them times 2^first."""
+    return [coefficient * 2.0**power for power, coefficient in enumerate(coefficients, first)]
+
+
 def sincos_values(real: str) -> Mapping[str, Any]:
     """Return what the template of sincos is given for "double" or "float"."""
     return {
         "two_over_pi": repr(TWO_OVER_PI),
         "half_pi": tuple(map(repr, HALF_PI)),
-        "sine_first": repr(SINE[real][0]),
-        "sine_rest": horner(SINE[real][1:], "z"),
-        "cosine": horner(COSINE[real], "z"),
+        "sine": horner(_in_halves([-c for c in SINE[real]], 1), "h[j]"),
+        "cosine": horner(_in_halves(COSINE[real], 2), "h[j]"),
+        "chains": CHAINS,
         "limit_exponent": LIMIT_EXPONENT,
     }

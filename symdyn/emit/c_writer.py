@@ -26,7 +26,7 @@ class PassText:
         unused: what it is handed and does not read.
         before: what is uniform, ahead of the loop.
         lines: the body of the loop.
-        stores: assignments to work space and to the result.
+        names: targets of lines that are new variables; other lines go to work space and to the result.
     """
 
     number: int
@@ -34,7 +34,7 @@ class PassText:
     unused: tuple[str, ...]
     before: tuple[Line, ...]
     lines: tuple[Line, ...]
-    stores: tuple[Line, ...]
+    names: frozenset[str]
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class ScalarStage:
         number: tells the arrays of angles apart.
         lines: assignments.
         angles: where the angles are, padded with zeros to whole groups; () for lines.
-        results: what becomes of sines and cosines.
+        results: what becomes of sines and cosines; without `angles`, all there is to it.
         call: of a part that stands in a function of its own; "" for none.
     """
 
@@ -93,18 +93,26 @@ class Writer:
         read |= {"w"} if stage.loads or stage.stores else set()
         read |= {"out"} if stage.outputs else set()
         handed = (*layout.common, *(argument.name for argument in self.routine.function.arguments), "w", "out")
-        lines = [Line(step.name, layout.entry.format(*self.places[step.node])) for step in stage.inputs]
-        lines += [Line(step.name, layout.row.format(row)) for step, row in stage.loads]
+        loads, stores = dict(stage.loads), dict(stage.stores)
+        lines: list[Line] = []
+        for line in stage.order:
+            if isinstance(line, int):
+                lines.append(Line(layout.entry.format("out", line), self.entry(line)))
+            elif line in loads:
+                lines.append(Line(line.name, layout.row.format(loads[line])))
+            elif line.node.op is Op.SYMBOL:
+                lines.append(Line(line.name, layout.entry.format(*self.places[line.node])))
+            else:
+                lines.append(self._define(line))
+            if isinstance(line, Step) and line in stores:
+                lines.append(Line(layout.row.format(stores[line]), line.name))
         return PassText(
             number=number,
             vector=stage.plain,
             unused=tuple(name for name in handed if name not in read),
             before=tuple(self._define(step) for step in stage.uniform),
-            lines=(*lines, *(self._define(step) for step in stage.steps)),
-            stores=(
-                *(Line(layout.row.format(row), step.name) for step, row in stage.stores),
-                *(Line(layout.entry.format("out", place), self.entry(place)) for place in stage.outputs),
-            ),
+            lines=tuple(lines),
+            names=frozenset(line.name for line in stage.order if isinstance(line, Step)),
         )
 
     def scalar(self) -> tuple[ScalarStage, ...]:
@@ -125,8 +133,8 @@ class Writer:
                 stages.append(self._angles(len(stages), group, angles, lambda step, _: step.name))
         return (*stages, ScalarStage(len(stages), tuple(pending)))
 
-    def scalar_calls(self, handed: str) -> tuple[ScalarStage, ...]:
-        """Return the stages of a scalar function that is cut into parts."""
+    def scalar_calls(self, handed: str, together: bool) -> tuple[ScalarStage, ...]:
+        """Return the stages of a scalar function that is cut into parts; angles are taken `together` or one by one."""
         name = identifier(self.routine.function.name)
         stages: list[ScalarStage] = []
         parts = 0
@@ -139,7 +147,10 @@ class Writer:
                     SINGLE.row.format(stage.row) if stage.row is not None else self._given(stage.angle)
                     for stage in group
                 ]
-                stages.append(self._angles(len(stages), group, angles, lambda _, row: SINGLE.row.format(row)))
+                if together:
+                    stages.append(self._angles(len(stages), group, angles, lambda _, row: SINGLE.row.format(row)))
+                else:
+                    stages.append(ScalarStage(len(stages), results=self._one_by_one(group, angles)))
         return tuple(stages)
 
     def _given(self, step: Step) -> str:
@@ -168,6 +179,15 @@ class Writer:
         ]
         padding = ["0"] * (-len(angles) % GROUP)
         return ScalarStage(number, angles=(*angles, *padding), results=tuple(results))
+
+    def _one_by_one(self, group: list[SineCosine], angles: list[str]) -> tuple[Line, ...]:
+        """Return what a stage of angles computes by the functions of the C library."""
+        return tuple(
+            Line(SINGLE.row.format(row), self.printer.spellings[step.node.op].pattern.format(angle))
+            for stage, angle in zip(group, angles, strict=True)
+            for step, row in (stage.sine, stage.cosine)
+            if step is not None
+        )
 
     def _define(self, step: Step) -> Line:
         """Return the line that gives a step its name."""

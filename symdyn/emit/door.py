@@ -11,6 +11,7 @@ from symdyn.emit.sources import Sources
 from symdyn.emit.ufunc import emit_ufunc
 from symdyn.errors import EmitError
 from symdyn.program import Program
+from symdyn.program.prepare import PREPARE, is_prepared
 
 Emitter = Callable[[Program, Real, str], tuple[tuple[str, str], ...]]
 
@@ -45,7 +46,10 @@ def emit(
 
 def _command(program: Program, target: str, real: str, batch: bool) -> str:
     """Return the command line that makes the same files."""
-    functions = ",".join(routine.function.request or routine.function.name for routine in program.routines)
+    first = is_prepared(program)
+    asked = (routine.function for routine in program.routines if not (first and routine.function.name == PREPARE))
+    functions = ",".join(function.request or function.name for function in asked)
     precision = "" if real == "double" else f" --real {real}"
     many = " --batch" if batch and target == "c" else ""
-    return f"symdyn generate {program.scene.name}.toml --target {target}{precision}{many} --functions {functions}"
+    words = f"--target {target}{precision}{many}{' --prepare' if first else ''}"
+    return f"symdyn generate {program.scene.name}.toml {words} --functions {functions}"

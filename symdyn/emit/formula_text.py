@@ -59,18 +59,25 @@ def _text(form: Form) -> str:
         text = "*".join(map(_text_factor, above)) if above else "1"
         for factor in below:
             assert isinstance(factor, Power)
-            text += f"/{_text_factor(Power(factor.base, -factor.exponent) if factor.exponent < -1 else factor.base)}"
+            text += _divided(factor)
         return text
     if isinstance(form, Number):
         return spell_fraction(form.value)
     if isinstance(form, Power):
         if form.exponent < 0:
-            return f"1/{_text_factor(Power(form.base, -form.exponent) if form.exponent < -1 else form.base)}"
+            return f"1{_divided(form)}"
         bare = isinstance(form.base, (Symbol, Pi, Function))
         return f"{_text(form.base)}**{form.exponent}" if bare else f"({_text(form.base)})**{form.exponent}"
     if isinstance(form, Function):
         return f"{form.op.name.lower()}({', '.join(text_of(arg) for arg in form.args)})"
     return "pi" if isinstance(form, Pi) else form.name
+
+
+def _divided(inverse: Power) -> str:
+    """Return "/m" for 1/m, and "/(m*h)" for the inverse of a product or a quotient."""
+    below = Power(inverse.base, -inverse.exponent) if inverse.exponent < -1 else inverse.base
+    open_ended = isinstance(below, Product) or _is_inverse(below)
+    return f"/({_text(below)})" if open_ended else f"/{_text_factor(below)}"
 
 
 def _text_factor(form: Form) -> str:

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from symdyn.algebra.form import MINUS_ONE, product_of, split_sign, sum_of, symbols_of, terms_of
+from symdyn.algebra.form import MINUS_ONE, Form, product_of, split_sign, sum_of, symbols_of, terms_of
 from symdyn.dynamics.prescribed import TIME
 from symdyn.emit.breaking import break_lines, latex_width
 from symdyn.emit.equations import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.formula_text import BREAK, Latex
 from symdyn.emit.symbols import escape, latex_symbols, latex_unit
-from symdyn.scene import JOINTS, acceleration_name
+from symdyn.scene import JOINTS, Scene, acceleration_name
 from symdyn.scene.spelling import spell
 
 LINE = 470.0  # pt: 170 mm less a little for what the estimate misses
@@ -50,6 +50,12 @@ def latex_document(page: Printable, group: str) -> str:
             "values": any(row["value"] for row in symbols),
         },
     )
+
+
+def latex_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
+    """Return `name = formula` as displays; names are LaTeX."""
+    write = Latex(latex_symbols(scene), DIGITS)
+    return "\n".join(_align([_definition(name, write(form)) for name, form in named]))
 
 
 def _writer(page: Printable) -> Latex:

@@ -6,13 +6,13 @@ Names of the scene win: one that SymPy uses otherwise (I, E, S, N) becomes the s
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from symdyn.algebra.form import Form, Symbol, symbols_of
 from symdyn.algebra.sympy_algebra import NAMES, form_to_sympy, sympy_text
 from symdyn.emit.equations import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.text_page import coefficient_name
-from symdyn.scene import acceleration_name
+from symdyn.scene import Scene, acceleration_name
 
 WORDS = ("symbols", "Eq", "Matrix", "Rational", "pi", *NAMES.values())
 
@@ -22,13 +22,12 @@ Names = Mapping[tuple[str, tuple[int, ...]], str]  # variable of a coefficient, 
 class _Variables:
     """The variables of the program: symbols first, then what is defined with them."""
 
-    def __init__(self, page: Printable, used: Iterable[str]) -> None:
+    def __init__(self, scene: Scene, used: Iterable[str]) -> None:
         """Name the symbols, those of the scene in its order, then the others."""
-        coordinates, velocities = page.scene.coordinates, page.scene.velocities
-        order = [parameter.name for parameter in page.scene.parameters]
-        order += [*coordinates, *velocities, *map(acceleration_name, velocities)]
+        order = [parameter.name for parameter in scene.parameters]
+        order += [*scene.coordinates, *scene.velocities, *map(acceleration_name, scene.velocities)]
         needed = dict.fromkeys(used)
-        self.positive = [parameter.name for parameter in page.scene.parameters if parameter.positive]
+        self.positive = [parameter.name for parameter in scene.parameters if parameter.positive]
         self._taken = {*WORDS}
         self.symbols: dict[str, str] = {}
         for name in [*(name for name in order if name in needed), *(name for name in needed if name not in order)]:
@@ -60,7 +59,7 @@ def sympy_page(page: Printable, group: str) -> str:
     lefts = [page.left(i) for i in range(len(page.rows))]
     rates = [c.rate for row in page.rows for c in row]
     forms = [*lefts, *rates, *page.right, *(form for one in page.motions for form in (Symbol(one[0]), one[1]))]
-    variables = _Variables(page, (name for form in forms for name in symbols_of(form)))
+    variables = _Variables(page.scene, (name for form in forms for name in symbols_of(form)))
     lines = list(variables.declarations())
     if group == "matrix":
         lines += _matrix(page, variables)
@@ -79,6 +78,13 @@ def sympy_page(page: Printable, group: str) -> str:
         for name, form in page.motions
     ]
     return "\n".join(lines)
+
+
+def sympy_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
+    """Return `name = formula`, one a line, after the symbols."""
+    variables = _Variables(scene, (name for _, form in named for name in symbols_of(form)))
+    lines = [f"{variables.fresh(name)} = {variables.show(form)}" for name, form in named]
+    return "\n".join([*variables.declarations(), *lines])
 
 
 def _coefficients(

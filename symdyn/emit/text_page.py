@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
+from symdyn.algebra.form import Form
 from symdyn.emit.breaking import break_lines
 from symdyn.emit.equations import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.formula_text import BREAK, broken_text, text_of
@@ -16,6 +17,11 @@ def text_page(page: Printable, group: str) -> str:
     """Return the equations in plain text; indices from 1."""
     motions = (_wrapped(name, broken_text(form)) for name, form in page.motions)
     return "\n".join([*_paragraphs(page, group), *motions])
+
+
+def text_definitions(named: Iterable[tuple[str, Form]]) -> str:
+    """Return `name = formula`, one a paragraph."""
+    return "\n".join(_wrapped(name, broken_text(form)) for name, form in named)
 
 
 def coefficient_name(c: Coefficient) -> str:

@@ -17,7 +17,7 @@ from symdyn.emit.render import render
 from symdyn.emit.spelling import Printer
 from symdyn.errors import EmitError
 from symdyn.program import Program
-from symdyn.program.assemble import PARAMS
+from symdyn.program.assemble import shared
 
 TAGS: Mapping[str, str] = {"float": "f32", "double": "f64"}
 """In the order in which NumPy tries them: the first type that all operands fit is taken."""
@@ -33,7 +33,7 @@ class _Ufunc:
         name, arguments, shape: as in `FunctionText`.
         size: entries of the result.
         signature: as NumPy reads it.
-        params: place of params among the arguments, -1 without.
+        params: place of what all states of a batch have in common among the arguments, -1 without.
         doc: lines of a C string literal.
     """
 
@@ -109,6 +109,7 @@ def _loop(real: str, tag: str, opening: str, functions: tuple[FunctionText, ...]
 
 def _ufunc(page: Page, function: FunctionText) -> _Ufunc:
     names = [argument.name for argument in function.arguments]
+    common = shared(names)
     inputs = ",".join(f"({argument.core})" for argument in function.arguments)
     return _Ufunc(
         name=function.name,
@@ -116,7 +117,7 @@ def _ufunc(page: Page, function: FunctionText) -> _Ufunc:
         shape=function.shape,
         size=len(function.outputs),
         signature=f"{inputs}->({','.join(map(str, function.shape))})",
-        params=names.index(PARAMS) if PARAMS in names else -1,
+        params=names.index(common) if common else -1,
         doc=tuple(_literal(line) for line in docstring(page, function).splitlines(keepends=True)),
     )
 

@@ -1,19 +1,18 @@
 """Programs: equations as straight-line code, pruned, named and counted; no syntax yet."""
 
 from symdyn.program.assemble import assemble, identifier
-from symdyn.program.choose import cheapest, formulate
-from symdyn.program.count import BINDING, CATEGORY, WEIGHTS, Counts, count, count_by_binding, state_dependent_counts
+from symdyn.program.choose import cheapest, choose, formulate
+from symdyn.program.count import BINDING, Counts, count, count_by_binding, state_dependent_counts
 from symdyn.program.lower import lower
 from symdyn.program.model import Program, Routine, Step, check
 from symdyn.program.passes import PASSES, optimise
+from symdyn.program.prepare import prepare
 from symdyn.program.skipped import Skipped, skipped
 from symdyn.program.static import at_rest
 
 __all__ = [
     "BINDING",
-    "CATEGORY",
     "PASSES",
-    "WEIGHTS",
     "Counts",
     "Program",
     "Routine",
@@ -23,12 +22,14 @@ __all__ = [
     "at_rest",
     "cheapest",
     "check",
+    "choose",
     "count",
     "count_by_binding",
     "formulate",
     "identifier",
     "lower",
     "optimise",
+    "prepare",
     "skipped",
     "state_dependent_counts",
 ]

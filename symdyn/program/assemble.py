@@ -12,7 +12,7 @@ inverse and forward dynamics of 6 and 7 axes: as many values alive at once, and 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from symdyn.dynamics.equations import Argument, Function
@@ -30,7 +30,16 @@ WIDEST = 100
 NAME, OPERATOR, CALL = 5, 3, 12
 """Estimated characters of a name, of an operator with its spaces, of a function with its parentheses."""
 
-PARAMS = "params"
+PARAMS, PREPARED = "params", "prepared"
+
+
+def shared(arguments: Sequence[str]) -> str:
+    """Return which of a function's arguments all states of a batch have in common, "" if there is none.
+
+    These are the parameters, or what was prepared from them. Where there is no state beside them each set of them is
+    a state of its own.
+    """
+    return next((name for name in arguments if name in (PARAMS, PREPARED) and len(arguments) > 1), "")
 
 
 def assemble(scene: Scene, graph: Graph, functions: tuple[Function, ...]) -> Program:
@@ -89,10 +98,10 @@ def _lines(function: Function, needed: list[Expr], known: Constants) -> list[Exp
         if node.op is Op.SYMBOL:
             width[node] = NAME
             continue
-        _shorten(node, width, named, known)
+        here = _shortened(node, width, named, known)
         if node.op in (Op.SIN, Op.COS) or (uses[node] > 1 and node.op is not Op.NEG):
             named.add(node)
-        width[node] = NAME if node in named else _width(node, width, known)
+        width[node] = NAME if node in named else here
     return [node for node in needed if node in named]
 
 
@@ -109,19 +118,20 @@ def _uses(function: Function, needed: list[Expr]) -> dict[Expr, int]:
     return uses
 
 
-def _shorten(node: Expr, width: dict[Expr, int], named: set[Expr], known: Constants) -> None:
-    """Name operands of `node`, the widest first, until it fits a line."""
-    while _width(node, width, known) > WIDEST:
+def _shortened(node: Expr, width: dict[Expr, int], named: set[Expr], known: Constants) -> int:
+    """Name operands of `node`, the widest first, until it fits a line; return how wide it is then."""
+    while (here := _width(node, width, known)) > WIDEST:
         widest = max((arg for arg in node.args if arg in width), key=lambda arg: width[arg])
         inner = widest.args[0] if widest.op is Op.NEG else widest
         named.add(inner)
         width[inner] = NAME
         width[widest] = NAME
+    return here
 
 
 def _width(node: Expr, width: Mapping[Expr, int], known: Constants) -> int:
     """Return about how many characters `node` takes when it is printed in full."""
-    parts = sum(_digits(known[arg]) if arg in known else width[arg] for arg in node.args)
+    parts = sum([_digits(known[arg]) if arg in known else width[arg] for arg in node.args])
     return parts + (OPERATOR if node.op in (Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG) else CALL)
 
 

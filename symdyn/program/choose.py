@@ -43,14 +43,19 @@ def formulate(scene: Scene, outputs: Sequence[str], road: str | None = None) -> 
         DerivationError: an unknown output, body or point, equations that do not exist, a road that no output has.
     """
     workspace = Workspace(scene)
+    return Equations(scene, workspace.graph, choose(workspace, outputs, road))
+
+
+def choose(workspace: Workspace, outputs: Sequence[str], road: str | None = None) -> tuple[Function, ...]:
+    """Return the outputs on the workspace's graph; see `formulate`."""
+    scene = workspace.scene
     if road is not None and not any(road in roads(request, scene) for request in outputs):
         known = dict.fromkeys(one for request in outputs for one in roads(request, scene))
         raise DerivationError(f"no output that was asked for has the road {road!r}; there are {', '.join(known)}")
-    functions = tuple(
+    return tuple(
         derive_one(workspace, request, road) if road in roads(request, scene) else cheapest(workspace, request)
         for request in outputs
     )
-    return Equations(scene, workspace.graph, functions)
 
 
 def cheapest(workspace: Workspace, request: str) -> Function:

@@ -1,7 +1,7 @@
 """Operation counts, the currency in which formulations are compared.
 
-A sine and a cosine of one angle count as one pair. Negations are free: a sign moves into a neighbouring sum. What has
-no symbol below it is a constant and costs nothing at run time.
+Categories and weights are those of `symdyn.dynamics.cost`. What has no symbol below it is a constant and costs nothing
+at run time.
 
 Binding time says when the arguments of an operation are known: work on parameters alone is done once for a mechanism,
 work on q once for a configuration, and so on.
@@ -11,36 +11,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from symdyn.dynamics.cost import CATEGORY, WEIGHTS
 from symdyn.dynamics.equations import Function
 from symdyn.graph import Expr, Op, reachable
 
-FREE = ""
-
-CATEGORY: dict[Op, str] = {
-    Op.CONSTANT: FREE,
-    Op.PI: FREE,
-    Op.SYMBOL: FREE,
-    Op.ADD: "additions",
-    Op.SUB: "additions",
-    Op.MUL: "multiplications",
-    Op.DIV: "divisions",
-    Op.NEG: FREE,
-    Op.SIN: "sincos",
-    Op.COS: "sincos",
-    Op.SQRT: "others",
-    Op.EXP: "others",
-    Op.LOG: "others",
-    Op.TANH: "others",
-    Op.ABS: "others",
-    Op.SIGN: "others",
-    Op.ATAN2: "others",
-}
-
-WEIGHTS = {"multiplications": 1, "additions": 1, "divisions": 4, "sincos": 20, "others": 20}
-"""Cost of an operation in multiplications, by which formulations and passes are compared."""
-
 BINDING: tuple[tuple[str, tuple[str, ...]], ...] = (
-    ("params", ("params",)),
+    ("params", ("params", "prepared")),
     ("q", ("q",)),
     ("q, qd", ("qd",)),
     ("all", ("qdd", "tau")),
@@ -97,7 +73,7 @@ def count_by_binding(function: Function) -> dict[str, Counts]:
         if node.op is Op.SYMBOL:
             times[node] = known.get(node.value, len(BINDING) - 1)
             continue
-        time = max((times[arg] for arg in node.args if arg in times), default=-1)
+        time = max([times.get(arg, -1) for arg in node.args], default=-1)
         if time < 0:
             continue
         times[node] = time
@@ -119,7 +95,7 @@ def state_dependent_counts(function: Function) -> Counts:
 
     What depends on parameters alone is worked out once for a robot and left out. Twice a number is an addition.
     """
-    varying = {symbol for a in function.arguments if a.name != "params" for symbol in a.symbols}
+    varying = {symbol for a in function.arguments if a.name not in BINDING[0][1] for symbol in a.symbols}
     tally = dict.fromkeys(WEIGHTS, 0)
     angles: set[Expr] = set()
     for node in reachable(function.entries):

@@ -18,11 +18,12 @@ from fractions import Fraction
 from functools import cached_property
 
 from symdyn.dynamics import Equations, Workspace, derive_one, roads
+from symdyn.dynamics.cost import CATEGORY, FREE
 from symdyn.dynamics.parallel import angle_groups
 from symdyn.dynamics.reframe import LeanTree, reframe
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, reachable
-from symdyn.program.count import CATEGORY, FREE, Counts
+from symdyn.program.count import Counts
 from symdyn.program.lower import lower
 from symdyn.program.passes import DEFAULT
 from symdyn.scene import Body, Quantity, Scene, express, number

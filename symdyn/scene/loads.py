@@ -94,11 +94,32 @@ class Load:
 
 @dataclass(frozen=True)
 class Row:
-    """A constraint on velocities, nonholonomic: Σ a_k(q) u_k = 0, a formula linear in the velocities.
+    """A constraint on velocities, nonholonomic: one that no placement can tell.
+
+        formula     Σ a_k(q) u_k = 0, one row
+        knife_edge  a point of a body has no velocity along an axis of the body, the one across the blade: one row
+        rolling     the lowest point C of the rim of a wheel or disc has no velocity: one row a component
+
+    With the wheel's axis a, its centre O and the normal n of the ground, unit vectors, and w = |a × n|,
+
+        C = O - r (n - (n·a) a) / w        along  v_C·(a × n) / w = (v_O·(a × n)) / w - r ω·a
+                                           across v_C·(n × (a × n)) / w        normal v_C·n
 
     Attributes:
-        formula: its left side.
+        type: "formula", "knife_edge" or "rolling".
+        formula: its left side, linear in the velocities; of a formula.
+        place: the point of the blade, or the centre of the wheel.
+        axis: the direction across the blade, or the wheel's axis; body axes, any length but zero, free of symbols.
+        radius: of the wheel, m.
+        normal: of the ground that a wheel rolls on; ground axes, any length but zero, free of symbols.
+        components: of the velocity of a wheel's lowest point, those that vanish: of "along", "across", "normal".
     """
 
     name: str
-    formula: Quantity
+    type: str = "formula"
+    formula: Quantity = ZERO
+    place: Place | None = None
+    axis: Vector = (ZERO, ONE, ZERO)
+    radius: Quantity = ZERO
+    normal: Vector = (ZERO, ZERO, ONE)
+    components: tuple[str, ...] = ("along", "across")

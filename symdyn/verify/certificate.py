@@ -18,13 +18,17 @@ from symdyn.dynamics import (
     Function,
     Workspace,
     available,
+    derive,
     derive_one,
+    is_closed,
     roads,
 )
 from symdyn.emit import emit
-from symdyn.errors import BuildError, MissingCompiler
+from symdyn.errors import BuildError, DerivationError, MissingCompiler
 from symdyn.graph import Expr, reachable, substitute
-from symdyn.program import Program, cheapest, lower
+from symdyn.program import Program, choose, lower
+from symdyn.program import prepare as prepare_program
+from symdyn.program.prepare import PREPARE, is_prepared
 from symdyn.scene import Scene, express
 from symdyn.verify.accuracy import Accuracy, measure, sample
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Claim, Fields, Finding, prove
@@ -74,6 +78,8 @@ def certify(
     seed: int = 1,
     progress: Progress = lambda _: None,
     real: str = "double",
+    road: str | None = None,
+    prepare: bool = False,
 ) -> Certificate:
     """Return the certificate of a scene.
 
@@ -83,9 +89,12 @@ def certify(
         seed: of primes, points and states; the same seed, the same proofs.
         progress: told what is being done.
         real: "double" or "float": the number type of the modules that are measured.
+        road: the derivation that becomes code, as for `formulate`.
+        prepare: whether the code is that of `prepare`: each function of it, after `prepare`, is proved to be the
+            function without, and is measured together with it.
 
     Raises:
-        DerivationError: an output that was asked for by name does not exist.
+        DerivationError: an output that was asked for by name does not exist, or no output has the road.
     """
     notes: list[str] = []
     workspace = Workspace(scene)
@@ -93,7 +102,7 @@ def certify(
     if outputs is None:
         outputs, left_out = everything(scene)
         notes += left_out
-    preferred = tuple(cheapest(workspace, name) for name in outputs)
+    preferred = choose(workspace, outputs, road)
     claims = [
         Claim(name, one.formulation, road, one.entries, derive_one(workspace, name, road).entries)
         for name, one in zip(outputs, preferred, strict=True)
@@ -103,11 +112,17 @@ def certify(
     claims += laws(workspace, outputs)
     program = lower(Equations(scene, workspace.graph, preferred))
     claims += _program_claims(scene, preferred, program)
+    code = prepare_program(program) if prepare else program
+    claims += _composed_claims(program, code)
+    if prepare and code is program:
+        notes.append("nothing to prepare: no function has a free parameter")
     progress("proving over finite fields")
     claims = on_unit_sphere(scene, [claim for claim in claims if claim.left])  # k_C of one coordinate has no entries
     fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
     progress("building")
-    modules, refused = _modules(program, real, notes)
+    modules, refused = _modules(code, real, notes)
+    if is_prepared(code):
+        modules = {name: _Composed(module) for name, module in modules.items()}
     findings += _positive_definite(program, modules, seed, notes)
     progress("measuring against 50 digits")
     accuracy = measure(program, modules, seed=seed, real=real)
@@ -116,11 +131,16 @@ def certify(
 
 
 def everything(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
-    """Return all outputs worth certifying, the kinematics of the last body included, and why others are left out."""
+    """Return all outputs worth certifying, kinematics of the last body and reactions included, and why others are left out."""
     outputs, left_out = available(scene)
     last = scene.bodies[-1]
     extra = [f"{name}:{last.name}" for name in KINEMATICS]
     extra += [f"com_acceleration:{last.name}"] if last.com is not None and not last.particles else []
+    try:
+        derive(scene, ("reactions",))
+        extra.append("reactions")
+    except DerivationError as fault:
+        left_out.append(str(fault))
     return outputs + tuple(extra), left_out
 
 
@@ -143,6 +163,32 @@ def _program_claims(scene: Scene, functions: Sequence[Function], program: Progra
         )
         for function, routine in zip(functions, program.routines, strict=True)
     ]
+
+
+def _composed_claims(program: Program, prepared: Program) -> list[Claim]:
+    """Return that each routine of a prepared program, after `prepare`, is the routine of the program."""
+    if not is_prepared(prepared):
+        return []
+    first, *rest = prepared.routines
+    claims = []
+    for after, before in zip(rest, program.routines, strict=True):
+        values = dict(zip(after.function.arguments[-1].symbols, first.function.entries, strict=True))
+        composed = tuple(substitute(after.function.entries, values))
+        claims.append(Claim(after.function.name, f"after {PREPARE}", "program", composed, before.function.entries))
+    return claims
+
+
+class _Composed:
+    """A prepared module with the functions of the module that is not: each prepares its own last argument."""
+
+    def __init__(self, module: Any) -> None:
+        """Stand before `module`."""
+        self._module = module
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        """Return the function called `name`, of params."""
+        call = getattr(self._module, name)
+        return lambda *operands: call(*operands[:-1], self._module.prepare(operands[-1]))
 
 
 def _modules(program: Program, real: str, notes: list[str]) -> tuple[dict[str, Any], str]:
@@ -187,6 +233,12 @@ def _positive_definite(program: Program, modules: dict[str, Any], seed: int, not
     with np.errstate(all="ignore"):
         matrices = [modules["numpy"].mass_matrix(*state) for state in states]
     real = [M for M in matrices if np.isfinite(M).all()][:STATES]  # a formula may be real for some parameters only
-    where = next((k for k, M in enumerate(real) if np.linalg.eigvalsh(M).min() <= 0), -1)
+    where = next((k for k, M in enumerate(real) if not _is_definite(M, is_closed(program.scene))), -1)
     verdict = UNDEFINED if not real else NUMERICAL if where < 0 else DIFFERENT
     return [Finding("mass matrix: positive definite", verdict, len(real), 0, 0.0, where)]
+
+
+def _is_definite(M: np.ndarray[Any, Any], closed: bool) -> bool:
+    """Whether M is positive definite; only not negative for a spanning tree, which may end in a massless coupler."""
+    values = np.linalg.eigvalsh(M)
+    return bool(values.min() >= -1e-12 * values.max() if closed else values.min() > 0)
