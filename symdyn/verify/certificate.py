@@ -18,12 +18,13 @@ from symdyn.dynamics import (
     Function,
     Workspace,
     available,
+    derive,
     derive_one,
     is_closed,
     roads,
 )
 from symdyn.emit import emit
-from symdyn.errors import BuildError, MissingCompiler
+from symdyn.errors import BuildError, DerivationError, MissingCompiler
 from symdyn.graph import Expr, reachable, substitute
 from symdyn.program import Program, choose, lower
 from symdyn.program import prepare as prepare_program
@@ -130,11 +131,16 @@ def certify(
 
 
 def everything(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
-    """Return all outputs worth certifying, the kinematics of the last body included, and why others are left out."""
+    """Return all outputs worth certifying, kinematics of the last body and reactions included, and why others are left out."""
     outputs, left_out = available(scene)
     last = scene.bodies[-1]
     extra = [f"{name}:{last.name}" for name in KINEMATICS]
     extra += [f"com_acceleration:{last.name}"] if last.com is not None and not last.particles else []
+    try:
+        derive(scene, ("reactions",))
+        extra.append("reactions")
+    except DerivationError as fault:
+        left_out.append(str(fault))
     return outputs + tuple(extra), left_out
 
 

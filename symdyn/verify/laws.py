@@ -7,6 +7,9 @@ C q̇ = c
 τ = k_z q̈ + k_C q̇q̇ + k_D q̇² + k_G + k_E - Q      the textbook's sum, with this product's signs
 q̇·(τ + Q) = d/dt (K + P)            power in is the rate of energy
 FD(q, q̇, ID(q, q̇, q̈)) = q̈          forward dynamics inverts inverse dynamics, prescribed motions in q̈
+S·R = τ + Q                          what a reaction does along its joint's freedom is the drive and the joint's own forces
+Σ R·(S q̇) = (τ + Q)·q̇               all the rest of the reactions is without power in any motion that the loops allow
+Σ R + Σ loads = d/dt [p; L]          reactions of the ground and loads change momentum and angular momentum
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ from symdyn.dynamics import DYNAMICS, Workspace, derive_one, is_closed
 from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.verify.equality import Claim
 from symdyn.verify.laws_of_loops import LAWS_OF_LOOPS, Law
+from symdyn.verify.laws_of_reactions import LAWS_OF_REACTIONS
 
 
 def laws(workspace: Workspace, outputs: Collection[str] = DYNAMICS) -> list[Claim]:
@@ -26,7 +30,7 @@ def laws(workspace: Workspace, outputs: Collection[str] = DYNAMICS) -> list[Clai
     Raises:
         DerivationError: an output does not exist, such as forward dynamics where M is singular.
     """
-    table = _closed_laws() if is_closed(workspace.scene) else LAWS
+    table = [*(_closed_laws() if is_closed(workspace.scene) else LAWS), *LAWS_OF_REACTIONS]
     claims = [law(workspace) for needed, law in table if set(needed) <= set(outputs)]
     return [claim for claim in claims if claim is not None]
 
