@@ -367,7 +367,8 @@ def led_five_bar() -> Scene:
         replace(a, motion=wave),
         b,
         replace(d, name="E", coordinates=("q_E",), drives=("tau2",), origin=along_x(exact(5)), start=(exact("5/2"),)),
-        replace(b, name="F", parent="rocker", child="link", coordinates=("q_F",), origin=along_x(exact("7/2")), start=(exact("1/2"),)),
+        replace(b, name="F", parent="rocker", child="link", coordinates=("q_F",),
+                origin=along_x(exact("7/2")), start=(exact("1/2"),)),
     )  # fmt: skip
     link = replace(flat_one.bodies[1], name="link")
     loop = replace(flat_one.loops[0], child="link", tip=compose(("Tx", exact(-3))))
