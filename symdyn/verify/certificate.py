@@ -20,6 +20,7 @@ from symdyn.dynamics import (
     available,
     derive,
     derive_one,
+    is_closed,
     roads,
 )
 from symdyn.emit import emit
@@ -232,6 +233,12 @@ def _positive_definite(program: Program, modules: dict[str, Any], seed: int, not
     with np.errstate(all="ignore"):
         matrices = [modules["numpy"].mass_matrix(*state) for state in states]
     real = [M for M in matrices if np.isfinite(M).all()][:STATES]  # a formula may be real for some parameters only
-    where = next((k for k, M in enumerate(real) if np.linalg.eigvalsh(M).min() <= 0), -1)
+    where = next((k for k, M in enumerate(real) if not _is_definite(M, is_closed(program.scene))), -1)
     verdict = UNDEFINED if not real else NUMERICAL if where < 0 else DIFFERENT
     return [Finding("mass matrix: positive definite", verdict, len(real), 0, 0.0, where)]
+
+
+def _is_definite(M: np.ndarray[Any, Any], closed: bool) -> bool:
+    """Whether M is positive definite; only not negative for a spanning tree, which may end in a massless coupler."""
+    values = np.linalg.eigvalsh(M)
+    return bool(values.min() >= -1e-12 * values.max() if closed else values.min() > 0)

@@ -35,9 +35,6 @@ from symdyn.spatial import (
 from symdyn.spatial import transpose as transposed
 from symdyn.verify.equality import Claim
 
-NOTHING = Claim("", "", "", (), ())
-
-
 def _reactions(w: Workspace) -> list[Wrench]:
     """Return the derived reactions, axes of the child bodies."""
     R = derive_one(w, "reactions").entries
@@ -49,17 +46,17 @@ def _is_settled(w: Workspace) -> bool:
     return not (w.scene.loops or w.scene.rows) or len(undriven(w.scene)) == len(ties(w.hanging))
 
 
-def _drives(w: Workspace) -> Claim:
+def _drives(w: Workspace) -> Claim | None:
     if not _is_settled(w) or w.scene.rows:
-        return NOTHING
+        return None
     driving = w.hanging.driving(w.hanging.felt(_reactions(w)[: len(w.scene.joints)]))
     tau = derive_one(w, "inverse_dynamics").entries
     return Claim("drives in reactions", "S.R - Q of joints", "tau", tuple(driving), tau)
 
 
-def _power(w: Workspace) -> Claim:
+def _power(w: Workspace) -> Claim | None:
     if not _is_settled(w):
-        return NOTHING
+        return None
     hanging, u, graph = w.hanging, w.state.qd, w.graph
     terms = []
     for hinge, R in zip(hanging.hinges, _reactions(w), strict=True):
@@ -117,9 +114,9 @@ def _angular(w: Workspace, body: Inertia, T: Transform) -> list[Expr]:
     return [A[1][2] - A[2][1], A[2][0] - A[0][2], A[0][1] - A[1][0]]
 
 
-LAWS_OF_REACTIONS: tuple[tuple[tuple[str, ...], Callable[[Workspace], Claim]], ...] = (
+LAWS_OF_REACTIONS: tuple[tuple[tuple[str, ...], Callable[[Workspace], Claim | None]], ...] = (
     (("reactions", "inverse_dynamics"), _drives),
     (("reactions", "inverse_dynamics"), _power),
     (("reactions",), _momentum),
 )
-"""Each law with the outputs that it is about."""
+"""Each law with the outputs that it is about; None where it says nothing about a scene."""
