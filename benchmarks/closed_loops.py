@@ -29,7 +29,7 @@ BY_HAND = r"""
 #include <math.h>
 /* crank a, coupler b, rocker c, ground d; slender rods; theta, phi, psi their absolute angles */
 static const double a = 1.0, b = 3.0, c = 3.5;
-static const double I1 = 1.0 / 3.0 + 3.0, I2 = 3.0 * 9.0 / 3.0, I3 = 3.5 * 12.25 / 3.0; /* the coupler's mass at B too */
+static const double I1 = 1.0 / 3.0 + 3.0, I2 = 3.0 * 9.0 / 3.0, I3 = 3.5 * 12.25 / 3.0; /* I1: the coupler at B too */
 static const double k = 3.0 * 1.0 * 1.5; /* m2 a b / 2 */
 static const double g1 = 9.81 * (0.5 + 3.0), g2 = 9.81 * 3.0 * 1.5, g3 = 9.81 * 3.5 * 1.75;
 

@@ -75,8 +75,7 @@ EDITS = [
     ('parent = "link1"', 'parent = "lnk1"', 'joints.elbow: parent = "lnk1" is not a body; did you mean link1?'),
     ('child = "link2"', 'child = "forearm"', 'joints.elbow: child = "forearm" is not a body; known are link1, link2'),
     ('child = "link2"', 'child = "ground"',
-     'joints.elbow: closes a loop and is cut, but a cut joint has no force; say which joints to cut by '
-     "--spanning-tree"),
+     'bodies.link2: the body hangs on no joint; add one with child = "link2"'),
     ('child = "link2"', 'child = "link1"',
      'joints.elbow: joins "link1" with itself; a loop is closed between two bodies'),
     ('child = "link2"', 'child = "forearm"',
@@ -85,8 +84,8 @@ EDITS = [
      'bodies.link1: no joint leads from ground to the body; add one with child = "link1"'),
     ('parent = "ground"\n', "", 'joints.shoulder: parent is missing; write the body that carries it, or "ground"'),
     ('child = "link2"\n', "", "joints.elbow: child is missing; write the body that it carries"),
-    ('type = "prismatic"\n', "", "joints.elbow: type is missing; write one of revolute, prismatic, fixed, helical, cylindrical, "
-     "universal, spherical, planar, point_on_line, point_on_plane, rod, free, custom"),
+    ('type = "prismatic"\n', "", "joints.elbow: type is missing; write one of revolute, prismatic, fixed, "
+     "helical, cylindrical, universal, spherical, planar, point_on_line, point_on_plane, rod, free, custom"),
     ('type = "prismatic"', 'type = "prismatik"',
      'joints.elbow: type = "prismatik" is not a joint; did you mean prismatic? '
      "(there are revolute, prismatic, fixed, helical, cylindrical, universal, spherical, planar, point_on_line, "

@@ -57,7 +57,7 @@ def test_coordinates_and_drives_are_counted_over_the_scene():
     assert named("joints", "c1").coordinates == ("q4", "q5")
     assert named("joints", "c1").drives == ("M", None)
     assert named("joints", "s1").coordinates == ("q8", "q9", "q10", "q11")
-    assert named("joints", "s1").drives == ()
+    assert named("joints", "s1").drives == (None,) * 3
     assert named("joints", "s2").drives == ("tau11", "tau12", "tau13")
     assert len(WIDE.coordinates) == len(WIDE.velocities) + 3
 

@@ -107,7 +107,7 @@ def load(
     requests = tuple(dict.fromkeys(usual(known) if names is None else names))
     program = lower(formulate(known, requests))
     program = prepare_program(program) if prepare else program
-    calls, compiled = _calls(program, compiler, machine)
+    calls, compiled = load_program(program, compiler, machine)
     signatures = {name: _signature(name, routine) for name, routine in zip(calls, program.routines, strict=True)}
     return Loaded(known, requests, calls, signatures, compiled, compiler, machine, is_prepared(program))
 
@@ -123,8 +123,10 @@ def is_usual(name: str) -> bool:
     return not name.startswith(COEFFICIENTS) and name not in CUBIC
 
 
-def _calls(program: Program, compiler: str | None, machine: str) -> tuple[dict[str, Callable[..., Any]], bool]:
-    """Return the callables by name, and whether they are compiled."""
+def load_program(
+    program: Program, compiler: str | None = None, machine: str = "native"
+) -> tuple[dict[str, Callable[..., Any]], bool]:
+    """Return the functions of a program by name, and whether they are compiled; see `load`."""
     names = function_names([routine.function.name for routine in program.routines])
     try:
         module = build_extension(emit(program, "ufunc"), compiler, machine=machine)[1]

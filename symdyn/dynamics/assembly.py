@@ -225,9 +225,10 @@ def _reversed(numbers: Numbers, q: Array) -> str | None:
     """Return which loop has closed the wrong way round; None if none has."""
     count = len(numbers.constraints.labels)
     off = np.abs(numbers.residual_rates(q) - numbers.jacobian(q)).max(axis=1, initial=0.0)
+    allowed = 1e-4 * max(1.0, _size(numbers, q))
     for k in range(count):
         label = numbers.constraints.labels[k]
-        if label.closes and off[k] > 1e-4 * max(1.0, _size(numbers, q)):
+        if label.closes and off[k] > allowed:
             return (
                 f"the loop {label.owner} closes the wrong way round from this start: its axis, or its frame, is "
                 "reversed; give a start on the other branch, or turn one of its frames by 180 deg"
@@ -267,7 +268,7 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
 
 def _singular_values(numbers: Numbers, q: Array, length: float) -> Array:
     G = dimensionless(numbers, q, length)
-    return np.linalg.svd(G, compute_uv=False) if G.size else np.zeros(0)
+    return np.asarray(np.linalg.svd(G, compute_uv=False) if G.size else np.zeros(0))
 
 
 def _rank(values: Array) -> int:

@@ -12,7 +12,6 @@ the frame in which a body's velocity is written, so it is written in the body, w
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -25,12 +24,12 @@ from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.dynamics.closed_loads import ClosedLoads, closed_loads, load_nodes
 from symdyn.dynamics.coefficient_key import MOST_TERMS, Key, check_key, too_long
 from symdyn.dynamics.parallel import angle_groups
-from symdyn.dynamics.positions import body_placements
-from symdyn.dynamics.state import State, joint_motion, placement, state_symbols, vector
+from symdyn.dynamics.positions import body_placements, moved_placements
+from symdyn.dynamics.state import State, state_symbols, vector
 from symdyn.dynamics.tree import body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import GROUND, Joint, Scene, express
+from symdyn.scene import Scene, express
 from symdyn.spatial import Inertia, Transform, apply, dot, no_inertia
 
 Row = tuple[Polynomial, ...]
@@ -128,7 +127,7 @@ def closed_form(scene: Scene) -> ClosedForm:
     state = state_symbols(scene, graph)
     nodes = load_nodes(scene, graph)
     massive = [
-        (inertia, list(dict(_chain(scene, joint, graph)).items()))
+        (inertia, list(dict(moved_placements(scene, joint, graph)).items()))
         for joint, body in zip(scene.joints, scene.bodies, strict=True)
         if not _is_nothing(inertia := body_inertia(body, graph))
     ]
@@ -166,27 +165,6 @@ def _is_nothing(inertia: Inertia) -> bool:
     return inertia == no_inertia(inertia.m.graph)
 
 
-def _chain(scene: Scene, joint: Joint | None, graph: Graph) -> Iterator[tuple[int, Transform]]:
-    """Yield, for every joint that moves the child, the number of its coordinate and the child's placement before it.
-
-    The frame is the joint frame, before the motion: where the joints nearer to the ground stand does not change a
-    velocity written in the body. Of joints that share a coordinate the last one counts, nearest to the ground: its
-    placement holds the others.
-    """
-    number = {coordinate: i for i, coordinate in enumerate(scene.coordinates)}
-    carrier = {j.child: j for j in scene.joints}
-    T = None
-    while joint is not None:
-        tip = placement(joint.tip, graph)
-        T = tip if T is None else tip @ T
-        if joint.moves:
-            T = joint_motion(joint, graph).placement @ T
-            for q in (joint.coupling.coordinate,) if joint.coupling else joint.coordinates:
-                yield number[q], T
-        T = placement(joint.origin, graph) @ T
-        joint = None if joint.parent == GROUND else carrier[joint.parent]
-
-
 def _rotors(scene: Scene, graph: Graph) -> list[tuple[int, Expr]]:
     """Return the coordinate that turns each rotor, and the rotor's inertia seen at that coordinate, kg m^2 or kg."""
     number = {coordinate: i for i, coordinate in enumerate(scene.coordinates)}
@@ -211,7 +189,7 @@ def _add_body(
     found: dict[Expr, Polynomial],
     q: tuple[Expr, ...],
 ) -> None:
-    """Add one body's share to M; `body` is its inertia and its `_chain`."""
+    """Add one body's share to M; `body` is its inertia and its `moved_placements`."""
     inertia, chain = body
     m, h = found[inertia.m], [found[x] for x in inertia.h]
     matrix = [[found[x] for x in row] for row in inertia.I]

@@ -26,11 +26,12 @@ from symdyn.algebra.form import (
 )
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.dynamics.loads import joint_forces, joint_of, load_vectors, resistance, stored, tension
-from symdyn.dynamics.positions import body_placements
+from symdyn.dynamics.positions import body_placements, ends_apart, moved_placements
 from symdyn.dynamics.state import State, joint_position, vector
 from symdyn.graph import Expr, Graph, Op, tangents
-from symdyn.scene import Damper, Scene, Spring, express
-from symdyn.spatial import Transform, dot, sub
+from symdyn.scene import Damper, Load, Scene, Spring, express
+from symdyn.scene.quantity import NULL
+from symdyn.spatial import Transform, dot
 
 WAY = " x"
 """A name that no scene has."""
@@ -44,29 +45,40 @@ class LoadNodes:
 
     Attributes:
         squares: squared distance of the ends of every spring and damper between points.
-        places: placement of the point that every load acts at.
+        places: for every load and every coordinate that moves it the placement of the point that it acts at: in the
+            ground frame, or for a load in body axes in a frame that stands before the joint.
     """
 
     squares: dict[Spring | Damper, Expr]
-    places: tuple[Transform, ...]
+    places: tuple[dict[int, Transform], ...]
 
     @property
     def needed(self) -> list[Expr]:
         """All of them."""
-        return [*self.squares.values(), *(x for T in self.places for row in (*T.R, T.p) for x in row)]
+        return [
+            *self.squares.values(),
+            *(x for moved in self.places for T in moved.values() for row in (*T.R, T.p) for x in row),
+        ]
 
 
 def load_nodes(scene: Scene, graph: Graph) -> LoadNodes:
     """Return what the closed forms of the loads are made of."""
-    placed = body_placements(scene, graph) if scene.springs or scene.dampers or scene.loads else {}
+    placed = body_placements(scene, graph) if scene.loads else {}
     squares: dict[Spring | Damper, Expr] = {}
     elements: tuple[Spring | Damper, ...] = (*scene.springs, *scene.dampers)
     for element in elements:
         if element.ends:
-            a, b = (placed[end.body].point(vector(end.at, graph)) for end in element.ends)
-            squares[element] = dot(sub(b, a), sub(b, a))
-    loads = [(placed[load.place.body], vector(load.place.at, graph)) for load in scene.loads]
-    return LoadNodes(squares, tuple(Transform(T.R, T.point(at)) for T, at in loads))
+            apart = ends_apart(scene, element.ends, graph)
+            squares[element] = dot(apart, apart)
+    carrier = {joint.child: joint for joint in scene.joints}
+    places = []
+    for load in scene.loads:
+        moved = dict(moved_placements(scene, carrier.get(load.place.body), graph))
+        if load.frame == "ground":
+            moved = dict.fromkeys(moved, placed[load.place.body])
+        at = vector(load.place.at, graph)
+        places.append({i: Transform(T.R, T.point(at)) for i, T in moved.items()})
+    return LoadNodes(squares, tuple(places))
 
 
 @dataclass(frozen=True)
@@ -76,14 +88,14 @@ class ClosedLoads:
     Attributes:
         squares: D of every spring and damper between points.
         slopes: ∂D/∂q_i / 2 of each, for every coordinate.
-        arms: p and w of every load, for every coordinate.
+        arms: p and w of every load, for the coordinates that move it.
     """
 
     scene: Scene
     state: State
     squares: dict[Spring | Damper, Polynomial]
     slopes: dict[Spring | Damper, tuple[Polynomial, ...]]
-    arms: tuple[tuple[Arm, ...], ...]
+    arms: tuple[dict[int, Arm], ...]
 
     def energy(self, compact: Compactor) -> Form:
         """Return the elastic energy E."""
@@ -111,9 +123,9 @@ class ClosedLoads:
                     terms.append(_product(against, slope))
         for load, arm in zip(self.scene.loads, self.arms, strict=True):
             components = [form_of(x) for part in load_vectors(load, graph) for x in part]
-            for terms, (p, w) in zip(forces, arm, strict=True):
+            for i, (p, w) in arm.items():
                 shares = zip(components, (*p, *w), strict=True)
-                terms += [product_of((force, compact(share))) for force, share in shares]
+                forces[i] += [product_of((force, compact(share))) for force, share in shares]
         return [sum_of(terms) for terms in forces]
 
     def _law(self, law: Callable[[Expr], Expr], way: Form) -> Form:
@@ -156,20 +168,24 @@ def closed_loads(
     squares = {element: found[square] for element, square in nodes.squares.items()}
     slopes = {e: tuple(ring.derivative(D, q) / 2 for q in state.q) for e, D in squares.items()}
     arms = []
-    for load, T in zip(scene.loads, nodes.places, strict=True):
-        R, p = [[found[x] for x in row] for row in T.R], [found[x] for x in T.p]
-        arms.append(tuple(_arm(ring, R, p, q, load.frame == "body") for q in state.q))
+    for load, moved in zip(scene.loads, nodes.places, strict=True):
+        arm: dict[int, Arm] = {}
+        for i, T in sorted(moved.items()):
+            R, p = [[found[x] for x in row] for row in T.R], [found[x] for x in T.p]
+            arm[i] = _arm(ring, R, p, state.q[i], load)
+        arms.append(arm)
     return ClosedLoads(scene, state, squares, slopes, tuple(arms))
 
 
-def _arm(ring: TrigonometricRing, R: list[list[Polynomial]], p: list[Polynomial], q: Expr, body: bool) -> Arm:
-    """Return how a placement moves with one coordinate, along its own axes or the ground's."""
+def _arm(ring: TrigonometricRing, R: list[list[Polynomial]], p: list[Polynomial], q: Expr, load: Load) -> Arm:
+    """Return how a placement moves with one coordinate, along its own axes or the ground's, where that does work."""
     dR, dp = [[ring.derivative(x, q) for x in row] for row in R], [ring.derivative(x, q) for x in p]
-    pairs = ((2, 1), (0, 2), (1, 0))
-    if not body:
-        return tuple(dp), tuple(ring.dot(dR[a], R[b]) for a, b in pairs)
+    none, pairs = (ring.zero,) * 3, ((2, 1), (0, 2), (1, 0))
+    if load.frame == "ground":
+        return tuple(dp), none if load.couple == NULL else tuple(ring.dot(dR[a], R[b]) for a, b in pairs)
     columns, rates = list(zip(*R, strict=True)), list(zip(*dR, strict=True))
-    return tuple(ring.dot(column, dp) for column in columns), tuple(ring.dot(columns[a], rates[b]) for a, b in pairs)
+    moved = none if load.force == NULL else tuple(ring.dot(column, dp) for column in columns)
+    return moved, none if load.couple == NULL else tuple(ring.dot(columns[a], rates[b]) for a, b in pairs)
 
 
 def _ordered(scene: Scene) -> Graph:

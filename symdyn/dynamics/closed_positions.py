@@ -11,8 +11,8 @@ Two turns make a triangle J U V with known sides l0, l1, l2. Its angle at U is �
     tan(γ/2)² = (l2 - l1 + l0) (l2 + l1 - l0) / ((l0 + l1 - l2) (l0 + l1 + l2))
 
 which keeps all digits at the folds, where the cosine of γ would leave half of them. A turn and a slide along s make a
-line that meets a circle of radius l: x = -s·d ± sqrt((l - h) (l + h)), h = z·(s × d). The second unknown follows from the
-direction that remains. Which of two signs is the branch is read off the assembled position, and stays.
+line that meets a circle of radius l: x = -s·d ± sqrt((l - h) (l + h)), h = z·(s × d). The second unknown follows from
+the direction that remains. Which of two signs is the branch is read off the assembled position, and stays.
 
 Angles are found modulo a turn.
 """
@@ -84,7 +84,7 @@ def _solve(w: Workspace, cut: Cut, block: Block, known: dict[Expr, Expr]) -> dic
     first, second = unknowns
     candidates = [_with_sign(w.graph.constant(sign), first, second, d0, d1, d2, z) for sign in (1, -1)]
     settled = [tuple(substitute(pair, known)) for pair in candidates]
-    return dict(zip(q, _branch(w, q, settled), strict=True))
+    return dict(zip(q, _branch(w, unknowns, settled), strict=True))
 
 
 def _way_round(w: Workspace, tree: Tree, cut: Cut, block: Block) -> tuple[list[_Unknown], list[Vec], Vec]:
@@ -135,9 +135,7 @@ def _way_round(w: Workspace, tree: Tree, cut: Cut, block: Block) -> tuple[list[_
     return unknowns, ways, normal
 
 
-def _with_sign(
-    sign: Expr, first: _Unknown, second: _Unknown, d0: Vec, d1: Vec, d2: Vec, z: Vec
-) -> tuple[Expr, Expr]:
+def _with_sign(sign: Expr, first: _Unknown, second: _Unknown, d0: Vec, d1: Vec, d2: Vec, z: Vec) -> tuple[Expr, Expr]:
     """Return the two coordinates on one branch; all vectors are in axes of J with both unknowns at zero.
 
     J + d0 + A (d1 + B d2) = J with A, B the two moves.
@@ -179,18 +177,21 @@ def _turned(a: Vec, angle: Expr, z: Vec) -> Vec:
     return add(scale(graph.cos(angle), a), scale(graph.sin(angle), cross(z, a)))
 
 
-def _branch(w: Workspace, q: Sequence[Expr], candidates: Sequence[tuple[Expr, ...]]) -> tuple[Expr, ...]:
+def _branch(
+    w: Workspace, unknowns: Sequence[_Unknown], candidates: Sequence[tuple[Expr, ...]]
+) -> tuple[Expr, ...]:
     """Return the candidate that is at the assembled position."""
     numbers = w.closed.numbers
     known = {w.graph.symbol(str(node.value)): value for node, value in numbers.parameters.items()}
     known |= dict(zip(w.state.q, w.closed.closure.assembly.typical, strict=True))
-    there = np.array([known[one] for one in q])
+    there = np.array([known[w.closed.coordinates[one.velocity]] for one in unknowns])
+    slides = np.array([one.slides for one in unknowns])
 
     def off(pair: tuple[Expr, ...]) -> float:
         try:
             way = np.array(evaluate(pair, Floats(), known)) - there
         except (ArithmeticError, ValueError):
             return float("inf")
-        return float(np.abs(np.sin(way / 2)).max())
+        return float(np.abs(np.where(slides, way, np.sin(way / 2))).max())
 
     return min(candidates, key=off)

@@ -80,12 +80,12 @@ def follow(
     held = [_velocity(scene, name) for name in path]
     q, found = np.array(begin.q), []
     for goal in np.array(list(path.values()), dtype=np.float64).T:
-        q = _led(numbers, q, places, held, goal)
+        q = _led(numbers, q, places, held, goal, begin.rank)
         found.append(q)
     return np.array(found).reshape(-1, len(scene.coordinates))
 
 
-def _led(numbers: Numbers, q: Array, places: list[int], held: list[int], goal: Array) -> Array:
+def _led(numbers: Numbers, q: Array, places: list[int], held: list[int], goal: Array, rank: int) -> Array:
     """Return the closed position with the leading coordinates at their goal, in as many steps as it takes."""
     step, done = 1.0, 0.0
     begin = q[places]
@@ -101,14 +101,14 @@ def _led(numbers: Numbers, q: Array, places: list[int], held: list[int], goal: A
             continue
         step /= 2
         if step < FINEST:
-            length = 1.0
-            values = np.linalg.svd(dimensionless(numbers, q, length), compute_uv=False)
+            values = np.linalg.svd(dimensionless(numbers, q, 1.0), compute_uv=False)
+            smallest = values[rank - 1] if rank else 0.0
             names = ", ".join(
                 f"{numbers.scene.coordinates[k]} = {x:.6g}" for k, x in zip(places, q[places], strict=True)
             )
             raise DerivationError(
                 f"{numbers.scene.name}: the path ends at {names}: the loops do not close beyond, a fold or a change "
-                f"point; the smallest singular value of their constraints there is {values.min(initial=np.inf):.3g}"
+                f"point; the smallest singular value of their constraints there is {smallest:.3g}"
             )
     return q
 

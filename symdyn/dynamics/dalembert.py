@@ -12,8 +12,8 @@ Reference: the textbook, section 5.1.1, eq. (5.1)-(5.20).
     F^A_jj + F^D_jj + F^R_jj + Σ_e F*_je = 0    (5.18), for every moving body: 6 equations, 3 in the plane
 
 Unknowns are t components a joint (5.7), (5.19), and the drives, which take the free places. They enter linearly:
-A x + b = 0, A in blocks of one body and one unknown. A velocity has an unknown drive wherever the mechanism is a tree (a
-passive joint's is then what its motion would need); in a closed mechanism where one is declared.
+A x + b = 0, A in blocks of one body and one unknown. In a tree every velocity has an unknown drive (a passive joint's
+is what its motion would need); in a closed mechanism those have one that are declared to.
 """
 
 from __future__ import annotations
@@ -21,24 +21,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.reactions import as_rows
-from symdyn.dynamics.ties import in_plane, plane, undriven
 from symdyn.dynamics.elimination import eliminate, pivots
 from symdyn.dynamics.freedoms import drives, reactions_of
 from symdyn.dynamics.hanging import Hanging
 from symdyn.dynamics.hinges import Hinge, about, nothing, plus, relative_twists, times
 from symdyn.dynamics.members import acting, inertias, motions, own_forces, placements
+from symdyn.dynamics.reactions import as_rows
 from symdyn.dynamics.state import vector
+from symdyn.dynamics.ties import in_plane, plane, undriven
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient
-from symdyn.scene import JOINTS, express
+from symdyn.scene import express
 from symdyn.scene.joints import Wrench
 from symdyn.spatial import (
     Inertia,
     Transform,
     Vec,
     add,
-    add_matrices,
     apply,
     apply_transposed,
     cross,
@@ -46,7 +45,6 @@ from symdyn.spatial import (
     identity,
     neg,
     scale,
-    scale_matrix,
     skew,
     zero_vector,
 )
@@ -111,7 +109,7 @@ class Equilibrium:
 
     @property
     def drives(self) -> int:
-        """n of (5.20): the number of unknown drives."""
+        """N of (5.20): the number of unknown drives."""
         return len(self.unknowns) - self.reactions
 
     def matrix(self) -> list[list[Expr]]:
@@ -194,7 +192,11 @@ def known_bivectors(hanging: Hanging, own: Sequence[Sequence[Expr]]) -> tuple[Bi
     scene, tree, state = hanging.scene, hanging.tree, hanging.state
     graph = hanging.graph
     moved = motions(scene, tree, state.qd, state.qdd, zero_vector(graph))
-    gravity, placed, loads = vector(scene.gravity, graph), placements(hanging.joints), acting(scene, hanging.joints)
+    gravity, placed, loads = (
+        vector(scene.gravity, graph),
+        placements(hanging.joints),
+        acting(scene, hanging.joints, state),
+    )
     actions, inertial = [], []
     for hinge, body, motion, T, load in zip(hanging.joints, inertias(scene, tree), moved, placed, loads, strict=True):
         r = hinge.place_on_child  # O_j in the body's frame
@@ -327,10 +329,10 @@ def undetermined(system: Equilibrium, rank: int) -> str:
     """Return why a system has no unique solution, and what would work."""
     return (
         f"{system.hanging.scene.name}: reactions: {system.equations} equations of equilibrium determine {rank} of the "
-        f"{len(system.unknowns)} unknowns ({system.reactions} reactions, {system.drives} drives): the mechanism has too "
-        "many drives, or is overconstrained; make drives passive, take joints with more freedoms, or ask "
-        "symdyn.dynamics.uniqueness.reactions_at for the least reactions at one position, with those flagged that are "
-        "not unique"
+        f"{len(system.unknowns)} unknowns ({system.reactions} reactions, {system.drives} drives): the mechanism has "
+        "too many drives, or is overconstrained; make drives passive, take joints with more freedoms, or ask "
+        "symdyn.dynamics.uniqueness.reactions_at for the least reactions at one position, with those flagged that "
+        "are not unique"
     )
 
 

@@ -63,8 +63,8 @@ class Hanging:
     def loads(self) -> list[Wrench]:
         """What every body needs for its motion beyond weight and loads, about the origin of its frame."""
         moved = motions(self.scene, self.tree, self.state.qd, self.state.qdd, neg(self.tree.gravity))
-        wanted = [needed(I, motion) for I, motion in zip(inertias(self.scene, self.tree), moved, strict=True)]
-        given = acting(self.scene, self.joints)
+        wanted = [needed(body, motion) for body, motion in zip(inertias(self.scene, self.tree), moved, strict=True)]
+        given = acting(self.scene, self.joints, self.state)
         return [plus(a, times(self.graph.constant(-1), b)) for a, b in zip(wanted, given, strict=True)]
 
     def transmitted(self, loads: Sequence[Wrench]) -> list[Wrench]:
@@ -79,7 +79,7 @@ class Hanging:
         return f
 
     def carry(self, f: list[Wrench], loop: Hinge, wrench: Wrench) -> None:
-        """Add to f what joints of the tree transmit when a joint that closes a loop exerts W, up to where paths meet."""
+        """Add to f what joints of the tree transmit when a joint that closes a loop exerts W."""
         ends = (
             about(loop.on_parent(wrench), loop.place_on_parent),
             about(loop.on_child(wrench), loop.place_on_child),
@@ -95,10 +95,10 @@ class Hanging:
         """Return f of every joint of the tree about the origin of its moved joint frame, axes of the body."""
         return [about(one, neg(hinge.place_on_child)) for hinge, one in zip(self.joints, f, strict=True)]
 
-    def felt(self, f: Sequence[Wrench]) -> list[Expr]:
-        """Return Σ S·f on every velocity, shape (nv,); N m or N."""
+    def felt(self, wrenches: Sequence[Wrench]) -> list[Expr]:
+        """Return Σ S·wrench on every velocity, shape (nv,), for wrenches from `at_joints`; N m or N."""
         total = [self.graph.zero] * self.state.n
-        for hinge, wrench in zip(self.joints, self.at_joints(f), strict=True):
+        for hinge, wrench in zip(self.joints, wrenches, strict=True):
             if hinge.velocities:
                 here = hinge.in_joint_axes(wrench)
                 for k, twist in zip(hinge.velocities, hinge.S, strict=True):

@@ -7,7 +7,7 @@
     bias     Ġ u: the rate of G u at u̇ = 0
 
 Both relative velocities are taken at one spatial point, so that the multiplier λ_k is the size of wrench k off the
-constraint manifold too, and Gᵀ λ its generalized force. A row of the scene, linear in the velocities, follows the loops.
+constraint manifold too, and Gᵀ λ its generalized force. Rows of the scene, linear in the velocities, follow the loops.
 
 The *recursive* road walks from J to the child along the tree, through their nearest common carrier: nothing beyond it
 enters, so that a planar loop on a flying base stays planar. The road *by differentiation* differentiates X.

@@ -196,8 +196,8 @@ def _notes(scene: Scene, closure: Closure, found: Mobility) -> list[str]:
     if found.by_rank > found.by_loops:
         some = "; ".join(closure.names[k] for k in closure.redundant)
         notes.append(
-            f"overconstrained: {found.by_rank} by rank, {found.by_loops} by counting; redundant: {some or 'none here'}; "
-            f"not unique: {'; '.join(found.not_unique)}"
+            f"overconstrained: {found.by_rank} by rank, {found.by_loops} by counting; redundant: "
+            f"{some or 'none here'}; not unique: {'; '.join(found.not_unique)}"
         )
     if found.here > found.by_rank:
         notes.append(

@@ -24,7 +24,6 @@ from symdyn.graph import Expr, substitute
 from symdyn.scene import Scene
 
 
-
 def _flat(matrix: Matrix) -> list[Expr]:
     return [entry for row in matrix for entry in row]
 

@@ -24,7 +24,8 @@ def _forward(w: Workspace, way: Way, axes: str) -> list[Expr]:
     from symdyn.dynamics.derive import derive_one  # the table is above its rows
 
     moved: Sequence[Expr] = derive_one(w, "forward_dynamics").entries
-    return substitute(way(w.hanging, axes, w.state.tau), dict(zip(w.state.qdd, moved, strict=True)))
+    tau = derive_one(w, "drive_forces").entries if w.prescribed.place else w.state.tau
+    return substitute(way(w.hanging, axes, tau), dict(zip(w.state.qdd, moved, strict=True)))
 
 
 def _rows(axes: str) -> dict[str, Output]:

@@ -17,10 +17,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.dynamics.ties import Tie, solved, ties, undriven
 from symdyn.dynamics.hanging import Hanging
 from symdyn.dynamics.hinges import nothing, plus, times
 from symdyn.dynamics.members import placements
+from symdyn.dynamics.ties import Tie, solved, ties, undriven
 from symdyn.graph import Expr
 from symdyn.scene.joints import Wrench
 from symdyn.spatial import apply
@@ -28,7 +28,7 @@ from symdyn.spatial import apply
 
 def tree_forces(hanging: Hanging) -> list[Expr]:
     """Return M u̇ + h of the tree, shape (nv,): what drives and loops must exert together."""
-    return hanging.driving(hanging.felt(hanging.transmitted(hanging.loads)))
+    return hanging.driving(hanging.felt(hanging.at_joints(hanging.transmitted(hanging.loads))))
 
 
 def reactions(hanging: Hanging, axes: str = "body", tau: Sequence[Expr] | None = None) -> list[Expr]:
@@ -47,7 +47,7 @@ def reactions(hanging: Hanging, axes: str = "body", tau: Sequence[Expr] | None =
     f = hanging.transmitted(hanging.loads)
     if not hanging.loops:
         return as_rows(hanging, hanging.at_joints(f), axes)
-    unknown, forces = ties(hanging), hanging.driving(hanging.felt(f))
+    unknown, forces = ties(hanging), hanging.driving(hanging.felt(hanging.at_joints(f)))
     among = undriven(hanging.scene)
     if tau is not None:
         forces, among = [a - b for a, b in zip(forces, tau, strict=True)], list(range(hanging.state.n))
@@ -73,11 +73,11 @@ def as_rows(hanging: Hanging, wrenches: Sequence[Wrench], axes: str) -> list[Exp
     """Return the wrenches of all joints, axes of their children, in the axes that are asked for; see `reactions`."""
     placed = placements(hanging.joints) if axes == "ground" else []
     entries: list[Expr] = []
-    for hinge, (force, moment) in zip(hanging.hinges, wrenches, strict=True):
-        if axes == "joint":
-            force, moment = hinge.in_joint_axes((force, moment))
-        elif axes == "ground" and hinge.child >= 0:
+    for hinge, wrench in zip(hanging.hinges, wrenches, strict=True):
+        force, moment = hinge.in_joint_axes(wrench) if axes == "joint" else wrench
+        if axes == "ground" and hinge.child >= 0:
             R = placed[hinge.child].R
-            force, moment = apply(R, force), apply(R, moment)
-        entries += [*force, *moment]
+            entries += [*apply(R, force), *apply(R, moment)]
+        else:
+            entries += [*force, *moment]
     return entries

@@ -1,12 +1,12 @@
-"""What closes loops: (5.18) with the reactions of the tree eliminated from the tips leaves one equation a velocity without a drive.
+"""What closes loops: reactions of the tree eliminated from (5.18) leave an equation for each velocity without a drive.
 
     W_l      wrench l of a joint that closes a loop, axes of its joint frame J, about P
     G_lk     its power for unit velocity k: W_l · (twist of the child relative to J)
     Gᵀ λ = f    in the velocities without a drive, f what they feel from the tree alone
 
 A loop whose bodies move in one plane relative to each other cannot say what goes across the plane: there are three
-equations a body. Its joint is taken to transmit what lies in the plane, and the tree's joints the rest: reactions in the
-plane are unique, those across it are this choice among many.
+equations a body. Its joint is taken to transmit what lies in the plane, and the tree's joints the rest: reactions in
+the plane are unique, those across it are this choice among many.
 """
 
 from __future__ import annotations
@@ -110,8 +110,8 @@ def undriven(scene: Scene) -> list[int]:
 
 
 def plane(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> Vec | None:
-    """Return the normal of the plane that a loop moves in, axes of J: one of its axes, or the joint's; None in space."""
-    graph = hanging.graph
+    """Return the normal of the plane that a loop moves in, axes of J; None in space."""
+    graph = hanging.graph  # the joint's own axis and those of J are tried
     entries = [x for v, omega in twists.values() for x in (*v, *omega)]
     numbers = [hanging.samples.at(entries, seed).reshape(-1, 2, 3) for seed in (2, 3)]
     normals = list(everywhere(graph)[::-1])

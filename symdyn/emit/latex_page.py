@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 from symdyn.algebra.form import MINUS_ONE, Form, product_of, split_sign, sum_of, symbols_of, terms_of
+from symdyn.dynamics.prescribed import TIME
 from symdyn.emit.breaking import break_lines, latex_width
 from symdyn.emit.equations import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.formula_text import BREAK, Latex
@@ -58,7 +59,7 @@ def latex_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
 
 
 def _writer(page: Printable) -> Latex:
-    return Latex(latex_symbols(page.scene), DIGITS)
+    return Latex(latex_symbols(page.scene) | {TIME: TIME}, DIGITS)
 
 
 def _introduction(page: Printable, group: str) -> str:
@@ -274,8 +275,8 @@ def _symbol_table(page: Printable, write: Latex) -> list[dict[str, str]]:
             if drive:
                 text = f"driving {'torque' if unit == 'rad' else 'force'} of joint {joint.name}"
                 rows.append(_row(write.symbols[drive], text, "N m" if unit == "rad" else "N"))
-    if any("t" in symbols_of(form) for form in (*page.right, *(form for _, form in page.motions))):
-        rows.append(_row(write.symbols["t"], "time", "s"))
+    if any(TIME in symbols_of(form) for form in (*page.right, *(form for _, form in page.motions))):
+        rows.append(_row(write.symbols[TIME], "time", "s"))
     for parameter in scene.parameters:
         value = escape(spell(parameter.value)) if parameter.value is not None else ""
         rows.append(_row(write.symbols[parameter.name], parameter.text or "parameter", parameter.unit, value))

@@ -76,11 +76,11 @@ def escape(text: str) -> str:
 
 
 def latex_symbols(scene: Scene) -> dict[str, str]:
-    """Return LaTeX for every name of a scene's formulas: parameters, coordinates, their rates, drives, time t.
+    """Return LaTeX for every parameter, coordinate, velocity, acceleration and drive of a scene, by its name in code.
 
     Two names that would look alike (m1 and m_1) are told apart: the later one is printed as it is written in code.
     """
-    found: dict[str, str] = {"t": "t"}
+    found: dict[str, str] = {}
     taken: set[str] = set()
 
     def enter(name: str, latex: str | None = None) -> PrintName:

@@ -225,12 +225,12 @@ def _velocities(joint: Joint, coordinates: Sequence[str]) -> tuple[str, ...]:
 
 
 def _drives(table: Table, kind: str, n: int, before: int) -> tuple[str | None, ...]:
-    """Return the names of the drives, () where all velocities are passive."""
+    """Return the names of the drives, one a velocity, None where it is passive."""
     default = [f"tau{before + k}" for k in range(1, n + 1)]
     key = _either(table, "drive", "drives")
     raw = plain(table.raw.get(key, True))
     if raw is False:
-        return ()
+        return (None,) * n
     if raw is True:
         return tuple(default)
     if n == 1 and key == "drive" and not isinstance(raw, (list, tuple)):
@@ -244,7 +244,7 @@ def _drives(table: Table, kind: str, n: int, before: int) -> tuple[str | None, .
         if not isinstance(one, (str, bool)):
             table.fault(f"{key}: {show(one)} is no name, nor true or false; write one such as {show(own)}")
         names.append(None if one is False else own if one is True or not isinstance(one, str) else one)
-    return tuple(names) if any(names) else ()
+    return tuple(names)
 
 
 def _forces(table: Table, kind: str, speeds: Sequence[str]) -> tuple[Quantity, ...]:

@@ -184,7 +184,7 @@ def _chosen(edges: Sequence[_Edge], held: set[str], faults: Faults) -> Span:
             faults.add(edge.entry.where, f"{what}; swap parent and child")
     span = _span(edges, tree, back)
     for edge in edges:
-        if edge in tree:
+        if edge in tree or edge.parent == edge.child:
             continue
         keys = _kept(edge.entry) + ["spring, damper or mimic at it"] * (edge.entry.name in held)
         if keys:

@@ -60,11 +60,10 @@ def _axes(where: str, joint: Joint, faults: Faults) -> None:
     fine = direction(where, "axis", joint.axis, faults)
     if "second_axis" not in JOINTS[joint.type].keys:
         return
-    if direction(where, "second_axis", joint.second_axis, faults) and fine:
-        if _parallel(joint.axis, joint.second_axis):
-            b = joint.second_axis
-            text = f"second_axis = [{', '.join(shown(x) for x in b)}]"
-            faults.add(where, f"{text} is parallel to axis; give one across it, such as [1, 0, 0] for axis = [0, 0, 1]")
+    fine = direction(where, "second_axis", joint.second_axis, faults) and fine
+    if fine and _parallel(joint.axis, joint.second_axis):
+        text = f"second_axis = [{', '.join(shown(x) for x in joint.second_axis)}]"
+        faults.add(where, f"{text} is parallel to axis; give one across it, such as [1, 0, 0] for axis = [0, 0, 1]")
 
 
 def _parallel(axis: Vector, second: Vector) -> bool:
@@ -103,7 +102,7 @@ def _start(where: str, joint: Joint, values: Mapping[str, Value], faults: Faults
 
 
 def _driven(where: str, joint: Joint, faults: Faults) -> None:
-    if joint.motion is not None and not joint.drives:
+    if joint.motion is not None and not any(joint.drives):
         what = f"motion = {shown(joint.motion)} prescribes what no drive can hold"
         faults.add(where, f"{what}: the joint is passive; leave out drive = false, or the motion")
 
