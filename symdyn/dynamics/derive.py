@@ -10,6 +10,7 @@ from symdyn.dynamics.equations import Argument, Equations, Function
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.outputs import OUTPUTS
 from symdyn.dynamics.outputs_of_loops import CLOSED_ONLY, is_closed
+from symdyn.dynamics.outputs_of_reactions import REACTIONS
 from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.tree import build_tree
 from symdyn.dynamics.workspace import Workspace
@@ -17,8 +18,10 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import JOINTS, Scene
 
-DYNAMICS: tuple[str, ...] = tuple(name for name, row in OUTPUTS.items() if not row.place and name not in CLOSED_ONLY)
-"""Outputs of the whole scene, with or without loops; kinematic ones are asked for by name, as in "pose:tool"."""
+DYNAMICS: tuple[str, ...] = tuple(
+    name for name, row in OUTPUTS.items() if not row.place and name not in CLOSED_ONLY and name not in REACTIONS
+)
+"""Outputs of the whole scene, with or without loops; reactions, and "pose:tool" and its like, are asked for by name."""
 
 KINEMATICS = ("pose", "jacobian", "jdot_qdot")
 
