@@ -52,7 +52,7 @@ def dalembert_text(scene: Scene, document: bool = False) -> str:
         *page.bodies(),
         {
             "title": "The system",
-            "text": r"Body by body (5.18): $\bar F^A_{jj} + \bar F^D_{jj} + \bar F^R_{jj} + \sum_e \bar F^{*R}_{je} = 0$. "
+            "text": r"(5.18): $\bar F^A_{jj} + \bar F^D_{jj} + \bar F^R_{jj} + \sum_e \bar F^{*R}_{je} = 0$. "
             r"With the unknowns $x$ in front this is $A\,x + b = 0$, in blocks by body and joint:",
             "body": "\n".join(page.system_blocks()),
         },

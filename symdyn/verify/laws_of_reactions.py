@@ -35,6 +35,7 @@ from symdyn.spatial import (
 from symdyn.spatial import transpose as transposed
 from symdyn.verify.equality import Claim
 
+
 def _reactions(w: Workspace) -> list[Wrench]:
     """Return the derived reactions, axes of the child bodies."""
     R = derive_one(w, "reactions").entries
