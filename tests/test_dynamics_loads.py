@@ -272,6 +272,19 @@ def test_ideal_friction_is_refused_in_forward_dynamics_with_the_reason_and_what_
     assert "ideal sign" in " ".join(why)
 
 
+def linkage(**changes):
+    """The pendulum with its tip on a vertical plane: a scene with a loop."""
+    joint = Joint("guide", "point_on_plane", "ground", "bob", vec(1, 0, 0))
+    return replace(pendulum(**changes), loops=(joint,))
+
+
+def test_closed_scenes_refuse_ideal_friction_and_prescribed_motions_too():
+    with pytest.raises(DerivationError, match=r"hinge is an ideal sign"):
+        derive(linkage(dry=Friction(number(1))), ["forward_dynamics"])
+    with pytest.raises(DerivationError, match=r"motion of hinge is prescribed, which .* not in loops"):
+        derive(linkage(motion=parse("sin(t)")), ["forward_dynamics"])
+
+
 # Prescribed motions
 
 

@@ -24,8 +24,8 @@ from symdyn.scene import (
     with_symbolic_inertia,
 )
 from symdyn.scene.quantity import symbol
-from symdyn.scene.spanning import inverse
 from symdyn.scene.starters import starter
+from symdyn.scene.turning import inverse
 from symdyn.scene.value import value_of
 
 ROOT = Path(__file__).parent.parent

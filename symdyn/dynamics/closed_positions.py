@@ -177,9 +177,7 @@ def _turned(a: Vec, angle: Expr, z: Vec) -> Vec:
     return add(scale(graph.cos(angle), a), scale(graph.sin(angle), cross(z, a)))
 
 
-def _branch(
-    w: Workspace, unknowns: Sequence[_Unknown], candidates: Sequence[tuple[Expr, ...]]
-) -> tuple[Expr, ...]:
+def _branch(w: Workspace, unknowns: Sequence[_Unknown], candidates: Sequence[tuple[Expr, ...]]) -> tuple[Expr, ...]:
     """Return the candidate that is at the assembled position."""
     numbers = w.closed.numbers
     known = {w.graph.symbol(str(node.value)): value for node, value in numbers.parameters.items()}

@@ -7,6 +7,7 @@ from math import prod
 
 from symdyn.dynamics.closure import Closing
 from symdyn.dynamics.equations import Argument, Equations, Function
+from symdyn.dynamics.loads import refuse_ideal_friction
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.outputs import OUTPUTS
 from symdyn.dynamics.outputs_of_loops import CLOSED_ONLY, is_closed
@@ -29,6 +30,9 @@ CUBIC = ("coriolis_matrix", "k_C", "k_D")
 """Outputs that grow with the cube of the number of coordinates."""
 
 LARGE = 12
+
+DRIVES = "tau"
+"""The argument of what finds a motion."""
 
 UNSURE = ("forward_dynamics", "drive_forces", "inverse_dynamics", *CLOSED_ONLY)
 """Outputs that a scene may lack: its mass matrix is singular, or its loops cannot be closed."""
@@ -110,6 +114,9 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
     name = road or row.preferred(workspace)
     if name not in row.roads:
         raise DerivationError(f"{request} has no road {name!r}; there are {', '.join(row.roads)}")
+    if DRIVES in row.arguments:
+        refuse_ideal_friction(workspace.scene)
+        _refuse_closed_motion(workspace.scene)
     entries = row.roads[name](workspace, place) if row.place else row.roads[name](workspace)
     n = workspace.state.n
     return Function(
@@ -123,6 +130,16 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
         formulation=name,
         request=request,
     )
+
+
+def _refuse_closed_motion(scene: Scene) -> None:
+    """Raise DerivationError where a motion is prescribed in a scene with loops or rows."""
+    moved = [joint.name for joint in scene.joints if joint.motion is not None]
+    if moved and is_closed(scene):
+        raise DerivationError(
+            f"{scene.name}: the motion of {', '.join(moved)} is prescribed, which forward dynamics knows in trees, "
+            "not in loops; leave the motion out, and give its velocities and accelerations to inverse dynamics"
+        )
 
 
 def _terms(scene: Scene) -> dict[str, str]:

@@ -12,7 +12,6 @@ from symdyn.dynamics import kinematics, lagrange
 from symdyn.dynamics.aba import aba
 from symdyn.dynamics.cost import cost
 from symdyn.dynamics.ldl import solve
-from symdyn.dynamics.loads import refuse_ideal_friction
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.outputs_of_loops import closing
 from symdyn.dynamics.outputs_of_reactions import REACTIONS
@@ -40,13 +39,11 @@ def _inverse(w: Workspace) -> list[Expr]:
 
 
 def _forward_aba(w: Workspace) -> list[Expr]:
-    refuse_ideal_friction(w.scene)
     given = zip(w.state.tau, w.pushes, w.elastic.forces, strict=True)
     return aba(w.lean, w.state.qd, [tau + force - pull for tau, force, pull in given], w.loads)
 
 
 def _forward_crba(w: Workspace) -> list[Expr]:
-    refuse_ideal_friction(w.scene)
     given = w.prescribed
     if given.place:
         parents = w.tree.velocity_parents(given.free)
@@ -137,7 +134,6 @@ def _polarised_matrix(w: Workspace) -> list[Expr]:
 
 
 def _lagrange_forward(w: Workspace) -> list[Expr]:
-    refuse_ideal_friction(w.scene)
     given = w.prescribed
     alone = dict(zip(w.state.qdd, given.entered(w.still), strict=True))
     bias = substitute(lagrange.driving_forces(w.energy), alone)

@@ -33,9 +33,9 @@ from symdyn.scene.model import GROUND, Pose
 from symdyn.scene.names import FORMULA_NAMES
 from symdyn.scene.quantity import ZERO, Quantity
 from symdyn.scene.reading import Reading, ReadOptions
-from symdyn.scene.spanning import inverse
 from symdyn.scene.spelling import spell
 from symdyn.scene.table import Entry, Faults, compose, shorten, show
+from symdyn.scene.turning import inverse
 
 LARGEST_FILE = 4 * 2**20
 
