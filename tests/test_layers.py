@@ -21,7 +21,8 @@ ROOMS = {  # room: the rooms it may import
     "emit": ["program"],
     "build": ["emit"],
     "verify": ["build"],
-    "cli": ["verify"],
+    "bench": ["verify"],
+    "cli": ["bench"],
 }
 
 
