@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 
-from symdyn.scene import Body, Joint, Parameter, Pose, Quantity, Scene, number, symbol
-from symdyn.scene.joints import JOINTS
+from symdyn.scene import Body, Joint, Parameter, Quantity, Scene, number, symbol
 from symdyn.scene.table import compose
 
 Z = tuple(number(x) for x in (0, 0, 1))
@@ -41,7 +39,7 @@ def four_bar(numbers: dict[str, str] | None = None) -> Scene:
         Joint("B", "revolute", "crank", "coupler", origin=compose(("Tx", value["a"])), coordinates=("q2",)),
         Joint("D", "revolute", "ground", "rocker", origin=compose(("Tx", value["d"])), coordinates=("q3",)),
     )
-    back = compose(("Tx", Quantity.__class__ and negative(value["c"])))
+    back = compose(("Tx", negative(value["c"])))
     loop = Joint("C", "revolute", "coupler", "rocker", origin=compose(("Tx", value["b"])), tip=back)
     gravity = (number(0), number(Fraction("-9.81")), number(0))
     parameters = () if numbers else tuple(Parameter(name, positive=True) for name in names)

@@ -37,11 +37,10 @@ def test_the_reference_is_the_graph_at_fifty_digits(routine):
     known, big = reference(routine.function, states, 3), BigFloats(60)
 
     for k in range(3):
-        values = {
-            s: big.number(float(v))
-            for a in routine.function.arguments
-            for s, v in zip(a.symbols, states[a.name][k], strict=True)
-        }
+        values = {}
+        for argument in routine.function.arguments:
+            numbers = map(big.number, states[argument.name][k].tolist())
+            values |= zip(argument.symbols, numbers, strict=True)
         exact = evaluate(routine.function.entries, big, values)
         for place, value in enumerate(exact):
             rest = value - big.number(known.high[k, place]) - big.number(known.low[k, place])

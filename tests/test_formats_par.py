@@ -194,7 +194,7 @@ def test_placeholders_of_external_wrenches_are_noted_and_others_refused() -> Non
         (("M = {2}", "M = {2}\nis_floating = True"), "is_floating = True: free bases come with free joints"),
         (("M = {2}", "M = {2}\neta = {1}"), "frame 1: eta = 1: joints of a scene are rigid"),
         (("M = {2}", "M = {2}\nAnt = {2}"), 'frame 1: ant = "2" is not a whole number from 0 to 1'),
-        (("M = {2}", "M = {2}\nAnt = {1}"), "frame 1: its body hangs on itself"),
+        (("M = {2}", "M = {2}\nAnt = {1}"), 'frame 1: joins "link1" with itself'),
     ],
 )
 def test_faults_name_the_frame_and_the_key(change: tuple[str, str], message: str) -> None:
@@ -316,7 +316,7 @@ def test_what_is_lost_is_listed_and_refused_without_lossy() -> None:
     once = read(ROOT / "examples/cart_pole.toml")
     lost = par_writer.write_text(once).lost
     assert "parameters.mp: its value 0.1 stands in place of the name" in lost
-    assert "joints.rail: force = -b*x_dot, which the equations lack without it" in lost
+    assert "joints.rail: force = -b*x_dot: there are no forces in formulas" in lost
     assert "points.tip" in lost
     with pytest.raises(SceneError, match=r"points\.tip\n(.*\n)*.*par cannot hold all of this; --lossy"):
         write_text(once, "par")

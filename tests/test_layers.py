@@ -21,7 +21,8 @@ ROOMS = {  # room: the rooms it may import
     "emit": ["program"],
     "build": ["emit"],
     "verify": ["build"],
-    "bench": ["verify"],
+    "simulate": ["verify"],
+    "bench": ["simulate"],
     "cli": ["bench"],
 }
 

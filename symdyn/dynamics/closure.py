@@ -121,7 +121,9 @@ def pivots(rows: Array, stages: Sequence[Sequence[int]], count: int) -> tuple[li
         stages: which ones to prefer; the next stage comes when a stage has only weak ones left.
         count: how many.
     """
-    left, chosen, sizes = rows.copy(), [], []
+    left = rows.copy()
+    chosen: list[int] = []
+    sizes: list[float] = []
     top = float(np.linalg.norm(rows, axis=1).max(initial=0.0))
     for place, stage in enumerate(stages):
         weakest = WEAK * top if place + 1 < len(stages) else 0.0
@@ -140,7 +142,7 @@ def pivots(rows: Array, stages: Sequence[Sequence[int]], count: int) -> tuple[li
 
 
 def _unit_rows(G: Array) -> Array:
-    return G / np.maximum(np.linalg.norm(G, axis=1, keepdims=True), 1e-300)
+    return np.asarray(G / np.maximum(np.linalg.norm(G, axis=1, keepdims=True), 1e-300))
 
 
 # Partitions
@@ -212,13 +214,13 @@ def _made(numbers: Numbers, kept: Sequence[int], independent: Sequence[int]) -> 
     dependent = [k for k in range(numbers.state.n) if k not in set(independent)]
     rows = [numbers.constraints.G[k] for k in kept]
     uses = [[k for k in dependent if not row[k].is_zero] for row in rows]
-    return Partition(tuple(independent), tuple(dependent), tuple(_blocks(uses)))
+    return Partition(tuple(independent), tuple(dependent), tuple(blocks(uses)))
 
 
 # Block triangular form
 
 
-def _blocks(uses: Sequence[Sequence[int]]) -> list[Block]:
+def blocks(uses: Sequence[Sequence[int]]) -> list[Block]:
     """Return the blocks of a square pattern: strongly connected rows of a perfect matching, needed ones first."""
     matched = _matching(uses)
     owner = {column: row for row, column in matched.items()}

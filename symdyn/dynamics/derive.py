@@ -77,7 +77,8 @@ def available(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
             derive_one(workspace, name)
         except DerivationError as fault:
             wanted.remove(name)
-            left_out.extend([str(fault)] if str(fault) not in left_out else [])
+            if name != "positions" and str(fault) not in left_out:  # few loops have a closed form
+                left_out.append(str(fault))
     return tuple(wanted), left_out
 
 
@@ -105,7 +106,7 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
     n = workspace.state.n
     return Function(
         name=request.replace(":", "_"),
-        text=row.text.format(name=place),
+        text=row.text.format(name=place, **_terms(workspace.scene)),
         arguments=arguments(workspace, (*row.arguments, *((TIME,) if _takes_time(entries) else ()))),
         result=row.result,
         shape=_complete(row.shape(n), len(entries)),
@@ -114,6 +115,17 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
         formulation=name,
         request=request,
     )
+
+
+def _terms(scene: Scene) -> dict[str, str]:
+    """Return what springs and prescribed motions add to the texts of outputs."""
+    springs, motion = OUTPUTS["k_E"].exists(scene), OUTPUTS["prescribed_motion"].exists(scene)
+    return {
+        "pulls": " + k_E(q)" if springs else "",
+        "less_pulls": " - k_E(q)" if springs else "",
+        "stored": " and in springs" if springs else "",
+        "motion": "; where a motion is prescribed its acceleration, whatever tau" if motion else "",
+    }
 
 
 def _takes_time(entries: Sequence[Expr]) -> bool:
@@ -129,6 +141,8 @@ def _complete(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
 def _row(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     """Return the row of the table, of closed scenes where the scene is one, and the place that a request names."""
     name, _, place = request.partition(":")
+    if request in OUTPUTS:
+        name, place = request, ""
     row = OUTPUTS.get(name)
     if row is None:
         raise DerivationError(f"there is no output {name!r}; there are {', '.join(OUTPUTS)}")
@@ -155,7 +169,7 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
 
 
 def arguments(workspace: Workspace, names: Sequence[str]) -> tuple[Argument, ...]:
-    """Return arguments in calling order: the state, time where it is asked for, the free parameters if there are any."""
+    """Return arguments in calling order: state, time where it is asked for, the free parameters if there are any."""
     scene, state = workspace.scene, workspace.state
     symbols: dict[str, tuple[Expr, ...]] = {"q": state.q, "qd": state.qd, "qdd": state.qdd, "tau": state.tau}
     symbols[TIME] = (workspace.graph.symbol(TIME),)

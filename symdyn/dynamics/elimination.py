@@ -1,4 +1,4 @@
-"""Solving A x = b on the graph: pivots chosen by numbers at one position, so that the formulas are short and good there.
+"""Solving A x = b on the graph: pivots chosen by numbers at one position, short and good there.
 
 Up to three unknowns it is Cramer's rule, whose only singular positions are those of A itself; beyond, Gauss's
 elimination, which loses the positions where one of its pivots vanishes too.

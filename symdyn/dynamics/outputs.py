@@ -15,6 +15,7 @@ from symdyn.dynamics.ldl import solve
 from symdyn.dynamics.loads import refuse_ideal_friction
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.outputs_of_loops import closing
+from symdyn.dynamics.outputs_of_reactions import REACTIONS
 from symdyn.dynamics.potential import potential_energy
 from symdyn.dynamics.prescribed import accelerations
 from symdyn.dynamics.rnea import rnea
@@ -173,7 +174,7 @@ def _has_motion(scene: Scene) -> bool:
 
 OUTPUTS: dict[str, Output] = {
     "inverse_dynamics": Output(
-        "driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q",
+        "driving forces tau = M(q) qdd + c(q, qd) + g(q){pulls} - Q",
         ("q", "qd", "qdd"),
         "tau",
         lambda n: (n,),
@@ -181,7 +182,7 @@ OUTPUTS: dict[str, Output] = {
         {"rnea": _inverse, "lagrange": lambda w: lagrange.driving_forces(w.energy)},
     ),
     "forward_dynamics": Output(
-        "accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)",
+        "accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q){less_pulls}{motion}",
         ("q", "qd", "tau"),
         "qdd",
         lambda n: (n,),
@@ -269,7 +270,7 @@ OUTPUTS: dict[str, Output] = {
         {"rnea": _kinetic, "lagrange": lambda w: [w.energy.K]},
     ),
     "potential_energy": Output(
-        "potential energy P(q) = -sum m g.r, zero at the origin of the ground frame",
+        "potential energy P(q) = -sum m g.r, zero at the origin of the ground frame{stored}",
         ("q",),
         "P",
         lambda n: (),
@@ -378,4 +379,4 @@ OUTPUTS: dict[str, Output] = {
     ),
 }
 
-OUTPUTS |= closing(OUTPUTS)
+OUTPUTS |= closing(OUTPUTS) | REACTIONS

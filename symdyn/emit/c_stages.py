@@ -18,8 +18,11 @@ Constants = Mapping[Expr, Fraction]
 
 LONGEST = 1200
 """Operations up to which a routine stays one loop. 7 axes need half of them."""
-PIECE = 400
-"""Operations of one loop of a longer routine: time to compile grows faster than its length."""
+PIECE = 150
+"""Operations of one loop of a longer routine: time to compile grows faster than its length.
+
+Of 70 to 800, 150 compiled fastest for 64 joints and ran as fast as any, with batch code and without.
+"""
 
 TRIGONOMETRIC = (Op.SIN, Op.COS)
 CALLS = (*TRIGONOMETRIC, Op.EXP, Op.LOG, Op.TANH, Op.ATAN2)

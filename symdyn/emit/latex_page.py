@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 
-from symdyn.algebra.form import MINUS_ONE, Form, product_of, split_sign, sum_of, terms_of
+from symdyn.algebra.form import MINUS_ONE, Form, product_of, split_sign, sum_of, symbols_of, terms_of
+from symdyn.dynamics.prescribed import TIME
 from symdyn.emit.breaking import break_lines, latex_width
-from symdyn.emit.equations import KINDS, Coefficient, Printable, coriolis, gravity
+from symdyn.emit.equations import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.formula_text import BREAK, Latex
 from symdyn.emit.symbols import escape, latex_symbols, latex_unit
 from symdyn.scene import JOINTS, Scene, acceleration_name
@@ -45,7 +46,7 @@ def latex_document(page: Printable, group: str) -> str:
             "title": escape(page.scene.name),
             "comment": page.scene.name,
             "sections": sections,
-            "symbols": (symbols := _symbol_table(page.scene, write)),
+            "symbols": (symbols := _symbol_table(page, write)),
             "values": any(row["value"] for row in symbols),
         },
     )
@@ -58,17 +59,20 @@ def latex_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
 
 
 def _writer(page: Printable) -> Latex:
-    return Latex(latex_symbols(page.scene), DIGITS)
+    return Latex(latex_symbols(page.scene) | {TIME: TIME}, DIGITS)
 
 
 def _introduction(page: Printable, group: str) -> str:
     sums = r"\sum_j k_{z,ij}\,\ddot q_j + \sum_{j<k} k_{C,i,jk}\,\dot q_j\,\dot q_k + \sum_j k_{D,ij}\,\dot q_j^2"
+    elastic = " + k_{E,i}" if page.scene.springs else ""
     text = (
-        rf"Lagrange's equations, joint by joint: $\displaystyle {sums} + k_{{G,i}}$ equals the drive and the other "
-        "forces of joint $i$."
+        rf"Lagrange's equations, joint by joint: $\displaystyle {sums} + k_{{G,i}}{elastic}$ equals the drive and the "
+        "other forces of joint $i$."
     )
     if group == "matrix":
-        text = "Lagrange's equations: inertia, Coriolis and centrifugal forces, gravity and the drives."
+        text = "Lagrange's equations: inertia, Coriolis and centrifugal forces, gravity{} and the drives.".format(
+            ", springs" if page.scene.springs else ""
+        )
     if page.short:
         text += r" Sines and cosines go by joint number: $s_{12} = \sin(q_1 + q_2)$, $c_2 = \cos q_2$."
     if any("." in _writer(page)(c.form) for c in page.coefficients):
@@ -77,7 +81,9 @@ def _introduction(page: Printable, group: str) -> str:
 
 
 def _displays(page: Printable, group: str) -> list[str]:
-    return GROUPS[group](page, _writer(page))
+    write = _writer(page)
+    motions = [_definition(write.symbols[name], write(form)) for name, form in page.motions]
+    return [*GROUPS[group](page, write), *_align(motions)]
 
 
 # Lines and displays
@@ -173,7 +179,7 @@ def _textbook(page: Printable, write: Latex) -> list[str]:
             sign, shown, short = _braced(c, write)
             if not short:
                 named[c.kind, tuple(sorted(c.indices)) if c.kind == "k_z" else c.indices] = None
-            rate = "" if c.kind == "k_G" else rf"\, {write.unbroken(c.rate)}"
+            rate = "" if c.kind in ALONE else rf"\, {write.unbroken(c.rate)}"
             text += (f" {BREAK}{sign} " if text else "-" if sign == "-" else "") + shown + rate
         drive, text = write(right), text or "0"
         wide = latex_width(drive) > BRACED
@@ -257,9 +263,9 @@ GROUPS: dict[str, Callable[[Printable, Latex], list[str]]] = {
 # The symbol table
 
 
-def _symbol_table(scene: Scene, write: Latex) -> list[dict[str, str]]:
-    """Return the rows: coordinates, drives, parameters."""
-    rows = []
+def _symbol_table(page: Printable, write: Latex) -> list[dict[str, str]]:
+    """Return the rows: coordinates, drives, time, parameters."""
+    scene, rows = page.scene, []
     for joint in scene.moving:
         text = f"coordinate of joint {joint.name}, {joint.type}"
         for q, unit in zip(joint.coordinates, JOINTS[joint.type].coordinates(joint), strict=True):
@@ -269,6 +275,8 @@ def _symbol_table(scene: Scene, write: Latex) -> list[dict[str, str]]:
             if drive:
                 text = f"driving {'torque' if unit == 'rad' else 'force'} of joint {joint.name}"
                 rows.append(_row(write.symbols[drive], text, "N m" if unit == "rad" else "N"))
+    if any(TIME in symbols_of(form) for form in (*page.right, *(form for _, form in page.motions))):
+        rows.append(_row(write.symbols[TIME], "time", "s"))
     for parameter in scene.parameters:
         value = escape(spell(parameter.value)) if parameter.value is not None else ""
         rows.append(_row(write.symbols[parameter.name], parameter.text or "parameter", parameter.unit, value))

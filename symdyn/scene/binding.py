@@ -12,7 +12,8 @@ from dataclasses import replace
 
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
-from symdyn.scene.check import Draft, check
+from symdyn.scene.check import check
+from symdyn.scene.draft import KINDS, Draft
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.formula import parse, quantity
 from symdyn.scene.mapping import map_quantities, substituted
@@ -87,5 +88,4 @@ def _is_zero(value: Quantity) -> bool:
 
 def _places(scene: Scene) -> dict[str, tuple[str, ...]]:
     """Return where the entries of a scene stand, for messages."""
-    families = ("parameters", "bodies", "joints", "points")
-    return {kind: tuple(f"{kind}.{one.name}" for one in getattr(scene, kind)) for kind in families}
+    return {kind: tuple(f"{kind}.{one.name}" for one in getattr(scene, kind)) for kind in KINDS}
