@@ -9,6 +9,7 @@ from symdyn.dynamics.equations import Argument, Equations, Function
 from symdyn.dynamics.mobility import Mobility, mobility
 from symdyn.dynamics.outputs import OUTPUTS
 from symdyn.dynamics.outputs_of_loops import CLOSED_ONLY, is_closed
+from symdyn.dynamics.outputs_of_reactions import REACTIONS
 from symdyn.dynamics.workspace import Workspace
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "KINEMATICS",
     "LARGE",
     "OUTPUTS",
+    "REACTIONS",
     "Argument",
     "Assembly",
     "Closing",

@@ -49,6 +49,16 @@ class Reduction:
     T: tuple[dict[int, Expr], ...]
     s: tuple[Expr, ...]
 
+    def led(self, place: Sequence[int], given: Sequence[Expr]) -> Reduction:
+        """Return the reduction with the accelerations of some independent velocities given."""
+        known = dict(zip(place, given, strict=True))
+        s = [
+            one + one.graph.total(t * known[i] for i, t in row.items() if i in known)
+            for row, one in zip(self.T, self.s, strict=True)
+        ]
+        T = tuple({i: t for i, t in row.items() if i not in known} for row in self.T)
+        return Reduction(tuple(i for i in self.independent if i not in known), T, tuple(s))
+
     def spread(self, reduced: Sequence[Expr]) -> list[Expr]:
         """Return T x + s for x of shape (independent,)."""
         x = dict(zip(self.independent, reduced, strict=True))

@@ -13,7 +13,8 @@ Reference: the textbook, section 5.1.1, eq. (5.1)-(5.20).
 
 Unknowns are t components a joint (5.7), (5.19), and the drives, which take the free places. They enter linearly:
 A x + b = 0, A in blocks of one body and one unknown. In a tree every velocity has an unknown drive (a passive joint's
-is what its motion would need); in a closed mechanism those have one that are declared to.
+is what its motion would need); in a closed mechanism those have one that are declared to, and idle motions that no loop
+needs: theirs comes out as zero if the motion is possible.
 """
 
 from __future__ import annotations
@@ -28,13 +29,14 @@ from symdyn.dynamics.hinges import Hinge, about, nothing, plus, relative_twists,
 from symdyn.dynamics.members import acting, inertias, motions, own_forces, placements
 from symdyn.dynamics.reactions import as_rows
 from symdyn.dynamics.state import vector
-from symdyn.dynamics.ties import in_plane, plane, undriven
+from symdyn.dynamics.ties import in_plane, plane, telling, ties, undriven
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient
 from symdyn.scene import express
 from symdyn.scene.joints import Wrench
 from symdyn.spatial import (
     Inertia,
+    Mat,
     Transform,
     Vec,
     add,
@@ -132,13 +134,16 @@ class Equilibrium:
         return b
 
 
-def equilibrium(hanging: Hanging, planar: bool = False, tau: Sequence[Expr] | None = None) -> Equilibrium:
+def equilibrium(
+    hanging: Hanging, planar: bool = False, tau: Sequence[Expr] | None = None, whole: bool = False
+) -> Equilibrium:
     """Return the system (5.18) of a mechanism.
 
     Args:
         hanging: the mechanism, open or closed.
         planar: write three equations a body.
         tau: driving forces that are known, shape (nv,); None makes them unknowns.
+        whole: joints that close planar loops keep the components across the plane, which are then not unique.
 
     Raises:
         DerivationError: `planar`, and the mechanism does not move in a plane that is a plane of coordinates of every
@@ -148,7 +153,7 @@ def equilibrium(hanging: Hanging, planar: bool = False, tau: Sequence[Expr] | No
     kept = (0, 1, 2, 3, 4, 5) if normal is None else (*(k for k in range(3) if k != normal), 3 + normal)
     own = tuple(tuple(_own(hanging, hinge, tau)) for hinge in hanging.joints)
     bodies = known_bivectors(hanging, own)
-    unknowns = [one for one in _unknowns(hanging, normal) if tau is None or one.kind != DRIVE]
+    unknowns = [one for one in _unknowns(hanging, normal, whole) if tau is None or one.kind != DRIVE]
     blocks: dict[tuple[int, int], Wrench] = {}
     for u, unknown in enumerate(unknowns):
         for h, wrench in unknown.acts:
@@ -244,7 +249,7 @@ def exerted_on(hanging: Hanging, hinge: Hinge, wrench: Wrench) -> dict[int, Wren
 # The unknowns
 
 
-def _unknowns(hanging: Hanging, normal: int | None) -> list[Unknown]:
+def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown]:
     scene, graph = hanging.scene, hanging.graph
     axes = None if normal is None else _axis(graph, normal)
     D = {h: drives(hinge, hanging.samples) for h, hinge in enumerate(hanging.joints)}
@@ -255,11 +260,13 @@ def _unknowns(hanging: Hanging, normal: int | None) -> list[Unknown]:
         for i, k in enumerate(hinge.velocities)
     }
     passive = undriven(scene) if scene.loops or scene.rows else []
+    if passive and not whole and normal is None:
+        passive = telling(hanging, ties(hanging), passive)
     found = []
     for h, hinge in enumerate(hanging.hinges):
         W = reactions_of(hinge, hanging.samples)
         flat = axes
-        if h >= len(hanging.joints) and flat is None:
+        if h >= len(hanging.joints) and flat is None and not whole:
             flat = plane(hanging, hinge, relative_twists(hinge, hanging.joints))
         W = W if flat is None else in_plane(hanging, W, flat)
         name = hinge.joint.name
@@ -312,17 +319,33 @@ def _stays(hanging: Hanging, hinge: Hinge, n: Vec) -> bool:
 
 
 def solution(system: Equilibrium) -> list[Expr]:
-    """Return x with A x + b = 0 by elimination, pivots chosen at one position.
+    """Return x with A x + b = 0 by elimination from the tips, pivots chosen at one position.
+
+    Every body's equations are turned into the axes of its reference joint first: what acts there has constant entries,
+    which are pivots at any position.
 
     Raises:
         DerivationError: A does not determine x.
     """
     A, b = system.matrix(), system.right()
+    if len(system.kept) == 6:
+        both = [[*row, right] for row, right in zip(A, b, strict=True)]
+        for j, hinge in enumerate(system.hanging.joints):
+            R = (hinge.X @ hinge.tip).R
+            for start in (6 * j, 6 * j + 3):
+                both[start : start + 3] = _turned_rows(R, both[start : start + 3])
+        A, b = [row[:-1] for row in both], [row[-1] for row in both]
     numbers = system.hanging.samples.at([entry for row in A for entry in row]).reshape(len(A), -1)
     order = pivots(numbers)
     if len(order) < len(system.unknowns):
         raise DerivationError(undetermined(system, len(order)))
     return eliminate(A, [-x for x in b], order)
+
+
+def _turned_rows(R: Mat, rows: Sequence[Sequence[Expr]]) -> list[list[Expr]]:
+    """Return R times three rows."""
+    columns = [apply(R, (x, y, z)) for x, y, z in zip(*rows, strict=True)]
+    return [[column[k] for column in columns] for k in range(3)]
 
 
 def undetermined(system: Equilibrium, rank: int) -> str:

@@ -10,6 +10,7 @@ from symdyn.dynamics.equations import Argument, Equations, Function
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.outputs import OUTPUTS
 from symdyn.dynamics.outputs_of_loops import CLOSED_ONLY, is_closed
+from symdyn.dynamics.outputs_of_reactions import REACTIONS
 from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.tree import build_tree
 from symdyn.dynamics.workspace import Workspace
@@ -17,8 +18,10 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import JOINTS, Scene
 
-DYNAMICS: tuple[str, ...] = tuple(name for name, row in OUTPUTS.items() if not row.place)
-"""Outputs of the whole scene; kinematic ones are asked for by name, as in "pose:tool"."""
+DYNAMICS: tuple[str, ...] = tuple(
+    name for name, row in OUTPUTS.items() if not row.place and name not in CLOSED_ONLY and name not in REACTIONS
+)
+"""Outputs of the whole scene, with or without loops; reactions, and "pose:tool" and its like, are asked for by name."""
 
 KINEMATICS = ("pose", "jacobian", "jdot_qdot")
 
@@ -53,7 +56,7 @@ def derive(
         DerivationError: an unknown output, road, body or point, or equations that do not exist.
     """
     workspace = Workspace(scene, closing)
-    wanted = [name for name in DYNAMICS if OUTPUTS[name].exists(scene)] if outputs is None else outputs
+    wanted = _expected(scene) if outputs is None else outputs
     functions = [derive_one(workspace, request, road) for request in wanted]
     return Equations(scene, workspace.graph, tuple(functions))
 
@@ -65,7 +68,7 @@ def available(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
     dynamics where the mass matrix is singular) and what is too large to be wanted unasked.
     """
     n = len(scene.velocities)
-    wanted = [name for name in DYNAMICS if OUTPUTS[name].exists(scene)]
+    wanted = _expected(scene)
     wanted += [f"{name}:{point.name}" for point in scene.points for name in KINEMATICS]
     left_out = []
     if n > LARGE:
@@ -80,6 +83,11 @@ def available(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
             if name != "positions" and str(fault) not in left_out:  # few loops have a closed form
                 left_out.append(str(fault))
     return tuple(wanted), left_out
+
+
+def _expected(scene: Scene) -> list[str]:
+    """Return the dynamics that a scene of its kind has."""
+    return [name for name in (*DYNAMICS, *CLOSED_ONLY) if OUTPUTS[name].exists(scene)]
 
 
 def roads(request: str, scene: Scene | None = None) -> tuple[str, ...]:

@@ -83,6 +83,14 @@ def solved(hanging: Hanging, unknown: Sequence[Tie], excess: Sequence[Expr], amo
     Raises:
         DerivationError: these velocities do not determine λ.
     """
+    rows = telling(hanging, unknown, among)
+    uses = [[k for k in rows if not one.G[k].is_zero] for one in unknown]
+    partition = Partition((), tuple(rows), tuple(blocks(uses)))
+    return solve_transposed([one.G for one in unknown], partition, excess)
+
+
+def telling(hanging: Hanging, unknown: Sequence[Tie], among: Sequence[int]) -> list[int]:
+    """Return as many velocities as unknowns, whose equations determine these; see `solved`."""
     A = [one.G[k] for k in among for one in unknown]
     order = pivots(hanging.samples.at(A).reshape(len(among), len(unknown)))
     if len(order) < len(unknown):
@@ -93,10 +101,7 @@ def solved(hanging: Hanging, unknown: Sequence[Tie], excess: Sequence[Expr], amo
             "leave drives out, take joints with more freedoms, or ask symdyn.dynamics.uniqueness.reactions_at for "
             "the least reactions at one position, with those flagged that are not unique"
         )
-    rows = sorted(among[row] for row, _ in order)
-    uses = [[k for k in rows if not one.G[k].is_zero] for one in unknown]
-    partition = Partition((), tuple(rows), tuple(blocks(uses)))
-    return solve_transposed([one.G for one in unknown], partition, excess)
+    return sorted(among[row] for row, _ in order)
 
 
 def undriven(scene: Scene) -> list[int]:

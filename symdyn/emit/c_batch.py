@@ -114,8 +114,7 @@ def batches(program: Program, page: Page, printer: Printer, real: Real) -> tuple
 def cuts(program: Program, page: Page, printer: Printer) -> tuple[CutText | None, ...]:
     """Return every function of the page in parts if it is a long one, else None."""
     return tuple(
-        _cut(routine, text, program, printer)
-        for routine, text in zip(program.routines, page.functions, strict=True)
+        _cut(routine, text, program, printer) for routine, text in zip(program.routines, page.functions, strict=True)
     )
 
 

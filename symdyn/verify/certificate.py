@@ -131,7 +131,7 @@ def certify(
 
 
 def everything(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
-    """Return all outputs worth certifying, kinematics of the last body and reactions included, and why others are left out."""
+    """Return all outputs worth certifying, also kinematics of the last body and reactions, and why others are not."""
     outputs, left_out = available(scene)
     last = scene.bodies[-1]
     extra = [f"{name}:{last.name}" for name in KINEMATICS]
