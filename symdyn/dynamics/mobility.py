@@ -188,16 +188,14 @@ def _notes(scene: Scene, closure: Closure, found: Mobility) -> list[str]:
     notes = list(closure.assembly.notes)
     if found.planar and found.spatial != found.by_loops:
         names = ", ".join(found.planar)
-        out = len([k for k in closure.empty if closure.names[k].partition(":")[0] in found.planar])
         notes.append(
-            f"planar: {names}; counted in space (5.20) gives {found.spatial}, in the plane {found.by_loops}"
-            + (f"; {out} reactions out of the plane are indeterminate" if out else "")
+            f"planar: {names}; counted in space (5.20) gives {found.spatial}, in the plane {found.by_loops}; "
+            f"{3 * len(found.planar)} reactions out of the plane are indeterminate"
         )
     if found.by_rank > found.by_loops:
-        some = "; ".join(closure.names[k] for k in closure.redundant)
         notes.append(
             f"overconstrained: {found.by_rank} by rank, {found.by_loops} by counting; redundant: "
-            f"{some or 'none here'}; not unique: {'; '.join(found.not_unique)}"
+            f"{'; '.join(found.redundant)}; not unique: {'; '.join(found.not_unique)}"
         )
     if found.here > found.by_rank:
         notes.append(

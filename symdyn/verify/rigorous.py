@@ -27,7 +27,7 @@ from symdyn.graph import Expr, evaluate
 from symdyn.program import choose, lower
 from symdyn.scene import Quantity, Scene, express
 from symdyn.scene.names import suggestion
-from symdyn.scene.start import start, start_rates
+from symdyn.scene.start import starting_position, starting_velocity
 from symdyn.verify.accuracy import ROUNDOFF, TINIEST, Array, sample
 from symdyn.verify.certificate import everything, finite, modules_of
 
@@ -172,7 +172,7 @@ def _given(scene: Scene, workspace: Workspace, at: Mapping[str, float], real: st
         raise VerifyError("\n".join(lines))
     values = dict.fromkeys(known.values(), 0.0)
     values |= {p.name: 1.0 for p in scene.free_parameters}
-    for nodes, quantities in ((state.q, start(scene)), (state.qd, start_rates(scene))):
+    for nodes, quantities in ((state.q, starting_position(scene)), (state.qd, starting_velocity(scene))):
         values |= {str(n.value): _number(x, workspace) for n, x in zip(nodes, quantities, strict=True)}
     values |= {known[name]: float(value) for name, value in at.items()}
     return {name: float(np.float32(value)) for name, value in values.items()} if real == "float" else values
