@@ -21,10 +21,11 @@ from symdyn.dynamics.closure import Partition, blocks
 from symdyn.dynamics.elimination import pivots
 from symdyn.dynamics.hanging import Hanging
 from symdyn.dynamics.hinges import Hinge, power, relative_twists
+from symdyn.dynamics.loops import recursive
 from symdyn.dynamics.samples import Array
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, gradient
-from symdyn.scene import JOINTS, Scene, express
+from symdyn.graph import Expr
+from symdyn.scene import JOINTS, Scene
 from symdyn.scene.joints import Wrench
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.constraints import everywhere
@@ -64,10 +65,17 @@ def ties(hanging: Hanging) -> list[Tie]:
             for k, twist in twists.items():
                 row[k] = power(wrench, twist)
             found.append(Tie(loop.joint.name, number, wrench, tuple(row)))
-    for one in hanging.scene.rows:
-        slopes = gradient(express(one.formula, hanging.graph), hanging.state.qd)
-        found.append(Tie(one.name, -1, None, tuple(slopes)))
-    return found
+    return [*found, *rows_of(hanging)]
+
+
+def rows_of(hanging: Hanging) -> list[Tie]:
+    """Return the unknowns of the scene's rows, one a component."""
+    names = {row.name for row in hanging.scene.rows}
+    if not names:
+        return []
+    every = recursive(hanging.scene, hanging.tree, hanging.state)
+    pairs = zip(every.labels, every.G, strict=True)
+    return [Tie(label.owner, -1, None, G) for label, G in pairs if label.owner in names]
 
 
 def solved(hanging: Hanging, unknown: Sequence[Tie], excess: Sequence[Expr], among: Sequence[int]) -> list[Expr]:
