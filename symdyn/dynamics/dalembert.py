@@ -373,5 +373,5 @@ def transmitted(system: Equilibrium, x: Sequence[Expr]) -> list[Wrench]:
 def solved_reactions(hanging: Hanging, axes: str = "body", tau: Sequence[Expr] | None = None) -> list[Expr]:
     """Return every joint's reaction from the whole system: as `reactions.reactions`, which goes another way."""
     system = equilibrium(hanging, tau=tau)
-    found = transmitted(system, solution(system))
-    return as_rows(hanging, [hinge.on_child(wrench) for hinge, wrench in zip(hanging.hinges, found, strict=True)], axes)
+    pairs = zip((*hanging.joints, *hanging.loops), transmitted(system, solution(system)), strict=False)
+    return as_rows(hanging, [hinge.on_child(wrench) for hinge, wrench in pairs], axes)

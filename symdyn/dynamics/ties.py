@@ -40,7 +40,7 @@ class Tie:
 
     Attributes:
         owner: name of the loop or row.
-        loop: number of the loop, -1 for a row.
+        loop: number of the loop or contact, -1 for a row.
         wrench: W at unit size; None for a row, which acts on the velocities alone.
         G: its row of G, shape (nv,).
     """
@@ -53,10 +53,10 @@ class Tie:
 
 def ties(hanging: Hanging) -> list[Tie]:
     """Return the unknowns of all loops, those across the plane of a planar loop left out, and of all rows."""
-    found = []
-    for number, loop in enumerate(hanging.loops):
+    found: list[Tie] = []
+    for number, loop in enumerate(hanging.cuts):
         twists = relative_twists(loop, hanging.joints)
-        wrenches = JOINTS[loop.joint.type].wrenches(loop.joint, loop.X)
+        wrenches = loop.wrenches
         normal = plane(hanging, loop, twists)
         if normal is not None:
             wrenches = in_plane(hanging, wrenches, normal)
@@ -69,8 +69,8 @@ def ties(hanging: Hanging) -> list[Tie]:
 
 
 def rows_of(hanging: Hanging) -> list[Tie]:
-    """Return the unknowns of the scene's rows, one a component."""
-    names = {row.name for row in hanging.scene.rows}
+    """Return the unknowns of the rows that are formulas: forces on the velocities, whatever exerts them."""
+    names = {row.name for row in hanging.scene.rows if row.type == "formula"}
     if not names:
         return []
     every = recursive(hanging.scene, hanging.tree, hanging.state)
@@ -128,7 +128,7 @@ def plane(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> Vec | Non
     entries = [x for v, omega in twists.values() for x in (*v, *omega)]
     numbers = [hanging.samples.at(entries, seed).reshape(-1, 2, 3) for seed in (2, 3)]
     normals = list(everywhere(graph)[::-1])
-    if "axis" in JOINTS[loop.joint.type].keys:
+    if loop.joint.type in JOINTS and "axis" in JOINTS[loop.joint.type].keys:
         normals.insert(0, unit(loop.joint.axis, graph))
     for normal in normals:
         n = hanging.samples.at(normal, 2)
