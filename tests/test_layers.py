@@ -20,8 +20,9 @@ ROOMS = {  # room: the rooms it may import
     "program": ["dynamics"],
     "emit": ["program"],
     "build": ["emit"],
+    "draw": ["emit"],
     "verify": ["build"],
-    "cli": ["verify"],
+    "cli": ["verify", "draw"],
 }
 
 
