@@ -69,15 +69,23 @@ def _gravity_name(scene: Scene) -> str:
 
 def _axes(view: View) -> Block:
     shapes: list[Shape] = []
-    labels = []
+    labels: list[Put] = []
     start = np.zeros((1, 2))
     for k, letter in enumerate("xyz"):
         tip = view.lean(np.eye(3)[k : k + 1]) * AXIS
         shapes += arrow(f"triad-{letter}", start, tip, 1.8, 6.0)
         if float(np.linalg.norm(tip)) > 6:
             label = Label(f"label-axis-{letter}", from_latex(letter), start, 0.0, None, f"{letter}-text")
-            labels.append(Put(label, tip[0] + unit(tip)[0] * FONT * 0.55))
+            away = (tip[0] + unit(tip)[0] * FONT * (0.55 + 0.3 * further) for further in range(6))
+            clear = (one for one in (Put(label, offset) for offset in away) if not _meets(one, labels))
+            labels += list(clear)[:1]
     return (Item("axes", "directions of the ground's axes", 2, np.zeros(1), tuple(shapes)),), tuple(labels)
+
+
+def _meets(one: Put, others: Sequence[Put]) -> bool:
+    """Return whether a label lies on others, all of one moment."""
+    low, high = one.box[0]
+    return any(bool(np.all((low < other.box[0, 1]) & (high > other.box[0, 0]))) for other in others)
 
 
 def _moved(item: Item, shift: Array) -> Item:

@@ -56,6 +56,19 @@ def picture(
     Raises:
         DrawError: q of another shape, an unknown name, loops that do not close, or no real value at q.
     """
+    return svg(drawing(scene, q, parameters, view, frames, labels, wrenches), prefix, scheme)
+
+
+def drawing(
+    scene: Scene,
+    q: Sequence[float] | Array | None = None,
+    parameters: Mapping[str, float] | None = None,
+    view: tuple[float, float] | None = None,
+    frames: bool = False,
+    labels: Collection[str] = ("coordinates", "bodies"),
+    wrenches: Sequence[Wrench] = (),
+) -> Drawing:
+    """Return what `picture` writes, as shapes and placed labels."""
     for kind in labels:
         if kind not in LABELS:
             raise DrawError(f'there are no labels of "{kind}"; known are {", ".join(LABELS)}')
@@ -75,15 +88,14 @@ def picture(
         items += _triads(found, seen)
     names += _names(found, seen, labels)
     segments = lines(items, 1)
-    drawing = Drawing(scene.name, items, put(names, segments))
-    return svg(with_corner(drawing, scene, found, seen, segments), prefix, scheme)
+    return with_corner(Drawing(scene.name, items, put(names, segments)), scene, found, seen, segments)
 
 
 def watched(
     scene: Scene, found: Places, values: Mapping[str, float], q: Array, view: tuple[float, float] | None
 ) -> View:
     """Return the view of a scene in which everything that is found fits."""
-    nudged = q.reshape(-1, q.shape[-1])[:1] + 0.1 * (1 + np.arange(q.shape[-1]) % 5)
+    nudged = np.atleast_2d(q)[:1] + 0.1 * (1 + np.arange(q.shape[-1]) % 5)  # by which chance shows
     return look([found, places(scene, nudged, values)], spread(found), view)
 
 

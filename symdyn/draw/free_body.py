@@ -179,19 +179,17 @@ def _transmitted(hinge: Hinge, body: str) -> list[Wrench]:
     joint, found = hinge.joint, []
     sense = 1.0 if joint.child == body else -1.0
     at, minus = _triple(_cut(hinge, body)[0]), "" if sense > 0 else "-"
-    if joint.type != "custom":
-        pairs = [
-            (kind, np.array(v)) for force, moment in _unit_wrenches(hinge) for kind, v in (("F", force), ("M", moment))
-        ]
-        pairs = [(kind, hinge.fixed.R[0] @ v) for kind, v in pairs if np.any(np.abs(v) > SMALL)]
-        counts = {kind: sum(one == kind for one, _ in pairs) for kind in "FM"}
-        numbers = {"F": 0, "M": 0}
-        for kind, way in pairs:
-            numbers[kind] += 1
-            index = f",{numbers[kind]}" if counts[kind] > 1 else ""
-            name = rf"{minus}{kind}_{{\mathrm{{{escape(joint.name)}}}{index}}}"
-            vector = _triple(unit(way) * sense)
-            found.append(Wrench(name, at, vector) if kind == "F" else Wrench(name, at, couple=vector))
+    pairs = [] if joint.type == "custom" else _unit_wrenches(hinge)
+    counts, numbers = [sum(np.any(part[k]) for part in pairs) for k in (0, 1)], [0, 0]
+    for pair in pairs:
+        names, vectors = ["", ""], [np.zeros(3), np.zeros(3)]
+        for k, part in enumerate(pair):
+            if np.any(part):
+                numbers[k] += 1
+                index = f",{numbers[k]}" if counts[k] > 1 else ""
+                names[k] = rf"{minus}{'FM'[k]}_{{\mathrm{{{escape(joint.name)}}}{index}}}"
+                vectors[k] = unit(hinge.fixed.R[0] @ part) * sense
+        found.append(Wrench(names[0], at, _triple(vectors[0]), _triple(vectors[1]), names[1]))
     for drive, step in zip(joint.drives, hinge.steps, strict=False):
         if drive is not None:
             name, vector = minus + str(print_name(drive)), _triple(step.axis[0] * sense)
@@ -199,7 +197,7 @@ def _transmitted(hinge: Hinge, body: str) -> list[Wrench]:
     return found
 
 
-def _unit_wrenches(hinge: Hinge) -> list[tuple[list[float], list[float]]]:
+def _unit_wrenches(hinge: Hinge) -> list[tuple[Array, Array]]:
     """Return the wrenches that the joint's kind can transmit, axes of the joint frame."""
     between = Frame(np.einsum("nji,njk->nik", hinge.fixed.R, hinge.moved.R), np.zeros_like(hinge.fixed.p))
     p = np.einsum("nji,nj->ni", hinge.fixed.R, hinge.moved.p - hinge.fixed.p)[0]
@@ -209,7 +207,8 @@ def _unit_wrenches(hinge: Hinge) -> list[tuple[list[float], list[float]]]:
     values = dict(zip(names, [*between.R[0].ravel().tolist(), *p.tolist()], strict=True))
     values |= {graph.symbol(name): 1.0 for name in hinge.joint.length.symbols}
     pairs = JOINTS[hinge.joint.type].wrenches(hinge.joint, X)
-    flat = evaluate([x for force, moment in pairs for x in (*force, *moment)], Floats(), values)
+    flat = np.array(evaluate([x for force, moment in pairs for x in (*force, *moment)], Floats(), values))
+    flat[np.abs(flat) < SMALL] = 0.0
     return [(flat[k : k + 3], flat[k + 3 : k + 6]) for k in range(0, len(flat), 6)]
 
 

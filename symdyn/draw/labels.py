@@ -15,9 +15,10 @@ from symdyn.draw.lettering import FONT, Text
 from symdyn.draw.places import Array
 
 ANGLES = np.radians(np.arange(0, 360, 22.5))
-WAYS = (0.0, 5.0, 11.0, 18.0, 27.0, 38.0, 52.0)
-CROSSING, DISTANCE, TURNED = 10.0, 0.35, 3.0  # what a crossed line, a unit of way, and a turn away cost
+WAYS = (0.0, 5.0, 11.0, 18.0, 27.0, 38.0, 52.0, 70.0)
+CROSSING, DISTANCE, TURNED = 16.0, 0.35, 3.0  # what a crossed line, a unit of way, and a turn away cost
 LEADER = 20.0  # from this way on a thin line leads to the label
+LED = 8.0  # what such a line costs
 ROUGH = 3.0  # room around a label
 
 
@@ -80,8 +81,11 @@ def put(labels: Sequence[Label], segments: Array) -> tuple[Put, ...]:
     for label in labels:
         boxes = np.stack([one.box for one in done], axis=1) if done else np.zeros((len(segments), 0, 2, 2))
         offset = _best(label, segments, boxes)
-        if offset is not None:
-            done.append(Put(label, offset))
+        if offset is None:
+            continue
+        done.append(Put(label, offset))
+        if done[-1].leader is not None:
+            segments = np.concatenate([segments, _led(done[-1])], axis=1)
     return tuple(done)
 
 
@@ -103,10 +107,25 @@ def _best(label: Label, segments: Array, boxes: Array) -> Array | None:
             low, high = label.at + offset - label.half - ROUGH, label.at + offset + label.half + ROUGH
             if _overlaps(low, high, boxes):
                 continue
+            led = Put(label, offset)
+            if led.leader is not None:
+                cost += LED
+                if boxes.shape[1] and _on_a_label(_led(led), boxes):
+                    continue
             cost += CROSSING * float(np.mean(np.sum(crosses(low, high, segments), axis=1)))
             if cost < least - 1e-9:
                 best, least = offset, cost
     return best
+
+
+def _led(one: Put) -> Array:
+    """Return the line that leads to a label, shape (N, 1, 2, 2)."""
+    assert one.leader is not None, "asked only of labels far from their anchors"
+    return np.stack([one.label.at + end for end in one.leader], axis=1)[:, None]
+
+
+def _on_a_label(leader: Array, boxes: Array) -> bool:
+    return any(bool(crosses(boxes[:, k, 0], boxes[:, k, 1], leader).any()) for k in range(boxes.shape[1]))
 
 
 def _lean(direction: Array) -> Array:

@@ -12,11 +12,12 @@ import numpy as np
 from symdyn.draw.places import Array, Hinge, Places, unit
 from symdyn.errors import DrawError
 
-WIDE, HIGH = 400.0, 320.0  # what the mechanism may take, in units of the picture
+WIDE, HIGH = 360.0, 300.0  # what the mechanism may take, in units of the picture
 AZIMUTHS = (-60, -35, -25, 30, 55, 120, 150, -120, -145)
 ELEVATIONS = (35, 25)
 LARGEST, SMALLEST = 8.0, 2.5  # half the width of a joint's symbol
 TOUCHING = 4.0  # units of the picture within which two points are one for the choice of that size
+EDGE_ON = 60.0  # what a turn costs whose plane is seen edge-on, against crowded points
 PLANE = 1e-9  # how far a unit axis may lean and still be parallel
 
 
@@ -80,10 +81,11 @@ def look(first: Sequence[Places], spots: Array, direction: tuple[float, float] |
     normal = plane(first)
     if normal is not None:
         up = first[0].gravity - (first[0].gravity @ normal) * normal
-        up = -unit(up) if np.linalg.norm(up) > 1e-6 * max(1e-300, np.linalg.norm(first[0].gravity)) else _level(normal)
+        falls = float(np.linalg.norm(up)) > 1e-6 * float(np.linalg.norm(first[0].gravity))
+        up = -unit(up) if falls else _level(normal)
         return _fitted(np.cross(up, normal), up, normal, spots, joints, True)
     views = [_around(vertical, a, e) for e, a in itertools.product(ELEVATIONS, AZIMUTHS)]
-    right, up, toward = min(views, key=lambda axes: _crowding(spots, axes))
+    right, up, toward = min(views, key=lambda axes: _crowding(spots, axes) + _edge_on(first[0], axes))
     return _fitted(right, up, toward, spots, joints, False)
 
 
@@ -164,6 +166,12 @@ def _crowding(spots: Array, axes: tuple[Array, Array, Array]) -> float:
     flat = np.stack([spots @ axes[0], spots @ axes[1]], axis=-1)
     apart = np.linalg.norm(flat[:, None] - flat[None], axis=-1)[np.triu_indices(len(flat), 1)]
     return float(np.round(np.sum(1 / (apart + 0.05) ** 2), 6))
+
+
+def _edge_on(found: Places, axes: tuple[Array, Array, Array]) -> float:
+    """Return how much the planes of turns are seen edge-on, where angles cannot be read."""
+    turns = [step.axis[0] for hinge in found.hinges for step in hinge.steps if not step.slides]
+    return float(np.round(sum(EDGE_ON * max(0.0, 0.3 - abs(float(axis @ axes[2]))) for axis in turns), 6))
 
 
 def _fitted(right: Array, up: Array, toward: Array, spots: Array, joints: Array, planar: bool) -> View:
