@@ -63,3 +63,14 @@ def compare(
     assert names
     for name in names:
         assert (place / name).read_bytes() == (golden / name).read_bytes(), f"{name}: run pytest --update-golden"
+
+
+@pytest.mark.parametrize("scene", ["two_link", "puma560"])
+def test_pictures_are_what_the_command_line_draws(
+    scene: str, tmp_path: Path, update_golden: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    golden = ROOT / "generated" / scene / f"{scene}.svg"
+    path = golden if update_golden else tmp_path / f"{scene}.svg"
+
+    assert main(["draw", str(ROOT / "examples" / f"{scene}.toml"), "-o", str(path)]) == 0
+    assert path.read_bytes() == golden.read_bytes(), f"{golden.name}: run pytest --update-golden"
