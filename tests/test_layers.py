@@ -22,7 +22,8 @@ ROOMS = {  # room: the rooms it may import
     "build": ["emit"],
     "verify": ["build"],
     "simulate": ["verify"],
-    "cli": ["simulate"],
+    "bench": ["simulate"],
+    "cli": ["bench"],
 }
 
 
