@@ -25,7 +25,7 @@ from running import call
 
 import symdyn
 from symdyn.dynamics import Workspace, derive, derive_one
-from symdyn.dynamics.uniqueness import reactions_at
+from symdyn.dynamics.reactions.uniqueness import reactions_at
 from symdyn.errors import DerivationError
 from symdyn.graph import substitute
 from symdyn.scene import Damper, Friction, Load, Place, Scene, Spring, number, parse

@@ -73,9 +73,7 @@ def simulate(
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
     formulas = (*stops, *reports)
-    zeros, times, initial = _checked(
-        scene, until, every, rtol, atol, formulas, method, start, start_rates
-    )
+    zeros, times, initial = _checked(scene, until, every, rtol, atol, formulas, method, start, start_rates)
     for note in initial.notes:
         _tell(say, note)
     system = build_system(scene, forces, zeros)
