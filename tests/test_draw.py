@@ -20,6 +20,7 @@ from symdyn.draw.door import drawing, watched
 from symdyn.draw.labels import Label, crosses, put
 from symdyn.draw.lettering import from_latex, lettered, words
 from symdyn.draw.places import places
+from symdyn.draw.style import SCHEMES
 from symdyn.draw.svg import name
 from symdyn.draw.symbols import SYMBOLS
 from symdyn.errors import DrawError
@@ -362,3 +363,19 @@ def test_origin_placements_of_a_far_mechanism_stay_sharp() -> None:
     far = replace(near, joints=(shoulder, near.joints[1]))
 
     assert drawing(far, [0.4, 0.7]).box == drawing(near, [0.4, 0.7]).box
+
+
+def luminance(colour: str) -> float:
+    """Return the relative luminance of WCAG 2.1."""
+    parts = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+    r, g, b = (x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in parts)
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_every_colour_stands_out_from_the_paper(scheme: str) -> None:
+    colours = SCHEMES[scheme]
+    for key, colour in colours.items():
+        low, high = sorted([luminance(colour), luminance(colours["paper"])])
+        if key not in ("paper", "shade"):
+            assert (high + 0.05) / (low + 0.05) >= 4.5, (scheme, key)
