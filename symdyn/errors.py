@@ -43,3 +43,12 @@ class DrawError(SymdynError):
 
 class VerifyError(SymdynError):
     """A certificate that cannot be made."""
+
+
+class SimulateError(SymdynError):
+    """A motion, force, start, event or method that cannot be used; carries all faults, one line each."""
+
+    def __init__(self, faults: str | Sequence[str]) -> None:
+        """Store the faults, shape (at least one line)."""
+        self.faults: tuple[str, ...] = (faults,) if isinstance(faults, str) else tuple(faults)
+        super().__init__("\n".join(self.faults))

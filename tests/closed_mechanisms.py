@@ -9,6 +9,7 @@ from symdyn.scene.quantity import ONE, ZERO, Vector
 from symdyn.scene.table import compose
 
 Z: Vector = (ZERO, ZERO, ONE)
+HERE = Pose()
 DOWN: Vector = (ZERO, number(Fraction("-9.81")), ZERO)
 
 
@@ -27,7 +28,7 @@ def along_x(length: Quantity) -> Pose:
     return Pose((("Tx", length),))
 
 
-def hinge(name: str, parent: str, child: str, at: Pose = Pose(), drive: str | None = None, **more: object) -> Joint:
+def hinge(name: str, parent: str, child: str, at: Pose = HERE, drive: str | None = None, **more: object) -> Joint:
     return Joint(name, "revolute", parent, child, Z, at, coordinates=(f"q_{name}",), drives=(drive,), **more)  # type: ignore[arg-type]
 
 
@@ -107,6 +108,7 @@ def n_four_bar(n: int) -> Scene:
 
 def rssr() -> Scene:
     """Crank about z, rocker about x, a coupler between balls: one freedom, and the coupler's idle spin."""
+    slim = (exact("1/50"), ONE, ONE, ZERO, ZERO, ZERO)
     pin = Particle(ONE, (ZERO, exact("1/10"), ZERO))
     return Scene(
         "rssr",
@@ -114,8 +116,7 @@ def rssr() -> Scene:
         (ZERO, ZERO, exact("-9.81")),
         (
             rod("crank", ONE, ONE),
-            Body("coupler", exact(2), (exact("7/4"), ZERO, ZERO), inertia=(exact("1/50"), exact(1), exact(1), *(ZERO,) * 3),
-                 particles=(pin,)),
+            Body("coupler", exact(2), (exact("7/4"), ZERO, ZERO), inertia=slim, particles=(pin,)),
             rod("rocker", exact(2), ONE),
         ),
         (

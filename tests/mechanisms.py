@@ -11,13 +11,18 @@ from symdyn.scene import (
     JOINTS,
     Body,
     Coupling,
+    Damper,
+    Friction,
     Joint,
     Limits,
+    Load,
     Parameter,
     Particle,
+    Place,
     Pose,
     Quantity,
     Scene,
+    Spring,
     folding,
     number,
     symbol,
@@ -165,3 +170,49 @@ def quasi_velocities(joint: Joint, first: int) -> tuple[str, ...]:
         ]
         first += len(block.coordinates)
     return tuple(names) if any(not name.endswith("_dot") for name in names) else ()
+
+
+def with_loads(tree: Scene, seed: int) -> Scene:
+    """Return a tree with a spring and a damper at joints, others between points, dry friction, and two loads.
+
+    Forces depend on time, velocities and parameters; springs and dampers are not linear.
+    """
+    rng = random.Random(seed)
+    names = ["ground", *(body.name for body in tree.bodies)]
+    moving = [joint.name for joint in tree.joints if joint.moves and len(joint.rates) <= 1]
+
+    def small() -> Quantity:
+        return number(Fraction(rng.randint(-9, 9), 10))
+
+    def place(body: str) -> Place:
+        return Place(body, (small(), small(), small()))
+
+    def ends() -> tuple[Place, Place]:
+        first, second = rng.sample(names, 2)
+        return place(first), place(second)
+
+    k, c, f, t = symbol("k1"), symbol("c1"), symbol("f1"), symbol("t")
+    springs = [Spring("far", "", ends(), (k, number(2)), symbol("l0"), small())]
+    dampers = [Damper("far", "", ends(), (c, number(3)))]
+    if moving:
+        springs.append(Spring("near", rng.choice(moving), (), (k, number(2)), small(), small()))
+        dampers.append(Damper("near", rng.choice(moving), (), (c, number(2))))
+    joints = list(tree.joints)
+    for i, joint in enumerate(joints):
+        if joint.moves and rng.random() < 0.6:
+            joints[i] = replace(joint, dry=Friction(number(1), number(2), number(3), tenths(rng) + number(1)))
+    u, v = symbol(tree.velocities[0]), symbol(tree.velocities[-1])
+    loads = (
+        Load("tool", place(names[-1]), (u, t, small()), (small(), f, v), "body"),
+        Load("wind", place(rng.choice(names[1:])), (small(), t, f * u), (small(), f, small()), "ground"),
+    )
+    parameters = (*tree.parameters, *(Parameter(name) for name in ("k1", "l0", "c1", "f1")))
+    return replace(
+        tree,
+        name=f"{tree.name}_loaded",
+        parameters=parameters,
+        joints=tuple(joints),
+        springs=tuple(springs),
+        dampers=tuple(dampers),
+        loads=loads,
+    )

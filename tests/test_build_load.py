@@ -6,7 +6,9 @@ import os
 import pickle
 import subprocess
 import sys
+import sysconfig
 import warnings
+from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 
 import numpy as np
@@ -14,9 +16,14 @@ import pytest
 from mechanisms import random_tree
 
 import symdyn
+import symdyn.build.compiler as compiler_room
 import symdyn.build.load as load_room
 from symdyn.build.compiler import find_compiler
+from symdyn.build.extension import build_extension
+from symdyn.dynamics import derive
+from symdyn.emit import emit
 from symdyn.errors import BuildError, DerivationError, SceneError
+from symdyn.program import lower
 
 ARM = Path(__file__).parent.parent / "examples" / "two_link.toml"
 STATE = ([0.3, 0.5], [1.0, -2.0], [0.7, 1.1])
@@ -36,7 +43,9 @@ def arm():
 
 @pytest.fixture
 def no_compiler(monkeypatch):
-    monkeypatch.setenv("CC", "no-such-cc")
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setattr(compiler_room.shutil, "which", lambda name: None)
+    monkeypatch.setattr(compiler_room, "find_spec", lambda name: None)
     load_room._warn.cache_clear()
     yield
     load_room._warn.cache_clear()
@@ -116,8 +125,38 @@ def test_a_pickle_keeps_bound_parameters():
     assert again.scene == bound.scene
 
 
+def test_a_pickle_keeps_compiler_machine_and_prepared_parameters():
+    words = find_compiler().command[0]
+    once = symdyn.load(ARM, "inverse_dynamics", compiler=words, machine="portable", prepare=True)
+    again = pickle.loads(pickle.dumps(once))
+    assert (again.compiler, again.machine, again.prepared) == (words, "portable", True)
+    assert again.signatures == once.signatures
+
+
+def test_a_string_is_one_function():
+    assert list(symdyn.load(ARM, "mass_matrix").calls) == ["mass_matrix"]
+
+
+def test_what_was_asked_for_and_is_not_there_is_an_error_and_no_slow_module(monkeypatch):
+    with pytest.raises(BuildError, match="machine 'protable' is not known"):
+        symdyn.load(ARM, "mass_matrix", machine="protable")
+    with pytest.raises(BuildError, match="compiler = gccc: there is no such program"):
+        symdyn.load(ARM, "mass_matrix", compiler="gccc")
+    monkeypatch.setenv("CC", "no-such-cc")
+    with pytest.raises(BuildError, match="CC = no-such-cc: there is no such program"):
+        symdyn.load(ARM, "mass_matrix")
+
+
+def test_extensions_are_named_without_asking_sysconfig(monkeypatch):
+    # Threads that ask it first at the same time may be told None.
+    monkeypatch.setattr(sysconfig, "get_config_var", lambda name: None)
+    monkeypatch.setattr(sysconfig, "get_path", lambda name: None)
+    path, _ = build_extension(emit(lower(derive(symdyn.read(ARM), ["gravity_forces"])), "ufunc"))
+    assert path.name.endswith(EXTENSION_SUFFIXES[0])
+
+
 def test_without_a_compiler_the_numpy_module_steps_in_and_says_so_once(no_compiler):
-    with pytest.warns(RuntimeWarning, match=r"(?s)no-such-cc.*functions are those of the NumPy module"):
+    with pytest.warns(RuntimeWarning, match=r"(?s)no C compiler found.*functions are those of the NumPy module"):
         plain = symdyn.load(ARM)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

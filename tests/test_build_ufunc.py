@@ -252,7 +252,7 @@ def test_sources_of_another_target_are_refused(program):
 
 
 def test_missing_headers_are_named_with_the_way_out(program, monkeypatch, tmp_path):
-    monkeypatch.setattr(extension.sysconfig, "get_path", lambda name: str(tmp_path))
+    monkeypatch.setattr(extension, "INCLUDE", tmp_path)
     with pytest.raises(BuildError, match=r"there is no Python\.h, .*`symdyn generate SCENE --target numpy`"):
         build_extension(emit(program, "ufunc"))
 

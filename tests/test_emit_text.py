@@ -30,7 +30,7 @@ def random_formula(seed: int, size: int = 25) -> tuple[Graph, Expr, dict[Expr, s
     for _ in range(size):
         op = rng.choice([Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG, Op.NEG, Op.SIN, Op.ATAN2])
         args = tuple(rng.choice(pool[-6:] + list(names)) for _ in range(1 if op in (Op.NEG, Op.SIN) else 2))
-        pool.append(g._append((op, *args), op, args, None))
+        pool.append(g._append(args, op, args, None))
     return g, pool[-1], names
 
 

@@ -9,19 +9,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symdyn.algebra.numeric import Floats
 from symdyn.build import lambdify
+from symdyn.dynamics.state import placement, quaternions
 from symdyn.errors import SceneError
-from symdyn.scene import Scene, spell
+from symdyn.graph import Graph, evaluate
+from symdyn.scene import Pose, Scene, spell, velocity_name
 from symdyn.scene.formats import mjcf
 from symdyn.scene.quantity import number
 from symdyn.scene.reading import Reading, ReadOptions
+from symdyn.scene.turning import inverse as inverse_pose
 from symdyn.scene.value import value_of
 
 mujoco = pytest.importorskip("mujoco")
 
 DATA = Path(__file__).parent / "data"
 
-FILES = ("pendulum.xml", "cart_pole.xml", "arm.xml", "gimbal.xml")
+FILES = ("pendulum.xml", "cart_pole.xml", "arm.xml", "gimbal.xml", "floating.xml")
 
 ROD = '<inertial pos="0 0 -0.5" mass="2" diaginertia="0.2 0.2 0.01"/>'
 
@@ -47,7 +51,11 @@ def faults(path: Path) -> str:
 
 
 class Peer:
-    """The same file in MuJoCo, driven by our coordinates: q' = A q + b, meshes taken out, nothing touching."""
+    """The same file in MuJoCo, driven by our coordinates, meshes taken out, nothing touching.
+
+    qpos = A q + b, qvel = B u, qacc = B u' + c: B is A but for quaternions, whose velocities are ours, and for the
+    velocity of a free joint, which MuJoCo gives along the axes of the world: R v, whose rate is R (v' + ω × v).
+    """
 
     def __init__(self, path: Path, scene: Scene) -> None:
         spec = mujoco.MjSpec.from_file(str(path))
@@ -61,34 +69,67 @@ class Peer:
         self.model = spec.compile()
         self.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
         self.data = mujoco.MjData(self.model)
-        self.A, self.b = np.zeros((self.model.nv, len(scene.coordinates))), np.zeros(self.model.nv)
+        self.A, self.b = np.zeros((self.model.nq, len(scene.coordinates))), np.zeros(self.model.nq)
+        self.B, self.free = np.zeros((self.model.nv, len(scene.velocities))), []
         for joint in scene.joints:
-            if joint.moves:
-                dof = self.model.joint(joint.name).dofadr[0]
-                coupling = joint.coupling
-                column = scene.coordinates.index(coupling.coordinate if coupling else joint.coordinate)
-                self.A[dof, column] = value_of(coupling.ratio, {}) if coupling else 1
-                self.b[dof] = value_of(coupling.offset, {}) if coupling else 0
+            if not joint.moves:
+                continue
+            there = self.model.joint(joint.name)
+            position, dof, coupling = there.qposadr[0], there.dofadr[0], joint.coupling
+            ratio = value_of(coupling.ratio, {}) if coupling else 1
+            self.b[position] = value_of(coupling.offset, {}) if coupling else 0
+            for k, name in enumerate([coupling.coordinate] if coupling else joint.coordinates):
+                self.A[position + k, scene.coordinates.index(name)] = ratio
+            for k, name in enumerate([velocity_name(coupling.coordinate)] if coupling else joint.rates):
+                self.B[dof + k, scene.velocities.index(name)] = ratio
+            if joint.type == "free":
+                self.free.append((position + 3, dof, scene.velocities.index(joint.rates[0])))
+
+    def set(self, q: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Put the state in; return B and c."""
+        self.data.qpos = self.A @ q + self.b
+        B, c = self.B.copy(), np.zeros(self.model.nv)
+        for position, dof, k in self.free:
+            R = np.zeros(9)
+            mujoco.mju_quat2Mat(R, self.data.qpos[position : position + 4])
+            R = R.reshape(3, 3)
+            B[dof : dof + 3, k : k + 3] = R
+            c[dof : dof + 3] = R @ np.cross(u[k + 3 : k + 6], u[k : k + 3])
+        self.data.qvel = B @ u
+        return B, c
 
     def inverse_dynamics(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
-        self.data.qpos, self.data.qvel, self.data.qacc = self.A @ q + self.b, self.A @ qd, self.A @ qdd
+        B, c = self.set(q, qd)
+        self.data.qacc = B @ qdd + c
         mujoco.mj_inverse(self.model, self.data)
-        return self.A.T @ self.data.qfrc_inverse
+        return B.T @ self.data.qfrc_inverse
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        self.inverse_dynamics(q, 0 * q, 0 * q)
+        u = np.zeros(self.B.shape[1])
+        self.inverse_dynamics(q, u, u)
+        B, _ = self.set(q, u)
         every = [np.eye(self.model.nv)[k] for k in range(self.model.nv)]
         columns = []
         for unit in every:
             column = np.zeros(self.model.nv)
             mujoco.mj_mulM(self.model, self.data, column, unit)
             columns.append(column)
-        return self.A.T @ np.array(columns).T @ self.A
+        return B.T @ np.array(columns).T @ B
 
     def forward_dynamics(self, q: np.ndarray, qd: np.ndarray, tau: np.ndarray) -> np.ndarray:
-        self.data.qpos, self.data.qvel, self.data.qfrc_applied = self.A @ q + self.b, self.A @ qd, tau
+        B, c = self.set(q, qd)
+        self.data.qfrc_applied = np.linalg.solve(B.T, tau)
         mujoco.mj_forward(self.model, self.data)
-        return self.data.qacc.copy()
+        return np.linalg.solve(B, self.data.qacc - c)
+
+
+def draw(scene: Scene, rng: np.random.Generator) -> np.ndarray:
+    """Return random coordinates, quaternions of length one."""
+    q = rng.uniform(-2, 2, len(scene.coordinates))
+    for names in quaternions(scene):
+        first = scene.coordinates.index(names[0])
+        q[first : first + 4] /= np.linalg.norm(q[first : first + 4])
+    return q
 
 
 @pytest.mark.parametrize("snap", [True, False])
@@ -99,7 +140,8 @@ def test_dynamics_are_those_of_mujoco(name: str, snap: bool) -> None:
     inverse, mass, forward = lambdify(scene, ("inverse_dynamics", "mass_matrix", "forward_dynamics"))
     rng = np.random.default_rng(7)
     for _ in range(5):  # MuJoCo before 4 turns a full inertia into principal axes to ten digits only
-        q, qd, qdd = rng.uniform(-2, 2, (3, len(scene.coordinates)))
+        q = draw(scene, rng)
+        qd, qdd = rng.uniform(-2, 2, (2, len(scene.velocities)))
         tau = peer.inverse_dynamics(q, qd, qdd)
         np.testing.assert_allclose(inverse(q, qd, qdd), tau, rtol=0, atol=1e-11 * np.abs(tau).max())
         np.testing.assert_allclose(mass(q), peer.mass_matrix(q), rtol=0, atol=1e-11)
@@ -125,7 +167,8 @@ def test_joints_keep_what_resists_them_and_their_limits() -> None:
         number(Fraction(text)) for text in ("0.05", "0.01", "0.02")
     )
     assert (spell(hinge.limits.lower), spell(hinge.limits.upper)) == ("-2*pi/3", "pi/2")
-    assert spell(hinge.force) == "-3*(q1 - pi/6)/2"
+    (spring,) = read("pendulum.xml").scene.springs
+    assert (spring.joint, [spell(k) for k in spring.stiffness], spell(spring.free)) == ("hinge", ["1.5"], "pi/6")
     effort = read("arm.xml").scene.joints[2].limits.effort
     assert effort == number(40)
 
@@ -173,8 +216,8 @@ def test_gravity_is_off_when_the_file_says_so(tmp_path: Path) -> None:
 def test_springs_and_dampers_are_off_when_the_file_says_so(tmp_path: Path) -> None:
     joint = '<joint name="j" stiffness="2" damping="3"/>'
     path = world(tmp_path, body(joint), '<option><flag spring="disable" damper="disable"/></option>')
-    found = mjcf.read(path, ReadOptions()).scene.joints[0]
-    assert (found.force, found.damping) == (number(0), number(0))
+    found = mjcf.read(path, ReadOptions()).scene
+    assert (found.springs, found.joints[0].damping) == ((), number(0))
 
 
 def test_names_that_cannot_be_printed_are_changed_with_a_note(tmp_path: Path) -> None:
@@ -187,12 +230,13 @@ def test_names_that_cannot_be_printed_are_changed_with_a_note(tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("inside", "around", "message"),
     [
-        (body('<freejoint name="root"/>'), "", "joint root: is a free joint, .* delete it to hold the body"),
-        (body('<joint name="j" type="ball"/>'), "", "joint j: is a ball joint, .* write three hinges"),
+        (body('<joint name="j" type="ball" stiffness="1"/>'), "", "joint j: stiffness of a joint with a quaternion"),
+        (body('<joint name="j" type="ball" armature="1"/>'), "", "joint j: armature of a joint with a quaternion"),
         (
-            body() + body('<joint name="k"/>', name="c"),
-            '<equality><weld name="w" body1="b" body2="c"/></equality>',
-            "equality w: is a weld constraint, .* closed loops",
+            body() + '<site name="s"/><site name="o" pos="0 1 0"/>',
+            '<tendon><spatial name="t"><site site="s"/><site site="o"/></spatial></tendon>'
+            '<equality><tendon name="e" tendon1="t"/></equality>',
+            "equality e: is a tendon constraint; joint, connect and weld are read",
         ),
         (
             body() + body('<joint name="k"/>', name="c"),
@@ -253,9 +297,74 @@ def test_what_cannot_be_read_is_refused_in_one_line(
 
 
 def test_all_faults_of_a_file_are_told_together(tmp_path: Path) -> None:
-    text = faults(world(tmp_path, body("<freejoint/>") + body('<joint type="ball"/>', name="c")))
-    assert "free joint" in text
-    assert "ball joint" in text
+    text = faults(
+        world(
+            tmp_path, body('<joint type="ball" armature="1"/>') + body('<joint type="ball" stiffness="1"/>', name="c")
+        )
+    )
+    assert "armature of" in text
+    assert "stiffness of" in text
+
+
+LOOPS = """
+  <body name="a" pos="0 0 1"><joint name="j" axis="0 1 0"/><geom size="0.1" pos="0.5 0 0"/></body>
+  <body name="b" pos="0 1 1"><joint name="k" axis="0 1 0"/><geom type="capsule" size="0.02" fromto="0 0 0 1 0 0"/>
+    <site name="s" pos="0.5 0 0" euler="0 30 0"/>
+    <body name="c" pos="1 0 0"><joint name="l" type="ball"/><geom size="0.1" pos="0 0 0.2"/>
+      <site name="t" pos="0 0 0.1" euler="20 0 0"/></body></body>
+"""
+
+EQUALITY = """
+<equality>
+  <connect name="pin" body1="a" body2="b" anchor="0.7 0.1 0.2"/>
+  <connect body1="c" anchor="0.1 0 0"/>
+  <weld name="glue" body1="c" body2="a" anchor="0.1 0.2 0.3" relpose="0.3 0.2 0.1 0.5 0.5 0.5 0.5"/>
+  <weld name="clamp" site1="s" site2="t"/>
+</equality>
+"""
+
+
+def test_connect_and_weld_close_loops_where_mujoco_measures_them(tmp_path: Path) -> None:
+    """The residual of a loop is what MuJoCo calls efc_pos, as a point apart in the world."""
+    path = world(tmp_path, LOOPS, EQUALITY)
+    scene = mjcf.read(path, ReadOptions()).scene
+    assert [(loop.name, loop.type, loop.parent, loop.child) for loop in scene.loops] == [
+        ("pin", "spherical", "a", "b"),
+        ("loop2", "spherical", "c", "ground"),
+        ("glue", "fixed", "c", "a"),
+        ("clamp", "fixed", "b", "c"),
+    ]
+    model = mujoco.MjSpec.from_file(str(path)).compile()
+    data = mujoco.MjData(model)
+    q = draw(scene, np.random.default_rng(3))
+    data.qpos = q
+    mujoco.mj_forward(model, data)
+    first = 0
+    for loop in scene.loops:
+        poses = []
+        for body_name, frame in ((loop.parent, loop.origin), (loop.child, inverse_pose(loop.tip))):
+            there = data.body(body_name if body_name != "ground" else "world")
+            own = np.eye(4)
+            own[:3, :3], own[:3, 3] = there.xmat.reshape(3, 3), there.xpos
+            poses.append(own @ matrix_of(frame))
+        apart = poses[0][:3, 3] - poses[1][:3, 3]
+        np.testing.assert_allclose(apart, data.efc_pos[first : first + 3], atol=1e-12)
+        if loop.type == "fixed":  # MuJoCo's three more are the vector part of q1 relpose q2*
+            turn = poses[1][:3, :3].T @ poses[0][:3, :3]
+            half = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+            w = np.sqrt(max(0.0, 1 + np.trace(turn)))
+            found = data.efc_pos[first + 3 : first + 6]
+            np.testing.assert_allclose(np.abs(half / (2 * w)), np.abs(found), atol=1e-9)
+        first += 6 if loop.type == "fixed" else 3
+
+
+def matrix_of(pose: Pose) -> np.ndarray:
+    graph = Graph()
+    found = placement(pose, graph)
+    entries = evaluate([*(x for row in found.R for x in row), *found.p], Floats(), {})
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = np.array(entries[:9]).reshape(3, 3), entries[9:]
+    return matrix
 
 
 @pytest.mark.parametrize(

@@ -177,17 +177,33 @@ def test_what_a_file_draws_senses_or_drives_is_not_looked_at():
     assert reading(text).scene == reading(pendulum()).scene
 
 
+def test_floating_and_planar_joints_have_several_coordinates_and_no_drive():
+    text = pendulum() + LINK.format("boat") + LINK.format("drone")
+    text += joint("sea", "base", "boat", '<axis xyz="0 0 1"/><dynamics damping="2"/>' + LIMIT, "planar")
+    text += joint("air", "base", "drone", "", "floating")
+
+    result = reading(text)
+
+    sea, air = result.scene.joints[1:]
+    assert (sea.type, sea.coordinates, sea.drives) == ("planar", ("q2", "q3", "q4"), (None,) * 3)
+    assert (sea.axis, sea.damping) == ((number(0), number(0), number(1)), number(2))
+    assert (air.type, air.orientation, air.rates[3:]) == ("free", "quaternion", ("air_wx", "air_wy", "air_wz"))
+    assert any("limit of a joint with several coordinates is left out (sea)" in note for note in result.notes)
+
+
+def test_a_second_joint_on_a_link_closes_a_loop_with_a_note():
+    result = reading(pendulum() + joint("other", "base", "bob"))
+
+    assert [loop.name for loop in result.scene.loops] == ["other"]
+    assert any("closes a loop and is cut" in note for note in result.notes)
+
+
 # Faults
 
 
 @pytest.mark.parametrize(
     ("inside", "words"),
     [
-        (
-            pendulum(LIMIT, "floating"),
-            r"line 4: joint hinge: type=\"floating\" has 6 coordinates.*type=\"fixed\" to hold",
-        ),
-        (pendulum(LIMIT, "planar"), r"type=\"planar\" has 3 coordinates"),
         (pendulum(LIMIT, "revolut"), r"type=\"revolut\" is not a joint of URDF; did you mean revolute\?"),
         (pendulum(""), r"line 4: joint hinge: <limit> is missing; give <limit lower=.* or make it type=\"continuous\""),
         (
@@ -216,7 +232,6 @@ def test_what_a_file_draws_senses_or_drives_is_not_looked_at():
         ),
         (pendulum() + LINK.format("bob"), r"line 4: link bob: \"bob\" is already the name of line 3: link bob"),
         (pendulum() + joint("hinge", "base", "bob"), r"\"hinge\" is already the name"),
-        (pendulum() + joint("other", "base", "bob"), r"already hangs on the joint hinge"),
         (pendulum() + LINK.format("loose"), r"2 links are the child of no joint: base, loose; connect all but one"),
         (pendulum() + joint("back", "bob", "base"), r"every link is the child of a joint; a URDF is a tree"),
         (pendulum() + '<link name=" "/>', r"line 4: <link> has no name; give one such as name=\"link_1\""),
@@ -237,7 +252,7 @@ def test_what_a_file_draws_senses_or_drives_is_not_looked_at():
         ("", r"there is no <link>"),
         (LINK.format("alone"), r"nothing moves"),
     ],
-    ids=range(32),
+    ids=range(29),
 )
 def test_a_fault_names_line_part_and_way_out(inside, words):
     assert re.search(words, faults(inside), re.MULTILINE)

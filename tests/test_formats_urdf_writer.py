@@ -16,6 +16,7 @@ from symdyn.dynamics.state import placement
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Limits, Pose, Scene, number, parse, read, read_text
+from symdyn.scene.formats import par_writer
 from symdyn.scene.formats.placing import angle_text, decimal_text, xyz_rpy
 from symdyn.scene.formats.urdf import read_element
 from symdyn.scene.formats.urdf_writer import write_text
@@ -161,10 +162,44 @@ def test_what_the_format_cannot_hold_is_listed():
         "the names of coordinates: theta are called q1, q2, ... when the file is read again",
         "the names of drives: F are called tau1, tau2, ... when the file is read again",
         "joints.hinge: drive = false: every joint of a URDF that moves is driven",
-        "joints.hinge: force = -b*theta: there are no forces in formulas",
         "joints.hinge: armature = 0.01: there is no rotor inertia",
+        "joints.hinge: force = -b*theta: there are no forces in formulas",
     )
     assert write_text(read_text(EXACT)).lost == ()
+
+
+def test_floating_and_planar_joints_come_back():
+    text = EXACT + (
+        '[bodies.boat]\nmass = 1\n[joints.sea]\ntype = "planar"\nparent = "ground"\nchild = "boat"\n'
+        "axis = [0, 1, 0]\ndrive = false\ndamping = 0.5\n"
+        '[bodies.drone]\nmass = 1\n[joints.air]\ntype = "free"\nparent = "ground"\nchild = "drone"\ndrive = false\n'
+    )
+    scene = read_text(text)
+    written = write_text(scene)
+
+    back = again(scene)
+
+    assert written.lost == ()
+    for name in ("sea", "air"):
+        there, here = (next(joint for joint in one.joints if joint.name == name) for one in (scene, back))
+        assert here == there
+
+
+def test_what_has_no_word_in_robot_files_is_lost_or_refused():
+    ring = EXACT + (
+        '[[loop]]\ntype = "point_on_line"\nparent = "ground"\nchild = "LAST"\n'
+        '[springs.s]\njoint = "hinge"\nstiffness = 1\n[dampers.d]\njoint = "hinge"\ndamping = 1\n'
+        '[loads.w]\nbody = "LAST"\nforce = [0, 0, "t"]\n[rows.r]\nformula = "q1_dot"\n'
+    ).replace("LAST", read_text(EXACT).bodies[-1].name)
+    scene = read_text(ring)
+
+    for lost in (write_text(scene).lost, par_writer.write_text(scene).lost):
+        shown = "\n".join(lost)
+        assert all(f"{name}: " in shown for name in ("loops.loop1", "springs.s", "dampers.d", "loads.w", "rows.r"))
+
+    ball = '[bodies.x]\nmass = 1\n[joints.y]\ntype = "spherical"\nparent = "ground"\nchild = "x"\n'
+    with pytest.raises(SceneError, match=r"joints\.y: a URDF has no spherical joints; it has revolute, prismatic"):
+        write_text(read_text(EXACT + ball))
 
 
 def test_free_parameters_are_refused():

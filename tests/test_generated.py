@@ -41,6 +41,15 @@ def test_generated_files_that_prepare_are_what_the_command_line_writes(
     compare("two_link", "two_link_prepared", words, tmp_path, update_golden, capsys)
 
 
+@pytest.mark.parametrize("target", ["numpy", "c"])
+@pytest.mark.parametrize("scene", ["cart_pole", "four_bar"])
+def test_generated_reactions_are_what_the_command_line_writes(
+    scene: str, target: str, tmp_path: Path, update_golden: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--target", target, "--functions", "reactions,forward_reactions:ground"]
+    compare(scene, f"{scene}_reactions", words, tmp_path, update_golden, capsys)
+
+
 def compare(
     scene: str, folder: str, words: list[str], place: Path, update: bool, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -22,7 +22,9 @@ ROOMS = {  # room: the rooms it may import
     "build": ["emit"],
     "draw": ["emit"],
     "verify": ["build"],
-    "cli": ["verify", "draw"],
+    "simulate": ["verify", "draw"],
+    "bench": ["simulate"],
+    "cli": ["bench"],
 }
 
 

@@ -6,8 +6,10 @@ import random
 
 import pytest
 from arms import EXAMPLES
+from mechanisms import random_tree
 
 from symdyn.dynamics import derive
+from symdyn.emit.c_plan import plan
 from symdyn.emit.c_stages import TRIGONOMETRIC, needs_of
 from symdyn.program import lower
 from symdyn.program.schedule import schedule
@@ -60,3 +62,9 @@ def test_an_arm_keeps_fewer_values_alive_than_its_program_does(output):
     lines = [(step.node, needs_of(step.node.args, routine.names, program.constants)) for step in steps]
     lines += [(None, needs_of((entry,), routine.names, program.constants)) for entry in routine.function.entries]
     assert sum(alive(lines, schedule(lines))) < 0.9 * sum(alive(lines, range(len(lines))))
+
+
+def test_a_long_function_is_cut_where_few_values_wait():
+    program = lower(derive(random_tree(1, 16, free=False), ("inverse_dynamics",)))
+    rows = plan(program["inverse_dynamics"], program.constants).rows
+    assert rows <= 180, "226 in the order of the program"

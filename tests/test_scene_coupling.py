@@ -117,8 +117,8 @@ EDITS = [
     ("ratio = 2", 'ratio = "rho"',
      "joints.wrist: mimic.ratio = rho uses the undefined symbol rho; declare it in parameters (known are none)"),
     ("ratio = 2", 'ratio = "q1"',
-     "joints.wrist: mimic.ratio = q1 uses q1, which moves; only the force of a joint may depend on coordinates and "
-     "velocities"),
+     "joints.wrist: mimic.ratio = q1 uses q1, which moves; only the force of a joint, loads and rows may depend on "
+     "what moves"),
     ("ratio = 2", "ratio = 1e308", "a number is beyond the largest double"),
     ("armature", 'drive = "push"\narmature',
      'joints.wrist: drive = "push" has no meaning for a joint that follows another one; leave it out'),

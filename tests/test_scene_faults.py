@@ -74,21 +74,22 @@ EDITS = [
      'joints.elbow: axis = "z" is not a list of three; give one such as [0, 0, 1]'),
     ('parent = "link1"', 'parent = "lnk1"', 'joints.elbow: parent = "lnk1" is not a body; did you mean link1?'),
     ('child = "link2"', 'child = "forearm"', 'joints.elbow: child = "forearm" is not a body; known are link1, link2'),
-    ('child = "link2"', 'child = "ground"', 'joints.elbow: child = "ground" cannot move; swap parent and child'),
+    ('child = "link2"', 'child = "ground"',
+     'bodies.link2: the body hangs on no joint; add one with child = "link2"'),
     ('child = "link2"', 'child = "link1"',
-     'joints.elbow: child = "link1" already hangs on the joint shoulder; a body hangs on one joint '
-     "(closed loops are not part of a tree)"),
+     'joints.elbow: joins "link1" with itself; a loop is closed between two bodies'),
     ('child = "link2"', 'child = "forearm"',
      'bodies.link2: the body hangs on no joint; add one with child = "link2"'),
     ('parent = "ground"', 'parent = "link2"',
-     "joints.elbow: its body hangs on itself: link2 -> link1 -> link2 (child -> parent); "
-     "let one of them hang on ground"),
+     'bodies.link1: no joint leads from ground to the body; add one with child = "link1"'),
     ('parent = "ground"\n', "", 'joints.shoulder: parent is missing; write the body that carries it, or "ground"'),
     ('child = "link2"\n', "", "joints.elbow: child is missing; write the body that it carries"),
-    ('type = "prismatic"\n', "", "joints.elbow: type is missing; write one of revolute, prismatic, fixed"),
+    ('type = "prismatic"\n', "", "joints.elbow: type is missing; write one of revolute, prismatic, fixed, "
+     "helical, cylindrical, universal, spherical, planar, point_on_line, point_on_plane, rod, free, custom"),
     ('type = "prismatic"', 'type = "prismatik"',
      'joints.elbow: type = "prismatik" is not a joint; did you mean prismatic? '
-     "(there are revolute, prismatic, fixed)"),
+     "(there are revolute, prismatic, fixed, helical, cylindrical, universal, spherical, planar, point_on_line, "
+     "point_on_plane, rod, free, custom)"),
     ('type = "prismatic"', "type = 3", 'joints.elbow: type = 3 is not text; put it in quotes, such as type = "m1"'),
     ('type = "prismatic"', 'type = "fixed"',
      'joints.elbow: force = "-m1*q2_dot" has no meaning for a fixed joint; leave it out'),
@@ -114,8 +115,8 @@ EDITS = [
     ("mass = 1\n", 'mass = "m2"\n',
      "bodies.link2: mass = m2 uses the undefined symbol m2; declare it in parameters (known are g, m1, l1)"),
     ("mass = 1\n", 'mass = "q1"\n',
-     "bodies.link2: mass = q1 uses q1, which moves; only the force of a joint may depend on coordinates and "
-     "velocities"),
+     "bodies.link2: mass = q1 uses q1, which moves; only the force of a joint, loads and rows may depend "
+     "on what moves"),
     ("mass = 1\n", 'mass = "1/(m1 - 2)"\n',
      "bodies.link2: mass = 1/(m1 - 2) divides by zero; check the values of its parameters"),
     ("mass = 1\n", 'mass = "1/cos(pi/2)"\n',
@@ -126,8 +127,8 @@ EDITS = [
      "bodies.link2: mass = sqrt(1 - g) takes the square root of -8.81; it must not be negative; "
      "check the values of its parameters"),
     ("q2_dot", "q2_ddot",
-     "joints.elbow: force = -m1*q2_ddot uses q2_ddot, which moves; only the force of a joint may depend on "
-     "coordinates and velocities"),
+     "joints.elbow: force = -m1*q2_ddot uses q2_ddot, which moves; only the force of a joint, loads and rows may "
+     "depend on what moves"),
     ("inertia = [1, 1, 1]", "inertia = [1, 1, 3]",
      "bodies.link1: inertia (as given) is one that no body has: its moments Ixx = 1, Iyy = 1, Izz = 3 break the "
      "triangle inequality Ixx + Iyy >= Izz (Ixx + Iyy = 2); check the numbers and inertia_about, or write "

@@ -97,9 +97,8 @@ def _ways_out() -> str:
 def _known(command: tuple[str, ...], machine: str) -> Compiler:
     """Return the compiler behind a command line; it is asked who it is once a process."""
     _, words = _run((*command, "--version"), patience=30.0)
-    if any(word.startswith(("-march", "-mcpu")) for word in command):
-        return Compiler(command, words)
-    for flags in MACHINES[machine]:
+    chosen = any(word.startswith(("-march", "-mcpu")) for word in command)
+    for flags in ((),) if chosen else (*MACHINES[machine], ()):
         code, macros = _run((*command, "-E", "-dM", *flags, "-x", "c", os.devnull), patience=30.0)
         if code is None:
             break

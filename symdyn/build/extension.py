@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import sysconfig
-from importlib.machinery import ExtensionFileLoader
+from importlib.machinery import EXTENSION_SUFFIXES, ExtensionFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
@@ -16,6 +16,9 @@ from symdyn.build.library import Kind, load
 from symdyn.emit import Sources
 from symdyn.emit.ufunc import module_name
 from symdyn.errors import BuildError, MissingCompiler
+
+INCLUDE = Path(sysconfig.get_path("include"))
+"""Where Python's headers are; asked once, since several threads that ask first at a time get half an answer."""
 
 
 def build_extension(
@@ -35,8 +38,8 @@ def build_extension(
     if sources.target != "ufunc":
         raise BuildError(f"sources of target {sources.target!r} are no extension; give emit(program, 'ufunc')")
     name = module_name(sources.program.scene.name)
-    suffix = sysconfig.get_config_var("EXT_SUFFIX") or ".so"
-    abi = (sys.version, str(suffix), np.__version__)
+    suffix = EXTENSION_SUFFIXES[0]
+    abi = (sys.version, suffix, np.__version__)
     words = ("-I", _python_headers(), "-I", np.get_include())
     if sys.platform == "darwin":
         words += ("-undefined", "dynamic_lookup")
@@ -44,7 +47,7 @@ def build_extension(
         sources,
         find_compiler(compiler, machine),
         patience,
-        Kind(str(suffix), words, abi, lambda path: _imported(name, path)),
+        Kind(suffix, words, abi, lambda path: _imported(name, path)),
     )
     assert isinstance(module, ModuleType), "an extension's kind opens modules"
     return path, module
@@ -56,13 +59,12 @@ def _python_headers() -> str:
     Raises:
         MissingCompiler: it is not installed.
     """
-    folder = sysconfig.get_path("include")
-    if folder is None or not (Path(folder) / "Python.h").is_file():
+    if not (INCLUDE / "Python.h").is_file():
         raise MissingCompiler(
-            f"{folder}: there is no Python.h, which an extension module needs; install Python's headers (python3-dev), "
+            f"{INCLUDE}: there is no Python.h, which an extension module needs; install Python's headers (python3-dev), "
             "or use the NumPy module, which needs none: `symdyn generate SCENE --target numpy`"
         )
-    return folder
+    return str(INCLUDE)
 
 
 def _imported(name: str, path: Path) -> ModuleType:

@@ -1,8 +1,8 @@
 """Compiled sources on disk, found again by the hash of everything that went into them.
 
 The key covers the text of every file, the flags, the compiler's command line, its version text and the features of the
-machine it compiles for. A library is
-compiled in a folder aside and renamed into place, so that two builds at once both end with a whole one.
+machine it compiles for. A library is compiled in a folder aside and renamed into place, so that two builds at once both
+end with a whole one.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from symdyn.build.extension import build_extension
 from symdyn.dynamics.derive import CUBIC, available
 from symdyn.emit import emit
 from symdyn.emit.names import function_names
-from symdyn.errors import BuildError
+from symdyn.errors import MissingCompiler
 from symdyn.program import Program, Routine, formulate, identifier, lower
 from symdyn.program import prepare as prepare_program
 from symdyn.program.prepare import is_prepared
@@ -36,6 +36,7 @@ class Loaded:
         calls: the callables by name. Each takes arrays (n,) or (..., n) whose leading dimensions broadcast, and `out=`.
         signatures: how each is called, such as "mass_matrix(q, params) -> M: (2),(5)->(2,2)".
         compiled: whether they are NumPy ufuncs in C; else they are functions of the generated NumPy module.
+        compiler, machine: as they were asked for.
         prepared: whether `prepare(params)` is among them, and all others take its result in place of `params`.
     """
 
@@ -44,6 +45,8 @@ class Loaded:
     calls: Mapping[str, Callable[..., Any]]
     signatures: Mapping[str, str]
     compiled: bool
+    compiler: str | None = None
+    machine: str = "native"
     prepared: bool = False
 
     def __post_init__(self) -> None:
@@ -65,12 +68,13 @@ class Loaded:
         return f"<{self.scene.name}, {kind}:{lines}>"
 
     def __reduce__(self) -> tuple[Callable[..., Loaded], tuple[Scene, tuple[str, ...]]]:
-        return partial(load, prepare=self.prepared), (self.scene, self.requests)
+        again = partial(load, compiler=self.compiler, machine=self.machine, prepare=self.prepared)
+        return again, (self.scene, self.requests)
 
 
 def load(
     scene: Scene | str | PathLike[str],
-    functions: Sequence[str] | None = None,
+    functions: str | Sequence[str] | None = None,
     parameters: Mapping[str, Any] | None = None,
     compiler: str | None = None,
     machine: str = "native",
@@ -78,13 +82,13 @@ def load(
 ) -> Loaded:
     """Return the functions of a scene, compiled into a Python extension that is kept in the cache.
 
-    Without a working compiler, or without Python's headers, they are those of the generated NumPy module: slower by
-    about a factor of twenty, in float64 alone, otherwise the same. A warning says so, once.
+    Where there is no compiler, or no header of Python, they are those of the generated NumPy module: slower, in float64
+    alone, otherwise the same. A warning says so, once.
 
     Args:
         scene: a scene, or a file that `symdyn.read` understands.
-        functions: such as "inverse_dynamics" or "pose:tool"; None takes the dynamics and the kinematics of the declared
-            points, but not the Coriolis matrix and the coefficients k_z, k_C and so on, which are large.
+        functions: one such as "inverse_dynamics" or "pose:tool", or several; None takes the dynamics and the kinematics
+            of the declared points, but not the Coriolis matrix and the coefficients k_z, k_C and so on, which are large.
         parameters: values for free parameters, as numbers or formulas; the others are the last operand, `params`.
         compiler: as for `symdyn.build.build`.
         machine: likewise.
@@ -94,15 +98,18 @@ def load(
     Raises:
         SceneError: the file has faults, or a parameter does not exist.
         DerivationError: a function does not exist.
+        BuildError: the compiler that was asked for, here or as $CC, is not there; a compiler refuses; an unknown
+            machine; a cache folder that cannot be written to.
     """
     known = scene if isinstance(scene, Scene) else read(scene)
     known = bind(known, parameters) if parameters else known
-    requests = tuple(dict.fromkeys(usual(known) if functions is None else functions))
+    names = (functions,) if isinstance(functions, str) else functions
+    requests = tuple(dict.fromkeys(usual(known) if names is None else names))
     program = lower(formulate(known, requests))
     program = prepare_program(program) if prepare else program
-    calls, compiled = _calls(program, compiler, machine)
+    calls, compiled = load_program(program, compiler, machine)
     signatures = {name: _signature(name, routine) for name, routine in zip(calls, program.routines, strict=True)}
-    return Loaded(known, requests, calls, signatures, compiled, is_prepared(program))
+    return Loaded(known, requests, calls, signatures, compiled, compiler, machine, is_prepared(program))
 
 
 def usual(scene: Scene) -> tuple[str, ...]:
@@ -116,12 +123,14 @@ def is_usual(name: str) -> bool:
     return not name.startswith(COEFFICIENTS) and name not in CUBIC
 
 
-def _calls(program: Program, compiler: str | None, machine: str) -> tuple[dict[str, Callable[..., Any]], bool]:
-    """Return the callables by name, and whether they are compiled."""
+def load_program(
+    program: Program, compiler: str | None = None, machine: str = "native"
+) -> tuple[dict[str, Callable[..., Any]], bool]:
+    """Return the functions of a program by name, and whether they are compiled; see `load`."""
     names = function_names([routine.function.name for routine in program.routines])
     try:
         module = build_extension(emit(program, "ufunc"), compiler, machine=machine)[1]
-    except BuildError as fault:
+    except MissingCompiler as fault:
         _warn(f"{fault}\nuntil then the functions are those of the NumPy module, which are slower")
         plain = run_python(emit(program, "numpy"))
         return {name: getattr(plain, name) for name in names}, False

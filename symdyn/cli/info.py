@@ -66,9 +66,11 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
     program = lower(equations)
     prepared = prepare(program)
     first = prepared.routines[0] if is_prepared(prepared) else None
+    freedoms = _mobility(scene)
     facts = {
         "name": scene.name,
-        "degrees_of_freedom": len(scene.velocities),
+        "degrees_of_freedom": freedoms["by_rank"] if freedoms else len(scene.velocities),
+        "mobility": freedoms,
         "gravity": [spell(component) for component in scene.gravity],
         "joints": [
             {
@@ -82,6 +84,11 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
                 **_beside(joint),
             }
             for joint in scene.joints
+        ],
+        "acting": acting(scene),
+        "loops": [
+            {"name": joint.name, "type": joint.type, "parent": joint.parent, "child": joint.child}
+            for joint in scene.loops
         ],
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
         "parameters": [
@@ -110,6 +117,21 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
         ],
     }
     return facts, left_out
+
+
+def _mobility(scene: Scene) -> dict[str, Any] | None:
+    """Return the mobility of a scene with loops or rows; None for a tree, and where the loops cannot be closed."""
+    from dataclasses import asdict
+
+    from symdyn.dynamics import is_closed, mobility
+    from symdyn.errors import DerivationError
+
+    if not is_closed(scene):
+        return None
+    try:
+        return asdict(mobility(scene))
+    except DerivationError:  # `available` has told why
+        return None
 
 
 def parts(scene: Scene, frames: bool, base_parameters: bool) -> dict[str, Any]:
@@ -155,6 +177,48 @@ def _beside(joint: Joint) -> dict[str, Any]:
     }
 
 
+def acting(scene: Scene) -> list[dict[str, str]]:
+    """Return what acts beside gravity, drives and damping: what it is, its name, where it acts, its law."""
+    from symdyn.scene import Place, Quantity, spell
+
+    def row(kind: str, name: str, where: str, law: str) -> dict[str, str]:
+        return {"kind": kind, "name": name, "where": where, "law": law}
+
+    def together(vector: tuple[Quantity, ...]) -> str:
+        return f"({', '.join(map(spell, vector))})"
+
+    def at(joint: str, ends: tuple[Place, ...]) -> str:
+        return f"joint {joint}" if joint else " and ".join(f"{end.body} {together(end.at)}" for end in ends)
+
+    rows = []
+    for spring in scene.springs:
+        law = [f"stiffness {', '.join(map(spell, spring.stiffness))}", f"free {spell(spring.free)}"]
+        rows.append(
+            row(
+                "spring",
+                spring.name,
+                at(spring.joint, spring.ends),
+                f"{', '.join(law)}, preload {spell(spring.preload)}",
+            )
+        )
+    for damper in scene.dampers:
+        law = [f"damping {', '.join(map(spell, damper.damping))}"]
+        rows.append(row("damper", damper.name, at(damper.joint, damper.ends), ", ".join(law)))
+    for joint in scene.joints:
+        if joint.dry is not None:
+            dry = joint.dry
+            law = [f"Coulomb {spell(dry.coulomb)}"]
+            law += [f"static {spell(dry.static)}, Stribeck {spell(dry.stribeck)}"] if dry.static is not None else []
+            law += [f"smoothing {spell(dry.smoothing)}"] if spell(dry.smoothing) != "0" else ["ideal sign"]
+            rows.append(row("friction", joint.name, at(joint.name, ()), ", ".join(law)))
+        if joint.motion is not None:
+            rows.append(row("motion", joint.name, at(joint.name, ()), f"{joint.coordinate} = {spell(joint.motion)}"))
+    for load in scene.loads:
+        law = [f"force {together(load.force)}, couple {together(load.couple)}, axes of the {load.frame}"]
+        rows.append(row("load", load.name, at("", (load.place,)), ", ".join(law)))
+    return rows
+
+
 def show(facts: dict[str, Any]) -> None:
     """Print the facts for people."""
     import sys
@@ -173,6 +237,10 @@ def show(facts: dict[str, Any]) -> None:
     width = None if sys.stdout.isatty() else WIDTH
     Console(width=width, highlight=False, markup=False, emoji=False).print(branches["ground"])
     print()
+    if facts["acting"]:
+        rows = [tuple(one.values()) for one in facts["acting"]]
+        print_table("What acts beside gravity and drives", ("", "name", "where", "law"), rows)
+    show_loops(facts)
     if facts["parameters"]:
         rows = [(p["name"], p["value"] or "free", p["unit"], p["text"]) for p in facts["parameters"]]
         print_table("Parameters; free ones are passed as params, in this order", ("name", "value", "unit", ""), rows)
@@ -184,6 +252,21 @@ def show(facts: dict[str, Any]) -> None:
         rows.append((function["name"], shape, function["road"], *(str(count) for count in operations.values())))
     print_table("Operations of one call that depend on the state", columns, rows)
     show_skipped(facts)
+
+
+def show_loops(facts: dict[str, Any]) -> None:
+    """Print what closes the loops, and the mobility with its diagnosis."""
+    for loop in facts["loops"]:
+        print(f"loop {loop['name']}: {loop['type']} between {loop['parent']} and {loop['child']}")
+    found = facts["mobility"]
+    if found is None:
+        print(end="\n" if facts["loops"] else "")
+        return
+    counted = f"{found['spatial']} in space (5.20), {found['by_loops']} loop by loop, {found['by_rank']} by rank"
+    print(f"mobility: {counted}; independent: {', '.join(found['independent']) or 'none'}")
+    for note in found["notes"]:
+        print(f"  {note}")
+    print()
 
 
 def show_skipped(facts: dict[str, Any]) -> None:

@@ -32,6 +32,9 @@ def add_reading_options(verb: argparse.ArgumentParser) -> None:
         "--allow-invalid-inertia", action="store_true", help="accept inertias that no body has, with a note for each"
     )
     group.add_argument(
+        "--spanning-tree", metavar="LIST", help="joints to cut where joints close loops, e.g. elbow,slider"
+    )
+    group.add_argument(
         "--bind", metavar="LIST", help="values for parameters, e.g. m1=2.5,h1=1/2; what is zero drops out"
     )
 
@@ -60,7 +63,8 @@ def read_scene(options: argparse.Namespace) -> Scene:
     from symdyn.cli.talk import say
     from symdyn.scene import ReadOptions, bind, read_bindings, read_noting, with_symbols
 
-    reading = read_noting(options.scene, ReadOptions(options.snap, options.allow_invalid_inertia))
+    cuts = options.spanning_tree and tuple(name.strip() for name in options.spanning_tree.split(","))
+    reading = read_noting(options.scene, ReadOptions(options.snap, options.allow_invalid_inertia, cuts))
     for note in reading.notes[:MOST_NOTES]:
         say(f"symdyn: {note}")
     if len(reading.notes) > MOST_NOTES:
@@ -75,5 +79,6 @@ def reading_words(options: argparse.Namespace) -> list[str]:
     words += ["--symbolic", options.symbolic] if options.symbolic else []
     words += ["--no-snap"] if not options.snap else []
     words += ["--allow-invalid-inertia"] if options.allow_invalid_inertia else []
+    words += ["--spanning-tree", options.spanning_tree.replace(" ", "")] if options.spanning_tree else []
     words += ["--bind", shlex.quote(options.bind.replace(" ", ""))] if options.bind else []
     return words

@@ -14,7 +14,7 @@ from symdyn.dynamics.numbers import numbers_of
 from symdyn.errors import DerivationError, DrawError
 from symdyn.scene import JOINTS, Joint, Scene, velocity_name
 from symdyn.scene.names import suggestion
-from symdyn.scene.start import start
+from symdyn.scene.start import starting_position
 from symdyn.scene.value import value_of
 
 ANGLE = 0.6  # rad: what a picture turns a joint by that says nothing else, so that its angle can be seen
@@ -90,7 +90,7 @@ def _closed(
 
 def _start(scene: Scene, values: Mapping[str, float]) -> Array:
     known = {name: Fraction(value) for name, value in values.items()}
-    return np.array([float(value_of(one, known) or 0) for one in start(scene)], dtype=np.float64)
+    return np.array([float(value_of(one, known) or 0) for one in starting_position(scene)], dtype=np.float64)
 
 
 def _with(scene: Scene, q: Array, given: Mapping[str, float]) -> Array:

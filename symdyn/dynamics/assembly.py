@@ -85,16 +85,16 @@ def closed_position(numbers: Numbers, guess: Array | None = None, held: Sequence
     attempts = [tuple(held)] if held is not None else [tuple(driven), ()] if driven else [()]
     notes: list[str] = []
     for fixed in attempts:
-        q = _newton(numbers, first, fixed)
-        if _open(numbers, q) is None and _reversed(numbers, q) is None:
+        q = newton(numbers, first, fixed)
+        if seen_closed(numbers, q):
             if fixed != attempts[0]:
                 names = ", ".join(scene.velocities[k].removesuffix("_dot") for k in attempts[0])
                 notes.append(f"the loops do not close at the start of {names}, which had to move")
             return _looked_at(numbers, q, notes)
     if guess is None and not declared:
         for seed in range(GUESSES):
-            q = _newton(numbers, numbers.drawn(seed), ())
-            if _open(numbers, q) is None and _reversed(numbers, q) is None:
+            q = newton(numbers, numbers.drawn(seed), ())
+            if seen_closed(numbers, q):
                 notes.append("no joint has a start: a closed position was found from a random guess; give start")
                 return _looked_at(numbers, q, notes)
     fault = _open(numbers, q) or _reversed(numbers, q)
@@ -117,12 +117,12 @@ def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers
     others = [p.name for p in scene.free_parameters if p.name not in known and p.name not in missing]
     rest = dict(known) | dict.fromkeys(others, 1.0)
     if not missing:
-        numbers = _with(numbers, rest)
+        numbers = with_parameters(numbers, rest)
         return numbers, closed_position(numbers)
     last: DerivationError | None = None
     for draw in range(DRAWS):
         rng = random.Random(f"{scene.name}:{draw}")
-        numbers = _with(numbers, rest | {name: rng.uniform(0.5, 1.5) for name in missing})
+        numbers = with_parameters(numbers, rest | {name: rng.uniform(0.5, 1.5) for name in missing})
         try:
             return numbers, closed_position(numbers)
         except DerivationError as fault:
@@ -131,7 +131,8 @@ def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers
     raise DerivationError(f"{last}; {DRAWS} random values of {names} were tried: give values with which it closes")
 
 
-def _with(numbers: Numbers, free: Mapping[str, float]) -> Numbers:
+def with_parameters(numbers: Numbers, free: Mapping[str, float]) -> Numbers:
+    """Return the mechanism with values of its free parameters."""
     n = numbers
     return Numbers(n.scene, n.graph, n.state, n.tree, n.directions, n.constraints, free)
 
@@ -139,7 +140,7 @@ def _with(numbers: Numbers, free: Mapping[str, float]) -> Numbers:
 # Newton
 
 
-def _newton(numbers: Numbers, q: Array, held: Sequence[int]) -> Array:
+def newton(numbers: Numbers, q: Array, held: Sequence[int]) -> Array:
     """Return where Newton's method with line search ends, closed or not."""
     turns = _turns(numbers)
     loose = np.array([k for k in range(numbers.state.n) if k not in set(held)], dtype=int)
@@ -199,6 +200,11 @@ def dimensionless(numbers: Numbers, q: Array, length: float) -> Array:
 # What was found
 
 
+def seen_closed(numbers: Numbers, q: Array) -> bool:
+    """Whether every loop is closed, and the right way round."""
+    return _open(numbers, q) is None and _reversed(numbers, q) is None
+
+
 def _open(numbers: Numbers, q: Array) -> str | None:
     """Return why a position is not closed; None if it is."""
     r = np.abs(numbers.residual(q))
@@ -219,9 +225,10 @@ def _reversed(numbers: Numbers, q: Array) -> str | None:
     """Return which loop has closed the wrong way round; None if none has."""
     count = len(numbers.constraints.labels)
     off = np.abs(numbers.residual_rates(q) - numbers.jacobian(q)).max(axis=1, initial=0.0)
+    allowed = 1e-4 * max(1.0, _size(numbers, q))
     for k in range(count):
         label = numbers.constraints.labels[k]
-        if label.closes and off[k] > 1e-4 * max(1.0, _size(numbers, q)):
+        if label.closes and off[k] > allowed:
             return (
                 f"the loop {label.owner} closes the wrong way round from this start: its axis, or its frame, is "
                 "reversed; give a start on the other branch, or turn one of its frames by 180 deg"
@@ -261,7 +268,7 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
 
 def _singular_values(numbers: Numbers, q: Array, length: float) -> Array:
     G = dimensionless(numbers, q, length)
-    return np.linalg.svd(G, compute_uv=False) if G.size else np.zeros(0)
+    return np.asarray(np.linalg.svd(G, compute_uv=False) if G.size else np.zeros(0))
 
 
 def _rank(values: Array) -> int:
@@ -274,8 +281,8 @@ def _neighbours(numbers: Numbers, q: Array, length: float) -> Iterator[Array]:
     rng = random.Random(numbers.scene.name)
     for _ in range(4 if len(free) else 0):
         way = np.array([rng.uniform(-1, 1) for _ in range(len(free))]) @ free
-        near = _newton(numbers, numbers.moved(q, 0.2 * way / max(1e-12, float(np.abs(way).max()))), ())
-        if _open(numbers, near) is None and _reversed(numbers, near) is None:
+        near = newton(numbers, numbers.moved(q, 0.2 * way / max(1e-12, float(np.abs(way).max()))), ())
+        if seen_closed(numbers, near):
             yield near
 
 

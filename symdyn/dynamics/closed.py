@@ -49,6 +49,16 @@ class Reduction:
     T: tuple[dict[int, Expr], ...]
     s: tuple[Expr, ...]
 
+    def led(self, place: Sequence[int], given: Sequence[Expr]) -> Reduction:
+        """Return the reduction with the accelerations of some independent velocities given."""
+        known = dict(zip(place, given, strict=True))
+        s = [
+            one + one.graph.total(t * known[i] for i, t in row.items() if i in known)
+            for row, one in zip(self.T, self.s, strict=True)
+        ]
+        T = tuple({i: t for i, t in row.items() if i not in known} for row in self.T)
+        return Reduction(tuple(i for i in self.independent if i not in known), T, tuple(s))
+
     def spread(self, reduced: Sequence[Expr]) -> list[Expr]:
         """Return T x + s for x of shape (independent,)."""
         x = dict(zip(self.independent, reduced, strict=True))
@@ -115,7 +125,7 @@ def solve_dependent(G: Matrix, partition: Partition, b: Sequence[Expr]) -> dict[
     """Return x with G_d x = b by velocity, b of shape (kept rows,)."""
     x: dict[int, Expr] = {}
     for block in partition.blocks:
-        rest = [b[r] - _sum(G[r][k] * x[k] for k in x if not G[r][k].is_zero) for r in block.rows]
+        rest = [b[r] - b[r].graph.total(G[r][k] * x[k] for k in x) for r in block.rows]
         matrix = [[G[r][k] for k in block.velocities] for r in block.rows]
         x |= dict(zip(block.velocities, solve_square(matrix, rest), strict=True))
     return x
@@ -125,17 +135,10 @@ def solve_transposed(G: Matrix, partition: Partition, f: Sequence[Expr]) -> list
     """Return λ with G_dᵀ λ = f_d, shape (kept rows,), f of shape (nv,)."""
     found: dict[int, Expr] = {}
     for block in reversed(partition.blocks):
-        rest = [f[k] - _sum(G[r][k] * found[r] for r in found if not G[r][k].is_zero) for k in block.velocities]
+        rest = [f[k] - f[k].graph.total(G[r][k] * found[r] for r in found) for k in block.velocities]
         matrix = [[G[r][k] for r in block.rows] for k in block.velocities]
         found |= dict(zip(block.rows, solve_square(matrix, rest), strict=True))
     return [found[r] for r in range(len(G))]
-
-
-def _sum(terms: Sequence[Expr] | object) -> Expr | int:
-    total: Expr | int = 0
-    for term in terms:  # type: ignore[attr-defined]
-        total = term if isinstance(total, int) else total + term
-    return total
 
 
 def solve_square(B: Matrix, b: Sequence[Expr]) -> list[Expr]:
@@ -167,7 +170,9 @@ class _Minors:
     """Minors of a matrix by expansion along their first rows, each computed once."""
 
     def __init__(self, B: Matrix) -> None:
-        self.B, self.known = B, {}  # type: ignore[var-annotated]
+        """Begin with a square matrix."""
+        self.B = B
+        self.known: dict[tuple[tuple[int, ...], tuple[int, ...]], Expr] = {}
 
     def value(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> Expr:
         """Return the determinant of the part."""
@@ -183,8 +188,7 @@ class _Minors:
                     term = entry * self.value(rows[1:], columns[:place] + columns[place + 1 :])
                     total = total + term if place % 2 == 0 else total - term
             self.known[key] = total
-        result: Expr = self.known[key]
-        return result
+        return self.known[key]
 
 
 def solve_normal(B: Matrix, b: Sequence[Expr]) -> list[Expr]:

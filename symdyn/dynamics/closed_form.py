@@ -12,7 +12,6 @@ the frame in which a body's velocity is written, so it is written in the body, w
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -22,14 +21,15 @@ from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Symbol, power_of, product_of, sum_of, terms_of
 from symdyn.algebra.sums_of_angles import AngleGroup, total_angles
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
+from symdyn.dynamics.closed_loads import ClosedLoads, closed_loads, load_nodes
 from symdyn.dynamics.coefficient_key import MOST_TERMS, Key, check_key, too_long
 from symdyn.dynamics.parallel import angle_groups
-from symdyn.dynamics.positions import body_placements
-from symdyn.dynamics.state import State, joint_motion, placement, state_symbols, vector
+from symdyn.dynamics.positions import body_placements, moved_placements
+from symdyn.dynamics.state import State, state_symbols, vector
 from symdyn.dynamics.tree import body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import GROUND, Joint, Scene, express
+from symdyn.scene import Scene, express
 from symdyn.spatial import Inertia, Transform, apply, dot, no_inertia
 
 Row = tuple[Polynomial, ...]
@@ -49,7 +49,8 @@ class ClosedForm:
         k_D: multiplies q̇_j², shape (n, n).
         k_C: multiplies q̇_j q̇_k, j < k in lexicographic order, shape (n, n(n-1)/2).
         k_G: gravity and nothing else, shape (n,); N m or N.
-        K, P: kinetic and potential energy, J.
+        K, P: kinetic energy, potential energy of gravity, J.
+        loads: springs, dampers, friction and loads, whose forms are no polynomials.
     """
 
     scene: Scene
@@ -62,6 +63,7 @@ class ClosedForm:
     k_G: Row
     K: Polynomial
     P: Polynomial
+    loads: ClosedLoads
 
     @property
     def n(self) -> int:
@@ -72,10 +74,12 @@ class ClosedForm:
         """Return one coefficient: ("k_z", i, j), ("k_C", i, pair), ("k_D", i, j), ("k_G", i), ("K",) or ("P",).
 
         Raises:
-            DerivationError: there is no such coefficient; indices count from 0 and are not negative.
+            DerivationError: there is no such coefficient; indices count from 0, and k_E has a form only.
         """
         check_key(key, self.n)
         name, *index = key
+        if name == "k_E":
+            raise DerivationError(f"{key!r} is no polynomial; closed.form(*key) and closed.sympy(*key) write it")
         table = {"k_z": self.M, "k_C": self.k_C, "k_D": self.k_D, "k_G": self.k_G, "K": self.K, "P": self.P}
         value = table[name]
         for i in index:
@@ -121,13 +125,14 @@ def closed_form(scene: Scene) -> ClosedForm:
     for parameter in scene.parameters:
         graph.symbol(parameter.name)  # first, so that forms print them in declared order and before coordinates
     state = state_symbols(scene, graph)
+    nodes = load_nodes(scene, graph)
     massive = [
-        (inertia, list(dict(_chain(scene, joint, graph)).items()))
+        (inertia, list(dict(moved_placements(scene, joint, graph)).items()))
         for joint, body in zip(scene.joints, scene.bodies, strict=True)
         if not _is_nothing(inertia := body_inertia(body, graph))
     ]
     potential = _potential(scene, graph)
-    needed = [*state.qd, potential]
+    needed = [*state.qd, potential, *nodes.needed]
     for inertia, chain in massive:
         needed += [inertia.m, *inertia.h, *(x for row in inertia.I for x in row)]
         needed += [x for _, T in chain for x in _entries(T)]
@@ -148,7 +153,8 @@ def closed_form(scene: Scene) -> ClosedForm:
     k_G = tuple(ring.derivative(P, q) for q in state.q)
     half = ring.one / 2
     K = half * sum((M[i][j] * found[state.qd[i]] * found[state.qd[j]] for i, j in _square(state.n)), ring.zero)
-    return ClosedForm(scene, ring, state, parallel, tuple(map(tuple, M)), k_D, k_C, k_G, K, P)
+    loads = closed_loads(scene, state, ring, nodes, found)
+    return ClosedForm(scene, ring, state, parallel, tuple(map(tuple, M)), k_D, k_C, k_G, K, P, loads)
 
 
 def _square(n: int) -> list[tuple[int, int]]:
@@ -157,27 +163,6 @@ def _square(n: int) -> list[tuple[int, int]]:
 
 def _is_nothing(inertia: Inertia) -> bool:
     return inertia == no_inertia(inertia.m.graph)
-
-
-def _chain(scene: Scene, joint: Joint | None, graph: Graph) -> Iterator[tuple[int, Transform]]:
-    """Yield, for every joint that moves the child, the number of its coordinate and the child's placement before it.
-
-    The frame is the joint frame, before the motion: where the joints nearer to the ground stand does not change a
-    velocity written in the body. Of joints that share a coordinate the last one counts, nearest to the ground: its
-    placement holds the others.
-    """
-    number = {coordinate: i for i, coordinate in enumerate(scene.coordinates)}
-    carrier = {j.child: j for j in scene.joints}
-    T = None
-    while joint is not None:
-        tip = placement(joint.tip, graph)
-        T = tip if T is None else tip @ T
-        if joint.moves:
-            T = joint_motion(joint, graph).placement @ T
-            for q in (joint.coupling.coordinate,) if joint.coupling else joint.coordinates:
-                yield number[q], T
-        T = placement(joint.origin, graph) @ T
-        joint = None if joint.parent == GROUND else carrier[joint.parent]
 
 
 def _rotors(scene: Scene, graph: Graph) -> list[tuple[int, Expr]]:
@@ -204,7 +189,7 @@ def _add_body(
     found: dict[Expr, Polynomial],
     q: tuple[Expr, ...],
 ) -> None:
-    """Add one body's share to M; `body` is its inertia and its `_chain`."""
+    """Add one body's share to M; `body` is its inertia and its `moved_placements`."""
     inertia, chain = body
     m, h = found[inertia.m], [found[x] for x in inertia.h]
     matrix = [[found[x] for x in row] for row in inertia.I]
@@ -257,17 +242,23 @@ def _christoffel(M: list[list[Polynomial]], ring: TrigonometricRing, state: Stat
 
 
 def coefficient_names(closed: ClosedForm) -> list[Key]:
-    """Return the keys of every coefficient, row by row: all of k_z, k_C, k_D, then k_G."""
+    """Return the keys of every coefficient, row by row: all of k_z, k_C, k_D, then k_G, k_E where there are springs."""
     n = range(closed.n)
     keys: list[Key] = [("k_z", i, j) for i in n for j in n]
     keys += [("k_C", i, pair) for i in n for pair in range(len(closed.k_C[i]))]
     keys += [("k_D", i, j) for i in n for j in n]
-    return [*keys, *(("k_G", i) for i in n)]
+    keys += [("k_G", i) for i in n]
+    return [*keys, *(("k_E", i) for i in n if closed.scene.springs)]
 
 
 def coefficient_form(closed: ClosedForm, key: Key) -> Form:
-    """Return one coefficient as short as the ring can write it; K as Σ k_z,ij q̇_i q̇_j / 2, ordered by velocities."""
+    """Return one coefficient as short as the ring can write it; P with springs; K as Σ k_z,ij q̇_i q̇_j / 2."""
+    if key[:1] == ("k_E",):
+        check_key(key, closed.n)
+        return closed.loads.elastic(closed.compactor, key[1])
     value = closed[key]
+    if key[0] == "P":
+        return sum_of((closed.compactor(value), closed.loads.energy(closed.compactor)))
     if key[0] != "K":
         return closed.compactor(value)
     terms = []

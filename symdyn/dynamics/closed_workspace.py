@@ -104,6 +104,12 @@ class Closed:
         rows = self.recursive
         return reduction(self.G(rows), self.gamma(rows), self.closure.partition, self.w.state.n, self.w.graph)
 
+    @cached_property
+    def motion(self) -> Reduction:
+        """The same with prescribed accelerations put in: only what forces decide is left."""
+        given = self.w.prescribed
+        return self.reduction.led(given.place, given.acceleration)
+
     # Lagrange road: with multipliers
 
     @cached_property
@@ -113,8 +119,11 @@ class Closed:
 
     @cached_property
     def lagrange_solution(self) -> tuple[list[Expr], list[Expr]]:
-        """u̇ and λ."""
+        """u̇, and λ with what prescribed motions take beside τ behind it: each is a row u̇_p = p̈ of its own."""
         w, rows = self.w, self.differentiated
         bias = substitute(self.lagrange_forces, dict.fromkeys(w.state.qdd, w.graph.zero))
         rest = [tau - h for tau, h in zip(w.state.tau, bias, strict=True)]
-        return with_multipliers(w.lagrange_mass, self.G(rows), self.gamma(rows), rest)
+        one, zero, given = w.graph.one, w.graph.zero, w.prescribed
+        units = [[one if i == k else zero for i in range(w.state.n)] for k in given.place]
+        gamma = [*self.gamma(rows), *(-a for a in given.acceleration)]
+        return with_multipliers(w.lagrange_mass, [*self.G(rows), *units], gamma, rest)

@@ -121,7 +121,9 @@ def pivots(rows: Array, stages: Sequence[Sequence[int]], count: int) -> tuple[li
         stages: which ones to prefer; the next stage comes when a stage has only weak ones left.
         count: how many.
     """
-    left, chosen, sizes = rows.copy(), [], []
+    left = rows.copy()
+    chosen: list[int] = []
+    sizes: list[float] = []
     top = float(np.linalg.norm(rows, axis=1).max(initial=0.0))
     for place, stage in enumerate(stages):
         weakest = WEAK * top if place + 1 < len(stages) else 0.0
@@ -140,7 +142,7 @@ def pivots(rows: Array, stages: Sequence[Sequence[int]], count: int) -> tuple[li
 
 
 def _unit_rows(G: Array) -> Array:
-    return G / np.maximum(np.linalg.norm(G, axis=1, keepdims=True), 1e-300)
+    return np.asarray(G / np.maximum(np.linalg.norm(G, axis=1, keepdims=True), 1e-300))
 
 
 # Partitions
@@ -151,12 +153,29 @@ def _partition(numbers: Numbers, kept: Sequence[int], G: Array, wanted: Sequence
     scene, n, m = numbers.scene, numbers.state.n, len(kept)
     if wanted:
         return _made(numbers, kept, _wanted(scene, wanted, G))
-    passive = [
-        k for k in reversed(range(n)) if not scene.drives[k]
-    ]  # of equals, those near the ground stay independent
-    every = range(n - 1, -1, -1)
-    chosen, _ = pivots(G.T, [passive, every] if len(passive) < n else [every], m)
+    led = _led(scene)
+    every = [k for k in reversed(range(n)) if k not in led]  # of equals, those near the ground stay independent
+    passive = [k for k in every if not scene.drives[k]]
+    chosen, quality = pivots(G.T, [passive, every] if len(passive) < len(every) else [every], m)
+    if quality <= NEGLIGIBLE:
+        names = ", ".join(joint.name for joint in scene.joints if joint.motion is not None)
+        raise DerivationError(
+            f"{scene.name}: the loops do not let the joints {names} follow their prescribed motions independently; "
+            f"leave {n - m} of them prescribed at most"
+        )
     return _made(numbers, kept, [k for k in range(n) if k not in chosen])
+
+
+def _led(scene: Scene) -> list[int]:
+    """Return the velocities whose motion is prescribed."""
+    names = [rate for joint in scene.joints if joint.motion is not None for rate in joint.rates]
+    return [scene.velocities.index(name) for name in names]
+
+
+def driven_velocities(scene: Scene) -> list[int]:
+    """Return the velocities that have a drive or a prescribed motion."""
+    led = _led(scene)
+    return [k for k, drive in enumerate(scene.drives) if drive or k in led]
 
 
 def _wanted(scene: Scene, wanted: Sequence[str], G: Array) -> list[int]:
@@ -172,6 +191,9 @@ def _wanted(scene: Scene, wanted: Sequence[str], G: Array) -> list[int]:
     freedoms = f"{n - m} degree{'s' * (n - m != 1)} of freedom"
     if len(independent) != n - m:
         raise DerivationError(f"{scene.name}: independent: {', '.join(wanted)} given, but it has {freedoms}")
+    forgotten = [velocities[k] for k in _led(scene) if k not in independent]
+    if forgotten:
+        raise DerivationError(f"{scene.name}: independent: {', '.join(forgotten)} are prescribed, so add them")
     dependent = [k for k in range(n) if k not in independent]
     values = np.linalg.svd(G[:, dependent], compute_uv=False)
     if m and values[-1] <= NEGLIGIBLE * values[0]:
@@ -187,10 +209,10 @@ def _wanted(scene: Scene, wanted: Sequence[str], G: Array) -> list[int]:
 def _driven(numbers: Numbers, kept: Sequence[int], G: Array, partition: Partition) -> tuple[Partition | None, str]:
     """Return the partition of inverse dynamics, or why there is none."""
     scene, n, m = numbers.scene, numbers.state.n, len(kept)
-    driven = [k for k, drive in enumerate(scene.drives) if drive]
+    driven = driven_velocities(scene)
     if set(driven) <= set(partition.independent):
         return partition, ""
-    free, names = n - m, ", ".join(str(scene.drives[k]) for k in driven)
+    free, names = n - m, ", ".join(scene.drives[k] or scene.velocities[k] for k in driven)
     freedoms = f"{free} degree{'s' * (free != 1)} of freedom"
     if len(driven) > free:
         return None, (
@@ -212,13 +234,13 @@ def _made(numbers: Numbers, kept: Sequence[int], independent: Sequence[int]) -> 
     dependent = [k for k in range(numbers.state.n) if k not in set(independent)]
     rows = [numbers.constraints.G[k] for k in kept]
     uses = [[k for k in dependent if not row[k].is_zero] for row in rows]
-    return Partition(tuple(independent), tuple(dependent), tuple(_blocks(uses)))
+    return Partition(tuple(independent), tuple(dependent), tuple(blocks(uses)))
 
 
 # Block triangular form
 
 
-def _blocks(uses: Sequence[Sequence[int]]) -> list[Block]:
+def blocks(uses: Sequence[Sequence[int]]) -> list[Block]:
     """Return the blocks of a square pattern: strongly connected rows of a perfect matching, needed ones first."""
     matched = _matching(uses)
     owner = {column: row for row, column in matched.items()}

@@ -14,7 +14,7 @@ MOST_TERMS = 100_000
 
 def check_key(key: object, n: int) -> None:
     """Raise DerivationError unless `key` is that of a coefficient of a mechanism with n coordinates."""
-    sizes = {"k_z": (n, n), "k_C": (n, n * (n - 1) // 2), "k_D": (n, n), "k_G": (n,), "K": (), "P": ()}
+    sizes = {"k_z": (n, n), "k_C": (n, n * (n - 1) // 2), "k_D": (n, n), "k_G": (n,), "k_E": (n,), "K": (), "P": ()}
     name, *index = key if isinstance(key, tuple) and key else (key,)
     shape = sizes.get(name) if isinstance(name, str) else None
     if shape is None or len(index) != len(shape):

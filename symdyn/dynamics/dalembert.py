@@ -12,8 +12,9 @@ Reference: the textbook, section 5.1.1, eq. (5.1)-(5.20).
     F^A_jj + F^D_jj + F^R_jj + Σ_e F*_je = 0    (5.18), for every moving body: 6 equations, 3 in the plane
 
 Unknowns are t components a joint (5.7), (5.19), and the drives, which take the free places. They enter linearly:
-A x + b = 0, A in blocks of one body and one unknown. A velocity has an unknown drive wherever the mechanism is a tree (a
-passive joint's is then what its motion would need); in a closed mechanism where one is declared.
+A x + b = 0, A in blocks of one body and one unknown. In a tree every velocity has an unknown drive (a passive joint's
+is what its motion would need); in a closed mechanism those have one that are declared to, and idle motions that no loop
+needs: theirs comes out as zero if the motion is possible.
 """
 
 from __future__ import annotations
@@ -21,30 +22,30 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.closing import in_plane, plane, undriven
 from symdyn.dynamics.elimination import eliminate, pivots
 from symdyn.dynamics.freedoms import drives, reactions_of
 from symdyn.dynamics.hanging import Hanging
 from symdyn.dynamics.hinges import Hinge, about, nothing, plus, relative_twists, times
 from symdyn.dynamics.members import acting, inertias, motions, own_forces, placements
+from symdyn.dynamics.reactions import as_rows
 from symdyn.dynamics.state import vector
+from symdyn.dynamics.ties import in_plane, plane, rows_of, telling, ties, undriven
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, gradient
-from symdyn.scene import JOINTS, express
+from symdyn.graph import Expr, Graph
 from symdyn.scene.joints import Wrench
 from symdyn.spatial import (
     Inertia,
+    Mat,
     Transform,
     Vec,
     add,
-    add_matrices,
     apply,
     apply_transposed,
     cross,
+    dot,
     identity,
     neg,
     scale,
-    scale_matrix,
     skew,
     zero_vector,
 )
@@ -87,7 +88,7 @@ class Equilibrium:
         unknowns: in the order of the joints, reactions before drives.
         blocks: (body, unknown) to the bivector that the unknown exerts on the body at unit size, frame j; no zeros.
         kept: components of a bivector that are written: all six, or the three of a planar mechanism.
-        across: 0, 1 or 2 where z of every frame, or x or y, is the normal of a planar mechanism; else -1.
+        own: what drives that are known and the joint's own elements do, by hinge, along each of its D.
     """
 
     hanging: Hanging
@@ -95,6 +96,7 @@ class Equilibrium:
     unknowns: tuple[Unknown, ...]
     blocks: dict[tuple[int, int], Wrench]
     kept: tuple[int, ...]
+    own: tuple[tuple[Expr, ...], ...]
 
     @property
     def equations(self) -> int:
@@ -108,7 +110,7 @@ class Equilibrium:
 
     @property
     def drives(self) -> int:
-        """n of (5.20): the number of unknown drives."""
+        """N of (5.20): the number of unknown drives."""
         return len(self.unknowns) - self.reactions
 
     def matrix(self) -> list[list[Expr]]:
@@ -131,12 +133,16 @@ class Equilibrium:
         return b
 
 
-def equilibrium(hanging: Hanging, planar: bool = False) -> Equilibrium:
+def equilibrium(
+    hanging: Hanging, planar: bool = False, tau: Sequence[Expr] | None = None, whole: bool = False
+) -> Equilibrium:
     """Return the system (5.18) of a mechanism.
 
     Args:
         hanging: the mechanism, open or closed.
         planar: write three equations a body.
+        tau: driving forces that are known, shape (nv,); None makes them unknowns.
+        whole: joints that close planar loops keep the components across the plane, which are then not unique.
 
     Raises:
         DerivationError: `planar`, and the mechanism does not move in a plane that is a plane of coordinates of every
@@ -144,14 +150,23 @@ def equilibrium(hanging: Hanging, planar: bool = False) -> Equilibrium:
     """
     normal = coordinate_normal(hanging) if planar else None
     kept = (0, 1, 2, 3, 4, 5) if normal is None else (*(k for k in range(3) if k != normal), 3 + normal)
-    bodies = known_bivectors(hanging)
-    unknowns = _unknowns(hanging, normal)
+    own = tuple(tuple(_own(hanging, hinge, tau)) for hinge in hanging.joints)
+    bodies = known_bivectors(hanging, own)
+    unknowns = [one for one in _unknowns(hanging, normal, whole) if tau is None or one.kind != DRIVE]
     blocks: dict[tuple[int, int], Wrench] = {}
     for u, unknown in enumerate(unknowns):
         for h, wrench in unknown.acts:
             for j, exerted in exerted_on(hanging, hanging.hinges[h], wrench).items():
                 blocks[j, u] = plus(blocks[j, u], exerted) if (j, u) in blocks else exerted
-    return Equilibrium(hanging, bodies, tuple(unknowns), blocks, kept)
+    return Equilibrium(hanging, bodies, tuple(unknowns), blocks, kept, own)
+
+
+def _own(hanging: Hanging, hinge: Hinge, tau: Sequence[Expr] | None) -> list[Expr]:
+    """Return what a joint's elements do along its velocities, known drives included."""
+    forces = own_forces(hanging.scene, hinge, hanging.state)
+    if tau is None or hinge.joint.coupling is not None:
+        return forces
+    return [force + tau[k] for force, k in zip(forces, hinge.velocities, strict=True)]
 
 
 # The bivectors
@@ -176,25 +191,27 @@ def frames(hanging: Hanging) -> list[Transform]:
     return [T @ here for T, here in zip(placements(hanging.joints), shifted, strict=True)]
 
 
-def known_bivectors(hanging: Hanging) -> tuple[Bivectors, ...]:
-    """Return the actions (5.1) and the inertia bivectors (5.11)-(5.17) of the moving bodies."""
+def known_bivectors(hanging: Hanging, own: Sequence[Sequence[Expr]]) -> tuple[Bivectors, ...]:
+    """Return the actions (5.1), what joints do by themselves included, and the inertia bivectors (5.11)-(5.17)."""
     scene, tree, state = hanging.scene, hanging.tree, hanging.state
     graph = hanging.graph
     moved = motions(scene, tree, state.qd, state.qdd, zero_vector(graph))
-    gravity, placed, loads = vector(scene.gravity, graph), placements(hanging.joints), acting(scene, hanging.joints)
+    gravity, placed, loads = (
+        vector(scene.gravity, graph),
+        placements(hanging.joints),
+        acting(scene, hanging.joints, state),
+    )
     actions, inertial = [], []
-    for hinge, body, motion, T, load in zip(
-        hanging.joints, inertias(scene, tree), moved, placed, loads, strict=True
-    ):
+    for hinge, body, motion, T, load in zip(hanging.joints, inertias(scene, tree), moved, placed, loads, strict=True):
         r = hinge.place_on_child  # O_j in the body's frame
         g = apply_transposed(T.R, gravity)
         weight = (scale(body.m, g), cross(body.h, g))
         actions.append(about(plus(weight, load), neg(r)))
         a = add(motion.a, add(cross(motion.dw, r), cross(motion.w, cross(motion.w, r))))
         inertial.append(inertia_bivector(_seen_from(body, r), motion.w, motion.dw, a))
-    for h, hinge in enumerate(hanging.joints):
-        for force, D in zip(own_forces(scene, hinge, state), drives(hinge, hanging.samples), strict=True):
-            for j, exerted in exerted_on(hanging, hanging.hinges[h], times(force, D)).items():
+    for hinge, forces in zip(hanging.joints, own, strict=True):
+        for force, D in zip(forces, drives(hinge, hanging.samples), strict=True):
+            for j, exerted in exerted_on(hanging, hinge, times(force, D)).items():
                 actions[j] = plus(actions[j], exerted)
     return tuple(Bivectors(a, d) for a, d in zip(actions, inertial, strict=True))
 
@@ -231,18 +248,24 @@ def exerted_on(hanging: Hanging, hinge: Hinge, wrench: Wrench) -> dict[int, Wren
 # The unknowns
 
 
-def _unknowns(hanging: Hanging, normal: int | None) -> list[Unknown]:
+def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown]:
     scene, graph = hanging.scene, hanging.graph
     axes = None if normal is None else _axis(graph, normal)
     D = {h: drives(hinge, hanging.samples) for h, hinge in enumerate(hanging.joints)}
-    feels = {k: (h, D[h][i]) for h, hinge in enumerate(hanging.joints) if hinge.joint.coordinates
-             for i, k in enumerate(hinge.velocities)}
+    feels = {
+        k: (h, D[h][i])
+        for h, hinge in enumerate(hanging.joints)
+        if hinge.joint.coordinates
+        for i, k in enumerate(hinge.velocities)
+    }
     passive = undriven(scene) if scene.loops or scene.rows else []
+    if passive and not whole and normal is None:
+        passive = telling(hanging, ties(hanging), passive)
     found = []
     for h, hinge in enumerate(hanging.hinges):
         W = reactions_of(hinge, hanging.samples)
         flat = axes
-        if h >= len(hanging.joints) and flat is None:
+        if h >= len(hanging.joints) and flat is None and not whole:
             flat = plane(hanging, hinge, relative_twists(hinge, hanging.joints))
         W = W if flat is None else in_plane(hanging, W, flat)
         name = hinge.joint.name
@@ -254,10 +277,9 @@ def _unknowns(hanging: Hanging, normal: int | None) -> list[Unknown]:
             found += [
                 Unknown(DRIVE, name, i, ((h, D[h][i]),)) for i, k in enumerate(hinge.velocities) if k not in passive
             ]
-    for row in scene.rows:
-        slopes = gradient(express(row.formula, graph), hanging.state.qd)
-        acts = tuple((feels[k][0], times(slope, feels[k][1])) for k, slope in enumerate(slopes) if not slope.is_zero)
-        found.append(Unknown(ROW, row.name, 0, acts))
+    for number, row in enumerate(rows_of(hanging)):
+        acts = tuple((feels[k][0], times(slope, feels[k][1])) for k, slope in enumerate(row.G) if not slope.is_zero)
+        found.append(Unknown(ROW, row.owner, number, acts))
     return found
 
 
@@ -287,25 +309,30 @@ def _stays(hanging: Hanging, hinge: Hinge, n: Vec) -> bool:
     entries = [*apply((hinge.origin).R, n), *apply(hinge.X.R, n), *apply(hinge.tip.R, n)]
     expected = hanging.samples.at([*n, *n, *n])
     still = all(abs(hanging.samples.at(entries, seed) - expected).max() < 1e-9 for seed in (2, 3))
-    turning = [x for _, omega in hinge.S for x in cross(n, omega)] + [sum_of(n, v) for v, _ in hinge.S]
+    turning = [x for _, omega in hinge.S for x in cross(n, omega)] + [dot(n, v) for v, _ in hinge.S]
     return still and all(abs(x) < 1e-9 for seed in (2, 3) for x in hanging.samples.at(turning, seed))
-
-
-def sum_of(n: Vec, v: Vec) -> Expr:
-    """Return n · v."""
-    return n[0] * v[0] + n[1] * v[1] + n[2] * v[2]
 
 
 # The solution
 
 
 def solution(system: Equilibrium) -> list[Expr]:
-    """Return x with A x + b = 0 by elimination, pivots chosen at one position.
+    """Return x with A x + b = 0 by elimination from the tips, pivots chosen at one position.
+
+    Every body's equations are turned into the axes of its reference joint first: what acts there has constant entries,
+    which are pivots at any position.
 
     Raises:
         DerivationError: A does not determine x.
     """
     A, b = system.matrix(), system.right()
+    if len(system.kept) == 6:
+        both = [[*row, right] for row, right in zip(A, b, strict=True)]
+        for j, hinge in enumerate(system.hanging.joints):
+            R = (hinge.X @ hinge.tip).R
+            for start in (6 * j, 6 * j + 3):
+                both[start : start + 3] = _turned_rows(R, both[start : start + 3])
+        A, b = [row[:-1] for row in both], [row[-1] for row in both]
     numbers = system.hanging.samples.at([entry for row in A for entry in row]).reshape(len(A), -1)
     order = pivots(numbers)
     if len(order) < len(system.unknowns):
@@ -313,14 +340,20 @@ def solution(system: Equilibrium) -> list[Expr]:
     return eliminate(A, [-x for x in b], order)
 
 
+def _turned_rows(R: Mat, rows: Sequence[Sequence[Expr]]) -> list[list[Expr]]:
+    """Return R times three rows."""
+    columns = [apply(R, (x, y, z)) for x, y, z in zip(*rows, strict=True)]
+    return [[column[k] for column in columns] for k in range(3)]
+
+
 def undetermined(system: Equilibrium, rank: int) -> str:
     """Return why a system has no unique solution, and what would work."""
     return (
         f"{system.hanging.scene.name}: reactions: {system.equations} equations of equilibrium determine {rank} of the "
-        f"{len(system.unknowns)} unknowns ({system.reactions} reactions, {system.drives} drives): the mechanism has too "
-        "many drives, or is overconstrained; make drives passive, take joints with more freedoms, or ask "
-        "symdyn.dynamics.uniqueness.reactions_at for the least reactions at one position, with those flagged that are "
-        "not unique"
+        f"{len(system.unknowns)} unknowns ({system.reactions} reactions, {system.drives} drives): the mechanism has "
+        "too many drives, or is overconstrained; make drives passive, take joints with more freedoms, or ask "
+        "symdyn.dynamics.uniqueness.reactions_at for the least reactions at one position, with those flagged that "
+        "are not unique"
     )
 
 
@@ -331,7 +364,14 @@ def transmitted(system: Equilibrium, x: Sequence[Expr]) -> list[Wrench]:
     for unknown, size in zip(system.unknowns, x, strict=True):
         for h, wrench in unknown.acts:
             total[h] = plus(total[h], times(size, wrench))
-    for h, hinge in enumerate(hanging.joints):
-        for force, D in zip(own_forces(hanging.scene, hinge, hanging.state), drives(hinge, hanging.samples), strict=True):
+    for h, (hinge, forces) in enumerate(zip(hanging.joints, system.own, strict=True)):
+        for force, D in zip(forces, drives(hinge, hanging.samples), strict=True):
             total[h] = plus(total[h], times(force, D))
     return total
+
+
+def solved_reactions(hanging: Hanging, axes: str = "body", tau: Sequence[Expr] | None = None) -> list[Expr]:
+    """Return every joint's reaction from the whole system: as `reactions.reactions`, which goes another way."""
+    system = equilibrium(hanging, tau=tau)
+    pairs = zip((*hanging.joints, *hanging.loops), transmitted(system, solution(system)), strict=False)
+    return as_rows(hanging, [hinge.on_child(wrench) for hinge, wrench in pairs], axes)

@@ -1,4 +1,4 @@
-"""Solving A x = b on the graph: pivots chosen by numbers at one position, so that the formulas are short and good there.
+"""Solving A x = b on the graph: pivots chosen by numbers at one position, short and good there.
 
 Up to three unknowns it is Cramer's rule, whose only singular positions are those of A itself; beyond, Gauss's
 elimination, which loses the positions where one of its pivots vanishes too.
@@ -20,7 +20,8 @@ SHARE = 0.1  # of the largest candidate: what is large enough to be chosen for t
 def pivots(numbers: Array) -> list[tuple[int, int]]:
     """Return the (row, column) of pivots in order, as many as the rank: sparse ones first among those large enough."""
     sizes = np.abs(numbers).max(axis=1, initial=0.0, keepdims=True)
-    A = numbers / np.where(sizes > 0, sizes, 1.0)
+    top = float(sizes.max(initial=0.0))
+    A = numbers / np.maximum(sizes, SMALL * top or 1.0)  # a row of rounding errors stays one
     rows, columns = list(range(A.shape[0])), list(range(A.shape[1]))
     chosen = []
     while rows and columns:

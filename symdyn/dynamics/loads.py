@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symdyn.dynamics.positions import body_placements
-from symdyn.dynamics.state import joint_position, state_symbols, vector
+from symdyn.dynamics.state import State, joint_position, state_symbols, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, gradient, tangents
 from symdyn.scene import Damper, Friction, Joint, Load, Place, Scene, Spring, express
@@ -74,8 +74,8 @@ def refuse_ideal_friction(scene: Scene) -> None:
     if ideal:
         plural = "s" * (len(ideal) > 1)
         raise DerivationError(
-            f"forward dynamics does not exist: dry friction in joint{plural} {', '.join(ideal)} is an ideal sign of the "
-            "rate, and at rest it takes whatever value keeps the joint at rest, which no formula gives; write a "
+            f"forward dynamics does not exist: dry friction in joint{plural} {', '.join(ideal)} is an ideal sign of "
+            "the rate, and at rest it takes whatever value keeps the joint at rest, which no formula gives; write a "
             "smoothing (a rate well below those of interest) to have tanh(rate / smoothing), or ask for inverse "
             "dynamics, where the sign is enough"
         )
@@ -97,7 +97,7 @@ def stored(spring: Spring, way: Expr) -> Expr:
     graph = way.graph
     total, power = express(spring.preload, graph) * way, way * way
     for m, k in enumerate(spring.stiffness, 2):
-        total = total + express(k, graph) / m * power
+        total = total + express(k, graph) * power / m
         power = power * way
     return total
 
@@ -126,23 +126,34 @@ def _point(placed: dict[str, Transform], place: Place, graph: Graph) -> Vec:
 def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
     """Return Q^A of (5.22), shape (nv,): everything but drives, gravity and springs; N m or N."""
     state = state_symbols(scene, graph)
-    forces = declared_forces(scene, graph)
+    forces = joint_forces(scene, graph)
     placed = body_placements(scene, graph) if scene.dampers or scene.loads else {}
-
-    def oppose(rate: Expr, force: Expr) -> None:
-        for i, share in enumerate(gradient(rate, state.qd)):
-            forces[i] = forces[i] - force * share
-
-    for joint in scene.joints:
-        for rate in joint_rates(joint, graph):
-            oppose(rate, joint_resistance(joint, rate))
     for damper in scene.dampers:
-        (rate,) = tangents([_way(scene, placed, damper, graph)], state.velocity)
-        oppose(rate, resistance(damper, rate))
+        if damper.ends:
+            (rate,) = tangents([_way(scene, placed, damper, graph)], state.velocity)
+            _oppose(forces, rate, resistance(damper, rate), state)
     for load in scene.loads:
         work = _work(load, placed[load.place.body], scene, graph)
         forces = [force + share for force, share in zip(forces, work, strict=True)]
     return forces
+
+
+def joint_forces(scene: Scene, graph: Graph) -> list[Expr]:
+    """Return the part of Q that acts at joints: declared forces, damping, friction, dampers; shape (nv,), N m or N."""
+    state, forces = state_symbols(scene, graph), declared_forces(scene, graph)
+    for joint in scene.joints:
+        for rate in joint_rates(joint, graph):
+            _oppose(forces, rate, joint_resistance(joint, rate), state)
+    for damper in scene.dampers:
+        for rate in joint_rates(joint_of(scene, damper), graph) if damper.joint else ():
+            _oppose(forces, rate, resistance(damper, rate), state)
+    return forces
+
+
+def _oppose(forces: list[Expr], rate: Expr, force: Expr, state: State) -> None:
+    """Let a force act against a rate."""
+    for i, share in enumerate(gradient(rate, state.qd)):
+        forces[i] = forces[i] - force * share
 
 
 def declared_forces(scene: Scene, graph: Graph) -> list[Expr]:

@@ -7,7 +7,7 @@
     bias     Ġ u: the rate of G u at u̇ = 0
 
 Both relative velocities are taken at one spatial point, so that the multiplier λ_k is the size of wrench k off the
-constraint manifold too, and Gᵀ λ its generalized force. A row of the scene, linear in the velocities, follows the loops.
+constraint manifold too, and Gᵀ λ its generalized force. Rows of the scene, linear in the velocities, follow the loops.
 
 The *recursive* road walks from J to the child along the tree, through their nearest common carrier: nothing beyond it
 enters, so that a planar loop on a flying base stays planar. The road *by differentiation* differentiates X.
@@ -130,7 +130,7 @@ def _walk(tree: Tree, cut: Cut, u: Sequence[Expr]) -> _Relative:
     i, place = tree.home[cut.parent]
     j, last = tree.home[cut.child]
     last = last @ cut.behind
-    inner, outer = _paths(tree, i, j)
+    inner, outer = paths(tree, i, j)
     rate, accelerated = tree.rates(u), tree.bias(u)
     T = (place @ cut.before).inverse()  # of the frame walked on, in J
     still = zero_vector(graph)
@@ -171,7 +171,7 @@ def _walk(tree: Tree, cut: Cut, u: Sequence[Expr]) -> _Relative:
     return _Relative(X, dict(sorted(columns.items())), (alpha, a))
 
 
-def _paths(tree: Tree, i: int, j: int) -> tuple[list[int], list[int]]:
+def paths(tree: Tree, i: int, j: int) -> tuple[list[int], list[int]]:
     """Return the moves from body i inwards to the nearest common carrier, and from there outwards to body j."""
     inner, outer = [], []
     while i != j:

@@ -24,7 +24,7 @@ from symdyn.dynamics.tree import Tree, build_tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
 from symdyn.scene import Quantity, Scene, express
-from symdyn.scene.start import start
+from symdyn.scene.start import starting_position
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -105,7 +105,7 @@ class Numbers:
 
     def start(self) -> Array:
         """Return where the scene says that it starts; zeros, and unit quaternions, where it says nothing."""
-        return self.normalised(np.array([self.value(one) for one in start(self.scene)]))
+        return self.normalised(np.array([self.value(one) for one in starting_position(self.scene)]))
 
     def normalised(self, q: Array) -> Array:
         """Return q with quaternions of unit length; (1, 0, 0, 0) for one that is zero."""

@@ -18,7 +18,7 @@ class Output:
     """One row of the table.
 
     Attributes:
-        text: what it computes, one line.
+        text: what it computes, one line; in braces what `derive` fills in.
         arguments: names of its arguments, keys of `ARGUMENTS`.
         result: short name of the result.
         shape: shape of the result from the number of velocities; -1 for what the number of entries says.

@@ -12,9 +12,9 @@ from symdyn.dynamics import kinematics, lagrange
 from symdyn.dynamics.aba import aba
 from symdyn.dynamics.cost import cost
 from symdyn.dynamics.ldl import solve
-from symdyn.dynamics.loads import refuse_ideal_friction
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.outputs_of_loops import closing
+from symdyn.dynamics.outputs_of_reactions import REACTIONS
 from symdyn.dynamics.potential import potential_energy
 from symdyn.dynamics.prescribed import accelerations
 from symdyn.dynamics.rnea import rnea
@@ -39,13 +39,11 @@ def _inverse(w: Workspace) -> list[Expr]:
 
 
 def _forward_aba(w: Workspace) -> list[Expr]:
-    refuse_ideal_friction(w.scene)
     given = zip(w.state.tau, w.pushes, w.elastic.forces, strict=True)
     return aba(w.lean, w.state.qd, [tau + force - pull for tau, force, pull in given], w.loads)
 
 
 def _forward_crba(w: Workspace) -> list[Expr]:
-    refuse_ideal_friction(w.scene)
     given = w.prescribed
     if given.place:
         parents = w.tree.velocity_parents(given.free)
@@ -136,7 +134,6 @@ def _polarised_matrix(w: Workspace) -> list[Expr]:
 
 
 def _lagrange_forward(w: Workspace) -> list[Expr]:
-    refuse_ideal_friction(w.scene)
     given = w.prescribed
     alone = dict(zip(w.state.qdd, given.entered(w.still), strict=True))
     bias = substitute(lagrange.driving_forces(w.energy), alone)
@@ -173,7 +170,7 @@ def _has_motion(scene: Scene) -> bool:
 
 OUTPUTS: dict[str, Output] = {
     "inverse_dynamics": Output(
-        "driving forces tau = M(q) qdd + c(q, qd) + g(q) - Q",
+        "driving forces tau = M(q) qdd + c(q, qd) + g(q){pulls} - Q",
         ("q", "qd", "qdd"),
         "tau",
         lambda n: (n,),
@@ -181,7 +178,7 @@ OUTPUTS: dict[str, Output] = {
         {"rnea": _inverse, "lagrange": lambda w: lagrange.driving_forces(w.energy)},
     ),
     "forward_dynamics": Output(
-        "accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q)",
+        "accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q){less_pulls}{motion}",
         ("q", "qd", "tau"),
         "qdd",
         lambda n: (n,),
@@ -269,7 +266,7 @@ OUTPUTS: dict[str, Output] = {
         {"rnea": _kinetic, "lagrange": lambda w: [w.energy.K]},
     ),
     "potential_energy": Output(
-        "potential energy P(q) = -sum m g.r, zero at the origin of the ground frame",
+        "potential energy P(q) = -sum m g.r, zero at the origin of the ground frame{stored}",
         ("q",),
         "P",
         lambda n: (),
@@ -378,4 +375,4 @@ OUTPUTS: dict[str, Output] = {
     ),
 }
 
-OUTPUTS |= closing(OUTPUTS)
+OUTPUTS |= closing(OUTPUTS) | REACTIONS

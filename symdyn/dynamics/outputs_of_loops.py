@@ -10,7 +10,10 @@ import numpy as np
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import closed
 from symdyn.dynamics.closed_positions import positions
+from symdyn.dynamics.closure import driven_velocities
+from symdyn.dynamics.loads import refuse_ideal_friction
 from symdyn.dynamics.output import Output
+from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
@@ -30,20 +33,22 @@ def _flat(matrix: list[list[Expr]]) -> list[Expr]:
 
 
 def _forward(w: Workspace) -> list[Expr]:
+    refuse_ideal_friction(w.scene)
     _massive(w)
-    reduced = w.closed.reduction
+    reduced = w.closed.motion
     rest = [tau - force for tau, force in zip(w.state.tau, w.forces(list(reduced.s)), strict=True)]
     return closed.accelerations(reduced, w.composite_mass, rest)
 
 
 def _massive(w: Workspace) -> None:
     """Raise DerivationError where a motion that the loops leave free moves no mass: it names the joint and the body."""
-    reduced, numbers = w.closed.reduction, w.closed.numbers
+    reduced, numbers = w.closed.motion, w.closed.numbers
     if not reduced.independent:
         return
     size = len(reduced.independent)
     known = {w.graph.symbol(str(node.value)): value for node, value in numbers.parameters.items()}
     known |= dict(zip(w.state.q, w.closed.closure.assembly.typical, strict=True))
+    known[w.graph.symbol(TIME)] = 0.0
     entries = evaluate(_flat(reduced.mass(w.composite_mass)), Floats(), known)
     mass = np.array(entries).reshape(size, size)
     values, vectors = np.linalg.eigh(mass)
@@ -58,10 +63,40 @@ def _massive(w: Workspace) -> None:
     )
 
 
+def _lagrange_forward(w: Workspace) -> list[Expr]:
+    refuse_ideal_friction(w.scene)
+    return w.closed.lagrange_solution[0]
+
+
+def _lagrange_multipliers(w: Workspace) -> list[Expr]:
+    refuse_ideal_friction(w.scene)
+    return w.closed.lagrange_solution[1][: len(w.closed.closure.kept)]
+
+
 def _multipliers(w: Workspace) -> list[Expr]:
     found = w.forces(_forward(w))
     excess = [force - tau for force, tau in zip(found, w.state.tau, strict=True)]
     return closed.multipliers(w.closed.G(w.closed.recursive), w.closed.closure.partition, excess)
+
+
+def _drives(w: Workspace) -> list[Expr]:
+    place, tau = w.prescribed.place, list(w.state.tau)
+    if not place:
+        return tau
+    forces, found = w.forces(_forward(w)), _multipliers(w)
+    pairs = list(zip(w.closed.G(w.closed.recursive), found, strict=True))
+    for k in place:
+        tau[k] = forces[k] - w.graph.total(row[k] * x for row, x in pairs)
+    return tau
+
+
+def _lagrange_drives(w: Workspace) -> list[Expr]:
+    tau = list(w.state.tau)
+    if w.prescribed.place:
+        extra = w.closed.lagrange_solution[1][len(w.closed.closure.kept) :]
+        for k, more in zip(w.prescribed.place, extra, strict=True):
+            tau[k] = tau[k] + more
+    return tau
 
 
 # Inverse dynamics: forces of the spanning tree, less what the loops carry
@@ -83,7 +118,7 @@ def _lagrange_inverse(w: Workspace) -> list[Expr]:
 
 def _at_drives(w: Workspace, forces: list[Expr], G: list[list[Expr]], carried: list[Expr]) -> list[Expr]:
     """Return f - Gᵀ λ at the driven velocities, zero at the passive ones; without any drive, at independent ones."""
-    driven = [k for k, drive in enumerate(w.scene.drives) if drive] or list(w.closed.driven.independent)
+    driven = driven_velocities(w.scene) or list(w.closed.driven.independent)
     tau = [w.graph.zero] * w.state.n
     for k in driven:
         tau[k] = forces[k] - w.graph.total(row[k] * x for row, x in zip(G, carried, strict=True))
@@ -150,7 +185,7 @@ ROWS: dict[str, Output] = {
         "lambda",
         lambda n: (-1,),
         "N or N m",
-        {"crba": _multipliers, "lagrange": lambda w: w.closed.lagrange_solution[1]},
+        {"crba": _multipliers, "lagrange": _lagrange_multipliers},
     ),
     "tree_forces": Output(
         "forces M(q) qdd + c(q, qd) + g(q) - Q of the spanning tree, as if nothing closed it",
@@ -183,7 +218,7 @@ CLOSED_ONLY: tuple[str, ...] = tuple(ROWS)
 
 _FORWARD = {
     "text": "accelerations qdd of the closed mechanism: M(q) qdd + h = tau + G^T lambda, G qdd + Gdot qd = 0",
-    "roads": {"crba": _forward, "lagrange": lambda w: w.closed.lagrange_solution[0]},
+    "roads": {"crba": _forward, "lagrange": _lagrange_forward},
 }
 _INVERSE = {
     "text": "driving forces tau of the closed mechanism for a motion that its loops allow; zero where it is passive",
@@ -194,8 +229,10 @@ _INVERSE = {
 def closing(outputs: Mapping[str, Output]) -> dict[str, Output]:
     """Return what closed scenes add to the table."""
     forward, inverse = outputs["forward_dynamics"], outputs["inverse_dynamics"]
+    drives = outputs["drive_forces"]
     rows = {name: replace(row, exists=is_closed) for name, row in ROWS.items()}
     return {
         "forward_dynamics": replace(forward, closed=replace(forward, **_FORWARD, prefer=None)),  # type: ignore[arg-type]
         "inverse_dynamics": replace(inverse, closed=replace(inverse, **_INVERSE)),  # type: ignore[arg-type]
+        "drive_forces": replace(drives, closed=replace(drives, roads={"crba": _drives, "lagrange": _lagrange_drives})),
     } | rows

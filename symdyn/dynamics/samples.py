@@ -30,7 +30,7 @@ class Samples:
     given: Mapping[str, float] = field(default_factory=dict)
 
     def at(self, entries: Sequence[Expr], seed: int = 1) -> Array:
-        """Return entries at seed 1, where the scene says that it starts, or at random values, seeds 2, 3, …
+        """Return entries at seed 1, where the scene says that it starts, or at random values, seeds from 2 on.
 
         What has no value there is drawn from 0.3 … 1.7; parameters have their values, quaternions the length 1.
         """

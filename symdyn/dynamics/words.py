@@ -17,6 +17,11 @@ def spoken(label: Label, numbers: Numbers, q: Array) -> str:
     if label.wrench is None:
         return "row"
     force, moment = (numbers.at(part, q) for part in label.wrench)
+    return in_words(force, moment)
+
+
+def in_words(force: Array, moment: Array) -> str:
+    """Return a wrench in words, such as "force along x"."""
     if np.abs(force).max() > 1e-12:
         pitch = " with its moment" if np.abs(moment).max() > 1e-12 else ""
         return f"force along {_direction(force)}{pitch}"

@@ -12,6 +12,7 @@ from symdyn.dynamics.closure import Closing
 from symdyn.dynamics.cost import cost
 from symdyn.dynamics.crba import crba
 from symdyn.dynamics.directions import Directions, directions
+from symdyn.dynamics.hanging import Hanging
 from symdyn.dynamics.lagrange import Energies, energies
 from symdyn.dynamics.loads import generalized_forces
 from symdyn.dynamics.prescribed import Prescribed, prescribed
@@ -22,7 +23,7 @@ from symdyn.dynamics.state import State, state_symbols
 from symdyn.dynamics.tree import Tree, build_tree
 from symdyn.dynamics.wrenches import Elastic, Wrench, body_wrenches, elastic, joint_forces
 from symdyn.graph import Expr, Graph
-from symdyn.scene import Scene
+from symdyn.scene import Scene, without_zeros
 
 Matrix = list[list[Expr]]
 
@@ -32,6 +33,7 @@ class Workspace:
 
     def __init__(self, scene: Scene, closing: Closing = Closing()) -> None:  # noqa: B008  frozen
         """Start with an empty graph; `closing` is what the user chooses about closed loops."""
+        scene = without_zeros(scene)
         self.scene = scene
         self.closing = closing
         self.graph = Graph()
@@ -86,6 +88,16 @@ class Workspace:
     def lean(self) -> LeanTree:
         """The same tree in frames of the generator's choice, with base parameters: what the recursions run over."""
         return regroup(reframe(self.tree))
+
+    @cached_property
+    def hanging(self) -> Hanging:
+        """The declared bodies and joints, nothing merged or regrouped, for reactions."""
+        assembled: dict[str, float] = {}
+        if self.scene.loops:
+            numbers, q = self.closed.numbers, self.closed.closure.assembly.typical
+            assembled = {str(node.value): value for node, value in numbers.parameters.items()}
+            assembled |= dict(zip(self.scene.coordinates, map(float, q), strict=True))
+        return Hanging(self.scene, self.tree, self.state, assembled)
 
     @cached_property
     def elastic(self) -> Elastic:

@@ -7,7 +7,9 @@
 The last two are there with batch=True. Entry i of state k is q[i * n + k] for `_batch` and q[k * length + i] for
 `_rows`, in `out` likewise; params, or what was prepared from it, is one set for all states, and `out` overlaps no
 argument. Both run blocks of states through loops that compilers vectorise, and take sines and cosines by a routine of
-their own; so does the scalar function then, when it needs several. Files without batch code are the same as ever.
+their own; so does the scalar function then, when it needs several.
+
+A long function calls parts of itself: compilers take more than linear time for it.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from symdyn.emit.c_batch import LANES, batches
+from symdyn.emit.c_batch import LANES, batches, cuts
 from symdyn.emit.c_sincos import sincos_values
 from symdyn.emit.names import stem
 from symdyn.emit.page import compose
@@ -76,9 +78,11 @@ def emit_c(program: Program, real: Real, command: str, batch: bool = False) -> t
         "suffix": real.suffix,
         "lanes": LANES,
         "common": PREPARED if is_prepared(program) else PARAMS,
-        "batch": batches(program, page, printer, real) if batch else (),
+        "batch": batch,
+        "codes": batches(program, page, printer, real) if batch else cuts(program, page, printer),
     }
-    values["sincos"] = any(many.sincos for many in values["batch"])
+    values["cut"] = any(many and many.parts for many in values["codes"])
+    values["sincos"] = any(many and many.sincos for many in values["codes"])
     values |= sincos_values(real.name) if values["sincos"] else {}
     return (
         (f"{name}.c", render("c/source.c.jinja", values)),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from math import prod
 
 from symdyn.emit.c_plan import Pass, SineCosine, plan
+from symdyn.emit.c_stages import LONGEST
 from symdyn.emit.c_writer import LANED, SINGLE, PassText, ScalarStage, Writer
 from symdyn.emit.page import ArgumentText, FunctionText, Page
 from symdyn.emit.real import Real
@@ -38,6 +39,17 @@ FEW = 3
 
 SPLIT = 2
 """Scalar functions of more loops are cut into parts, too: compilers take more than linear time."""
+
+
+@dataclass(frozen=True)
+class CutText:
+    """One long function of a file without batch code, cut into parts; the attributes are those of `BatchText`."""
+
+    size: int
+    rows: int
+    scalar: tuple[ScalarStage, ...]
+    parts: tuple[PassText, ...]
+    sincos: bool = False
 
 
 @dataclass(frozen=True)
@@ -99,6 +111,39 @@ def batches(program: Program, page: Page, printer: Printer, real: Real) -> tuple
     )
 
 
+def cuts(program: Program, page: Page, printer: Printer) -> tuple[CutText | None, ...]:
+    """Return every function of the page in parts if it is a long one, else None."""
+    return tuple(
+        _cut(routine, text, program, printer) for routine, text in zip(program.routines, page.functions, strict=True)
+    )
+
+
+def _cut(routine: Routine, text: FunctionText, program: Program, printer: Printer) -> CutText | None:
+    if routine.counts.multiplications + routine.counts.additions <= LONGEST:
+        return None
+    writer = _writer(routine, text, program, printer)
+    parts = _parts(writer)
+    if not parts:
+        return None
+    return CutText(prod(text.shape), writer.plan.rows, writer.scalar_calls(_by_address(text), together=False), parts)
+
+
+def _writer(routine: Routine, text: FunctionText, program: Program, printer: Printer) -> Writer:
+    places = {symbol: (a.name, i) for a in routine.function.arguments for i, symbol in enumerate(a.symbols)}
+    made = plan(routine, program.constants)
+    same = len(made.names) == len(routine.inputs) + len(routine.steps)  # no name was added for a call
+    printed = {line.target: line.code for line in text.steps} if same else {}
+    return Writer(routine, program, printer, made, places, printed)
+
+
+def _parts(writer: Writer) -> tuple[PassText, ...]:
+    """Return the parts of a scalar function, () if it is short enough for one."""
+    loops = [stage for stage in writer.plan.stages if isinstance(stage, Pass)]
+    if not writer.routine.function.entries or sum(stage.plain for stage in loops) <= SPLIT:
+        return ()
+    return tuple(writer.loop(stage, number, SINGLE) for number, stage in enumerate(loops, 1))
+
+
 def _check_names(names: Sequence[str]) -> None:
     for name in names:
         for ending in ("_batch", "_rows"):
@@ -107,7 +152,8 @@ def _check_names(names: Sequence[str]) -> None:
 
 
 def _batch(routine: Routine, text: FunctionText, program: Program, printer: Printer, width: int) -> BatchText:
-    made = plan(routine, program.constants)
+    writer = _writer(routine, text, program, printer)
+    made = writer.plan
     states, length = [], 0
     names = [argument.name for argument in text.arguments]
     common = shared(names)
@@ -118,8 +164,6 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
     size = prod(text.shape)
     once = not common and PARAMS in names  # prepare: blocks would not pay, and loops over so many arrays compile slowly
     lanes = _lanes((length + size) * width, made.rows * width) if size and not once else 0
-    places = {symbol: (a.name, i) for a in routine.function.arguments for i, symbol in enumerate(a.symbols)}
-    writer = Writer(routine, program, printer, made, places)
     passes: list[PassText] = []
     calls: list[str] = []
     for stage in made.stages if lanes else ():
@@ -130,10 +174,9 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
             work = "w" if made.rows else "0"
             calls.append(f"{text.name}_pass{len(passes)}(stride, {_handed(text, {})}{work}, out);")
     loops = [stage for stage in made.stages if isinstance(stage, Pass)]
-    split = size > 0 and sum(stage.plain for stage in loops) > SPLIT
-    parts = [writer.loop(stage, number, SINGLE) for number, stage in enumerate(loops, 1)] if split else []
-    if split:
-        scalar = writer.scalar_calls(_handed(text, {name: f"&{name}" for name in text.scalars}))
+    parts = _parts(writer)
+    if parts:
+        scalar = writer.scalar_calls(_by_address(text), together=True)
     else:
         scalar = writer.scalar() if len(made.stages) - len(loops) >= FEW else ()
     return BatchText(
@@ -146,7 +189,7 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
         passes=tuple(passes),
         calls=tuple(calls),
         scalar=scalar,
-        parts=tuple(parts),
+        parts=parts,
         results=tuple(writer.entry(place) for place in range(size)),
         aliased=ALIAS // width if size > WAYS else 0,
         single=lanes // 8,
@@ -160,6 +203,11 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
 def _handed(function: FunctionText, places: Mapping[str, str]) -> str:
     """Return what a call is given before its last argument; what all states have in common as it is."""
     return "".join(f"{places.get(argument.name, argument.name)}, " for argument in function.arguments)
+
+
+def _by_address(function: FunctionText) -> str:
+    """Return what a scalar function hands on to its parts, which take single numbers by address."""
+    return _handed(function, {name: f"&{name}" for name in function.scalars})
 
 
 def _lanes(copied: int, work: int) -> int:

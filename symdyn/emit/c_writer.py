@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import groupby
 
 from symdyn.emit.c_plan import Pass, Plan, SineCosine
@@ -45,7 +45,7 @@ class ScalarStage:
         number: tells the arrays of angles apart.
         lines: assignments.
         angles: where the angles are, padded with zeros to whole groups; () for lines.
-        results: what becomes of sines and cosines.
+        results: what becomes of sines and cosines; without `angles`, all there is to it.
         call: of a part that stands in a function of its own; "" for none.
     """
 
@@ -71,13 +71,14 @@ SINGLE = Layout("{}[{}]", "w[{}]", ())
 
 @dataclass(frozen=True)
 class Writer:
-    """Prints the stages of one routine."""
+    """Prints the stages of one routine; `printed` holds what is printed already."""
 
     routine: Routine
     program: Program
     printer: Printer
     plan: Plan
     places: Mapping[Expr, tuple[str, int]]
+    printed: Mapping[str, str] = field(default_factory=dict)
 
     def row(self, stage: SineCosine) -> str:
         """Return where the angles of a stage stand."""
@@ -133,8 +134,8 @@ class Writer:
                 stages.append(self._angles(len(stages), group, angles, lambda step, _: step.name))
         return (*stages, ScalarStage(len(stages), tuple(pending)))
 
-    def scalar_calls(self, handed: str) -> tuple[ScalarStage, ...]:
-        """Return the stages of a scalar function that is cut into parts."""
+    def scalar_calls(self, handed: str, together: bool) -> tuple[ScalarStage, ...]:
+        """Return the stages of a scalar function that is cut into parts; angles are taken `together` or one by one."""
         name = identifier(self.routine.function.name)
         stages: list[ScalarStage] = []
         parts = 0
@@ -147,7 +148,10 @@ class Writer:
                     SINGLE.row.format(stage.row) if stage.row is not None else self._given(stage.angle)
                     for stage in group
                 ]
-                stages.append(self._angles(len(stages), group, angles, lambda _, row: SINGLE.row.format(row)))
+                if together:
+                    stages.append(self._angles(len(stages), group, angles, lambda _, row: SINGLE.row.format(row)))
+                else:
+                    stages.append(ScalarStage(len(stages), results=self._one_by_one(group, angles)))
         return tuple(stages)
 
     def _given(self, step: Step) -> str:
@@ -177,10 +181,21 @@ class Writer:
         padding = ["0"] * (-len(angles) % GROUP)
         return ScalarStage(number, angles=(*angles, *padding), results=tuple(results))
 
+    def _one_by_one(self, group: list[SineCosine], angles: list[str]) -> tuple[Line, ...]:
+        """Return what a stage of angles computes by the functions of the C library."""
+        return tuple(
+            Line(SINGLE.row.format(row), self.printer.spellings[step.node.op].pattern.format(angle))
+            for stage, angle in zip(group, angles, strict=True)
+            for step, row in (stage.sine, stage.cosine)
+            if step is not None
+        )
+
     def _define(self, step: Step) -> Line:
         """Return the line that gives a step its name."""
         if step.node.op is Op.SYMBOL:
             return Line(step.name, SINGLE.entry.format(*self.places[step.node]))
+        if step.name in self.printed:
+            return Line(step.name, self.printed[step.name])
         return Line(step.name, self.printer.definition(step.node, self.plan.names, self.program.constants))
 
     def entry(self, place: int) -> str:

@@ -1,6 +1,6 @@
 """The equations of motion in print: LaTeX, plain text, SymPy; per joint, per coefficient, grouped or as matrices.
 
-    k_z,ij q̈_j + k_C,i,jk q̇_j q̇_k + k_D,ij q̇_j² + k_G,i = drive + Q_i          sums over j, and over j < k
+    k_z,ij q̈_j + k_C,i,jk q̇_j q̇_k + k_D,ij q̇_j² + k_G,i + k_E,i = drive + Q_i      sums over j, and over j < k
 
 The coefficients carry their own sign (the textbook's (5.40) pulls the minus of k_C and k_D in front).
 """
@@ -13,17 +13,19 @@ from itertools import combinations
 from symdyn.algebra.form import MINUS_ONE, Form, Power, Symbol, form_of, product_of, split_sign, sum_of, terms_of
 from symdyn.dynamics.closed_form import ClosedForm, closed_form, coefficient_form, coefficient_names
 from symdyn.dynamics.coefficient_key import MOST_TERMS, Key, too_long
-from symdyn.dynamics.loads import generalized_forces
 from symdyn.emit.formula_text import shortened
 from symdyn.errors import EmitError
 from symdyn.graph import Graph
-from symdyn.scene import JOINTS, Scene, acceleration_name
+from symdyn.scene import JOINTS, Scene, acceleration_name, express
 
 GROUPS = ("equations", "coefficients", "textbook", "matrix")
 FORMATS = ("latex", "text", "sympy")
 ANGLES = ("long", "short")
 
-KINDS = ("k_z", "k_C", "k_D", "k_G")
+KINDS = ("k_z", "k_C", "k_D", "k_G", "k_E")
+
+ALONE = ("k_G", "k_E")
+"""Kinds that multiply no rate."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class Coefficient:
     """One coefficient.
 
     Attributes:
-        kind: "k_z", "k_C", "k_D" or "k_G".
+        kind: "k_z", "k_C", "k_D", "k_G" or "k_E".
         indices: from 1: (i, j), (i, j, k), (i, j) or (i,).
         form: its value.
         rate: what it multiplies: q̈_j, q̇_j q̇_k, q̇_j² or 1.
@@ -62,8 +64,9 @@ class Printable:
 
     Attributes:
         scene: the mechanism.
-        rows: for each joint its coefficients, those that vanish included: k_z, k_C, k_D, k_G.
+        rows: for each joint its coefficients, those that vanish included: k_z, k_C, k_D, k_G, k_E.
         right: for each joint the right-hand side, drive + Q.
+        motions: coordinates whose motion is prescribed, with their formulas in time.
         K, P: the energies.
         short: whether s12 stands for sin(q1 + q2).
     """
@@ -71,13 +74,14 @@ class Printable:
     scene: Scene
     rows: tuple[tuple[Coefficient, ...], ...]
     right: tuple[Form, ...]
+    motions: tuple[tuple[str, Form], ...]
     K: Form
     P: Form
     short: bool
 
     @property
     def coefficients(self) -> list[Coefficient]:
-        """All coefficients: k_z row by row, then k_C, k_D, k_G."""
+        """All coefficients: k_z row by row, then k_C, k_D, k_G, k_E."""
         return [c for kind in KINDS for row in self.rows for c in row if c.kind == kind]
 
     def left(self, joint: int) -> Form:
@@ -140,14 +144,19 @@ def printable(scene: Scene | ClosedForm, short: bool = False) -> Printable:
         return shortened(form, numbers, names) if short else form
 
     keys = coefficient_names(closed)
-    if (terms := sum(len(closed[key]) for key in keys)) > MOST_TERMS:
+    if (terms := sum(len(closed[key]) for key in keys if key[0] != "k_E")) > MOST_TERMS:
         one = "; symdyn.closed_form(scene).sympy('k_z', 0, 0) gives a single coefficient in Python"
         raise too_long(scene, f"its coefficients have {terms} terms", one)
     rates = _rates(closed)
     rows: list[list[Coefficient]] = [[] for _ in scene.velocities]
     for key in keys:
         rows[key[1]].append(_coefficient(key, write(key), rates[key[0]]))
-    return Printable(scene, tuple(map(tuple, rows)), _right_hand_sides(scene), write(("K",)), write(("P",)), short)
+    right = _right_hand_sides(closed)
+    if short:
+        right = tuple(shortened(form, numbers, names) for form in right)
+    graph = Graph()
+    motions = [(j.coordinate, form_of(express(j.motion, graph))) for j in scene.moving if j.motion is not None]
+    return Printable(scene, tuple(map(tuple, rows)), right, tuple(motions), write(("K",)), write(("P",)), short)
 
 
 Rates = list[tuple[tuple[int, ...], Form]]  # indices from 1 and what the coefficient multiplies
@@ -162,6 +171,7 @@ def _rates(closed: ClosedForm) -> dict[str, Rates]:
         "k_C": [((j + 1, k + 1), product_of((qd[j], qd[k]))) for j, k in combinations(n, 2)],
         "k_D": [((j + 1,), Power(qd[j], 2)) for j in n],
         "k_G": [((), product_of(()))],
+        "k_E": [((), product_of(()))],
     }
 
 
@@ -171,14 +181,11 @@ def _coefficient(key: Key, form: Form, rates: Rates) -> Coefficient:
     return Coefficient(kind, (i + 1, *indices), form, rate)
 
 
-def _right_hand_sides(scene: Scene) -> tuple[Form, ...]:
-    """Return drive + Q of every coordinate; Q holds declared forces and damping."""
-    graph = Graph()
-    for parameter in scene.parameters:
-        graph.symbol(parameter.name)  # born first, they stand in front of the velocities
-    drives = [[Symbol(drive)] if drive else [] for drive in scene.drives]
-    acting = generalized_forces(scene, graph)
-    return tuple(sum_of([*drive, form_of(force)]) for drive, force in zip(drives, acting, strict=True))
+def _right_hand_sides(closed: ClosedForm) -> tuple[Form, ...]:
+    """Return drive + Q of every coordinate; Q holds declared forces, damping, friction and loads."""
+    drives = [[Symbol(drive)] if drive else [] for drive in closed.scene.drives]
+    acting = closed.loads.acting(closed.compactor)
+    return tuple(sum_of([*drive, force]) for drive, force in zip(drives, acting, strict=True))
 
 
 def coriolis(page: Printable, joint: int) -> Form:
@@ -187,5 +194,5 @@ def coriolis(page: Printable, joint: int) -> Form:
 
 
 def gravity(page: Printable, joint: int) -> Form:
-    """Return k_G,i."""
-    return page.rows[joint][-1].form
+    """Return g_i = k_G,i + k_E,i of one joint."""
+    return sum_of(c.form for c in page.rows[joint] if c.kind in ALONE)

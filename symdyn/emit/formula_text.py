@@ -208,7 +208,7 @@ class Latex:
             return rf"\lvert {arguments} \rvert{exponent}"
         if isinstance(form.args[0], (Symbol, Pi)) and len(form.args) == 1:
             return f"{FUNCTIONS[form.op]}{exponent} {arguments}"
-        return f"{FUNCTIONS[form.op]}{exponent}({arguments})"
+        return f"{FUNCTIONS[form.op]}{exponent}{_brackets(arguments)}"
 
 
 def _brackets(text: str) -> str:
@@ -235,7 +235,9 @@ def shortened(form: Form, numbers: Mapping[str, int], taken: Container[str]) -> 
         return Product(tuple(shortened(factor, numbers, taken) for factor in form.factors))
     if isinstance(form, Power):
         return Power(shortened(form.base, numbers, taken), form.exponent)
-    if isinstance(form, Function) and form.op in (Op.SIN, Op.COS):
+    if isinstance(form, Function) and form.op not in (Op.SIN, Op.COS):
+        return Function(form.op, tuple(shortened(arg, numbers, taken) for arg in form.args))
+    if isinstance(form, Function):
         found = [numbers.get(term.name) if isinstance(term, Symbol) else None for term in terms_of(form.args[0])]
         if None not in found:
             separator = "_" if len(numbers) > 9 else ""

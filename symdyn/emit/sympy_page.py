@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from symdyn.algebra.form import Form, symbols_of
+from symdyn.algebra.form import Form, Symbol, symbols_of
 from symdyn.algebra.sympy_algebra import NAMES, form_to_sympy, sympy_text
-from symdyn.emit.equations import KINDS, Coefficient, Printable, coriolis, gravity
+from symdyn.emit.equations import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.text_page import coefficient_name
 from symdyn.scene import Scene, acceleration_name
 
@@ -58,7 +58,8 @@ def sympy_page(page: Printable, group: str) -> str:
     """Return the equations as Python that runs after `from sympy import *`."""
     lefts = [page.left(i) for i in range(len(page.rows))]
     rates = [c.rate for row in page.rows for c in row]
-    variables = _Variables(page.scene, (name for form in [*lefts, *rates, *page.right] for name in symbols_of(form)))
+    forms = [*lefts, *rates, *page.right, *(form for one in page.motions for form in (Symbol(one[0]), one[1]))]
+    variables = _Variables(page.scene, (name for form in forms for name in symbols_of(form)))
     lines = list(variables.declarations())
     if group == "matrix":
         lines += _matrix(page, variables)
@@ -72,6 +73,10 @@ def sympy_page(page: Printable, group: str) -> str:
         lines += _coefficients(page, variables, names)
         if group == "textbook":
             lines += _named(page, variables, names)
+    lines += [
+        f"{variables.fresh(f'motion_{name}')} = Eq({variables.symbols[name]}, {variables.show(form)})"
+        for name, form in page.motions
+    ]
     return "\n".join(lines)
 
 
@@ -101,7 +106,7 @@ def _named(page: Printable, variables: _Variables, names: Names) -> Iterator[str
 
     def term(c: Coefficient) -> str:
         name = names[c.kind, c.indices]
-        return name if c.kind == "k_G" else f"{name}*{variables.show(c.rate)}"
+        return name if c.kind in ALONE else f"{name}*{variables.show(c.rate)}"
 
     for i, (row, right) in enumerate(zip(page.rows, page.right, strict=True), 1):
         left = " + ".join(term(c) for c in row if not c.vanishes) or "0"

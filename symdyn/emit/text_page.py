@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from symdyn.algebra.form import Form
 from symdyn.emit.breaking import break_lines
-from symdyn.emit.equations import KINDS, Coefficient, Printable, coriolis, gravity
+from symdyn.emit.equations import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.formula_text import BREAK, broken_text, text_of
 
 WIDTH = 110
@@ -15,7 +15,8 @@ INDENT = "    "
 
 def text_page(page: Printable, group: str) -> str:
     """Return the equations in plain text; indices from 1."""
-    return "\n".join(_paragraphs(page, group))
+    motions = (_wrapped(name, broken_text(form)) for name, form in page.motions)
+    return "\n".join([*_paragraphs(page, group), *motions])
 
 
 def text_definitions(named: Iterable[tuple[str, Form]]) -> str:
@@ -24,7 +25,7 @@ def text_definitions(named: Iterable[tuple[str, Form]]) -> str:
 
 
 def coefficient_name(c: Coefficient) -> str:
-    """Return k_z12, k_C1_23, k_D12, k_G1; with more than nine joints k_z1_12."""
+    """Return k_z12, k_C1_23, k_D12, k_G1, k_E1; with more than nine joints k_z1_12."""
     first, *rest = [str(i) for i in c.indices]
     if any(i > 9 for i in c.indices):
         return f"{c.kind}{'_'.join([first, *rest])}"
@@ -98,4 +99,4 @@ def _named_terms(row: tuple[Coefficient, ...]) -> Iterator[str]:
     for k, c in enumerate(c for c in row if not c.vanishes):
         name = coefficient_name(c)
         rate = text_of(c.rate)
-        yield ("+ " if k else "") + (name if c.kind == "k_G" else f"{name}*{rate}")
+        yield ("+ " if k else "") + (name if c.kind in ALONE else f"{name}*{rate}")

@@ -21,6 +21,12 @@ from typing import Union
 from symdyn.graph.ops import FUNCTIONS, Op
 
 Scalar = Union["Expr", int, Fraction]
+Key = Union[Fraction, str, tuple["Expr", ...], tuple[int, int]]
+
+# Members are looked up in their class at every use; plain names make a node in half the time.
+CONSTANT, PI, SYMBOL, ADD, SUB, MUL, DIV, NEG = (
+    Op.CONSTANT, Op.PI, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG,
+)  # fmt: skip
 
 
 class Expr:
@@ -94,7 +100,7 @@ class Graph:
     def __init__(self) -> None:
         """Make a graph that holds only 0 and 1."""
         self.nodes: list[Expr] = []
-        self._table: dict[tuple[object, ...], Expr] = {}
+        self._tables: tuple[dict[Key, Expr], ...] = tuple({} for _ in Op)
         self.zero = self.constant(Fraction(0))
         self.one = self.constant(Fraction(1))
 
@@ -102,19 +108,17 @@ class Graph:
 
     def constant(self, value: Fraction | int) -> Expr:
         """Return the node of an exact constant."""
-        value = Fraction(value)
-        key = (Op.CONSTANT, value.numerator, value.denominator)
-        return self._table.get(key) or self._append(key, Op.CONSTANT, (), value)
+        key = (value.numerator, value.denominator)
+        return self._tables[CONSTANT].get(key) or self._append(key, CONSTANT, (), Fraction(value))
 
     def symbol(self, name: str) -> Expr:
         """Return the node of a named input."""
-        key = (Op.SYMBOL, name)
-        return self._table.get(key) or self._append(key, Op.SYMBOL, (), name)
+        return self._tables[SYMBOL].get(name) or self._append(name, SYMBOL, (), name)
 
     @property
     def pi(self) -> Expr:
         """The named constant π."""
-        return self._table.get((Op.PI,)) or self._append((Op.PI,), Op.PI, (), None)
+        return self.node(PI)
 
     def lift(self, value: Scalar) -> Expr:
         """Return `value` as a node of this graph; floats are refused, since their digits are not exact."""
@@ -133,23 +137,22 @@ class Graph:
             return b
         if b is self.zero:
             return a
-        if b.op is Op.NEG:
+        if b.op is NEG:
             return self.sub(a, b.args[0])
-        if a.op is Op.NEG:
+        if a.op is NEG:
             return self.sub(b, a.args[0])
         if a is b:
             return self.mul(self.constant(2), a)
-        if b.op is Op.CONSTANT:
-            if a.op is Op.CONSTANT:
+        if b.op is CONSTANT:
+            if a.op is CONSTANT:
                 return self.constant(_fraction(a) + _fraction(b))
-            if _fraction(b) < 0:
+            if _fraction(b).numerator < 0:
                 return self.sub(a, self.neg(b))
-        elif a.op is Op.CONSTANT and _fraction(a) < 0:
+        elif a.op is CONSTANT and _fraction(a).numerator < 0:
             return self.sub(b, self.neg(a))
         if a.index > b.index:
             a, b = b, a
-        key = (Op.ADD, a, b)
-        return self._table.get(key) or self._append(key, Op.ADD, (a, b), None)
+        return self.node(ADD, a, b)
 
     def sub(self, a: Expr, b: Expr) -> Expr:
         """Return a - b."""
@@ -159,24 +162,25 @@ class Graph:
             return self.neg(b)
         if a is b:
             return self.zero
-        if b.op is Op.NEG:
+        if b.op is NEG:
             return self.add(a, b.args[0])
-        if a.op is Op.NEG:
+        if a.op is NEG:
             return self.neg(self.add(a.args[0], b))
-        if b.op is Op.CONSTANT:
-            if a.op is Op.CONSTANT:
+        if b.op is CONSTANT:
+            if a.op is CONSTANT:
                 return self.constant(_fraction(a) - _fraction(b))
-            if _fraction(b) < 0:
+            if _fraction(b).numerator < 0:
                 return self.add(a, self.neg(b))
-        elif a.op is Op.CONSTANT and _fraction(a) < 0:
+        elif a.op is CONSTANT and _fraction(a).numerator < 0:
             return self.neg(self.add(self.neg(a), b))
-        found = self._table.get((Op.SUB, a, b))
+        args, table = (a, b), self._tables[SUB]
+        found = table.get(args)
         if found is not None:
             return found
-        reverse = self._table.get((Op.SUB, b, a))
+        reverse = table.get((b, a))
         if reverse is not None:
             return self.neg(reverse)
-        return self._append((Op.SUB, a, b), Op.SUB, (a, b), None)
+        return self._append(args, SUB, args, None)
 
     def mul(self, a: Expr, b: Expr) -> Expr:
         """Return a b."""
@@ -186,56 +190,52 @@ class Graph:
             return b
         if b is self.one:
             return a
-        if a.op is Op.NEG:
+        if a.op is NEG:
             return self.neg(self.mul(a.args[0], b))
-        if b.op is Op.NEG:
+        if b.op is NEG:
             return self.neg(self.mul(a, b.args[0]))
-        if b.op is Op.CONSTANT:
+        if b.op is CONSTANT:
             a, b = b, a
-        if a.op is Op.CONSTANT:
-            return self._scale(_fraction(a), b)
+        if a.op is CONSTANT:
+            return self._scale(a, b)
         if a is b and a.op is Op.SQRT:
             return a.args[0]
         if a.index > b.index:
             a, b = b, a
-        key = (Op.MUL, a, b)
-        return self._table.get(key) or self._append(key, Op.MUL, (a, b), None)
+        return self.node(MUL, a, b)
 
-    def _scale(self, factor: Fraction, x: Expr) -> Expr:
-        """Return factor x, the sign outside and one constant at most inside."""
-        if x.op is Op.CONSTANT:
+    def _scale(self, constant: Expr, x: Expr) -> Expr:
+        """Return constant x, the sign outside and one constant at most inside."""
+        factor = _fraction(constant)
+        if x.op is CONSTANT:
             return self.constant(factor * _fraction(x))
-        if x.op is Op.MUL and x.args[0].op is Op.CONSTANT:
+        if x.op is MUL and x.args[0].op is CONSTANT:
             return self.mul(self.constant(factor * _fraction(x.args[0])), x.args[1])
-        if factor < 0:
+        if factor.numerator < 0:
             return self.neg(self.mul(self.constant(-factor), x))
-        constant = self.constant(factor)
-        key = (Op.MUL, constant, x)
-        return self._table.get(key) or self._append(key, Op.MUL, (constant, x), None)
+        return self.node(MUL, constant, x)
 
     def div(self, a: Expr, b: Expr) -> Expr:
         """Return a / b; a constant zero below raises ZeroDivisionError."""
-        if b.op is Op.CONSTANT:
+        if b.op is CONSTANT:
             return self.mul(self.constant(1 / _fraction(b)), a)
         if a is self.zero:
             return a
         if a is b:
             return self.one
-        if a.op is Op.NEG:
+        if a.op is NEG:
             return self.neg(self.div(a.args[0], b))
-        if b.op is Op.NEG:
+        if b.op is NEG:
             return self.neg(self.div(a, b.args[0]))
-        key = (Op.DIV, a, b)
-        return self._table.get(key) or self._append(key, Op.DIV, (a, b), None)
+        return self.node(DIV, a, b)
 
     def neg(self, a: Expr) -> Expr:
         """Return -a."""
-        if a.op is Op.NEG:
+        if a.op is NEG:
             return a.args[0]
-        if a.op is Op.CONSTANT:
+        if a.op is CONSTANT:
             return self.constant(-_fraction(a))
-        key = (Op.NEG, a)
-        return self._table.get(key) or self._append(key, Op.NEG, (a,), None)
+        return self.node(NEG, a)
 
     def power(self, base: Expr, exponent: int) -> Expr:
         """Return base to an integer power, by squaring."""
@@ -261,8 +261,7 @@ class Graph:
         simpler = simplify_function(self, op, nodes)
         if simpler is not None:
             return simpler
-        key = (op, *nodes)
-        return self._table.get(key) or self._append(key, op, nodes, None)
+        return self.node(op, *nodes)
 
     def sin(self, x: Scalar) -> Expr:
         """Return sin x; x in rad."""
@@ -283,9 +282,13 @@ class Graph:
             result = self.add(result, term)
         return result
 
-    def _append(self, key: tuple[object, ...], op: Op, args: tuple[Expr, ...], value: Fraction | str | None) -> Expr:
+    def node(self, op: Op, *args: Expr) -> Expr:
+        """Return the node op(args) as it stands, without any identity applied."""
+        return self._tables[op].get(args) or self._append(args, op, args, None)
+
+    def _append(self, key: Key, op: Op, args: tuple[Expr, ...], value: Fraction | str | None) -> Expr:
         node = Expr(self, op, args, value)
-        self._table[key] = node
+        self._tables[op][key] = node
         return node
 
 

@@ -130,9 +130,7 @@ def _exact(graph: Graph, op: Op, turns: Fraction) -> Expr | None:
 def _constant_sine(graph: Graph, turns: Fraction) -> Expr:
     """Return the node of sin(turns·π) for 0 < turns < 1/2 without an exact form, as sine or cosine of under π/4."""
     op, reduced = (Op.SIN, turns) if turns < Fraction(1, 4) else (Op.COS, Fraction(1, 2) - turns)
-    angle = graph.mul(graph.constant(reduced), graph.pi)
-    key = (op, angle)
-    return graph._table.get(key) or graph._append(key, op, (angle,), None)
+    return graph.node(op, graph.mul(graph.constant(reduced), graph.pi))
 
 
 def _root(graph: Graph, x: Expr) -> Expr | None:

@@ -31,6 +31,8 @@ class Op(IntEnum):
     SIGN = 15
     ATAN2 = 16
 
+    __hash__ = int.__hash__  # an enumeration's own is a Python function, and tables are read at every node
+
 
 LEAVES = frozenset({Op.CONSTANT, Op.PI, Op.SYMBOL})
 

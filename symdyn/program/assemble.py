@@ -98,10 +98,10 @@ def _lines(function: Function, needed: list[Expr], known: Constants) -> list[Exp
         if node.op is Op.SYMBOL:
             width[node] = NAME
             continue
-        _shorten(node, width, named, known)
+        here = _shortened(node, width, named, known)
         if node.op in (Op.SIN, Op.COS) or (uses[node] > 1 and node.op is not Op.NEG):
             named.add(node)
-        width[node] = NAME if node in named else _width(node, width, known)
+        width[node] = NAME if node in named else here
     return [node for node in needed if node in named]
 
 
@@ -118,19 +118,20 @@ def _uses(function: Function, needed: list[Expr]) -> dict[Expr, int]:
     return uses
 
 
-def _shorten(node: Expr, width: dict[Expr, int], named: set[Expr], known: Constants) -> None:
-    """Name operands of `node`, the widest first, until it fits a line."""
-    while _width(node, width, known) > WIDEST:
+def _shortened(node: Expr, width: dict[Expr, int], named: set[Expr], known: Constants) -> int:
+    """Name operands of `node`, the widest first, until it fits a line; return how wide it is then."""
+    while (here := _width(node, width, known)) > WIDEST:
         widest = max((arg for arg in node.args if arg in width), key=lambda arg: width[arg])
         inner = widest.args[0] if widest.op is Op.NEG else widest
         named.add(inner)
         width[inner] = NAME
         width[widest] = NAME
+    return here
 
 
 def _width(node: Expr, width: Mapping[Expr, int], known: Constants) -> int:
     """Return about how many characters `node` takes when it is printed in full."""
-    parts = sum(_digits(known[arg]) if arg in known else width[arg] for arg in node.args)
+    parts = sum([_digits(known[arg]) if arg in known else width[arg] for arg in node.args])
     return parts + (OPERATOR if node.op in (Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG) else CALL)
 
 

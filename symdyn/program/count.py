@@ -73,7 +73,7 @@ def count_by_binding(function: Function) -> dict[str, Counts]:
         if node.op is Op.SYMBOL:
             times[node] = known.get(node.value, len(BINDING) - 1)
             continue
-        time = max((times[arg] for arg in node.args if arg in times), default=-1)
+        time = max([times.get(arg, -1) for arg in node.args], default=-1)
         if time < 0:
             continue
         times[node] = time

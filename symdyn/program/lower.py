@@ -15,7 +15,7 @@ from symdyn.program.assemble import assemble
 from symdyn.program.constants import constants, is_simple
 from symdyn.program.model import Program, check
 from symdyn.program.passes import DEFAULT, optimise
-from symdyn.scene import Scene, express
+from symdyn.scene import express
 
 Functions = tuple[Function, ...]
 
@@ -30,15 +30,10 @@ def lower(equations: Equations, passes: Sequence[str] = DEFAULT) -> Program:
     Raises:
         DerivationError: a constant is not a finite real number, such as 1/m with m = 0 bound, or an unknown pass.
     """
-    graph = Graph()
-    try:
-        functions = _rebuild(equations.functions, _bindings(equations.scene, equations.functions, graph), graph)
-    except ZeroDivisionError as fault:
-        message = f"{equations.scene.name}: with its parameters' values the equations divide by zero"
-        raise DerivationError(f"{message}; give another value, or none to keep the parameter free") from fault
-    graph, functions = _fold(graph, functions)
+    functions = _fold(_bind(equations))
     if passes:
-        graph, functions = _fold(*_gather(tuple(optimise(function, passes) for function in functions)))
+        functions = _fold(_gather(tuple(optimise(function, passes) for function in functions)))
+    graph, functions = _at_home(functions, equations.graph)
     return check(assemble(equations.scene, graph, functions))
 
 
@@ -47,34 +42,56 @@ def entries_of(functions: Functions) -> list[Expr]:
     return [entry for function in functions for entry in function.entries]
 
 
-def _bindings(scene: Scene, functions: Functions, graph: Graph) -> dict[Expr, Expr]:
-    """Return what stands for each parameter with a value, on the program's graph."""
+def _bind(equations: Equations) -> Functions:
+    """Return the functions with the values of parameters in their place; as they are if there are none."""
+    scene, functions, graph = equations.scene, equations.functions, Graph()
     values = {parameter.name: parameter.value for parameter in scene.parameters}
     bound: dict[Expr, Expr] = {}
     for node in reachable(entries_of(functions)):
         value = values.get(str(node.value)) if node.op is Op.SYMBOL else None
         if value is not None:
             bound[node] = express(value, graph)
-    return bound
+    if not bound:
+        return functions
+    try:
+        return _rebuild(functions, bound, graph)
+    except ZeroDivisionError as fault:
+        message = f"{scene.name}: with its parameters' values the equations divide by zero"
+        raise DerivationError(f"{message}; give another value, or none to keep the parameter free") from fault
 
 
-def _fold(graph: Graph, functions: Functions) -> tuple[Graph, Functions]:
+def _fold(functions: Functions) -> Functions:
     """Return the functions with hidden fractions, zeros above all, in the open, so that their products simplify."""
     known = constants(entries_of(functions))
     hidden = {node: value for node, value in known.items() if node.op is not Op.CONSTANT and is_simple(value)}
     if not hidden:
-        return graph, functions
+        return functions
     target = Graph()
     try:
-        return target, _rebuild(functions, {node: target.constant(value) for node, value in hidden.items()}, target)
+        return _rebuild(functions, {node: target.constant(value) for node, value in hidden.items()}, target)
     except ZeroDivisionError as fault:
         raise DerivationError("the equations divide by a constant that is zero") from fault
 
 
-def _gather(functions: Functions) -> tuple[Graph, Functions]:
-    """Return functions that live on graphs of their own on one new graph."""
+def _gather(functions: Functions) -> Functions:
+    """Return functions that live on graphs of their own on one new graph; a single one stays where it is."""
     graph = Graph()
-    return graph, tuple(one for function in functions for one in _rebuild((function,), {}, graph))
+    if len(functions) == 1:
+        return functions
+    return tuple(one for function in functions for one in _rebuild((function,), {}, graph))
+
+
+def _at_home(functions: Functions, theirs: Graph) -> tuple[Graph, Functions]:
+    """Return functions of one graph on a graph of the program, the symbols of their arguments as well."""
+    entries = entries_of(functions)
+    graph = entries[0].graph if entries else Graph()
+    if graph is theirs:
+        graph = Graph()
+        return graph, _rebuild(functions, {}, graph)
+    return graph, tuple(
+        replace(function, arguments=tuple(_rebuild_argument(argument, graph) for argument in function.arguments))
+        for function in functions
+    )
 
 
 def _rebuild(functions: Functions, values: Mapping[Expr, Expr], graph: Graph) -> Functions:

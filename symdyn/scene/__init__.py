@@ -1,7 +1,25 @@
 """Scenes: what a user declares, from TOML, Denavit-Hartenberg tables or Python."""
 
-from symdyn.scene.binding import bind, read_bindings
-from symdyn.scene.build import body, dh_table, fixed, joint, parameter, point, prismatic, revolute, scene
+from symdyn.scene.binding import bind, read_bindings, without_zeros
+from symdyn.scene.build import body, dh_table, parameter, point, scene
+from symdyn.scene.build_joints import (
+    custom,
+    cylindrical,
+    fixed,
+    free,
+    helical,
+    joint,
+    loop,
+    planar,
+    point_on_line,
+    point_on_plane,
+    prismatic,
+    revolute,
+    rod,
+    spherical,
+    universal,
+)
+from symdyn.scene.build_loads import damper, knife_edge, load, rolling, row, spring
 from symdyn.scene.door import read, read_noting, write_text
 from symdyn.scene.formula import FormulaError, parse
 from symdyn.scene.joints import JOINTS, JointKind, Motion, Move
@@ -25,6 +43,7 @@ from symdyn.scene.names import check_name
 from symdyn.scene.quantity import Quantity, express, number, symbol
 from symdyn.scene.reading import Reading, ReadOptions, Written
 from symdyn.scene.spelling import spell
+from symdyn.scene.start import starting_position, starting_velocity
 from symdyn.scene.symbolic import with_symbolic_inertia, with_symbols
 from symdyn.scene.toml import read_text
 
@@ -58,26 +77,46 @@ __all__ = [
     "bind",
     "body",
     "check_name",
+    "custom",
+    "cylindrical",
+    "damper",
     "dh_table",
     "express",
     "fixed",
+    "free",
+    "helical",
     "joint",
+    "knife_edge",
+    "load",
     "lock",
+    "loop",
     "number",
     "parameter",
     "parse",
+    "planar",
     "point",
+    "point_on_line",
+    "point_on_plane",
     "prismatic",
     "read",
     "read_bindings",
     "read_noting",
     "read_text",
     "revolute",
+    "rod",
+    "rolling",
+    "row",
     "scene",
     "spell",
+    "spherical",
+    "spring",
+    "starting_position",
+    "starting_velocity",
     "symbol",
+    "universal",
     "velocity_name",
     "with_symbolic_inertia",
     "with_symbols",
+    "without_zeros",
     "write_text",
 ]

@@ -10,23 +10,30 @@ from dataclasses import dataclass, replace
 
 from symdyn.scene import folding
 from symdyn.scene.folding import FormulaError
-from symdyn.scene.model import Coupling, Joint
+from symdyn.scene.model import Coupling, Joint, velocity_name
 from symdyn.scene.names import suggestion
 from symdyn.scene.quantity import ONE, ZERO, Quantity
 from symdyn.scene.table import Table
 
-MIMIC_KEYS = ("joint", "ratio", "offset")
+MIMIC_KEYS = ("joint", "coordinate", "ratio", "offset")
 
 ADVICE = 'write mimic = { joint = "leader", ratio = 1, offset = 0 }'
 
 
 @dataclass(frozen=True)
 class Mimic:
-    """What a joint declares to follow; the leader may itself follow another joint."""
+    """What a joint declares to follow; the leader may itself follow another joint.
+
+    Attributes:
+        leader: name of a joint with one coordinate or none of its own; "" where `coordinate` names what it follows.
+        ratio, offset: position = ratio · (that of the leader) + offset.
+        coordinate: name of a coordinate of a joint that has several.
+    """
 
     leader: str
     ratio: Quantity = ONE
     offset: Quantity = ZERO
+    coordinate: str = ""
 
 
 def read_mimic(table: Table) -> Mimic | None:
@@ -34,7 +41,11 @@ def read_mimic(table: Table) -> Mimic | None:
     if "mimic" not in table:
         return None
     inner = table.inner("mimic", MIMIC_KEYS, ADVICE)
-    return Mimic(inner.required("joint", ADVICE), inner.quantity("ratio", ONE), inner.quantity("offset"))
+    if "coordinate" in inner and "joint" in inner:
+        inner.fault("joint and coordinate say the same thing twice; give one of them")
+    coordinate = inner.text("coordinate") if "coordinate" in inner else ""
+    leader = "" if "coordinate" in inner else inner.required("joint", ADVICE)
+    return Mimic(leader, inner.quantity("ratio", ONE), inner.quantity("offset"), coordinate)
 
 
 def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequence[Table]) -> tuple[Joint, ...]:
@@ -63,7 +74,7 @@ def couple(joints: Sequence[Joint], mimics: Sequence[Mimic | None], tables: Sequ
         for k in reversed(path):
             leader = leaders[k]
             behind = None if leader is None else settled.get(leader)
-            settled[k] = _chain(path[k], behind or Coupling(""), tables[k])
+            settled[k] = _chain(path[k], behind or Coupling(_followed(path[k], joints, tables[k])), tables[k])
     return tuple(
         joint if mimic is None else replace(joint, coupling=settled[i])
         for i, (joint, mimic) in enumerate(zip(joints, mimics, strict=True))
@@ -77,10 +88,28 @@ def _leader(mimic: Mimic, joints: Sequence[Joint], index: Mapping[str, int], tab
         if name:
             table.fault(f'mimic.joint = "{name}" is not a joint; {suggestion(name, index)}')
         return None
-    if joints[index[name]].type == "fixed":
+    leader = joints[index[name]]
+    if leader.type == "fixed":
         table.fault(f'mimic.joint = "{name}" is a fixed joint; follow one that moves')
         return None
+    if len(leader.coordinates) > 1:
+        table.fault(f'mimic.joint = "{name}" has several coordinates; write coordinate = "{leader.coordinates[0]}"')
+        return None
     return index[name]
+
+
+def _followed(mimic: Mimic, joints: Sequence[Joint], table: Table) -> str:
+    """Return the coordinate that a mimic names, "" and a fault if it cannot be followed."""
+    name = mimic.coordinate
+    if not name:
+        return ""
+    leader = next((joint for joint in joints if name in joint.coordinates), None)
+    if leader is None:
+        known = [q for joint in joints for q in joint.coordinates]
+        table.fault(f'mimic.coordinate = "{name}" is not a coordinate; {suggestion(name, known)}')
+    elif leader.velocities and velocity_name(name) not in leader.velocities:
+        table.fault(f'mimic.coordinate = "{name}" has a rate that is no velocity; follow an angle or a way')
+    return name
 
 
 def _chain(mimic: Mimic, behind: Coupling, table: Table) -> Coupling:

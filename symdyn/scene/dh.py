@@ -22,8 +22,8 @@ TABLE_KEYS = ("convention", "parent", "links")
 BODY_KEYS = ("mass", "com", "first_moment", "inertia", "inertia_about", "particles", "allow_invalid_inertia")
 
 JOINT_KEYS = (
-    *("type", "coordinate", "drive", "force", "mimic", "armature", "damping", "friction", "limits"),
-    *("locked", "position"),
+    *("type", "pitch", "coordinate", "coordinates", "drive", "drives", "force", "forces", "mimic", "armature", "rotor"),
+    *("damping", "friction", "limits", "start", "start_rates", "motion", "locked", "position"),
 )
 
 LINK_KEYS = ("name", "theta", "d", "a", "alpha", *JOINT_KEYS, *BODY_KEYS)

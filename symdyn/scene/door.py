@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
@@ -44,18 +44,26 @@ LONGEST_GAP = 10_000
 _PROLOG = ((b"<!--", b"-->"), (b"<?", b"?>"), (b"<!", b">"))  # what may stand in front of the root element
 
 
-def read(path: str | PathLike[str], *, snap: bool = True, allow_invalid_inertia: bool = False) -> Scene:
+def read(
+    path: str | PathLike[str],
+    *,
+    snap: bool = True,
+    allow_invalid_inertia: bool = False,
+    spanning_tree: Sequence[str] | None = None,
+) -> Scene:
     """Return the scene in a file: TOML, URDF, MJCF or Khalil's .par.
 
     Args:
         path: the extension says the format; for .xml the root element does.
         snap: read decimals that are a small rational multiple of π at their own digits as that multiple.
         allow_invalid_inertia: accept inertias that no real body has, of every body.
+        spanning_tree: names of the joints to cut where joints close loops; chosen when left out.
 
     Raises:
         SceneError: with every fault of the file, one line each.
     """
-    return read_noting(path, ReadOptions(snap, allow_invalid_inertia)).scene
+    cuts = None if spanning_tree is None else tuple(spanning_tree)
+    return read_noting(path, ReadOptions(snap, allow_invalid_inertia, cuts)).scene
 
 
 def read_noting(path: str | PathLike[str], options: ReadOptions | None = None) -> Reading:

@@ -1,9 +1,11 @@
 """Locked joints: declared to move, told to stand still. What comes out is a scene in which they are fixed.
 
-    origin · motion(axis, position) · tip  =  (origin · step) · tip        step along or about a coordinate axis
+    origin · motion(axis, position) · tip  =  (origin · step) · tip        step along or about a coordinate axis,
+                                                                           between two turns if the axis is oblique
 
-A joint that follows a locked one is locked at ratio · position + offset. In the formulas of other joints the
-coordinate has its position and the velocity is zero. The other coordinates keep their names.
+A joint that follows a locked one is locked at ratio · position + offset, one with several coordinates at zero. Springs
+and dampers at a locked joint go. In formulas the coordinate has its position and the velocity is zero. The other
+coordinates keep their names.
 """
 
 from __future__ import annotations
@@ -13,14 +15,18 @@ from dataclasses import replace
 
 from symdyn.scene import folding
 from symdyn.scene.folding import FormulaError
+from symdyn.scene.formats.turns import inverse, towards
 from symdyn.scene.formula import quantity
 from symdyn.scene.mapping import map_quantities, substituted
-from symdyn.scene.model import Joint, Pose, Scene, velocity_name
-from symdyn.scene.quantity import ZERO, Quantity
+from symdyn.scene.model import Joint, Pose, Scene
+from symdyn.scene.quantity import PI, ZERO, Quantity, number
+from symdyn.scene.start import resting
 from symdyn.scene.table import Entry, Faults, show
 from symdyn.scene.value import value_of
 
 DECLARED = ("locked", "position")
+
+Steps = tuple[tuple[str, Quantity], ...]
 
 STEPS = {"revolute": ("Rx", "Ry", "Rz"), "prismatic": ("Tx", "Ty", "Tz")}
 
@@ -51,38 +57,50 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
         faults: takes what is wrong and what was already found; a new list if None.
 
     Raises:
-        SceneError: a position that is no constant, an oblique axis away from zero, or nothing left that moves.
+        SceneError: a position that is no constant, or nothing left that moves.
     """
     faults = faults or Faults(scene.source or scene.name)
     parameters = {parameter.name for parameter in scene.parameters}
     known: dict[str, Quantity] = {}
-    for joint in scene.joints:
-        if joint.name in positions and joint.coordinate:
-            strangers = [name for name in positions[joint.name].symbols if name not in parameters]
-            if strangers:
-                faults.add(f"joints.{joint.name}", f"position uses {strangers[0]}, which is no parameter")
-            known[joint.coordinate] = positions[joint.name]
-            known[velocity_name(joint.coordinate)] = ZERO
+    for joint in scene.moving:
+        if joint.name not in positions:
+            continue
+        where, position = f"joints.{joint.name}", positions[joint.name]
+        strangers = [name for name in position.symbols if name not in parameters]
+        if strangers:
+            faults.add(where, f"position uses {strangers[0]}, which is no parameter")
+        if len(joint.coordinates) > 1 and position != ZERO:
+            faults.add(
+                where, f"has {len(joint.coordinates)} coordinates and is locked at zero only; place it by origin"
+            )
+        at = (position,) if joint.coordinate else resting(joint)
+        known |= dict(zip(joint.coordinates, at, strict=True)) | dict.fromkeys(joint.rates, ZERO)
     unknown = [name for name in positions if name not in {joint.name for joint in scene.moving}]
     for name in unknown:
         faults.add(f"joints.{name}", "only a joint with a coordinate of its own can be locked")
     try:
-        joints = tuple(_settled(joint, known, faults) for joint in scene.joints)
-        joints = map_quantities(joints, lambda one: substituted(one, known))
+        joints = tuple(_settled(joint, known) for joint in scene.joints)
+        still = {joint.name for joint in joints if joint.locked}
+        locked = replace(
+            scene,
+            joints=joints,
+            springs=tuple(spring for spring in scene.springs if spring.joint not in still),
+            dampers=tuple(damper for damper in scene.dampers if damper.joint not in still),
+        )
+        locked = map_quantities(locked, lambda one: substituted(one, known))
     except FormulaError as error:
         faults.add("", f"with locked joints a formula has no value: {error}")
     faults.close()
-    locked = replace(scene, joints=joints)
     if not locked.coordinates:
         faults.add("", "nothing moves: every joint is locked; leave one free")
     faults.close()
     return locked
 
 
-def _settled(joint: Joint, known: Mapping[str, Quantity], faults: Faults) -> Joint:
+def _settled(joint: Joint, known: Mapping[str, Quantity]) -> Joint:
     """Return the joint, fixed at its place if what moves it is known."""
     follows = joint.coupling
-    leader = follows.coordinate if follows else joint.coordinate
+    leader = follows.coordinate if follows else next(iter(joint.coordinates), "")
     if leader not in known:
         return joint
     position = known[leader]
@@ -93,20 +111,29 @@ def _settled(joint: Joint, known: Mapping[str, Quantity], faults: Faults) -> Joi
         type="fixed",
         parent=joint.parent,
         child=joint.child,
-        origin=Pose((*joint.origin.steps, *_step(joint, position, faults))),
+        origin=Pose((*joint.origin.steps, *_steps(joint, position, known))),
         tip=joint.tip,
         locked=True,
     )
 
 
-def _step(joint: Joint, position: Quantity, faults: Faults) -> tuple[tuple[str, Quantity], ...]:
-    """Return the motion of a joint at a position as an elementary step; () where it stands at zero."""
-    if position == ZERO:
+def _steps(joint: Joint, position: Quantity, known: Mapping[str, Quantity]) -> Steps:
+    """Return the motion of a joint at a position as elementary steps; () where it stands at zero."""
+    if joint.type == "custom":
+        return tuple((kind, substituted(amount, known)) for kind, amount in joint.steps.steps)
+    if joint.type == "rod":
+        return (("Tz", joint.length),)
+    if position == ZERO or len(joint.coordinates) > 1:
         return ()
     along = [(k, value) for k, x in enumerate(joint.axis) if (value := value_of(x, {})) != 0]
-    if len(along) != 1:
-        advice = "turn the joint frame by origin.rpy so that the axis is x, y or z"
-        faults.add(f"joints.{joint.name}", f"a joint locked away from zero needs an axis along x, y or z; {advice}")
-        return ()
-    k, value = along[0]
-    return ((STEPS[joint.type][k], position if value is not None and value > 0 else folding.neg(position)),)
+    there: Steps = ()
+    if len(along) == 1:
+        ((k, value),) = along
+        position = position if value is not None and value > 0 else folding.neg(position)
+    else:
+        k, there = 2, towards(joint.axis)
+    motion: Steps = ((STEPS["revolute" if joint.type == "helical" else joint.type][k], position),)
+    if joint.type == "helical":
+        turns = folding.div(position, folding.mul(number(2), PI))
+        motion += ((STEPS["prismatic"][k], folding.mul(joint.pitch, turns)),)
+    return (*there, *motion, *inverse(there))

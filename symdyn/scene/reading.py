@@ -15,10 +15,12 @@ class ReadOptions:
         snap: whether a decimal that is a small rational multiple of π, correctly rounded at its own digits, is read as
             that multiple.
         allow_invalid_inertia: whether inertias that no body has are notes instead of faults.
+        spanning_tree: names of the joints to cut where joints close loops; None chooses them, with a note for each.
     """
 
     snap: bool = True
     allow_invalid_inertia: bool = False
+    spanning_tree: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ from symdyn.scene.model import Joint, Scene
 from symdyn.scene.quantity import ONE, ZERO, Quantity
 
 
-def start(scene: Scene) -> tuple[Quantity, ...]:
+def starting_position(scene: Scene) -> tuple[Quantity, ...]:
     """Return the position at the start, shape (nq,); a guess of it where loops close; rad, m or 1."""
     return tuple(x for joint in scene.joints for x in joint.start or resting(joint))
 
 
-def start_rates(scene: Scene) -> tuple[Quantity, ...]:
+def starting_velocity(scene: Scene) -> tuple[Quantity, ...]:
     """Return the velocities at the start, shape (nv,); rad/s or m/s."""
     return tuple(x for joint in scene.joints for x in joint.start_rates or (ZERO,) * len(joint.rates))
 

@@ -6,21 +6,28 @@
     Ia<k>                                       armature of its joint
     a<k> b<k> d<k>                              shifts along x, y, z in the placement of its joint
     alpha<k> beta<k> gamma<k>                   turns about x, y, z there, but for right angles
-    fv<k>, g                                    damping of its joint; gravity
+    h<k> l<k>                                   pitch of a screw, length of a rod
+    fv<k>, fc<k> fs<k> vs<k> ve<k>, g           damping of its joint, its dry friction; gravity
+    k<k> s<k> p<k>, c<k>                        the k-th spring: stiffness, free position, preload; the k-th damper
+    Fx<k> ... Cz<k>, r<k>                       force and couple of the k-th load; radius of the wheel of the k-th row
 
-The second shift along x in one placement is a<k>_2, the shifts of the k-th point are a_p<k> and so on. All names take a
-suffix "_b" (twice if need be) when one of them is in use.
+The second shift along x in one placement is a<k>_2, those of the k-th point are a_p<k> and so on: _o of loops, _s<k>f
+and _s<k>t of the ends of springs, _v of dampers, _w of loads, _r of rows. All names take a suffix "_b" (twice if need
+be) when one of them is in use.
 """
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.scene.folding import add, mul, neg
-from symdyn.scene.model import Body, Joint, Limits, Parameter, Particle, Pose, Scene
+from symdyn.scene.loads import Damper, Friction, Place, Spring
+from symdyn.scene.mapping import quantities_in
+from symdyn.scene.model import Body, Joint, Parameter, Particle, Pose, Scene
 from symdyn.scene.names import suggestion
 from symdyn.scene.quantity import NULL, PI, ZERO, Quantity, Vector, express, number, symbol
 from symdyn.scene.table import compose
@@ -55,7 +62,8 @@ def with_symbols(scene: Scene, what: str) -> Scene:
 
     Args:
         scene: any scene.
-        what: "inertia" (of bodies and rotors), "geometry" (of placements), or "all" (and damping and gravity).
+        what: "inertia" (of bodies and rotors), "geometry" (of placements), or "all" (and what acts: damping, springs,
+            loads, gravity).
 
     Raises:
         SceneError: `what` is none of these.
@@ -106,15 +114,8 @@ def _moving_names(scene: Scene) -> set[str]:
 
 def _used(scene: Scene) -> set[str]:
     """Return the symbols of everything but the bodies."""
-    quantities = list(scene.gravity)
-    for joint in scene.joints:
-        quantities += [*joint.forces, *(amount for pose in (joint.origin, joint.tip) for _, amount in pose.steps)]
-        quantities += [joint.armature, joint.damping, joint.friction]
-        quantities += [joint.coupling.ratio, joint.coupling.offset] if joint.coupling else []
-        limits = [getattr(joint.limits, field.name) for field in fields(Limits)]
-        quantities += [limit for limit in limits if limit is not None]
-    quantities += [amount for point in scene.points for _, amount in point.at.steps]
-    return {name for quantity in quantities for name in quantity.symbols}
+    rest = replace(scene, bodies=(), parameters=())
+    return {name for quantity in quantities_in(rest) for name in quantity.symbols}
 
 
 class _Names:
@@ -151,23 +152,90 @@ class _Names:
 
 
 def _named(scene: Scene, what: str, names: _Names) -> Scene:
-    bodies, joints, points = scene.bodies, scene.joints, scene.points
     if what != "geometry":
-        bodies = tuple(_body(body, k, names) for k, body in enumerate(bodies, start=1))
-        joints = tuple(_rotor(joint, k, names) for k, joint in enumerate(joints, start=1))
+        bodies = tuple(_body(body, k, names) for k, body in enumerate(scene.bodies, start=1))
+        joints = tuple(_rotor(joint, k, names) for k, joint in enumerate(scene.joints, start=1))
+        scene = replace(scene, bodies=bodies, joints=joints)
     if what != "inertia":
-        placed = []
-        for k, joint in enumerate(joints, start=1):
-            origin, tip = (_pose(pose, str(k), joint.name, names) for pose in (joint.origin, joint.tip))
-            placed.append(replace(joint, origin=origin, tip=tip))
-        joints = tuple(placed)
-        points = tuple(
-            replace(point, at=_pose(point.at, f"_p{k}", point.name, names)) for k, point in enumerate(points, start=1)
-        )
+        scene = _placed(scene, names)
     if what == "all":
-        joints = tuple(_damper(joint, k, names) for k, joint in enumerate(joints, start=1))
-        scene = replace(scene, gravity=_gravity(scene.gravity, names))
-    return replace(scene, bodies=bodies, joints=joints, points=points)
+        scene = replace(_acted_on(scene, names), gravity=_gravity(scene.gravity, names))
+    return scene
+
+
+def _placed(scene: Scene, names: _Names) -> Scene:
+    """Return the scene with its lengths and angles named."""
+
+    def joint(one: Joint, place: str) -> Joint:
+        origin, tip = (_pose(pose, place, one.name, names) for pose in (one.origin, one.tip))
+        pitch = names.of(one.pitch, f"h{place}", "m", f"advance a turn of {one.name}", True)
+        length = names.of(one.length, f"l{place}", "m", f"length of {one.name}", True)
+        return replace(one, origin=origin, tip=tip, pitch=pitch, length=length)
+
+    def at(place: Place, of: str, where: str) -> Place:
+        return replace(place, at=_three(place.at, "abd", where, "m", f"place of {of}", names))
+
+    def ends(one: Spring | Damper, where: str) -> tuple[Place, ...]:
+        return tuple(at(end, one.name, f"{where}{letter}") for letter, end in zip("ft", one.ends, strict=False))
+
+    return replace(
+        scene,
+        joints=tuple(joint(one, str(k)) for k, one in enumerate(scene.joints, start=1)),
+        points=tuple(
+            replace(one, at=_pose(one.at, f"_p{k}", one.name, names)) for k, one in enumerate(scene.points, start=1)
+        ),
+        loops=tuple(joint(one, f"_o{k}") for k, one in enumerate(scene.loops, start=1)),
+        springs=tuple(replace(one, ends=ends(one, f"_s{k}")) for k, one in enumerate(scene.springs, start=1)),
+        dampers=tuple(replace(one, ends=ends(one, f"_v{k}")) for k, one in enumerate(scene.dampers, start=1)),
+        loads=tuple(
+            replace(one, place=at(one.place, one.name, f"_w{k}")) for k, one in enumerate(scene.loads, start=1)
+        ),
+        rows=tuple(
+            replace(
+                one,
+                place=at(one.place, one.name, f"_r{k}") if one.place else None,
+                radius=names.of(one.radius, f"r{k}", "m", f"radius of {one.name}", True),
+            )
+            for k, one in enumerate(scene.rows, start=1)
+        ),
+    )
+
+
+def _acted_on(scene: Scene, names: _Names) -> Scene:
+    """Return the scene with the numbers of its loads named."""
+    return replace(
+        scene,
+        joints=tuple(_damper(joint, k, names) for k, joint in enumerate(scene.joints, start=1)),
+        springs=tuple(
+            replace(
+                one,
+                stiffness=tuple(names.of(x, f"k{k}", "", f"stiffness of {one.name}", True) for x in one.stiffness),
+                free=names.of(one.free, f"s{k}", "", f"free position of {one.name}"),
+                preload=names.of(one.preload, f"p{k}", "", f"preload of {one.name}"),
+            )
+            for k, one in enumerate(scene.springs, start=1)
+        ),
+        dampers=tuple(
+            replace(one, damping=tuple(names.of(x, f"c{k}", "", f"damping of {one.name}", True) for x in one.damping))
+            for k, one in enumerate(scene.dampers, start=1)
+        ),
+        loads=tuple(
+            replace(
+                one,
+                force=_three(one.force, ("Fx", "Fy", "Fz"), str(k), "N", f"force of {one.name}", names),
+                couple=_three(one.couple, ("Cx", "Cy", "Cz"), str(k), "N m", f"couple of {one.name}", names),
+            )
+            for k, one in enumerate(scene.loads, start=1)
+        ),
+    )
+
+
+def _three(vector: Vector, letters: Sequence[str], place: str, unit: str, text: str, names: _Names) -> Vector:
+    x, y, z = (
+        names.of(entry, f"{letter}{place}", unit, f"{text}, along {axis}")
+        for letter, axis, entry in zip(letters, "xyz", vector, strict=True)
+    )
+    return (x, y, z)
 
 
 def _rotor(joint: Joint, k: int, names: _Names) -> Joint:
@@ -176,8 +244,19 @@ def _rotor(joint: Joint, k: int, names: _Names) -> Joint:
 
 
 def _damper(joint: Joint, k: int, names: _Names) -> Joint:
+    force, rate = ("N", "m/s") if joint.type == "prismatic" else ("N m", "rad/s")
     unit = "N s/m" if joint.type == "prismatic" else "N m s/rad"
-    return replace(joint, damping=names.of(joint.damping, f"fv{k}", unit, f"damping of {joint.name}", True))
+    damping = names.of(joint.damping, f"fv{k}", unit, f"damping of {joint.name}", True)
+    if joint.dry is None:
+        return replace(joint, damping=damping)
+    static = joint.dry.static
+    dry = Friction(
+        coulomb=names.of(joint.dry.coulomb, f"fc{k}", force, f"sliding friction of {joint.name}", True),
+        static=static and names.of(static, f"fs{k}", force, f"friction of {joint.name} at rest", True),
+        stribeck=names.of(joint.dry.stribeck, f"vs{k}", rate, f"Stribeck rate of {joint.name}", True),
+        smoothing=names.of(joint.dry.smoothing, f"ve{k}", rate, f"smoothing of the friction of {joint.name}", True),
+    )
+    return replace(joint, damping=damping, dry=dry)
 
 
 def _pose(pose: Pose, place: str, of: str, names: _Names) -> Pose:

@@ -15,7 +15,9 @@ from symdyn.scene.names import check_name, suggestion
 from symdyn.scene.reading import Reading, ReadOptions
 from symdyn.scene.table import Entry, Faults, show
 
-ROOT_KEYS = ("name", "gravity", "parameters", "bodies", "joints", "points", "dh")
+TABLES = ("parameters", "bodies", "joints", "points", "springs", "dampers", "loads", "rows")
+
+ROOT_KEYS = ("name", "gravity", *TABLES, "loop", "dh")
 
 
 def read(path: Path, options: ReadOptions) -> Reading:
@@ -30,7 +32,7 @@ def read(path: Path, options: ReadOptions) -> Reading:
     except UnicodeDecodeError as error:
         raise SceneError(f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8 text") from None
     faults = Faults(str(path))
-    scene = _scene(text, faults, options.allow_invalid_inertia)
+    scene = _scene(text, faults, options)
     return Reading(scene, tuple(faults.notes))
 
 
@@ -60,12 +62,12 @@ def read_text(text: str, source: str = "scene.toml") -> Scene:
     Raises:
         SceneError: with every fault of the text, one line each.
     """
-    return _scene(text, Faults(source), allow_invalid_inertia=False)
+    return _scene(text, Faults(source), ReadOptions())
 
 
-def _scene(text: str, faults: Faults, allow_invalid_inertia: bool) -> Scene:
+def _scene(text: str, faults: Faults, options: ReadOptions) -> Scene:
     declaration = _declaration(_parse(text, faults.source), faults.source, faults)
-    return assemble(declaration, faults.source, faults, allow_invalid_inertia)
+    return assemble(declaration, faults.source, faults, options.allow_invalid_inertia, options.spanning_tree)
 
 
 def _parse(text: str, source: str) -> dict[str, object]:
@@ -113,10 +115,8 @@ def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Dec
     return Declaration(
         name=name,
         gravity=root.get("gravity"),
-        parameters=_entries(root, "parameters", faults),
-        bodies=_entries(root, "bodies", faults),
-        joints=_entries(root, "joints", faults),
-        points=_entries(root, "points", faults),
+        **{kind: _entries(root, kind, faults) for kind in TABLES},
+        loops=_loops(root, faults),
         dh=None if dh is None else Entry("dh", dh, "dh"),
     )
 
@@ -135,6 +135,23 @@ def _entries(root: Mapping[str, object], kind: str, faults: Faults) -> tuple[Ent
             entries.append(Entry(name, {"value": table}, where))
         else:
             faults.add(where, f"is {show(table)}, not a table; write [{where}] and its keys below")
+    return tuple(entries)
+
+
+def _loops(root: Mapping[str, object], faults: Faults) -> tuple[Entry, ...]:
+    """Return the tables [[loop]], by default called loop1, loop2, ..."""
+    rows = root.get("loop", [])
+    if not isinstance(rows, list) or not all(isinstance(row, Mapping) for row in rows):
+        faults.add("loop", f"is {show(rows)}, not a list of tables; write one [[loop]] and its keys below for each")
+        return ()
+    entries = []
+    for k, row in enumerate(rows, start=1):
+        name = row.get("name", f"loop{k}")
+        if not isinstance(name, str):
+            faults.add("loop", f'name = {show(name)} is not text; write one such as name = "loop{k}"')
+            name = f"loop{k}"
+        table = {key: value for key, value in row.items() if key != "name"}
+        entries.append(Entry(name, table, f"loop.{name}"))
     return tuple(entries)
 
 

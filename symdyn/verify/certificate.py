@@ -18,11 +18,13 @@ from symdyn.dynamics import (
     Function,
     Workspace,
     available,
+    derive,
     derive_one,
+    is_closed,
     roads,
 )
 from symdyn.emit import emit
-from symdyn.errors import BuildError, MissingCompiler
+from symdyn.errors import BuildError, DerivationError, MissingCompiler
 from symdyn.graph import Expr, reachable, substitute
 from symdyn.program import Program, choose, lower
 from symdyn.program import prepare as prepare_program
@@ -118,7 +120,7 @@ def certify(
     claims = on_unit_sphere(scene, [claim for claim in claims if claim.left])  # k_C of one coordinate has no entries
     fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
     progress("building")
-    modules, refused = _modules(code, real, notes)
+    modules, refused = modules_of(code, real, notes)
     if is_prepared(code):
         modules = {name: _Composed(module) for name, module in modules.items()}
     findings += _positive_definite(program, modules, seed, notes)
@@ -129,11 +131,16 @@ def certify(
 
 
 def everything(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
-    """Return all outputs worth certifying, the kinematics of the last body included, and why others are left out."""
+    """Return all outputs worth certifying, also kinematics of the last body and reactions, and why others are not."""
     outputs, left_out = available(scene)
     last = scene.bodies[-1]
     extra = [f"{name}:{last.name}" for name in KINEMATICS]
     extra += [f"com_acceleration:{last.name}"] if last.com is not None and not last.particles else []
+    try:
+        derive(scene, ("reactions",))
+        extra.append("reactions")
+    except DerivationError as fault:
+        left_out.append(str(fault))
     return outputs + tuple(extra), left_out
 
 
@@ -184,8 +191,8 @@ class _Composed:
         return lambda *operands: call(*operands[:-1], self._module.prepare(operands[-1]))
 
 
-def _modules(program: Program, real: str, notes: list[str]) -> tuple[dict[str, Any], str]:
-    """Return the built modules, and the compiler's words if there is one and it refused."""
+def modules_of(program: Program, real: str, notes: list[str]) -> tuple[dict[str, Any], str]:
+    """Return the built modules by name, and the compiler's words if there is one and it refused; notes say the rest."""
     modules = {"numpy": run_python(emit(program, "numpy", real))}
     try:
         modules["c"] = build(emit(program, "c", real))
@@ -226,6 +233,12 @@ def _positive_definite(program: Program, modules: dict[str, Any], seed: int, not
     with np.errstate(all="ignore"):
         matrices = [modules["numpy"].mass_matrix(*state) for state in states]
     real = [M for M in matrices if np.isfinite(M).all()][:STATES]  # a formula may be real for some parameters only
-    where = next((k for k, M in enumerate(real) if np.linalg.eigvalsh(M).min() <= 0), -1)
+    where = next((k for k, M in enumerate(real) if not _is_definite(M, is_closed(program.scene))), -1)
     verdict = UNDEFINED if not real else NUMERICAL if where < 0 else DIFFERENT
     return [Finding("mass matrix: positive definite", verdict, len(real), 0, 0.0, where)]
+
+
+def _is_definite(M: np.ndarray[Any, Any], closed: bool) -> bool:
+    """Whether M is positive definite; only not negative for a spanning tree, which may end in a massless coupler."""
+    values = np.linalg.eigvalsh(M)
+    return bool(values.min() >= -1e-12 * values.max() if closed else values.min() > 0)

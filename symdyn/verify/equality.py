@@ -92,8 +92,8 @@ def prove(
     wanted = needs([node for claim in exact for node in (*claim.left, *claim.right)])
     fields = Fields(seed, tuple(draw_prime(seed + k, wanted) for k in range(primes)), points)
     findings = []
-    for claim, radicands in zip(claims, rooted, strict=True):
-        roots = None if radicands is None else _independent(radicands, fields, wanted)
+    for claim, sides in zip(claims, rooted, strict=True):
+        roots = None if sides is None else _independent(sides, fields, wanted)
         flags = None if roots is None else _agreement(claim, fields, wanted, roots)
         limit = None
         if roots is not None and flags is not None and all(flags):

@@ -7,16 +7,21 @@ C q̇ = c
 τ = k_z q̈ + k_C q̇q̇ + k_D q̇² + k_G + k_E - Q      the textbook's sum, with this product's signs
 q̇·(τ + Q) = d/dt (K + P)            power in is the rate of energy
 FD(q, q̇, ID(q, q̇, q̈)) = q̈          forward dynamics inverts inverse dynamics, prescribed motions in q̈
+S·R = τ + Q                          along its joint's freedom a reaction is the drive and the joint's own forces
+Σ R·(S q̇) = (τ + Q)·q̇               all the rest of the reactions is without power in any motion that the loops allow
+Σ R + Σ loads = d/dt [p; L]          reactions of the ground and loads change momentum and angular momentum
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from itertools import combinations
 
-from symdyn.dynamics import DYNAMICS, Workspace, derive_one
+from symdyn.dynamics import DYNAMICS, Workspace, derive_one, is_closed
 from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.verify.equality import Claim
+from symdyn.verify.laws_of_loops import LAWS_OF_LOOPS, Law
+from symdyn.verify.laws_of_reactions import LAWS_OF_REACTIONS
 
 
 def laws(workspace: Workspace, outputs: Collection[str] = DYNAMICS) -> list[Claim]:
@@ -25,11 +30,28 @@ def laws(workspace: Workspace, outputs: Collection[str] = DYNAMICS) -> list[Clai
     Raises:
         DerivationError: an output does not exist, such as forward dynamics where M is singular.
     """
-    return [law(workspace) for needed, law in LAWS if set(needed) <= set(outputs)]
+    table = [*(_closed_laws() if is_closed(workspace.scene) else LAWS), *LAWS_OF_REACTIONS]
+    claims = [law(workspace) for needed, law in table if set(needed) <= set(outputs)]
+    return [claim for claim in claims if claim is not None]
+
+
+def _closed_laws() -> list[Law]:
+    """Return the laws of trees, which hold for the spanning tree with the forces on it, and those of loops."""
+    of_trees: list[Law] = [
+        (tuple("tree_forces" if name == "inverse_dynamics" else name for name in needed), law)
+        for needed, law in LAWS
+        if law is not _inverse
+    ]
+    return [*of_trees, *LAWS_OF_LOOPS]
 
 
 def _entries(w: Workspace, name: str) -> tuple[Expr, ...]:
     return derive_one(w, name).entries
+
+
+def _driving(w: Workspace) -> tuple[Expr, ...]:
+    """Return what drives of the tree must exert."""
+    return _entries(w, "tree_forces" if is_closed(w.scene) else "inverse_dynamics")
 
 
 def _hessian(w: Workspace) -> Claim:
@@ -71,14 +93,14 @@ def _textbook(w: Workspace) -> Claim:
         terms += [k_C[i * len(pairs) + m] * s.qd[j] * s.qd[k] for m, (j, k) in enumerate(pairs)]
         terms += [k_D[i * n + j] * s.qd[j] * s.qd[j] for j in range(n)]
         sums.append(w.graph.total(terms) + k_G[i] + k_E[i] - w.Q[i])
-    right = _entries(w, "inverse_dynamics")
+    right = _driving(w)
     elastic = " + k_E" if w.scene.springs else ""
     return Claim("coefficients", f"k_z qdd + k_C qd qd + k_D qd^2 + k_G{elastic} - Q", "tau", tuple(sums), right)
 
 
 def _power(w: Workspace) -> Claim:
     (K,), (P,) = _entries(w, "kinetic_energy"), _entries(w, "potential_energy")
-    s, tau = w.state, _entries(w, "inverse_dynamics")
+    s, tau = w.state, _driving(w)
     power = w.graph.total((t + force) * qd for t, force, qd in zip(tau, w.Q, s.qd, strict=True))
     return Claim("power balance", "qd.(tau + Q)", "d(K + P)/dt", (power,), tuple(tangents([K + P], s.acceleration)))
 
@@ -91,7 +113,7 @@ def _inverse(w: Workspace) -> Claim:
     return Claim("forward dynamics", "FD(q, qd, ID(q, qd, qdd))", "qdd", tuple(back), tuple(qdd))
 
 
-LAWS: tuple[tuple[tuple[str, ...], Callable[[Workspace], Claim]], ...] = (
+LAWS: tuple[Law, ...] = (
     (("kinetic_energy", "mass_matrix"), _hessian),
     (("mass_matrix", "coriolis_matrix"), _skew),
     (("coriolis_matrix", "velocity_forces"), _product),

@@ -81,10 +81,11 @@ def _rank(vectors: Sequence[int]) -> int:
     """Return the rank over GF(2) of vectors written as bits."""
     basis: list[int] = []
     for vector in vectors:
+        rest = vector
         for row in basis:
-            vector = min(vector, vector ^ row)
-        if vector:
-            basis.append(vector)
+            rest = min(rest, rest ^ row)
+        if rest:
+            basis.append(rest)
     return len(basis)
 
 

@@ -20,75 +20,124 @@ from dataclasses import dataclass
 from symdyn.graph import Expr, Graph, Op
 from symdyn.program.passes.rebuild import Early, copy_node, use_counts
 
+MUL, ADD, SUB, NEG = Op.MUL, Op.ADD, Op.SUB, Op.NEG
+
 Term = tuple[bool, tuple[Expr, ...]]
-"""Whether it is subtracted, and its factors on the new graph."""
+"""Whether it is subtracted, and its factors."""
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class Reading:
-    """A sum or product that is not built yet: its terms on the new graph, and the old nodes that it is made of."""
+    """A sum or product that is not settled yet: its terms, and the nodes that it is made of."""
 
     terms: list[Term]
     inside: list[Expr]
 
 
 def factor(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] = ()) -> list[Expr]:
-    """Return the entries of one function on `graph`, common factors taken out; `parameters` are known early."""
-    uses = use_counts(entries)
+    """Return the entries of one function on `graph`, common factors taken out; `parameters` are known early.
+
+    Where nothing is found the entries stay where they are, and nothing is built.
+    """
+    settled, found = _read(entries, frozenset(parameters))
+    if not found:
+        return list(entries)
     early = Early(graph, parameters)
     new: dict[Expr, Expr] = {}
+    for node in settled:
+        terms = found.get(node)
+        if terms is None:
+            new[node] = copy_node(node, [new[arg] for arg in node.args], graph)
+        else:
+            terms = [(minus, tuple([new[one] for one in factors])) for minus, factors in terms]
+            sum_ = _factored(terms, graph, early)
+            new[node] = _total(terms, graph, early) if sum_ is None else sum_
+    return [new[entry] for entry in entries]
+
+
+def _read(entries: Sequence[Expr], symbols: Collection[str]) -> tuple[list[Expr], dict[Expr, list[Term]]]:
+    """Return the nodes to build, in order, and the terms of those among them that are to be written otherwise."""
+    uses = use_counts(entries)
+    early: set[Expr] = set()
+    settled: list[Expr] = []
+    found: dict[Expr, list[Term]] = {}
     readings: dict[Expr, Reading] = {}
 
-    def value(node: Expr) -> Expr:
-        """Return the node on the new graph; what was being read is built."""
-        if node not in new:
-            reading = readings.pop(node)
-            found = _factored(reading.terms, graph, early)
-            if found is None and _scattered(reading.terms, early):
-                found = _total(reading.terms, graph, early)
-            if found is not None:
-                new[node] = found
-            else:
-                for inner in sorted(reading.inside, key=lambda one: one.index):
-                    new[inner] = copy_node(inner, [new[arg] for arg in inner.args], graph)
-        return new[node]
+    def settle(node: Expr) -> None:
+        """Decide what is built for `node`, if it is being read."""
+        reading = readings.pop(node, None)
+        if reading is None:
+            return
+        if _is_worth_writing_otherwise(reading.terms, early):
+            found[node] = reading.terms
+            settled.append(node)
+        else:
+            settled.extend(sorted(reading.inside, key=lambda one: one.index))
 
     def operand(node: Expr) -> Reading:
         """Return an operand as terms, read through if it is used nowhere else."""
         if uses[node] == 1 and node in readings:
             return readings.pop(node)
-        return Reading([(False, (value(node),))], [])
-
-    def factors(node: Expr) -> Reading:
-        """Return an operand as factors, read through if it is a product and used nowhere else."""
-        return operand(node) if node.op is Op.MUL else Reading([(False, (value(node),))], [])
+        settle(node)
+        return Reading([(False, (node,))], [])
 
     for node in uses:
-        if node.op is Op.MUL:
-            a, b = map(factors, node.args)
-            readings[node] = Reading([(False, a.terms[0][1] + b.terms[0][1])], [*a.inside, *b.inside, node])
-        elif node.op in (Op.ADD, Op.SUB):
-            a, b = map(operand, node.args)
-            a.terms.extend(_flipped(b.terms) if node.op is Op.SUB else b.terms)
+        op, args = node.op, node.args
+        if op is MUL:
+            known, inside = True, list[Expr]()
+            product: tuple[Expr, ...] = ()
+            for arg in args:
+                known = known and arg in early
+                if arg.op is MUL and uses[arg] == 1:
+                    reading = readings.pop(arg)
+                    product += reading.terms[0][1]
+                    inside += reading.inside
+                else:
+                    settle(arg)
+                    product += (arg,)
+            inside.append(node)
+            readings[node] = Reading([(False, product)], inside)
+        elif op is ADD or op is SUB:
+            known = args[0] in early and args[1] in early
+            a, b = operand(args[0]), operand(args[1])
+            a.terms.extend(_flipped(b.terms) if op is SUB else b.terms)
             a.inside.extend((*b.inside, node))
             readings[node] = a
-        elif node.op is Op.NEG:
-            a = operand(node.args[0])
+        elif op is NEG:
+            known = args[0] in early
+            a = operand(args[0])
             readings[node] = Reading(_flipped(a.terms), [*a.inside, node])
         else:
-            new[node] = copy_node(node, [value(arg) for arg in node.args], graph)
-    return [value(entry) for entry in entries]
+            known = node.value in symbols if op is Op.SYMBOL else all(arg in early for arg in args)
+            for arg in args:
+                settle(arg)
+            settled.append(node)
+        if known:
+            early.add(node)
+    for entry in entries:
+        settle(entry)
+    return settled, found
 
 
 def _flipped(terms: list[Term]) -> list[Term]:
     return [(not minus, factors) for minus, factors in terms]
 
 
-def _scattered(terms: list[Term], early: Early) -> bool:
+def _is_worth_writing_otherwise(terms: list[Term], early: Collection[Expr]) -> bool:
+    """Tell whether terms share a factor, or whether what is known early is scattered among them."""
+    if len(terms) == 1 and len(terms[0][1]) < 3:
+        return False
+    return _most_common(terms) is not None or _scattered(terms, early)
+
+
+def _scattered(terms: list[Term], early: Collection[Expr]) -> bool:
     """Tell whether several terms, or several factors of one, are known early and others are not."""
-    parts = [[all(one in early for one in factors) for _, factors in terms]]
-    parts += [[one in early for one in factors] for _, factors in terms]
-    return any(sum(known) > 1 and not all(known) for known in parts)
+    known = [[one in early for one in factors] for _, factors in terms]
+    return _mixed([all(flags) for flags in known]) or any(_mixed(flags) for flags in known)
+
+
+def _mixed(known: list[bool]) -> bool:
+    return 1 < sum(known) < len(known)
 
 
 def _factored(terms: list[Term], graph: Graph, early: Early) -> Expr | None:
@@ -107,13 +156,15 @@ def _factored(terms: list[Term], graph: Graph, early: Early) -> Expr | None:
 
 def _most_common(terms: list[Term]) -> Expr | None:
     """Return the factor of most products, None if each is in one product only."""
+    products = [factors for _, factors in terms if len(factors) > 1]
+    if len(products) < 2:
+        return None
     tally: dict[Expr, int] = {}
-    for _, factors in terms:
-        if len(factors) > 1:
-            for one in dict.fromkeys(factors):
-                tally[one] = tally.get(one, 0) + 1
-    best = max(tally, key=lambda one: (tally[one], one.index), default=None)
-    return best if best is not None and tally[best] > 1 else None
+    for factors in products:
+        for one in dict.fromkeys(factors):
+            tally[one] = tally.get(one, 0) + 1
+    best = max(tally, key=lambda one: (tally[one], one.index))
+    return best if tally[best] > 1 else None
 
 
 def _splits(factors: tuple[Expr, ...], common: Expr) -> bool:

@@ -17,15 +17,15 @@ from symdyn.program.passes.rebuild import copy_node, use_counts
 def signs(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] = ()) -> list[Expr]:
     """Return the entries of one function on `graph`, negations gone that a difference can take.
 
-    Without negations the entries stay where they are.
+    Where no difference can take one, the entries stay where they are.
     """
     uses = use_counts(entries)
-    if not any(node.op is Op.NEG for node in uses):
-        return list(entries)
     turned: set[Expr] = set()
     for node in uses:
         if node.op is Op.NEG:
             turned.update(_path(node.args[0], uses))
+    if not turned:
+        return list(entries)
     new: dict[Expr, Expr] = {}
     for node in uses:
         args = [new[arg] for arg in node.args]

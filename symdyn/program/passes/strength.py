@@ -8,16 +8,21 @@ x / c = (1/c) x              c constant
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from symdyn.graph import Expr, Graph, Op
 from symdyn.program.passes.rebuild import copy_node, fixed, use_counts
 
 
 def strength(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] = ()) -> list[Expr]:
-    """Return the entries of one function on `graph`, constants together."""
+    """Return the entries of one function on `graph`, constants together.
+
+    Where no constants can meet, the entries stay where they are.
+    """
     uses = use_counts(entries)
     constant = fixed(list(uses))
+    if not _meet(uses, constant):
+        return list(entries)
     new: dict[Expr, Expr] = {}
     split: dict[Expr, tuple[Expr, Expr]] = {}  # a product as (constant, rest), both on the new graph
 
@@ -45,6 +50,26 @@ def strength(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] 
         else:
             new[node] = copy_node(node, args, graph)
     return [new[entry] for entry in entries]
+
+
+def _meet(uses: Mapping[Expr, int], constant: Collection[Expr]) -> bool:
+    """Tell whether any constants can be brought together, or a constant divides; `uses` has arguments first."""
+    multiples: set[Expr] = set()  # of constants
+    for node in uses:
+        if node.op is Op.DIV and node.args[1] in constant:
+            return True
+        if node.op is not Op.MUL or node in constant:
+            continue
+        rest = [one for one in node.args if one not in constant]
+        if len(rest) == 2:
+            if any(one in multiples and uses[one] == 1 for one in rest):
+                return True
+        else:
+            inner = rest[0].args if rest[0].op is Op.MUL and uses[rest[0]] == 1 else ()
+            if not multiples.isdisjoint((*rest, *inner)):
+                return True
+            multiples.add(node)
+    return False
 
 
 def _joined(parts: Sequence[tuple[Expr, Expr]], graph: Graph) -> tuple[Expr, Expr]:

@@ -88,7 +88,7 @@ def read(path: Path, options: ReadOptions) -> Reading:
     _sane(model, faults)
     faults.close()
     declaration = Tree(mujoco, spec, model, faults, options).declaration(path.stem)
-    scene = assemble(declaration, str(path), faults, options.allow_invalid_inertia)
+    scene = assemble(declaration, str(path), faults, options.allow_invalid_inertia, options.spanning_tree)
     return Reading(scene, tuple(faults.notes))
 
 

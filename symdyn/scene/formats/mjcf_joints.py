@@ -1,50 +1,47 @@
-"""Joints of a compiled MuJoCo model: what they do, what resists them, and which of them follow others."""
+"""Joints of a compiled MuJoCo model: what they do, what resists them, which follow others or close loops."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from symdyn.scene import folding
 from symdyn.scene.formats.doubles import Doubles
+from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.turns import Step, inverse, plus, towards
 from symdyn.scene.formula import quantity
-from symdyn.scene.model import Pose
-from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector, symbol
-from symdyn.scene.table import Faults, compose
+from symdyn.scene.model import GROUND, Pose
+from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector
+from symdyn.scene.table import Entry, Faults, compose
 
 
 class Joints:
-    """The hinges and slides of a model, one table each.
+    """The joints of a model, one table each; what closes loops; springs at joints.
 
     Attributes:
         followers: for each joint that follows another one, what to write under `mimic`.
-        springs: names of the joints with a spring.
+        springs: springs at joints.
+        loops: what connect and weld constraints become.
     """
 
-    def __init__(self, mujoco: Any, model: Any, names: Sequence[str], doubles: Doubles, faults: Faults) -> None:
-        """Refuse free and ball joints and closed loops."""
-        self.mujoco, self.model, self.names = mujoco, model, names
+    def __init__(
+        self,
+        mujoco: Any,
+        model: Any,
+        names: Sequence[str],
+        frames: Mapping[tuple[str, int], str],
+        doubles: Doubles,
+        faults: Faults,
+    ) -> None:
+        """Read the equality constraints; `names` are those of the joints, `frames` those of bodies and sites."""
+        self.mujoco, self.model, self.names, self.frames = mujoco, model, names, frames
         self.doubles, self.faults = doubles, faults
-        self.springs: list[str] = []
-        self.coordinates = 0
-        for j, name in enumerate(names):
-            self.refuse(j, name)
+        self.springs: list[Entry] = []
+        self.loops: list[Entry] = []
         self.followers = self.couplings()
 
-    def refuse(self, j: int, name: str) -> None:
-        """Report a joint that has more than one coordinate."""
-        kind, kinds = self.model.jnt_type[j], self.mujoco.mjtJoint
-        for which, word, advice in (
-            (kinds.mjJNT_FREE, "free", "delete it to hold the body where it is"),
-            (kinds.mjJNT_BALL, "ball", "write three hinges on one body in its place"),
-        ):
-            if kind == which:
-                what = f"is a {word} joint, and {word} joints come with quaternions, which a scene does not have yet"
-                self.faults.add(f"joint {name}", f"{what}; {advice}")
-
     def couplings(self) -> dict[int, dict[str, object]]:
-        """Return the joints that linear equality constraints tie to others; refuse all other constraints."""
+        """Return the joints that linear equality constraints tie to others; collect the loops; refuse the rest."""
         model, kinds, faults = self.model, self.mujoco.mjtEq, self.faults
         found: dict[int, dict[str, object]] = {}
         for i in range(model.neq):
@@ -52,10 +49,11 @@ class Joints:
             follower, leader = int(model.eq_obj1id[i]), int(model.eq_obj2id[i])
             if not model.eq_active0[i] or self.off("EQUALITY"):
                 faults.note(where, "is not active and left out")
+            elif int(model.eq_type[i]) in (int(kinds.mjEQ_CONNECT), int(kinds.mjEQ_WELD)):
+                self.loops.append(self.loop(i, where))
             elif model.eq_type[i] != kinds.mjEQ_JOINT:
                 kind = kinds(model.eq_type[i]).name.removeprefix("mjEQ_").lower()
-                what = f"is a {kind} constraint, and these come with closed loops, which a scene does not have yet"
-                faults.add(where, f"{what}; delete it to leave the tree open")
+                faults.add(where, f"is a {kind} constraint; joint, connect and weld are read; delete it")
             elif leader < 0 or any(model.eq_data[i][2:5]) or follower in found:
                 advice = "a joint1 that follows a joint2 by a polynomial a0 + a1 x is read; correct it or delete it"
                 faults.add(where, f"is no linear coupling of two joints; {advice}")
@@ -65,6 +63,41 @@ class Joints:
                 faults.note(where, f"{names} without give here; MuJoCo's constraint is soft")
         return found
 
+    def loop(self, i: int, where: str) -> Entry:
+        """Return a connect constraint as a spherical joint that closes a loop, a weld as a fixed one.
+
+        Of connect, data are the anchor in body 1 and in body 2; of weld, the anchor in body 2, in body 1, and the
+        rotation of body 2 in body 1 (MuJoCo, engine_core_constraint.c).
+        """
+        model, data = self.model, self.model.eq_data[i]
+        weld = model.eq_type[i] == self.mujoco.mjtEq.mjEQ_WELD
+        ends = [int(model.eq_obj1id[i]), int(model.eq_obj2id[i])]
+        places: list[tuple[Step, ...]]
+        if model.eq_objtype[i] == self.mujoco.mjtObj.mjOBJ_SITE:
+            places = [
+                (*shift(self.doubles.vector(model.site_pos[k])), *self.turn(model.site_quat[k], where)) for k in ends
+            ]
+            ends = [int(model.site_bodyid[k]) for k in ends]
+        else:
+            first, second = (data[3:6], data[0:3]) if weld else (data[0:3], data[3:6])
+            places = [shift(self.doubles.vector(first)), shift(self.doubles.vector(second))]
+            if weld:
+                places[0] = (*places[0], *self.turn(data[6:10], where))
+        self.faults.note(where, "closes a loop without give here; MuJoCo's constraint is soft")
+        table = {
+            "type": "fixed" if weld else "spherical",
+            "parent": self.frames.get(("body", ends[0]), GROUND),
+            "child": self.frames.get(("body", ends[1]), GROUND),
+            "origin": merged(*places[0]),
+            "tip": merged(*inverse(places[1])),
+        }
+        name = self.model.equality(i).name or f"loop{i + 1}"
+        return Entry(printable_names([name], "loop")[name], table, where)
+
+    def turn(self, quaternion: Sequence[float], where: str) -> tuple[Step, ...]:
+        """Return a rotation as steps."""
+        return self.doubles.rotation(quaternion, where)
+
     def coupling(self, follower: int, leader: int, data: Sequence[float]) -> dict[str, object]:
         """Return q₁ - ref₁ = a₀ + a₁ (q₂ - ref₂) as ratio and offset."""
         ratio = quantity(float(data[1]))
@@ -73,8 +106,15 @@ class Joints:
         return {"joint": self.names[leader], "ratio": ratio, "offset": offset}
 
     def table(self, j: int, place: Sequence[Step]) -> dict[str, object]:
-        """Return the table of a joint; `place` leads from the parent to the body frame before the joint moves."""
+        """Return the table of a joint and collect its spring.
+
+        Args:
+            j: number of the joint.
+            place: steps from the parent to the body frame before the joint moves.
+        """
         model, dof, name = self.model, int(self.model.jnt_dofadr[j]), self.names[j]
+        if self.several(j):
+            return self.ball_or_free(j, place)
         hinge = self.hinge(j)
         axis = self.doubles.direction(model.jnt_axis[j])
         x, y, z = self.doubles.vector(model.jnt_pos[j]) if hinge else NULL
@@ -84,13 +124,9 @@ class Joints:
             "origin": merged(*place, *shift((x, y, z)), *self.back(j, axis)),
             "tip": compose(*shift((folding.neg(x), folding.neg(y), folding.neg(z)))),
         }
-        for key, value in (
-            ("armature", model.dof_armature[dof]),
-            ("damping", 0 if self.off("DAMPER") else model.dof_damping[dof]),
-            ("friction", 0 if self.off("FRICTIONLOSS") else model.dof_frictionloss[dof]),
-        ):
-            if value:
-                table[key] = quantity(float(value))
+        if model.dof_armature[dof]:
+            table["armature"] = quantity(float(model.dof_armature[dof]))
+        table |= self.losses(dof)
         limits = self.limits(j)
         if limits:
             table["limits"] = limits
@@ -100,25 +136,44 @@ class Joints:
                 self.faults.add(f"joint {name}", f"{what}; such ones come with force elements, give one coefficient")
         if j in self.followers:
             table["mimic"] = self.followers[j]
-        else:
-            self.coordinates += 1
-        self.spring(j, table)
+        self.spring(j)
         return table
 
-    def spring(self, j: int, table: dict[str, object]) -> None:
-        """Add -stiffness (q - springref) to the forces of a joint."""
+    def losses(self, dof: int) -> dict[str, object]:
+        """Return damping and friction of a joint, the same for all its velocities."""
+        model = self.model
+        damping = 0 if self.off("DAMPER") else model.dof_damping[dof]
+        friction = 0 if self.off("FRICTIONLOSS") else model.dof_frictionloss[dof]
+        values = {"damping": damping, "friction": friction}
+        return {key: quantity(float(value)) for key, value in values.items() if value}
+
+    def ball_or_free(self, j: int, place: Sequence[Step]) -> dict[str, object]:
+        """Return the table of a joint with a quaternion; a free one starts where the file puts its body."""
+        model, dof, name = self.model, int(self.model.jnt_dofadr[j]), self.names[j]
+        where = f"joint {name}"
+        for key, value in (("armature", model.dof_armature[dof]), ("stiffness", model.jnt_stiffness[j])):
+            if value and not (key == "stiffness" and self.off("SPRING")):
+                self.faults.add(
+                    where, f"{key} of a joint with a quaternion is not read; write three hinges, or set it to 0"
+                )
+        if model.jnt_limited[j]:
+            self.faults.note(where, "the limit of a joint with a quaternion is left out")
+        if model.jnt_type[j] == self.mujoco.mjtJoint.mjJNT_FREE:
+            first = int(model.jnt_qposadr[j])
+            start = [quantity(float(x)) for x in model.qpos0[first : first + 7]]
+            return {"type": "free", "start": start, **self.losses(dof)}
+        anchor = shift(self.doubles.vector(model.jnt_pos[j]))
+        frames = {"origin": merged(*place, *anchor), "tip": merged(*inverse(anchor))}
+        return {"type": "spherical", **frames, **self.losses(dof)}
+
+    def spring(self, j: int) -> None:
+        """Collect the spring of a joint."""
         stiffness = quantity(float(self.model.jnt_stiffness[j]))
         if stiffness == ZERO or self.off("SPRING"):
             return
-        if j in self.followers:
-            what = "has a spring but follows another joint, and forces act on coordinates"
-            self.faults.add(f"joint {self.names[j]}", f"{what}; move the spring to the joint that it follows")
-            return
         rest = self.position(j, float(self.model.qpos_spring[self.model.jnt_qposadr[j]]), "springref")
-        stretch = folding.sub(symbol(f"q{self.coordinates}"), rest)
-        table["coordinate"] = f"q{self.coordinates}"
-        table["force"] = folding.neg(folding.mul(stiffness, stretch))
-        self.springs.append(self.names[j])
+        name = self.names[j]
+        self.springs.append(Entry(name, {"joint": name, "stiffness": stiffness, "free": rest}, f"joint {name}"))
 
     def limits(self, j: int) -> dict[str, Quantity]:
         """Return range and largest force, as far as they are limited."""
@@ -158,6 +213,11 @@ class Joints:
     def hinge(self, j: int) -> bool:
         """Whether a joint turns."""
         return bool(self.model.jnt_type[j] == self.mujoco.mjtJoint.mjJNT_HINGE)
+
+    def several(self, j: int) -> bool:
+        """Whether a joint has a quaternion."""
+        kinds = self.mujoco.mjtJoint
+        return int(self.model.jnt_type[j]) in (int(kinds.mjJNT_FREE), int(kinds.mjJNT_BALL))
 
     def off(self, what: str) -> bool:
         """Whether an option of the file switches something off."""

@@ -3,9 +3,12 @@
     pose of a body in its parent = T(pos) R(quat) · joint 1 · joint 2 · ...
     hinge                        T(anchor) R(axis, q - ref) T(-anchor)
     slide                        T(axis (q - ref))
+    ball                         T(anchor) R(q) T(-anchor), q a quaternion, velocities ω in the body
+    free                         T(q1 q2 q3) R(q4 q5 q6 q7) in the world, in place of pos and quat
 
-so every joint but the last of a body carries a massless body of its own. Positions q are MuJoCo's qpos. Springs act as
-the force -stiffness (q - springref) beside the drive. Reference: MuJoCo documentation, "XML Reference" and
+so every joint but the last of a body carries a massless body of its own. Positions q are MuJoCo's qpos. Its
+velocities qvel are ours, but for a free joint's first three: they are along the axes of the world, ours along those of
+the body. Reference: MuJoCo documentation, "XML Reference" and
 "Computation".
 """
 
@@ -43,7 +46,7 @@ class Tree:
             [("body", i) for i in range(1, model.nbody)] + [("site", i) for i in range(model.nsite)], "frame"
         )
         self.joint_names = self.names([("joint", j) for j in range(model.njnt)], "joint")
-        self.joints = Joints(mujoco, model, list(self.joint_names.values()), self.doubles, faults)
+        self.joints = Joints(mujoco, model, list(self.joint_names.values()), self.frames, self.doubles, faults)
         self.taken = {"frame": list(self.frames.values()), "joint": list(self.joint_names.values())}
 
     def declaration(self, stem: str) -> Declaration:
@@ -64,6 +67,8 @@ class Tree:
             bodies=tuple(bodies),
             joints=tuple(joints),
             points=points,
+            loops=tuple(self.joints.loops),
+            springs=tuple(self.joints.springs),
         )
 
     def names(self, elements: Iterable[tuple[str, int]], kind: str) -> dict[tuple[str, int], str]:
@@ -98,9 +103,6 @@ class Tree:
         model, note = self.model, self.faults.note
         if self.doubles.turned:
             note("", f"multiples of pi were recognised in {listed(self.doubles.turned)}")
-        if self.joints.springs:
-            what = "act as forces beside the drives; their energy is not part of P"
-            note("", f"the springs of {listed(self.joints.springs)} {what}")
         if model.ntendon:
             note("", f"tendons without stiffness and damping are left out ({model.ntendon})")
         if any(model.body_gravcomp):

@@ -15,6 +15,7 @@ from fractions import Fraction
 from symdyn.errors import SceneError
 from symdyn.graph import Op
 from symdyn.scene import folding
+from symdyn.scene.formats.losses import lost_words
 from symdyn.scene.formats.par_frames import Row, rows
 from symdyn.scene.formats.par_links import INERTIAL, NOTHING, Link, link
 from symdyn.scene.formats.placing import angle_text
@@ -85,12 +86,11 @@ def _lost(scene: Scene) -> Iterator[str]:
         if body.allow_invalid_inertia:
             yield f"bodies.{body.name}: allow_invalid_inertia; read it back with --allow-invalid-inertia"
     for joint in scene.joints:
-        if joint.force != ZERO:
-            yield f"joints.{joint.name}: force = {spell(joint.force)}, which the equations lack without it"
         if joint.limits != Limits():
             yield f"joints.{joint.name}: limits"
     for point in scene.points:
         yield f"points.{point.name}"
+    yield from lost_words(scene)
 
 
 def _frames(scene: Scene) -> list[Frame]:

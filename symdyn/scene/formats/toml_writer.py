@@ -9,7 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
-from symdyn.scene.declare import INERTIA_KEYS, LIMIT_KEYS
+from symdyn.scene.body_table import INERTIA_KEYS
+from symdyn.scene.joint_table import LIMIT_KEYS
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.loads import Damper, Friction, Load, Place, Row, Spring
 from symdyn.scene.model import STANDARD_GRAVITY, Body, Coupling, Joint, Parameter, Point, Pose, Scene
 from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector
 from symdyn.scene.reading import Written
@@ -27,12 +30,17 @@ def write_text(scene: Scene) -> Written:
     """Return the scene as TOML, which holds all of it."""
     blocks = [_head(scene), *_parameters(scene.parameters)]
     blocks += [_block(f"bodies.{body.name}", _body(body)) for body in scene.bodies]
+    nq = nv = 0
     leaders = {joint.coordinate: joint.name for joint in scene.moving}
-    moving = 0
     for joint in scene.joints:
-        moving += bool(joint.coordinate)
-        blocks.append(_block(f"joints.{joint.name}", _joint(joint, moving, leaders)))
+        blocks.append(_block(f"joints.{joint.name}", _joint(joint, nq, nv, leaders)))
+        nq, nv = nq + len(joint.coordinates), nv + len(joint.rates)
     blocks += [_block(f"points.{point.name}", _point(point)) for point in scene.points]
+    blocks += [_block("[loop]", _loop(joint)) for joint in scene.loops]
+    blocks += [_block(f"springs.{spring.name}", _spring(spring)) for spring in scene.springs]
+    blocks += [_block(f"dampers.{damper.name}", _damper(damper)) for damper in scene.dampers]
+    blocks += [_block(f"loads.{load.name}", _load(load)) for load in scene.loads]
+    blocks += [_block(f"rows.{row.name}", _row(row)) for row in scene.rows]
     return Written("\n".join(blocks))
 
 
@@ -86,35 +94,133 @@ def _inertia(body: Body) -> str:
     return _inline([(key, _number(entry)) for key, entry in entries if entry != ZERO])
 
 
-def _joint(joint: Joint, k: int, leaders: dict[str, str]) -> Iterator[tuple[str, str]]:
-    """Return the keys of a joint; if it has a coordinate, it is the k-th that does."""
-    yield from (("type", _text(joint.type)), ("parent", _text(joint.parent)), ("child", _text(joint.child)))
-    if joint.moves:
-        yield "axis", _vector(joint.axis)
-    for key, placed in (("origin", _plain(joint.origin)), ("tip", _plain(joint.tip))):
-        if placed.steps:
-            yield key, _pose(placed)
-    if joint.coordinate not in ("", f"q{k}"):
-        yield "coordinate", _text(joint.coordinate)
-    if joint.coordinate and joint.drive != f"tau{k}":
-        yield "drive", "false" if joint.drive is None else _text(joint.drive)
+def _joint(joint: Joint, nq: int, nv: int, leaders: dict[str, str]) -> Iterator[tuple[str, str]]:
+    """Return the keys of a joint; nq coordinates and nv velocities come before its own."""
+    yield from _placed(joint)
+    names = joint.coordinates
+    if names and (joint.type == "custom" or names != tuple(f"q{nq + k}" for k in range(1, len(names) + 1))):
+        yield from _one_or_more("coordinate", "coordinates", [_text(name) for name in names])
+    if names:
+        yield from _drives(joint, nv)
     if joint.coupling is not None:
         yield "mimic", _mimic(joint.coupling, leaders)
-    for key, amount in (
-        ("force", joint.force),
-        ("armature", joint.armature),
-        ("damping", joint.damping),
-        ("friction", joint.friction),
-    ):
+    if any(force != ZERO for force in joint.forces):
+        yield from _one_or_more("force", "forces", [_number(force) for force in joint.forces])
+    for key, amount in (("armature", joint.armature), ("damping", joint.damping), ("friction", joint.friction)):
         if amount != ZERO:
             yield key, _number(amount)
+    if joint.dry is not None:
+        yield "friction", _friction(joint.dry)
     limits = [(key, getattr(joint.limits, key)) for key in LIMIT_KEYS]
     if any(limit is not None for _, limit in limits):
         yield "limits", _inline([(key, _number(limit)) for key, limit in limits if limit is not None])
+    for key, numbers in (("start", joint.start), ("start_rates", joint.start_rates)):
+        if numbers:
+            yield from _one_or_more(key, key, [_number(x) for x in numbers])
+    if joint.motion is not None:
+        yield "motion", _number(joint.motion)
+
+
+def _placed(joint: Joint) -> Iterator[tuple[str, str]]:
+    """Return type, bodies, frames and shape."""
+    yield from (("type", _text(joint.type)), ("parent", _text(joint.parent)), ("child", _text(joint.child)))
+    shape = {
+        "axis": lambda: _vector(joint.axis),
+        "second_axis": lambda: _vector(joint.second_axis),
+        "pitch": lambda: _number(joint.pitch),
+        "length": lambda: _number(joint.length),
+        "orientation": lambda: _text(joint.orientation),
+        "steps": lambda: _steps(joint.steps),
+        "units": lambda: f"[{', '.join(map(_text, joint.units))}]",
+    }
+    yield from ((key, shape[key]()) for key in JOINTS[joint.type].keys)
+    for key, placed in (("origin", _plain(joint.origin)), ("tip", _plain(joint.tip))):
+        if placed.steps:
+            yield key, _pose(placed)
+
+
+def _one_or_more(one: str, several: str, values: Sequence[str]) -> Iterator[tuple[str, str]]:
+    yield (one, values[0]) if len(values) == 1 else (several, f"[{', '.join(values)}]")
+
+
+def _drives(joint: Joint, nv: int) -> Iterator[tuple[str, str]]:
+    if not any(joint.drives):
+        yield "drive", "false"
+    elif joint.drives != tuple(f"tau{nv + k}" for k in range(1, len(joint.rates) + 1)):
+        yield from _one_or_more("drive", "drives", [_text(name) if name else "false" for name in joint.drives])
+
+
+def _friction(dry: Friction) -> str:
+    pairs = [("coulomb", _number(dry.coulomb))]
+    pairs += [("static", _number(dry.static))] if dry.static is not None else []
+    pairs += [("stribeck", _number(dry.stribeck))] if dry.stribeck != ONE else []
+    pairs += [("smoothing", _number(dry.smoothing))] if dry.smoothing != ZERO else []
+    return _inline(pairs)
+
+
+def _loop(joint: Joint) -> Iterator[tuple[str, str]]:
+    yield "name", _text(joint.name)
+    yield from _placed(joint)
+
+
+def _spring(spring: Spring) -> Iterator[tuple[str, str]]:
+    yield from _ends(spring)
+    if spring.stiffness:
+        yield from _one_or_more("stiffness", "stiffness", [_number(x) for x in spring.stiffness])
+    if spring.free != ZERO:
+        yield "free", _number(spring.free)
+    if spring.preload != ZERO or not spring.stiffness:
+        yield "preload", _number(spring.preload)
+
+
+def _damper(damper: Damper) -> Iterator[tuple[str, str]]:
+    yield from _ends(damper)
+    yield from _one_or_more("damping", "damping", [_number(x) for x in damper.damping])
+
+
+def _ends(one: Spring | Damper) -> Iterator[tuple[str, str]]:
+    if one.joint:
+        yield "joint", _text(one.joint)
+    for key, end in zip(("from", "to"), one.ends, strict=False):
+        yield key, _inline(list(_place(end)))
+
+
+def _place(place: Place) -> Iterator[tuple[str, str]]:
+    yield "body", _text(place.body)
+    if place.at != NULL:
+        yield "at", _vector(place.at)
+
+
+def _load(load: Load) -> Iterator[tuple[str, str]]:
+    yield from _place(load.place)
+    if load.force != NULL or load.couple == NULL:
+        yield "force", _vector(load.force)
+    if load.couple != NULL:
+        yield "couple", _vector(load.couple)
+    if load.frame != "ground":
+        yield "frame", _text(load.frame)
+
+
+def _row(row: Row) -> Iterator[tuple[str, str]]:
+    if row.type == "formula":
+        yield "formula", _number(row.formula)
+        return
+    yield "type", _text(row.type)
+    if row.place is not None:
+        yield from _place(row.place)
+    yield "axis", _vector(row.axis)
+    if row.type == "rolling":
+        usual = Row("")
+        yield "radius", _number(row.radius)
+        if row.normal != usual.normal:
+            yield "normal", _vector(row.normal)
+        if row.components != usual.components:
+            yield "components", f"[{', '.join(map(_text, row.components))}]"
 
 
 def _mimic(coupling: Coupling, leaders: dict[str, str]) -> str:
-    pairs = [("joint", _text(leaders[coupling.coordinate]))]
+    leader = leaders.get(coupling.coordinate)
+    pairs = [("joint", _text(leader)) if leader else ("coordinate", _text(coupling.coordinate))]
     pairs += [("ratio", _number(coupling.ratio))] if coupling.ratio != ONE else []
     pairs += [("offset", _number(coupling.offset))] if coupling.offset != ZERO else []
     return _inline(pairs)
@@ -136,13 +242,18 @@ def _pose(pose: Pose) -> str:
     """Return [x, y, z], { xyz, rpy } or a list of steps, the first of them that says the same."""
     kinds = [kind for kind, _ in pose.steps]
     if kinds != sorted(set(kinds), key=STRAIGHT.index):
-        return f"[{', '.join(f'[{_text(kind)}, {_number(amount)}]' for kind, amount in pose.steps)}]"
+        return _steps(pose)
     placed = {kind: _number(amount) for kind, amount in pose.steps}
     shift, turn = ([placed.get(kind, "0") for kind in part] for part in (("Tx", "Ty", "Tz"), ("Rx", "Ry", "Rz")))
     xyz, rpy = f"[{', '.join(shift)}]", f"[{', '.join(turn)}]"
     if not any(kind.startswith("R") for kind in kinds):
         return xyz
     return _inline([("xyz", xyz)] * any(kind.startswith("T") for kind in kinds) + [("rpy", rpy)])
+
+
+def _steps(pose: Pose) -> str:
+    """Return a list of steps."""
+    return f"[{', '.join(f'[{_text(kind)}, {_number(amount)}]' for kind, amount in pose.steps)}]"
 
 
 def _vector(quantities: Vector) -> str:

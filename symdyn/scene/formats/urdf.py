@@ -7,6 +7,7 @@ opened and no package:// is looked up. Reference: the URDF XML specification, wi
     origin rpy       R = Rz(yaw) Ry(pitch) Rx(roll), the rpy of a scene
     inertia          about the centre of mass, along the axes of its origin; products are matrix entries, as here
     axis             (1, 0, 0) when left out, of any length
+    floating         a free joint with a quaternion; planar: in the plane across the axis; neither is driven
     damping          enters the equations; friction and limits are data
     mimic            position = multiplier · position of the joint + offset
 """
@@ -30,9 +31,14 @@ from symdyn.scene.reading import Reading, ReadOptions
 from symdyn.scene.spelling import spell
 from symdyn.scene.table import Entry, Faults, show
 
-TYPES = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
-
-LARGER_TYPES = {"floating": 6, "planar": 3}
+TYPES = {
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "fixed": "fixed",
+    "floating": "free",
+    "planar": "planar",
+}
 
 X_AXIS: Vector = (ONE, ZERO, ZERO)
 
@@ -64,7 +70,7 @@ def read_element(root: Element, source: str, options: ReadOptions) -> Reading:
     robot = _Robot(root, faults, options)
     declaration = Declaration(name=robot.name(), bodies=tuple(robot.bodies()), joints=tuple(robot.joints_in_file()))
     robot.note_data()
-    scene = assemble(declaration, source, faults, options.allow_invalid_inertia)
+    scene = assemble(declaration, source, faults, options.allow_invalid_inertia, options.spanning_tree)
     return Reading(scene, tuple(faults.notes))
 
 
@@ -206,6 +212,8 @@ class _Robot:
             if joint.first("mimic") is not None:
                 self._note("mimic of a fixed joint is left out", name)
             return table
+        if table["type"] in ("free", "planar"):
+            return table | self._several(name, joint, where) | losses
         table["axis"] = self.attributes.vector(where, joint.first("axis"), "xyz", X_AXIS)
         table.update(losses)
         if losses.get("damping", ZERO) != ZERO:
@@ -218,14 +226,19 @@ class _Robot:
             table["mimic"] = self._mimic(where, joint, mimic)
         return table
 
+    def _several(self, name: str, joint: Element, where: str) -> dict[str, object]:
+        """Return the keys of a joint with several coordinates, which nothing drives."""
+        for tag in ("limit", "mimic"):
+            if joint.first(tag) is not None:
+                self._note(f"{tag} of a joint with several coordinates is left out", name)
+        if joint.attributes.get("type") == "floating":
+            return {"drive": False}
+        return {"drive": False, "axis": self.attributes.vector(where, joint.first("axis"), "xyz", X_AXIS)}
+
     def _type(self, where: str, joint: Element) -> str:
         given = self.attributes.text(where, joint, "type", f"write one of {', '.join(TYPES)}")
-        if given in LARGER_TYPES:
-            found = f'type="{given}" has {LARGER_TYPES[given]} coordinates, which wait for the joint library'
-            advice = 'write type="fixed" to hold the link, or a chain of revolute and prismatic joints'
-            self.faults.add(where, f"{found}; {advice}")
-        elif given and given not in TYPES:
-            near = suggestion(given, [*TYPES, *LARGER_TYPES])
+        if given and given not in TYPES:
+            near = suggestion(given, TYPES)
             self.faults.add(where, f"type={show(given)} is not a joint of URDF; {near}")
         return TYPES.get(given, "revolute")
 

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from symdyn.errors import SceneError
+from symdyn.scene.formats.losses import lost_words
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, xyz_rpy
 from symdyn.scene.formats.urdf import UNLIMITED
@@ -24,6 +25,14 @@ from symdyn.scene.spelling import spell
 from symdyn.scene.value import Value, value_of
 
 INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+
+KINDS = {
+    "revolute": "revolute",
+    "prismatic": "prismatic",
+    "fixed": "fixed",
+    "free": "floating",
+    "planar": "planar",
+}
 
 NEARLY_ONE = 1e-5
 """Lengths this close to 1 are those of unit vectors that were rounded; every reader makes them exact."""
@@ -41,6 +50,11 @@ def write_text(scene: Scene) -> Written:
     if free:
         advice = "give each a value, or write TOML"
         raise SceneError(f"{scene.name}: URDF holds numbers only, and {listed(free)} have no value; {advice}")
+    strange = [joint for joint in scene.joints if joint.type not in KINDS]
+    if strange:
+        where = f"{scene.source or scene.name}: joints."
+        known = ", ".join(KINDS)
+        raise SceneError([f"{where}{one.name}: a URDF has no {one.type} joints; it has {known}" for one in strange])
     return Written(_Writer(scene).text(), tuple(_lost(scene)))
 
 
@@ -57,17 +71,20 @@ def _lost(scene: Scene) -> list[str]:
     names = listed(q for k, q in enumerate(scene.coordinates, start=1) if q != f"q{k}")
     if names != "none":
         lost.append(f"the names of coordinates: {names} are called q1, q2, ... when the file is read again")
-    names = listed(j.drive for k, j in enumerate(scene.moving, start=1) if j.drive and j.drive != f"tau{k}")
+    names = listed(drive for k, drive in enumerate(scene.drives, start=1) if drive and drive != f"tau{k}")
     if names != "none":
         lost.append(f"the names of drives: {names} are called tau1, tau2, ... when the file is read again")
     for joint in scene.joints:
         where = f"joints.{joint.name}"
         if joint.coordinate and joint.drive is None:
             lost.append(f"{where}: drive = false: every joint of a URDF that moves is driven")
-        if joint.force != ZERO:
-            lost.append(f"{where}: force = {spell(joint.force)}: there are no forces in formulas")
+        if len(joint.coordinates) > 1 and any(joint.drives):
+            lost.append(f"{where}: drives: no floating or planar joint of a URDF is driven")
+        if joint.type == "free" and joint.orientation != "quaternion":
+            lost.append(f'{where}: orientation = "{joint.orientation}": it is read as a quaternion')
         if joint.armature != ZERO:
             lost.append(f"{where}: armature = {spell(joint.armature)}: there is no rotor inertia")
+    lost += lost_words(scene)
     for body in scene.bodies:
         if body.allow_invalid_inertia:
             lost.append(f"bodies.{body.name}: allow_invalid_inertia; read it back with --allow-invalid-inertia")
@@ -159,6 +176,8 @@ class _Writer:
         """Return the lines of a joint."""
         if not joint.moves:
             return self.fixed(joint.name, joint.parent, child, joint.origin)
+        if joint.type in ("free", "planar"):
+            return self.several(joint, child)
         limits = joint.limits
         bounded = limits.lower is not None or limits.upper is not None
         kind = "continuous" if joint.type == "revolute" and not bounded else joint.type
@@ -169,14 +188,25 @@ class _Writer:
         if kind != "continuous" or limits.velocity or limits.effort:
             shown = " ".join(f'{key}="{self.limit(key, value)}"' for key, value in bounds.items())
             inside.append(f"<limit {shown}/>")
-        if joint.damping != ZERO or joint.friction != ZERO:
-            damping, friction = (decimal_text(self.value(x)) for x in (joint.damping, joint.friction))
-            inside.append(f'<dynamics damping="{damping}" friction="{friction}"/>')
+        inside += self.dynamics(joint)
         if joint.coupling is not None:
             ratio, offset = decimal_text(self.value(joint.coupling.ratio)), self.offset(joint)
             leader = self.leaders[joint.coupling.coordinate]
             inside.append(f'<mimic joint="{leader}" multiplier="{ratio}" offset="{offset}"/>')
         return self.ends(joint.name, kind, joint.parent, child, joint.origin, inside)
+
+    def several(self, joint: Joint, child: str) -> list[str]:
+        """Return the lines of a floating or planar joint."""
+        axis = [f'<axis xyz="{self.axis(joint)}"/>'] if joint.type == "planar" else []
+        kind = KINDS[joint.type]
+        return self.ends(joint.name, kind, joint.parent, child, joint.origin, [*axis, *self.dynamics(joint)])
+
+    def dynamics(self, joint: Joint) -> list[str]:
+        """Return damping and friction."""
+        if joint.damping == ZERO and joint.friction == ZERO:
+            return []
+        damping, friction = (decimal_text(self.value(x)) for x in (joint.damping, joint.friction))
+        return [f'<dynamics damping="{damping}" friction="{friction}"/>']
 
     def fixed(self, name: str, parent: str, child: str, origin: Pose) -> list[str]:
         """Return the lines of a fixed joint."""

@@ -1,12 +1,12 @@
-"""What closes loops: (5.18) with the reactions of the tree eliminated from the tips leaves one equation a velocity.
+"""What closes loops: reactions of the tree eliminated from (5.18) leave an equation for each velocity without a drive.
 
     W_l      wrench l of a joint that closes a loop, axes of its joint frame J, about P
     G_lk     its power for unit velocity k: W_l · (twist of the child relative to J)
-    B λ = f  B the rows of Gᵀ of velocities without a drive, f what those velocities feel from the tree alone
+    Gᵀ λ = f    in the velocities without a drive, f what they feel from the tree alone
 
 A loop whose bodies move in one plane relative to each other cannot say what goes across the plane: there are three
-equations a body. Its joint is taken to transmit what lies in the plane, and the tree's joints the rest: reactions in the
-plane are unique, those across it are this choice among many.
+equations a body. Its joint is taken to transmit what lies in the plane, and the tree's joints the rest: reactions in
+the plane are unique, those across it are this choice among many.
 """
 
 from __future__ import annotations
@@ -16,13 +16,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.dynamics.elimination import eliminate, pivots
+from symdyn.dynamics.closed import solve_transposed
+from symdyn.dynamics.closure import Partition, blocks
+from symdyn.dynamics.elimination import pivots
 from symdyn.dynamics.hanging import Hanging
 from symdyn.dynamics.hinges import Hinge, power, relative_twists
+from symdyn.dynamics.loops import recursive
 from symdyn.dynamics.samples import Array
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, gradient
-from symdyn.scene import JOINTS, Scene, express
+from symdyn.graph import Expr
+from symdyn.scene import JOINTS, Scene
 from symdyn.scene.joints import Wrench
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.constraints import everywhere
@@ -32,12 +35,12 @@ FLAT = 1e-9  # how far a twist may leave a plane, relative to the largest
 
 
 @dataclass(frozen=True)
-class Closing:
+class Tie:
     """One unknown that closes a loop, or keeps a row of the scene.
 
     Attributes:
         owner: name of the loop or row.
-        loop: number of the loop, -1 for a row.
+        loop: number of the loop or contact, -1 for a row.
         wrench: W at unit size; None for a row, which acts on the velocities alone.
         G: its row of G, shape (nv,).
     """
@@ -48,12 +51,12 @@ class Closing:
     G: tuple[Expr, ...]
 
 
-def closings(hanging: Hanging) -> list[Closing]:
+def ties(hanging: Hanging) -> list[Tie]:
     """Return the unknowns of all loops, those across the plane of a planar loop left out, and of all rows."""
-    found = []
-    for number, loop in enumerate(hanging.loops):
+    found: list[Tie] = []
+    for number, loop in enumerate(hanging.cuts):
         twists = relative_twists(loop, hanging.joints)
-        wrenches = JOINTS[loop.joint.type].wrenches(loop.joint, loop.X)
+        wrenches = loop.wrenches
         normal = plane(hanging, loop, twists)
         if normal is not None:
             wrenches = in_plane(hanging, wrenches, normal)
@@ -61,35 +64,52 @@ def closings(hanging: Hanging) -> list[Closing]:
             row = [hanging.graph.zero] * hanging.state.n
             for k, twist in twists.items():
                 row[k] = power(wrench, twist)
-            found.append(Closing(loop.joint.name, number, wrench, tuple(row)))
-    for one in hanging.scene.rows:
-        slopes = gradient(express(one.formula, hanging.graph), hanging.state.qd)
-        found.append(Closing(one.name, -1, None, tuple(slopes)))
-    return found
+            found.append(Tie(loop.joint.name, number, wrench, tuple(row)))
+    return [*found, *rows_of(hanging)]
 
 
-def solved(hanging: Hanging, unknown: Sequence[Closing], forces: Sequence[Expr]) -> list[Expr]:
-    """Return the sizes λ for what the velocities feel from the tree alone: M u̇ + h, shape (nv,).
+def rows_of(hanging: Hanging) -> list[Tie]:
+    """Return the unknowns of the rows that are formulas: forces on the velocities, whatever exerts them."""
+    names = {row.name for row in hanging.scene.rows if row.type == "formula"}
+    if not names:
+        return []
+    every = recursive(hanging.scene, hanging.tree, hanging.state)
+    pairs = zip(every.labels, every.G, strict=True)
+    return [Tie(label.owner, -1, None, G) for label, G in pairs if label.owner in names]
 
-    The motion must be one that the drives can give; velocities without a drive beyond the number of unknowns (idle
-    spins) then keep their equations by themselves.
+
+def solved(hanging: Hanging, unknown: Sequence[Tie], excess: Sequence[Expr], among: Sequence[int]) -> list[Expr]:
+    """Return the sizes λ with Gᵀ λ = excess, block by block.
+
+    Args:
+        hanging: the mechanism.
+        unknown: from `ties`.
+        excess: what the velocities feel from the tree alone, M u̇ + h, less what drives them; shape (nv,).
+        among: velocities whose excess is known. Those beyond the number of unknowns keep their equations by themselves
+            (the idle spin of a rod between two balls) if the motion is one that the drives can give.
 
     Raises:
-        DerivationError: motion and drives do not determine λ.
+        DerivationError: these velocities do not determine λ.
     """
-    free = undriven(hanging.scene)
-    A = [[one.G[k] for one in unknown] for k in free]
-    numbers = hanging.samples.at([x for row in A for x in row]).reshape(len(free), len(unknown))
-    order = pivots(numbers)
+    rows = telling(hanging, unknown, among)
+    uses = [[k for k in rows if not one.G[k].is_zero] for one in unknown]
+    partition = Partition((), tuple(rows), tuple(blocks(uses)))
+    return solve_transposed([one.G for one in unknown], partition, excess)
+
+
+def telling(hanging: Hanging, unknown: Sequence[Tie], among: Sequence[int]) -> list[int]:
+    """Return as many velocities as unknowns, whose equations determine these; see `solved`."""
+    A = [one.G[k] for k in among for one in unknown]
+    order = pivots(hanging.samples.at(A).reshape(len(among), len(unknown)))
     if len(order) < len(unknown):
         owners = ", ".join(dict.fromkeys(one.owner for one in unknown))
         raise DerivationError(
-            f"{hanging.scene.name}: reactions: {len(free)} velocities without a drive determine {len(order)} of the "
-            f"{len(unknown)} components that close {owners}; the mechanism has too many drives, or is overconstrained: "
-            "make drives passive, take a joint with more freedoms, or ask symdyn.dynamics.uniqueness.reactions_at for "
+            f"{hanging.scene.name}: reactions: {len(among)} velocities without a drive determine {len(order)} of the "
+            f"{len(unknown)} components that close {owners}: the mechanism has too many drives, or is overconstrained; "
+            "leave drives out, take joints with more freedoms, or ask symdyn.dynamics.uniqueness.reactions_at for "
             "the least reactions at one position, with those flagged that are not unique"
         )
-    return eliminate(A, [forces[k] for k in free], order)
+    return sorted(among[row] for row, _ in order)
 
 
 def undriven(scene: Scene) -> list[int]:
@@ -103,12 +123,12 @@ def undriven(scene: Scene) -> list[int]:
 
 
 def plane(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> Vec | None:
-    """Return the normal of the plane that a loop moves in, axes of J: one of its axes, or the joint's; None in space."""
-    graph = hanging.graph
+    """Return the normal of the plane that a loop moves in, axes of J; None in space."""
+    graph = hanging.graph  # the joint's own axis and those of J are tried
     entries = [x for v, omega in twists.values() for x in (*v, *omega)]
     numbers = [hanging.samples.at(entries, seed).reshape(-1, 2, 3) for seed in (2, 3)]
     normals = list(everywhere(graph)[::-1])
-    if "axis" in JOINTS[loop.joint.type].keys:  # noqa: SIM118  a field
+    if loop.joint.type in JOINTS and "axis" in JOINTS[loop.joint.type].keys:
         normals.insert(0, unit(loop.joint.axis, graph))
     for normal in normals:
         n = hanging.samples.at(normal, 2)

@@ -1,0 +1,265 @@
+"""Joints in Python: one maker a type, the same words as in a TOML file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TypedDict, Unpack
+
+from symdyn.scene.table import Entry
+from symdyn.scene.words import Number, Placement, Three, entry
+
+
+class PlacedKeys(TypedDict, total=False):
+    """The keywords of a joint without motion."""
+
+    origin: Placement | None
+    tip: Placement | None
+
+
+class JointKeys(PlacedKeys, total=False):
+    """The keywords of `joint` that every maker of a joint with coordinates takes."""
+
+    coordinate: str | None
+    coordinates: Sequence[str] | None
+    drive: str | bool | Sequence[str | bool]
+    force: Number | Sequence[Number] | None
+    damping: Number | None
+    friction: Number | Mapping[str, Number] | None
+    start: Number | Sequence[Number] | None
+    start_rates: Number | Sequence[Number] | None
+    locked: bool
+    position: Number | None
+
+
+class SingleKeys(JointKeys, total=False):
+    """The keywords of `joint` that the makers of joints with one velocity take."""
+
+    mimic: Mapping[str, Number] | None
+    armature: Number | None
+    rotor: Mapping[str, Number] | None
+    limits: Mapping[str, Number | None] | None
+    motion: Number | None
+
+
+class AxisKeys(SingleKeys, total=False):
+    """The keywords of `revolute` and `prismatic`."""
+
+    axis: Three | None
+
+
+def joint(
+    name: str,
+    type: str,
+    parent: str,
+    child: str,
+    *,
+    axis: Three | None = None,
+    second_axis: Three | None = None,
+    pitch: Number | None = None,
+    length: Number | None = None,
+    orientation: str | None = None,
+    steps: Placement | None = None,
+    units: Sequence[str] | None = None,
+    origin: Placement | None = None,
+    tip: Placement | None = None,
+    coordinate: str | None = None,
+    coordinates: Sequence[str] | None = None,
+    drive: str | bool | Sequence[str | bool] = True,
+    force: Number | Sequence[Number] | None = None,
+    mimic: Mapping[str, Number] | None = None,
+    armature: Number | None = None,
+    rotor: Mapping[str, Number] | None = None,
+    damping: Number | None = None,
+    friction: Number | Mapping[str, Number] | None = None,
+    limits: Mapping[str, Number | None] | None = None,
+    start: Number | Sequence[Number] | None = None,
+    start_rates: Number | Sequence[Number] | None = None,
+    motion: Number | None = None,
+    locked: bool = False,
+    position: Number | None = None,
+) -> Entry:
+    """Declare a joint.
+
+    Joints may close loops: then some are cut and some turned round, see `loop` to say which.
+
+    Args:
+        name: of the joint.
+        type: a key of `JOINTS`, such as "revolute", "spherical" or "fixed".
+        parent: the body it hangs on, or "ground".
+        child: the body it carries.
+        axis: direction in the joint frame, any length but zero; z when left out.
+        second_axis: of a universal joint, in the frame that the first rotation has turned; x when left out.
+        pitch: of a helical joint, advance a turn, m.
+        length: of a rod, m.
+        orientation: of a motion that is spherical in part: "quaternion", or three axes such as "zyx".
+        steps: of a custom joint, its motion: steps whose amounts are formulas in its coordinates.
+        units: of a custom joint, "rad" or "m" for every coordinate.
+        origin: from the parent's body frame to the joint frame: {"xyz": ..., "rpy": ...}, [x, y, z], steps or a Pose.
+        tip: from the moved joint frame to the child's body frame.
+        coordinate: name of q of a joint that has one; q1, q2, ... when left out.
+        coordinates: names of all of its q; a quaternion's four are (w, x, y, z).
+        drive: name of the driving force or torque; True for tau1, tau2, ..., False for a passive joint; a list with
+            one of these for every velocity.
+        force: generalized force beside the drive, N m or N, in parameters, coordinates, velocities and t; a list with
+            one for every velocity.
+        mimic: {"joint": name, "ratio": 1, "offset": 0} of a joint that follows another one, in place of a coordinate:
+            position = ratio · position of that joint + offset; {"coordinate": name, ...} of a joint with several.
+        armature: inertia of a rotor, seen at the joint, kg m^2 or kg.
+        rotor: {"inertia": ..., "gear": ...} in its place: armature = inertia · gear^2.
+        damping: viscous damping of every velocity, N m s/rad or N s/m.
+        friction: dry friction, N m or N, kept as data; or {"coulomb": ..., "static": ..., "stribeck": ...,
+            "smoothing": ...} for friction that enters the equations, see `Friction`.
+        limits: {"lower": ..., "upper": ..., "velocity": ..., "effort": ...}; what is left out or None is unlimited;
+            kept as data.
+        start: position at the start, or a guess of it where loops close; zeros, and no rotation, when left out.
+        start_rates: velocities at the start; zeros when left out.
+        motion: prescribed motion, a formula in t, of a joint with a drive.
+        locked: the joint stands still and becomes a fixed one.
+        position: where it stands, rad or m; zero when left out.
+    """
+    return entry(
+        "joints",
+        name,
+        type=type,
+        parent=parent,
+        child=child,
+        axis=axis,
+        second_axis=second_axis,
+        pitch=pitch,
+        length=length,
+        orientation=orientation,
+        steps=steps,
+        units=units,
+        origin=origin,
+        tip=tip,
+        coordinate=coordinate,
+        coordinates=coordinates,
+        drive=None if drive is True else drive,
+        force=force,
+        mimic=mimic,
+        armature=armature,
+        rotor=rotor,
+        damping=damping,
+        friction=friction,
+        limits=limits,
+        start=start,
+        start_rates=start_rates,
+        motion=motion,
+        locked=locked or None,
+        position=position,
+    )
+
+
+def revolute(name: str, parent: str, child: str, **keys: Unpack[AxisKeys]) -> Entry:
+    """Declare a revolute joint; the arguments are those of `joint`."""
+    return joint(name, "revolute", parent, child, **keys)
+
+
+def prismatic(name: str, parent: str, child: str, **keys: Unpack[AxisKeys]) -> Entry:
+    """Declare a prismatic joint; the arguments are those of `joint`."""
+    return joint(name, "prismatic", parent, child, **keys)
+
+
+def helical(
+    name: str, parent: str, child: str, *, pitch: Number, axis: Three | None = None, **keys: Unpack[SingleKeys]
+) -> Entry:
+    """Declare a screw; the arguments are those of `joint`."""
+    return joint(name, "helical", parent, child, pitch=pitch, axis=axis, **keys)
+
+
+def cylindrical(name: str, parent: str, child: str, *, axis: Three | None = None, **keys: Unpack[JointKeys]) -> Entry:
+    """Declare a joint that turns about its axis and slides along it; the arguments are those of `joint`."""
+    return joint(name, "cylindrical", parent, child, axis=axis, **keys)
+
+
+def universal(
+    name: str,
+    parent: str,
+    child: str,
+    *,
+    axis: Three | None = None,
+    second_axis: Three | None = None,
+    **keys: Unpack[JointKeys],
+) -> Entry:
+    """Declare a universal (Cardan) joint; the arguments are those of `joint`."""
+    return joint(name, "universal", parent, child, axis=axis, second_axis=second_axis, **keys)
+
+
+def spherical(
+    name: str, parent: str, child: str, *, orientation: str | None = None, **keys: Unpack[JointKeys]
+) -> Entry:
+    """Declare a ball and socket; the arguments are those of `joint`."""
+    return joint(name, "spherical", parent, child, orientation=orientation, **keys)
+
+
+def planar(name: str, parent: str, child: str, *, axis: Three | None = None, **keys: Unpack[JointKeys]) -> Entry:
+    """Declare two translations across the axis and a rotation about it; the arguments are those of `joint`."""
+    return joint(name, "planar", parent, child, axis=axis, **keys)
+
+
+def point_on_line(
+    name: str,
+    parent: str,
+    child: str,
+    *,
+    axis: Three | None = None,
+    orientation: str | None = None,
+    **keys: Unpack[JointKeys],
+) -> Entry:
+    """Declare a point that slides along the axis, the child turning about it; the arguments are those of `joint`."""
+    return joint(name, "point_on_line", parent, child, axis=axis, orientation=orientation, **keys)
+
+
+def point_on_plane(
+    name: str,
+    parent: str,
+    child: str,
+    *,
+    axis: Three | None = None,
+    orientation: str | None = None,
+    **keys: Unpack[JointKeys],
+) -> Entry:
+    """Declare a point in the plane across the axis, the child turning about it; the arguments are those of `joint`."""
+    return joint(name, "point_on_plane", parent, child, axis=axis, orientation=orientation, **keys)
+
+
+def rod(
+    name: str, parent: str, child: str, *, length: Number, orientation: str | None = None, **keys: Unpack[JointKeys]
+) -> Entry:
+    """Declare a massless rod between two points; the arguments are those of `joint`."""
+    return joint(name, "rod", parent, child, length=length, orientation=orientation, **keys)
+
+
+def free(name: str, parent: str, child: str, *, orientation: str | None = None, **keys: Unpack[JointKeys]) -> Entry:
+    """Declare a body without contact, in six coordinates or seven; the arguments are those of `joint`."""
+    return joint(name, "free", parent, child, orientation=orientation, **keys)
+
+
+def custom(
+    name: str, parent: str, child: str, *, steps: Placement, units: Sequence[str], **keys: Unpack[JointKeys]
+) -> Entry:
+    """Declare a joint by the steps of its motion; the arguments are those of `joint`."""
+    return joint(name, "custom", parent, child, steps=steps, units=units, **keys)
+
+
+def fixed(name: str, parent: str, child: str, **keys: Unpack[PlacedKeys]) -> Entry:
+    """Declare a weld of two bodies; the arguments are those of `joint`."""
+    return joint(name, "fixed", parent, child, **keys)
+
+
+def loop(
+    name: str,
+    type: str,
+    parent: str,
+    child: str,
+    *,
+    axis: Three | None = None,
+    second_axis: Three | None = None,
+    pitch: Number | None = None,
+    length: Number | None = None,
+    origin: Placement | None = None,
+    tip: Placement | None = None,
+) -> Entry:
+    """Declare a joint that closes a loop; the arguments are those of `joint`, and it has no coordinates."""
+    shape = {"axis": axis, "second_axis": second_axis, "pitch": pitch, "length": length}
+    return entry("loop", name, type=type, parent=parent, child=child, origin=origin, tip=tip, **shape)

@@ -1,0 +1,1 @@
+"""Checks of a scene, one noun a file."""

@@ -1,0 +1,114 @@
+"""Directions, signs and starts of joints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from symdyn.graph import Graph
+from symdyn.scene.draft import Draft, joint_numbers, shown
+from symdyn.scene.folding import FormulaError
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.model import Joint
+from symdyn.scene.names import listed
+from symdyn.scene.quantity import Quantity, Vector, express
+from symdyn.scene.start import quaternion
+from symdyn.scene.table import Faults
+from symdyn.scene.value import Value, value_of
+
+NOT_NEGATIVE = (
+    *("armature", "damping", "friction", "limits.velocity", "limits.effort"),
+    *("friction.coulomb", "friction.static", "friction.smoothing"),
+)
+
+ROUNDING = 1e-12
+"""Sine of an angle between directions that are parallel."""
+
+
+def check_joints(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
+    """Report what is wrong with the joints, one by one."""
+    for kind in ("joints", "loops"):
+        for where, joint in zip(draft.where[kind], getattr(draft.scene, kind), strict=True):
+            _axes(where, joint, faults)
+            _signs(where, joint, values, faults)
+            _start(where, joint, values, faults)
+            _driven(where, joint, faults)
+
+
+def direction(where: str, key: str, axis: Vector, faults: Faults) -> bool:
+    """Report a direction that depends on symbols or has no length; tell whether it is one."""
+    text = f"{key} = [{', '.join(shown(x) for x in axis)}]"
+    names = listed(dict.fromkeys(name for x in axis for name in x.symbols))
+    if names != "none":
+        faults.add(where, f"{text} depends on {names}; give numbers, and tilt by origin.rpy instead")
+    elif all(vanishes(x) for x in axis):
+        faults.add(where, f"{text} has zero length; give a direction such as [0, 0, 1]")
+    else:
+        return True
+    return False
+
+
+def vanishes(quantity: Quantity) -> bool:
+    """Tell whether a quantity without symbols is zero."""
+    try:
+        return express(quantity, graph := Graph()) is graph.zero or value_of(quantity, {}) == 0
+    except (FormulaError, ZeroDivisionError):
+        return False  # reported as a formula without a value
+
+
+def _axes(where: str, joint: Joint, faults: Faults) -> None:
+    fine = direction(where, "axis", joint.axis, faults)
+    if "second_axis" not in JOINTS[joint.type].keys:
+        return
+    fine = direction(where, "second_axis", joint.second_axis, faults) and fine
+    if fine and _parallel(joint.axis, joint.second_axis):
+        text = f"second_axis = [{', '.join(shown(x) for x in joint.second_axis)}]"
+        faults.add(where, f"{text} is parallel to axis; give one across it, such as [1, 0, 0] for axis = [0, 0, 1]")
+
+
+def _parallel(axis: Vector, second: Vector) -> bool:
+    try:
+        a, b = ([float(value_of(x, {}) or 0) for x in vector] for vector in (axis, second))
+    except FormulaError:
+        return False  # reported as a formula without a value
+    across = [a[i] * b[j] - a[j] * b[i] for i, j in ((1, 2), (2, 0), (0, 1))]
+    return math.hypot(*across) <= ROUNDING * math.hypot(*a) * math.hypot(*b)
+
+
+def _signs(where: str, joint: Joint, values: Mapping[str, Value], faults: Faults) -> None:
+    """What dissipates or stores energy is not negative, and limits leave room."""
+    numbers = dict(joint_numbers(joint))
+    known = {key: _value(quantity, values) for key, quantity in numbers.items()}
+    for key in NOT_NEGATIVE:
+        value = known.get(key)
+        if value is not None and value < 0:
+            faults.add(where, f"{key} = {float(value):.6g} is negative; give zero or more")
+    if joint.dry and (value := known.get("friction.stribeck")) is not None and value <= 0:
+        faults.add(where, f"friction.stribeck = {float(value):.6g} is no rate; give one above zero")
+    lower, upper = known.get("limits.lower"), known.get("limits.upper")
+    if lower is not None and upper is not None and lower > upper:
+        texts = [f"{key} = {shown(numbers[key])}" for key in ("limits.lower", "limits.upper")]
+        faults.add(where, f"{texts[0]} is above {texts[1]}; swap them")
+
+
+def _start(where: str, joint: Joint, values: Mapping[str, Value], faults: Faults) -> None:
+    first = quaternion(joint)
+    if first is None or not joint.start:
+        return
+    four = [_value(x, values) for x in joint.start[first : first + 4]]
+    if all(x == 0 for x in four):
+        shift = "" if len(joint.start) == 4 else f", entries {first + 1} to {first + 4},"
+        faults.add(where, f"start: the quaternion (w, x, y, z){shift} has zero length; give one such as 1, 0, 0, 0")
+
+
+def _driven(where: str, joint: Joint, faults: Faults) -> None:
+    if joint.motion is not None and not any(joint.drives):
+        what = f"motion = {shown(joint.motion)} prescribes what no drive can hold"
+        faults.add(where, f"{what}: the joint is passive; leave out drive = false, or the motion")
+
+
+def _value(quantity: Quantity, values: Mapping[str, Value]) -> Value | None:
+    try:
+        return value_of(quantity, values)
+    except FormulaError:
+        return None  # reported as a formula without a value

@@ -1,0 +1,73 @@
+"""Names are printable and each stands for one thing; symbols stand where they may."""
+
+from __future__ import annotations
+
+from symdyn.scene.draft import KINDS, TIME, Draft, Use, shown, uses
+from symdyn.scene.model import GROUND, Scene, acceleration_name
+from symdyn.scene.names import check_latex, check_name, suggestion
+from symdyn.scene.table import Faults, shorten
+
+FAMILIES = {"parameters": "symbol", "bodies": "frame", "points": "frame", "joints": "joint", "loops": "joint"}
+"""Names of one family differ; a kind that is not here is a family of its own."""
+
+
+def check_names(draft: Draft, faults: Faults) -> None:
+    """Report names that no target can print, and those that two things have."""
+    scene = draft.scene
+    fault = check_name(scene.name)
+    if fault:
+        faults.add("", f'name = "{scene.name}" {fault}')
+    taken: dict[str, dict[str, str]] = {}
+    for kind in KINDS:
+        family = FAMILIES.get(kind, kind)
+        for where, one in zip(draft.where[kind], getattr(scene, kind), strict=True):
+            _claim(faults, taken.setdefault(family, {}), where, "", one.name)
+            if family == "frame" and one.name == GROUND:
+                faults.add(where, "ground is the name of what does not move; choose another")
+    for where, parameter in zip(draft.where["parameters"], scene.parameters, strict=True):
+        fault = check_latex(parameter.latex) if parameter.latex else None
+        if fault:
+            faults.add(where, f"latex = {shorten(repr(parameter.latex))} {fault}")
+    symbols = taken.setdefault("symbol", {})
+    for where, joint in zip(draft.where["joints"], scene.joints, strict=True):
+        own = [("coordinate", name) for name in joint.coordinates]
+        own += [("velocity", name) for name in joint.velocities if not name.endswith("_dot")]
+        own += [("drive", name) for name in joint.drives if name]
+        for key, name in own:
+            _claim(faults, symbols, where, f"{key} = ", name)
+
+
+def _claim(faults: Faults, taken: dict[str, str], where: str, key: str, name: str) -> None:
+    fault = check_name(name)
+    if fault:
+        faults.add(where, f'{key}"{name}" {fault}')
+    elif name in taken:
+        faults.add(where, f'{key}"{name}" is already the name of {taken[name]}; choose another name')
+    taken.setdefault(name, f"{where} ({key.removesuffix(' = ')})" if key else where)
+
+
+def check_symbols(draft: Draft, faults: Faults) -> None:
+    """Report symbols that are no parameters, where coordinates, velocities or the time may not stand."""
+    parameters = {parameter.name: None for parameter in draft.scene.parameters}
+    motion = dict.fromkeys(_motion_names(draft.scene))
+    for use in uses(draft):
+        for name in use.quantity.symbols:
+            if name not in parameters and name not in use.allowed:
+                faults.add(use.where, f"{use.key} = {shown(use.quantity)} {_why(name, use, parameters, motion)}")
+
+
+def _why(name: str, use: Use, parameters: dict[str, None], motion: dict[str, None]) -> str:
+    if name == TIME:
+        return "uses t, the time; only forces, loads and prescribed motions may depend on it"
+    if name in motion:
+        return f"uses {name}, which moves; only the force of a joint, loads and rows may depend on what moves"
+    known = [*parameters, *(other for other in motion if other in use.allowed)]
+    return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known)})"
+
+
+def _motion_names(scene: Scene) -> list[str]:
+    names: list[str] = []
+    names += scene.coordinates
+    for velocity in scene.velocities:
+        names += [velocity, acceleration_name(velocity)]
+    return names

@@ -1,0 +1,101 @@
+"""Joints hang every body on ground, each on one joint; what closes a loop connects two bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from symdyn.scene.draft import Draft, shown
+from symdyn.scene.folding import FormulaError
+from symdyn.scene.model import GROUND, Joint
+from symdyn.scene.names import suggestion
+from symdyn.scene.table import Faults
+from symdyn.scene.value import Value, value_of
+
+
+def check_tree(draft: Draft, faults: Faults) -> None:
+    """Report ends that are no bodies, bodies that hang on nothing or on themselves, and a scene that stands still."""
+    scene = draft.scene
+    bodies = {body.name: None for body in scene.bodies}
+    carrier: dict[str, Joint] = {}
+    for where, joint in zip(draft.where["joints"], scene.joints, strict=True):
+        _ends(where, joint, bodies, faults)
+        if joint.child == GROUND:
+            faults.add(where, f'child = "{GROUND}" cannot move; swap parent and child')
+        elif joint.child in carrier:
+            faults.add(where, f'child = "{joint.child}" already hangs on the joint {carrier[joint.child].name}')
+        elif joint.child:
+            carrier[joint.child] = joint
+    joined = {body for joint in (*scene.joints, *scene.loops) for body in (joint.parent, joint.child)}
+    for where, body in zip(draft.where["bodies"], scene.bodies, strict=True):
+        if body.name in carrier or body.name == GROUND:
+            continue
+        if body.name in joined:
+            faults.add(where, f'no joint leads from {GROUND} to the body; add one with child = "{body.name}"')
+        else:
+            faults.add(where, f'the body hangs on no joint; add one with child = "{body.name}"')
+    _cycles(draft, carrier, faults)
+    if not any(joint.moves for joint in scene.joints):
+        faults.add("", "nothing moves; declare at least one body and a revolute or prismatic joint that carries it")
+
+
+def _ends(where: str, joint: Joint, bodies: Mapping[str, None], faults: Faults) -> None:
+    for key, name in (("parent", joint.parent), ("child", joint.child)):
+        if name and name not in bodies and name != GROUND:
+            near = suggestion(name, [*bodies, GROUND] if key == "parent" else bodies)
+            faults.add(where, f'{key} = "{name}" is not a body; {near}')
+
+
+def _cycles(draft: Draft, carrier: Mapping[str, Joint], faults: Faults) -> None:
+    settled: set[str] = set()
+    for where, joint in zip(draft.where["joints"], draft.scene.joints, strict=True):
+        path: dict[str, None] = {}
+        name = joint.child
+        while name in carrier and name not in settled and name not in path:
+            path[name] = None
+            name = carrier[name].parent
+        if name in path:
+            ring = list(path)[list(path).index(name) :]
+            shown = " -> ".join([*ring[:10], *(["..."] if len(ring) > 10 else []), name])
+            faults.add(where, f"its body hangs on itself: {shown} (child -> parent); let one of them hang on {GROUND}")
+        settled.update(path)
+
+
+def check_loops(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
+    """Report joints that close loops between bodies that are one, or that say what they forbid in no formula."""
+    scene = draft.scene
+    bodies = {body.name: None for body in scene.bodies}
+    rigid = _rigid(scene.joints)
+    for where, joint in zip(draft.where["loops"], scene.loops, strict=True):
+        _ends(where, joint, bodies, faults)
+        if joint.parent == joint.child:
+            faults.add(where, f'joins "{joint.parent}" with itself; a loop is closed between two bodies')
+        elif rigid.get(joint.parent, joint.parent) == rigid.get(joint.child, joint.child):
+            both = f'"{joint.parent}" and "{joint.child}"'
+            faults.add(where, f"joins {both}, which fixed joints make one body; close the loop between two bodies")
+        if joint.type == "custom":
+            faults.add(where, "a custom joint closes no loop, since what it forbids has no formula; cut another joint")
+        if joint.type == "free":
+            faults.add(where, "a free joint forbids nothing and closes no loop; leave it out")
+    for kind in ("joints", "loops"):
+        for where, joint in zip(draft.where[kind], getattr(scene, kind), strict=True):
+            if joint.type == "rod":
+                _length(where, joint, values, faults)
+
+
+def _rigid(joints: tuple[Joint, ...]) -> dict[str, str]:
+    """Return for every body that hangs on fixed joints the one at their beginning; parents come first."""
+    root: dict[str, str] = {}
+    for joint in joints:
+        if joint.type == "fixed":
+            root[joint.child] = root.get(joint.parent, joint.parent)
+    return root
+
+
+def _length(where: str, joint: Joint, values: Mapping[str, Value], faults: Faults) -> None:
+    try:
+        value = value_of(joint.length, values)
+    except FormulaError:
+        return  # reported as a formula without a value
+    if value is not None and value <= 0:
+        advice = "give the distance of its ends, or write a spherical joint"
+        faults.add(where, f"length = {shown(joint.length)} is that of no rod; {advice}")

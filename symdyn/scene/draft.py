@@ -1,0 +1,126 @@
+"""A scene that is not yet checked, and every quantity that it holds, with its place and with what it may name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+
+from symdyn.scene.loads import Friction, Place
+from symdyn.scene.model import Body, Joint, Limits, Pose, Scene
+from symdyn.scene.quantity import Quantity
+from symdyn.scene.spelling import spell
+from symdyn.scene.table import shorten
+
+TIME = "t"
+"""Name of the time in formulas."""
+
+KINDS = ("parameters", "bodies", "joints", "loops", "points", "springs", "dampers", "loads", "rows")
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A scene in declared order, not yet checked; bodies and joints need not belong together.
+
+    Attributes:
+        scene: what was declared.
+        where: for each of `KINDS` the places of its entries, for messages.
+    """
+
+    scene: Scene
+    where: Mapping[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Use:
+    """A quantity of the scene, where it stands, and what it may name beside parameters."""
+
+    where: str
+    key: str
+    quantity: Quantity
+    allowed: frozenset[str] = frozenset()
+
+
+def uses(draft: Draft) -> Iterator[Use]:
+    """Return every quantity but parameter values and directions, in declared order."""
+    scene, where = draft.scene, draft.where
+    moving = frozenset((*scene.coordinates, *scene.velocities))
+    yield from _vector("", "gravity", scene.gravity)
+    for place, body in zip(where["bodies"], scene.bodies, strict=True):
+        yield from _body(place, body)
+    for place, joint in zip(where["joints"], scene.joints, strict=True):
+        yield from _joint(place, joint, moving)
+    for place, joint in zip(where["loops"], scene.loops, strict=True):
+        yield from _joint(place, joint, moving)
+    for place, point in zip(where["points"], scene.points, strict=True):
+        yield from _steps(place, "at", point.at)
+    for place, spring in zip(where["springs"], scene.springs, strict=True):
+        yield from _ends(place, spring.ends)
+        yield from _vector(place, "stiffness", spring.stiffness)
+        yield from (Use(place, "free", spring.free), Use(place, "preload", spring.preload))
+    for place, damper in zip(where["dampers"], scene.dampers, strict=True):
+        yield from _ends(place, damper.ends)
+        yield from _vector(place, "damping", damper.damping)
+    for place, load in zip(where["loads"], scene.loads, strict=True):
+        yield from _vector(place, "at", load.place.at)
+        yield from _vector(place, "force", load.force, moving | {TIME})
+        yield from _vector(place, "couple", load.couple, moving | {TIME})
+    for place, row in zip(where["rows"], scene.rows, strict=True):
+        yield Use(place, "formula", row.formula, moving)
+        yield from _vector(place, "at", row.place.at if row.place else ())
+        yield Use(place, "radius", row.radius)
+
+
+def joint_numbers(joint: Joint) -> Iterator[tuple[str, Quantity]]:
+    """Return what a joint says in numbers and parameters beside its placement, by key."""
+    if joint.coupling is not None:
+        yield from (("mimic.ratio", joint.coupling.ratio), ("mimic.offset", joint.coupling.offset))
+    yield from (("armature", joint.armature), ("damping", joint.damping), ("friction", joint.friction))
+    for field in fields(Friction) if joint.dry else ():
+        quantity = getattr(joint.dry, field.name)
+        if quantity is not None:
+            yield f"friction.{field.name}", quantity
+    for field in fields(Limits):
+        quantity = getattr(joint.limits, field.name)
+        if quantity is not None:
+            yield f"limits.{field.name}", quantity
+    yield from (("pitch", joint.pitch), ("length", joint.length))
+    yield from ((f"start[{k}]", x) for k, x in enumerate(joint.start))
+    yield from ((f"start_rates[{k}]", x) for k, x in enumerate(joint.start_rates))
+
+
+def shown(quantity: Quantity) -> str:
+    """Return a quantity for a message."""
+    return shorten(spell(quantity))
+
+
+def _body(where: str, body: Body) -> Iterator[Use]:
+    yield Use(where, "mass", body.mass)
+    for key, vector in (("com", body.com), ("first_moment", body.first_moment), ("inertia", body.inertia)):
+        yield from _vector(where, key, vector or ())
+    for k, particle in enumerate(body.particles):
+        yield Use(where, f"particles[{k}].mass", particle.mass)
+        yield from _vector(where, f"particles[{k}].at", particle.at)
+
+
+def _joint(where: str, joint: Joint, moving: frozenset[str]) -> Iterator[Use]:
+    yield from _steps(where, "origin", joint.origin)
+    yield from _steps(where, "tip", joint.tip)
+    yield from _steps(where, "steps", joint.steps, frozenset(joint.coordinates))
+    for k, force in enumerate(joint.forces):
+        yield Use(where, "force" if len(joint.forces) == 1 else f"forces[{k}]", force, moving | {TIME})
+    if joint.motion is not None:
+        yield Use(where, "motion", joint.motion, frozenset((TIME,)))
+    yield from (Use(where, key, quantity) for key, quantity in joint_numbers(joint))
+
+
+def _vector(where: str, key: str, entries: Sequence[Quantity], allowed: frozenset[str] = frozenset()) -> Iterator[Use]:
+    yield from (Use(where, f"{key}[{i}]", x, allowed) for i, x in enumerate(entries))
+
+
+def _ends(where: str, ends: Sequence[Place]) -> Iterator[Use]:
+    for key, end in zip(("from", "to"), ends, strict=False):
+        yield from _vector(where, f"{key}.at", end.at)
+
+
+def _steps(where: str, key: str, pose: Pose, allowed: frozenset[str] = frozenset()) -> Iterator[Use]:
+    yield from (Use(where, f"{key}.{kind}", amount, allowed) for kind, amount in pose.steps)

@@ -1,0 +1,34 @@
+"""What robot files have no words for: loops, springs, loads, rows, and where a scene starts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from symdyn.scene.model import Scene
+from symdyn.scene.quantity import ZERO
+from symdyn.scene.spelling import spell
+
+NOUNS = {
+    "loops": "closes a loop, and the file holds trees",
+    "springs": "a spring, which acts in the equations",
+    "dampers": "a damper, which acts in the equations",
+    "loads": "a wrench, which acts in the equations",
+    "rows": "a constraint on velocities",
+}
+
+
+def lost_words(scene: Scene) -> Iterator[str]:
+    """Return what neither URDF nor a parameter file holds, one line each."""
+    for kind, what in NOUNS.items():
+        yield from (f"{kind}.{one.name}: {what}" for one in getattr(scene, kind))
+    for joint in scene.joints:
+        where = f"joints.{joint.name}"
+        if any(force != ZERO for force in joint.forces):
+            shown = ", ".join(spell(force) for force in joint.forces)
+            yield f"{where}: force = {shown}: there are no forces in formulas"
+        if joint.dry is not None:
+            yield f"{where}: friction that enters the equations"
+        if joint.motion is not None:
+            yield f"{where}: motion = {spell(joint.motion)}"
+        if any(x != ZERO for x in (*joint.start, *joint.start_rates)):
+            yield f"{where}: where it starts"

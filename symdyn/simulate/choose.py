@@ -1,0 +1,96 @@
+"""Which integrator fits a system: Taylor's where it applies, implicit methods where the system is stiff, else DOP853.
+
+A system is stiff where a motion dies out so fast, -Re λ, that an explicit method would have to follow it although
+nothing oscillates nearly as fast; λ are the eigenvalues of ∂f/∂x at the start.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.errors import SimulateError
+from symdyn.scene.names import suggestion
+from symdyn.simulate.integrate import METHODS, Method, importable
+from symdyn.simulate.integrate.taylor import refuses, size
+from symdyn.simulate.system import System
+
+Array = npt.NDArray[np.float64]
+
+STIFF_STEPS, STIFF_RATIO = 3000.0, 50.0
+"""Stability-bound steps of an explicit method, and fastest decay over fastest oscillation, beyond which one is stiff."""
+
+LARGEST = 3000
+"""Operations that heyoka compiles within a few seconds."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """An integrator and why it was taken."""
+
+    name: str
+    method: Method
+    reason: str
+
+
+def choose(system: System, x: Array, until: float, asked: str | None = None) -> Choice:
+    """Return the integrator for a system.
+
+    Args:
+        system: the equations.
+        x: state at the start.
+        until: time of the end, s.
+        asked: a key of `METHODS`, upper or lower case; None chooses.
+
+    Raises:
+        SimulateError: there is no such method, it does not apply, or its library is missing.
+    """
+    if asked is not None:
+        return _asked(system, asked)
+    if is_stiff(system, x, until):
+        name = "cvode" if importable(METHODS["cvode"].module) else "radau"
+        return Choice(name, METHODS[name], "the system is stiff")
+    why = refuses(system)
+    if not why and size(system) > LARGEST:
+        why = f"{size(system)} operations would take heyoka long to compile"
+    if not why and not importable(METHODS["taylor"].module):
+        why = "heyoka is not installed; pip install 'symdyn[taylor]'"
+    if not why:
+        return Choice("taylor", METHODS["taylor"], "")
+    return Choice("dop853", METHODS["dop853"], f"no Taylor method: {why}")
+
+
+def _asked(system: System, asked: str) -> Choice:
+    name = asked.lower()
+    if name not in METHODS:
+        raise SimulateError(f"method {asked} is not known; {suggestion(asked, METHODS)}")
+    method = METHODS[name]
+    if not importable(method.module):
+        raise SimulateError(f"method {name} needs {method.library}; pip install 'symdyn[{method.extra}]'")
+    why = method.refuses(system)
+    if why:
+        raise SimulateError(f"method {name} does not apply: {why}; take dop853")
+    return Choice(name, method, "")
+
+
+def is_stiff(system: System, x: Array, until: float) -> bool:
+    """Tell whether a system is stiff at the start."""
+    eigenvalues = np.linalg.eigvals(jacobian(system, x))
+    if not np.all(np.isfinite(eigenvalues)):
+        return False
+    decay, turn = float(np.max(-eigenvalues.real, initial=0.0)), float(np.max(np.abs(eigenvalues.imag), initial=0.0))
+    return decay * until > STIFF_STEPS and decay > STIFF_RATIO * turn
+
+
+def jacobian(system: System, x: Array) -> Array:
+    """Return ∂f/∂x at t = 0 by central differences, shape (nx, nx); zeros where it has no finite value."""
+    J = np.empty((len(x), len(x)))
+    for k in range(len(x)):
+        step = 1e-6 * max(1.0, abs(float(x[k])))
+        ahead, behind = x.copy(), x.copy()
+        ahead[k] += step
+        behind[k] -= step
+        J[:, k] = (system.rates(0.0, ahead) - system.rates(0.0, behind)) / (2 * step)
+    return np.where(np.isfinite(J), J, 0.0)

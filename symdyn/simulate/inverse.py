@@ -1,0 +1,244 @@
+"""Motion prescribed, driving forces computed: the door `inverse`.
+
+In a closed mechanism laws are needed for as many coordinates as it has freedoms. The others follow by Newton's method
+on the loops, each time from the last, then velocities and accelerations from G u = 0 and G u̇ + Ġ u = 0. Velocities of a
+quaternion are found from q̇ = H u, their rates from q̈ = H u̇ + Ḣ u.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.build.load import load_program
+from symdyn.dynamics.derive import arguments
+from symdyn.dynamics.equations import Equations, Function
+from symdyn.dynamics.numbers import numbers_of
+from symdyn.dynamics.prescribed import prescribed
+from symdyn.dynamics.workspace import Workspace
+from symdyn.errors import SimulateError
+from symdyn.graph import Graph, tangents
+from symdyn.program import cheapest, lower
+from symdyn.scene import Scene, spell, velocity_name
+from symdyn.scene.start import starting_position
+from symdyn.scene.table import Faults
+from symdyn.simulate.laws import Law, constant, formula_law
+from symdyn.simulate.model import Trajectory
+from symdyn.simulate.motion import Motion
+from symdyn.simulate.reactions import reaction_columns
+from symdyn.simulate.reading import TIME, bound, close, number_of, parameter_values
+
+Array = npt.NDArray[np.float64]
+
+UNIT = 1e-9
+"""How far the length of a prescribed quaternion may be from one."""
+
+CLOSED = 1e-10
+"""Largest residual, over the size of the numbers, of a position that follows from the others."""
+
+STEPS = 30
+
+
+def inverse(scene: Scene, motion: Motion, times: npt.ArrayLike, reactions: bool = False) -> Trajectory:
+    """Return the driving forces, and on request all joint reactions, of a prescribed motion.
+
+    Args:
+        scene: the mechanism, its parameters bound.
+        motion: laws of its coordinates; those without one rest at their start, or follow through the loops.
+        times: s, shape (N,), ascending.
+        reactions: add the columns of all joint reactions.
+
+    Raises:
+        SimulateError: with every fault, one line each.
+        DerivationError: the drives do not fit the loops.
+    """
+    t = np.atleast_1d(np.asarray(times, dtype=np.float64))
+    _check(scene, motion, t)
+    functions = _Functions(scene)
+    laws = _laws(scene, motion)
+    q, rate, second = (np.stack(parts, axis=-1) for parts in zip(*(law(t) for law in laws.values()), strict=True))
+    finite = np.isfinite(q) & np.isfinite(rate) & np.isfinite(second)
+    if not finite.all():
+        row, column = (int(one) for one in np.argwhere(~finite)[0])
+        name = scene.coordinates[column]
+        raise SimulateError(f"motion: {name}: {laws[name].text} has no finite value or derivative at t = {t[row]:g} s")
+    free = [name for name in scene.coordinates if name not in motion.laws and name not in _own(scene)]
+    if (scene.loops or scene.rows) and free:
+        q, u, a, off = _followed(scene, functions, q, rate, second, free)
+    else:
+        u, a = _velocities(scene, functions, motion, t, q, rate, second)
+        off = np.zeros_like(t)
+    tau = functions("inverse_dynamics", t, q, u, a)
+    columns = {} if not scene.loops else {"loop_error": off}
+    power = np.einsum("ni,ni->n", tau, u)
+    columns["drive_power"] = power
+    if reactions:
+        columns |= reaction_columns(scene, t, q, u, a)
+    notes = []
+    if free and not (scene.loops or scene.rows):
+        notes.append(f"no law is given for {', '.join(free)}: at rest")
+    return Trajectory(scene, t, q, u, a, tau, columns, notes=tuple(notes))
+
+
+def _own(scene: Scene) -> dict[str, Law]:
+    """Return the laws that the scene itself prescribes."""
+    values = parameter_values(scene)
+    moved = [joint for joint in scene.joints if joint.motion is not None]
+    return {j.coordinates[0]: formula_law(bound(j.motion, values), spell(j.motion)) for j in moved if j.motion}
+
+
+def _laws(scene: Scene, motion: Motion) -> dict[str, Law]:
+    """Return a law for every coordinate, in order."""
+    values, own, faults = parameter_values(scene), _own(scene), Faults("")
+    start = {
+        name: number_of(x, values, "start", faults) or 0.0
+        for name, x in zip(scene.coordinates, starting_position(scene), strict=True)
+    }
+    close(faults)
+    return {name: motion.laws.get(name) or own.get(name) or constant(start[name]) for name in scene.coordinates}
+
+
+def _check(scene: Scene, motion: Motion, t: Array) -> None:
+    parameter_values(scene)
+    faults = Faults("")
+    if not scene.velocities:
+        faults.add(scene.name, "nothing moves: no joint has a coordinate")
+    if not len(t) or not np.all(np.isfinite(t)) or np.any(np.diff(t) <= 0):
+        faults.add("times", "must be finite and rise")
+    low, high = motion.span
+    if len(t) and (t[0] < low or t[-1] > high):
+        faults.add("motion", f"is known from {low:g} s to {high:g} s only; times go from {t[0]:g} s to {t[-1]:g} s")
+    moved = prescribed(scene, Graph()).place
+    for name in motion.laws:
+        if velocity_name(name) in [scene.velocities[k] for k in moved]:
+            faults.add("motion", f"{name} has a prescribed motion in the scene; take one of the two away")
+    close(faults)
+
+
+class _Functions:
+    """Compiled functions of positions, velocities and accelerations."""
+
+    def __init__(self, scene: Scene) -> None:
+        w = Workspace(scene)
+        names = ["inverse_dynamics"]
+        if scene.loops or scene.rows:
+            names += ["constraint_residual", "constraint_jacobian", "constraint_bias"]
+        functions = [cheapest(w, name) for name in names]
+        columns = [tangents(w.state.rates, {u: w.graph.one}) for u in w.state.qd]
+        H = [column[k] for k in range(len(w.state.q)) for column in columns]
+        turned = tangents(w.state.rates, w.state.velocity)  # Ḣ u
+        shape = (len(w.state.q), w.state.n)
+        functions.append(_function(w, "kinematics", H, shape))
+        functions.append(_function(w, "turning", turned, shape[:1]))
+        self.program = lower(Equations(scene, w.graph, tuple(functions)))
+        self.calls, _ = load_program(self.program)
+
+    def __call__(self, name: str, t: Any, q: Array, u: Array, a: Array | None = None) -> Array:
+        """Return a function's values, one a row."""
+        known = {"q": q, "qd": u, "qdd": a, TIME: t}
+        function = self.program[name].function
+        found = np.asarray(self.calls[name](*(known[one.name] for one in function.arguments)), dtype=np.float64)
+        return np.broadcast_to(found, (*q.shape[:-1], *function.shape))
+
+
+def _function(w: Workspace, name: str, entries: Sequence[Any], shape: tuple[int, ...]) -> Function:
+    return Function(name, name, arguments(w, ("q", "qd")), "out", shape, tuple(entries), "", "")
+
+
+def _velocities(
+    scene: Scene, functions: _Functions, motion: Motion, t: Array, q: Array, rate: Array, second: Array
+) -> tuple[Array, Array]:
+    """Return u and u̇ of positions whose rates are known; what tables say about quasi-velocities goes first."""
+    H = functions("kinematics", t, q, np.zeros((len(t), len(scene.velocities))))
+    back = np.linalg.pinv(H)
+    off = np.abs(np.einsum("nij,nj->ni", H, np.einsum("nij,nj->ni", back, rate)) - rate)
+    lengths = _lengths(scene, q)
+    if lengths.size and np.abs(lengths - 1.0).max() > UNIT:
+        raise SimulateError(
+            f"motion: a quaternion has the length {lengths.flat[int(np.abs(lengths - 1).argmax())]:.6g}; "
+            "give unit quaternions, such as cos(t/2) and sin(t/2)"
+        )
+    u = np.einsum("nij,nj->ni", back, rate)
+    a = np.einsum("nij,nj->ni", back, second - functions("turning", t, q, u))
+    for k, name in enumerate(scene.velocities):
+        if name in motion.quasi:
+            u[:, k], a[:, k], _ = motion.quasi[name](t)
+    if not motion.quasi and off.size and off.max() > 1e-6 * max(1.0, float(np.abs(rate).max())):
+        raise SimulateError("motion: a quaternion changes its length; give unit quaternions")
+    return u, a
+
+
+def _lengths(scene: Scene, q: Array) -> Array:
+    from symdyn.dynamics.state import quaternions
+
+    names = list(scene.coordinates)
+    firsts = [names.index(group[0]) for group in quaternions(scene)]
+    return np.array([np.linalg.norm(q[:, first : first + 4], axis=1) for first in firsts])
+
+
+def _followed(
+    scene: Scene, functions: _Functions, q: Array, rate: Array, second: Array, free: Sequence[str]
+) -> tuple[Array, Array, Array, Array]:
+    """Return q, u, u̇ that close the loops, and what is left of the residuals; `free` follow the other coordinates."""
+    names, nv = list(scene.velocities), len(scene.velocities)
+    given = [name for name in scene.coordinates if name not in free]
+    held = [names.index(velocity_name(name)) for name in given if velocity_name(name) in names]
+    loose = [k for k in range(nv) if k not in held]
+    places = {k: scene.coordinates.index(_coordinate_of(scene, k)) for k in held}
+    numbers = numbers_of(scene)
+    guess, still = numbers.start(), np.zeros(nv)
+    found = [np.empty_like(q), np.zeros((len(q), nv)), np.zeros((len(q), nv)), np.zeros(len(q))]
+    for i in range(len(q)):
+        for k in held:
+            guess[places[k]] = q[i, places[k]]
+        guess, off = _assembled(functions, numbers, guess, loose, still)
+        if off > CLOSED * max(1.0, float(np.abs(guess).max())):
+            raise SimulateError(
+                f"motion: row {i + 1}: the loops cannot be closed with {', '.join(given)} = "
+                f"{', '.join(f'{q[i, places[k]]:.6g}' for k in held)}; they miss by {off:.3g}"
+            )
+        u, a = found[1][i], found[2][i]
+        for k in held:
+            u[k], a[k] = rate[i, places[k]], second[i, places[k]]
+        G = functions("constraint_jacobian", 0.0, guess, still)
+        u[loose] = np.linalg.lstsq(G[:, loose], -G[:, held] @ u[held], rcond=1e-12)[0]
+        bias = functions("constraint_bias", 0.0, guess, u)
+        a[loose] = np.linalg.lstsq(G[:, loose], -bias - G[:, held] @ a[held], rcond=1e-12)[0]
+        found[0][i], found[3][i] = guess, off
+        _agree(scene, G @ u, float(np.abs(u).max(initial=1.0)), given, i)
+    return found[0], found[1], found[2], found[3]
+
+
+def _coordinate_of(scene: Scene, k: int) -> str:
+    """Return the coordinate whose rate the k-th velocity is."""
+    return next(name for name in scene.coordinates if velocity_name(name) == scene.velocities[k])
+
+
+def _agree(scene: Scene, against: Array, size: float, given: Sequence[str], row: int) -> None:
+    if np.abs(against).max(initial=0.0) > 1e-7 * max(1.0, size):
+        raise SimulateError(
+            f"motion: row {row + 1}: the loops do not allow the velocities of {', '.join(given)} together; "
+            f"give laws for fewer coordinates of {scene.name}"
+        )
+
+
+def _assembled(functions: _Functions, numbers: Any, guess: Array, loose: list[int], still: Array) -> tuple[Array, float]:
+    """Return the closed position next to a guess by Newton's method, and its largest residual."""
+    q = guess.copy()
+    r = functions("constraint_residual", 0.0, q, still)
+    for _ in range(STEPS):
+        if np.abs(r).max(initial=0.0) <= 1e-14 * max(1.0, float(np.abs(q).max())):
+            break
+        G = functions("constraint_jacobian", 0.0, q, still)
+        step = np.zeros(len(still))
+        step[loose] = np.linalg.lstsq(G[:, loose], -r, rcond=1e-12)[0]
+        tried = numbers.moved(q, step)
+        left = functions("constraint_residual", 0.0, tried, still)
+        if not np.abs(left).max(initial=0.0) < np.abs(r).max(initial=0.0) and np.abs(r).max() < CLOSED:
+            break
+        q, r = tried, left
+    return q, float(np.abs(r).max(initial=0.0))
+

@@ -1,0 +1,117 @@
+"""Formulas in time and state as a user writes them: parsed, their names checked, their parameters bound."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from symdyn.errors import SimulateError
+from symdyn.scene import FormulaError, Quantity, Scene, parse, spell
+from symdyn.scene.mapping import substituted
+from symdyn.scene.names import suggestion
+from symdyn.scene.table import Faults
+from symdyn.scene.value import Value, value_of
+
+TIME = "t"
+
+
+def read_formula(text: object, allowed: Iterable[str], where: str, faults: Faults) -> Quantity | None:
+    """Return a formula whose symbols are among `allowed`, None after a fault."""
+    try:
+        formula = parse(text if isinstance(text, str) else str(text))
+    except FormulaError as error:
+        faults.add(where, str(error))
+        return None
+    known = tuple(dict.fromkeys(allowed))
+    unknown = [name for name in formula.symbols if name not in known]
+    for name in unknown:
+        faults.add(where, f'"{text}" uses {name}, which is not known here; {suggestion(name, known)}')
+    return None if unknown else formula
+
+
+def parameter_values(scene: Scene) -> dict[str, Quantity]:
+    """Return the values of the scene's parameters.
+
+    Raises:
+        SimulateError: one has no value.
+    """
+    free = [parameter.name for parameter in scene.free_parameters]
+    if free:
+        binding = ",".join(f"{name}=1" for name in free)
+        raise SimulateError(f"{scene.name}: {', '.join(free)} have no value; give them, as in --bind {binding}")
+    return {parameter.name: parameter.value for parameter in scene.parameters if parameter.value is not None}
+
+
+def bound(formula: Quantity, values: Mapping[str, Quantity]) -> Quantity:
+    """Return the formula with values in place of parameters.
+
+    Raises:
+        FormulaError: it divides by what is now zero, or takes a root or logarithm that does not exist.
+    """
+    return substituted(formula, values)
+
+
+def number_of(formula: Quantity, values: Mapping[str, Quantity], where: str, faults: Faults) -> float | None:
+    """Return the value of a formula in parameters, None after a fault."""
+    try:
+        value: Value | None = value_of(bound(formula, values), {})
+    except FormulaError as error:
+        faults.add(where, f"{spell(formula)} {error}")
+        return None
+    assert value is not None, "all symbols were checked"
+    return float(value)
+
+
+def close(faults: Faults) -> None:
+    """Raise all faults together, if there are any."""
+    if faults.lines:
+        raise SimulateError(faults.lines)
+
+
+def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
+    """Return name and text of every `name=text`, in order.
+
+    Args:
+        entries: words of a command line.
+        what: the option that they belong to.
+        faults: where what is no such word is reported.
+    """
+    found: dict[str, str] = {}
+    for entry in entries:
+        name, equals, text = (piece.strip() for piece in entry.partition("="))
+        if not name or not equals or not text:
+            faults.add(what, f'"{entry}" is neither a file nor name=formula')
+        elif name in found:
+            faults.add(what, f"{name} is given twice, as {found[name]} and as {text}")
+        else:
+            found[name] = text
+    return found
+
+
+def split_commas(text: str) -> list[str]:
+    """Return the parts between the commas that stand in no bracket."""
+    parts, depth, last = [], 0, 0
+    for place, letter in enumerate(text):
+        depth += (letter == "(") - (letter == ")")
+        if letter == "," and depth == 0:
+            parts.append(text[last:place])
+            last = place + 1
+    return [part.strip() for part in (*parts, text[last:])] if text.strip() else []
+
+
+def read_file(path: Path) -> str:
+    """Return the text of a file.
+
+    Raises:
+        SimulateError: it cannot be read, and why.
+    """
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise SimulateError(f"{path}: there is no such file; check the path") from None
+    except IsADirectoryError:
+        raise SimulateError(f"{path}: is a folder; give a file") from None
+    except UnicodeDecodeError as error:
+        raise SimulateError(f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8 text") from None
+    except OSError as error:
+        raise SimulateError(f"{path}: cannot be read ({error.strerror or error})") from None

@@ -1,0 +1,176 @@
+"""Equations of motion as a first-order system: ẋ = f(t, x), compiled, and what is told about its states.
+
+    x        q (nq), u (nv), and W where anything but gravity, springs and loops does work: Ẇ is its power
+    q̇        H(q) u
+    u̇        forward dynamics, of the closed mechanism where loops close it
+
+All of it is one program: the formulas of the driving forces and of the events stand on the graph of the equations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.build.load import load_program
+from symdyn.dynamics.derive import arguments, derive_one
+from symdyn.dynamics.equations import Equations, Function
+from symdyn.dynamics.outputs import OUTPUTS
+from symdyn.dynamics.state import quaternions
+from symdyn.dynamics.workspace import Workspace
+from symdyn.errors import SimulateError
+from symdyn.graph import Expr, substitute
+from symdyn.program import Program, cheapest, lower
+from symdyn.scene import Quantity, Scene, express
+from symdyn.simulate.conserved import conserved
+from symdyn.simulate.forces import Forces
+from symdyn.simulate.reading import TIME, parameter_values
+
+Array = npt.NDArray[np.float64]
+
+EVERYTHING = ("q", "qd", "tau", TIME)
+
+CLOSED = ("constraint_residual", "constraint_jacobian")
+
+
+@dataclass(frozen=True)
+class System:
+    """A scene under forces, ready to be integrated.
+
+    Attributes:
+        scene: the mechanism.
+        forces: what drives it.
+        events: formulas whose zeros are looked for.
+        program: its functions: "rates" and what is told about a state.
+        calls: the functions by name, each of (q, qd, tau, t) or fewer, batches too.
+        compiled: whether they are C.
+        works: whether W is the last entry of x.
+        momenta: names of the momenta that are conserved.
+    """
+
+    scene: Scene
+    forces: Forces
+    events: tuple[Quantity, ...]
+    program: Program
+    calls: Mapping[str, Callable[..., Any]] = field(repr=False)
+    compiled: bool
+    works: bool
+    momenta: tuple[str, ...]
+
+    @property
+    def nq(self) -> int:
+        """Number of coordinates."""
+        return len(self.scene.coordinates)
+
+    @property
+    def nv(self) -> int:
+        """Number of velocities."""
+        return len(self.scene.velocities)
+
+    @property
+    def closed(self) -> bool:
+        """Whether there are loops or rows to hold."""
+        return bool(self.scene.loops or self.scene.rows)
+
+    @cached_property
+    def quaternions(self) -> tuple[slice, ...]:
+        """Where the quaternions stand in q."""
+        names = list(self.scene.coordinates)
+        firsts = [names.index(group[0]) for group in quaternions(self.scene)]
+        return tuple(slice(first, first + 4) for first in firsts)
+
+    @cached_property
+    def _nothing(self) -> Array:
+        return np.zeros(self.nv)
+
+    @cached_property
+    def _takes(self) -> Mapping[str, tuple[str, ...]]:
+        """Names of the arguments of every function."""
+        return {r.function.name: tuple(a.name for a in r.function.arguments) for r in self.program.routines}
+
+    def rates(self, t: float, x: Array) -> Array:
+        """Return ẋ of one state, shape (nx,)."""
+        tau = self.forces.tabulated(np.float64(t), self.nv) if self.forces.tables else self._nothing  # type: ignore[arg-type]
+        found: Array = self._rates(x[: self.nq], x[self.nq : self.nq + self.nv], tau, t)
+        return found
+
+    @cached_property
+    def _rates(self) -> Callable[..., Array]:
+        return self.calls["rates"]
+
+    def tell(self, name: str, t: npt.ArrayLike, x: Array) -> Array:
+        """Return a function of the program at states x, shape (..., nx), and times (...)."""
+        times = np.asarray(t, dtype=np.float64)
+        known = {"q": x[..., : self.nq], "qd": x[..., self.nq : self.nq + self.nv], TIME: times}
+        known["tau"] = self.forces.tabulated(times, self.nv) if self.forces.tables else self._nothing
+        return np.asarray(self.calls[name](*(known[argument] for argument in self._takes[name])), dtype=np.float64)
+
+
+def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quantity] = ()) -> System:  # noqa: B008
+    """Return the system of a scene under forces.
+
+    Args:
+        scene: the mechanism, its parameters bound.
+        forces: driving forces.
+        events: formulas in t, coordinates, velocities and parameters.
+
+    Raises:
+        SimulateError: a parameter has no value, or nothing moves.
+        DerivationError: there is no forward dynamics, or the loops cannot be closed.
+    """
+    parameter_values(scene)
+    if not scene.velocities:
+        raise SimulateError(f"{scene.name}: nothing moves: no joint has a coordinate")
+    w = Workspace(scene)
+    tau = [_drive(w, forces, k) for k in range(w.state.n)]
+    place = dict(zip(w.state.tau, tau, strict=True))
+    accelerations = substitute(cheapest(w, "forward_dynamics").entries, place)
+    drives = list(substitute(derive_one(w, "drive_forces").entries, place)) if _moved(scene) else tau
+    powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in (drives, w.Q)]
+    power = powers[0] + powers[1]
+    momenta = conserved(w, accelerations, bool(forces.tables))
+    functions = [
+        _function(w, "rates", [*w.state.rates, *accelerations, *([] if power.is_zero else [power])]),
+        _function(w, "drives", drives),
+        _function(w, "power", powers),
+        _function(w, "kinetic", cheapest(w, "kinetic_energy").entries),
+        _function(w, "potential", cheapest(w, "potential_energy").entries),
+    ]
+    if events:
+        functions.append(_function(w, "events", [express(event, w.graph) for event in events]))
+    if momenta:
+        functions.append(_function(w, "momenta", [p for _, p in momenta]))
+    if scene.loops or scene.rows:
+        functions += [cheapest(w, name) for name in CLOSED]
+    program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
+    calls, compiled = load_program(program)
+    names = tuple(name for name, _ in momenta)
+    return System(scene, forces, tuple(events), program, calls, compiled, not power.is_zero, names)
+
+
+def _drive(w: Workspace, forces: Forces, k: int) -> Expr:
+    """Return the driving force of a velocity: its formula, or the argument that a table fills."""
+    return w.state.tau[k] if k in forces.tables else express(forces.formula(k), w.graph)
+
+
+def _moved(scene: Scene) -> bool:
+    return OUTPUTS["drive_forces"].exists(scene)
+
+
+def _function(w: Workspace, name: str, entries: Sequence[Expr]) -> Function:
+    """Return entries as a function of everything."""
+    return Function(
+        name=name,
+        text=name,
+        arguments=arguments(w, EVERYTHING),
+        result="out",
+        shape=(len(entries),),
+        entries=tuple(entries),
+        units="",
+        formulation="",
+    )

@@ -1,0 +1,257 @@
+"""Loops: declared by [[loop]], or found among the joints; the spanning tree keeps every coordinate what it is."""
+
+from __future__ import annotations
+
+import random
+from fractions import Fraction
+
+import pytest
+from mechanisms import AXES
+
+from symdyn.algebra.numeric import Floats
+from symdyn.dynamics.state import joint_motion, placement
+from symdyn.errors import SceneError
+from symdyn.graph import Graph, evaluate
+from symdyn.scene import Joint, Pose, ReadOptions, number, read_noting, read_text, symbol, write_text
+from symdyn.scene.turning import inverse, turned
+
+BODIES = "".join(f"[bodies.{name}]\nmass = 1\n" for name in ("crank", "coupler", "rocker"))
+
+
+def joint(name, parent, child, kind="revolute", more=""):
+    return f'[joints.{name}]\ntype = "{kind}"\nparent = "{parent}"\nchild = "{child}"\n{more}\n'
+
+
+FOUR_BAR = (
+    BODIES
+    + joint("a", "ground", "crank")
+    + joint("b", "crank", "coupler")
+    + joint("c", "coupler", "rocker")
+    + joint("d", "ground", "rocker")
+)
+
+
+def noting(text, tmp_path, cuts=None):
+    path = tmp_path / "four_bar.toml"
+    path.write_text(text)
+    return read_noting(path, ReadOptions(spanning_tree=cuts))
+
+
+def faults(text, tmp_path, cuts=None):
+    with pytest.raises(SceneError) as caught:
+        noting(text, tmp_path, cuts)
+    return [line.split("four_bar.toml: ")[1] for line in caught.value.faults]
+
+
+def test_a_four_bar_is_cut_where_the_search_from_ground_meets_itself(tmp_path):
+    reading = noting(FOUR_BAR, tmp_path)
+
+    assert [one.name for one in reading.scene.joints] == ["a", "b", "d"]
+    assert [(one.name, one.parent, one.child, one.coordinates) for one in reading.scene.loops] == [
+        ("c", "coupler", "rocker", ())
+    ]
+    assert reading.scene.coordinates == ("q1", "q2", "q3")
+    assert [note.split("four_bar.toml: ")[1] for note in reading.notes] == [
+        "joints.c: closes a loop and is cut: it has no coordinates; --spanning-tree NAMES cuts others"
+    ]
+
+
+def test_the_user_says_which_joint_is_cut(tmp_path):
+    reading = noting(FOUR_BAR, tmp_path, ("a",))
+
+    assert [one.name for one in reading.scene.loops] == ["a"]
+    assert [(one.name, one.parent, one.child) for one in reading.scene.joints] == [
+        ("d", "ground", "rocker"),
+        ("c", "rocker", "coupler"),
+        ("b", "coupler", "crank"),
+    ]
+    assert [note.split(": ")[1:3] for note in reading.notes] == [
+        ["joints.b", 'is turned round'], ["joints.c", 'is turned round']
+    ]  # fmt: skip
+
+
+def test_the_joint_with_most_freedoms_is_cut_unless_it_says_what_a_cut_joint_cannot(tmp_path):
+    ball = FOUR_BAR.replace(joint("b", "crank", "coupler"), joint("b", "crank", "coupler", "spherical"))
+    damped = FOUR_BAR.replace(joint("c", "coupler", "rocker"), joint("c", "coupler", "rocker", more="damping = 1"))
+    driven = damped.replace(joint("b", "crank", "coupler"), joint("b", "crank", "coupler", more="drive = true"))
+    sprung = driven.replace(joint("d", "ground", "rocker"), joint("d", "ground", "rocker", more="drive = false"))
+
+    for text, cut in (
+        (ball, "b"),
+        (damped, "b"),
+        (driven, "d"),
+        (sprung + '[springs.s]\njoint = "d"\nstiffness = 1\n', "a"),
+    ):
+        assert [one.name for one in noting(text, tmp_path).scene.loops] == [cut]
+
+
+def test_a_ball_that_cannot_be_turned_round_is_cut_instead(tmp_path):
+    """The screw has fewer freedoms, but with it cut the ball would point towards ground."""
+    text = (
+        BODIES.replace("[bodies.rocker]\nmass = 1\n", "")
+        + joint("screw", "ground", "crank", "cylindrical")
+        + joint("ball", "coupler", "crank", "spherical")
+        + joint("plane", "ground", "coupler", "point_on_plane")
+    )
+
+    scene = noting(text, tmp_path).scene
+
+    assert [one.name for one in scene.loops] == ["ball"]
+    assert [one.name for one in scene.joints] == ["screw", "plane"]
+
+
+def test_a_lone_joint_that_points_towards_ground_is_turned_round(tmp_path):
+    text = BODIES + joint("a", "crank", "ground") + joint("b", "crank", "coupler") + joint("c", "rocker", "coupler")
+
+    scene = noting(text, tmp_path).scene
+
+    assert [(one.name, one.parent, one.child) for one in scene.joints] == [
+        ("a", "ground", "crank"),
+        ("b", "crank", "coupler"),
+        ("c", "coupler", "rocker"),
+    ]
+    assert scene.joints[0].axis == (number(0), number(0), number(-1))
+
+
+SEVERAL = [
+    ("universal", {"second_axis": (number(0), number(1), number(1))}, ("x", "y")),
+    ("cylindrical", {}, ("x", "y")),
+    ("helical", {"pitch": number(Fraction(1, 3))}, ("x",)),
+    ("revolute", {}, ("x",)),
+    ("prismatic", {}, ("x",)),
+    ("fixed", {}, ()),
+    ("custom", {"steps": Pose((("Rz", symbol("x")), ("Tx", symbol("y")), ("Ry", symbol("x")))),
+                "units": ("rad", "m")}, ("x", "y")),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "keys", "names"), SEVERAL, ids=[row[0] for row in SEVERAL])
+def test_a_joint_that_is_turned_round_moves_the_bodies_as_before(kind, keys, names):
+    rng = random.Random(kind)
+    poses = [Pose(tuple((step, number(Fraction(rng.randint(-9, 9), 7))) for step in steps)) for steps in
+             (("Tx", "Rz", "Ry"), ("Rx", "Ty", "Rz"))]  # fmt: skip
+    axis = tuple(number(x) for x in AXES[5])
+    one = Joint("j", kind, "a", "b", axis, *poses, names, **keys)
+    graph = Graph()
+
+    there, back = (
+        placement(j.origin, graph) @ joint_motion(j, graph).placement @ placement(j.tip, graph)
+        for j in (one, turned(one))
+    )
+
+    entries = [*(x for row in (there @ back).R for x in row), *(there @ back).p]
+    values = evaluate(entries, Floats(), {graph.symbol("x"): 0.7, graph.symbol("y"): -0.4})
+    assert values == pytest.approx([1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0], abs=1e-14)
+
+
+def test_turning_round_twice_changes_nothing():
+    for kind, _, names in SEVERAL:
+        one = Joint("j", kind, "a", "b", tuple(number(x) for x in AXES[5]), Pose((("Tx", symbol("l")),)), Pose(), names)
+        assert turned(turned(one)) == one
+    assert inverse(inverse(Pose((("Tx", symbol("l")), ("Rz", number(2)))))) == Pose(
+        (("Tx", symbol("l")), ("Rz", number(2)))
+    )
+
+
+def test_a_declared_loop_is_kept_as_it_is():
+    text = FOUR_BAR.split("[joints.c]")[0] + joint("d", "ground", "rocker") + (
+        '[[loop]]\ntype = "revolute"\nparent = "coupler"\nchild = "rocker"\norigin = [3, 0, 0]\ntip = [-4, 0, 0]\n'
+        '[[loop]]\nname = "guide"\ntype = "point_on_line"\nparent = "ground"\nchild = "coupler"\naxis = [1, 0, 0]\n'
+    )  # fmt: skip
+
+    scene = read_text(text)
+
+    assert [(one.name, one.type) for one in scene.loops] == [("loop1", "revolute"), ("guide", "point_on_line")]
+    assert read_text(write_text(scene, "toml").text) == scene
+
+
+@pytest.mark.parametrize(
+    ("text", "cuts", "expected"),
+    [
+        (FOUR_BAR, ("elbow",), '--spanning-tree: "elbow" is not a joint; known are a, b, c, d'),
+        (FOUR_BAR, ("a", "b"), "--spanning-tree a,b leaves nothing that carries crank; cut others"),
+        (
+            FOUR_BAR + joint("e", "ground", "rocker", "prismatic"),
+            ("e",),
+            "--spanning-tree e leaves a loop: a -> b -> c -> d; cut one more of its joints",
+        ),
+        (
+            FOUR_BAR.replace(joint("a", "ground", "crank"), joint("a", "ground", "crank", more="drive = true")),
+            ("a",),
+            "joints.a: is to be cut, but a cut joint has no drive; leave it out, or cut another",
+        ),
+        (
+            FOUR_BAR.replace(joint("b", "crank", "coupler"), joint("b", "crank", "coupler", "spherical")),
+            ("a",),
+            "joints.b: a spherical joint cannot be turned round, as --spanning-tree would need it; cut it, or swap its "
+            "parent and child",
+        ),
+        (
+            BODIES
+            + joint("a", "ground", "crank")
+            + joint("b", "coupler", "crank", "planar")
+            + joint("c", "coupler", "rocker"),
+            None,
+            'joints.b: a planar joint from "coupler" to "crank" points towards ground and cannot be turned round; swap '
+            "parent and child",
+        ),
+        (
+            "".join(
+                line + ("\ndamping = 1" if line.startswith("child") else "") + "\n" for line in FOUR_BAR.splitlines()
+            ),
+            None,
+            "joints.c: closes a loop and is cut, but a cut joint has no damping; say which joints to cut by "
+            "--spanning-tree",
+        ),
+        (
+            BODIES + joint("a", "crank", "coupler") + joint("b", "coupler", "crank") + joint("c", "ground", "rocker"),
+            None,
+            'bodies.crank: no joint leads from ground to the body; add one with child = "crank"',
+        ),
+    ],
+)  # fmt: skip
+def test_a_choice_that_leaves_no_tree_is_refused(text, cuts, expected, tmp_path):
+    assert expected in faults(text, tmp_path, cuts)
+
+
+TREE = (
+    BODIES + joint("a", "ground", "crank") + joint("b", "crank", "coupler", "fixed") + joint("c", "coupler", "rocker")
+)
+
+
+@pytest.mark.parametrize(
+    ("keys", "expected"),
+    [
+        ('type = "revolute"\nparent = "crank"\nchild = "crank"',
+         'loop.loop1: joins "crank" with itself; a loop is closed between two bodies'),
+        ('type = "revolute"\nparent = "crank"\nchild = "coupler"',
+         'loop.loop1: joins "crank" and "coupler", which fixed joints make one body; close the loop between two '
+         "bodies"),
+        ('type = "rod"\nparent = "ground"\nchild = "rocker"\nlength = 0',
+         "loop.loop1: length = 0 is that of no rod; give the distance of its ends, or write a spherical joint"),
+        ('type = "rod"\nparent = "ground"\nchild = "rocker"',
+         "loop.loop1: length is missing; write length = 0.5, the distance of its ends in metres"),
+        ('type = "custom"\nparent = "ground"\nchild = "rocker"\n',
+         "loop.loop1: a custom joint closes no loop, since what it forbids has no formula; cut another joint"),
+        ('type = "free"\nparent = "ground"\nchild = "rocker"\n',
+         "loop.loop1: a free joint forbids nothing and closes no loop; leave it out"),
+        ('type = "revolute"\nparent = "ground"\nchild = "roker"',
+         'loop.loop1: child = "roker" is not a body; did you mean rocker?'),
+        ('type = "revolute"\nparent = "ground"\nchild = "rocker"\ndrive = "M"\ncoordinate = "phi"',
+         'loop.loop1: coordinate = "phi" has no meaning for a joint that closes a loop; leave it out'),
+        ('name = "a"\ntype = "revolute"\nparent = "ground"\nchild = "rocker"',
+         'loop.a: "a" is already the name of joints.a; choose another name'),
+        ('name = 3\ntype = "revolute"\nparent = "ground"\nchild = "rocker"',
+         'loop: name = 3 is not text; write one such as name = "loop1"'),
+        ('type = "universal"\nparent = "ground"\nchild = "rocker"\nsecond_axis = [0, 0, -2]',
+         "loop.loop1: second_axis = [0, 0, -2] is parallel to axis; give one across it, such as [1, 0, 0] for "
+         "axis = [0, 0, 1]"),
+    ],
+)  # fmt: skip
+def test_a_mistake_in_a_loop_is_named(keys, expected, tmp_path):
+    assert expected in faults(f"{TREE}\n[[loop]]\n{keys}\n", tmp_path)
+
+
+def test_a_loop_that_is_no_list_is_refused(tmp_path):
+    text = "loop is {x = 1}, not a list of tables; write one [[loop]] and its keys below for each"
+    assert text.replace("loop is", "loop: is", 1) in faults(f"loop = {{ x = 1 }}\n{TREE}", tmp_path)
