@@ -112,6 +112,16 @@ def test_labels_lie_apart_and_inside(one: Scene) -> None:
             assert np.any((low >= other[1]) | (high <= other[0])), (shown.labels[k].label.text.plain, k)
 
 
+@pytest.mark.parametrize("example", [path.stem for path in sorted(EXAMPLES.glob("*.toml"))])
+def test_no_coordinate_and_no_body_of_an_example_goes_without_a_label(example: str) -> None:
+    one = SCENES[example]
+    shown = {label.label.id for label in drawing(one).labels}
+
+    first = [joint.coordinates[0] for joint in one.moving]  # a quaternion has one label, at its first coordinate
+
+    assert {f"label-{q}" for q in first} | {f"label-body-{x.name}" for x in one.bodies} <= shown
+
+
 def test_every_joint_type_has_a_symbol() -> None:
     assert set(SYMBOLS) == set(JOINTS)
 
@@ -256,9 +266,12 @@ def test_a_label_keeps_clear_of_lines_and_one_without_room_is_left_out() -> None
     (shown,) = put([Label("a", lettered("q1"), origin, 3.0, np.array([1.0, 0.0]))], line)
     low, high = shown.box[0]
     many = put([Label(str(k), lettered("quite_long"), origin, 3.0) for k in range(60)], np.zeros((1, 0, 2, 2)))
+    bars = np.array([[[[x, -200.0], [x, 200.0]] for x in range(-200, 200, 5)]], dtype=float)
 
     assert not crosses(low[None], high[None], line).any()
     assert 3 < len(many) < 60
+    assert not put([Label("a", lettered("quite_long"), origin, 3.0)], bars)
+    assert put([Label("a", lettered("quite_long"), origin, 3.0)], bars, np.inf)
 
 
 @pytest.mark.parametrize(
