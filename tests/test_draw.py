@@ -246,6 +246,18 @@ def test_loops_are_closed_and_an_open_one_shows_its_gap() -> None:
     assert pose(one, {"q_A": 1.0})[0][0] == 1.0
 
 
+def test_a_wheel_has_its_rim() -> None:
+    one = SCENES["rolling_disc"]
+    q, values = pose(one)
+    shown = drawing(one, q, values, view=(0, 0))
+    rim = next(shape for item in shown.items if item.id == "body-disc" for shape in item.shapes if shape.kind == "disc")
+    (centre, axis, radius) = next(iter(places(one, q[None, :], values).wheels.values()))
+
+    assert rim.tilt[0, 0] == pytest.approx(rim.size * abs(axis[0, 0]), abs=1e-9)
+    assert rim.size == pytest.approx(radius * view_of(one, (0, 0)).scale)
+    assert rim.points[0, 0] == pytest.approx(view_of(one, (0, 0)).flat(centre)[0])
+
+
 def test_gravity_is_drawn_along_gravity() -> None:
     def arrow(gravity: list[float]) -> np.ndarray | None:
         one = scene("p", gravity=gravity, bodies=[body("a", particles=[{"mass": 1, "at": [1, 0, 0]}])],

@@ -31,6 +31,7 @@ RULES = """
 .symdyn path.inside{stroke:[shade]}
 .symdyn .halo{stroke:[paper];stroke-linecap:round}
 .symdyn .link{stroke-linecap:round}
+.symdyn ellipse.link{stroke-width:3}
 .symdyn .quarters,.symdyn .weld{fill:[ink];stroke:none}
 .symdyn .stem,.symdyn .hatch,.symdyn .rail,.symdyn .flight,.symdyn .axis,.symdyn .rod,.symdyn .trace{stroke:[soft]}
 .symdyn .support,.symdyn .stand,.symdyn .plate{fill:[shade];stroke:[soft]}
