@@ -41,6 +41,10 @@ class MissingNode(BuildError):  # noqa: N818
     """There is no Node.js on this machine."""
 
 
+class DrawError(SymdynError):
+    """A picture that cannot be drawn."""
+
+
 class VerifyError(SymdynError):
     """A certificate that cannot be made."""
 

@@ -19,9 +19,9 @@ from fractions import Fraction
 from functools import cached_property
 
 from symdyn.dynamics import Equations, Workspace, derive_one, roads
+from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.cost import CATEGORY, FREE
-from symdyn.dynamics.parallel import angle_groups
-from symdyn.dynamics.reframe import LeanTree, reframe
+from symdyn.dynamics.recursive.reframe import LeanTree, reframe
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, reachable
 from symdyn.program.count import Counts
