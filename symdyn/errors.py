@@ -49,6 +49,10 @@ class VerifyError(SymdynError):
     """A certificate that cannot be made."""
 
 
+class TeachError(SymdynError):
+    """A lesson that a scene does not allow."""
+
+
 class SimulateError(SymdynError):
     """A motion, force, start, event or method that cannot be used; carries all faults, one line each."""
 
