@@ -213,7 +213,5 @@ class _Projection:
 
 
 METHODS = {
-    "taylor": Method(
-        "heyoka", "Taylor method of adaptive order and step", "heyoka", "taylor", 1e-12, run, refuses
-    )
+    "taylor": Method("heyoka", "Taylor method of adaptive order and step", "heyoka", "taylor", 1e-12, run, refuses)
 }
