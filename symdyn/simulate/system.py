@@ -4,7 +4,7 @@
     q̇        H(q) u
     u̇        forward dynamics, of the closed mechanism where loops close it
 
-The accelerations of a closed mechanism exist on its manifold only: next to a change point, where G_d is nearly singular,
+The accelerations of a closed mechanism exist on its manifold only: near a change point, where G_d is nearly singular,
 a state that misses it by e is off by e / σ² in u̇. The stages of a Runge-Kutta step miss it by far more than its result
 does. So a state is brought back before it is looked at, q_d by Newton steps -G_d⁻¹ r, u_d from u_i, both compiled.
 
