@@ -7,10 +7,10 @@ import os
 import sys
 from collections.abc import Sequence
 
-from symdyn.cli import bench, convert, equations, generate, info, new, stress, verify
+from symdyn.cli import bench, convert, equations, generate, info, inverse, new, simulate, stress, verify
 from symdyn.errors import SymdynError
 
-VERBS = (equations, generate, verify, bench, stress, info, convert, new)
+VERBS = (equations, generate, verify, simulate, inverse, bench, stress, info, convert, new)
 
 
 def parser() -> argparse.ArgumentParser:

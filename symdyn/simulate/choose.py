@@ -20,7 +20,7 @@ from symdyn.simulate.system import System
 Array = npt.NDArray[np.float64]
 
 STIFF_STEPS, STIFF_RATIO = 3000.0, 50.0
-"""Stability-bound steps of an explicit method, and fastest decay over fastest oscillation, beyond which one is stiff."""
+"""Beyond both a system is stiff: steps that stability asks of an explicit method, fastest decay over oscillation."""
 
 LARGEST = 3000
 """Operations that heyoka compiles within a few seconds."""
@@ -52,7 +52,7 @@ def choose(system: System, x: Array, until: float, asked: str | None = None) -> 
     if is_stiff(system, x, until):
         name = "cvode" if importable(METHODS["cvode"].module) else "radau"
         return Choice(name, METHODS[name], "the system is stiff")
-    why = refuses(system)
+    why = refuses(system) or ("the loops are kept by projection" if system.closed else "")
     if not why and size(system) > LARGEST:
         why = f"{size(system)} operations would take heyoka long to compile"
     if not why and not importable(METHODS["taylor"].module):

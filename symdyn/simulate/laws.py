@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -28,7 +29,7 @@ from symdyn.scene import FormulaError, Quantity, express
 from symdyn.scene.names import suggestion
 from symdyn.scene.table import Faults
 from symdyn.simulate.columns import Columns
-from symdyn.simulate.reading import TIME, bound, number_of, read_formula
+from symdyn.simulate.reading import TIME, bound, number_of, read_formula, split_commas
 
 Array = npt.NDArray[np.float64]
 Motion3 = tuple[Array, Array, Array]
@@ -170,6 +171,7 @@ def column_law(columns: Columns, name: str, rate: str, acceleration: str) -> Law
 
     t, x = columns.t, columns.values[name]
     v, a = columns.values.get(rate), columns.values.get(acceleration)
+    curve: Any
     if v is not None and a is not None:
         curve = BPoly.from_derivatives(t, np.stack([x, v, a], axis=1))
     elif v is not None:
@@ -217,24 +219,11 @@ def _closes_last(rest: str) -> bool:
     return False
 
 
-def _split(text: str) -> list[str]:
-    """Return the parts between the commas that stand in no bracket."""
-    parts, depth, last = [], 0, 0
-    for place, letter in enumerate(text):
-        depth += (letter == "(") - (letter == ")")
-        if letter == "," and depth == 0:
-            parts.append(text[last:place])
-            last = place + 1
-    return [part.strip() for part in (*parts, text[last:])] if text.strip() else []
-
-
-def _named(
-    name: str, inside: str, text: str, values: Mapping[str, Quantity], where: str, faults: Faults
-) -> Law | None:
+def _named(name: str, inside: str, text: str, values: Mapping[str, Quantity], where: str, faults: Faults) -> Law | None:
     given: dict[str, str] = {}
     plain: list[str] = []
     before = len(faults.lines)
-    for part in _split(inside):
+    for part in split_commas(inside):
         key, equals, value = (piece.strip() for piece in part.partition("="))
         if equals and key not in LAWS[name]:
             faults.add(where, f'"{text}": {name} has no argument {key}; {suggestion(key, LAWS[name] or ("t, x",))}')
@@ -282,7 +271,9 @@ def _made(name: str, numbers: Mapping[str, float], text: str, where: str, faults
 def _points(numbers: Sequence[float | None], text: str, where: str, faults: Faults) -> Law | None:
     t, x = np.array(numbers[::2], dtype=np.float64), np.array(numbers[1::2], dtype=np.float64)
     if len(t) != len(x) or len(t) < 2:
-        faults.add(where, f'"{text}": spline takes times and points by turns, two points at least: spline(0, 0, 1, 0.5)')
+        faults.add(
+            where, f'"{text}": spline takes times and points by turns, two points at least: spline(0, 0, 1, 0.5)'
+        )
         return None
     if np.any(np.diff(t) <= 0):
         faults.add(where, f'"{text}": the times of the points must rise')
