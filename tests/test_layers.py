@@ -23,7 +23,8 @@ ROOMS = {  # room: the rooms it may import
     "verify": ["build"],
     "simulate": ["verify"],
     "bench": ["simulate"],
-    "cli": ["bench"],
+    "teach": ["simulate"],
+    "cli": ["bench", "teach"],
 }
 
 
