@@ -61,9 +61,7 @@ def test_all_roads_of_all_outputs_are_proved_equal(one):
 
     assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
     several = {
-        name
-        for name, row in OUTPUTS.items()
-        if row.exists(one) and len(row.roads) > 1 and name not in CLOSED_ONLY
+        name for name, row in OUTPUTS.items() if row.exists(one) and len(row.roads) > 1 and name not in CLOSED_ONLY
     }
     assert {finding.claim.split(":")[0] for finding in findings} == several | {"reactions", "forward_reactions"}
 
