@@ -58,11 +58,11 @@ class Name:
     """A quantity that the document names.
 
     Attributes:
-        look: how it is printed.
+        look: how it is printed; None: as the symbol of the scene that the key is.
         node: its value on `Document.graph`; None for what has no value of its own, such as a point.
     """
 
-    look: Union[Letter, Slope, Rate]
+    look: Union[Letter, Slope, Rate, None]
     node: Expr | None = None
 
 
@@ -81,10 +81,10 @@ class Formula:
     """left = form.
 
     Attributes:
-        left: key of `Document.names`; "" where the formula stands alone (`form` = 0 is `left` "" and `right` ZERO).
+        left: key of `Document.names`; "" where the formula starts with `form`.
         form: what it equals, a sum of terms where it is long.
         number: the source's equation number, "5.24"; "" for none.
-        right: a second right-hand side, left = form = right; None for none.
+        right: a further right-hand side, left = form = right; None for none.
     """
 
     left: str
@@ -99,7 +99,7 @@ class Brace:
 
     Attributes:
         form: the coefficient, as it is printed; its sign belongs to it.
-        under: key of `Document.names`.
+        under: key of `Document.names`; "" for no brace, where `form` is the name of a long coefficient.
         rate: what it multiplies, ONE for nothing.
     """
 
@@ -110,10 +110,16 @@ class Brace:
 
 @dataclass(frozen=True)
 class Braced:
-    """left = Σ of under-braced terms, as (5.40)."""
+    """left = Σ of under-braced terms, as (5.40).
 
-    left: str
+    Attributes:
+        left: the drive and the other forces; ZERO for a passive joint.
+        value: key of `Document.names`: what the sum is worth, whatever the left-hand side says it shall be.
+    """
+
+    left: Form
     terms: tuple[Brace, ...]
+    value: str
     number: str = ""
 
     @property
