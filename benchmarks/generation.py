@@ -23,6 +23,9 @@ OUTPUTS += ("kinetic_energy", "potential_energy")
 
 SYMPY = {"KanesMethod": "SymPy KanesMethod", "LagrangesMethod": "SymPy LagrangesMethod"}
 
+KINDS = ("plain C", "plain library", "C", "library")
+"""Ours, without functions over many states and with them."""
+
 PLAN = (
     ("to C", "two_link"),
     ("KanesMethod", "two_link"),
@@ -32,8 +35,7 @@ PLAN = (
     ("LagrangesMethod", "chain3"),
     ("to C", "arm7"),
     ("to library", "arm7"),
-    ("inverse dynamics to C", "chain64"),
-    ("inverse dynamics to library", "chain64"),
+    *((f"inverse dynamics to {what}", robot) for robot in ("chain64", "chain256") for what in KINDS),
 )
 
 
@@ -66,7 +68,8 @@ def _in_a_process(what: str, robot: str) -> Generated:
 
 def once(what: str, robot: str) -> float:
     """Return the seconds of one measurement in this process."""
-    case = Case("chain3", chain(3)) if robot == "chain3" else cases()[robot]
+    known = cases()
+    case = known[robot] if robot in known else Case(robot, chain(int(robot.removeprefix("chain"))))
     if what in SYMPY:
         import mechanics
 
@@ -78,24 +81,27 @@ def once(what: str, robot: str) -> float:
 
 
 def ours(case: Case, what: str) -> float:
-    """Return the seconds from scene to C, or to a library without what is derived and printed before."""
-    from symdyn.build.compiler import FLAGS
-    from symdyn.dynamics import derive
+    """Return the seconds from scene to C, or to a library without what is derived and printed before.
+
+    It is what `symdyn generate` and `symdyn.build` do: roads chosen by counting, the package's flags for this machine.
+    """
+    from symdyn.build.compiler import compile_library, find_compiler
     from symdyn.emit import emit
-    from symdyn.program import lower
+    from symdyn.program import formulate, lower
 
     outputs = ("inverse_dynamics",) if what.startswith("inverse dynamics") else OUTPUTS
-    emit(lower(derive(chain(1), ("inverse_dynamics",))), "c")  # imports and templates
+    batch = "plain" not in what
+    emit(lower(formulate(chain(1), ("inverse_dynamics",))), "c", batch=batch)  # imports and templates
     start = time.perf_counter()
-    sources = emit(lower(derive(case.scene, outputs)), "c")
-    if what.endswith("to C"):
+    sources = emit(lower(formulate(case.scene, outputs)), "c", batch=batch)
+    if what.endswith("C"):
         return time.perf_counter() - start
     with tempfile.TemporaryDirectory() as folder:
         for name, text in sources.items():
             (Path(folder) / name).write_text(text, "utf-8")
-        source = Path(folder) / sources.files[0][0]
+        compiler = find_compiler("gcc")
         start = time.perf_counter()
-        subprocess.run(["gcc", *FLAGS, str(source), "-o", f"{folder}/code.so", "-lm"], check=True)
+        compile_library(compiler, Path(folder) / sources.files[0][0], Path(folder) / "code.so")
         return time.perf_counter() - start
 
 

@@ -60,3 +60,15 @@ def test_a_peer_that_computes_something_else_is_not_timed(monkeypatch):
 
     with pytest.raises(AssertionError, match="wrong, state: gravity_forces of two_link differs by"):
         bench.ready(case, "gravity_forces", [Peer], {})
+
+
+@pytest.mark.parametrize("what", ["inverse dynamics to plain C", "inverse dynamics to library"])
+@needs_gcc
+def test_generation_is_timed_by_itself(what):
+    command = [sys.executable, str(FOLDER / "generation.py"), what, "chain3"]
+    assert float(subprocess.run(command, capture_output=True, text=True, check=True).stdout) > 0
+
+
+def test_no_script_hides_a_module_of_the_tests():
+    # `python benchmarks/x.py` with PYTHONPATH=tests looks for modules in benchmarks first.
+    assert not {p.name for p in FOLDER.glob("*.py")} & {p.name for p in Path(__file__).parent.glob("*.py")}

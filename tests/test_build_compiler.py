@@ -141,7 +141,10 @@ def test_an_unknown_machine_is_named():
 
 
 def test_flags_for_a_machine_on_the_users_command_line_stay(working):
-    assert find_compiler(f"{working.command[0]} -march=x86-64").machine == ()
+    asked = [find_compiler(f"{working.command[0]} -march={name}") for name in ("x86-64", "x86-64-v3")]
+    assert [one.machine for one in asked] == [(), ()]
+    assert "__AVX2__" in asked[1].features
+    assert "__AVX2__" not in asked[0].features
 
 
 def test_a_spoilt_library_is_compiled_again(working, cache, sources):

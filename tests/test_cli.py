@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,9 @@ from pathlib import Path
 import pytest
 
 from symdyn.cli import main
+from symdyn.emit import emit
+from symdyn.program import formulate, lower
+from symdyn.scene import bind, read
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -33,6 +37,22 @@ def test_info_as_json_has_every_function(capsys: Capture) -> None:
     assert facts["degrees_of_freedom"] == 2
     assert [p["name"] for p in facts["parameters"]] == ["m1", "m2", "h1", "h2", "g"]
     assert {"inverse_dynamics", "k_z", "k_C", "k_D", "k_G", "pose_tool"} <= {f["name"] for f in facts["functions"]}
+
+
+@pytest.mark.parametrize("target", ["c", "numpy"])
+def test_the_command_in_a_header_makes_the_file_again(
+    tmp_path: Path, target: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("two_link.toml").write_text((EXAMPLES / "two_link.toml").read_text("utf-8"), "utf-8")
+    scene = bind(read("two_link.toml"), {"m1": "2.5", "h1": "atan2(1, 2) + 1/3"})
+    sources = emit(lower(formulate(scene, ("mass_matrix", "pose:tool"))), target)
+    name, text = sources.files[0]
+    again = next(line for line in text.splitlines() if "symdyn generate" in line)
+    words = shlex.split(again[again.index("symdyn generate") :])
+
+    assert main(words[1:]) == 0
+    assert Path(name).read_text("utf-8") == text
 
 
 def test_generate_prints_the_paths_of_what_it_wrote(tmp_path: Path, capsys: Capture) -> None:
@@ -147,3 +167,29 @@ def test_an_unbalanced_quote_in_cc_is_one_message(monkeypatch: pytest.MonkeyPatc
 
     assert main(["verify", str(EXAMPLES / "pendulum.toml"), "--functions", "mass_matrix"]) == 1
     assert "is no command line" in capsys.readouterr().out
+
+
+def test_a_name_with_hyphens_names_a_template_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    assert main(["new", "n-four-bar", "--n", "40"]) == 0
+
+    assert capsys.readouterr().out == "n_four_bar.toml\n"
+    assert len(read(tmp_path / "n_four_bar.toml").loops) == 40
+
+
+def test_the_joints_to_cut_are_chosen_on_the_command_line(tmp_path: Path, capsys: Capture) -> None:
+    path = tmp_path / "ring.toml"
+    bodies = "".join(f"[bodies.{name}]\nmass = 1\n" for name in "ab")
+    joints = "".join(
+        f'[joints.j{k}]\ntype = "revolute"\nparent = "{parent}"\nchild = "{child}"\norigin = [{k}, 0, 0]\n'
+        for k, (parent, child) in enumerate((("ground", "a"), ("a", "b"), ("ground", "b")))
+    )
+    path.write_text(bodies + joints)
+
+    assert main(["convert", str(path), str(tmp_path / "chosen.toml"), "--spanning-tree", "j0"]) == 0
+
+    assert [loop.name for loop in read(tmp_path / "chosen.toml").loops] == ["j0"]
+    assert "joints.j1: is turned round" in capsys.readouterr().err

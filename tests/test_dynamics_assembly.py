@@ -117,7 +117,8 @@ def test_a_loop_that_closes_with_its_axis_reversed_is_told() -> None:
     """The residual vanishes there as well: its rate has the wrong sign."""
     scene = rssr()
     loop = replace(scene.loops[0], type="fixed", tip=compose(("Rx", exact(3))))
-    arm = Joint("only", "spherical", "ground", "crank", coordinates=("e0", "e1", "e2", "e3"), velocities=("a", "b", "c"),
+    arm = Joint("only", "spherical", "ground", "crank",
+                coordinates=("e0", "e1", "e2", "e3"), velocities=("a", "b", "c"),
                 drives=(None,) * 3, start=(ZERO, ONE, ZERO, ZERO))  # fmt: skip
     hinge_loop = replace(loop, type="revolute", parent="ground", child="crank", origin=compose(), tip=compose())
     scene = replace(scene, bodies=scene.bodies[:1], joints=(arm,), loops=(hinge_loop,))
@@ -150,7 +151,9 @@ def test_a_path_keeps_its_branch_through_two_turns() -> None:
 def test_a_path_ends_at_a_fold_with_its_singular_value() -> None:
     scene = crank_rocker()
 
-    with pytest.raises(DerivationError, match=r"the path ends at q_D = 2\.023.*: the loops do not close beyond, a fold"):
+    with pytest.raises(
+        DerivationError, match=r"the path ends at q_D = 2\.023.*: the loops do not close beyond, a fold"
+    ):
         follow(scene, assemble(scene), {"q_D": [2.0, 1.0]})
 
 

@@ -10,6 +10,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from closed_mechanisms import (
+    along_x,
     bricard,
     crank_rocker,
     exact,
@@ -23,15 +24,15 @@ from mechanisms import coupled_tree, random_tree
 
 from symdyn.build import lambdify, run_python
 from symdyn.dynamics import CLOSED_ONLY, Closing, Workspace, assemble, available, consistent, derive, derive_one, roads
-from symdyn.dynamics.cuts import cuts
-from symdyn.dynamics.loops import differentiated, recursive
+from symdyn.dynamics.loops.cuts import cuts
+from symdyn.dynamics.loops.rows import differentiated, recursive
 from symdyn.dynamics.positions import body_placements
 from symdyn.emit import emit
 from symdyn.errors import DerivationError
-from symdyn.graph import substitute, tangents
+from symdyn.graph import Op, substitute, tangents
 from symdyn.program import lower
 from symdyn.scene import JOINTS, Body, Joint, Scene, folding, number, symbol
-from symdyn.scene.loads import Place, Row
+from symdyn.scene.loads import Place, Row, Spring
 from symdyn.scene.quantity import ONE, ZERO
 from symdyn.scene.table import compose
 from symdyn.spatial import Transform, elementary, unit_transform
@@ -355,3 +356,49 @@ def test_over_driven_and_opposed_drives_have_their_own_messages() -> None:
     opposed = replace(twice, bodies=(*twice.bodies, Body("bob", ONE, (ONE, ZERO, ZERO))), joints=joints)
     with pytest.raises(DerivationError, match="the drives t0, t1 work against each other"):
         derive(opposed, ("inverse_dynamics",))
+
+
+def led_five_bar() -> Scene:
+    """Two freedoms: crank A follows a formula in t, crank E is driven; a spring and a damper act beside them."""
+    flat_one = crank_rocker()
+    a, b, d = flat_one.joints
+    wave = folding.function(Op.SIN, folding.mul(number(2), symbol("t")))
+    joints = (
+        replace(a, motion=wave),
+        b,
+        replace(d, name="E", coordinates=("q_E",), drives=("tau2",), origin=along_x(exact(5)), start=(exact("5/2"),)),
+        replace(b, name="F", parent="rocker", child="link", coordinates=("q_F",),
+                origin=along_x(exact("7/2")), start=(exact("1/2"),)),
+    )  # fmt: skip
+    link = replace(flat_one.bodies[1], name="link")
+    loop = replace(flat_one.loops[0], child="link", tip=compose(("Tx", exact(-3))))
+    spring = Spring("s", joint="B", stiffness=(exact(3), exact("1/2")), free=exact("1/5"))
+    return replace(
+        flat_one, name="five_bar", bodies=(*flat_one.bodies, link), joints=joints, loops=(loop,), springs=(spring,)
+    )
+
+
+def test_a_prescribed_motion_in_a_loop_leads_and_takes_what_it_takes() -> None:
+    scene = led_five_bar()
+    outputs, _ = available(scene)
+    w = Workspace(scene)
+    claims = []
+    for name in outputs:
+        first, *others = (derive_one(w, name, road) for road in roads(name, scene))
+        claims += [Claim(name, first.formulation, o.formulation, first.entries, o.entries) for o in others]
+    claims += laws(w, outputs)
+
+    assert {"drive_forces", "forward_dynamics", "inverse_dynamics", "multipliers"} <= set(outputs)
+    findings = prove([claim for claim in claims if claim.left])[1]
+    assert {f.claim for f in findings if f.verdict != PROVED} == {"positions: residual = 0"}
+    qdd = derive_one(w, "forward_dynamics").entries
+    assert qdd[0] is w.prescribed.acceleration[0]
+
+
+def test_prescribed_motions_that_the_loops_do_not_allow_are_refused() -> None:
+    scene = crank_rocker()
+    a, b, d = scene.joints
+    both = replace(scene, joints=(replace(a, motion=symbol("t")), b, replace(d, motion=symbol("t"))))
+
+    with pytest.raises(DerivationError, match="the loops do not let the joints A, D follow their prescribed motions"):
+        derive(both, ("forward_dynamics",))

@@ -7,6 +7,7 @@ import subprocess
 from dataclasses import replace
 
 import pytest
+from arms import chain
 from formulas import every_op
 from mechanisms import random_tree
 
@@ -38,6 +39,14 @@ def test_every_operation_is_clean_c99(real, tmp_path):
 def test_a_tree_is_clean_c99(real, tmp_path):
     equations = derive(random_tree(2, 4), ("inverse_dynamics", "forward_dynamics", "mass_matrix", "k_C", "pose:b3"))
     assert lint(emit(lower(equations), "c", real), tmp_path) == ""
+
+
+@needs_compiler
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_a_long_function_in_parts_is_clean_c99(real, tmp_path):
+    sources = emit(lower(derive(chain(90), ("inverse_dynamics", "gravity_forces"))), "c", real)
+    assert "_part9(" in sources["chain90.c"]
+    assert lint(sources, tmp_path) == ""
 
 
 @needs_compiler

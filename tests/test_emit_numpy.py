@@ -82,6 +82,21 @@ def test_a_wrong_last_dimension_is_named(module, found):
         module.matrix(np.zeros(2), np.zeros(found), np.ones(1))
 
 
+@pytest.mark.parametrize("value", [np.array([1j, 0.5]), ["a", "b"], [None, 1.0]])
+def test_what_is_no_real_number_is_refused(module, value):
+    with pytest.raises(TypeError, match=r"matrix: q has type .*; give real numbers"):
+        module.matrix(value, np.zeros(2), np.ones(1))
+
+
+def test_a_result_is_put_only_where_it_keeps_its_digits(module):
+    args = [np.zeros(2), np.zeros(2), np.ones(1)]
+    with pytest.raises(TypeError, match="rotated: out has type int64; it must hold float64"):
+        module.rotated(*args, out=np.zeros(2, np.int64))
+    with pytest.raises(TypeError, match=r"rotated: out is a list; give an array of shape \(2,\)"):
+        module.rotated(*args, out=[0.0, 0.0])
+    assert module.rotated(*args, out=np.zeros(2, np.float32)).dtype == np.float32
+
+
 def test_leading_dimensions_that_do_not_broadcast_are_named(module):
     with pytest.raises(ValueError, match=r"matrix: leading dimensions .*q, qd, params do not broadcast"):
         module.matrix(np.zeros((3, 2)), np.zeros((4, 2)), np.ones(1))

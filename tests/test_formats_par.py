@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from symdyn.build import lambdify
-from symdyn.dynamics import derive
+from symdyn.dynamics import derive, mobility
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.scene import (
@@ -21,6 +21,7 @@ from symdyn.scene import (
     body,
     express,
     fixed,
+    parse,
     prismatic,
     read,
     read_text,
@@ -173,8 +174,10 @@ def test_placeholders_of_external_wrenches_are_noted_and_others_refused() -> Non
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("NJ = 1", "NJ = 2"), r"has closed loops \(NL = 1, NJ = 2, NF = 3\), .* until then cut them"),
-        (("NL = 1", "Type = 2\nNL = 1"), "has closed loops"),
+        (("NJ = 1", "NJ = 0"), "NL = 1, NJ = 0, NF = -1 do not fit together"),
+        (("NJ = 1", "NJ = 2\nNF = 2"), "NL = 1, NJ = 2, NF = 2 do not fit together: a file of NL links and NJ joints"),
+        (("NJ = 1", "NJ = 2"), "sigma has 1 values; 3 are needed"),
+        (("NJ = 1", "NJ = 2"), "Ant is missing; where loops are closed it says which links a cut joint connects"),
         (("NL = 1", "NL = one"), 'NL = "one" is not a whole number'),
         (("Sigma = {0}", "Sigma = {3}"), 'frame 1: sigma = "3" is not a whole number from 0 to 2'),
         (("Theta = {t1}", "Theta = {0.3}"), "frame 1: theta = 0.3 is no coordinate; name the coordinate, such as th1"),
@@ -191,7 +194,7 @@ def test_placeholders_of_external_wrenches_are_noted_and_others_refused() -> Non
         (("M = {2}", "M = {2*t1}"), r"frame 1: mass = 2\*t1 uses t1, which moves"),
         (("G = {0, -9.81, 0}", ""), "G is missing"),
         (("M = {2}", "M = {2}\nV0 = {1, 0, 0}"), "the base of a scene is at rest"),
-        (("M = {2}", "M = {2}\nis_floating = True"), "is_floating = True: free bases come with free joints"),
+        (("M = {2}", "M = {2}\nis_floating = True"), "is_floating = True: a free base is not read"),
         (("M = {2}", "M = {2}\neta = {1}"), "frame 1: eta = 1: joints of a scene are rigid"),
         (("M = {2}", "M = {2}\nAnt = {2}"), 'frame 1: ant = "2" is not a whole number from 0 to 1'),
         (("M = {2}", "M = {2}\nAnt = {1}"), 'frame 1: joins "link1" with itself'),
@@ -228,7 +231,16 @@ def test_what_was_read_is_written_and_read_again(name: str) -> None:
     assert par_writer.write_text(again.scene).text == written.text
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.toml")), ids=lambda path: path.stem)
+def is_plain(scene: Scene) -> bool:
+    """Whether a parameter file holds all that acts in a scene."""
+    acting = (scene.loops, scene.springs, scene.dampers, scene.loads, scene.rows)
+    return not any(acting) and all(joint.type in par_writer.SIGMA for joint in scene.joints)
+
+
+PLAIN = [path for path in sorted((ROOT / "examples").glob("*.toml")) if is_plain(read(path))]
+
+
+@pytest.mark.parametrize("path", PLAIN, ids=lambda path: path.stem)
 def test_every_example_keeps_its_dynamics(path: Path) -> None:
     """puma560 is a standard Denavit-Hartenberg table: its link frames move, its equations do not."""
     once = read(path)
@@ -397,3 +409,43 @@ def test_what_a_fixed_frame_or_a_rigid_joint_cannot_use_is_noted():
 
     assert "small.par: frame 2: IA, FV of a fixed frame: left out, nothing moves there" in notes
     assert "small.par: frame 1: k = 50 is left out: the joint is rigid (eta = 0)" in notes
+
+
+FOUR_BAR = """
+NL = 3
+NJ = 4
+NF = 5
+Type = 2 (* Closed *)
+(* Joint names = 'motor, elbow, pivot, hinge' *)
+Ant = {0, 1, 0, 2, 3}
+Sigma = {0, 0, 0, 0, 2}
+d = {0, 1, 4, 3, 3.5}
+Theta = {t1, t2, t3, t4 + Pi/2, 0}
+M = {1, 3, 3.5}
+MX = {0.5, 4.5, 6.125}
+ZZ = {1/3, 9, 14.291666666666666}
+QP = {QP1, QP2, QP3, QP4}
+G = {0, -9.81, 0}
+"""
+
+
+def test_a_cut_joint_closes_a_loop():
+    scene = par.read_text(FOUR_BAR, "bar.par", INVALID).scene
+
+    (loop,) = scene.loops
+    assert (loop.name, loop.type, loop.parent, loop.child) == ("hinge", "revolute", "link2", "link3")
+    assert loop.origin == Pose((("Tx", number(3)), ("Rz", parse("pi/2"))))
+    assert loop.tip == Pose((("Tx", number(Fraction(-7, 2))),))
+    assert scene.coordinates == ("t1", "t2", "t3")
+    assert not scene.parameters
+    assert mobility(scene).by_rank == 1
+
+
+def test_the_four_bar_of_a_parameter_file_moves_as_the_example_does():
+    here = par.read_text(FOUR_BAR, "bar.par", INVALID).scene
+    there = read(ROOT / "examples" / "four_bar.toml")
+    q, qd, tau = [0.8, 0.1420089234527959928, 2.0260131545490214846], [0.0] * 3, [3.0, 0, 0]
+
+    one, other = (lambdify(scene, "forward_dynamics")(q, qd, tau) for scene in (here, there))
+
+    np.testing.assert_allclose(one, other, rtol=1e-12)

@@ -20,9 +20,11 @@ ROOMS = {  # room: the rooms it may import
     "program": ["dynamics"],
     "emit": ["program"],
     "build": ["emit"],
+    "draw": ["emit"],
     "verify": ["build"],
-    "simulate": ["verify"],
-    "cli": ["simulate"],
+    "simulate": ["verify", "draw"],
+    "bench": ["simulate"],
+    "cli": ["bench"],
 }
 
 

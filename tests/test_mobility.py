@@ -62,9 +62,7 @@ def test_the_spin_of_an_rssr_coupler_is_idle_and_not_under_driven() -> None:
 def test_a_pendulum_beside_a_loop_is_no_idle_motion() -> None:
     scene = crank_rocker()
     bob = hinge("P", "coupler", "bob", along_x(ONE))
-    more = replace(
-        scene, bodies=(*scene.bodies, Body("bob", ONE, (ONE, ZERO, ZERO))), joints=(*scene.joints, bob)
-    )
+    more = replace(scene, bodies=(*scene.bodies, Body("bob", ONE, (ONE, ZERO, ZERO))), joints=(*scene.joints, bob))
     found = mobility(more)
 
     assert found.by_rank == 2
@@ -77,7 +75,9 @@ def test_an_over_driven_mechanism_is_told_how_many_drives_are_too_many() -> None
     joints = tuple(replace(joint, drives=(f"tau_{joint.name}",)) for joint in scene.joints)
 
     notes = mobility(replace(scene, joints=joints)).notes
-    assert any("over-driven, 3 drives (tau_A, tau_B, tau_D) for 1 degree of freedom; leave 2 of them" in n for n in notes)
+    assert any(
+        "over-driven, 3 drives (tau_A, tau_B, tau_D) for 1 degree of freedom; leave 2 of them" in n for n in notes
+    )
 
 
 def test_a_change_point_has_more_freedoms_itself_than_round_about() -> None:

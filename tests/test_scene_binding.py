@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -9,10 +10,11 @@ from arms import two_link
 from running import call
 
 from symdyn.algebra.numeric import Fractions
-from symdyn.dynamics import derive
+from symdyn.dynamics import available, derive
 from symdyn.errors import SceneError
-from symdyn.program import lower
+from symdyn.program import formulate, lower
 from symdyn.scene import bind, body, number, read_bindings, revolute, scene
+from symdyn.scene.quantity import ZERO
 
 
 def test_a_bound_parameter_has_its_value_and_the_others_stay_free():
@@ -88,6 +90,7 @@ def test_a_bound_zero_below_a_fraction_is_refused():
 
 def test_bindings_are_read_from_text():
     assert read_bindings("m1=2.5, h1 = 1/2") == {"m1": "2.5", "h1": "1/2"}
+    assert read_bindings("a=atan2(1, 2*(3+1)), b=1") == {"a": "atan2(1, 2*(3+1))", "b": "1"}
 
 
 @pytest.mark.parametrize(
@@ -103,3 +106,26 @@ def test_bindings_are_read_from_text():
 def test_bindings_that_say_nothing_are_refused(text, message):
     with pytest.raises(SceneError, match=message):
         read_bindings(text)
+
+
+def with_zero(name):
+    """Return the two-link arm with a zero in its file."""
+    parameters = (replace(p, value=ZERO, positive=False) if p.name == name else p for p in two_link().parameters)
+    return replace(two_link(), parameters=tuple(parameters))
+
+
+@pytest.mark.parametrize("name", ["m2", "h1"])
+def test_a_zero_in_the_file_is_as_gone_as_a_bound_one(name):
+    zero, bound = with_zero(name), bind(two_link(), {name: 0})
+    outputs, left_out = available(zero)
+    programs = [lower(formulate(one, outputs)) for one in (zero, bound)]
+
+    assert (outputs, left_out) == available(bound)
+    assert "forward dynamics does not exist" in left_out[-1]
+    assert len({tuple(map(repr, program.outputs)) for program in programs}) == 1
+
+
+def test_a_zero_in_the_file_can_be_bound_to_another_value():
+    programs = [lower(formulate(bind(one, {"m2": 2}), ("mass_matrix",))) for one in (with_zero("m2"), two_link())]
+
+    assert len({tuple(map(repr, program.outputs)) for program in programs}) == 1

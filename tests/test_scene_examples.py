@@ -6,9 +6,27 @@ from pathlib import Path
 
 import pytest
 
-from symdyn.scene import number, read, with_symbolic_inertia
+from symdyn.algebra.numeric import Floats
+from symdyn.dynamics import mobility
+from symdyn.dynamics.positions import body_placements
+from symdyn.dynamics.state import placement, state_symbols
+from symdyn.errors import SceneError
+from symdyn.graph import Expr, Graph, evaluate, substitute
+from symdyn.scene import (
+    JOINTS,
+    Scene,
+    express,
+    number,
+    read,
+    read_text,
+    starting_position,
+    starting_velocity,
+    with_symbolic_inertia,
+)
 from symdyn.scene.quantity import symbol
 from symdyn.scene.starters import starter
+from symdyn.scene.turning import inverse
+from symdyn.scene.value import value_of
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))
@@ -23,11 +41,84 @@ def test_every_example_reads_and_is_named_after_its_file(path):
 
 def test_all_the_promised_examples_are_there():
     promised = {"arm7", "cart_pole", "double_pendulum", "pendulum", "puma560", "scara", "two_link"}
+    promised |= {"four_bar", "slider_crank", "spatial_slider_crank", "rssr", "rsup", "governor", "heavy_top"}
+    promised |= {"free_body", "rolling_disc", "cart_with_wheel", "gripper2", "quadruped"}
 
     assert promised <= {path.stem for path in EXAMPLES}
 
 
-@pytest.mark.parametrize(("name", "template"), [("cart_pole", "cart_pole"), ("puma560", "puma"), ("arm7", "arm7")])
+CLOSED = [path for path in EXAMPLES if read(path).loops]
+
+FREEDOMS = {"four_bar": 1, "slider_crank": 1, "spatial_slider_crank": 2, "rssr": 2, "rsup": 1, "governor": 2}
+"""Of RSSR and R-S-S-P one is the idle spin of the rod; of the governor one is that of the spindle."""
+
+
+def residuals(scene: Scene) -> list[float]:
+    """Return the residual of every loop where the scene starts, all parameters at their values; m or 1."""
+    graph = Graph()
+    state, poses = state_symbols(scene, graph), body_placements(scene, graph)
+    known = {p.name: express(p.value, graph) for p in scene.parameters if p.value is not None}
+    at = dict(zip(state.q, (express(x, graph) for x in starting_position(scene)), strict=True))
+    entries: list[Expr] = []
+    for loop in scene.loops:
+        there = poses[loop.parent] @ placement(loop.origin, graph)
+        here = poses[loop.child] @ placement(inverse(loop.tip), graph)
+        entries += JOINTS[loop.type].residual(loop, there.inverse() @ here)
+    placed = substitute(substitute(entries, at), {graph.symbol(name): x for name, x in known.items()})
+    return evaluate(placed, Floats(), {})
+
+
+@pytest.mark.parametrize("path", CLOSED, ids=lambda path: path.stem)
+def test_a_mechanism_with_loops_starts_assembled(path):
+    assert residuals(read(path)) == pytest.approx([0] * len(residuals(read(path))), abs=1e-15)
+
+
+@pytest.mark.parametrize("path", CLOSED, ids=lambda path: path.stem)
+def test_a_mechanism_has_the_freedoms_that_its_first_lines_say(path):
+    assert mobility(read(path)).by_rank == FREEDOMS[path.stem]
+
+
+def test_the_four_bar_starts_where_its_reactions_are_known():
+    """Numbers of an independent program, at 60 digits; angles of coupler and rocker from the x axis."""
+    start = [float(value_of(x, {})) for x in starting_position(read(ROOT / "examples" / "four_bar.toml"))]
+
+    assert start == pytest.approx([0.8, 0.9420089234527959928 - 0.8, 2.0260131545490214846], rel=1e-15)
+
+
+def test_the_disc_begins_to_roll_without_slip():
+    """v = r ω along the ground, and the lowest point of the leaning disc touches it."""
+    disc = read(ROOT / "examples" / "rolling_disc.toml")
+    z, w, x = (value_of(entry, {"r": 0.3}) for entry in (*starting_position(disc)[2:3], *starting_position(disc)[3:5]))
+    v, _, _, _, turn, _ = (value_of(entry, {"r": 0.3}) for entry in starting_velocity(disc))
+
+    assert z == pytest.approx(0.3 * (1 - 2 * x * x))
+    assert w * w + x * x == pytest.approx(1)
+    assert v == pytest.approx(0.3 * turn)
+
+
+def test_n_four_bars_in_a_row():
+    row = read_text(starter("row", "n_four_bar", 40))
+
+    assert (len(row.bodies), len(row.loops), len(row.coordinates)) == (81, 40, 81)
+    assert residuals(read_text(starter("row", "n_four_bar", 3))) == [0] * 15
+
+
+@pytest.mark.parametrize(("template", "n"), [("chain", 1001), ("n_four_bar", 201), ("n_four_bar", 0)])
+def test_a_starter_has_a_largest_n(template, n):
+    with pytest.raises(SceneError, match=f"n = {n} is out of range; {template} takes 1 to"):
+        starter("x", template, n)
+
+
+@pytest.mark.parametrize(
+    ("name", "template"),
+    [
+        ("cart_pole", "cart_pole"),
+        ("puma560", "puma"),
+        ("arm7", "arm7"),
+        ("four_bar", "four_bar"),
+        ("slider_crank", "slider_crank"),
+    ],
+)
 def test_examples_that_are_starters_are_their_text(name, template):
     assert (ROOT / "examples" / f"{name}.toml").read_text() == starter(name, template)
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from arms import EXAMPLES
 
+from symdyn.build import lambdify
 from symdyn.dynamics import derive
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.program import lower
-from symdyn.scene import body, express, fixed, lock, number, parse, prismatic, read_text, revolute, scene
+from symdyn.scene import body, express, fixed, helical, lock, number, parse, prismatic, read_text, revolute, scene
 from symdyn.verify import PROVED, certify
 
 LINK = {"mass": 2, "com": ["1/3", 0, "1/10"], "inertia": [1, 2, 2], "about": "com"}
@@ -124,20 +126,46 @@ def test_a_lock_that_makes_no_sense_is_refused(second, message):
         arm(**second)
 
 
-def test_an_oblique_axis_can_be_locked_at_zero_only():
-    def tilted(position: int):
-        return lock(
-            scene(
-                "tilted",
-                bodies=[body(f"b{i}", **LINK) for i in range(2)],
-                joints=[revolute("j0", "ground", "b0"), revolute("j1", "b0", "b1", axis=[1, 1, 0])],
-            ),
-            {"j1": number(position)},
-        )
+@pytest.mark.parametrize(("kind", "keys"), [(revolute, {}), (prismatic, {}), (helical, {"pitch": "1/5"})])
+@pytest.mark.parametrize("axis", [[2, -1, 2], [1, 1, 0]])
+def test_an_oblique_axis_is_locked_where_it_is_told(kind, keys, axis):
+    free = scene(
+        "tilted",
+        bodies=[body(f"b{i}", **LINK) for i in range(3)],
+        joints=[
+            revolute("j0", "ground", "b0", axis=[0, 1, 0]),
+            kind("j1", "b0", "b1", axis=axis, origin=[1, 0, 0], **keys),
+            revolute("j2", "b1", "b2", axis=[1, 0, 0], origin=[0, 0, 1]),
+        ],
+    )
+    locked = lock(free, {"j1": parse("7/10")})
 
-    assert tilted(0).coordinates == ("q1",)
-    with pytest.raises(SceneError, match=r"joints\.j1: a joint locked away from zero needs an axis along x, y or z"):
-        tilted(1)
+    wanted = numbers(free, [0.3, 0.7, -0.4], [1.1, 0.0, 0.6], [0.2, 0.0, -0.9])
+    np.testing.assert_allclose(numbers(locked, [0.3, -0.4], [1.1, 0.6], [0.2, -0.9]), np.delete(wanted, 1), rtol=1e-12)
+
+
+def test_a_follower_with_an_offset_is_locked_with_its_leader():
+    free = scene(
+        "followed",
+        bodies=[body(f"b{i}", **LINK) for i in range(3)],
+        joints=[
+            revolute("j0", "ground", "b0", axis=[0, 1, 0]),
+            revolute("j1", "b0", "b1", origin=[1, 0, 0]),
+            revolute("j2", "b1", "b2", axis=[1, 2, 2], origin=[0, 0, 1], mimic=FOLLOWS),
+        ],
+    )
+    locked = lock(free, {"j1": parse("7/10")})
+
+    wanted = numbers(free, [0.3, 0.7], [1.1, 0.0], [0.2, 0.0])
+    np.testing.assert_allclose(numbers(locked, [0.3], [1.1], [0.2]), wanted[:1], rtol=1e-12)
+
+
+FOLLOWS = {"joint": "j1", "ratio": 2, "offset": "1/3"}
+
+
+def numbers(scene, *state):
+    """Return inverse dynamics of a state."""
+    return lambdify(scene, "inverse_dynamics")(*state)
 
 
 def test_something_must_be_left_to_move():

@@ -301,7 +301,7 @@ def test_a_chain_has_n_links(n):
     ("arguments", "message"),
     [
         (("x", "pumma"), r"no template \"pumma\"; did you mean puma\? \(there are rr, rrr"),
-        (("x", "rr", 3), 'n = 3 goes with the template "chain" only'),
+        (("x", "rr", 3), "n = 3 goes with the templates chain and n_four_bar only"),
         (("x", "chain", 0), "1 to 1000"),
         (("x", "chain", 1001), "1 to 1000"),
         (("a b", "rr"), 'the name "a b" is not a plain identifier'),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from symdyn.algebra.balls import FUNCTIONS_OF_BALLS
 from symdyn.algebra.big import BigFloats
 from symdyn.algebra.numeric import Batches, Floats
 from symdyn.algebra.running_error import SLOPES
@@ -16,6 +17,12 @@ from symdyn.graph import ARITY, FUNCTIONS, Op
 from symdyn.graph.differentiate import PARTIALS
 from symdyn.graph.ops import LEAVES
 
+NUMERIC = {
+    "f": Floats.functions,
+    "np": Batches.functions,
+    "mp": BigFloats().functions,
+    "arb": FUNCTIONS_OF_BALLS,
+}
 TARGETS = {"numpy": NUMPY, **{f"c {name}": spellings(real) for name, real in REALS.items()}}
 
 
@@ -32,7 +39,11 @@ def test_every_operation_but_the_leaves_has_partial_derivatives():
     assert set(PARTIALS) == set(Op) - LEAVES
 
 
-@pytest.mark.parametrize("table", [Floats.functions, Batches.functions, BigFloats().functions], ids=["f", "np", "mp"])
+@pytest.mark.parametrize(
+    "table",
+    [Floats.functions, Batches.functions, BigFloats().functions, FUNCTIONS_OF_BALLS],
+    ids=["f", "np", "mp", "arb"],
+)
 def test_every_function_has_a_value_in_every_numeric_algebra(table):
     assert set(table) == FUNCTIONS
 

@@ -153,6 +153,13 @@ def test_a_wrong_root_is_different_whatever_the_points(name, seed):
     assert finding(WRONG_ROOTS[name], seed=seed, positive=("x", "y")).verdict == DIFFERENT
 
 
+@pytest.mark.parametrize("name", ["root of a square", "a factor under a root", "product under roots, where both exist"])
+def test_roots_that_are_not_independent_are_never_proved_by_luck(name):
+    verdicts = {finding(BEYOND_THE_FIELDS[name], seed=seed).verdict for seed in range(100)}  # luck is 1 in 16
+
+    assert verdicts == {NUMERICAL}
+
+
 def test_more_roots_than_there_are_points_for_are_checked_numerically():
     def roots(g, x, y):
         total = g.total(g.sqrt(x + k * y) for k in range(9))

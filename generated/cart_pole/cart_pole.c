@@ -104,11 +104,11 @@ void cart_pole_forward_dynamics(const double *q, const double *qd, const double 
     const double tau_2 = tau[1];
     const double s2 = sin(q_2);
     const double c2 = cos(q_2);
-    const double x1 = 3.0 * c2;
-    const double x2 = tau_2 + 0.24525 * s2;
-    const double x3 = (tau_1 - 0.1 * qd_1 - 0.025 * (s2 * (qd_2 * qd_2)) + x1 * x2) / (1.1 - 0.025 * (c2 * x1));
+    const double x1 = tau_2 + 0.24525 * s2;
+    const double x2 = 3.0 * c2;
+    const double x3 = (tau_1 - 0.1 * qd_1 - 0.025 * (s2 * (qd_2 * qd_2)) + x1 * x2) / (1.1 - 0.025 * (c2 * x2));
     out[0] = x3;
-    out[1] = 120.0 * x2 + x1 * x3;
+    out[1] = 120.0 * x1 + x2 * x3;
 }
 
 void cart_pole_mass_matrix(const double *q, double *out)

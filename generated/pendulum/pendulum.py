@@ -133,14 +133,18 @@ def _run(compute, name, shape, out, *arguments):
     """Return the entries that `compute` gives, as an array of the leading dimensions and `shape`."""
     arrays = []
     for argument, value, length in arguments:
-        array = numpy.asarray(value, dtype=numpy.float64)
+        array = numpy.asarray(value)
+        if array.dtype != numpy.float64:
+            if not numpy.can_cast(array.dtype, numpy.float64, "same_kind"):
+                raise TypeError(f"{name}: {argument} has type {array.dtype}; give real numbers")
+            array = array.astype(numpy.float64)
         if array.shape[-1:] != (length,):
             found = f"{name}: {argument} has shape {array.shape}"
             raise ValueError(f"{found}; its last dimension must have length {length}")
         arrays.append(array)
     batch = _batch(name, arrays, arguments)
-    if out is not None and out.shape != batch + shape:
-        raise ValueError(f"{name}: out has shape {out.shape}; it must have shape {batch + shape}")
+    if out is not None:
+        _check_out(name, out, batch + shape)
     result = _one(compute, arrays, shape) if batch == () else None
     if result is None:
         result = numpy.empty(batch + shape, dtype=numpy.float64)
@@ -149,6 +153,16 @@ def _run(compute, name, shape, out, *arguments):
         return result[()]
     out[...] = result
     return out
+
+
+def _check_out(name, out, shape):
+    """Raise TypeError or ValueError where a result of this shape cannot be put into `out` as it is."""
+    if not isinstance(out, numpy.ndarray):
+        raise TypeError(f"{name}: out is a {type(out).__name__}; give an array of shape {shape}")
+    if not numpy.can_cast(numpy.float64, out.dtype, "same_kind"):
+        raise TypeError(f"{name}: out has type {out.dtype}; it must hold float64")
+    if out.shape != shape:
+        raise ValueError(f"{name}: out has shape {out.shape}; it must have shape {shape}")
 
 
 def _batch(name, arrays, arguments):

@@ -133,14 +133,18 @@ def _run(compute, name, shape, out, *arguments):
     """Return the entries that `compute` gives, as an array of the leading dimensions and `shape`."""
     arrays = []
     for argument, value, length in arguments:
-        array = numpy.asarray(value, dtype=numpy.float64)
+        array = numpy.asarray(value)
+        if array.dtype != numpy.float64:
+            if not numpy.can_cast(array.dtype, numpy.float64, "same_kind"):
+                raise TypeError(f"{name}: {argument} has type {array.dtype}; give real numbers")
+            array = array.astype(numpy.float64)
         if array.shape[-1:] != (length,):
             found = f"{name}: {argument} has shape {array.shape}"
             raise ValueError(f"{found}; its last dimension must have length {length}")
         arrays.append(array)
     batch = _batch(name, arrays, arguments)
-    if out is not None and out.shape != batch + shape:
-        raise ValueError(f"{name}: out has shape {out.shape}; it must have shape {batch + shape}")
+    if out is not None:
+        _check_out(name, out, batch + shape)
     result = _one(compute, arrays, shape) if batch == () else None
     if result is None:
         result = numpy.empty(batch + shape, dtype=numpy.float64)
@@ -149,6 +153,16 @@ def _run(compute, name, shape, out, *arguments):
         return result[()]
     out[...] = result
     return out
+
+
+def _check_out(name, out, shape):
+    """Raise TypeError or ValueError where a result of this shape cannot be put into `out` as it is."""
+    if not isinstance(out, numpy.ndarray):
+        raise TypeError(f"{name}: out is a {type(out).__name__}; give an array of shape {shape}")
+    if not numpy.can_cast(numpy.float64, out.dtype, "same_kind"):
+        raise TypeError(f"{name}: out has type {out.dtype}; it must hold float64")
+    if out.shape != shape:
+        raise ValueError(f"{name}: out has shape {out.shape}; it must have shape {shape}")
 
 
 def _batch(name, arrays, arguments):
@@ -809,17 +823,17 @@ def _pose_tool(of, q, params):
     c1 = cos(q_1)
     s2 = sin(q_2)
     c2 = cos(q_2)
-    x1 = c1 * s2 + s1 * c2
-    x2 = c1 * c2 - s1 * s2
+    x1 = c1 * c2 - s1 * s2
+    x2 = c1 * s2 + s1 * c2
     return (
-        x2,  # 0, 0
-        -x1,  # 0, 1
+        x1,  # 0, 0
+        -x2,  # 0, 1
         0.0,  # 0, 2
-        s1 * p_h1 + p_h2 * x1,  # 0, 3
-        x1,  # 1, 0
-        x2,  # 1, 1
+        s1 * p_h1 + p_h2 * x2,  # 0, 3
+        x2,  # 1, 0
+        x1,  # 1, 1
         0.0,  # 1, 2
-        -(c1 * p_h1 + p_h2 * x2),  # 1, 3
+        -(c1 * p_h1 + p_h2 * x1),  # 1, 3
         0.0,  # 2, 0
         0.0,  # 2, 1
         1.0,  # 2, 2
@@ -862,14 +876,14 @@ def _jacobian_tool(of, q, params):
     s2 = sin(q_2)
     c2 = cos(q_2)
     x1 = s1 * p_h1
-    x2 = x1 + p_h2 * (c1 * s2 + s1 * c2)
-    x3 = c1 * p_h1
-    x4 = x3 + p_h2 * (c1 * c2 - s1 * s2)
+    x2 = c1 * p_h1
+    x3 = x1 + p_h2 * (c1 * s2 + s1 * c2)
+    x4 = x2 + p_h2 * (c1 * c2 - s1 * s2)
     return (
         x4,  # 0, 0
-        x4 - x3,  # 0, 1
-        x2,  # 1, 0
-        x2 - x1,  # 1, 1
+        x4 - x2,  # 0, 1
+        x3,  # 1, 0
+        x3 - x1,  # 1, 1
         0.0,  # 2, 0
         0.0,  # 2, 1
         0.0,  # 3, 0
@@ -920,14 +934,14 @@ def _jdot_qdot_tool(of, q, qd, params):
     s2 = sin(q_2)
     c2 = cos(q_2)
     x1 = qd_1 + qd_2
-    x2 = c1 * s2 + s1 * c2
-    x3 = c1 * c2 - s1 * s2
+    x2 = c1 * c2 - s1 * s2
+    x3 = c1 * s2 + s1 * c2
     x4 = qd_1 * (qd_1 * p_h1)
     x5 = s2 * x4
     x6 = c2 * x4 + x1 * (p_h2 * x1)
     return (
-        x3 * x5 - x2 * x6,
-        x2 * x5 + x3 * x6,
+        x2 * x5 - x3 * x6,
+        x3 * x5 + x2 * x6,
         0.0,
         0.0,
         0.0,

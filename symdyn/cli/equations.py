@@ -15,10 +15,10 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     verb.add_argument(
         "--as",
         dest="group",
-        choices=("equations", "coefficients", "textbook", "matrix", "base-parameters"),
+        choices=("equations", "coefficients", "textbook", "matrix", "base-parameters", "dalembert"),
         default="equations",
-        help="one equation a joint (default), coefficient by coefficient, under-braced as in a textbook, M and c, or "
-        "in place of the equations the regrouped inertias that they depend on",
+        help="one equation a joint (default), coefficient by coefficient, under-braced as in a textbook, M and c; in "
+        "place of them the regrouped inertias that they depend on, or D'Alembert's system (5.18) for all reactions",
     )
     verb.add_argument("--angles", choices=("long", "short"), default="long", help="sin(q1 + q2) or s_{12}")
     verb.add_argument("--document", action="store_true", help="a whole LaTeX document with a symbol table")
@@ -29,14 +29,20 @@ def run(options: argparse.Namespace) -> int:
     """Print the equations."""
     from symdyn.cli.talk import Waiting
     from symdyn.emit.base_parameters import base_parameters_text
+    from symdyn.emit.dalembert_page import dalembert_text
     from symdyn.emit.equations import equations_text
     from symdyn.errors import EmitError
 
     scene = read_scene(options)
     if options.group == "base-parameters" and options.document:
         raise EmitError("a document holds equations; leave --document out, or --as base-parameters")
+    if options.group == "dalembert" and options.format != "latex":
+        raise EmitError(f"D'Alembert's system is written in LaTeX, not as {options.format}; leave --format out")
     with Waiting() as progress:
         progress("expanding")
+        if options.group == "dalembert":
+            print(dalembert_text(scene, options.document))
+            return 0
         if options.group == "base-parameters":
             print(base_parameters_text(scene, options.format))
             return 0

@@ -10,8 +10,11 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     """Add the verb."""
     verb = verbs.add_parser("new", help="write a commented scene to start from", description=__doc__)
     verb.add_argument("name", help="name of the scene; NAME.toml is written here")
-    verb.add_argument("--template", help="rr, rrp, rrr, cart_pole, puma, arm7 or chain; default: NAME, else rr")
-    verb.add_argument("--n", type=int, help="number of links, for chains")
+    verb.add_argument(
+        "--template",
+        help="rr, rrp, rrr, cart_pole, puma, arm7, chain, four_bar, slider_crank or n_four_bar; default: NAME, else rr",
+    )
+    verb.add_argument("--n", type=int, help="number of links of a chain, of four-bars in a row")
     verb.add_argument("--force", action="store_true", help="overwrite an existing file")
     verb.set_defaults(run=run)
 
@@ -22,9 +25,10 @@ def run(options: argparse.Namespace) -> int:
     from symdyn.errors import EmitError
     from symdyn.scene.starters import STARTERS, starter
 
-    template = options.template or (options.name if options.name in STARTERS else "rr")
-    text = starter(options.name, template, options.n)
-    path = Path(f"{options.name}.toml")
+    name = options.name.replace("-", "_")
+    template = (options.template or (name if name in STARTERS else "rr")).replace("-", "_")
+    text = starter(name, template, options.n)
+    path = Path(f"{name}.toml")
     if path.exists() and not options.force:
         raise EmitError(f"{path} exists; give another name, or --force to overwrite it")
     write({path.name: text}, ".")

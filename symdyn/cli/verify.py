@@ -1,4 +1,7 @@
-"""`symdyn verify SCENE`: prove the derivations equal and measure the built code; exit status 1 if anything fails."""
+"""`symdyn verify SCENE`: prove the derivations equal and measure the built code; exit status 1 if anything fails.
+
+`--rigorous` runs the equations over ball arithmetic instead, and prints how far the built code can be off, guaranteed.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,9 @@ from typing import TYPE_CHECKING
 from symdyn.cli.reading import add_formulation, add_prepare, add_reading_options, read_scene
 
 if TYPE_CHECKING:
-    from symdyn.verify import Certificate
+    from symdyn.verify import Certificate, Rigorous
+
+STATES = 4
 
 
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -21,17 +26,49 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     verb.add_argument("--real", choices=("double", "float"), default="double", help="number type of the measured code")
     verb.add_argument("--seed", type=int, default=1, help="of primes, points and states (default: 1)")
     verb.add_argument("--json", action="store_true", help="print the certificate as JSON")
+    bounds = verb.add_argument_group("guaranteed bounds")
+    bounds.add_argument(
+        "--rigorous",
+        action="store_true",
+        help="bound the error of the code at each state by ball arithmetic, entry by entry, and prove nothing else",
+    )
+    bounds.add_argument(
+        "--at",
+        metavar="LIST",
+        help="the state, e.g. q1=0.3,q1_dot=-1; what is not named is as the scene starts, free parameters are one",
+    )
+    bounds.add_argument(
+        "--states", type=int, metavar="N", default=STATES, help=f"or so many sampled states (default: {STATES})"
+    )
     verb.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the certificate."""
+    """Print the certificate, or the bounds."""
     from symdyn.cli.generate import split
     from symdyn.cli.talk import Waiting, print_json
-    from symdyn.verify import certify
+    from symdyn.errors import VerifyError
+    from symdyn.verify import certify, rigorous
 
+    if options.at is not None and not options.rigorous:
+        raise VerifyError("--at goes with --rigorous: proofs hold everywhere")
+    if options.rigorous and options.prepare:
+        raise VerifyError("--rigorous measures code without prepare; leave out --prepare")
+    if options.states < 1:
+        raise VerifyError(f"--states {options.states}: give one state at least")
     scene = read_scene(options)
     outputs = split(options.functions) if options.functions is not None else None
+    if options.rigorous:
+        at = None if options.at is None else numbers(options.at)
+        with Waiting() as progress:
+            bounds = rigorous(
+                scene, outputs, at, options.states, options.seed, options.real, options.formulation, progress
+            )
+        if options.json:
+            print_json(bounds.as_dict())
+        else:
+            show_bounds(bounds)
+        return 0 if bounds.passed else 1
     with Waiting() as progress:
         certificate = certify(
             scene, outputs, options.seed, progress, options.real, options.formulation, options.prepare
@@ -41,6 +78,58 @@ def run(options: argparse.Namespace) -> int:
     else:
         show(certificate)
     return 0 if certificate.passed else 1
+
+
+def numbers(text: str) -> dict[str, float]:
+    """Return name and value of every part of `q1=0.3, q2=pi/2`.
+
+    Raises:
+        SceneError: a part that is no name = number, or a name that comes twice.
+    """
+    from symdyn.algebra.big import BigFloats
+    from symdyn.errors import SceneError
+    from symdyn.graph import Graph, evaluate
+    from symdyn.scene import express, read_bindings
+    from symdyn.scene.formula import parse
+
+    values = {}
+    for name, formula in read_bindings(text).items():
+        try:
+            values[name] = float(evaluate([express(parse(formula), Graph())], BigFloats(), {})[0])
+        except (KeyError, ArithmeticError, ValueError, TypeError) as fault:
+            raise SceneError(f"{name}={formula} is no real number; write q1=0.3,q2=pi/2") from fault
+    return values
+
+
+def show_bounds(found: Rigorous) -> None:
+    """Print guaranteed bounds for people: a row an entry, a column a module."""
+    from symdyn.cli.talk import print_table
+
+    modules = list(dict.fromkeys(bound.module for bound in found.bounds))
+    rows: dict[tuple[str, tuple[int, ...]], dict[str, str]] = {}
+    exact: dict[str, int] = {}
+    for bound in found.bounds:
+        cell = f"{bound.error:.2e} ({bound.ulps:.2g})" if bound.error else "0"
+        rows.setdefault((bound.function, bound.index), {})[bound.module] = cell
+    for (function, _), cells in rows.items():
+        exact[function] = exact.get(function, 0) + all(cell == "0" for cell in cells.values())
+    lines = [
+        (function, ",".join(map(str, index)), *(cells.get(module, "") for module in modules))
+        for (function, index), cells in rows.items()
+        if any(cell != "0" for cell in cells.values())
+    ]
+    lines += [(function, f"{number} others", *("0" for _ in modules)) for function, number in exact.items() if number]
+    lines.sort(key=lambda line: list(exact).index(line[0]))
+    columns = ("function", "entry", *(f"{module} " for module in modules))
+    print_table(f"{found.scene}: guaranteed error (in ulps of the entry)", columns, lines)
+    states = max((len(states) for states in found.states.values()), default=0)
+    print(
+        f"Guaranteed at {states} state{'s' * (states != 1)}; balls of up to {found.bits} bits; --json has the states."
+    )
+    for note in found.notes:
+        print(f"Note: {note}")
+    if not found.passed:
+        print(f"{found.scene}: some errors have no bound: a result or an equation there is not finite")
 
 
 def show(certificate: Certificate) -> None:

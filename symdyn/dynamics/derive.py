@@ -5,20 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import prod
 
-from symdyn.dynamics.closure import Closing
 from symdyn.dynamics.equations import Argument, Equations, Function
+from symdyn.dynamics.loads import refuse_ideal_friction
+from symdyn.dynamics.loops.closure import Closing
+from symdyn.dynamics.loops.outputs import CLOSED_ONLY, is_closed
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.outputs import OUTPUTS
-from symdyn.dynamics.outputs_of_loops import CLOSED_ONLY, is_closed
 from symdyn.dynamics.prescribed import TIME
+from symdyn.dynamics.reactions.outputs import REACTIONS
 from symdyn.dynamics.tree import build_tree
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import JOINTS, Scene
 
-DYNAMICS: tuple[str, ...] = tuple(name for name, row in OUTPUTS.items() if not row.place)
-"""Outputs of the whole scene; kinematic ones are asked for by name, as in "pose:tool"."""
+DYNAMICS: tuple[str, ...] = tuple(
+    name for name, row in OUTPUTS.items() if not row.place and name not in CLOSED_ONLY and name not in REACTIONS
+)
+"""Outputs of the whole scene, with or without loops; reactions, and "pose:tool" and its like, are asked for by name."""
 
 KINEMATICS = ("pose", "jacobian", "jdot_qdot")
 
@@ -26,6 +30,9 @@ CUBIC = ("coriolis_matrix", "k_C", "k_D")
 """Outputs that grow with the cube of the number of coordinates."""
 
 LARGE = 12
+
+DRIVES = "tau"
+"""The argument of what finds a motion."""
 
 UNSURE = ("forward_dynamics", "drive_forces", "inverse_dynamics", *CLOSED_ONLY)
 """Outputs that a scene may lack: its mass matrix is singular, or its loops cannot be closed."""
@@ -53,7 +60,7 @@ def derive(
         DerivationError: an unknown output, road, body or point, or equations that do not exist.
     """
     workspace = Workspace(scene, closing)
-    wanted = [name for name in DYNAMICS if OUTPUTS[name].exists(scene)] if outputs is None else outputs
+    wanted = _expected(scene) if outputs is None else outputs
     functions = [derive_one(workspace, request, road) for request in wanted]
     return Equations(scene, workspace.graph, tuple(functions))
 
@@ -65,7 +72,7 @@ def available(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
     dynamics where the mass matrix is singular) and what is too large to be wanted unasked.
     """
     n = len(scene.velocities)
-    wanted = [name for name in DYNAMICS if OUTPUTS[name].exists(scene)]
+    wanted = _expected(scene)
     wanted += [f"{name}:{point.name}" for point in scene.points for name in KINEMATICS]
     left_out = []
     if n > LARGE:
@@ -80,6 +87,11 @@ def available(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
             if name != "positions" and str(fault) not in left_out:  # few loops have a closed form
                 left_out.append(str(fault))
     return tuple(wanted), left_out
+
+
+def _expected(scene: Scene) -> list[str]:
+    """Return the dynamics that a scene of its kind has."""
+    return [name for name in (*DYNAMICS, *CLOSED_ONLY) if OUTPUTS[name].exists(scene)]
 
 
 def roads(request: str, scene: Scene | None = None) -> tuple[str, ...]:
@@ -102,6 +114,9 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
     name = road or row.preferred(workspace)
     if name not in row.roads:
         raise DerivationError(f"{request} has no road {name!r}; there are {', '.join(row.roads)}")
+    if DRIVES in row.arguments:
+        refuse_ideal_friction(workspace.scene)
+        _refuse_closed_motion(workspace.scene)
     entries = row.roads[name](workspace, place) if row.place else row.roads[name](workspace)
     n = workspace.state.n
     return Function(
@@ -115,6 +130,16 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
         formulation=name,
         request=request,
     )
+
+
+def _refuse_closed_motion(scene: Scene) -> None:
+    """Raise DerivationError where a motion is prescribed in a scene with loops or rows."""
+    moved = [joint.name for joint in scene.joints if joint.motion is not None]
+    if moved and is_closed(scene):
+        raise DerivationError(
+            f"{scene.name}: the motion of {', '.join(moved)} is prescribed, which forward dynamics knows in trees, "
+            "not in loops; leave the motion out, and give its velocities and accelerations to inverse dynamics"
+        )
 
 
 def _terms(scene: Scene) -> dict[str, str]:

@@ -9,16 +9,15 @@ from __future__ import annotations
 from itertools import combinations
 
 from symdyn.dynamics import kinematics, lagrange
-from symdyn.dynamics.aba import aba
 from symdyn.dynamics.cost import cost
-from symdyn.dynamics.ldl import solve
-from symdyn.dynamics.loads import refuse_ideal_friction
+from symdyn.dynamics.loops.outputs import closing
 from symdyn.dynamics.output import Output
-from symdyn.dynamics.outputs_of_loops import closing
-from symdyn.dynamics.outputs_of_reactions import REACTIONS
-from symdyn.dynamics.potential import potential_energy
 from symdyn.dynamics.prescribed import accelerations
-from symdyn.dynamics.rnea import rnea
+from symdyn.dynamics.reactions.outputs import REACTIONS
+from symdyn.dynamics.recursive.aba import aba
+from symdyn.dynamics.recursive.ldl import solve
+from symdyn.dynamics.recursive.potential import potential_energy
+from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.workspace import Matrix, Workspace
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Scene
@@ -40,13 +39,11 @@ def _inverse(w: Workspace) -> list[Expr]:
 
 
 def _forward_aba(w: Workspace) -> list[Expr]:
-    refuse_ideal_friction(w.scene)
     given = zip(w.state.tau, w.pushes, w.elastic.forces, strict=True)
     return aba(w.lean, w.state.qd, [tau + force - pull for tau, force, pull in given], w.loads)
 
 
 def _forward_crba(w: Workspace) -> list[Expr]:
-    refuse_ideal_friction(w.scene)
     given = w.prescribed
     if given.place:
         parents = w.tree.velocity_parents(given.free)
@@ -137,7 +134,6 @@ def _polarised_matrix(w: Workspace) -> list[Expr]:
 
 
 def _lagrange_forward(w: Workspace) -> list[Expr]:
-    refuse_ideal_friction(w.scene)
     given = w.prescribed
     alone = dict(zip(w.state.qdd, given.entered(w.still), strict=True))
     bias = substitute(lagrange.driving_forces(w.energy), alone)

@@ -7,23 +7,23 @@ from itertools import product
 
 from symdyn.dynamics import lagrange
 from symdyn.dynamics.christoffel import Christoffel, christoffel
-from symdyn.dynamics.closed_workspace import Closed
-from symdyn.dynamics.closure import Closing
 from symdyn.dynamics.cost import cost
-from symdyn.dynamics.crba import crba
 from symdyn.dynamics.directions import Directions, directions
-from symdyn.dynamics.hanging import Hanging
 from symdyn.dynamics.lagrange import Energies, energies
 from symdyn.dynamics.loads import generalized_forces
+from symdyn.dynamics.loops.closure import Closing
+from symdyn.dynamics.loops.workspace import Closed
 from symdyn.dynamics.prescribed import Prescribed, prescribed
-from symdyn.dynamics.reframe import LeanTree, reframe
-from symdyn.dynamics.regroup import regroup
-from symdyn.dynamics.rnea import rnea
+from symdyn.dynamics.reactions.hanging import Hanging
+from symdyn.dynamics.recursive.crba import crba
+from symdyn.dynamics.recursive.reframe import LeanTree, reframe
+from symdyn.dynamics.recursive.regroup import regroup
+from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.state import State, state_symbols
 from symdyn.dynamics.tree import Tree, build_tree
 from symdyn.dynamics.wrenches import Elastic, Wrench, body_wrenches, elastic, joint_forces
 from symdyn.graph import Expr, Graph
-from symdyn.scene import Scene
+from symdyn.scene import Scene, without_zeros
 
 Matrix = list[list[Expr]]
 
@@ -33,6 +33,7 @@ class Workspace:
 
     def __init__(self, scene: Scene, closing: Closing = Closing()) -> None:  # noqa: B008  frozen
         """Start with an empty graph; `closing` is what the user chooses about closed loops."""
+        scene = without_zeros(scene)
         self.scene = scene
         self.closing = closing
         self.graph = Graph()

@@ -114,24 +114,26 @@ def batches(program: Program, page: Page, printer: Printer, real: Real) -> tuple
 def cuts(program: Program, page: Page, printer: Printer) -> tuple[CutText | None, ...]:
     """Return every function of the page in parts if it is a long one, else None."""
     return tuple(
-        _cut(routine, text, program, printer)
-        for routine, text in zip(program.routines, page.functions, strict=True)
+        _cut(routine, text, program, printer) for routine, text in zip(program.routines, page.functions, strict=True)
     )
 
 
 def _cut(routine: Routine, text: FunctionText, program: Program, printer: Printer) -> CutText | None:
     if routine.counts.multiplications + routine.counts.additions <= LONGEST:
         return None
-    writer = _writer(routine, program, printer)
+    writer = _writer(routine, text, program, printer)
     parts = _parts(writer)
     if not parts:
         return None
     return CutText(prod(text.shape), writer.plan.rows, writer.scalar_calls(_by_address(text), together=False), parts)
 
 
-def _writer(routine: Routine, program: Program, printer: Printer) -> Writer:
+def _writer(routine: Routine, text: FunctionText, program: Program, printer: Printer) -> Writer:
     places = {symbol: (a.name, i) for a in routine.function.arguments for i, symbol in enumerate(a.symbols)}
-    return Writer(routine, program, printer, plan(routine, program.constants), places)
+    made = plan(routine, program.constants)
+    same = len(made.names) == len(routine.inputs) + len(routine.steps)  # no name was added for a call
+    printed = {line.target: line.code for line in text.steps} if same else {}
+    return Writer(routine, program, printer, made, places, printed)
 
 
 def _parts(writer: Writer) -> tuple[PassText, ...]:
@@ -150,7 +152,7 @@ def _check_names(names: Sequence[str]) -> None:
 
 
 def _batch(routine: Routine, text: FunctionText, program: Program, printer: Printer, width: int) -> BatchText:
-    writer = _writer(routine, program, printer)
+    writer = _writer(routine, text, program, printer)
     made = writer.plan
     states, length = [], 0
     names = [argument.name for argument in text.arguments]

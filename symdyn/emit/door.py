@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Mapping
 
 from symdyn.emit.c import emit_c
@@ -12,6 +13,7 @@ from symdyn.emit.ufunc import emit_ufunc
 from symdyn.errors import EmitError
 from symdyn.program import Program
 from symdyn.program.prepare import PREPARE, is_prepared
+from symdyn.scene import spell
 
 Emitter = Callable[[Program, Real, str], tuple[tuple[str, str], ...]]
 
@@ -51,5 +53,7 @@ def _command(program: Program, target: str, real: str, batch: bool) -> str:
     functions = ",".join(function.request or function.name for function in asked)
     precision = "" if real == "double" else f" --real {real}"
     many = " --batch" if batch and target == "c" else ""
+    values = [f"{one.name}={spell(one.value)}" for one in program.scene.parameters if one.value is not None]
+    bound = f" --bind {shlex.quote(','.join(values).replace(' ', ''))}" if values else ""
     words = f"--target {target}{precision}{many}{' --prepare' if first else ''}"
-    return f"symdyn generate {program.scene.name}.toml {words} --functions {functions}"
+    return f"symdyn generate {program.scene.name}.toml{bound} {words} --functions {functions}"

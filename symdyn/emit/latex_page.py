@@ -38,15 +38,15 @@ def latex_document(page: Printable, group: str) -> str:
     write = _writer(page)
     title = "Coefficients" if group == "coefficients" else "Equations"
     sections = [{"title": title, "text": _introduction(page, group), "body": "\n".join(_displays(page, group))}]
-    energies = [_definition(name, write(form)) for name, form in (("K", page.K), ("P", page.P))]
-    sections.append({"title": "Energies", "text": "", "body": "\n".join(_align(energies))})
+    energies = [definition(name, write(form)) for name, form in (("K", page.K), ("P", page.P))]
+    sections.append({"title": "Energies", "text": "", "body": "\n".join(align(energies))})
     return render(
         "latex/equations.tex.jinja",
         {
             "title": escape(page.scene.name),
             "comment": page.scene.name,
             "sections": sections,
-            "symbols": (symbols := _symbol_table(page, write)),
+            "symbols": (symbols := symbol_table(page.scene, write, _has_time(page))),
             "values": any(row["value"] for row in symbols),
         },
     )
@@ -55,7 +55,7 @@ def latex_document(page: Printable, group: str) -> str:
 def latex_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
     """Return `name = formula` as displays; names are LaTeX."""
     write = Latex(latex_symbols(scene), DIGITS)
-    return "\n".join(_align([_definition(name, write(form)) for name, form in named]))
+    return "\n".join(align([definition(name, write(form)) for name, form in named]))
 
 
 def _writer(page: Printable) -> Latex:
@@ -82,8 +82,8 @@ def _introduction(page: Printable, group: str) -> str:
 
 def _displays(page: Printable, group: str) -> list[str]:
     write = _writer(page)
-    motions = [_definition(write.symbols[name], write(form)) for name, form in page.motions]
-    return [*GROUPS[group](page, write), *_align(motions)]
+    motions = [definition(write.symbols[name], write(form)) for name, form in page.motions]
+    return [*GROUPS[group](page, write), *align(motions)]
 
 
 # Lines and displays
@@ -101,12 +101,12 @@ def _lines(left: str, text: str, right: str = "") -> Lines:
     return [f"{left} &{first}" if left else f"& {first}", *(rf"&\quad {{}}{line}" for line in others)]
 
 
-def _definition(left: str, text: str) -> Lines:
+def definition(left: str, text: str) -> Lines:
     """Return `left = text`; a long left-hand side does not push the lines to the right."""
     return _lines(left, f"= {text}")
 
 
-def _align(paragraphs: Sequence[Lines]) -> Iterator[str]:
+def align(paragraphs: Sequence[Lines]) -> Iterator[str]:
     """Yield align* displays, a few paragraphs each."""
     chunk: list[Lines] = []
     for i, paragraph in enumerate(paragraphs):
@@ -126,11 +126,12 @@ def coefficient_name(c: Coefficient) -> str:
     kind = c.kind[-1]
     first, *rest = [str(i) for i in c.indices]
     if kind == "C":
-        return f"k_{{C,{first},{_together(rest)}}}"
-    return f"k_{{{kind},{_together([first, *rest])}}}"
+        return f"k_{{C,{first},{together(rest)}}}"
+    return f"k_{{{kind},{together([first, *rest])}}}"
 
 
-def _together(indices: Sequence[str]) -> str:
+def together(indices: Sequence[str]) -> str:
+    """Return indices side by side, set apart where one has two digits."""
     return (r"\," if any(len(i) > 1 for i in indices) else "").join(indices)
 
 
@@ -142,8 +143,8 @@ def _coefficients(page: Printable, write: Latex, wanted: Callable[[Coefficient],
         name = coefficient_name(c)
         if c.kind == "k_z" and c.indices[0] != c.indices[1]:
             name += f" = {coefficient_name(Coefficient(c.kind, c.indices[::-1], c.form, c.rate))}"
-        paragraphs.append(_definition(name, write(c.form)))
-    return list(_align(paragraphs))
+        paragraphs.append(definition(name, write(c.form)))
+    return list(align(paragraphs))
 
 
 def _vanishing(page: Printable) -> list[str]:
@@ -152,7 +153,7 @@ def _vanishing(page: Printable) -> list[str]:
     if not names:
         return []
     text = f" = {BREAK}".join([*names, "0"])
-    return list(_align([_lines("", text)]))
+    return list(align([_lines("", text)]))
 
 
 # The four groupings
@@ -160,7 +161,7 @@ def _vanishing(page: Printable) -> list[str]:
 
 def _equations(page: Printable, write: Latex) -> list[str]:
     paragraphs = [_lines("", write(page.left(i)), f"= {write(right)}") for i, right in enumerate(page.right)]
-    return [display for paragraph in paragraphs for display in _align([paragraph])]
+    return [display for paragraph in paragraphs for display in align([paragraph])]
 
 
 def _all_coefficients(page: Printable, write: Latex) -> list[str]:
@@ -183,8 +184,8 @@ def _textbook(page: Printable, write: Latex) -> list[str]:
             text += (f" {BREAK}{sign} " if text else "-" if sign == "-" else "") + shown + rate
         drive, text = write(right), text or "0"
         wide = latex_width(drive) > BRACED
-        paragraphs.append(_lines("", drive, f"= {text}") if wide else _definition(write.unbroken(right), text))
-    displays = [display for paragraph in paragraphs for display in _align([paragraph])]
+        paragraphs.append(_lines("", drive, f"= {text}") if wide else definition(write.unbroken(right), text))
+    displays = [display for paragraph in paragraphs for display in align([paragraph])]
     if named:
         displays += ["where"]
         displays += _coefficients(page, write, lambda c: (c.kind, c.indices) in named)
@@ -216,39 +217,39 @@ def _matrix(page: Printable, write: Latex) -> list[str]:
         [[write.unbroken(gravity(page, i))] for i in n],
         [[write.unbroken(right)] for right in page.right],
     ]
-    if _matrix_width(columns[0]) + 40 < LINE:
-        first, q, c, g, tau = map(_bmatrix, columns)
+    if matrix_width(columns[0]) + 40 < LINE:
+        first, q, c, g, tau = map(bmatrix, columns)
         parts = [f"{first} {q}", f"+ {c}", f"+ {g}", f"= {tau}"]
-        if all(_matrix_width(column) + 60 < LINE for column in columns):
+        if all(matrix_width(column) + 60 < LINE for column in columns):
             text = BREAK.join(part + " " for part in parts)
-            widths = iter([_matrix_width(columns[0]) + 30, *(_matrix_width(x) + 30 for x in columns[2:])])
+            widths = iter([matrix_width(columns[0]) + 30, *(matrix_width(x) + 30 for x in columns[2:])])
             lines = break_lines(text, LINE, LINE - INDENT, lambda _: next(widths))
-            return list(_align([[f"& {lines[0]}", *(rf"&\quad {{}}{line}" for line in lines[1:])]]))
-    names = [r"M(q)\,\ddot q + c(q, \dot q) + g(q) = \tau,", rf"\tau = {_bmatrix(columns[4])}"]
-    head = list(_align([["& " + r" \qquad ".join(names)]]))
-    entries = [
-        _definition(_entry_name("M", i, j), write(M[i][j])) for i in n for j in n if i <= j and terms_of(M[i][j])
-    ]
-    entries += [_definition(_entry_name("c", i), write(coriolis(page, i))) for i in n]
-    entries += [_definition(_entry_name("g", i), write(gravity(page, i))) for i in n]
+            return list(align([[f"& {lines[0]}", *(rf"&\quad {{}}{line}" for line in lines[1:])]]))
+    names = [r"M(q)\,\ddot q + c(q, \dot q) + g(q) = \tau,", rf"\tau = {bmatrix(columns[4])}"]
+    head = list(align([["& " + r" \qquad ".join(names)]]))
+    entries = [definition(_entry_name("M", i, j), write(M[i][j])) for i in n for j in n if i <= j and terms_of(M[i][j])]
+    entries += [definition(_entry_name("c", i), write(coriolis(page, i))) for i in n]
+    entries += [definition(_entry_name("g", i), write(gravity(page, i))) for i in n]
     zero = [_entry_name("M", i, j) for i in n for j in n if i < j and not terms_of(M[i][j])]
     if zero:
         entries.append(_lines("", f" = {BREAK}".join([*zero, "0"])))
-    return [*head, *_align(entries)]
+    return [*head, *align(entries)]
 
 
 def _entry_name(letter: str, *index: int) -> str:
-    place = _together([str(i + 1) for i in index])
+    place = together([str(i + 1) for i in index])
     if len(index) == 2 and index[0] != index[1]:
-        return f"{letter}_{{{place}}} = {letter}_{{{_together([str(i + 1) for i in index[::-1]])}}}"
+        return f"{letter}_{{{place}}} = {letter}_{{{together([str(i + 1) for i in index[::-1]])}}}"
     return f"{letter}_{{{place}}}"
 
 
-def _bmatrix(rows: Sequence[Sequence[str]]) -> str:
+def bmatrix(rows: Sequence[Sequence[str]]) -> str:
+    """Return a matrix."""
     return r"\begin{bmatrix} " + r" \\ ".join(" & ".join(row) for row in rows) + r" \end{bmatrix}"
 
 
-def _matrix_width(rows: Sequence[Sequence[str]]) -> float:
+def matrix_width(rows: Sequence[Sequence[str]]) -> float:
+    """Return how wide a matrix is printed, pt."""
     return sum(max(latex_width(row[j]) for row in rows) + 10 for j in range(len(rows[0])))
 
 
@@ -263,26 +264,31 @@ GROUPS: dict[str, Callable[[Printable, Latex], list[str]]] = {
 # The symbol table
 
 
-def _symbol_table(page: Printable, write: Latex) -> list[dict[str, str]]:
+def _has_time(page: Printable) -> bool:
+    return any(TIME in symbols_of(form) for form in (*page.right, *(form for _, form in page.motions)))
+
+
+def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]]:
     """Return the rows: coordinates, drives, time, parameters."""
-    scene, rows = page.scene, []
+    rows = []
     for joint in scene.moving:
         text = f"coordinate of joint {joint.name}, {joint.type}"
         for q, unit in zip(joint.coordinates, JOINTS[joint.type].coordinates(joint), strict=True):
-            rows.append(_row(write.symbols[q], text, unit))
+            rows.append(symbol_row(write.symbols[q], text, unit))
     for joint in scene.moving:
         for drive, unit in zip(joint.drives, JOINTS[joint.type].velocities(joint), strict=False):
             if drive:
                 text = f"driving {'torque' if unit == 'rad' else 'force'} of joint {joint.name}"
-                rows.append(_row(write.symbols[drive], text, "N m" if unit == "rad" else "N"))
-    if any(TIME in symbols_of(form) for form in (*page.right, *(form for _, form in page.motions))):
-        rows.append(_row(write.symbols[TIME], "time", "s"))
+                rows.append(symbol_row(write.symbols[drive], text, "N m" if unit == "rad" else "N"))
+    if timed:
+        rows.append(symbol_row(write.symbols[TIME], "time", "s"))
     for parameter in scene.parameters:
         value = escape(spell(parameter.value)) if parameter.value is not None else ""
-        rows.append(_row(write.symbols[parameter.name], parameter.text or "parameter", parameter.unit, value))
+        rows.append(symbol_row(write.symbols[parameter.name], parameter.text or "parameter", parameter.unit, value))
     return rows
 
 
-def _row(symbol: str, text: str, unit: str, value: str = "") -> dict[str, str]:
+def symbol_row(symbol: str, text: str, unit: str, value: str = "") -> dict[str, str]:
+    """Return one row of the table."""
     shown = latex_unit(unit)
     return {"symbol": symbol, "text": escape(text), "unit": f"${shown}$" if shown else "", "value": value}

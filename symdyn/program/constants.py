@@ -31,7 +31,7 @@ def constants(outputs: Sequence[Expr]) -> dict[Expr, Fraction]:
         if node.op is Op.CONSTANT:
             assert isinstance(node.value, Fraction), "a constant is a fraction"
             known[node] = node.value
-        elif node.op is Op.PI or (node.args and node.args[0] in known and all([arg in known for arg in node.args])):
+        elif node.op is Op.PI or (node.args and node.args[0] in known and all(arg in known for arg in node.args)):
             known[node] = Fraction(0)  # until it is computed below
             inexact.append(node)
     for digits in PRECISIONS:

@@ -15,7 +15,7 @@ from symdyn.program.assemble import assemble
 from symdyn.program.constants import constants, is_simple
 from symdyn.program.model import Program, check
 from symdyn.program.passes import DEFAULT, optimise
-from symdyn.scene import Scene, express
+from symdyn.scene import express
 
 Functions = tuple[Function, ...]
 

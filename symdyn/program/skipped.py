@@ -4,7 +4,8 @@ A step is measured by counting with the step off and on, everything else alike: 
 and no passes but where the step is one. Only work that depends on the state is counted. What can't be switched off,
 since nobody would know what to put in its place, is listed without a number.
 
-    scene        fixed and locked joints, massless bodies, gravity, parallel axes, zeros of inertias, bound parameters
+    scene        massless bodies, gravity, parallel axes, a plane, zeros of inertias, bound parameters; without a number,
+                 fixed and locked joints
     recursion    regrouped inertias
     choice       the road with the fewest operations in place of the first one
     program      each pass in its turn
@@ -18,18 +19,21 @@ from fractions import Fraction
 from functools import cached_property
 
 from symdyn.dynamics import Equations, Workspace, derive_one, roads
+from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.cost import CATEGORY, FREE
-from symdyn.dynamics.parallel import angle_groups
-from symdyn.dynamics.reframe import LeanTree, reframe
+from symdyn.dynamics.recursive.reframe import LeanTree, reframe
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, reachable
 from symdyn.program.count import Counts
 from symdyn.program.lower import lower
 from symdyn.program.passes import DEFAULT
-from symdyn.scene import Body, Quantity, Scene, express, number
+from symdyn.scene import Body, Pose, Quantity, Scene, express, number
 from symdyn.scene.quantity import ZERO
 
 SLANTING = (number(Fraction(7, 2)), number(Fraction(5, 3)), number(-9))
+
+ODD = number(Fraction(31, 37))
+TILT = (("Rx", number(Fraction(2, 7))), ("Ry", number(Fraction(3, 11))))
 
 Savings = dict[str, Counts]
 
@@ -68,7 +72,7 @@ def skipped(equations: Equations, requests: Sequence[str]) -> tuple[Skipped, ...
     scene = equations.scene
     chosen = {request: f.formulation for request, f in zip(requests, equations.functions, strict=True)}
     on = _counts(equations)
-    report = [*_dead(equations), *_structure(scene)]
+    report = [*_dead(Workspace(scene), chosen), *_structure(scene)]
     for step, why, other in _other_scenes(scene):
         report.append(Skipped(step, why, _saved(on, Workspace(other), chosen)))
     report.append(
@@ -86,28 +90,23 @@ def skipped(equations: Equations, requests: Sequence[str]) -> tuple[Skipped, ...
     return (*report, *_passes(equations, on))
 
 
-def _dead(equations: Equations) -> Iterator[Skipped]:
-    """Return what was derived and reaches no function."""
-    alive = set(reachable([entry for function in equations.functions for entry in function.entries]))
-    dead = sum(CATEGORY[node.op] not in (FREE, "sincos") and node not in alive for node in equations.graph.nodes)
+def _dead(workspace: Workspace, chosen: Mapping[str, str]) -> Iterator[Skipped]:
+    """Return what the chosen roads derive on the way and no function needs; other roads do not count."""
+    functions = [derive_one(workspace, request, road) for request, road in chosen.items()]
+    alive = set(reachable([entry for function in functions for entry in function.entries]))
+    dead = sum(CATEGORY[node.op] not in (FREE, "sincos") and node not in alive for node in workspace.graph.nodes)
     if dead:
-        yield Skipped("dead operations", f"{dead} that were derived on the way and reach no function")
+        yield Skipped("dead operations", f"{dead} that the chosen roads derive on the way and no function needs")
 
 
 def _structure(scene: Scene) -> Iterator[Skipped]:
     """Return what has no place in the equations from the start."""
     locked = [joint.name for joint in scene.joints if joint.locked]
     fixed = [joint.child for joint in scene.joints if not joint.moves and not joint.locked]
-    massless = [body.name for body in scene.bodies if _is_massless(body)]
     if locked:
         yield Skipped("locked joints", _listed("no coordinate", locked))
     if fixed:
         yield Skipped("fixed bodies", _listed("merged with what carries them", fixed))
-    if massless:
-        yield Skipped("massless bodies", _listed("no momentum", massless))
-    for group in angle_groups(scene, Graph()):
-        names = [str(atom.value) for atom in group.atoms]
-        yield Skipped("parallel axes", _listed("no turn from one to the other but about themselves", names))
 
 
 def _other_scenes(scene: Scene) -> Iterator[tuple[str, str, Scene]]:
@@ -118,11 +117,28 @@ def _other_scenes(scene: Scene) -> Iterator[tuple[str, str, Scene]]:
     if bound:
         free = tuple(replace(parameter, value=None) for parameter in scene.parameters)
         yield "bound parameters", _listed("folded into constants", bound), replace(scene, parameters=free)
+    massless = [body.name for body in scene.bodies if _is_massless(body)]
+    if massless:
+        heavy = tuple(_filled(replace(body, mass=ODD)) if _is_massless(body) else body for body in scene.bodies)
+        yield "massless bodies", _listed("no momentum", massless), replace(scene, bodies=heavy)
+    for group in angle_groups(scene, Graph()):
+        names = [str(atom.value) for atom in group.atoms]
+        step = "planar scene" if len(names) == len(scene.coordinates) else "parallel axes"
+        yield step, _listed("no turn from one to the other but about themselves", names), _tilted(scene, names[1:])
     full = tuple(_filled(body) for body in scene.bodies)
     zeros = [body.name for body, other in zip(scene.bodies, full, strict=True) if body != other]
     if zeros:
         why = _listed("zero entries in inertia or centre of mass", zeros)
         yield "symmetric inertias", why, replace(scene, bodies=full)
+
+
+def _tilted(scene: Scene, coordinates: Sequence[str]) -> Scene:
+    """Return the scene with the frames of some joints at odd angles to those before them."""
+    joints = tuple(
+        replace(joint, origin=Pose((*joint.origin.steps, *TILT))) if joint.coordinate in coordinates else joint
+        for joint in scene.joints
+    )
+    return replace(scene, joints=joints)
 
 
 def _filled(body: Body) -> Body:

@@ -45,20 +45,30 @@ def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
         except FormulaError as error:
             faults.add(f"parameters.{name}", f"value {error}")
     faults.close()
-    zeros = {name: ZERO for name, value in known.items() if not value.symbols and _is_zero(value)}
-    parameters = tuple(
-        replace(p, value=known.get(p.name, p.value), positive=p.positive and p.name not in zeros)
-        for p in scene.parameters
-    )
-    bound = replace(scene, parameters=parameters)
-    try:
-        bound = map_quantities(bound, lambda one: substituted(one, zeros)) if zeros else bound
-    except FormulaError as error:
-        faults.add("", f"with {' = '.join(zeros)} = 0 a formula has no value: {error}")
-        faults.close()
+    parameters = tuple(replace(p, value=known.get(p.name, p.value)) for p in scene.parameters)
+    bound = without_zeros(replace(scene, parameters=parameters), faults)
     check(Draft(bound, _places(bound)), faults)
     faults.close()
     return bound
+
+
+def without_zeros(scene: Scene, faults: Faults | None = None) -> Scene:
+    """Return the scene with zero in every formula for the parameters that are zero; they cannot be bound again there.
+
+    Raises:
+        SceneError: a formula has no value then.
+    """
+    faults = faults or Faults(scene.source or scene.name)
+    zeros = {p.name: ZERO for p in scene.parameters if p.value and not p.value.symbols and _is_zero(p.value)}
+    if not zeros:
+        return scene
+    parameters = tuple(replace(p, positive=p.positive and p.name not in zeros) for p in scene.parameters)
+    try:
+        return map_quantities(replace(scene, parameters=parameters), lambda one: substituted(one, zeros))
+    except FormulaError as error:
+        faults.add("", f"with {' = '.join(zeros)} = 0 a formula has no value: {error}")
+        faults.close()
+        raise AssertionError("a fault closes") from error
 
 
 def read_bindings(text: str) -> dict[str, str]:
@@ -68,7 +78,7 @@ def read_bindings(text: str) -> dict[str, str]:
         SceneError: a part that is no name = value, or a name that comes twice.
     """
     values: dict[str, str] = {}
-    for part in text.split(","):
+    for part in _parts(text):
         name, equals, value = (piece.strip() for piece in part.partition("="))
         if not name or not equals or not value:
             raise SceneError(f'"{part.strip()}" gives no parameter a value; write m1=2.5,h1=1')
@@ -77,6 +87,18 @@ def read_bindings(text: str) -> dict[str, str]:
         parse(value)
         values[name] = value
     return values
+
+
+def _parts(text: str) -> list[str]:
+    """Return the text between commas; one may stand inside atan2(y, x)."""
+    parts, depth = [""], 0
+    for character in text:
+        depth += (character == "(") - (character == ")")
+        if character == "," and depth <= 0:
+            parts.append("")
+        else:
+            parts[-1] += character
+    return parts
 
 
 def _is_zero(value: Quantity) -> bool:

@@ -14,8 +14,9 @@ from symdyn.scene.load_table import read_damper, read_load, read_row, read_sprin
 from symdyn.scene.locking import lock, read_locks
 from symdyn.scene.model import STANDARD_GRAVITY, Parameter, Point, Scene
 from symdyn.scene.quantity import NULL, Vector
-from symdyn.scene.spanning import span, turned
+from symdyn.scene.spanning import span
 from symdyn.scene.table import Entry, Faults, Table, show
+from symdyn.scene.turning import turned
 
 PARAMETER_KEYS = ("value", "positive", "unit", "latex", "text")
 

@@ -1,6 +1,7 @@
 """Locked joints: declared to move, told to stand still. What comes out is a scene in which they are fixed.
 
-    origin · motion(axis, position) · tip  =  (origin · step) · tip        step along or about a coordinate axis
+    origin · motion(axis, position) · tip  =  (origin · step) · tip        step along or about a coordinate axis,
+                                                                           between two turns if the axis is oblique
 
 A joint that follows a locked one is locked at ratio · position + offset, one with several coordinates at zero. Springs
 and dampers at a locked joint go. In formulas the coordinate has its position and the velocity is zero. The other
@@ -14,6 +15,7 @@ from dataclasses import replace
 
 from symdyn.scene import folding
 from symdyn.scene.folding import FormulaError
+from symdyn.scene.formats.turns import inverse, towards
 from symdyn.scene.formula import quantity
 from symdyn.scene.mapping import map_quantities, substituted
 from symdyn.scene.model import Joint, Pose, Scene
@@ -55,7 +57,7 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
         faults: takes what is wrong and what was already found; a new list if None.
 
     Raises:
-        SceneError: a position that is no constant, an oblique axis away from zero, or nothing left that moves.
+        SceneError: a position that is no constant, or nothing left that moves.
     """
     faults = faults or Faults(scene.source or scene.name)
     parameters = {parameter.name for parameter in scene.parameters}
@@ -77,7 +79,7 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
     for name in unknown:
         faults.add(f"joints.{name}", "only a joint with a coordinate of its own can be locked")
     try:
-        joints = tuple(_settled(joint, known, faults) for joint in scene.joints)
+        joints = tuple(_settled(joint, known) for joint in scene.joints)
         still = {joint.name for joint in joints if joint.locked}
         locked = replace(
             scene,
@@ -95,7 +97,7 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
     return locked
 
 
-def _settled(joint: Joint, known: Mapping[str, Quantity], faults: Faults) -> Joint:
+def _settled(joint: Joint, known: Mapping[str, Quantity]) -> Joint:
     """Return the joint, fixed at its place if what moves it is known."""
     follows = joint.coupling
     leader = follows.coordinate if follows else next(iter(joint.coordinates), "")
@@ -109,13 +111,13 @@ def _settled(joint: Joint, known: Mapping[str, Quantity], faults: Faults) -> Joi
         type="fixed",
         parent=joint.parent,
         child=joint.child,
-        origin=Pose((*joint.origin.steps, *_steps(joint, position, known, faults))),
+        origin=Pose((*joint.origin.steps, *_steps(joint, position, known))),
         tip=joint.tip,
         locked=True,
     )
 
 
-def _steps(joint: Joint, position: Quantity, known: Mapping[str, Quantity], faults: Faults) -> Steps:
+def _steps(joint: Joint, position: Quantity, known: Mapping[str, Quantity]) -> Steps:
     """Return the motion of a joint at a position as elementary steps; () where it stands at zero."""
     if joint.type == "custom":
         return tuple((kind, substituted(amount, known)) for kind, amount in joint.steps.steps)
@@ -124,13 +126,14 @@ def _steps(joint: Joint, position: Quantity, known: Mapping[str, Quantity], faul
     if position == ZERO or len(joint.coordinates) > 1:
         return ()
     along = [(k, value) for k, x in enumerate(joint.axis) if (value := value_of(x, {})) != 0]
-    if len(along) != 1:
-        advice = "turn the joint frame by origin.rpy so that the axis is x, y or z"
-        faults.add(f"joints.{joint.name}", f"a joint locked away from zero needs an axis along x, y or z; {advice}")
-        return ()
-    k, value = along[0]
-    position = position if value is not None and value > 0 else folding.neg(position)
-    if joint.type != "helical":
-        return ((STEPS[joint.type][k], position),)
-    turns = folding.div(position, folding.mul(number(2), PI))
-    return ((STEPS["revolute"][k], position), (STEPS["prismatic"][k], folding.mul(joint.pitch, turns)))
+    there: Steps = ()
+    if len(along) == 1:
+        ((k, value),) = along
+        position = position if value is not None and value > 0 else folding.neg(position)
+    else:
+        k, there = 2, towards(joint.axis)
+    motion: Steps = ((STEPS["revolute" if joint.type == "helical" else joint.type][k], position),)
+    if joint.type == "helical":
+        turns = folding.div(position, folding.mul(number(2), PI))
+        motion += ((STEPS["prismatic"][k], folding.mul(joint.pitch, turns)),)
+    return (*there, *motion, *inverse(there))

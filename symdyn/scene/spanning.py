@@ -4,11 +4,8 @@ Joints whose children are as many bodies, all hanging on ground, are a tree as t
 those that say what a cut joint cannot (a drive that is asked for, a rotor, damping, ...) come before the others, few
 freedoms before many, those that a search breadth-first from ground meets first before those that close its rings, and
 declared order last; and each is kept unless it closes a loop with those before it (Kruskal 1956). A joint that then
-points towards ground is turned round, which leaves its coordinates what they were:
-
-    pose of parent in child  =  tip⁻¹ · X(q)⁻¹ · origin⁻¹        X(q)⁻¹ is the same motion about the opposite axis
-
-A ball and the like cannot be turned round, since their velocities are measured in the child; they are cut instead.
+points towards ground is turned round (see `turning`), which leaves its coordinates what they were. A ball and the like
+cannot be turned round, since their velocities are measured in the child; they are cut instead.
 """
 
 from __future__ import annotations
@@ -16,24 +13,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from symdyn.scene.folding import neg
 from symdyn.scene.joint_table import LOOP_KEYS
-from symdyn.scene.model import GROUND, Joint, Pose
+from symdyn.scene.model import GROUND
 from symdyn.scene.names import listed, suggestion
-from symdyn.scene.quantity import Vector
 from symdyn.scene.table import Entry, Faults, plain, show
+from symdyn.scene.turning import TURNED
 
 FREEDOMS = {
     "fixed": 0, "revolute": 1, "prismatic": 1, "helical": 1, "cylindrical": 2, "universal": 2, "spherical": 3,
     "planar": 3, "point_on_line": 4, "point_on_plane": 5, "rod": 5, "free": 6,
 }  # fmt: skip
 
-TURNED = ("fixed", "revolute", "prismatic", "helical", "cylindrical", "universal", "custom")
-
-KEPT = (
-    *("force", "forces", "motion", "mimic", "armature", "rotor", "damping", "locked"),
-    *("drive", "drives"),
-)
+KEPT = ("force", "forces", "motion", "mimic", "armature", "rotor", "damping", "locked", "drive", "drives")
 """What a joint that closes a loop cannot say."""
 
 
@@ -91,34 +82,6 @@ def span(joints: Sequence[Entry], held: Sequence[str], cuts: Sequence[str] | Non
         return Span(tuple(edge.entry for edge in _parents_first(edges)))
     needed = {*held, *(_leader(edge.entry) for edge in edges)} - {""}
     return _cut(edges, set(cuts), faults) if cuts else _chosen(edges, needed, faults)
-
-
-def turned(joint: Joint) -> Joint:
-    """Return a joint from its child to its parent, coordinates and velocities unchanged."""
-    joint = replace(joint, parent=joint.child, child=joint.parent, origin=inverse(joint.tip), tip=inverse(joint.origin))
-    if joint.type == "custom":
-        return replace(joint, steps=inverse(joint.steps))
-    if joint.type != "universal":
-        return replace(joint, axis=_opposite(joint.axis))
-    return replace(
-        joint,
-        axis=_opposite(joint.second_axis),
-        second_axis=_opposite(joint.axis),
-        coordinates=joint.coordinates[::-1],
-        drives=joint.drives[::-1],
-        forces=joint.forces[::-1],
-        start=joint.start[::-1],
-        start_rates=joint.start_rates[::-1],
-    )
-
-
-def inverse(pose: Pose) -> Pose:
-    """Return the placement that undoes a placement."""
-    return Pose(tuple((kind, neg(amount)) for kind, amount in reversed(pose.steps)))
-
-
-def _opposite(axis: Vector) -> Vector:
-    return (neg(axis[0]), neg(axis[1]), neg(axis[2]))
 
 
 def _edge(entry: Entry, index: int) -> _Edge:

@@ -14,9 +14,13 @@ STARTERS: dict[str, str] = {
     "puma": "PUMA 560, six axes, published numbers",
     "arm7": "seven-axis arm with full inertias",
     "chain": "planar chain of n point masses",
+    "four_bar": "crank-rocker of three uniform rods, a closed loop",
+    "slider_crank": "crank, connecting rod and piston, a closed loop",
+    "n_four_bar": "n four-bars in a row, n closed loops",
 }
 
-LONGEST_CHAIN = 1000
+COUNTED = {"chain": 1000, "n_four_bar": 200}
+"""Templates of n parts, and the largest n."""
 
 
 def starter(name: str, template: str, n: int | None = None) -> str:
@@ -25,7 +29,7 @@ def starter(name: str, template: str, n: int | None = None) -> str:
     Args:
         name: of the scene.
         template: a key of `STARTERS`.
-        n: number of links, 1 to 1000, for the chain only; two when left out.
+        n: number of links of a chain, or of four-bars; two when left out.
 
     Raises:
         SceneError: the name or the template will not do, or n does not fit.
@@ -36,11 +40,12 @@ def starter(name: str, template: str, n: int | None = None) -> str:
     if template not in STARTERS:
         known = ", ".join(STARTERS)
         raise SceneError(f'there is no template "{template}"; {suggestion(template, STARTERS)} (there are {known})')
-    if n is not None and template != "chain":
-        raise SceneError(f'n = {n} goes with the template "chain" only; "{template}" has a fixed number of joints')
+    if n is not None and template not in COUNTED:
+        some = " and ".join(COUNTED)
+        raise SceneError(f'n = {n} goes with the templates {some} only; "{template}" has a fixed number of joints')
     links = 2 if n is None else n
-    if not 1 <= links <= LONGEST_CHAIN:
-        raise SceneError(f"n = {links} is out of range; a chain has 1 to {LONGEST_CHAIN} links")
+    if not 1 <= links <= COUNTED.get(template, links):
+        raise SceneError(f"n = {links} is out of range; {template} takes 1 to {COUNTED[template]}")
 
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 

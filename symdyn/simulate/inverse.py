@@ -16,7 +16,7 @@ import numpy.typing as npt
 from symdyn.build.load import load_program
 from symdyn.dynamics.derive import arguments
 from symdyn.dynamics.equations import Equations, Function
-from symdyn.dynamics.numbers import numbers_of
+from symdyn.dynamics.loops.numbers import numbers_of
 from symdyn.dynamics.prescribed import prescribed
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import SimulateError

@@ -22,9 +22,9 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.build.load import load_program
-from symdyn.dynamics.closed import solve_dependent
 from symdyn.dynamics.derive import arguments, derive_one
 from symdyn.dynamics.equations import Equations, Function
+from symdyn.dynamics.loops.closed import solve_dependent
 from symdyn.dynamics.outputs import OUTPUTS
 from symdyn.dynamics.state import quaternions
 from symdyn.dynamics.workspace import Workspace

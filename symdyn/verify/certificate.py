@@ -120,7 +120,7 @@ def certify(
     claims = on_unit_sphere(scene, [claim for claim in claims if claim.left])  # k_C of one coordinate has no entries
     fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
     progress("building")
-    modules, refused = _modules(code, real, notes)
+    modules, refused = modules_of(code, real, notes)
     if is_prepared(code):
         modules = {name: _Composed(module) for name, module in modules.items()}
     findings += _positive_definite(program, modules, seed, notes)
@@ -131,7 +131,7 @@ def certify(
 
 
 def everything(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
-    """Return all outputs worth certifying, kinematics of the last body and reactions included, and why others are left out."""
+    """Return all outputs worth certifying, also kinematics of the last body and reactions, and why others are not."""
     outputs, left_out = available(scene)
     last = scene.bodies[-1]
     extra = [f"{name}:{last.name}" for name in KINEMATICS]
@@ -191,8 +191,8 @@ class _Composed:
         return lambda *operands: call(*operands[:-1], self._module.prepare(operands[-1]))
 
 
-def _modules(program: Program, real: str, notes: list[str]) -> tuple[dict[str, Any], str]:
-    """Return the built modules, and the compiler's words if there is one and it refused."""
+def modules_of(program: Program, real: str, notes: list[str]) -> tuple[dict[str, Any], str]:
+    """Return the built modules by name, and the compiler's words if there is one and it refused; notes say the rest."""
     modules = {"numpy": run_python(emit(program, "numpy", real))}
     try:
         modules["c"] = build(emit(program, "c", real))

@@ -7,7 +7,7 @@ C q̇ = c
 τ = k_z q̈ + k_C q̇q̇ + k_D q̇² + k_G + k_E - Q      the textbook's sum, with this product's signs
 q̇·(τ + Q) = d/dt (K + P)            power in is the rate of energy
 FD(q, q̇, ID(q, q̇, q̈)) = q̈          forward dynamics inverts inverse dynamics, prescribed motions in q̈
-S·R = τ + Q                          what a reaction does along its joint's freedom is the drive and the joint's own forces
+S·R = τ + Q                          along its joint's freedom a reaction is the drive and the joint's own forces
 Σ R·(S q̇) = (τ + Q)·q̇               all the rest of the reactions is without power in any motion that the loops allow
 Σ R + Σ loads = d/dt [p; L]          reactions of the ground and loads change momentum and angular momentum
 """

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from symdyn.dynamics import Workspace, derive_one
+from symdyn.dynamics.loops.closure import driven_velocities
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.verify.equality import Claim
 
@@ -31,6 +32,11 @@ def _rows(w: Workspace) -> list[tuple[Expr, ...]]:
 
 def _product(w: Workspace, row: tuple[Expr, ...], x: tuple[Expr, ...]) -> Expr:
     return w.graph.total(a * b for a, b in zip(row, x, strict=True))
+
+
+def _drives(w: Workspace) -> tuple[Expr, ...]:
+    """Return τ, at prescribed motions what they take."""
+    return _entries(w, "drive_forces") if w.prescribed.place else w.state.tau
 
 
 def _allowed(w: Workspace) -> Claim:
@@ -52,15 +58,15 @@ def _balance(w: Workspace) -> Claim:
     motion = dict(zip(w.state.qdd, _entries(w, "forward_dynamics"), strict=True))
     forces = substitute(_entries(w, "tree_forces"), motion)
     pairs = list(zip(_rows(w), _entries(w, "multipliers"), strict=True))
-    right = tuple(tau + w.graph.total(row[k] * x for row, x in pairs) for k, tau in enumerate(w.state.tau))
+    right = tuple(tau + w.graph.total(row[k] * x for row, x in pairs) for k, tau in enumerate(_drives(w)))
     return Claim("multipliers", "M qdd + h", "tau + G^T lambda", tuple(forces), right)
 
 
 def _forward_of_inverse(w: Workspace) -> Claim | None:
     free = len(w.closed.closure.partition.independent)
-    if (sum(drive is not None for drive in w.scene.drives) or free) != free:
+    if (len(driven_velocities(w.scene)) or free) != free:
         return None
-    reduced = w.closed.reduction
+    reduced = w.closed.motion
     qdd = reduced.spread([w.state.qdd[i] for i in reduced.independent])
     tau = substitute(_entries(w, "inverse_dynamics"), dict(zip(w.state.qdd, qdd, strict=True)))
     back = substitute(_entries(w, "forward_dynamics"), dict(zip(w.state.tau, tau, strict=True)))
@@ -68,11 +74,12 @@ def _forward_of_inverse(w: Workspace) -> Claim | None:
 
 
 def _inverse_of_forward(w: Workspace) -> Claim | None:
-    driven = [k for k, drive in enumerate(w.scene.drives) if drive] or list(w.closed.closure.partition.independent)
+    driven = driven_velocities(w.scene) or list(w.closed.closure.partition.independent)
     passive = {tau: w.graph.zero for k, tau in enumerate(w.state.tau) if k not in driven}
     qdd = substitute(_entries(w, "forward_dynamics"), passive)
     back = substitute(_entries(w, "inverse_dynamics"), dict(zip(w.state.qdd, qdd, strict=True)))
-    tau = tuple(w.state.tau[k] if k in driven else w.graph.zero for k in range(w.state.n))
+    drives = substitute(_drives(w), passive)
+    tau = tuple(drives[k] if k in driven else w.graph.zero for k in range(w.state.n))
     return Claim("inverse dynamics", "ID(q, qd, FD(q, qd, tau))", "tau", tuple(back), tau)
 
 
@@ -82,7 +89,7 @@ def _power(w: Workspace) -> Claim:
     allowed = dict(zip(s.qd, _entries(w, "velocities"), strict=True))
     others = {qd: x for k, (qd, x) in enumerate(allowed.items()) if k not in free}
     moving = s.velocity | dict(zip(s.qd, _entries(w, "forward_dynamics"), strict=True))
-    power = w.graph.total((t + force) * qd for t, force, qd in zip(s.tau, w.Q, s.qd, strict=True))
+    power = w.graph.total((t + force) * qd for t, force, qd in zip(_drives(w), w.Q, s.qd, strict=True))
     (rate,) = tangents([K + P], moving)
     left, right = substitute([power, rate], others)
     return Claim("power balance", "qd.(tau + Q)", "d(K + P)/dt", (left,), (right,))

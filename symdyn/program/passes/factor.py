@@ -84,7 +84,8 @@ def _read(entries: Sequence[Expr], symbols: Collection[str]) -> tuple[list[Expr]
     for node in uses:
         op, args = node.op, node.args
         if op is MUL:
-            known, product, inside = True, (), []
+            known, inside = True, list[Expr]()
+            product: tuple[Expr, ...] = ()
             for arg in args:
                 known = known and arg in early
                 if arg.op is MUL and uses[arg] == 1:

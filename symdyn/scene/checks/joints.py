@@ -38,7 +38,7 @@ def check_joints(draft: Draft, values: Mapping[str, Value], faults: Faults) -> N
 def direction(where: str, key: str, axis: Vector, faults: Faults) -> bool:
     """Report a direction that depends on symbols or has no length; tell whether it is one."""
     text = f"{key} = [{', '.join(shown(x) for x in axis)}]"
-    names = listed(name for x in axis for name in x.symbols)
+    names = listed(dict.fromkeys(name for x in axis for name in x.symbols))
     if names != "none":
         faults.add(where, f"{text} depends on {names}; give numbers, and tilt by origin.rpy instead")
     elif all(vanishes(x) for x in axis):

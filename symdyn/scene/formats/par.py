@@ -6,10 +6,11 @@ Control of Robots, 2002, sections 3.2 and 4.2):
     pose of j in a(j) = Rz(γ) Tz(b) Rx(α) Tx(d) Rz(θ) Tz(r)
 
 sigma = 0 turns about z by θ, sigma = 1 slides along z by r, sigma = 2 is fixed. The symbol that stands for θ or r of a
-joint is its coordinate, a constant beside it an offset; every other symbol is a parameter without a value. Inertial
-parameters refer to the origin of frame j: M, MX MY MZ (mass times centre of mass), XX XY ... ZZ (matrix entries). IA is
-the rotor, FV viscous and FS dry friction, GAM the driving force. G is the acceleration of free fall in frame 0: the
-base accelerates by -G in SYMORO's recursion, as it does here.
+joint is its coordinate, a constant beside it an offset; every other symbol is a parameter without a value. Where loops
+are closed, joints are cut, and each has a frame on either link: frame k beyond those of the links, with its variable,
+on the one, frame k + NJ - NL on the other. Inertial parameters refer to the origin of frame j: M, MX MY MZ (mass times
+centre of mass), XX XY ... ZZ (matrix entries). IA is the rotor, FV viscous and FS dry friction, GAM the driving force.
+G is the acceleration of free fall in frame 0: the base accelerates by -G in SYMORO's recursion, as it does here.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from symdyn.scene.quantity import ZERO, Quantity
 from symdyn.scene.reading import Reading, ReadOptions
 from symdyn.scene.spelling import spell
 from symdyn.scene.table import Entry, Faults, compose, shorten, show
+from symdyn.scene.turning import inverse
 
 LARGEST_FILE = 4 * 2**20
 
@@ -106,16 +108,21 @@ class _Reader:
 
     def declaration(self, stem: str) -> Declaration:
         """Return what the file declares."""
-        n = count_frames(self.sheet, self.faults)
+        counts = count_frames(self.sheet, self.faults)
+        n = counts.links
         refuse_motion_of_base(self.sheet, self.faults)
         self.faults.close()
         frames = [_Frame(j + 1, self.whole("sigma", j, 0, 2), self.whole("ant", j, 0, n)) for j in range(n)]
         bodies = self.names("Link names", "link", n)
-        carriers = self.names("Joint names", "joint", n)
+        carriers = self.names("Joint names", "joint", counts.joints)
         variables = [self.variable(frame) for frame in frames]
         joints = [
             Entry(carriers[frame.j - 1], self.joint(frame, variable, (GROUND, *bodies)), f"frame {frame.j}")
             for frame, variable in zip(frames, variables, strict=True)
+        ]
+        loops = [
+            Entry(carriers[j], self.loop(j, j + counts.joints - n, (GROUND, *bodies)), f"frame {j + 1}")
+            for j in range(n, counts.joints)
         ]
         links = [Entry(bodies[j], self.body(j), f"frame {j + 1}") for j in range(n)]
         gravity = [self.value("g", k) for k in range(3)]
@@ -126,6 +133,7 @@ class _Reader:
             parameters=tuple(Entry(p, {}, f"symbol {p}") for p in self.parameters if p not in self.coordinates),
             bodies=tuple(links),
             joints=tuple(joints),
+            loops=tuple(loops),
         )
 
     def names(self, remark: str, default: str, n: int) -> list[str]:
@@ -189,6 +197,30 @@ class _Reader:
                 table[word] = value
         return table
 
+    def loop(self, j: int, other: int, bodies: Sequence[str]) -> dict[str, object]:
+        """Return the table of a cut joint; `other` is the row of its frame on the other link that it connects."""
+        n = len(bodies) - 1
+        sigma = self.whole("sigma", j, 0, 2)
+        amounts = {key: self.value(key, j, declare=key != self.variable_key(sigma)) for key in ("theta", "r")}
+        if sigma != FIXED:  # its variable is no coordinate, only what stands beside it counts
+            key = self.variable_key(sigma)
+            found = _split(amounts[key])
+            amounts[key] = found[1] if found else amounts[key]
+            self.parameters.update(dict.fromkeys(amounts[key].symbols))
+        back = self.placement(other, self.value("theta", other), self.value("r", other))
+        return {
+            "type": ("revolute", "prismatic", "fixed")[sigma],
+            "parent": bodies[self.whole("ant", j, 0, n)],
+            "child": bodies[self.whole("ant", other, 0, n)],
+            "origin": self.placement(j, amounts["theta"], amounts["r"]),
+            "tip": inverse(back),
+        }
+
+    @staticmethod
+    def variable_key(sigma: int) -> str:
+        """Return which of the six parameters moves."""
+        return {REVOLUTE: "theta", PRISMATIC: "r"}.get(sigma, "")
+
     def placement(self, j: int, theta: Quantity, r: Quantity) -> Pose:
         gamma, b, alpha, d = (self.value(key, j) for key in ("gamma", "b", "alpha", "d"))
         return compose(("Rz", gamma), ("Tz", b), ("Rx", alpha), ("Tx", d), ("Rz", theta), ("Tz", r))
@@ -219,7 +251,7 @@ class _Reader:
             self.faults.note(f"frame {j + 1}", f"the external wrench {', '.join(acting)} is read as zero")
         elif acting:
             shown = ", ".join(text for text in acting if text not in placeholders)
-            advice = "wrenches on bodies come with force elements, which a scene does not have yet; write 0"
+            advice = "external wrenches are not read; write 0, and give the scene a load in TOML"
             self.faults.add(f"frame {j + 1}", f"an external wrench {shown} acts on the link; {advice}")
 
     def whole(self, key: str, j: int, least: int, most: int) -> int:

@@ -1,0 +1,100 @@
+"""Balls: a midpoint of many bits and a radius, so that the true value lies inside whatever was rounded on the way.
+
+Where a ball says too little for a function, the result says no more than is true:
+
+    sqrt     of a ball with numbers below zero: what is left of it at zero and above, for a root that is real
+    sign     of a ball with zero inside: anything from -1 to 1
+    atan2    across the cut or around the origin: anything from -pi to pi
+    1/x, log of a ball with zero inside: a ball that is not finite, which holds everything
+
+Reference: Johansson, Arb: efficient arbitrary-precision midpoint-radius interval arithmetic, IEEE Transactions on
+Computers 66 (2017).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from types import TracebackType
+from typing import Any
+
+from flint import arb, ctx, fmpq
+
+from symdyn.algebra.numeric import Arithmetic
+from symdyn.graph import Expr, Op
+
+BITS = 128
+
+
+def _root(x: Any) -> Any:
+    """Return the root of what is not negative in a ball; not finite if there is nothing."""
+    if x.lower() >= 0:
+        return x.sqrt()
+    return arb(0).union(x.upper().sqrt()) if x.upper() >= 0 else arb.nan()
+
+
+def _sign(x: Any) -> Any:
+    return x.sgn() if x.is_finite() else arb(0).union(arb(1)).union(arb(-1))
+
+
+FUNCTIONS_OF_BALLS: dict[Op, Callable[..., Any]] = {
+    Op.SIN: lambda x: x.sin(),
+    Op.COS: lambda x: x.cos(),
+    Op.SQRT: _root,
+    Op.EXP: lambda x: x.exp(),
+    Op.LOG: lambda x: x.log(),
+    Op.TANH: lambda x: x.tanh(),
+    Op.ABS: abs,
+    Op.SIGN: _sign,
+    Op.ATAN2: arb.atan2,
+}
+
+
+class Balls(Arithmetic):
+    """Ball arithmetic of a precision that holds inside `with balls:`, for the whole process."""
+
+    def __init__(self, bits: int = BITS) -> None:
+        """Set the precision of midpoints."""
+        self.bits = bits
+        self._before: list[int] = []
+
+    def __enter__(self) -> Balls:
+        """Compute with this precision from here on."""
+        self._before.append(ctx.prec)
+        ctx.prec = self.bits
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Compute with the precision of before."""
+        ctx.prec = self._before.pop()
+
+    def constant(self, value: Fraction) -> Any:
+        """Return a ball around the value."""
+        return arb(fmpq(value.numerator, value.denominator))
+
+    def pi(self) -> Any:
+        """Return a ball around π."""
+        return arb.pi()
+
+    def function(self, node: Expr, args: Sequence[Any]) -> Any:
+        """Return a ball that holds node.op of everything in `args`."""
+        return FUNCTIONS_OF_BALLS[node.op](*args)
+
+    def number(self, value: float) -> Any:
+        """Return a float exactly, as a ball without radius."""
+        return arb(value)
+
+
+def distance(computed: float, ball: Any) -> float:
+    """Return a double that is not less than |computed - true| for any true value in the ball; infinite if it is not.
+
+    This is |computed - midpoint| + radius, each step rounded up.
+    """
+    if not (math.isfinite(computed) and ball.is_finite()):
+        return math.inf
+    bound = (arb(computed) - ball).abs_upper()
+    nearest = float(bound)
+    return nearest if arb(nearest) >= bound else math.nextafter(nearest, math.inf)

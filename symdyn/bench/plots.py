@@ -1,0 +1,130 @@
+"""Log-log plots as SVG text: points with a word each, series with a colour each; colours follow the reader's theme.
+
+Plain text is enough for a few dozen points, needs no plotting library, and can be read on any page: a point tells its
+word when the pointer rests on it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+WIDTH, HEIGHT = 720, 380
+LEFT, RIGHT, TOP, BOTTOM = 70, 190, 30, 50
+
+STYLE = """
+.plot { --ink: #222; --faint: #ddd; --paper: #fff; font: 12px system-ui, sans-serif; max-width: 100%; height: auto; }
+.plot text { fill: var(--ink); } .plot .axis { stroke: var(--ink); } .plot .grid { stroke: var(--faint); }
+.plot .ring { fill: none; stroke: var(--ink); stroke-width: 1.5; } .plot .join { fill: none; stroke-width: 1.5; }
+@media (prefers-color-scheme: dark) { .plot { --ink: #ddd; --faint: #3a3a3a; --paper: #1b1b1b; } }
+"""
+
+COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd", "#17becf", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22")
+
+
+@dataclass(frozen=True)
+class Dot:
+    """One point: where it is, what is told about it, whether it is marked by a ring, whether it is hollow."""
+
+    x: float
+    y: float
+    text: str
+    marked: bool = False
+    hollow: bool = False
+
+
+@dataclass(frozen=True)
+class Series:
+    """Points of one colour, joined by a line or not."""
+
+    name: str
+    dots: tuple[Dot, ...]
+    joined: bool = False
+
+
+def log_log(title: str, x_label: str, y_label: str, series: Sequence[Series], floor: float = 1e-17) -> str:
+    """Return a plot as an SVG element; what is zero or less stands at the `floor`, what is not finite is left out."""
+    shown = [_placed(one, floor) for one in series]
+    dots = [dot for one in shown for dot in one.dots]
+    if not dots:
+        return ""
+    x, y = (_Axis.around([getattr(dot, name) for dot in dots]) for name in "xy")
+
+    def across(value: float) -> float:
+        return LEFT + x.share(value) * (WIDTH - LEFT - RIGHT)
+
+    def up(value: float) -> float:
+        return HEIGHT - BOTTOM - y.share(value) * (HEIGHT - TOP - BOTTOM)
+
+    lines = [f'<svg class="plot" role="img" viewBox="0 0 {WIDTH} {HEIGHT}" xmlns="http://www.w3.org/2000/svg">']
+    lines += [f"<title>{escape(title)}</title><style>{STYLE}</style>"]
+    lines += [f'<text x="{LEFT}" y="18" font-weight="bold">{escape(title)}</text>']
+    bottom, right = HEIGHT - BOTTOM, WIDTH - RIGHT
+    for k in x.ticks:
+        at = f"{across(10.0**k):.1f}"
+        lines.append(f'<line class="grid" x1="{at}" x2="{at}" y1="{TOP}" y2="{bottom}"/>')
+        lines.append(f'<text x="{at}" y="{bottom + 16}" text-anchor="middle">{_power(k)}</text>')
+    for k in y.ticks:
+        at = f"{up(10.0**k):.1f}"
+        lines.append(f'<line class="grid" y1="{at}" y2="{at}" x1="{LEFT}" x2="{right}"/>')
+        lines.append(f'<text x="{LEFT - 6}" y="{at}" dy="4" text-anchor="end">{_power(k)}</text>')
+    lines.append(f'<path class="axis" fill="none" d="M{LEFT} {TOP}V{bottom}H{right}"/>')
+    middle = (LEFT + right) / 2
+    lines.append(f'<text x="{middle:.0f}" y="{HEIGHT - 12}" text-anchor="middle">{escape(x_label)}</text>')
+    turned = f"translate(16 {(TOP + bottom) / 2:.0f}) rotate(-90)"
+    lines.append(f'<text transform="{turned}" text-anchor="middle">{escape(y_label)}</text>')
+    for k, one in enumerate(shown):
+        colour = COLOURS[k % len(COLOURS)]
+        if one.joined:
+            path = "L".join(f"{across(dot.x):.1f} {up(dot.y):.1f}" for dot in one.dots)
+            lines.append(f'<path class="join" stroke="{colour}" d="M{path}"/>')
+        lines += [_circle(dot, across(dot.x), up(dot.y), colour) for dot in one.dots]
+        lines += [f'<circle cx="{right + 16}" cy="{TOP + 8 + 18 * k}" r="4" fill="{colour}"/>']
+        lines += [f'<text x="{right + 26}" y="{TOP + 12 + 18 * k}">{escape(one.name)}</text>']
+    return "\n".join([*lines, "</svg>"])
+
+
+def _placed(series: Series, floor: float) -> Series:
+    dots = tuple(
+        Dot(max(dot.x, floor), max(dot.y, floor), dot.text, dot.marked, dot.hollow)
+        for dot in series.dots
+        if math.isfinite(dot.x) and math.isfinite(dot.y)
+    )
+    return Series(series.name, dots, series.joined)
+
+
+def _circle(dot: Dot, x: float, y: float, colour: str) -> str:
+    at = f'cx="{x:.1f}" cy="{y:.1f}"'
+    fill = f'fill="var(--paper)" stroke="{colour}" stroke-width="1.5"' if dot.hollow else f'fill="{colour}"'
+    ring = f'<circle class="ring" {at} r="7"/>' if dot.marked else ""
+    return f"<g><title>{escape(dot.text)}</title>{ring}<circle {at} r='4' {fill}/></g>"
+
+
+def _power(k: int) -> str:
+    return "1" if k == 0 else "10" if k == 1 else f'10<tspan dy="-5" font-size="9">{k}</tspan>'
+
+
+@dataclass(frozen=True)
+class _Axis:
+    """A logarithmic axis from 10^low to 10^high."""
+
+    low: float
+    high: float
+
+    @staticmethod
+    def around(values: Sequence[float]) -> _Axis:
+        logs = [math.log10(value) for value in values]
+        low, high = math.floor(min(logs) * 2 - 0.3) / 2, math.ceil(max(logs) * 2 + 0.3) / 2
+        return _Axis(low, high)
+
+    @property
+    def ticks(self) -> range:
+        """Powers of ten to label, ten at most."""
+        first, last = math.ceil(self.low), math.floor(self.high)
+        return range(first, last + 1, max(1, -(-(last - first + 1) // 10)))
+
+    def share(self, value: float) -> float:
+        """Return where a value stands, 0 at the low end and 1 at the high one."""
+        return (math.log10(value) - self.low) / (self.high - self.low)

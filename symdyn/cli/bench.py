@@ -1,0 +1,84 @@
+"""`symdyn bench SCENE`: run time against error of every function in every implementation, as a page and as tables.
+
+Writes bench.html (one page, pictures inside), bench.md and bench.json; prints the best choices of each function.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+from typing import TYPE_CHECKING
+
+from symdyn.cli.reading import add_reading_options, read_scene, reading_words
+
+if TYPE_CHECKING:
+    from symdyn.bench import Bench
+
+
+def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the verb."""
+    verb = verbs.add_parser("bench", help="measure run time against error", description=__doc__)
+    add_reading_options(verb)
+    verb.add_argument("--functions", metavar="LIST", help="comma-separated; default: all, with --quick the main ones")
+    verb.add_argument("--quick", action="store_true", help="few states and native code only: under 20 s for six axes")
+    verb.add_argument("--seed", type=int, default=1, help="of the states (default: 1)")
+    verb.add_argument("-o", "--output", metavar="DIR", help="write bench.html, bench.md and bench.json there")
+    verb.add_argument("--json", action="store_true", help="print JSON")
+    verb.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Measure, write, print."""
+    from symdyn.bench import bench
+    from symdyn.bench.report import as_json, html, markdown
+    from symdyn.cli.generate import split
+    from symdyn.cli.talk import Waiting
+    from symdyn.emit.sources import write
+
+    scene = read_scene(options)
+    functions = split(options.functions) if options.functions is not None else None
+    with Waiting() as progress:
+        found = bench(scene, functions, options.quick, options.seed, _command(options), progress)
+    if options.output is not None:
+        files = {"bench.html": html(found), "bench.md": markdown(found), "bench.json": as_json(found.as_dict())}
+        paths = write(files, options.output)
+    if options.json:
+        print(as_json(found.as_dict()), end="")
+    else:
+        show(found)
+    if options.output is not None:
+        from symdyn.cli.talk import say
+
+        for path in paths:
+            say(f"symdyn: wrote {path}")
+    return 0
+
+
+def _command(options: argparse.Namespace) -> str:
+    words = ["symdyn", "bench", *reading_words(options)]
+    words += ["--functions", shlex.quote(options.functions.replace(" ", ""))] if options.functions else []
+    words += ["--quick"] if options.quick else []
+    words += ["--seed", str(options.seed)] if options.seed != 1 else []
+    return " ".join(words)
+
+
+def show(found: Bench) -> None:
+    """Print the best choices of every function."""
+    from symdyn.bench.report import best
+    from symdyn.cli.talk import print_table
+
+    lines = [
+        (one.function, one.label, f"{one.call:.3g}", f"{one.relative:.1e}", _worst(one.errors))
+        for function in found.functions
+        for one in best(found, function)
+    ]
+    columns = ("function", "implementation", "ns a state ", "error 99 % ", "backward ")
+    print_table(f"{found.scene}: the best choices, none beaten in both time and error", columns, lines)
+    print("Errors are relative to the largest entry, in the worst region; backward errors in units of the roundoff.")
+    for note in found.notes:
+        print(f"Note: {note}")
+
+
+def _worst(errors: object) -> str:
+    worst = [one.backward[2] for one in errors if one.backward is not None]  # type: ignore[attr-defined]
+    return f"{max(worst):.2g}" if worst else ""

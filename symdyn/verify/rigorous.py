@@ -1,0 +1,232 @@
+"""Guaranteed bounds of the error of generated code at given states: the equations over ball arithmetic.
+
+    |computed - true|  ≤  |computed - midpoint| + radius
+
+for the number that the code returned, taken exactly, and a ball that holds the true value of the equations at the very
+doubles that the code was given. The equations are those of the scene, before any pass: whatever rounding, a pass or a
+compiler did to the result is in the bound. Balls are computed with twice as many bits until their radii no longer
+matter. Where an equation has no real value, such as the root of a negative number, there is nothing to be near to.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.balls import BITS, Balls, distance
+from symdyn.algebra.big import BigFloats
+from symdyn.dynamics import Equations, Function, Workspace
+from symdyn.emit.real import REALS
+from symdyn.errors import VerifyError
+from symdyn.graph import Expr, evaluate
+from symdyn.program import choose, lower
+from symdyn.scene import Quantity, Scene, express
+from symdyn.scene.names import suggestion
+from symdyn.scene.start import starting_position, starting_velocity
+from symdyn.verify.accuracy import ROUNDOFF, TINIEST, Array, sample
+from symdyn.verify.certificate import everything, finite, modules_of
+
+MOST_BITS = 4096
+ENOUGH = 2.0**-20  # of an ulp of the largest entry: radii below this are not made smaller
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Bound:
+    """How far one entry of one function may be off, at any of the states.
+
+    Attributes:
+        function: its name.
+        index: of the entry in the result, () for a scalar.
+        module: "numpy", "c" or "ufunc".
+        computed: what the code returned at the state with the largest error.
+        error: no computed value of this entry is farther than this from the true one; infinite where nothing is known.
+        ulps: `error` in units in the last place of `computed`.
+        state: which state that was, counted from 0.
+    """
+
+    function: str
+    index: tuple[int, ...]
+    module: str
+    computed: float
+    error: float
+    ulps: float
+    state: int
+
+
+@dataclass(frozen=True)
+class Rigorous:
+    """Guaranteed bounds of a scene's functions.
+
+    Attributes:
+        scene: its name.
+        real: "double" or "float", of the code.
+        states: the values of all arguments by function, exact doubles, one dict a state.
+        bounds: a row for every function, entry and module.
+        bits: the most that any ball took.
+        notes: what was left out and why.
+    """
+
+    scene: str
+    real: str
+    states: Mapping[str, tuple[Mapping[str, Any], ...]]
+    bounds: tuple[Bound, ...]
+    bits: int
+    notes: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every error is bounded."""
+        return all(math.isfinite(bound.error) for bound in self.bounds)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the bounds for JSON."""
+        facts: dict[str, Any] = finite({**asdict(self), "passed": self.passed})
+        return facts
+
+
+def rigorous(
+    scene: Scene,
+    outputs: Sequence[str] | None = None,
+    at: Mapping[str, float] | None = None,
+    states: int = 4,
+    seed: int = 1,
+    real: str = "double",
+    road: str | None = None,
+    progress: Progress = lambda _: None,
+) -> Rigorous:
+    """Return guaranteed bounds of the error of a scene's generated code.
+
+    Args:
+        scene: the mechanism.
+        outputs: as for `certify`.
+        at: values of coordinates, velocities ("q1_dot"), accelerations ("q1_ddot"), driving forces by the names of the
+            drives, t and free parameters; what is not named is as the scene starts, free parameters are one. None
+            samples states.
+        states: how many states are sampled for every function.
+        seed: of the states.
+        real: "double" or "float".
+        road: as for `certify`.
+        progress: told what is being done.
+
+    Raises:
+        DerivationError: an output that was asked for does not exist, or no output has the road.
+        VerifyError: a name in `at` that is no argument.
+    """
+    notes: list[str] = []
+    workspace = Workspace(scene)
+    progress("deriving")
+    if outputs is None:
+        outputs, notes = everything(scene)
+    equations = Equations(scene, workspace.graph, choose(workspace, outputs, road))
+    program = lower(equations)
+    given = None if at is None else _given(scene, workspace, at, real)
+    progress("building")
+    modules, refused = modules_of(program, real, notes)
+    if refused:
+        raise VerifyError(f"{scene.name}: the C code was refused: {refused}")
+    progress("bounding")
+    parameters = {p.name: express(p.value, workspace.graph) for p in scene.parameters if p.value is not None}
+    bounds: list[Bound] = []
+    tried: dict[str, tuple[Mapping[str, Any], ...]] = {}
+    bits = BITS
+    for function, routine in zip(equations.functions, program.routines, strict=True):
+        if not function.entries:
+            continue
+        rng = random.Random(f"{seed}:{function.name}")
+        if given is None:
+            points = [sample(routine.function.arguments, rng, real) for _ in range(states)]
+        else:
+            points = [[_values(argument.symbols, given, argument.shape) for argument in function.arguments]]
+        balls = []
+        for point in points:
+            held, used = _balls(function, point, parameters, real)
+            balls.append(held)
+            bits = max(bits, used)
+        bounds += _bounds(function, points, balls, modules, real)
+        names = [argument.name for argument in function.arguments]
+        tried[function.name] = tuple(dict(zip(names, (x.tolist() for x in point), strict=True)) for point in points)
+    return Rigorous(scene.name, real, tried, tuple(bounds), bits, tuple(notes))
+
+
+def _given(scene: Scene, workspace: Workspace, at: Mapping[str, float], real: str) -> dict[str, float]:
+    """Return the value of every symbol that may be an argument.
+
+    Raises:
+        VerifyError: a name that is none of them.
+    """
+    state = workspace.state
+    known: dict[str, str] = {str(node.value): str(node.value) for node in (*state.q, *state.qd, *state.qdd)}
+    known |= {drive: str(node.value) for drive, node in zip(scene.drives, state.tau, strict=True) if drive}
+    known |= {str(node.value): str(node.value) for node in state.tau}
+    known |= {name: name for name in ("t", *(p.name for p in scene.free_parameters))}
+    wrong = [name for name in at if name not in known]
+    if wrong:
+        lines = [f"{scene.name}: {name} is no argument; {suggestion(name, known)}" for name in wrong]
+        raise VerifyError("\n".join(lines))
+    values = dict.fromkeys(known.values(), 0.0)
+    values |= {p.name: 1.0 for p in scene.free_parameters}
+    for nodes, quantities in ((state.q, starting_position(scene)), (state.qd, starting_velocity(scene))):
+        values |= {str(n.value): _number(x, workspace) for n, x in zip(nodes, quantities, strict=True)}
+    values |= {known[name]: float(value) for name, value in at.items()}
+    return {name: float(np.float32(value)) for name, value in values.items()} if real == "float" else values
+
+
+def _number(quantity: Quantity, workspace: Workspace) -> float:
+    """Return the double nearest to a number of the scene; 0 where it depends on a free parameter."""
+    try:
+        return float(evaluate([express(quantity, workspace.graph)], BigFloats(), {})[0])
+    except KeyError:
+        return 0.0
+
+
+def _values(symbols: Sequence[Expr], given: Mapping[str, float], shape: tuple[int, ...]) -> Array:
+    return np.array([given[str(symbol.value)] for symbol in symbols]).reshape(shape)
+
+
+def _balls(
+    function: Function, point: Sequence[Array], parameters: Mapping[str, Expr], real: str
+) -> tuple[list[Any], int]:
+    """Return a ball for every entry at a state, small beside an ulp of the largest entry, and the bits that it took."""
+    bits = BITS
+    while True:
+        algebra = Balls(bits)
+        with algebra:
+            values = {
+                symbol: algebra.number(float(value))
+                for argument, numbers in zip(function.arguments, point, strict=True)
+                for symbol, value in zip(argument.symbols, np.ravel(numbers), strict=True)
+            }
+            graph = function.entries[0].graph
+            values |= {graph.symbol(name): evaluate([node], algebra, {})[0] for name, node in parameters.items()}
+            held = evaluate(function.entries, algebra, values)
+            largest = max((float(ball.abs_upper()) for ball in held if ball.is_finite()), default=0.0)
+            wanted = max(ENOUGH * ROUNDOFF[real] * largest, TINIEST[real] * ROUNDOFF[real])
+            if bits >= MOST_BITS or all(ball.is_finite() and float(ball.rad()) <= wanted for ball in held):
+                return held, bits
+        bits *= 2
+
+
+def _bounds(
+    function: Function, points: Sequence[Sequence[Array]], balls: Sequence[Any], modules: Mapping[str, Any], real: str
+) -> list[Bound]:
+    """Return a row for every entry and module: the largest bound of all states."""
+    rows = []
+    for name, module in modules.items():
+        if not hasattr(module, function.name):
+            continue
+        with np.errstate(all="ignore"):
+            results = [np.ravel(getattr(module, function.name)(*point)).tolist() for point in points]
+        for place, index in enumerate(np.ndindex(*function.shape)):
+            errors = [distance(result[place], held[place]) for result, held in zip(results, balls, strict=True)]
+            state = max(range(len(errors)), key=errors.__getitem__)
+            computed, error = results[state][place], errors[state]
+            ulp = float(np.spacing(np.abs(np.array(computed, REALS[real].dtype)))) if math.isfinite(error) else 1.0
+            rows.append(Bound(function.name, index, name, computed, error, error / ulp, state))
+    return rows

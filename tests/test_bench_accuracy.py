@@ -1,0 +1,181 @@
+"""Run time against error: the yardsticks themselves, and the report that a user gets."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from arms import puma560, spatial_arm
+
+from symdyn.algebra.big import BigFloats
+from symdyn.bench import Measured
+from symdyn.bench.accuracy import marked
+from symdyn.bench.implementations import implementations
+from symdyn.bench.plots import Dot, Series, log_log
+from symdyn.bench.reference import reference
+from symdyn.bench.states import REGIONS, Positions, draw, near_singular, quaternions
+from symdyn.cli import main
+from symdyn.graph import evaluate
+from symdyn.program import formulate, lower
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+ARM = Positions(("rad",) * 6, np.empty((0, 6)))
+
+
+@pytest.fixture(scope="module")
+def routine():
+    return lower(formulate(puma560(), ("inverse_dynamics",))).routines[0]
+
+
+def test_the_reference_is_the_graph_at_fifty_digits(routine):
+    states = draw(routine.function.arguments, ARM, "large angles", 3, 1, "double")
+    known, big = reference(routine.function, states, 3), BigFloats(60)
+
+    for k in range(3):
+        values = {}
+        for argument in routine.function.arguments:
+            numbers = map(big.number, states[argument.name][k].tolist())
+            values |= zip(argument.symbols, numbers, strict=True)
+        exact = evaluate(routine.function.entries, big, values)
+        for place, value in enumerate(exact):
+            rest = value - big.number(known.high[k, place]) - big.number(known.low[k, place])
+            assert abs(rest) <= abs(value) * 2.0**-104
+            assert known.bound[k, place] > 0
+
+
+def test_an_error_of_one_ulp_is_measured_as_such(routine):
+    states = draw(routine.function.arguments, ARM, "range", 4, 1, "double")
+    known = reference(routine.function, states, 4)
+    off = known.high.copy()
+    off[2, 1] = np.nextafter(off[2, 1], np.inf)
+
+    gap = known.errors(off)
+
+    assert gap[2, 1] == pytest.approx(np.spacing(known.high[2, 1]) - known.low[2, 1], rel=1e-9)
+    assert np.all(gap[[0, 1, 3]] <= np.spacing(np.abs(known.high[[0, 1, 3]])) / 2)
+    off[1, 1] = np.nan
+    assert known.errors(off)[1, 1] == np.inf
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_every_implementation_computes_the_same_function(real):
+    """With a scalar parameter block, so that what all states share is shared in every layout."""
+    equations = formulate(spatial_arm(), ("mass_matrix",))
+    made = [one for one in implementations(equations, 0.0, ("native",), ("double", "float")) if one.real == real]
+    function = made[0].routine.function
+    positions = Positions(("rad", "rad", "m"), np.empty((0, 3)))
+    states = draw(function.arguments, positions, "range", 5, 1, real)
+    known = reference(function, states, 5)
+
+    assert {one.way for one in made} == {
+        "NumPy module, one state",
+        "NumPy module, many states",
+        "C scalar",
+        "C batch",
+        "C rows",
+        "C scalar, plain file",
+        "ufunc, one state",
+        "ufunc, many states",
+    }
+    for one in made:
+        gap = known.errors(one.results(states))
+        assert gap.shape == (5, 9)
+        assert gap.max() <= 40 * {"double": 2.0**-53, "float": 2.0**-24}[real] * np.abs(known.high).max(), one.way
+
+
+def test_regions_are_where_they_say():
+    angles, _ = (lower(formulate(puma560(), ("gravity_forces",))).routines[0].function.arguments, None)
+    drawn = {region: np.abs(draw(angles, ARM, region, 50, 1, "double")["q"]) for region in REGIONS}
+
+    assert drawn["near zero"].max() <= 0.1
+    assert drawn["near zero"].min() < 1e-6
+    assert drawn["range"].max() <= np.pi
+    assert 1e3 <= drawn["large angles"].min() <= drawn["large angles"].max() <= 1e6
+    floats = draw(angles, ARM, "range", 5, 1, "float")["q"]
+    assert np.array_equal(floats, floats.astype(np.float32))
+
+
+def test_quaternions_have_unit_length():
+    units = ("m", "m", "m", "1", "1", "1", "1", "rad")
+    positions = Positions(units, np.empty((0, 8)))
+
+    assert quaternions(units) == [3]
+    for region in REGIONS:
+        q = positions.draw(region, 20, np.random.default_rng(1))
+        assert np.linalg.norm(q[:, 3:7], axis=1) == pytest.approx(np.ones(20))
+
+
+def test_singular_positions_are_found():
+    def stretched(q):  # singular where q2 is a multiple of pi, as the Jacobian of a planar arm
+        return np.stack([np.stack([np.ones(len(q)), 0 * q[:, 0]], 1), np.stack([q[:, 0] * 0, np.sin(q[:, 1])], 1)], 1)
+
+    q = near_singular(("rad", "rad"), [stretched], seed=1)
+
+    assert np.abs(np.sin(q[:, 1])).max() < 0.05
+    assert np.abs(np.sin(q[0, 1])) < 1e-4
+
+
+def one(call: float, relative: float) -> Measured:
+    return Measured("f", "C", "double", "native", "rnea", {}, 0.0, None, call, relative, ())
+
+
+def test_best_is_what_nothing_beats_in_both():
+    assert [m.best for m in marked([one(1, 1e-8), one(2, 1e-15), one(3, 1e-15), one(4, 1e-16)])] == [
+        True,
+        True,
+        False,
+        True,
+    ]
+    assert not marked([one(1, float("inf"))])[0].best
+    assert not marked([one(2, 1e-15), replace(one(3, 0.9e-15))])[1].best  # as accurate, and slower
+
+
+def test_a_plot_is_well_formed_and_holds_every_finite_point():
+    dots = (Dot(1.0, 1e-16, "a < b & c", marked=True), Dot(10.0, 0.0, "exact"), Dot(1.0, float("inf"), "lost"))
+    text = log_log("t & u", "ns", "error", [Series("one", dots), Series("two", dots[:1], joined=True)])
+
+    root = ET.fromstring(text)
+    titles = [node.text for node in root.iter() if node.tag.endswith("title")]
+    assert titles.count("a < b & c") == 2
+    assert "exact" in titles
+    assert "lost" not in titles
+
+
+def test_the_command_writes_a_page_that_needs_nothing_else(tmp_path, capsys):
+    words = ["bench", str(EXAMPLES / "double_pendulum.toml"), "--quick", "--functions", "forward_dynamics"]
+
+    assert main([*words, "-o", str(tmp_path)]) == 0
+    assert "C batch" in capsys.readouterr().out
+    facts = json.loads((tmp_path / "bench.json").read_text("utf-8"))
+    ways = {(m["way"], m["real"], m["road"]) for m in facts["measured"]}
+    assert ("C rows", "float", facts["measured"][0]["road"]) in ways
+    assert len({m["road"] for m in facts["measured"]}) > 1
+    for m in facts["measured"]:
+        assert m["call"] > 0
+        assert m["operations"]["multiplications"] > 0
+        assert {e["region"] for e in m["errors"]} == set(REGIONS)
+        assert all(e["condition"][2] < 2 for e in m["errors"]), m["way"]
+        assert all(e["backward"][2] < 40 for e in m["errors"]), m["way"]
+    page = (tmp_path / "bench.html").read_text("utf-8")
+    assert "symdyn bench double_pendulum.toml --functions forward_dynamics --quick" in page
+    assert page.count("<svg") == 1
+    assert "src=" not in page
+    assert "href=" not in page
+    HTMLParser().feed(page)
+    assert "| C batch" in (tmp_path / "bench.md").read_text("utf-8")
+
+
+def test_without_a_compiler_the_rest_is_measured(monkeypatch, capsys, tmp_path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setattr("symdyn.build.compiler.find_spec", lambda name: None)
+
+    assert main(["bench", str(EXAMPLES / "pendulum.toml"), "--quick", "--functions", "mass_matrix,gravity_forces"]) == 0
+    out = capsys.readouterr().out
+    assert "C and ufunc were not measured" in out
+    assert "NumPy module" in out
