@@ -1,4 +1,4 @@
-"""Where a simulation starts: what the scene says, what the user changes, what loops and prescribed motions make of it."""
+"""Where a simulation starts: what the scene and the user say, what loops and prescribed motions make of it."""
 
 from __future__ import annotations
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -170,6 +171,7 @@ def column_law(columns: Columns, name: str, rate: str, acceleration: str) -> Law
 
     t, x = columns.t, columns.values[name]
     v, a = columns.values.get(rate), columns.values.get(acceleration)
+    curve: Any
     if v is not None and a is not None:
         curve = BPoly.from_derivatives(t, np.stack([x, v, a], axis=1))
     elif v is not None:

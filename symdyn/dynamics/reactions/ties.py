@@ -106,8 +106,9 @@ def telling(hanging: Hanging, unknown: Sequence[Tie], among: Sequence[int]) -> l
         raise DerivationError(
             f"{hanging.scene.name}: reactions: {len(among)} velocities without a drive determine {len(order)} of the "
             f"{len(unknown)} components that close {owners}: the mechanism has too many drives, or is overconstrained; "
-            "leave drives out, take joints with more freedoms, or ask symdyn.dynamics.reactions.uniqueness.reactions_at for "
-            "the least reactions at one position, with those flagged that are not unique"
+            "leave drives out, take joints with more freedoms, or ask "
+            "symdyn.dynamics.reactions.uniqueness.reactions_at for the least reactions at one position, with those "
+            "flagged that are not unique"
         )
     return sorted(among[row] for row, _ in order)
 

@@ -18,7 +18,7 @@ Array = npt.NDArray[np.float64]
 
 SMALLEST = 1e-15
 
-SLACK = 1000.0
+SLACK = 1e5
 """A projection makes CVODE begin at order one again: it waits until it is worth that."""
 
 
