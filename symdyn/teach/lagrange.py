@@ -38,6 +38,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", detail: str = "full
         if value not in known:
             raise EmitError(f"{name} {value!r} is not known; give one of {', '.join(known)}")
     lesson = Lesson(without_zeros(scene), language)
+    assert lesson.closed.n == lesson.state.n, "closed forms and graph have the same velocities"  # raises early
     lesson.numbers = numbers_for(lesson)
     found = masses(lesson)
     chosen = choose(lesson)

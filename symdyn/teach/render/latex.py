@@ -29,8 +29,8 @@ from symdyn.teach.render.spelling import Spelling, lines
 LINE = 470.0  # pt: 170 mm less a little for what the estimate misses
 TAG = 55.0  # room for an equation number
 INSET = 24.0  # what a box takes from the line
-GAP = 12.0  # between columns of a table
-ROWS = 40  # of one table
+GAP = 16.0  # between columns of a table
+ROWS, TALL_ROWS = 40, 14  # of one table, and of one whose cells have several lines
 BAR = 150.0  # pt of a share of one
 
 COLOURS = {"erratum": "fff0ee", "remark": "eef4fb", "check": "eef8f0"}
@@ -120,7 +120,8 @@ class _Page:
         widths = [max(map(_width, column)) for column in zip(*rows, strict=True)]
         columns = _columns(widths, room - GAP * len(widths))
         head, *others = [" & ".join(row) + r" \\" for row in rows]
-        parts = ["\n".join([head, r"\hline", *others[k : k + ROWS]]) for k in range(0, len(others), ROWS)]
+        most = TALL_ROWS if "p{" in columns else ROWS
+        parts = ["\n".join([head, r"\hline", *others[k : k + most]]) for k in range(0, len(others), most)]
         return "\n\n".join(f"\\begin{{tabular}}{{@{{}}{columns}@{{}}}}\n{part}\n\\end{{tabular}}" for part in parts)
 
     def _bars(self, shares: Shares) -> str:
@@ -160,4 +161,5 @@ def _columns(widths: Sequence[float], room: float) -> str:
     total = sum(widths[k] for k in wide)
     sizes = {k: max(left * widths[k] / total, 0.6 * left / len(wide)) for k in wide}
     scale = left / sum(sizes.values())
-    return "".join(rf">{{\raggedright\arraybackslash}}p{{{scale * sizes[k]:.0f}pt}}" if k in sizes else "l" for k in range(len(widths)))  # fmt: skip
+    ragged = r">{\raggedright\arraybackslash}"
+    return "".join(f"{ragged}p{{{scale * sizes[k]:.0f}pt}}" if k in sizes else "l" for k in range(len(widths)))
