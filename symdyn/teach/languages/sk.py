@@ -51,8 +51,8 @@ TEXTS = {
     "position.centre": "Ťažisko {tag} člena {body} má v globálnom súradnicovom systéme polohu",
     "position.origin": "Začiatok súradnicového systému člena {body} s indexom {tag} má v globálnom systéme polohu",
     "velocity": "Rýchlosť miesta {tag} je deriváciou jeho polohy.",
-    "velocity.reason": "Derivácia zloženej funkcie: deriváciou sínusu je kosínus krát derivácia celého uhla, deriváciou "
-    "kosínusu je mínus sínus krát derivácia celého uhla. Dĺžky sú stále.",
+    "velocity.reason": "Derivácia zloženej funkcie: deriváciou sínusu je kosínus krát derivácia celého uhla, "
+    "deriváciou kosínusu je mínus sínus krát derivácia celého uhla. Dĺžky sú stále.",
     "velocity.term": "výraz",
     "velocity.rate": "jeho derivácia",
     "velocity.terms": "Derivácia po jednotlivých výrazoch",
@@ -88,8 +88,8 @@ TEXTS = {
     "rate.reason": "Derivácia súčinu a zloženej funkcie: každý výraz dá jeden so zrýchlením namiesto rýchlosti a jeden "
     "za každú súradnicu, od ktorej závisí jeho koeficient, krát rýchlosť tejto súradnice.",
     "rate.term": "výraz",
-    "rate.from": "od {rate}",
-    "rate.accelerations": "zrýchlení",
+    "rate.from": "cez",
+    "rate.gives": "dá",
     "rate.fold": "Ktorý výraz pochádza od ktorej rýchlosti",
     "slope": "Potom {slope}.",
     "slope.reason": "Rýchlosti držíme stále; derivuje sa to, čo závisí od {q}.",
