@@ -53,7 +53,7 @@ class Names:
         """Return the scene's name of every way to write a symbol; the scene's own spelling comes first."""
         found: dict[str, str] = {}
         printed = latex_symbols(self.scene)
-        own = [*(p.name for p in self.scene.parameters), *self.scene.coordinates]
+        own: list[str] = [*(p.name for p in self.scene.parameters), *self.scene.coordinates]
         own += [*filter(None, self.scene.drives), *self.rates]
         for spelled in (plain_index, lambda name: plain_index(printed.get(name, name))):
             for name in own:

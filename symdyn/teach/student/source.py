@@ -108,7 +108,7 @@ def _pieces(text: str) -> Iterator[tuple[str, int]]:
         elif run in SIGNS:
             yield SIGNS[run], start
         else:
-            base, *marks = unicodedata.normalize("NFD", run)
+            base, *marks = list(unicodedata.normalize("NFD", run))
             while at < len(text) and text[at] in DOTS:
                 marks.append(text[at])
                 at += 1
