@@ -7,10 +7,36 @@ import os
 import sys
 from collections.abc import Sequence
 
-from symdyn.cli import bench, check_derivation, convert, draw, equations, generate, info, inverse, new, simulate, verify
+from symdyn.cli import (
+    bench,
+    check_derivation,
+    convert,
+    draw,
+    equations,
+    generate,
+    info,
+    inverse,
+    new,
+    simulate,
+    verify,
+    walkthrough,
+)
 from symdyn.errors import SymdynError
 
-VERBS = (equations, generate, verify, simulate, inverse, bench, info, draw, convert, new, check_derivation)
+VERBS = (
+    equations,
+    walkthrough,
+    check_derivation,
+    generate,
+    verify,
+    simulate,
+    inverse,
+    bench,
+    info,
+    draw,
+    convert,
+    new,
+)
 
 
 def parser() -> argparse.ArgumentParser:

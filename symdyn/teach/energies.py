@@ -76,7 +76,7 @@ def _kinetic(lesson: Lesson, mass: Mass, kinetic: list[str]) -> list[Step]:
             values.append(term)
     if mass.spins:
         spin = _spin(lesson, mass)
-        symbol = lesson.name(f"Kw:{tag}", "K", tag, "ω", node=spin)
+        symbol = lesson.name(f"Kw:{tag}", "K", tag, "omega", node=spin)
         steps.append(_spinning(lesson, mass, spin))
         parts.append(symbol)
         values.append(spin)

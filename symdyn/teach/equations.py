@@ -45,7 +45,7 @@ def name_coefficients(lesson: Lesson) -> Printable:
         lesson.name(coefficient_key(c), "k", KINDS[c.kind], *index, node=node)
     acting = generalized_forces(lesson.scene, lesson.graph)
     for i, (drive, force) in enumerate(zip(lesson.drives, acting, strict=True)):
-        lesson.name(f"tau:{i + 1}", "τ", str(i + 1), node=drive + force)
+        lesson.name(f"tau:{i + 1}", "tau", str(i + 1), node=drive + force)
         named = lesson.scene.drives[i]
         if named:
             lesson.names[named] = Name(None, drive)
