@@ -50,7 +50,7 @@ class VerifyError(SymdynError):
 
 
 class TeachError(SymdynError):
-    """A lesson that a scene does not allow."""
+    """A lesson that a scene does not allow, or a derivation that cannot be read."""
 
 
 class SimulateError(SymdynError):

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from symdyn.cli import (
     bench,
+    check_derivation,
     convert,
     draw,
     equations,
@@ -23,7 +24,21 @@ from symdyn.cli import (
 )
 from symdyn.errors import SymdynError
 
-VERBS = (equations, walkthrough, generate, verify, simulate, inverse, bench, stress, info, draw, convert, new)
+VERBS = (
+    equations,
+    walkthrough,
+    check_derivation,
+    generate,
+    verify,
+    simulate,
+    inverse,
+    bench,
+    stress,
+    info,
+    draw,
+    convert,
+    new,
+)
 
 
 def parser() -> argparse.ArgumentParser:
