@@ -19,7 +19,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.dynamics.closed import Reduction, accelerations
+from symdyn.dynamics.loops.closed import Reduction, accelerations
 from symdyn.dynamics.workspace import Workspace
 from symdyn.graph import Expr, substitute
 
