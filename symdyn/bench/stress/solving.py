@@ -21,7 +21,7 @@ from symdyn.bench.stress.calls import EPSILON, Calls, calls, solved
 from symdyn.bench.stress.model import Case, worst
 from symdyn.bench.stress.scenes import arm, gimbal, heavier, two_link
 from symdyn.dynamics import roads
-from symdyn.dynamics.loops import is_closed
+from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.scene import JOINTS, Scene
 
 Array = npt.NDArray[np.float64]
