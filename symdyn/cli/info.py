@@ -123,7 +123,8 @@ def _mobility(scene: Scene) -> dict[str, Any] | None:
     """Return the mobility of a scene with loops or rows; None for a tree, and where the loops cannot be closed."""
     from dataclasses import asdict
 
-    from symdyn.dynamics import is_closed, mobility
+    from symdyn.dynamics import is_closed
+    from symdyn.dynamics.mobility import mobility
     from symdyn.errors import DerivationError
 
     if not is_closed(scene):

@@ -25,8 +25,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.closure import Partition
 from symdyn.dynamics.ldl import solve
+from symdyn.dynamics.partition import Partition
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 

@@ -26,9 +26,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.closure import Block
 from symdyn.dynamics.cuts import Cut, cuts
 from symdyn.dynamics.loops import paths
+from symdyn.dynamics.partition import Block
 from symdyn.dynamics.tree import Tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, substitute

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 from symdyn.dynamics import lagrange
 from symdyn.dynamics.closed import Reduction, reduction, with_multipliers
-from symdyn.dynamics.closure import Closure, Partition, close
 from symdyn.dynamics.loops import Constraints, differentiated, recursive
-from symdyn.dynamics.numbers import Numbers, numbers_of
+from symdyn.dynamics.partition import Partition
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
 
 if TYPE_CHECKING:
+    from symdyn.dynamics.closure import Closure
+    from symdyn.dynamics.numbers import Numbers
     from symdyn.dynamics.workspace import Workspace
 
 Matrix = list[list[Expr]]
@@ -30,6 +31,9 @@ class Closed:
 
     @cached_property
     def _decided(self) -> tuple[Closure, Numbers]:
+        from symdyn.dynamics.closure import close  # with NumPy, which trees can do without
+        from symdyn.dynamics.numbers import numbers_of
+
         return close(numbers_of(self.w.scene), self.w.closing)
 
     @property

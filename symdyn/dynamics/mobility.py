@@ -19,10 +19,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.dynamics.assembly import dimensionless, free_motions
-from symdyn.dynamics.closure import Closing, Closure, close
+from symdyn.dynamics.closure import Closure, close
 from symdyn.dynamics.kinematics import tree_placements
 from symdyn.dynamics.loops import paths
 from symdyn.dynamics.numbers import Array, Numbers, numbers_of
+from symdyn.dynamics.partition import Closing
 from symdyn.scene import JOINTS, Joint, Scene
 from symdyn.spatial import add, apply, cross
 

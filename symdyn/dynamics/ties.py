@@ -17,10 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.dynamics.closed import solve_transposed
-from symdyn.dynamics.closure import Partition, blocks
 from symdyn.dynamics.elimination import pivots
 from symdyn.dynamics.hanging import Hanging
 from symdyn.dynamics.hinges import Hinge, power, relative_twists
+from symdyn.dynamics.partition import Partition, blocks
 from symdyn.dynamics.samples import Array
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient
