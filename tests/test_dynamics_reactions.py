@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from arms import cart_pole, puma560, spatial_arm, three_link, two_link
+from arms import EXAMPLES, cart_pole, puma560, spatial_arm, three_link, two_link
 from closed_mechanisms import (
     bricard,
     crank_rocker,
@@ -27,6 +27,7 @@ import symdyn
 from symdyn.dynamics import Workspace, derive, derive_one
 from symdyn.dynamics.uniqueness import reactions_at
 from symdyn.errors import DerivationError
+from symdyn.graph import substitute
 from symdyn.scene import Damper, Friction, Load, Place, Scene, Spring, number, parse
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, PROVED, Claim, prove
 from symdyn.verify.laws import laws
@@ -149,6 +150,17 @@ def test_multipliers_of_lagranges_equations_are_the_reactions_of_the_cut_joint(o
     ]
 
     assert verdicts(one, [Claim("cut", "lambda", "R", tuple(found), rows)]) == {PROVED}
+
+
+def test_nothing_goes_through_the_free_joint_of_a_rolling_disc():
+    """All that keeps the disc up and rolling acts in its contact with the ground, not in a joint that takes nothing."""
+    w = Workspace(symdyn.read(EXAMPLES / "rolling_disc.toml"))
+    idle = dict.fromkeys(w.state.tau, w.graph.zero)
+    found = tuple(substitute(derive_one(w, "forward_reactions").entries, idle))
+
+    assert any(not entry.is_zero for entry in found)  # it does not vanish at birth
+    zeros = (w.graph.zero,) * 6
+    assert verdicts(w.scene, [Claim("flight", "R", "0", found, zeros)]) <= {PROVED, NUMERICAL}
 
 
 def test_axes_of_body_joint_and_ground_tell_one_wrench():

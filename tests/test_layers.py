@@ -20,8 +20,9 @@ ROOMS = {  # room: the rooms it may import
     "program": ["dynamics"],
     "emit": ["program"],
     "build": ["emit"],
+    "draw": ["emit"],
     "verify": ["build"],
-    "simulate": ["verify"],
+    "simulate": ["verify", "draw"],
     "bench": ["simulate"],
     "cli": ["bench"],
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import threading
+import time
 from collections.abc import Sequence
 from types import TracebackType
 from typing import Any
@@ -73,3 +74,40 @@ class Waiting:
 
         self._status = Console(stderr=True).status(self._stage)
         self._status.start()
+
+
+class Bar:
+    """A progress bar on stderr, on a terminal, once something has taken longer than `PATIENCE`."""
+
+    def __init__(self, stage: str) -> None:
+        """Start quiet."""
+        self._stage = stage
+        self._bar: Any = None
+        self._task: Any = None
+        self._begin = time.monotonic()
+
+    def __enter__(self) -> Bar:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Take the bar away again."""
+        if self._bar is not None:
+            self._bar.stop()
+
+    def __call__(self, share: float) -> None:
+        """Show how much is done, from 0 to 1."""
+        if self._bar is None and sys.stderr.isatty() and time.monotonic() - self._begin > PATIENCE:
+            self._show()
+        if self._bar is not None:
+            self._bar.update(self._task, completed=share)
+
+    def _show(self) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+        columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+        self._bar = Progress(*columns, console=Console(stderr=True), transient=True)
+        self._task = self._bar.add_task(self._stage, total=1.0)
+        self._bar.start()

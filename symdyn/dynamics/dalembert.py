@@ -29,10 +29,9 @@ from symdyn.dynamics.hinges import Hinge, about, nothing, plus, relative_twists,
 from symdyn.dynamics.members import acting, inertias, motions, own_forces, placements
 from symdyn.dynamics.reactions import as_rows
 from symdyn.dynamics.state import vector
-from symdyn.dynamics.ties import in_plane, plane, telling, ties, undriven
+from symdyn.dynamics.ties import in_plane, plane, rows_of, telling, ties, undriven
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, gradient
-from symdyn.scene import express
+from symdyn.graph import Expr, Graph
 from symdyn.scene.joints import Wrench
 from symdyn.spatial import (
     Inertia,
@@ -278,10 +277,9 @@ def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown
             found += [
                 Unknown(DRIVE, name, i, ((h, D[h][i]),)) for i, k in enumerate(hinge.velocities) if k not in passive
             ]
-    for row in scene.rows:
-        slopes = gradient(express(row.formula, graph), hanging.state.qd)
-        acts = tuple((feels[k][0], times(slope, feels[k][1])) for k, slope in enumerate(slopes) if not slope.is_zero)
-        found.append(Unknown(ROW, row.name, 0, acts))
+    for number, row in enumerate(rows_of(hanging)):
+        acts = tuple((feels[k][0], times(slope, feels[k][1])) for k, slope in enumerate(row.G) if not slope.is_zero)
+        found.append(Unknown(ROW, row.owner, number, acts))
     return found
 
 
@@ -375,5 +373,5 @@ def transmitted(system: Equilibrium, x: Sequence[Expr]) -> list[Wrench]:
 def solved_reactions(hanging: Hanging, axes: str = "body", tau: Sequence[Expr] | None = None) -> list[Expr]:
     """Return every joint's reaction from the whole system: as `reactions.reactions`, which goes another way."""
     system = equilibrium(hanging, tau=tau)
-    found = transmitted(system, solution(system))
-    return as_rows(hanging, [hinge.on_child(wrench) for hinge, wrench in zip(hanging.hinges, found, strict=True)], axes)
+    pairs = zip((*hanging.joints, *hanging.loops), transmitted(system, solution(system)), strict=False)
+    return as_rows(hanging, [hinge.on_child(wrench) for hinge, wrench in pairs], axes)

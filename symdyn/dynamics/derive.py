@@ -116,7 +116,6 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
         raise DerivationError(f"{request} has no road {name!r}; there are {', '.join(row.roads)}")
     if DRIVES in row.arguments:
         refuse_ideal_friction(workspace.scene)
-        _refuse_closed_motion(workspace.scene)
     entries = row.roads[name](workspace, place) if row.place else row.roads[name](workspace)
     n = workspace.state.n
     return Function(
@@ -130,16 +129,6 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
         formulation=name,
         request=request,
     )
-
-
-def _refuse_closed_motion(scene: Scene) -> None:
-    """Raise DerivationError where a motion is prescribed in a scene with loops or rows."""
-    moved = [joint.name for joint in scene.joints if joint.motion is not None]
-    if moved and is_closed(scene):
-        raise DerivationError(
-            f"{scene.name}: the motion of {', '.join(moved)} is prescribed, which forward dynamics knows in trees, "
-            "not in loops; leave the motion out, and give its velocities and accelerations to inverse dynamics"
-        )
 
 
 def _terms(scene: Scene) -> dict[str, str]:

@@ -12,7 +12,6 @@ from symdyn.dynamics.elimination import eliminate, pivots
 from symdyn.dynamics.hinges import Hinge, plus, power, times
 from symdyn.dynamics.samples import Samples
 from symdyn.graph import Expr
-from symdyn.scene import JOINTS
 from symdyn.scene.joints import Wrench
 from symdyn.scene.joints.constraints import everywhere, forces, moments
 
@@ -42,7 +41,7 @@ def drives(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
 def reactions_of(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
     """Return W, axes of J, about P; t of them."""
     if hinge.joint.type != "custom":
-        return JOINTS[hinge.joint.type].wrenches(hinge.joint, hinge.X)
+        return hinge.wrenches
     axes = everywhere(hinge.graph)
     units, D = forces(*axes) + moments(*axes), drives(hinge, samples)
     numbers = samples.at([x for v, omega in hinge.S for x in (*v, *omega)]).reshape(len(hinge.S), 6)

@@ -41,7 +41,7 @@ class Hanging:
 
     @cached_property
     def hinges(self) -> tuple[Hinge, ...]:
-        """The joints of the tree, then those of the loops."""
+        """The joints of the tree, then those of the loops, then contacts."""
         return hinges(self.scene, self.graph)
 
     @cached_property
@@ -57,6 +57,11 @@ class Hanging:
     @property
     def loops(self) -> tuple[Hinge, ...]:
         """The joints that close loops."""
+        return self.hinges[len(self.scene.joints) : len(self.scene.joints) + len(self.scene.loops)]
+
+    @property
+    def cuts(self) -> tuple[Hinge, ...]:
+        """The joints that close loops, and contacts."""
         return self.hinges[len(self.scene.joints) :]
 
     @cached_property

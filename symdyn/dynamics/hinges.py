@@ -6,7 +6,7 @@
     S        twist (velocity of P; angular velocity) of the child relative to the parent for a unit rate, axes of J
     W        a wrench (force; moment about P) on the child, axes of J: force first, as the textbook stacks bivectors
 
-Bodies have the number of their joint, the ground is -1; a joint that closes a loop comes after those of the tree.
+Bodies have the number of their joint, the ground is -1; joints that close loops come after those of the tree.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from symdyn.dynamics.cuts import Cut, cuts
 from symdyn.dynamics.state import joint_motion, placement
 from symdyn.graph import Expr, Graph
-from symdyn.scene import GROUND, Joint, Scene, express, velocity_name
+from symdyn.scene import GROUND, JOINTS, Joint, Scene, express, velocity_name
 from symdyn.scene.joints import Wrench
 from symdyn.spatial import (
     Transform,
@@ -33,6 +34,9 @@ from symdyn.spatial import (
     zero_vector,
 )
 
+CONTACT = "contact"
+"""Type of the joint that stands for a wheel or a blade on the ground."""
+
 
 @dataclass(frozen=True)
 class Hinge:
@@ -41,6 +45,7 @@ class Hinge:
     Attributes:
         parent, child: numbers of bodies, -1 the ground.
         origin: placement of J in B. tip: placement of C in the moved joint frame.
+        wrenches: what it can exert without working, W; () for a custom joint, which `freedoms` knows.
         velocities: numbers of the velocities that move it, () where it closes a loop.
         S: one a velocity.
         ratio: the joint's rate per unit of its velocity: 1 but where it follows another one.
@@ -55,6 +60,7 @@ class Hinge:
     X: Transform
     tip: Transform
     ratio: Expr
+    wrenches: tuple[Wrench, ...]
     velocities: tuple[int, ...] = ()
     S: tuple[Wrench, ...] = ()
     rates: tuple[Expr, ...] = ()
@@ -121,11 +127,16 @@ def nothing(graph: Graph) -> Wrench:
 
 
 def hinges(scene: Scene, graph: Graph) -> tuple[Hinge, ...]:
-    """Return the joints of the tree and then those that close loops."""
+    """Return the joints of the tree, then those that close loops, then contacts (as joints of type "contact")."""
     number = {GROUND: -1} | {body.name: k for k, body in enumerate(scene.bodies)}
     velocities = {name: k for k, name in enumerate(scene.velocities)}
     tree = [_of_tree(joint, number, velocities, graph) for joint in scene.joints]
-    return (*tree, *(_of_loop(joint, number, tree, graph) for joint in scene.loops))
+    loops = {joint.name: joint for joint in scene.loops}
+    closing = [
+        (cut, loops[cut.owner] if cut.closes else Joint(cut.owner, CONTACT, cut.parent, cut.child))
+        for cut in cuts(scene, graph)
+    ]
+    return (*tree, *(_of_cut(cut, joint, number, tree, graph) for cut, joint in closing))
 
 
 def _of_tree(joint: Joint, number: dict[str, int], velocities: dict[str, int], graph: Graph) -> Hinge:
@@ -145,19 +156,21 @@ def _of_tree(joint: Joint, number: dict[str, int], velocities: dict[str, int], g
     rates = tuple(ratio * graph.symbol(name) for name in names)
     numbers = tuple(velocities[name] for name in names)
     origin, tip = placement(joint.origin, graph), placement(joint.tip, graph)
-    return Hinge(joint, number[joint.parent], number[joint.child], origin, X, tip, ratio, numbers, tuple(S), rates)
+    wrenches = () if joint.type == "custom" else JOINTS[joint.type].wrenches(joint, X)
+    ends = (number[joint.parent], number[joint.child])
+    return Hinge(joint, *ends, origin, X, tip, ratio, wrenches, numbers, tuple(S), rates)
 
 
-def _of_loop(joint: Joint, number: dict[str, int], tree: Sequence[Hinge], graph: Graph) -> Hinge:
-    origin, tip = placement(joint.origin, graph), placement(joint.tip, graph)
-    i, j = number[joint.parent], number[joint.child]
+def _of_cut(cut: Cut, joint: Joint, number: dict[str, int], tree: Sequence[Hinge], graph: Graph) -> Hinge:
+    origin, tip = cut.before, cut.behind.inverse()
+    i, j = number[cut.parent], number[cut.child]
     near, far = _path(i, tree), _path(j, tree)
     while near and far and near[-1] == far[-1]:  # nothing beyond the nearest common carrier enters
         near.pop()
         far.pop()
     J, moved = (_walked(path, tree, graph) for path in (near, far))
-    X = (J @ origin).inverse() @ moved @ tip.inverse()
-    return Hinge(joint, i, j, origin, X, tip, graph.one, paths=(tuple(near), tuple(far)))
+    X = (J @ origin).inverse() @ moved @ cut.behind
+    return Hinge(joint, i, j, origin, X, tip, graph.one, cut.wrenches(X), paths=(tuple(near), tuple(far)))
 
 
 def relative_twists(loop: Hinge, tree: Sequence[Hinge]) -> dict[int, Wrench]:

@@ -45,7 +45,7 @@ def reactions(hanging: Hanging, axes: str = "body", tau: Sequence[Expr] | None =
         DerivationError: motion and drives do not determine what the loops transmit.
     """
     f = hanging.transmitted(hanging.loads)
-    if not hanging.loops:
+    if not hanging.cuts:
         return as_rows(hanging, hanging.at_joints(f), axes)
     unknown, forces = ties(hanging), hanging.driving(hanging.felt(hanging.at_joints(f)))
     among = undriven(hanging.scene)
@@ -59,13 +59,13 @@ def with_loops(
 ) -> list[Expr]:
     """Return every reaction for f of the tree alone and given sizes λ of what closes the loops; see `reactions`."""
     f = list(f)
-    closing = [nothing(hanging.graph)] * len(hanging.loops)
+    closing = [nothing(hanging.graph)] * len(hanging.cuts)
     for one, size in zip(unknown, sizes, strict=True):
         if one.wrench is not None:
             closing[one.loop] = plus(closing[one.loop], times(size, one.wrench))
-    for loop, wrench in zip(hanging.loops, closing, strict=True):
+    for loop, wrench in zip(hanging.cuts, closing, strict=True):
         hanging.carry(f, loop, wrench)
-    ends = [loop.on_child(wrench) for loop, wrench in zip(hanging.loops, closing, strict=True)]
+    ends = [loop.on_child(wrench) for loop, wrench in zip(hanging.loops, closing, strict=False)]
     return as_rows(hanging, [*hanging.at_joints(f), *ends], axes)
 
 
@@ -73,7 +73,7 @@ def as_rows(hanging: Hanging, wrenches: Sequence[Wrench], axes: str) -> list[Exp
     """Return the wrenches of all joints, axes of their children, in the axes that are asked for; see `reactions`."""
     placed = placements(hanging.joints) if axes == "ground" else []
     entries: list[Expr] = []
-    for hinge, wrench in zip(hanging.hinges, wrenches, strict=True):
+    for hinge, wrench in zip((*hanging.joints, *hanging.loops), wrenches, strict=True):
         force, moment = hinge.in_joint_axes(wrench) if axes == "joint" else wrench
         if axes == "ground" and hinge.child >= 0:
             R = placed[hinge.child].R

@@ -20,11 +20,12 @@ from symdyn.dynamics.closed import solve_transposed
 from symdyn.dynamics.elimination import pivots
 from symdyn.dynamics.hanging import Hanging
 from symdyn.dynamics.hinges import Hinge, power, relative_twists
+from symdyn.dynamics.loops import recursive
 from symdyn.dynamics.partition import Partition, blocks
 from symdyn.dynamics.samples import Array
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, gradient
-from symdyn.scene import JOINTS, Scene, express
+from symdyn.graph import Expr
+from symdyn.scene import JOINTS, Scene
 from symdyn.scene.joints import Wrench
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.constraints import everywhere
@@ -39,7 +40,7 @@ class Tie:
 
     Attributes:
         owner: name of the loop or row.
-        loop: number of the loop, -1 for a row.
+        loop: number of the loop or contact, -1 for a row.
         wrench: W at unit size; None for a row, which acts on the velocities alone.
         G: its row of G, shape (nv,).
     """
@@ -52,10 +53,10 @@ class Tie:
 
 def ties(hanging: Hanging) -> list[Tie]:
     """Return the unknowns of all loops, those across the plane of a planar loop left out, and of all rows."""
-    found = []
-    for number, loop in enumerate(hanging.loops):
+    found: list[Tie] = []
+    for number, loop in enumerate(hanging.cuts):
         twists = relative_twists(loop, hanging.joints)
-        wrenches = JOINTS[loop.joint.type].wrenches(loop.joint, loop.X)
+        wrenches = loop.wrenches
         normal = plane(hanging, loop, twists)
         if normal is not None:
             wrenches = in_plane(hanging, wrenches, normal)
@@ -64,10 +65,17 @@ def ties(hanging: Hanging) -> list[Tie]:
             for k, twist in twists.items():
                 row[k] = power(wrench, twist)
             found.append(Tie(loop.joint.name, number, wrench, tuple(row)))
-    for one in hanging.scene.rows:
-        slopes = gradient(express(one.formula, hanging.graph), hanging.state.qd)
-        found.append(Tie(one.name, -1, None, tuple(slopes)))
-    return found
+    return [*found, *rows_of(hanging)]
+
+
+def rows_of(hanging: Hanging) -> list[Tie]:
+    """Return the unknowns of the rows that are formulas: forces on the velocities, whatever exerts them."""
+    names = {row.name for row in hanging.scene.rows if row.type == "formula"}
+    if not names:
+        return []
+    every = recursive(hanging.scene, hanging.tree, hanging.state)
+    pairs = zip(every.labels, every.G, strict=True)
+    return [Tie(label.owner, -1, None, G) for label, G in pairs if label.owner in names]
 
 
 def solved(hanging: Hanging, unknown: Sequence[Tie], excess: Sequence[Expr], among: Sequence[int]) -> list[Expr]:
@@ -120,7 +128,7 @@ def plane(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> Vec | Non
     entries = [x for v, omega in twists.values() for x in (*v, *omega)]
     numbers = [hanging.samples.at(entries, seed).reshape(-1, 2, 3) for seed in (2, 3)]
     normals = list(everywhere(graph)[::-1])
-    if "axis" in JOINTS[loop.joint.type].keys:
+    if loop.joint.type in JOINTS and "axis" in JOINTS[loop.joint.type].keys:
         normals.insert(0, unit(loop.joint.axis, graph))
     for normal in normals:
         n = hanging.samples.at(normal, 2)

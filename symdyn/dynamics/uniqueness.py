@@ -150,7 +150,7 @@ def reactions_at(
         system.equations,
         rank,
         components,
-        tuple(hinge.joint.name for hinge in hanging.hinges),
+        tuple(hinge.joint.name for hinge in (*hanging.joints, *hanging.loops)),
         wrenches,
         unique,
         missed,
@@ -233,7 +233,8 @@ def _wrenches(system: Equilibrium, x: Array, N: Array, values: dict[Expr, float]
     """Return the whole wrench in every joint, axes of the child, and which entries are unique."""
     hanging = system.hanging
     symbols = [hanging.graph.symbol(f"x[{k}]") for k in range(len(system.unknowns))]
-    turned = [hinge.on_child(one) for hinge, one in zip(hanging.hinges, transmitted(system, symbols), strict=True)]
+    whole = zip((*hanging.joints, *hanging.loops), transmitted(system, symbols), strict=False)
+    turned = [hinge.on_child(one) for hinge, one in whole]
     entries = [entry for force, moment in turned for entry in (*force, *moment)]
 
     def with_sizes(sizes: Array) -> Array:

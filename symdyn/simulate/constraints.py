@@ -40,9 +40,9 @@ class Projection:
         self._loose = np.array([k for k in range(system.nv) if k not in held], dtype=int)
         self.active = bool(system.quaternions) or system.closed
 
-    def __call__(self, x: Array) -> Array | None:
-        """Return the projected state, shape (nx,)."""
-        if not self.active or self.drift(x) <= self.limit:
+    def __call__(self, x: Array, slack: float = 1.0) -> Array | None:
+        """Return the projected state, shape (nx,), where it has drifted further than `slack` times the limit."""
+        if not self.active or self.drift(x) <= slack * self.limit:
             return None
         return self.projected(x)
 

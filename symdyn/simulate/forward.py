@@ -2,34 +2,30 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from symdyn.errors import SimulateError
-from symdyn.scene import Scene
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.names import suggestion
 from symdyn.scene.table import Faults
 from symdyn.simulate.choose import Choice, choose
 from symdyn.simulate.constraints import Projection
 from symdyn.simulate.forces import Forces
 from symdyn.simulate.initial import Start, read_start, singular
-from symdyn.simulate.integrate import Hit, IntegrationError, Problem
+from symdyn.simulate.integrate import METHODS, Hit, IntegrationError, Piece, Problem
 from symdyn.simulate.model import END, INTERRUPTED, Event, Trajectory
 from symdyn.simulate.monitors import observe
 from symdyn.simulate.reactions import reaction_columns
 from symdyn.simulate.reading import TIME, close, parameter_values, read_formula
+from symdyn.simulate.samples import sample_times
 from symdyn.simulate.system import System, build_system
 
 Array = npt.NDArray[np.float64]
-
-SAMPLES = 200
-"""Samples after the first, if no spacing is given."""
-
-MOST = 20_000_000
-"""Samples that are more than anybody reads."""
 
 DRIFT = 1e-2
 """Constraints may be missed by this part of the tolerance before a state is projected, and by rounding at least."""
@@ -77,10 +73,12 @@ def simulate(
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
     formulas = (*stops, *reports)
-    events, times, initial = _checked(scene, until, every, rtol, atol, formulas, start, start_rates)
+    zeros, times, initial = _checked(
+        scene, until, every, rtol, atol, formulas, method, start, start_rates
+    )
     for note in initial.notes:
         _tell(say, note)
-    system = build_system(scene, forces, events)
+    system = build_system(scene, forces, zeros)
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
     _ready(system, x)
     choice = choose(system, x, until, method)
@@ -91,54 +89,64 @@ def simulate(
     flags = tuple(k < len(stops) for k in range(len(formulas)))
     problem = Problem(system, x, times, relative, absolute, flags, projection)
     run = _integrated(problem, choice, progress)
-    t, states, hits, stopped, steps, evaluations, wall = run
-    ending = formulas[hits[-1].event] if stopped == STOPPED else stopped
-    found = tuple(_event(system, formulas, flags, hit) for hit in hits)
-    columns, monitors = observe(system, t, states)
-    q, u = states[:, : system.nq], states[:, system.nq : system.nq + system.nv]
-    qdd = system.tell("rates", t, states)[:, system.nq : system.nq + system.nv]
-    tau = np.broadcast_to(system.tell("drives", t, states), u.shape)
+    stopped = formulas[run.hits[-1].event] if run.stopped == STOPPED else run.stopped
+    events = tuple(_event(system, formulas, flags, hit) for hit in run.hits)
+    columns, monitors = observe(system, run.t, run.x)
+    q, u = run.x[:, : system.nq], run.x[:, system.nq : system.nq + system.nv]
+    qdd = system.tell("rates", run.t, run.x)[:, system.nq : system.nq + system.nv]
+    tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
     if reactions:
-        columns |= reaction_columns(scene, t, q, u, qdd)
+        columns |= reaction_columns(scene, run.t, q, u, qdd)
     return Trajectory(
-        scene, t, q, u, qdd, tau, columns, monitors, found, ending, choice.name, relative, absolute, steps, evaluations,
-        wall, initial.notes,
+        scene, run.t, q, u, qdd, tau, columns, monitors, events, stopped, choice.name, relative, absolute, run.steps,
+        run.evaluations, run.preparing, run.wall, initial.notes,
     )  # fmt: skip
 
 
 STOPPED = "stopped by an event"
 
 
-def _integrated(
-    problem: Problem, choice: Choice, progress: Callable[[float], None] | None
-) -> tuple[Array, Array, list[Hit], str, int, int, float]:
-    """Return times, states, events, why it ended, steps, evaluations and seconds."""
-    t: list[Array] = []
-    x: list[Array] = []
-    hits: list[Hit] = []
-    now, stopped, steps, evaluations = (0.0, problem.x), END, 0, 0
-    clock = time.perf_counter()
+@dataclass(frozen=True)
+class _Run:
+    """What an integrator has found until it ended, and why it ended; see `Trajectory`."""
+
+    t: Array
+    x: Array
+    hits: tuple[Hit, ...]
+    stopped: str
+    steps: int
+    evaluations: int
+    preparing: float
+    wall: float
+
+
+def _integrated(problem: Problem, choice: Choice, progress: Callable[[float], None] | None) -> _Run:
+    """Return what the integrator finds until its end, an event, an interrupt or a failure."""
+    pieces: list[Piece] = []
+    stopped = END
+    begin = ready = time.perf_counter()
     try:
         for piece in choice.method.run(problem):
-            t.append(piece.t)
-            x.append(piece.x)
-            now = piece.now
-            hits += piece.hits
-            steps += piece.steps
-            evaluations += piece.evaluations
-            stopped = STOPPED if piece.stopped else END
+            if not pieces:
+                ready = time.perf_counter()
+            pieces.append(piece)
             if progress is not None:
-                progress(now[0] / problem.until)
+                progress(piece.now[0] / problem.until)
     except KeyboardInterrupt:
         stopped = INTERRUPTED
     except IntegrationError as fault:
         stopped = str(fault)
-    wall = time.perf_counter() - clock
-    times = np.concatenate(t) if t else np.empty(0)
-    states = np.concatenate(x) if x else np.empty((0, len(problem.x)))
-    if not len(times) or now[0] > times[-1]:  # where it stands when it ends between two samples
-        times, states = np.append(times, now[0]), np.vstack([states, now[1]])
-    return times, states, hits, stopped, steps, evaluations, wall
+    wall = time.perf_counter() - ready
+    now = pieces[-1].now if pieces else (0.0, problem.x)
+    t = np.concatenate([np.empty(0), *(piece.t for piece in pieces)])
+    x = np.concatenate([np.empty((0, len(problem.x))), *(piece.x for piece in pieces)])
+    if not len(t) or now[0] > t[-1]:  # where it stands when it ends between two samples
+        t, x = np.append(t, now[0]), np.vstack([x, now[1]])
+    hits = tuple(hit for piece in pieces for hit in piece.hits)
+    if pieces and pieces[-1].stopped:
+        stopped = STOPPED
+    steps, evaluations = (sum(getattr(piece, name) for piece in pieces) for name in ("steps", "evaluations"))
+    return _Run(t, x, hits, stopped, steps, evaluations, ready - begin, wall)
 
 
 def _checked(
@@ -148,47 +156,56 @@ def _checked(
     rtol: float | None,
     atol: float | None,
     formulas: Sequence[str],
+    method: str | None,
     start: Mapping[str, str] | Start | None,
     start_rates: Mapping[str, str] | None,
-) -> tuple[tuple[object, ...], Array, Start]:
+) -> tuple[tuple[Quantity, ...], Array, Start]:
     """Return formulas of events, times of samples and the start; all faults together."""
+    faults: list[str] = []
+    initial = None
+    try:
+        initial = start if isinstance(start, Start) else read_start(scene, start, start_rates)
+    except SimulateError as error:
+        faults += error.faults
+    try:
+        events, times = check_run(scene, until, every, rtol, atol, formulas, method)
+    except SimulateError as error:
+        faults += error.faults
+    if faults:
+        raise SimulateError(tuple(dict.fromkeys(faults)))
+    assert initial is not None, "without faults there is a start"
+    return events, times, initial
+
+
+def check_run(
+    scene: Scene,
+    until: float,
+    every: float | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    formulas: Sequence[str] = (),
+    method: str | None = None,
+) -> tuple[tuple[Quantity, ...], Array]:
+    """Return the formulas of events and the times of samples of a run; arguments as for `simulate`.
+
+    Raises:
+        SimulateError: with every fault, one line each.
+    """
     values = parameter_values(scene)
     faults = Faults("")
     allowed = (TIME, *scene.coordinates, *scene.velocities, *values)
-    events = tuple(read_formula(text, allowed, "event", faults) for text in formulas)
+    events = [read_formula(text, allowed, "event", faults) for text in formulas]
     for text, event in zip(formulas, events, strict=True):
         if event is not None and not event.symbols:
             faults.add("event", f'"{text}" is a constant, which crosses nothing')
     for name, value in (("rtol", rtol), ("atol", atol)):
         if value is not None and not 0 < value < 1:
             faults.add("", f"{name} = {value:g} is not a tolerance; give one between 1e-15 and 1, such as 1e-9")
+    if method is not None and method.lower() not in METHODS:
+        faults.add("", f"method {method} is not known; {suggestion(method, METHODS)}")
     times = sample_times(until, every, faults)
-    initial = None
-    try:
-        initial = start if isinstance(start, Start) else read_start(scene, start, start_rates)
-    except SimulateError as error:
-        faults.lines += error.faults
     close(faults)
-    assert initial is not None, "without faults there is a start"
-    return events, times, initial
-
-
-def sample_times(until: float, every: float | None, faults: Faults) -> Array:
-    """Return 0, every, 2 every, ..., until."""
-    if not (math.isfinite(until) and until > 0):
-        faults.add("", f"until = {until:g} s is not a time after the start; give a positive one")
-        return np.zeros(1)
-    if every is None:
-        return np.linspace(0.0, until, SAMPLES + 1)
-    if not (math.isfinite(every) and every > 0) or until / every > MOST:
-        faults.add("", f"every = {every:g} s is no spacing of samples for {until:g} s")
-        return np.zeros(1)
-    count = math.floor(until / every * (1 + 1e-12))
-    times = every * np.arange(count + 1)
-    if until - times[-1] > 1e-9 * every:
-        return np.append(times, until)
-    times[-1] = until
-    return times
+    return tuple(event for event in events if event is not None), times
 
 
 def _ready(system: System, x: Array) -> None:

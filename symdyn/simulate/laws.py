@@ -28,7 +28,7 @@ from symdyn.scene import FormulaError, Quantity, express
 from symdyn.scene.names import suggestion
 from symdyn.scene.table import Faults
 from symdyn.simulate.columns import Columns
-from symdyn.simulate.reading import TIME, bound, number_of, read_formula
+from symdyn.simulate.reading import TIME, bound, number_of, read_formula, split_commas
 
 Array = npt.NDArray[np.float64]
 Motion3 = tuple[Array, Array, Array]
@@ -217,24 +217,13 @@ def _closes_last(rest: str) -> bool:
     return False
 
 
-def _split(text: str) -> list[str]:
-    """Return the parts between the commas that stand in no bracket."""
-    parts, depth, last = [], 0, 0
-    for place, letter in enumerate(text):
-        depth += (letter == "(") - (letter == ")")
-        if letter == "," and depth == 0:
-            parts.append(text[last:place])
-            last = place + 1
-    return [part.strip() for part in (*parts, text[last:])] if text.strip() else []
-
-
 def _named(
     name: str, inside: str, text: str, values: Mapping[str, Quantity], where: str, faults: Faults
 ) -> Law | None:
     given: dict[str, str] = {}
     plain: list[str] = []
     before = len(faults.lines)
-    for part in _split(inside):
+    for part in split_commas(inside):
         key, equals, value = (piece.strip() for piece in part.partition("="))
         if equals and key not in LAWS[name]:
             faults.add(where, f'"{text}": {name} has no argument {key}; {suggestion(key, LAWS[name] or ("t, x",))}')

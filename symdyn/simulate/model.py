@@ -54,6 +54,7 @@ class Trajectory:
         method: name of the integrator, "" where nothing was integrated.
         rtol, atol: its tolerances.
         steps, evaluations: of the integrator.
+        preparing: seconds until the integrator was ready; heyoka compiles in them.
         wall: seconds that integrating took.
         notes: what a user should know.
     """
@@ -73,6 +74,7 @@ class Trajectory:
     atol: float = 0.0
     steps: int = 0
     evaluations: int = 0
+    preparing: float = 0.0
     wall: float = 0.0
     notes: tuple[str, ...] = ()
 

@@ -19,6 +19,7 @@ from symdyn.scene.table import Faults, show
 from symdyn.simulate.columns import Columns, read_columns
 from symdyn.simulate.laws import Law, column_law, read_law
 from symdyn.simulate.reading import close, parameter_values, read_file, words
+from symdyn.simulate.samples import sample_times
 
 Array = npt.NDArray[np.float64]
 
@@ -76,6 +77,27 @@ def read_motion(scene: Scene, entries: Sequence[str]) -> Motion:
             faults.add("motion", f"{', '.join(missing)} missing; a quaternion moves as ({', '.join(group)})")
     close(faults)
     return Motion(laws, quasi)
+
+
+def motion_times(entries: Sequence[str], until: float | None, every: float | None) -> Array:
+    """Return the times of samples: those asked for, else the rows of the one table among `entries`.
+
+    Raises:
+        SimulateError: neither a time of the end nor one table, or times that are none.
+    """
+    faults = Faults("")
+    tables = [entry for entry in entries if "=" not in entry and Path(entry).suffix.lower() == ".csv"]
+    if until is None and len(tables) == 1 and every is None:
+        return read_columns(Path(tables[0])).t
+    if until is None and len(tables) == 1:
+        until = float(read_columns(Path(tables[0])).t[-1])
+    if until is None:
+        faults.add("", "until when? give --until, the time of the end in seconds")
+        close(faults)
+        until = 0.0
+    times = sample_times(until, every, faults)
+    close(faults)
+    return times
 
 
 def _from_table(

@@ -10,6 +10,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.emit.render import render
 from symdyn.errors import SimulateError
 from symdyn.simulate.forces import drive_names
 from symdyn.simulate.integrate import importable
@@ -106,26 +107,6 @@ def _page(trajectory: Trajectory, svg: bytes) -> bytes:
         ]
     facts += [(f"largest error of {name}", f"{value:.3g}") for name, value in trajectory.monitors.items()]
     facts += [(f"event {event.formula}", f"t = {event.t!r} s") for event in trajectory.events]
-    rows = "\n".join(f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in facts)
-    return TEMPLATE.format(title=escape(trajectory.scene.name), picture=picture, rows=rows).encode()
-
-
-TEMPLATE = """<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<title>{title}</title>
-<style>
-body {{ font: 15px/1.5 sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #111; background: #fff }}
-svg {{ width: 100%; height: auto }}
-th {{ text-align: left; font-weight: normal; padding-right: 2rem; color: #555 }}
-</style>
-</head>
-<body>
-{picture}
-<table>
-{rows}
-</table>
-</body>
-</html>
-"""
+    safe = [(escape(name), escape(text)) for name, text in facts]
+    title = escape(trajectory.scene.name)
+    return render("plot/page.html.jinja", {"title": title, "picture": picture, "facts": safe}).encode()

@@ -88,6 +88,17 @@ def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
     return found
 
 
+def split_commas(text: str) -> list[str]:
+    """Return the parts between the commas that stand in no bracket."""
+    parts, depth, last = [], 0, 0
+    for place, letter in enumerate(text):
+        depth += (letter == "(") - (letter == ")")
+        if letter == "," and depth == 0:
+            parts.append(text[last:place])
+            last = place + 1
+    return [part.strip() for part in (*parts, text[last:])] if text.strip() else []
+
+
 def read_file(path: Path) -> str:
     """Return the text of a file.
 

@@ -60,7 +60,7 @@ def _power(w: Workspace) -> Claim | None:
         return None
     hanging, u, graph = w.hanging, w.state.qd, w.graph
     terms = []
-    for hinge, R in zip(hanging.hinges, _reactions(w), strict=True):
+    for hinge, R in zip((*hanging.joints, *hanging.loops), _reactions(w), strict=True):
         here = hinge.in_joint_axes(R)
         twists = zip(hinge.velocities, hinge.S, strict=True)
         if hinge in hanging.loops:
@@ -77,11 +77,13 @@ def _power(w: Workspace) -> Claim | None:
     return Claim("power of reactions", "R.(relative motion)", "(tau + Q of joints).qd", (sides[0],), (sides[1],))
 
 
-def _momentum(w: Workspace) -> Claim:
+def _momentum(w: Workspace) -> Claim | None:
     hanging, graph, state = w.hanging, w.graph, w.state
+    if len(hanging.cuts) > len(hanging.loops):
+        return None  # what the ground exerts in a contact is in no row
     placed = body_placements(w.scene, graph)
     total = nothing(graph)
-    for hinge, R in zip(hanging.hinges, _reactions(w), strict=True):
+    for hinge, R in zip((*hanging.joints, *hanging.loops), _reactions(w), strict=True):
         if (hinge.parent < 0) == (hinge.child < 0):
             continue  # between two moving bodies: action = reaction
         T = placed[hinge.joint.child]

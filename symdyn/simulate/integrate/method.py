@@ -129,13 +129,14 @@ class Step:
 Resume = Callable[[float, Array], None]
 
 
-def follow(problem: Problem, steps: Iterator[Step], resume: Resume) -> Iterator[Piece]:
+def follow(problem: Problem, steps: Iterator[Step], resume: Resume, slack: float = 1.0) -> Iterator[Piece]:
     """Yield a piece a step: its samples, events by bisection on its interpolant, and projection at its end.
 
     Args:
         problem: what is integrated.
         steps: the steps, each made when it is asked for.
         resume: goes on from another state than that of the last step, which a projection has moved.
+        slack: how many times its limit a projection waits for; multistep methods lose their past when they resume.
     """
     events = Watch(problem)
     seen = 0
@@ -158,8 +159,8 @@ def follow(problem: Problem, steps: Iterator[Step], resume: Resume) -> Iterator[
         if stop is not None:
             yield Piece(inside, kept, tuple(h for h in hits if h.t <= end), (end, now), 1, used, True)
             return
-        moved = problem.project(step.x1)
-        if moved is not None and step.t1 < problem.until:
+        moved = problem.project(step.x1, slack) if step.t1 < problem.until else None
+        if moved is not None:
             resume(step.t1, moved)
             events.restart(step.t1, moved)
         yield Piece(inside, kept, tuple(hits), (step.t1, step.x1 if moved is None else moved), 1, used)

@@ -18,6 +18,9 @@ Array = npt.NDArray[np.float64]
 
 SMALLEST = 1e-15
 
+SLACK = 1000.0
+"""A projection makes CVODE begin at order one again: it waits until it is worth that."""
+
 
 def run(problem: Problem, name: str) -> Iterator[Piece]:
     """Yield the pieces of the motion by CVODE's BDF or Adams methods.
@@ -56,7 +59,7 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
     def resume(t: float, x: Array) -> None:
         solver.init_step(t, x)
 
-    return follow(problem, steps(), resume)
+    return follow(problem, steps(), resume, SLACK)
 
 
 METHODS = {

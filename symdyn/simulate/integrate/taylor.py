@@ -147,7 +147,7 @@ def run(problem: Problem) -> Iterator[Piece]:
     if times[0] == 0.0:
         done = 1
         yield Piece(times[:1], problem.x[None], (), (0.0, problem.x), 0, 0)
-    stretch = _first_stretch(problem)
+    stretch = _sure_step(ta)
     while ta.time < problem.until:
         clock = time.perf_counter()
         begin = float(ta.time)
@@ -155,7 +155,7 @@ def run(problem: Problem) -> Iterator[Piece]:
         inside = times[done : np.searchsorted(times, goal, side="right")]
         grid = np.unique(np.concatenate([[begin], inside, [goal]]))
         outcome, _, _, steps, _, states = ta.propagate_grid(grid, **callback)
-        stop = -int(outcome) - 1 if int(outcome) < 0 and int(outcome) > -1_000_000 else None
+        stop = -int(outcome) - 1 if -LEAST_EVENT < int(outcome) < 0 else None
         if stop is None and outcome != heyoka.taylor_outcome.time_limit:
             raise IntegrationError(f"the motion leaves what doubles hold after t = {ta.time:g} s")
         now = (float(ta.time), ta.state.copy())
@@ -169,12 +169,34 @@ def run(problem: Problem) -> Iterator[Piece]:
         if stop is not None:
             return
         spent = time.perf_counter() - clock
-        stretch = (goal - begin) * min(4.0, PATIENCE / max(spent, PATIENCE / 100))
+        stretch = (goal - begin) * min(16.0, PATIENCE / max(spent, PATIENCE / 100))
 
 
-def _first_stretch(problem: Problem) -> float:
-    """Return a first stretch that is surely short."""
-    return problem.until / 64
+LEAST_EVENT = 1_000_000
+"""Outcomes from -1 down to this one, excluded, are events that stop; those below have other meanings."""
+
+
+def _sure_step(ta: Any) -> float:
+    """Return a step that is short enough at the start.
+
+    heyoka takes it from the last two orders of the series alone. Both vanish at states with symmetries, such as a
+    pendulum that starts level and at rest, whose motion has the orders 2, 6, 10, ... only: the step would be far too
+    long. The shortest step by any of the orders from 4 on is taken in its place; once it has moved the symmetry is gone.
+    """
+    state, begin = ta.state.copy(), ta.time
+    ta.step(max_delta_t=SHORTEST, write_tc=True)
+    series = np.abs(ta.tc)
+    ta.state[:], ta.time = state, begin
+    norms = series.max(axis=0)
+    size = max(1.0, norms[0])
+    orders = np.arange(4, len(norms))
+    with np.errstate(divide="ignore"):
+        radius = np.min((size / norms[4:]) ** (1.0 / orders))
+    return float(radius) / np.e**2
+
+
+SHORTEST = 1e-200
+"""A step that changes nothing, s."""
 
 
 class _Projection:

@@ -1,0 +1,100 @@
+"""`symdyn draw SCENE`: a picture of the mechanism as SVG.
+
+A planar scene is seen face-on, a spatial one in a parallel projection. The position is the scene's start; where it has
+none, a position in which the coordinates can be seen. Loops are closed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+
+from symdyn.cli.reading import add_reading_options, read_scene
+
+
+def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the verb."""
+    verb = verbs.add_parser("draw", help="draw the mechanism as SVG", description=__doc__)
+    add_reading_options(verb)
+    verb.add_argument("-o", "--output", metavar="FILE", help="SVG file to write (default: standard output)")
+    verb.add_argument("--at", metavar="LIST", help='values of coordinates, e.g. "q1=0.3, q2=90 deg"')
+    verb.add_argument(
+        "--view", metavar="AZ,EL", help="azimuth and elevation of the viewer in degrees, e.g. --view=-60,30"
+    )
+    verb.add_argument(
+        "--frames", action="store_true", help="the axes of every moved joint frame, x red, y green, z blue"
+    )
+    verb.add_argument(
+        "--labels", metavar="LIST", default="coordinates,bodies", help="any of coordinates,bodies,joints,points"
+    )
+    verb.add_argument(
+        "--body", metavar="NAME", help="the free-body diagram of one body: every force and couple that acts on it"
+    )
+    verb.add_argument("--scheme", choices=("auto", "light", "dark"), default="auto", help="colours (default: auto)")
+    verb.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Draw the scene."""
+    from symdyn.cli.talk import Waiting
+    from symdyn.draw import free_body, picture, pose
+    from symdyn.emit import write
+    from symdyn.errors import DrawError
+
+    view = None if options.view is None else _view(options.view)
+    if options.output and Path(options.output).suffix.lower() != ".svg":
+        raise DrawError(f"{options.output}: pictures are SVG; give a name that ends with .svg")
+    scene = read_scene(options)
+    with Waiting() as progress:
+        progress("drawing")
+        q, values = pose(scene, {} if options.at is None else _at(options.at))
+        if options.body is not None:
+            text = free_body(scene, options.body, q, None, values, view, scheme=options.scheme)
+        else:
+            labels = tuple(name.strip() for name in options.labels.split(",") if name.strip())
+            text = picture(scene, q, values, view, options.frames, labels, scheme=options.scheme)
+    if not options.output:
+        print(text, end="")
+        return 0
+    path = Path(options.output)
+    write({path.name: text}, path.parent)
+    print(path)
+    return 0
+
+
+def _view(text: str) -> tuple[float, float]:
+    """Return azimuth and elevation."""
+    from symdyn.errors import DrawError
+
+    parts = text.split(",")
+    try:
+        azimuth, elevation = (float(part) for part in parts)
+    except ValueError:
+        raise DrawError(
+            f'--view "{text}" is not two numbers; give azimuth and elevation, such as --view=-60,30'
+        ) from None
+    return azimuth, elevation
+
+
+def _at(text: str) -> dict[str, float]:
+    """Return the coordinates of `q1=0.3, q2=90 deg`."""
+    from symdyn.errors import DrawError
+    from symdyn.scene import FormulaError, parse
+    from symdyn.scene.value import value_of
+
+    values: dict[str, float] = {}
+    for part in text.split(","):
+        name, equals, formula = (piece.strip() for piece in part.partition("="))
+        if not name or not equals or not formula:
+            raise DrawError(f'--at: "{part.strip()}" gives no coordinate a value; write --at q1=0.3,q2=1')
+        if name in values:
+            raise DrawError(f"--at: {name} gets two values; give one of them")
+        try:
+            value = value_of(parse(formula), {})
+        except FormulaError as fault:
+            raise DrawError(f"--at: the value of {name} {fault}") from fault
+        if value is None or not math.isfinite(value):
+            raise DrawError(f'--at: {name} = "{formula}" is no number; write --at {name}=0.3')
+        values[name] = float(value)
+    return values

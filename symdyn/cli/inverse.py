@@ -1,0 +1,48 @@
+"""`symdyn inverse SCENE --motion M`: motion prescribed over time, driving forces and reactions computed."""
+
+from __future__ import annotations
+
+import argparse
+
+from symdyn.cli.reading import add_reading_options, read_scene
+from symdyn.cli.trajectory import add_output_options, check_outputs, collected, deliver, flattened
+
+
+def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the verb."""
+    verb = verbs.add_parser("inverse", help="compute the forces that a motion takes", description=__doc__)
+    add_reading_options(verb)
+    verb.add_argument(
+        "--motion",
+        nargs="+",
+        action="append",
+        required=True,
+        metavar="M",
+        help='coordinate=law: a formula in t, or constant, cubic, quintic, cycloidal, trapezoidal or spline, such as '
+        '"q1=quintic(0, pi/2, 2)"; or a .toml or .csv file',
+    )
+    verb.add_argument("--until", type=float, metavar="T", help="time of the end, s (default: the times of a .csv file)")
+    add_output_options(verb)
+    verb.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compute and write."""
+    from symdyn.cli.talk import Waiting, say
+    from symdyn.simulate import inverse, read_motion
+    from symdyn.simulate.motion import motion_times
+
+    scene = read_scene(options)
+    entries = flattened(options.motion)
+    motion, _, times = collected(
+        lambda: read_motion(scene, entries),
+        lambda: check_outputs(options),
+        lambda: motion_times(entries, options.until, options.every),
+    )
+    with Waiting() as progress:
+        progress(f"computing forces of {scene.name}")
+        trajectory = inverse(scene, motion, times, options.reactions)  # type: ignore[arg-type]
+    for note in trajectory.notes:
+        say(f"symdyn: {note}")
+    deliver(trajectory, options)
+    return 0

@@ -1,0 +1,117 @@
+"""`symdyn simulate SCENE --forces F --until T`: forces prescribed over time, motion computed."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from symdyn.cli.reading import add_reading_options, read_scene
+from symdyn.cli.trajectory import add_output_options, check_outputs, collected, deliver, flattened, pairs
+
+if TYPE_CHECKING:
+    from symdyn.simulate import Trajectory
+
+CTRL_C = 130
+
+
+def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the verb."""
+    verb = verbs.add_parser("simulate", help="compute the motion that forces give", description=__doc__)
+    add_reading_options(verb)
+    verb.add_argument("--until", type=float, required=True, metavar="T", help="time of the end, s")
+    verb.add_argument(
+        "--forces",
+        nargs="+",
+        action="append",
+        metavar="F",
+        help='name=formula in t, coordinates and velocities, such as "tau1=-2*q1-q1_dot"; or a .toml or .csv file',
+    )
+    verb.add_argument("--start", metavar="LIST", help="where it starts, e.g. q1=0.3,q2=pi/2; else as the scene says")
+    verb.add_argument("--start-rates", metavar="LIST", help="velocities there, e.g. q1=2")
+    verb.add_argument("--stop", action="append", default=[], metavar="FORMULA", help="end where this crosses zero")
+    verb.add_argument("--report", action="append", default=[], metavar="FORMULA", help="tell where this crosses zero")
+    verb.add_argument(
+        "--method",
+        metavar="NAME",
+        help="taylor (heyoka), dop853, rk45, rk23, radau, bdf, lsoda (SciPy), cvode or adams (SUNDIALS); "
+        "without this, the one that fits",
+    )
+    verb.add_argument("--rtol", type=float, metavar="TOL", help="relative tolerance of a step")
+    verb.add_argument("--atol", type=float, metavar="TOL", help="absolute tolerance of a step (default: as --rtol)")
+    add_output_options(verb)
+    verb.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compute, write, and tell how well the laws were kept."""
+    from symdyn.cli.talk import Bar, say
+    from symdyn.simulate import read_forces, simulate
+    from symdyn.simulate.forward import check_run
+    from symdyn.simulate.initial import read_start
+
+    scene = read_scene(options)
+    formulas = (*options.stop, *options.report)
+    forces, start, _, _ = collected(
+        lambda: read_forces(scene, flattened(options.forces)),
+        lambda: read_start(scene, pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")),
+        lambda: check_outputs(options),
+        lambda: check_run(scene, options.until, options.every, options.rtol, options.atol, formulas, options.method),
+    )
+    with Bar(f"simulating {scene.name}") as progress:
+        trajectory = simulate(
+            scene,
+            forces,  # type: ignore[arg-type]
+            options.until,
+            start,  # type: ignore[arg-type]
+            None,
+            options.method,
+            options.rtol,
+            options.atol,
+            options.stop,
+            options.report,
+            options.every,
+            options.reactions,
+            progress,
+            lambda line: say(f"symdyn: {line}"),
+        )
+    deliver(trajectory, options)
+    for line in told(trajectory):
+        say(f"symdyn: {line}")
+    return status(trajectory)
+
+
+def told(trajectory: Trajectory) -> list[str]:
+    """Return what is said about a run: events, its end, errors."""
+    from symdyn.simulate.model import END, INTERRUPTED
+
+    lines = [f"event: {event.formula} = 0 at t = {event.t!r} s" for event in trajectory.events if not event.stops]
+    end = float(trajectory.t[-1])
+    if trajectory.stopped == INTERRUPTED:
+        lines.append(f"interrupted at t = {end:g} s; what was computed until then is kept")
+    elif trajectory.events and trajectory.events[-1].stops:
+        lines.append(f"stopped: {trajectory.stopped} = 0 at t = {trajectory.events[-1].t!r} s")
+    elif trajectory.stopped != END:
+        lines.append(trajectory.stopped)
+    lines.append(f"{trajectory.steps} steps in {trajectory.wall:.3g} s, {trajectory.preparing:.3g} s to prepare; {errors(trajectory)}")
+    return lines
+
+
+def errors(trajectory: Trajectory) -> str:
+    """Return the largest violations of the laws in words."""
+    monitors = trajectory.monitors
+    parts = [f"energy balance holds to {monitors['energy']:.2g} J of {monitors['energy_scale']:.3g} J"]
+    if "loops" in monitors:
+        parts.append(f"loops to {monitors['loops']:.2g}, their rates to {monitors['loop_rates']:.2g}")
+    if "momenta" in monitors:
+        parts.append(f"conserved momenta to {monitors['momenta']:.2g}")
+    return ", ".join(parts)
+
+
+def status(trajectory: Trajectory) -> int:
+    """Return the exit status: 130 after Ctrl-C, 1 where the integrator gave up."""
+    from symdyn.simulate.model import END, INTERRUPTED
+
+    if trajectory.stopped == INTERRUPTED:
+        return CTRL_C
+    stopped = bool(trajectory.events) and trajectory.events[-1].stops
+    return 0 if stopped or trajectory.stopped == END else 1

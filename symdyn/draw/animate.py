@@ -1,0 +1,155 @@
+"""A motion as one HTML file that needs nothing else: a picture, its positions at every moment, and a small player."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from symdyn.draw.corner import with_corner
+from symdyn.draw.door import body_names, lines, mechanism, watched
+from symdyn.draw.labels import Put, put
+from symdyn.draw.places import Array, Places, places
+from symdyn.draw.pose import pose, values_of
+from symdyn.draw.shapes import Item, Shape, path
+from symdyn.draw.svg import Drawing, order, svg
+from symdyn.draw.view import View
+from symdyn.emit.render import render
+from symdyn.errors import DrawError
+from symdyn.scene import Scene
+
+Indices = np.ndarray[Any, np.dtype[np.intp]]
+
+RATE = 30.0  # moments a second that are kept
+MOST = 1800  # moments in all
+SAMPLES = 6  # moments at which labels keep clear of lines
+
+
+def animation(
+    scene: Scene,
+    times: Sequence[float] | Array,
+    positions: Sequence[Sequence[float]] | Array,
+    parameters: Mapping[str, float] | None = None,
+    view: tuple[float, float] | None = None,
+    scheme: str = "auto",
+) -> str:
+    """Return a motion as a page with a slider, play and pause, a choice of speeds, and keys for all of them.
+
+    The page keeps 30 moments a second of real time, 1800 at most, fewer where the motion has fewer. Named points leave
+    their paths. A reader who prefers reduced motion starts it by hand.
+
+    Args:
+        scene: any scene.
+        times: increasing, s; shape (N,).
+        positions: q at every time, shape (N, nq).
+        parameters: values of parameters; those without any are as in `picture`.
+        view: azimuth and elevation of the viewer in degrees; None chooses.
+        scheme: "auto", "light" or "dark".
+
+    Raises:
+        DrawError: shapes that do not fit, times that do not increase, or no real value at a position.
+    """
+    t, q = np.asarray(times, dtype=np.float64), np.asarray(positions, dtype=np.float64)
+    _checked(scene, t, q)
+    kept = _kept(t)
+    t, q = t[kept], q[kept]
+    given = dict(parameters or {})
+    values = values_of(scene, given)
+    if scene.loops and any(parameter.name not in given for parameter in scene.free_parameters):
+        values = pose(scene, parameters=given)[1]
+    found = places(scene, q, values)
+    seen = watched(scene, found, values, q, view)
+    items, labels = mechanism(scene, found, seen)
+    items = (*_traces(found, seen), *items)
+    sampled = np.linspace(0, len(t) - 1, min(SAMPLES, len(t))).astype(int)
+    segments = lines(items, len(t))[sampled]
+    named = [*labels, *body_names(found, seen)]
+    few = [type(one)(one.id, one.text, one.at[sampled], one.gap, one.away, one.look) for one in named]
+    puts = put(few, segments)
+    whole = {one.id: one for one in named}
+    drawing = Drawing(scene.name, items, tuple(Put(whole[one.label.id], one.offset) for one in puts))
+    drawing = with_corner(drawing, scene, found, seen, segments)
+    text, moving, depths = _tagged(drawing, scheme, len(t))
+    data = {"t": [round(float(x - t[0]), 6) for x in t], "first": round(float(t[0]), 6), "x": moving, "order": depths}
+    return render(
+        "draw/animation.html.jinja",
+        {
+            "title": escape(scene.name),
+            "picture": text,
+            "data": json.dumps(data, separators=(",", ":"), allow_nan=False),
+            "dark": scheme == "dark",
+            "auto": scheme == "auto",
+        },
+    )
+
+
+def _checked(scene: Scene, t: Array, q: Array) -> None:
+    if t.ndim != 1 or len(t) == 0 or q.ndim != 2 or len(q) != len(t):
+        raise DrawError(
+            f"{scene.name}: times have shape {t.shape} and positions {q.shape}; give (N,) and (N, "
+            f"{len(scene.coordinates)}) with N at least 1"
+        )
+    if not np.isfinite(t).all() or np.any(np.diff(t) <= 0):
+        raise DrawError(f"{scene.name}: times must be finite and increase from each one to the next")
+    if not np.isfinite(q).all():
+        row = int(np.argmin(np.isfinite(q).all(axis=1)))
+        raise DrawError(f"{scene.name}: the position at t = {t[row]:.6g} is not finite; cut the motion before it")
+
+
+def _kept(t: Array) -> Indices:
+    """Return which moments are kept: those nearest to a grid of `RATE` a second."""
+    count = int(min(MOST, max(2, round((t[-1] - t[0]) * RATE) + 1)))
+    if len(t) <= count:
+        return np.arange(len(t))
+    grid = np.linspace(t[0], t[-1], count)
+    after = np.clip(np.searchsorted(t, grid), 1, len(t) - 1)
+    return np.unique(np.where(grid - t[after - 1] < t[after] - grid, after - 1, after))
+
+
+def _traces(found: Places, view: View) -> tuple[Item, ...]:
+    """Return the paths of the named points."""
+    items = []
+    for name, (_, frame) in found.points.items():
+        way = view.flat(frame.p)
+        if float(np.ptp(way, axis=0).max(initial=0.0)) > 1.0:
+            shape = path("trace", way[None], size=1.0)
+            items.append(Item(f"trace-{name}", f"path of point {name}", 0, np.zeros(1), (shape,)))
+    return tuple(items)
+
+
+def _tagged(drawing: Drawing, scheme: str, count: int) -> tuple[str, list[list[int]], list[list[Any]]]:
+    """Return the picture with numbered moving parts, their numbers at every moment, and changes of their order.
+
+    Numbers are tenths of a unit: the points of a path, the middle of a dot or sign, of a disc middle, minor radius and
+    angle, of a label its anchor. A change of order is the moment and the items from back to front.
+    """
+    columns: list[Array] = []
+    known: dict[bytes, int] = {}
+
+    def tag(one: Shape | Put) -> str:
+        flat = one.label.at if isinstance(one, Put) else one.points.reshape(len(one.points), -1)
+        if not isinstance(one, Put) and one.kind == "disc":
+            flat = np.concatenate([flat, np.broadcast_to(one.tilt, (len(flat), 2))], axis=1)
+        whole = np.floor(flat * 10 + 0.5 + 1e-4).astype(int)
+        if len(whole) == 1 or not np.any(whole != whole[0]):
+            return ""
+        key = whole.tobytes()
+        if key not in known:
+            known[key] = sum(column.shape[1] for column in columns)
+            columns.append(whole)
+        kind = "label" if isinstance(one, Put) else one.kind
+        parts = "" if isinstance(one, Put) or one.kind != "path" else f' data-parts="{" ".join(map(str, one.parts))}"'
+        closed = ' data-closed="1"' if not isinstance(one, Put) and one.closed else ""
+        return f' data-k="{known[key]}" data-kind="{kind}"{parts}{closed}'
+
+    text = svg(drawing, "", scheme, tag)
+    table = np.concatenate(columns, axis=1) if columns else np.zeros((count, 0), dtype=int)
+    changes: list[list[Any]] = []
+    for moment in range(count):
+        now = order(drawing.items, moment)
+        if not changes or changes[-1][1] != now:
+            changes.append([moment, now])
+    return text, table.tolist(), changes

@@ -1,0 +1,91 @@
+"""Bodies as links: from the frame of the joint that carries a body to all that is on it, and where its masses are."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from symdyn.draw.places import Array, Hinge, Placed, Places, elastic
+from symdyn.draw.shapes import Item, Shape, dot, line, path, sign
+from symdyn.draw.view import View
+from symdyn.scene import Scene
+
+COLOURS = 6  # of bodies, in turns; the style sheet has as many
+
+QUARTERS = "M0 0V{m}A{r} {r} 0 0 1 {r} 0ZM0 0V{r}A{r} {r} 0 0 1 {m} 0Z"
+
+
+def carrier(found: Places, body: str) -> Hinge:
+    """Return the joint that carries a body."""
+    return next(hinge for hinge in found.hinges if hinge.joint.child == body and not hinge.closes)
+
+
+def spots(scene: Scene, found: Places, body: str) -> list[Array]:
+    """Return what is on a body: joints, loops, particles, points, ends of springs and loads; shape (N, 3) each."""
+    ends = [hinge.fixed.p for hinge in found.hinges if hinge.joint.parent == body]
+    ends += [hinge.moved.p for hinge in found.hinges if hinge.joint.child == body and hinge.closes]
+    ends += [at for _, at in found.body(body).particles]
+    ends += [frame.p for owner, frame in found.points.values() if owner == body]
+    for one in elastic(scene):
+        ends += [found.ends[one.name][k] for k, end in enumerate(one.ends) if end.body == body]
+    ends += [found.acting[load.name][0] for load in scene.loads if load.place.body == body]
+    return ends
+
+
+def farthest(scene: Scene, found: Places, body: str, start: Array) -> Array:
+    """Return the spot, or the centre of mass, of a body that is farthest from a point, shape (N, 3)."""
+    com = found.body(body).com
+    ends = spots(scene, found, body) or ([] if com is None else [com])
+    return max(ends, key=lambda end: round(float(np.linalg.norm(end[0] - start[0])), 9), default=start)
+
+
+def link(scene: Scene, found: Places, body: Placed, view: View, colour: int) -> tuple[Item, ...]:
+    """Return a body and, on top of it, its centre of mass and its particles."""
+    start = carrier(found, body.name).moved.p
+    tips = _outer(start, spots(scene, found, body.name), view)
+    shapes: list[Shape] = []
+    com = body.com
+    if com is not None and not tips:
+        tips = _outer(start, [com], view)
+    elif com is not None and not any(_between(start, tip, com, view) for tip in tips):
+        shapes.append(line("stem", view.flat(start), view.flat(com), size=1.4))
+    if tips:
+        limbs = [np.stack([view.flat(start), view.flat(tip)], axis=1) for tip in tips]
+        width = view.size * 0.7
+        shapes += [path("halo", *limbs, size=width + 3), path(f"link body{colour}", *limbs, size=width)]
+    middle = np.mean([view.depth(start), *(view.depth(tip) for tip in tips)], axis=0)
+    items = [Item(f"body-{body.name}", f"body {body.name}", 1, middle, tuple(shapes))]
+    heaviest = max((mass for one in found.bodies for mass, _ in one.particles), default=0.0)
+    for k, (mass, at) in enumerate(body.particles):
+        share = (max(mass, 0.0) / heaviest) ** (1 / 3) if heaviest > 0 else 1.0
+        size = view.size * (0.4 + 0.6 * share)
+        if any(float(np.linalg.norm(hinge.moved.p[0] - at[0])) < view.reach * 0.1 for hinge in found.hinges):
+            size = max(size, 1.4 * view.size)  # it stays to be seen around the joint's symbol
+        grain = dot(f"particle body{colour}", view.flat(at), size)
+        title = f"point mass {k + 1} of {body.name}"
+        items.append(
+            Item(f"mass-{body.name}-{k + 1}", title, 1, np.maximum(view.depth(at), middle) + view.size / 2, (grain,))
+        )
+    if com is not None:
+        at, r = view.flat(com), round(view.size * 0.62, 2)
+        mark = (dot("com", at, r), sign("com quarters", at, QUARTERS.format(r=r, m=-r), r))
+        title = f"centre of mass of {body.name}"
+        items.append(Item(f"com-{body.name}", title, 1, np.maximum(view.depth(com), middle) + view.size / 2, mark))
+    return tuple(items)
+
+
+def _outer(start: Array, ends: list[Array], view: View) -> list[Array]:
+    """Return those ends that no line to another one passes, and that are not the start itself."""
+    far = [end for end in ends if float(np.linalg.norm(end[0] - start[0])) * view.scale > 1.0]
+    far.sort(key=lambda end: -round(float(np.linalg.norm(end[0] - start[0])), 9))
+    kept: list[Array] = []
+    for end in far:
+        if not any(_between(start, other, end, view) for other in kept):
+            kept.append(end)
+    return kept
+
+
+def _between(start: Array, end: Array, point: Array, view: View) -> bool:
+    """Return whether a point is on the line between two others, as far as an eye can tell."""
+    way, off = end[0] - start[0], point[0] - start[0]
+    share = float(np.clip(way @ off / (way @ way), 0, 1))
+    return float(np.linalg.norm(off - share * way)) * view.scale < 1.0

@@ -1,0 +1,172 @@
+"""What acts: springs as zigzags, dampers as dashpots, forces and couples as arrows, gravity.
+
+A force is drawn from the point that it acts at. A couple is an arc in a planar scene, else an arrow with two heads
+along its axis, right-handed. Arrows have one length: a picture shows directions, numbers are for tables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symdyn.draw.labels import Label
+from symdyn.draw.lettering import lettered
+from symdyn.draw.places import Array, Hinge, Places, elastic, unit
+from symdyn.draw.shapes import Item, Shape, arc_arrow, arrow, circle_points, dot, line, path
+from symdyn.draw.view import View
+from symdyn.scene import GROUND, Damper, Scene, Spring
+
+ARROW = 46.0  # length of a force, units of the picture
+COILS = 6
+BESIDE = 6.0  # how far a couple's arrow is beside its point, units of the picture
+FACING = 0.98  # cosine between a couple's axis and the line of sight from which on it is an arc
+END_ON = 0.12  # of a direction: what lies in the picture; below, the arrow is a point or a cross in a circle
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """A force and a couple to be drawn.
+
+    Attributes:
+        name: of the force, as code writes it ("F_1") or in LaTeX ("m_1 g").
+        at: the point that it acts at, ground frame, m; shape (3,).
+        force: ground frame, N; zeros for none.
+        couple: ground frame, N m; zeros for none.
+        couple_name: name of the couple; "" takes the force's.
+    """
+
+    name: str
+    at: Sequence[float]
+    force: Sequence[float] = (0.0, 0.0, 0.0)
+    couple: Sequence[float] = (0.0, 0.0, 0.0)
+    couple_name: str = ""
+
+
+def wrench(one: Wrench, view: View, id: str, look: str = "force") -> tuple[tuple[Item, ...], tuple[Label, ...]]:
+    """Return the arrows of one wrench and their labels."""
+    at, force, couple = (np.array([values], dtype=np.float64) for values in (one.at, one.force, one.couple))
+    items: list[Item] = []
+    labels: list[Label] = []
+    if np.any(force):
+        shapes, tip, away = _straight(look, view, at, unit(force), 1)
+        items.append(Item(id, f"force {one.name}", 2, view.depth(at), shapes))
+        labels.append(Label(f"{id}-label", lettered(one.name), tip, 5.0, away, f"{look}-text"))
+    if np.any(couple):
+        name = one.couple_name or one.name
+        axis = unit(couple)
+        turned = f"{look} couple"
+        facing = float(np.abs(axis @ view.toward)[0]) > FACING
+        shapes, tip, away = _turning(turned, view, at, axis) if facing else _straight(turned, view, at, axis, 2)
+        items.append(Item(f"{id}-couple", f"couple {name}", 2, view.depth(at), shapes))
+        labels.append(Label(f"{id}-couple-label", lettered(name), tip, 5.0, away, "couple-text"))
+    return tuple(items), tuple(labels)
+
+
+def _straight(look: str, view: View, at: Array, way: Array, heads: int) -> tuple[tuple[Shape, ...], Array, Array]:
+    flat, start = view.lean(way), view.flat(at)
+    if float(np.linalg.norm(flat)) < END_ON:
+        near = float((way @ view.toward)[0]) > 0
+        return end_on(look, start, 6.0, near), start, np.array([0.7071, -0.7071])
+    if heads > 1:  # beside a force along the same line
+        start = start + np.stack([-flat[:, 1], flat[:, 0]], axis=1) / np.linalg.norm(flat) * BESIDE
+    tip = start + unit(flat) * ARROW
+    return arrow(look, start, tip, 2.2, 9.0, heads), tip, unit(flat)[0]
+
+
+def end_on(look: str, at: Array, radius: float, near: bool) -> tuple[Shape, ...]:
+    """Return an arrow that points at the viewer, a point in a circle, or away, a cross in a circle."""
+    ring = dot(f"{look} ring", at, radius)
+    if near:
+        return (ring, dot(f"{look} head", at, radius * 0.35))
+    r = radius * 0.7
+    strokes = [np.stack([at - np.array([r, k * r]), at + np.array([r, k * r])], axis=1) for k in (-1, 1)]
+    return (ring, path(look, *strokes, size=1.4))
+
+
+def _turning(look: str, view: View, at: Array, axis: Array) -> tuple[tuple[Shape, ...], Array, Array]:
+    """Return a couple about the line of sight as three quarters of a circle."""
+    sense = float(np.sign((axis @ view.toward)[0]))
+    radius = 2.4 * view.size / view.scale
+    x = np.broadcast_to(view.right * radius, at.shape)
+    y = np.broadcast_to(view.up * radius, at.shape)
+    curve = circle_points(view, at, x, y, sense * np.linspace(np.radians(-40), np.radians(230), 33))
+    return arc_arrow(look, curve, 2.2, 9.0), curve[:, -1], unit(curve[0, -1] - view.flat(at)[0])
+
+
+# Springs and dampers
+
+
+def links(scene: Scene, found: Places, view: View) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
+    """Return all springs and dampers and their labels."""
+    items: list[Item] = []
+    labels: list[Label] = []
+    for one in elastic(scene):
+        kind = "spring" if isinstance(one, Spring) else "damper"
+        shapes, at = _link(one, found, view)
+        depth = np.zeros(found.count) if view.planar else np.full(found.count, -1e6)
+        items.append(Item(f"{kind}-{one.name}", f"{kind} {one.name}", 1, depth, shapes))
+        labels.append(Label(f"label-{one.name}", lettered(one.name), at, view.size * 1.2, None, "link-text"))
+    return tuple(items), tuple(labels)
+
+
+def _link(one: Spring | Damper, found: Places, view: View) -> tuple[tuple[Shape, ...], Array]:
+    drawn = zigzag if isinstance(one, Spring) else dashpot
+    if one.ends:
+        a, b = (view.flat(end) for end in found.ends[one.name])
+        walls = [
+            _wall(at, other, view.size) for at, other, end in ((a, b, 0), (b, a, 1)) if one.ends[end].body == GROUND
+        ]
+        return (*walls, *drawn(a, b, view.size)), (a + b) / 2
+    hinge = next(hinge for hinge in found.hinges if hinge.joint.name == one.joint)
+    slides = any(step.slides for step in hinge.steps) or hinge.joint.type == "prismatic"
+    if slides:
+        return _beside(one, hinge, view)
+    at = view.flat(hinge.moved.p)
+    r = np.linspace(1.5, 2.5, 61) * view.size if isinstance(one, Spring) else np.full(61, 1.7 * view.size)
+    turns = np.linspace(0, 4 * np.pi, 61) if isinstance(one, Spring) else np.linspace(-0.4, 1.2 * np.pi, 61)
+    curve = np.stack([r * np.cos(turns), r * np.sin(turns)], axis=1)
+    look = "spring" if isinstance(one, Spring) else "damper"
+    width = 1.4 if isinstance(one, Spring) else 3.2
+    return (path(look, at[:, None] + curve[None], size=width),), at + curve[-1]
+
+
+def _beside(one: Spring | Damper, hinge: Hinge, view: View) -> tuple[tuple[Shape, ...], Array]:
+    """Return a spring or damper of a slide: from a wall behind the joint's zero to the slider."""
+    way = np.einsum("ni,ni->n", hinge.moved.p - hinge.fixed.p, hinge.axis)
+    room = max(60.0, 30.0 - float(way.min()) * view.scale) / view.scale
+    flat = unit(view.lean(hinge.axis))
+    side = np.stack([-flat[:, 1], flat[:, 0]], axis=1) * view.size * (0.7 if isinstance(one, Spring) else -0.7)
+    a = view.flat(hinge.fixed.p - hinge.axis * room) + side
+    b = view.flat(hinge.moved.p) - flat * 2 * view.size + side
+    drawn = zigzag if isinstance(one, Spring) else dashpot
+    return (_wall(a, b, view.size), *drawn(a, b, view.size)), (a + b) / 2
+
+
+def _wall(at: Array, other: Array, size: float) -> Shape:
+    """Return what a spring is fixed to at one end."""
+    way = unit(other - at)
+    along = np.stack([-way[:, 1], way[:, 0]], axis=1) * size
+    strokes = [np.stack([at + along * k, at + along * (k - 0.5) - way * size * 0.6], axis=1) for k in (-0.5, 0.1, 0.7)]
+    return path("floor", np.stack([at - along, at + along], axis=1), *strokes, size=1.4)
+
+
+def zigzag(a: Array, b: Array, size: float) -> tuple[Shape, ...]:
+    """Return a spring between points of shape (N, 2)."""
+    side = unit(np.stack([a[:, 1] - b[:, 1], b[:, 0] - a[:, 0]], axis=1)) * size * 0.75
+    shares = [0.0, 0.15, *(0.15 + 0.7 * (k + 0.5) / (2 * COILS) for k in range(2 * COILS)), 0.85, 1.0]
+    signs = [0, 0, *((-1) ** k for k in range(2 * COILS)), 0, 0]
+    return (
+        line("spring", *(a + (b - a) * share + side * k for share, k in zip(shares, signs, strict=True)), size=1.6),
+    )
+
+
+def dashpot(a: Array, b: Array, size: float) -> tuple[Shape, ...]:
+    """Return a damper between points of shape (N, 2): a pot on one rod, a piston on the other."""
+    side = unit(np.stack([a[:, 1] - b[:, 1], b[:, 0] - a[:, 0]], axis=1)) * size * 0.75
+    at = [a + (b - a) * share for share in (0.0, 0.35, 0.65, 0.52, 1.0)]
+    pot = np.stack([at[2] + side, at[1] + side, at[1] - side, at[2] - side], axis=1)
+    piston = np.stack([at[3] + side * 0.8, at[3] - side * 0.8], axis=1)
+    rods = [np.stack([at[0], at[1]], axis=1), np.stack([at[3], at[4]], axis=1)]
+    return (path("damper", *rods, pot, size=1.6), path("damper", piston, size=3.0))

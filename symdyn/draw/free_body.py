@@ -1,0 +1,226 @@
+"""The free-body diagram: one body cut loose, with every force and couple that acts on it drawn and named."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from symdyn.algebra.numeric import Floats
+from symdyn.draw.bodies import COLOURS, link
+from symdyn.draw.corner import with_corner
+from symdyn.draw.door import body_names, known_body, lines, load_wrench, watched
+from symdyn.draw.forces import Wrench, wrench
+from symdyn.draw.labels import Label, put
+from symdyn.draw.lettering import words
+from symdyn.draw.places import Array, Frame, Hinge, Places, elastic, places, unit
+from symdyn.draw.pose import pose, values_of
+from symdyn.draw.shapes import Item, dot
+from symdyn.draw.svg import Drawing, svg
+from symdyn.draw.view import View
+from symdyn.emit.symbols import escape, print_name
+from symdyn.graph import Graph, evaluate
+from symdyn.scene import JOINTS, Place, Scene
+from symdyn.spatial import Transform
+
+SMALL = 1e-9  # of a unit vector: what lies along or across the line of sight
+
+
+def free_body(
+    scene: Scene,
+    body: str,
+    q: Sequence[float] | Array | None = None,
+    wrenches: Sequence[Wrench] | None = None,
+    parameters: Mapping[str, float] | None = None,
+    view: tuple[float, float] | None = None,
+    prefix: str = "",
+    scheme: str = "auto",
+) -> str:
+    """Return one body with what acts on it as SVG text.
+
+    Args:
+        scene: any scene.
+        body: the name of a moving body.
+        q: position, shape (nq,); None: see `pose`.
+        wrenches: what to draw; None takes `acting_on`.
+        parameters: values of parameters, as of `picture`.
+        view: azimuth and elevation of the viewer in degrees; None sees a planar scene face-on, and chooses for others.
+        prefix: in front of every id.
+        scheme: "auto", "light" or "dark".
+
+    Raises:
+        DrawError: as of `picture`, and for a name that is no moving body.
+    """
+    known_body(scene, body)
+    found, values, shown = _found(scene, q, parameters)
+    alone = _alone(scene, found, body)
+    whole = watched(scene, found, values, shown, view)
+    seen = _closer(whole, alone, scene, body)
+    drawn = list(link(scene, found, found.body(body), seen, _colour(scene, body)))
+    labels: list[Label] = []
+    for hinge in alone.hinges:
+        at = seen.flat(_cut(hinge, body))
+        title = f"cut at joint {hinge.joint.name}"
+        drawn.append(Item(f"cut-{hinge.joint.name}", title, 2, np.zeros(1), (dot("joint", at, seen.size * 0.6),)))
+        labels.append(Label(f"label-joint-{hinge.joint.name}", words(hinge.joint.name), at, seen.size))
+    acting = acting_on(scene, body, q, parameters) if wrenches is None else wrenches
+    forced: list[Label] = []
+    for k, one in enumerate(_visible(acting, seen) if wrenches is None else acting):
+        items, named = wrench(one, seen, f"wrench-{k + 1}")
+        drawn += items
+        forced += named
+    segments = lines(drawn, 1)
+    named_bodies = [label for label in body_names(found, seen) if label.id == f"label-body-{body}"]
+    puts = put([*forced, *labels, *named_bodies], segments)
+    drawing = Drawing(f"{scene.name}: {body}", tuple(drawn), puts)
+    return svg(with_corner(drawing, scene, replace(found, gravity=np.zeros(3)), seen, segments), prefix, scheme)
+
+
+def acting_on(
+    scene: Scene, body: str, q: Sequence[float] | Array | None = None, parameters: Mapping[str, float] | None = None
+) -> tuple[Wrench, ...]:
+    """Return what acts on a body, with directions and names; sizes are 1 where they follow from the motion.
+
+    Weight, loads, springs and dampers between points, and at every joint the wrenches that it transmits, along the
+    axes of the joint frame, and its drive. What the parent exerts on the child is positive; so the child gets it with
+    its own sign and the parent with the opposite one.
+
+    Raises:
+        DrawError: as of `free_body`.
+    """
+    known_body(scene, body)
+    found, _, _ = _found(scene, q, parameters)
+    placed = found.body(body)
+    acting: list[Wrench] = []
+    if np.any(found.gravity):
+        down = unit(found.gravity)
+        declared = next(one for one in scene.bodies if one.name == body)
+        if placed.com is not None:
+            acting.append(Wrench(_weight(_mass_name(declared.mass.value, body)), _triple(placed.com[0]), _triple(down)))
+        for k, (_, at) in enumerate(placed.particles):
+            name = _mass_name(declared.particles[k].mass.value, f"{body},{k + 1}")
+            acting.append(Wrench(_weight(name), _triple(at[0]), _triple(down)))
+    for load in scene.loads:
+        if load.place.body == body:
+            acting.append(load_wrench(load.name, found))
+    for one in elastic(scene):
+        acting += _pulls(one.name, one.ends, body, found)
+    for hinge in found.hinges:
+        if body in (hinge.joint.parent, hinge.joint.child):
+            acting += _transmitted(hinge, body)
+    return tuple(acting)
+
+
+def _found(
+    scene: Scene, q: Sequence[float] | Array | None, parameters: Mapping[str, float] | None
+) -> tuple[Places, dict[str, float], Array]:
+    if q is None:
+        shown, values = pose(scene, parameters=parameters)
+    else:
+        shown, values = np.asarray(q, dtype=np.float64), values_of(scene, parameters)
+    return places(scene, shown.reshape(1, -1), values), values, shown
+
+
+def _alone(scene: Scene, found: Places, body: str) -> Places:
+    """Return only the joints of a body."""
+    hinges = tuple(h for h in found.hinges if body in (h.joint.parent, h.joint.child))
+    return replace(found, hinges=hinges)
+
+
+def _cut(hinge: Hinge, body: str) -> Array:
+    """Return where a joint is on a body: the moved frame, where its wrenches act."""
+    return hinge.moved.p if hinge.joint.child == body or hinge.joint.type != "prismatic" else hinge.fixed.p
+
+
+def _closer(view: View, alone: Places, scene: Scene, body: str) -> View:
+    """Return a view along the same line in which the body fills the middle."""
+    from symdyn.draw.bodies import spots
+
+    placed = alone.body(body)
+    ends = [_cut(hinge, body)[0] for hinge in alone.hinges] + ([] if placed.com is None else [placed.com[0]])
+    ends += [at[0] for at in spots(scene, alone, body)]
+    flat = view.lean(np.array(ends))
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    size = float(max((high - low).max(), 1e-12 * max(1.0, float(np.abs(flat).max()))))
+    scale = min(240.0 / size, view.scale * 50)
+    return replace(view, scale=scale, middle=(low + high) / 2, size=8.0)
+
+
+def _colour(scene: Scene, body: str) -> int:
+    return [one.name for one in scene.bodies].index(body) % COLOURS
+
+
+def _weight(mass: str) -> str:
+    return rf"{mass} g"
+
+
+def _mass_name(value: object, body: str) -> str:
+    """Return the LaTeX of a mass: its parameter, else m with the body's name."""
+    return str(print_name(value)) if isinstance(value, str) else rf"m_{{\mathrm{{{escape(body)}}}}}"
+
+
+def _triple(x: Array) -> tuple[float, float, float]:
+    return float(x[0]), float(x[1]), float(x[2])
+
+
+def _pulls(name: str, ends: Sequence[Place], body: str, found: Places) -> list[Wrench]:
+    """Return the pull of a spring or damper between points at each of its ends on the body."""
+    pulls = []
+    for k, end in enumerate(ends):
+        here, there = found.ends[name][k][0], found.ends[name][1 - k][0]
+        if end.body == body:
+            pulls.append(Wrench(rf"F_{{\mathrm{{{escape(name)}}}}}", _triple(here), _triple(unit(there - here))))
+    return pulls
+
+
+def _transmitted(hinge: Hinge, body: str) -> list[Wrench]:
+    """Return the wrenches that a joint transmits to a body, and its drives."""
+    joint, found = hinge.joint, []
+    sense = 1.0 if joint.child == body else -1.0
+    at, minus = _triple(_cut(hinge, body)[0]), "" if sense > 0 else "-"
+    pairs = [] if joint.type == "custom" else _unit_wrenches(hinge)
+    counts, numbers = [sum(np.any(part[k]) for part in pairs) for k in (0, 1)], [0, 0]
+    for pair in pairs:
+        names, vectors = ["", ""], [np.zeros(3), np.zeros(3)]
+        for k, part in enumerate(pair):
+            if np.any(part):
+                numbers[k] += 1
+                index = f",{numbers[k]}" if counts[k] > 1 else ""
+                names[k] = rf"{minus}{'FM'[k]}_{{\mathrm{{{escape(joint.name)}}}{index}}}"
+                vectors[k] = unit(hinge.fixed.R[0] @ part) * sense
+        found.append(Wrench(names[0], at, _triple(vectors[0]), _triple(vectors[1]), names[1]))
+    for drive, step in zip(joint.drives, hinge.steps, strict=False):
+        if drive is not None:
+            name, vector = minus + str(print_name(drive)), _triple(step.axis[0] * sense)
+            found.append(Wrench(name, at, vector) if step.slides else Wrench(name, at, couple=vector))
+    return found
+
+
+def _unit_wrenches(hinge: Hinge) -> list[tuple[Array, Array]]:
+    """Return the wrenches that the joint's kind can transmit, axes of the joint frame."""
+    between = Frame(np.einsum("nji,njk->nik", hinge.fixed.R, hinge.moved.R), np.zeros_like(hinge.fixed.p))
+    p = np.einsum("nji,nj->ni", hinge.fixed.R, hinge.moved.p - hinge.fixed.p)[0]
+    graph = Graph()
+    names = [graph.symbol(f"x{k}") for k in range(12)]
+    X = Transform(((*names[0:3],), (*names[3:6],), (*names[6:9],)), (*names[9:12],))  # type: ignore[arg-type]
+    values = dict(zip(names, [*between.R[0].ravel().tolist(), *p.tolist()], strict=True))
+    values |= {graph.symbol(name): 1.0 for name in hinge.joint.length.symbols}
+    pairs = JOINTS[hinge.joint.type].wrenches(hinge.joint, X)
+    flat = np.array(evaluate([x for force, moment in pairs for x in (*force, *moment)], Floats(), values))
+    flat[np.abs(flat) < SMALL] = 0.0
+    return [(flat[k : k + 3], flat[k + 3 : k + 6]) for k in range(0, len(flat), 6)]
+
+
+def _visible(wrenches: Sequence[Wrench], view: View) -> list[Wrench]:
+    """Return what a planar picture shows: forces in the plane and couples about its normal."""
+    if not view.planar:
+        return list(wrenches)
+    kept = []
+    for one in wrenches:
+        force, couple = np.array(one.force), np.array(one.couple)
+        force = force - (force @ view.toward) * view.toward
+        couple = (couple @ view.toward) * view.toward
+        if np.linalg.norm(force) > SMALL or np.linalg.norm(couple) > SMALL:
+            kept.append(replace(one, force=_triple(force), couple=_triple(couple)))
+    return kept

@@ -1,0 +1,92 @@
+"""The ground: a hatched support under every joint that hangs on it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from symdyn.draw.bodies import farthest
+from symdyn.draw.places import Array, Hinge, Places, across, unit
+from symdyn.draw.shapes import Item, Shape, circle_points, line, path
+from symdyn.draw.symbols import rail_ends
+from symdyn.draw.view import View
+from symdyn.scene import GROUND, Scene
+
+
+def ground(scene: Scene, found: Places, view: View) -> tuple[Item, ...]:
+    """Return the supports, one item each."""
+    items = []
+    held = [hinge for hinge in found.hinges if GROUND in (hinge.joint.parent, hinge.joint.child)]
+    for hinge in held:
+        if hinge.joint.type == "free":
+            continue
+        if not view.planar:
+            shapes = _stand(hinge, found, view, alone=len(held) == 1)
+        elif hinge.joint.type == "prismatic":
+            shapes = _hatched_rail(hinge, view)
+        else:
+            shapes = _bearing(scene, hinge, found, view)
+        title = f"ground at joint {hinge.joint.name}"
+        items.append(Item(f"ground-{hinge.joint.name}", title, 0, np.zeros(found.count), shapes))
+    return tuple(items)
+
+
+def _seat(hinge: Hinge) -> Array:
+    """Return where the joint sits on the ground, shape (N, 3)."""
+    return hinge.fixed.p if hinge.joint.parent == GROUND else hinge.moved.p
+
+
+def _bearing(scene: Scene, hinge: Hinge, found: Places, view: View) -> tuple[Shape, ...]:
+    """Return a triangle on a hatched line, on the side of the joint that its body leaves free."""
+    at, s = view.flat(_seat(hinge)), view.size
+    other = hinge.joint.child if hinge.joint.parent == GROUND else hinge.joint.parent
+    tip = at if other == GROUND else view.flat(farthest(scene, found, other, _seat(hinge)))
+    hangs = float(np.mean(tip[:, 1] - at[:, 1])) > 1e-6
+    down = np.array([0.0, -1.0 if hangs else 1.0])
+    base = at + down * 2.4 * s
+    wide = np.array([1.0, 0.0]) * 1.3 * s
+    triangle = path("support", np.stack([at, base + wide, base - wide], axis=1), closed=True)
+    return (triangle, *_hatches(base - wide * 1.7, base + wide * 1.7, down, s))
+
+
+def _hatched_rail(hinge: Hinge, view: View) -> tuple[Shape, ...]:
+    """Return the line that a slider sits on, hatched below or on the left."""
+    a, b = rail_ends(hinge, view, 4.0)
+    way = unit(b - a)[0]
+    down = np.array([-way[1], way[0]])
+    down = down if (round(down[1], 6), -down[0]) > (0, 0) else -down
+    shift = down * view.size * 1.25
+    return _hatches(a + shift, b + shift, down, view.size)
+
+
+def _hatches(a: Array, b: Array, down: Array, s: float) -> tuple[Shape, ...]:
+    """Return a line with strokes on one side of it."""
+    way = unit(b - a)
+    count = max(4, min(40, round(float(np.linalg.norm(b[0] - a[0])) / (0.75 * s))))
+    strokes = []
+    for k in range(count):
+        top = a + (b - a) * ((k + 0.7) / count)
+        strokes.append(np.stack([top, top + (down - way * 0.8) * s * 0.75], axis=1))
+    return (path("hatch", *strokes, size=1.2), line("floor", a, b, size=2.0))
+
+
+def _stand(hinge: Hinge, found: Places, view: View, alone: bool) -> tuple[Shape, ...]:
+    """Return a hatched plate and the post on it that carries the joint.
+
+    The plate is level. One joint right above the origin of the ground stands on a plate there.
+    """
+    seat, up = _seat(hinge), -unit(found.gravity) if np.any(found.gravity) else np.array([0.0, 0.0, 1.0])
+    rise = seat[0] - found.ground.p[0]
+    column = alone and float(np.linalg.norm(np.cross(rise, up))) < 1e-6 and float(rise @ up) > 3 * view.reach
+    foot = found.ground.p if column else seat - up * view.reach * 2.6
+    x = across(np.broadcast_to(up, seat.shape))
+    y = np.cross(up, x)
+    half = view.reach * 3.2
+    corners = circle_points(view, foot, x * half * 2**0.5, y * half * 2**0.5, np.pi / 4 + np.arange(4) * np.pi / 2)
+    strokes = []
+    for k in np.linspace(-0.75, 0.75, 7):
+        low, high = max(-1.0, 2 * k - 1), min(1.0, 2 * k + 1)  # of the lines u - v = 2k in the square
+        ends = [foot + (u * x + (u - 2 * k) * y) * half for u in (low, high)]
+        strokes.append(np.stack([view.flat(end) for end in ends], axis=1))
+    plate = path("stand", corners, closed=True)
+    post = line("post", view.flat(foot), view.flat(seat), size=view.size * 0.7)
+    return (plate, path("hatch", *strokes, size=1.0), post)

@@ -1,0 +1,144 @@
+"""Names as they are lettered in a picture: q1 is an italic q with a subscript, words stay words."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from dataclasses import dataclass
+from html import escape
+
+from symdyn.emit.symbols import GREEK, print_name
+
+FONT = 17.0  # units of the picture
+SMALL = 0.7  # size of a subscript
+DROP = 0.28  # how far it is set down, in heights of the line
+
+TOKEN = re.compile(r"\\([A-Za-z]+)\s?|\\(.)|([_^])|([{}])|(.)", re.DOTALL)
+FACES = {"mathit": "i", "mathrm": "", "mathtt": "t", "text": "", "mathsf": "", "operatorname": "", "textit": "i"}
+ACCENTS = {"vec": "⃗", "dot": "̇", "ddot": "̈", "hat": "̂", "bar": "̄", "tilde": "̃"}
+SIGNS = {"cdot": "·", "times": "×", "circ": "°", "infty": "∞", "pm": "±", "prime": "′", "quad": " "}
+LEGAL = {"var" + name: name for name in ("theta", "phi", "epsilon", "rho")}
+
+
+@dataclass(frozen=True)
+class Run:
+    """Characters of one face ("i", "t" or ""), on level -1 (subscript), 0 or 1."""
+
+    text: str
+    face: str
+    level: int
+
+
+@dataclass(frozen=True)
+class Text:
+    """A lettered name; `plain` is what a screen reader says."""
+
+    runs: tuple[Run, ...]
+
+    @property
+    def plain(self) -> str:
+        """The characters alone."""
+        return "".join(run.text for run in self.runs)
+
+    @property
+    def width(self) -> float:
+        """An estimate, on the wide side, in units of the picture."""
+        return FONT * sum(_wide(run) * (SMALL if run.level else 1.0) for run in self.runs)
+
+    @property
+    def lowered(self) -> bool:
+        """Whether something hangs below the line."""
+        return any(run.level < 0 for run in self.runs)
+
+    def svg(self) -> str:
+        """Return the tspans."""
+        pieces, level = [], 0
+        for run in self.runs:
+            shift = (level - run.level) * DROP * FONT
+            level = run.level
+            attributes = f' class="{run.face}"' if run.face else ""
+            attributes += f' dy="{shift:.2f}"' if shift else ""
+            attributes += f' font-size="{SMALL * FONT:.1f}"' if run.level else ""
+            text = escape(run.text)
+            pieces.append(f"<tspan{attributes}>{text}</tspan>" if attributes else text)
+        return "".join(pieces)
+
+
+def lettered(name: str) -> Text:
+    """Return a name of code, or LaTeX such as `m_1 g`, as it is lettered."""
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
+        return from_latex(name)
+    return from_latex(str(print_name(name)))
+
+
+def words(name: str) -> Text:
+    """Return the name of a body or joint: a symbol where it looks like one, such as b1, else as it is written."""
+    shown = print_name(name)
+    symbolic = re.fullmatch(r"[A-Za-z]|\\[A-Za-z]+", shown.head) and not re.fullmatch(r"[A-Za-z]{2}.*", name)
+    return from_latex(str(shown)) if symbolic else Text((Run(name, "", 0),))
+
+
+def from_latex(latex: str) -> Text:
+    """Return the LaTeX of a symbol as runs; what a name does not need is set as it stands."""
+    runs: list[Run] = []
+    stack: list[tuple[str, int]] = [("", 0)]  # face and level of every open brace
+    ahead, face_ahead, level_ahead = "", "", 0
+    for command, escaped, script, brace, character in TOKEN.findall(latex):
+        face, level = stack[-1]
+        if script:
+            level_ahead = 1 if script == "^" else -1
+            continue
+        if brace == "{":
+            stack.append((face_ahead or face, level_ahead or level))
+            face_ahead, level_ahead = "", 0
+            continue
+        if brace == "}":
+            if len(stack) > 1:
+                stack.pop()
+            continue
+        if command in FACES:
+            face_ahead = FACES[command] or "r"
+            continue
+        if command in ACCENTS:
+            ahead = ACCENTS[command]
+            continue
+        text = _letter(command) if command else " " if escaped in (",", ";") else escaped or character
+        if text == " " and character:
+            continue
+        text = "−" if text == "-" else text
+        slanted = "i" if not face and len(text) == 1 and text.isalpha() and not _capital(text) else ""
+        runs.append(Run(text + ahead, (face or slanted).replace("r", ""), level_ahead or level))
+        ahead, level_ahead = "", 0
+    return Text(_merged(runs))
+
+
+def _letter(command: str) -> str:
+    command = LEGAL.get(command, command)
+    if command not in GREEK:
+        return SIGNS.get(command, command)
+    size = "CAPITAL" if command[0].isupper() else "SMALL"
+    return unicodedata.lookup(f"GREEK {size} LETTER {command.upper().replace('LAMBDA', 'LAMDA')}")
+
+
+def _capital(letter: str) -> bool:
+    """Return whether it is a Greek capital, which is upright."""
+    return letter.isupper() and "GREEK" in unicodedata.name(letter, "")
+
+
+def _merged(runs: list[Run]) -> tuple[Run, ...]:
+    merged: list[Run] = []
+    for run in runs:
+        alike = bool(merged) and (merged[-1].face, merged[-1].level) == (run.face, run.level)
+        merged.append(Run(merged.pop().text + run.text, run.face, run.level) if alike else run)
+    return tuple(merged)
+
+
+def _wide(run: Run) -> float:
+    """Return the width in heights of the line of a wide serif type."""
+    total = 0.0
+    for character in run.text:
+        if unicodedata.combining(character):
+            continue
+        narrow, broad = character in "iljtfrI.,' ·′|", character in "mwMW@"
+        total += 0.4 if narrow else 0.95 if broad else 0.76 if character.isupper() else 0.62
+    return total

@@ -1,0 +1,281 @@
+"""Where everything of a scene is that a picture shows, at one position or at many at once.
+
+All arrays have a leading axis of N positions; vectors and rotations are in the ground frame, lengths in m.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Batches
+from symdyn.dynamics.loads import load_vectors
+from symdyn.dynamics.positions import body_placements
+from symdyn.dynamics.state import first_moment, joint_motion, placement, vector
+from symdyn.errors import DrawError
+from symdyn.graph import Expr, Graph, Op, evaluate, reachable
+from symdyn.scene import GROUND, Body, Damper, Joint, Load, Place, Scene, Spring, express
+from symdyn.spatial import Transform, Vec, unit_transform
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A frame: columns of R, shape (N, 3, 3), are its axes; p, shape (N, 3), is its origin."""
+
+    R: Array
+    p: Array
+
+    def point(self, x: Array) -> Array:
+        """Return a point given in the frame, shape (N, 3)."""
+        return self.p + self.direction(x)
+
+    def direction(self, v: Array) -> Array:
+        """Return a direction given in the frame, shape (N, 3)."""
+        return np.asarray(np.einsum("nij,nj->ni", self.R, np.broadcast_to(v, self.p.shape)))
+
+
+@dataclass(frozen=True)
+class Step:
+    """One turn or slide of a joint by an amount, shape (N,), rad or m, from `at` about or along `axis`.
+
+    Attributes:
+        name: the coordinate that the amount is; "" where it is a formula.
+    """
+
+    slides: bool
+    at: Array
+    axis: Array
+    amount: Array
+    name: str
+
+
+@dataclass(frozen=True)
+class Hinge:
+    """A joint in place: the joint frame on its parent, and the moved joint frame on its child.
+
+    Attributes:
+        axis, second: its axes, unit vectors.
+        steps: what its coordinates do; () for a joint that closes a loop or follows another one.
+        closes: whether it closes a loop.
+    """
+
+    joint: Joint
+    fixed: Frame
+    moved: Frame
+    axis: Array
+    second: Array
+    steps: tuple[Step, ...]
+    closes: bool
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A body in place: its frame, and where its masses are.
+
+    Attributes:
+        com: centre of mass of the extended part; None where it has no mass.
+        particles: mass in kg, and place.
+    """
+
+    name: str
+    frame: Frame
+    com: Array | None
+    particles: tuple[tuple[float, Array], ...]
+
+
+@dataclass(frozen=True)
+class Places:
+    """A scene in place; `acting` and `ends` hold loads (point, force, couple) and the ends of springs and dampers."""
+
+    count: int
+    ground: Frame
+    bodies: tuple[Placed, ...]
+    hinges: tuple[Hinge, ...]
+    points: dict[str, tuple[str, Frame]]
+    ends: dict[str, tuple[Array, Array]]
+    acting: dict[str, tuple[Array, Array, Array]]
+    gravity: Array
+
+    def body(self, name: str) -> Placed:
+        """Return the body called `name`."""
+        return next(body for body in self.bodies if body.name == name)
+
+
+def places(scene: Scene, q: Array, parameters: Mapping[str, float], time: float = 0.0) -> Places:
+    """Return where everything is at positions q, shape (N, nq); velocities are zero.
+
+    Args:
+        scene: any scene.
+        q: coordinates in the scene's order; rad, m or 1.
+        parameters: values of the free parameters, all of them.
+        time: of loads that depend on it, s.
+
+    Raises:
+        DrawError: q has another shape, or a formula has no real value there.
+    """
+    if q.ndim != 2 or q.shape[1] != len(scene.coordinates):
+        names = ", ".join(scene.coordinates)
+        raise DrawError(f"{scene.name}: positions have shape {q.shape}; give (N, {len(scene.coordinates)}): {names}")
+    graph = Graph()
+    wanted = _wanted(scene, graph)
+    values = _symbols(scene, graph, q, parameters, time)
+    entries = [entry for group in wanted.values() for entry in group]
+    unknown = [node for node in reachable(entries) if node.op is Op.SYMBOL and node not in values]
+    assert not unknown, f"the scene's check lets no unknown symbol {unknown} through"
+    try:
+        with np.errstate(all="ignore"):
+            found = evaluate(entries, Batches(), values)
+        table = np.stack([np.broadcast_to(np.asarray(x, dtype=np.float64), (len(q),)) for x in found], axis=1)
+    except (ArithmeticError, ValueError) as fault:
+        raise DrawError(f"{scene.name}: a formula has no real value at this position ({fault})") from fault
+    if not np.isfinite(table).all():
+        row = int(np.argmin(np.isfinite(table).all(axis=1)))
+        raise DrawError(f"{scene.name}: a formula has no real value at q = {q[row].tolist()}; give another position")
+    arrays, first = {}, 0
+    for key, group in wanted.items():
+        arrays[key] = table[:, first : first + len(group)]
+        first += len(group)
+    return _gathered(scene, graph, arrays, len(q))
+
+
+Key = tuple[str, ...]
+
+
+def _wanted(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
+    """Return what is to be evaluated, by a key that says what it is."""
+    placed = body_placements(scene, graph)
+    wanted: dict[Key, tuple[Expr, ...]] = {("frame", name): _flat(T) for name, T in placed.items()}
+    wanted[("gravity",)] = vector(scene.gravity, graph)
+    for body in scene.bodies:
+        wanted |= _masses(body, placed[body.name], graph)
+    for joint in (*scene.joints, *scene.loops):
+        wanted |= _joint(joint, joint in scene.loops, placed, graph)
+    for point in scene.points:
+        wanted["point", point.name] = _flat(placed[point.body] @ placement(point.at, graph))
+    for link in elastic(scene):
+        for k, end in enumerate(link.ends):
+            wanted["end", link.name, str(k)] = _point(end, placed, graph)
+    for load in scene.loads:
+        wanted |= _load(load, placed, graph)
+    return wanted
+
+
+def _masses(body: Body, T: Transform, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
+    wanted: dict[Key, tuple[Expr, ...]] = {}
+    mass = express(body.mass, graph)
+    if not mass.is_zero:
+        if body.com is not None:
+            wanted["com", body.name] = T.point(vector(body.com, graph))
+        else:
+            x, y, z = first_moment(body, graph)
+            wanted["com", body.name] = T.point((x / mass, y / mass, z / mass))
+    for k, particle in enumerate(body.particles):
+        at = T.point(vector(particle.at, graph))
+        wanted["particle", body.name, str(k)] = (express(particle.mass, graph), *at)
+    return wanted
+
+
+def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: Graph) -> dict[Key, tuple[Expr, ...]]:
+    name = joint.name
+    fixed = placed[joint.parent] @ placement(joint.origin, graph)
+    moved = placed[joint.child] @ placement(joint.tip, graph).inverse()
+    wanted: dict[Key, tuple[Expr, ...]] = {("fixed", name): _flat(fixed), ("moved", name): _flat(moved)}
+    wanted["axis", name] = (*vector(joint.axis, graph), *vector(joint.second_axis, graph))
+    if closes or not joint.coordinates:
+        return wanted
+    at, count = fixed, 0
+    for move in joint_motion(joint, graph).moves:
+        at = at @ move.before
+        if not move.amount.is_zero:
+            named = str(move.amount.value) if move.amount.op is Op.SYMBOL else ""
+            key = ("slide" if move.slides else "turn", name, str(count), named)
+            wanted[key] = (move.amount, *at.p, *_turned(at, move.axis))
+            count += 1
+        at = at @ move.placement
+    return wanted
+
+
+def _turned(T: Transform, axis: Vec) -> Vec:
+    end = T.point(axis)
+    return (end[0] - T.p[0], end[1] - T.p[1], end[2] - T.p[2])
+
+
+def _point(place: Place, placed: Mapping[str, Transform], graph: Graph) -> Vec:
+    return placed[place.body].point(vector(place.at, graph))
+
+
+def _load(load: Load, placed: Mapping[str, Transform], graph: Graph) -> dict[Key, tuple[Expr, ...]]:
+    T = placed[load.place.body]
+    R = Transform(T.R if load.frame == "body" else unit_transform(graph).R, unit_transform(graph).p)
+    force, couple = load_vectors(load, graph)
+    return {("load", load.name): (*_point(load.place, placed, graph), *R.point(force), *R.point(couple))}
+
+
+def _flat(T: Transform) -> tuple[Expr, ...]:
+    return (*T.R[0], *T.R[1], *T.R[2], *T.p)
+
+
+def _symbols(scene: Scene, graph: Graph, q: Array, parameters: Mapping[str, float], time: float) -> dict[Expr, Array]:
+    """Return values of all symbols that a scene knows, constant ones of shape ()."""
+    values: dict[Expr, Any] = {graph.symbol("t"): np.float64(time)}
+    values |= {graph.symbol(name): np.float64(0) for name in scene.velocities}
+    values |= {graph.symbol(name): q[:, k] for k, name in enumerate(scene.coordinates)}
+    return values | {graph.symbol(name): np.float64(value) for name, value in parameters.items()}
+
+
+def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: int) -> Places:
+    def frame(*key: str) -> Frame:
+        return Frame(arrays[key][:, :9].reshape(count, 3, 3), arrays[key][:, 9:])
+
+    bodies = []
+    for body in scene.bodies:
+        grains = [arrays["particle", body.name, str(k)] for k in range(len(body.particles))]
+        particles = tuple((float(grain[0, 0]), grain[:, 1:]) for grain in grains)
+        bodies.append(Placed(body.name, frame("frame", body.name), arrays.get(("com", body.name)), particles))
+    hinges = []
+    for joint in (*scene.joints, *scene.loops):
+        fixed, moved, axes = frame("fixed", joint.name), frame("moved", joint.name), arrays["axis", joint.name]
+        steps = tuple(
+            Step(key[0] == "slide", x[:, 1:4], x[:, 4:7], x[:, 0], key[3])
+            for key, x in arrays.items()
+            if key[0] in ("slide", "turn") and key[1] == joint.name
+        )
+        first = unit(fixed.direction(axes[:, :3]))
+        second = unit(moved.direction(axes[:, 3:]))
+        hinges.append(Hinge(joint, fixed, moved, first, second, steps, joint in scene.loops))
+    return Places(
+        count,
+        frame("frame", GROUND),
+        tuple(bodies),
+        tuple(hinges),
+        {point.name: (point.body, frame("point", point.name)) for point in scene.points},
+        {one.name: (arrays["end", one.name, "0"], arrays["end", one.name, "1"]) for one in elastic(scene) if one.ends},
+        {load.name: _split(arrays["load", load.name]) for load in scene.loads},
+        arrays["gravity",][0],
+    )
+
+
+def elastic(scene: Scene) -> tuple[Spring | Damper, ...]:
+    """Return springs, then dampers."""
+    return (*scene.springs, *scene.dampers)
+
+
+def _split(load: Array) -> tuple[Array, Array, Array]:
+    return load[:, :3], load[:, 3:6], load[:, 6:]
+
+
+def unit(vectors: Array) -> Array:
+    """Return vectors with length 1, those of no length as they are; shape (..., 3) or (..., 2)."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.asarray(vectors / np.where(length > 0, length, 1.0))
+
+
+def across(axis: Array) -> Array:
+    """Return a unit vector perpendicular to each unit axis, shape (N, 3), always the same one for the same axis."""
+    least = np.eye(3)[np.argmin(np.round(np.abs(axis), 6), axis=-1)]
+    return unit(np.cross(axis, least))

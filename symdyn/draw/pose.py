@@ -1,0 +1,133 @@
+"""The position that a picture shows when nothing else is asked for, and values for parameters without any."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from fractions import Fraction
+
+import numpy as np
+
+from symdyn.draw.places import Array, places
+from symdyn.dynamics.assembly import closed_position, witness
+from symdyn.dynamics.numbers import numbers_of
+from symdyn.errors import DerivationError, DrawError
+from symdyn.scene import JOINTS, Joint, Scene, velocity_name
+from symdyn.scene.names import suggestion
+from symdyn.scene.start import starting_position
+from symdyn.scene.value import value_of
+
+ANGLE = 0.6  # rad: what a picture turns a joint by that says nothing else, so that its angle can be seen
+SHARE = 0.3  # of the mechanism's extent: what it slides one by
+
+
+def values_of(scene: Scene, parameters: Mapping[str, float] | None = None) -> dict[str, float]:
+    """Return values of all parameters: those given, the declared ones, and 1 for what has none.
+
+    Raises:
+        DrawError: a name that is no parameter.
+    """
+    given = dict(parameters or {})
+    names = [parameter.name for parameter in scene.parameters]
+    for name in given:
+        if name not in names:
+            raise DrawError(f'{scene.name}: "{name}" is not a parameter; {suggestion(name, names)}')
+    values = {}
+    for parameter in scene.parameters:
+        declared = None if parameter.value is None else value_of(parameter.value, {})
+        values[parameter.name] = float(given.get(parameter.name, 1.0 if declared is None else declared))
+    return values
+
+
+def pose(
+    scene: Scene, at: Mapping[str, float] | None = None, parameters: Mapping[str, float] | None = None
+) -> tuple[Array, dict[str, float]]:
+    """Return a position to draw, shape (nq,), and values of all parameters.
+
+    The position is the scene's start. Where no joint has a start, turns show 0.6 rad and slides a part of the extent,
+    within their limits, so that the coordinates can be seen. Loops are closed, and free parameters are then such that
+    they can be.
+
+    Args:
+        scene: any scene.
+        at: values of coordinates by name, which the loops' closing keeps.
+        parameters: values of parameters by name.
+
+    Raises:
+        DrawError: an unknown name, or loops that do not close so.
+    """
+    given = dict(at or {})
+    for name in given:
+        if name not in scene.coordinates:
+            raise DrawError(f'{scene.name}: "{name}" is not a coordinate; {suggestion(name, scene.coordinates)}')
+    values = values_of(scene, parameters)
+    if scene.loops:
+        return _closed(scene, given, values, parameters)
+    declared = any(joint.start for joint in scene.joints)
+    q = _start(scene, values)
+    if not declared:
+        size = _extent(scene, q, values)
+        q = np.array([x for joint in scene.moving for x in _shown(joint, size, values)])
+    return _with(scene, q, given), values
+
+
+def _closed(
+    scene: Scene, given: Mapping[str, float], values: dict[str, float], parameters: Mapping[str, float] | None
+) -> tuple[Array, dict[str, float]]:
+    numbers = numbers_of(scene)
+    known = {p.name: values[p.name] for p in scene.free_parameters if parameters and p.name in parameters}
+    try:
+        numbers, assembly = witness(known, numbers)
+        q = np.array(assembly.q)
+        if given:
+            velocities = list(scene.velocities)
+            held = [velocities.index(velocity_name(name)) for name in given if velocity_name(name) in velocities]
+            q = np.array(closed_position(numbers, _with(scene, q, given), held).q)
+    except DerivationError as fault:
+        raise DrawError(str(fault)) from fault
+    return q, values | numbers.free
+
+
+def _start(scene: Scene, values: Mapping[str, float]) -> Array:
+    known = {name: Fraction(value) for name, value in values.items()}
+    return np.array([float(value_of(one, known) or 0) for one in starting_position(scene)], dtype=np.float64)
+
+
+def _with(scene: Scene, q: Array, given: Mapping[str, float]) -> Array:
+    q = q.copy()
+    for name, value in given.items():
+        q[scene.coordinates.index(name)] = value
+    return q
+
+
+def _extent(scene: Scene, q: Array, values: Mapping[str, float]) -> float:
+    """Return the largest distance of joints, masses and points in the mechanism, 1 m if there is none."""
+    found = places(scene, q[None, :], values)
+    spots = [hinge.moved.p[0] for hinge in found.hinges] + [hinge.fixed.p[0] for hinge in found.hinges]
+    spots += [body.com[0] for body in found.bodies if body.com is not None]
+    spots += [at[0] for body in found.bodies for _, at in body.particles]
+    spots += [frame.p[0] for _, frame in found.points.values()]
+    if not spots:
+        return 1.0
+    return float(np.ptp(np.array(spots), axis=0).max()) or 1.0
+
+
+def _shown(joint: Joint, size: float, values: Mapping[str, float]) -> list[float]:
+    """Return coordinates that can be seen, within the limits of a joint that has them."""
+    shown: list[float] = []
+    for unit in JOINTS[joint.type].coordinates(joint):
+        shown.append(
+            {"rad": ANGLE, "m": SHARE * size}.get(unit, float(unit == "1" and "1" not in _units(joint, shown)))
+        )
+    known = {name: Fraction(value) for name, value in values.items()}
+    bounds = [None if one is None else value_of(one, known) for one in (joint.limits.lower, joint.limits.upper)]
+    low, high = (float(one) if one is not None else sign * math.inf for one, sign in zip(bounds, (-1, 1), strict=True))
+    if len(shown) == 1 and low < high:
+        inner = 0.1 * (high - low) if math.isfinite(high - low) else 0.0
+        shown = [min(max(shown[0], low + inner), high - inner)]
+    return shown
+
+
+def _units(joint: Joint, shown: list[float]) -> tuple[str, ...]:
+    """Return the units of the coordinates that are known already."""
+    return JOINTS[joint.type].coordinates(joint)[: len(shown)]

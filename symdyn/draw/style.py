@@ -1,0 +1,95 @@
+"""The style sheet of pictures: colours for light and dark, the same shapes in both; light in print."""
+
+from __future__ import annotations
+
+from symdyn.draw.lettering import FONT
+from symdyn.errors import DrawError
+
+LIGHT = {
+    "paper": "#ffffff", "ink": "#1b1f24", "soft": "#5c6672", "shade": "#e9edf2", "mark": "#00665f",
+    "force": "#b3261e", "couple": "#7a3aa8", "x": "#b3261e", "y": "#1f7a3d", "z": "#2456b8",
+    "body0": "#2f66b0", "body1": "#b4540f", "body2": "#2a7f50", "body3": "#86479f", "body4": "#8a6500",
+    "body5": "#b5375a",
+}  # fmt: skip
+
+DARK = {
+    "paper": "#12171d", "ink": "#e8ebef", "soft": "#a3adb8", "shade": "#2a323c", "mark": "#58d1c4",
+    "force": "#ff8a7d", "couple": "#d0a2f2", "x": "#ff8a7d", "y": "#74d394", "z": "#8db8ff",
+    "body0": "#86b4f2", "body1": "#f2a06e", "body2": "#73cc9c", "body3": "#cba4e2", "body4": "#dcbb55",
+    "body5": "#f090ae",
+}  # fmt: skip
+
+SCHEMES = {"light": LIGHT, "dark": DARK}
+
+RULES = """
+.symdyn{max-width:100%;height:auto;color:[ink]}
+.symdyn .sheet{fill:[paper]}
+.symdyn path,.symdyn circle,.symdyn ellipse{fill:none;stroke:[ink];stroke-linejoin:round}
+.symdyn .joint,.symdyn .com,.symdyn .ring{fill:[paper]}
+.symdyn ellipse.joint,.symdyn path.joint,.symdyn .ball{fill:[shade]}
+.symdyn .edge,.symdyn .inside{fill:none}
+.symdyn path.inside{stroke:[shade]}
+.symdyn .halo{stroke:[paper];stroke-linecap:round}
+.symdyn .link{stroke-linecap:round}
+.symdyn .quarters,.symdyn .weld{fill:[ink];stroke:none}
+.symdyn .stem,.symdyn .hatch,.symdyn .rail,.symdyn .flight,.symdyn .axis,.symdyn .rod,.symdyn .trace{stroke:[soft]}
+.symdyn .support,.symdyn .stand,.symdyn .plate{fill:[shade];stroke:[soft]}
+.symdyn .post{stroke:[soft]}
+.symdyn .plate{fill-opacity:.4}
+.symdyn .axis{stroke-dasharray:7 2.5 1.5 2.5}
+.symdyn .axis.head{fill:[soft];stroke-dasharray:none}
+.symdyn .flight,.symdyn .gap{stroke-dasharray:4 3}
+.symdyn .gap{stroke:[force]}
+.symdyn .mark{stroke:[mark]}
+.symdyn .sense{stroke-dasharray:4 2.5}
+.symdyn .head{stroke-dasharray:none}
+.symdyn .mark.head{fill:[mark]}
+.symdyn .zero{stroke:[soft];stroke-dasharray:3 2.5}
+.symdyn .extension,.symdyn .leader{stroke:[soft]}
+.symdyn .force{stroke:[force]}
+.symdyn .force.head{fill:[force]}
+.symdyn .couple{stroke:[couple]}
+.symdyn .couple.head{fill:[couple]}
+.symdyn .gravity{stroke:[ink]}
+.symdyn .gravity.head{fill:[ink]}
+.symdyn text{fill:[ink];stroke:[paper];stroke-width:3;paint-order:stroke;stroke-linejoin:round;\
+font-family:"STIX Two Text","Latin Modern Roman",Cambria,Georgia,"Times New Roman",serif;text-anchor:middle}
+.symdyn .mark-text{fill:[mark]}
+.symdyn .force-text{fill:[force]}
+.symdyn .couple-text{fill:[couple]}
+.symdyn .i{font-style:italic}
+.symdyn .t{font-family:monospace}
+"""
+
+
+def style(scheme: str) -> str:
+    """Return the style sheet.
+
+    Args:
+        scheme: "auto" follows the reader's preference by variables of CSS; "light" and "dark" are plain colours, for
+            programs that know no variables.
+
+    Raises:
+        DrawError: another scheme.
+    """
+    if scheme not in ("auto", *SCHEMES):
+        raise DrawError(f'colour scheme "{scheme}" is unknown; known are auto, light, dark')
+    rules = f"{RULES.strip()}\n.symdyn text{{font-size:{FONT:g}px}}\n"
+    rules += "".join(
+        f".symdyn .link.body{k}{{stroke:[body{k}]}}\n.symdyn .particle.body{k}{{fill:[body{k}]}}\n" for k in range(6)
+    )
+    rules += "".join(
+        f".symdyn .triad-{a}{{stroke:[{a}]}}\n.symdyn .triad-{a}.head,.symdyn .{a}-text{{fill:[{a}]}}\n" for a in "xyz"
+    )
+    for name, colour in SCHEMES.get(scheme, {}).items():
+        rules = rules.replace(f"[{name}]", colour)
+    if scheme != "auto":
+        return rules
+    for name in LIGHT:
+        rules = rules.replace(f"[{name}]", f"var(--sd-{name})")
+    dark = f"@media screen and (prefers-color-scheme:dark){{.symdyn{{{_variables(DARK)}}}}}"
+    return f".symdyn{{{_variables(LIGHT)}}}\n{dark}\n{rules}"
+
+
+def _variables(colours: dict[str, str]) -> str:
+    return ";".join(f"--sd-{name}:{colour}" for name, colour in colours.items())

@@ -1,0 +1,144 @@
+"""A drawing as SVG text: the same drawing, the same bytes."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from html import escape
+
+import numpy as np
+
+from symdyn.draw.labels import Put
+from symdyn.draw.lettering import FONT
+from symdyn.draw.places import Array
+from symdyn.draw.shapes import Item, Shape
+from symdyn.draw.style import style
+
+MARGIN = 12.0
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What a picture shows, at N moments.
+
+    Attributes:
+        title: of the picture, for readers and screen readers.
+        items: in any order; `order` sorts them.
+        labels: where the names are.
+    """
+
+    title: str
+    items: tuple[Item, ...]
+    labels: tuple[Put, ...]
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """Left, top, width and height that hold everything at every moment."""
+        low, high = np.full(2, np.inf), np.full(2, -np.inf)
+        for shape in (shape for item in self.items for shape in item.shapes):
+            flat = shape.points.reshape(-1, 2)
+            room = shape.size if shape.kind != "path" else shape.size / 2
+            low, high = np.minimum(low, flat.min(axis=0) - room), np.maximum(high, flat.max(axis=0) + room)
+        for one in self.labels:
+            low = np.minimum(low, one.box[:, 0].min(axis=0))
+            high = np.maximum(high, one.box[:, 1].max(axis=0))
+        if not np.isfinite(low).all():
+            low, high = np.zeros(2), np.zeros(2)
+        low, high = np.floor(low - MARGIN), np.ceil(high + MARGIN)
+        return float(low[0]), float(low[1]), float(high[0] - low[0]), float(high[1] - low[1])
+
+
+def order(items: Sequence[Item], moment: int) -> list[int]:
+    """Return the items from the back to the front."""
+
+    def depth(item: Item) -> float:
+        return round(float(item.depth[min(moment, len(item.depth) - 1)]), 3)
+
+    return sorted(range(len(items)), key=lambda k: (items[k].layer, depth(items[k])))
+
+
+def svg(
+    drawing: Drawing, prefix: str = "", scheme: str = "auto", tag: Callable[[Shape | Put], str] | None = None
+) -> str:
+    """Return a drawing at its first moment.
+
+    Args:
+        drawing: what to draw.
+        prefix: in front of every id, so that several pictures fit into one page.
+        scheme: see `style`.
+        tag: attributes for a shape or label, such as ` data-k="3"`.
+    """
+    left, top, width, height = (number(x) for x in drawing.box)
+    title = escape(drawing.title)
+    lines = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" class="symdyn" role="img" aria-label="{title}" '
+        f'viewBox="{left} {top} {width} {height}" width="{width}" height="{height}">',
+        f"<title>{title}</title>",
+        f"<style>\n{style(scheme)}</style>",
+        f'<rect class="sheet" x="{left}" y="{top}" width="{width}" height="{height}"/>',
+    ]
+    tagged = tag or (lambda _: "")
+    for k in order(drawing.items, 0):
+        item = drawing.items[k]
+        marked = f' data-item="{k}"' if tag else ""
+        lines.append(f'<g id="{name(prefix + item.id)}"{marked}><title>{escape(item.title)}</title>')
+        lines += [element(shape, tagged(shape)) for shape in item.shapes]
+        lines.append("</g>")
+    lines += [_label(one, prefix, tagged(one)) for one in drawing.labels]
+    return "\n".join([*lines, "</svg>", ""])
+
+
+def name(text: str) -> str:
+    """Return an id that is legal in XML."""
+    return re.sub(r"[^A-Za-z0-9_.-]", "_", text)
+
+
+def number(x: float) -> str:
+    """Return a number with one decimal; ties lie off the grid, so that the last bit of a sine decides nothing."""
+    text = f"{tenths(x) / 10:.1f}"
+    return text.removesuffix(".0")
+
+
+def tenths(x: float) -> int:
+    """Return a number in tenths."""
+    return math.floor(x * 10 + 0.5 + 1e-4)
+
+
+def element(shape: Shape, extra: str = "") -> str:
+    """Return the element of a shape at its first moment."""
+    flat = shape.points[0]
+    common = f'class="{shape.look}"{extra}'
+    x, y = number(flat[0, 0]), number(flat[0, 1])
+    if shape.kind == "dot":
+        return f'<circle {common} stroke-width="1.4" cx="{x}" cy="{y}" r="{shape.size:.2f}"/>'
+    if shape.kind == "disc":
+        minor, angle = shape.tilt[0]
+        turned = f"translate({x} {y}) rotate({number(angle)})"
+        return f'<ellipse {common} stroke-width="1.2" transform="{turned}" rx="{shape.size:.2f}" ry="{number(minor)}"/>'
+    if shape.kind == "sign":
+        return f'<path {common} transform="translate({x} {y})" d="{shape.sign}"/>'
+    return f'<path {common} stroke-width="{shape.size:.2f}" d="{_way(shape, flat)}"/>'
+
+
+def _way(shape: Shape, flat: Array) -> str:
+    text, first = "", 0
+    for count in shape.parts:
+        part = flat[first : first + count]
+        text += "M" + "L".join(f"{number(x)} {number(y)}" for x, y in part) + ("Z" if shape.closed else "")
+        first += count
+    return text
+
+
+def _label(one: Put, prefix: str, extra: str) -> str:
+    label, (x, y) = one.label, one.label.at[0]
+    text = label.text
+    dx, dy = one.offset[0], one.offset[1] + FONT * (0.17 if text.lowered else 0.3)
+    parts = [f'<g id="{name(prefix + label.id)}" transform="translate({number(x)} {number(y)})"{extra}>']
+    if one.leader is not None:
+        (a, b), (c, d) = one.leader
+        parts.append(f'<path class="leader" stroke-width="0.9" d="M{number(a)} {number(b)}L{number(c)} {number(d)}"/>')
+    look = f' class="{label.look}"' if label.look else ""
+    parts.append(f'<text{look} x="{number(dx)}" y="{number(dy)}">{text.svg()}</text></g>')
+    return "".join(parts)
