@@ -45,6 +45,10 @@ class Closed:
         """
         return self._decided[0]
 
+    def check(self) -> None:
+        """Raise DerivationError where the loops cannot be assembled, or the user's choice does not fit them."""
+        _ = self._decided
+
     @property
     def numbers(self) -> Numbers:
         """The mechanism in numbers, on a graph of its own, with values of all parameters."""

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.scene import Scene
+from symdyn.scene.spelling import spell_fraction
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,14 @@ class Closing:
     alpha: Fraction = Fraction(0)
     beta: Fraction = Fraction(0)
     parameters: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def words(self) -> str:
+        """What was chosen, such as "independent: phi; Baumgarte: alpha 5, beta 5 1/s"; "" where nothing was."""
+        parts = [f"independent: {', '.join(self.independent)}"] if self.independent else []
+        if self.alpha or self.beta:
+            parts.append(f"Baumgarte: alpha {spell_fraction(self.alpha)}, beta {spell_fraction(self.beta)} 1/s")
+        return "; ".join(parts)
 
 
 @dataclass(frozen=True)
