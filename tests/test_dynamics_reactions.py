@@ -25,7 +25,7 @@ from running import call
 
 import symdyn
 from symdyn.dynamics import Workspace, derive, derive_one
-from symdyn.dynamics.uniqueness import reactions_at
+from symdyn.dynamics.reactions.uniqueness import reactions_at
 from symdyn.errors import DerivationError
 from symdyn.graph import substitute
 from symdyn.scene import Damper, Friction, Load, Place, Scene, Spring, number, parse
@@ -127,7 +127,7 @@ def test_springs_dampers_friction_and_loads_are_in_the_reactions():
 
 def test_a_reaction_that_is_off_breaks_every_law(monkeypatch):
     """A body heavier in the reactions than in the equations: no law holds any more."""
-    from symdyn.dynamics import hanging as module
+    from symdyn.dynamics.reactions.recursion import hanging as module
 
     one = two_link()
     real = module.inertias

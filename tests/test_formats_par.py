@@ -13,7 +13,7 @@ import pytest
 
 from symdyn.build import lambdify
 from symdyn.dynamics import derive
-from symdyn.dynamics.mobility import mobility
+from symdyn.dynamics.loops.mobility import mobility
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.scene import (

@@ -24,7 +24,8 @@ ROOMS = {  # room: the rooms it may import
     "verify": ["build"],
     "simulate": ["verify", "draw"],
     "bench": ["simulate"],
-    "cli": ["bench"],
+    "teach": ["simulate"],
+    "cli": ["bench", "teach"],
 }
 
 

@@ -7,10 +7,10 @@ import os
 import sys
 from collections.abc import Sequence
 
-from symdyn.cli import bench, convert, draw, equations, generate, info, inverse, new, simulate, verify
+from symdyn.cli import bench, convert, draw, equations, generate, info, inverse, new, simulate, stress, verify
 from symdyn.errors import SymdynError
 
-VERBS = (equations, generate, verify, simulate, inverse, bench, info, draw, convert, new)
+VERBS = (equations, generate, verify, simulate, inverse, bench, stress, info, draw, convert, new)
 
 
 def parser() -> argparse.ArgumentParser:

@@ -134,7 +134,7 @@ def _mobility(scene: Scene, closing: Closing) -> dict[str, Any] | None:
     from dataclasses import asdict
 
     from symdyn.dynamics import is_closed
-    from symdyn.dynamics.mobility import mobility
+    from symdyn.dynamics.loops.mobility import mobility
     from symdyn.errors import DerivationError
 
     if not is_closed(scene):

@@ -8,24 +8,24 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from symdyn.dynamics.base_parameters import base_parameters
 from symdyn.dynamics.derive import CUBIC, DYNAMICS, KINEMATICS, LARGE, available, derive, derive_one, roads
 from symdyn.dynamics.equations import Argument, Equations, Function
+from symdyn.dynamics.loops.outputs import CLOSED_ONLY, is_closed
+from symdyn.dynamics.loops.partition import Closing
 from symdyn.dynamics.outputs import OUTPUTS
-from symdyn.dynamics.outputs_of_loops import CLOSED_ONLY, is_closed
-from symdyn.dynamics.outputs_of_reactions import REACTIONS
-from symdyn.dynamics.partition import Closing
+from symdyn.dynamics.reactions.outputs import REACTIONS
+from symdyn.dynamics.recursive.base_parameters import base_parameters
 from symdyn.dynamics.workspace import Workspace
 
 if TYPE_CHECKING:
-    from symdyn.dynamics.assembly import Assembly
-    from symdyn.dynamics.continuation import assemble, consistent, follow
+    from symdyn.dynamics.loops.assembly import Assembly
+    from symdyn.dynamics.loops.continuation import assemble, consistent, follow
 
 _NUMERIC = {
-    "Assembly": "symdyn.dynamics.assembly",
-    "assemble": "symdyn.dynamics.continuation",
-    "consistent": "symdyn.dynamics.continuation",
-    "follow": "symdyn.dynamics.continuation",
+    "Assembly": "symdyn.dynamics.loops.assembly",
+    "assemble": "symdyn.dynamics.loops.continuation",
+    "consistent": "symdyn.dynamics.loops.continuation",
+    "follow": "symdyn.dynamics.loops.continuation",
 }
 
 __all__ = [

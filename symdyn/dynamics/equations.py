@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.dynamics.partition import Closing
+from symdyn.dynamics.loops.partition import Closing
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Container
 from dataclasses import dataclass
 
 from symdyn.algebra.form import Form, Power, Symbol, product_of, signed_product, sum_of
-from symdyn.dynamics.closed_constraints import ClosedRow, closed_constraints
+from symdyn.dynamics.closed_forms.constraints import ClosedRow, closed_constraints
 from symdyn.scene import Scene, acceleration_name
 
 

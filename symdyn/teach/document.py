@@ -1,0 +1,319 @@
+"""The one document: steps with a claim, the mathematics, a reason and a reference. Renderers walk it, nothing else.
+
+No block holds LaTeX. A formula is a form (`symdyn.algebra.form`), whose symbols are those of the scene or keys of
+`Document.names`; a name says how it is printed and what it is worth on the graph, so a test can hold every formula in
+every rendered text against the graph by value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Union
+
+from symdyn.algebra.form import Form, express_form, product_of, sum_of
+from symdyn.graph import Expr, Graph, reachable, substitute
+from symdyn.graph.ops import Op
+from symdyn.scene import Scene
+
+# What a name looks like
+
+
+@dataclass(frozen=True)
+class Letter:
+    """A letter with indices: K_1, ẋ_2 (one dot), v_2² (power 2), k_{z,12}.
+
+    Attributes:
+        letter: one Latin letter, or the name of a Greek one in Latin ("omega").
+        index: what stands below, parts set apart by commas: ("z", "12").
+        dots: time derivatives.
+        power: exponent above.
+        upright: the index is a word, not a list of numbers.
+    """
+
+    letter: str
+    index: tuple[str, ...] = ()
+    dots: int = 0
+    power: int = 1
+    upright: bool = False
+
+
+@dataclass(frozen=True)
+class Slope:
+    """∂of/∂by; both are symbols of the scene or keys of names."""
+
+    of: str
+    by: str
+
+
+@dataclass(frozen=True)
+class Rate:
+    """d/dt of a symbol of the scene or a key of names."""
+
+    of: str
+
+
+@dataclass(frozen=True)
+class Name:
+    """A quantity that the document names.
+
+    Attributes:
+        look: how it is printed; None: as the symbol of the scene that the key is.
+        node: its value on `Document.graph`; None for what has no value of its own, such as a point.
+    """
+
+    look: Union[Letter, Slope, Rate, None]
+    node: Expr | None = None
+
+
+# Blocks
+
+
+@dataclass(frozen=True)
+class Words:
+    """Prose in the language of the document; forms stand in it as inline mathematics."""
+
+    parts: tuple[str | Form, ...]
+
+
+@dataclass(frozen=True)
+class Formula:
+    """left = form.
+
+    Attributes:
+        left: key of `Document.names`; "" where the formula starts with `form`.
+        form: what it equals, a sum of terms where it is long.
+        number: the source's equation number, "5.24"; "" for none.
+        right: a further right-hand side, left = form = right; None for none.
+    """
+
+    left: str
+    form: Form
+    number: str = ""
+    right: Form | None = None
+
+
+@dataclass(frozen=True)
+class Brace:
+    """One term: form · rate, with the name `under` below an under-brace around form.
+
+    Attributes:
+        form: the coefficient, as it is printed; its sign belongs to it.
+        under: key of `Document.names`; "" for no brace, where `form` is the name of a long coefficient.
+        rate: what it multiplies, ONE for nothing.
+    """
+
+    form: Form
+    under: str
+    rate: Form
+
+
+@dataclass(frozen=True)
+class Braced:
+    """left = Σ of under-braced terms, as (5.40).
+
+    Attributes:
+        left: the drive and the other forces; ZERO for a passive joint.
+        value: key of `Document.names`: what the sum is worth, whatever the left-hand side says it shall be.
+    """
+
+    left: Form
+    terms: tuple[Brace, ...]
+    value: str
+    number: str = ""
+
+    @property
+    def form(self) -> Form:
+        """The same without braces."""
+        return sum_of(product_of((term.form, term.rate)) for term in self.terms)
+
+
+@dataclass(frozen=True)
+class Column:
+    """left = a column of entries, a vector or a bivector (force over moment).
+
+    Attributes:
+        left: how the column is called; key of `Document.names`.
+        entries: forms.
+        names: key of `Document.names` of each entry, in order.
+    """
+
+    left: str
+    entries: tuple[Form, ...]
+    names: tuple[str, ...]
+    number: str = ""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A drawing.
+
+    Attributes:
+        svg: a whole <svg> element; ids in it are unique in the document.
+        caption: what stands below.
+        alt: the same for who cannot see it.
+        key: file name without ending, where a format keeps pictures in files.
+    """
+
+    svg: str
+    caption: Words
+    alt: str
+    key: str
+
+
+@dataclass(frozen=True)
+class Values:
+    """A table; every cell is prose, which may be one form or one number."""
+
+    head: tuple[Words, ...]
+    rows: tuple[tuple[Words, ...], ...]
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One bar: a signed value and its part of the sum of absolute values, 0 to 1."""
+
+    label: Form
+    value: float
+    share: float
+
+
+@dataclass(frozen=True)
+class Shares:
+    """A bar chart of what adds up to one quantity.
+
+    Attributes:
+        total: what the bars add up to; its value and unit.
+    """
+
+    caption: Words
+    total: Form
+    value: float
+    unit: str
+    bars: tuple[Bar, ...]
+
+
+@dataclass(frozen=True)
+class Box:
+    """A remark, an erratum or a check, set apart.
+
+    Attributes:
+        kind: "remark", "erratum" or "check".
+    """
+
+    kind: str
+    title: Words
+    blocks: tuple[Block, ...]
+
+
+@dataclass(frozen=True)
+class Fold:
+    """What is long: shown folded where the format can, else in small print."""
+
+    summary: Words
+    blocks: tuple[Block, ...]
+
+
+@dataclass(frozen=True)
+class Blank:
+    """An exercise: a result left out.
+
+    Attributes:
+        key: unique in the document.
+        ask: the question.
+        left: what is asked for, key of `Document.names`, where its value is.
+        answer: one right answer.
+        hint: how to start.
+        solution: the steps.
+    """
+
+    key: str
+    ask: Words
+    left: str
+    answer: Form
+    hint: Words
+    solution: tuple[Block, ...]
+
+
+Block = Union[Words, Formula, Braced, Column, Picture, Values, Shares, Box, Fold, Blank]
+
+
+# The document
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of a derivation.
+
+    Attributes:
+        key: unique in the document, the same in every language.
+        claim: what is shown, one sentence.
+        blocks: the mathematics.
+        reason: why it is so; no parts where the blocks say it.
+        reference: where it comes from, "(5.24)"; "" for none.
+        level: "brief" for what a short document keeps, "full" for the rest.
+    """
+
+    key: str
+    claim: Words
+    blocks: tuple[Block, ...]
+    reason: Words = Words(())
+    reference: str = ""
+    level: str = "brief"
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the document: key the same in every language, a title, steps."""
+
+    key: str
+    title: str
+    steps: tuple[Step, ...]
+
+
+@dataclass(frozen=True)
+class Document:
+    """A walkthrough.
+
+    Attributes:
+        title: in the language of the document.
+        language: "en", "sk".
+        scene: the mechanism.
+        graph: where the values of names live.
+        names: how keys in formulas are printed, and what they are worth.
+        sections: in reading order.
+    """
+
+    title: str
+    language: str
+    scene: Scene
+    graph: Graph
+    names: Mapping[str, Name]
+    sections: tuple[Section, ...]
+
+    def blocks(self) -> Iterator[tuple[Step, Block]]:
+        """Yield every block with its step, those inside boxes, folds and solutions too."""
+        for section in self.sections:
+            for step in section.steps:
+                for block in step.blocks:
+                    for inner in _opened(block):
+                        yield step, inner
+
+    def value(self, form: Form) -> Expr:
+        """Return what a form is worth on the graph: names in it are replaced by their values."""
+        node = express_form(form, self.graph)
+        symbols = [x for x in reachable([node]) if x.op is Op.SYMBOL]
+        known = {x: found.node for x in symbols if (found := self.names.get(str(x.value))) and found.node is not None}
+        return substitute([node], known)[0]
+
+    def brief(self) -> Document:
+        """Return the short document: steps of level "brief" and sections that keep one."""
+        kept = [replace(s, steps=tuple(step for step in s.steps if step.level == "brief")) for s in self.sections]
+        return replace(self, sections=tuple(section for section in kept if section.steps))
+
+
+def _opened(block: Block) -> Iterator[Block]:
+    yield block
+    inside = block.blocks if isinstance(block, (Box, Fold)) else block.solution if isinstance(block, Blank) else ()
+    for inner in inside:
+        yield from _opened(inner)

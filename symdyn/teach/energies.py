@@ -1,0 +1,285 @@
+"""Steps: kinetic and potential energy, body by body; squares multiplied out and simplified; the Lagrangian."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from symdyn.algebra.form import (
+    MINUS_ONE,
+    ONE,
+    ZERO,
+    Form,
+    Function,
+    Number,
+    Power,
+    Product,
+    Sum,
+    Symbol,
+    express_form,
+    power_of,
+    product_of,
+    split_sign,
+    sum_of,
+    terms_of,
+)
+from symdyn.dynamics.state import joint_position, vector
+from symdyn.graph import Expr, tangents
+from symdyn.scene import Joint, express
+from symdyn.spatial import cross, dot
+from symdyn.teach.document import Block, Fold, Formula, Step, Words
+from symdyn.teach.forms import expanded_squares, factors_of, rate_of
+from symdyn.teach.lesson import Lesson
+from symdyn.teach.masses import AXES, Mass, angular_velocity
+from symdyn.teach.velocities import MOST_TERMS, folded, length
+
+HALF = Number(Fraction(1, 2))
+
+
+def energy_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
+    """Return the steps to K and P of every mass, rotor and spring."""
+    kinetic: list[str] = []
+    potential: list[str] = []
+    steps: list[Step] = []
+    for mass in found:
+        steps += _kinetic(lesson, mass, kinetic)
+        steps += _potential(lesson, mass, potential)
+    for joint in lesson.scene.joints:
+        if joint.moves and not express(joint.armature, lesson.graph).is_zero:
+            steps.append(_rotor(lesson, joint, kinetic))
+    if lesson.scene.springs:
+        steps.append(_springs(lesson, potential))
+    return [*steps, *_totals(lesson, kinetic, potential)]
+
+
+# Kinetic
+
+
+def _kinetic(lesson: Lesson, mass: Mass, kinetic: list[str]) -> list[Step]:
+    """Return v² and K of one mass; its key is added to `kinetic`."""
+    state, tag = lesson.state, mass.tag
+    velocity = tangents(mass.place, state.velocity)
+    square = lesson.graph.total(v * v for v in velocity)
+    moves = not lesson.vanishes(square)
+    steps, parts, values = [], [], []
+    if moves and not mass.m.is_zero:
+        lesson.name(f"v2:{tag}", "v", tag, node=square, power=2)
+        steps.append(_square(lesson, mass))
+        parts.append(product_of((HALF, lesson.short(mass.m), Symbol(f"v2:{tag}"))))
+        values.append(mass.m * square / 2)
+    if mass.h is not None:
+        omega = _ground_omega(lesson, mass)
+        term = dot((velocity[0], velocity[1], velocity[2]), cross(omega, mass.h))
+        if not lesson.vanishes(term):
+            symbol = lesson.name(f"Kh:{tag}", "K", tag, "h", node=term)
+            steps.append(_offset(lesson, mass, term))
+            parts.append(symbol)
+            values.append(term)
+    if mass.spins:
+        spin = _spin(lesson, mass)
+        symbol = lesson.name(f"Kw:{tag}", "K", tag, "ω", node=spin)
+        steps.append(_spinning(lesson, mass, spin))
+        parts.append(symbol)
+        values.append(spin)
+    if not parts:
+        return steps
+    key, node = f"K:{tag}", lesson.graph.total(values)
+    lesson.name(key, "K", tag, node=node)
+    kinetic.append(key)
+    definition = sum_of(parts)
+    blocks: list[Block] = [Formula(key, definition, lesson.number(f"K.definition:{tag}"))]
+    blocks.append(folded(lesson, Formula(key, kinetic_form(lesson, node), lesson.number(key))))
+    claim = lesson.say("kinetic", body=mass.body.name, tag=tag)
+    steps.append(Step(f"kinetic:{tag}", claim, tuple(blocks), reference=_reference(lesson, key)))
+    return steps
+
+
+def _square(lesson: Lesson, mass: Mass) -> Step:
+    """Return v² as a sum of squares, multiplied out, each identity named, simplified."""
+    tag, key = mass.tag, f"v2:{mass.tag}"
+    state = lesson.state
+    rates: dict[str, Form] = {str(q.value): Symbol(str(u.value)) for q, u in zip(state.q, state.rates, strict=True)}
+    components = {axis: rate_of(lesson.short(node), rates) for axis, node in zip(AXES, mass.place, strict=True)}
+    components = {axis: form for axis, form in components.items() if terms_of(form)}
+    squares = sum_of(power_of(Symbol(f"d{axis}:{tag}"), 2) for axis in components)
+    blocks: list[Block] = [Formula(key, squares, lesson.number(f"v2.definition:{tag}"))]
+    groups = expanded_squares(components.values())
+    simple = []
+    identities: list[Block] = []
+    for group in groups:
+        sines = sum_of(group.sines)
+        short = lesson.short(express_form(sines, lesson.graph))
+        if len(group.sines) > 1 or short != sines:
+            identities += [_identity(lesson, sines, short), Formula("", sines, right=short)]
+        if terms_of(short):
+            simple.append(product_of((group.outer, short)))
+    if identities:
+        expanded = Formula(key, sum_of(group.form for group in groups))
+        multiplied: list[Block] = [lesson.say("square.out"), expanded, *identities]
+        if length(expanded.form) > 3 * MOST_TERMS:
+            multiplied = [Fold(lesson.say("square.fold", terms=str(length(expanded.form))), tuple(multiplied))]
+        blocks += [*multiplied, lesson.say("square.result")]
+    ordered = sum_of(_rates_last(term) for term in simple)
+    blocks.append(folded(lesson, Formula(key, ordered, lesson.number(key))))
+    return Step(f"square:{tag}", lesson.say("square", tag=tag), tuple(blocks), reference=_reference(lesson, key))
+
+
+def _rates_last(term: Form) -> Form:
+    """Return a product with rates behind sines."""
+    factors = factors_of(term)
+    moving = [f for f in factors if _is_rate(f)]
+    return product_of([*(f for f in factors if not _is_rate(f)), *moving])
+
+
+def _is_rate(form: Form) -> bool:
+    if isinstance(form, Power):
+        return _is_rate(form.base)
+    if isinstance(form, Sum):
+        return all(map(_is_rate, form.terms))
+    if isinstance(form, Product):
+        return any(map(_is_rate, form.factors))
+    return isinstance(form, Symbol) and form.name.endswith("_dot")
+
+
+def _identity(lesson: Lesson, sines: Form, short: Form) -> Words:
+    """Return the words that name what is used: Pythagoras, the addition formulas, or both."""
+    if isinstance(short, Number) or _angles(short) <= _angles(sines):
+        return lesson.say("identity.pythagoras")
+    return lesson.say("identity.addition")
+
+
+def _angles(form: Form) -> set[Form]:
+    if isinstance(form, Function):
+        return {form.args[0]}
+    parts = getattr(form, "terms", None) or getattr(form, "factors", None) or ()
+    base = getattr(form, "base", None)
+    return {angle for part in (*parts, *((base,) if base is not None else ())) for angle in _angles(part)}
+
+
+def _ground_omega(lesson: Lesson, mass: Mass) -> tuple[Expr, Expr, Expr]:
+    R, w = lesson.placed[mass.body.name].R, angular_velocity(lesson, mass.body)
+    x, y, z = (lesson.graph.total(R[k][a] * w[a] for a in range(3)) for k in range(3))
+    return x, y, z
+
+
+def _spin(lesson: Lesson, mass: Mass) -> Expr:
+    w = angular_velocity(lesson, mass.body)
+    graph = lesson.graph
+    return graph.total(w[a] * mass.inertia[a][b] * w[b] for a in range(3) for b in range(3)) / 2
+
+
+def _spinning(lesson: Lesson, mass: Mass, spin: Expr) -> Step:
+    """Return K of the rotation: ½ ω·I ω in body axes."""
+    tag, terms = mass.tag, []
+    w = [Symbol(f"omega:{tag}{axis}") for axis in AXES]
+    still = [lesson.vanishes(x) for x in angular_velocity(lesson, mass.body)]
+    for a in range(3):
+        for b in range(a, 3):
+            if not mass.inertia[a][b].is_zero and not still[a] and not still[b]:
+                rates: list[Form] = [power_of(w[a], 2)] if a == b else [w[a], w[b]]
+                terms.append(product_of((HALF if a == b else ONE, lesson.short(mass.inertia[a][b]), *rates)))
+    key = f"Kw:{tag}"
+    blocks: list[Block] = [Formula(key, sum_of(terms)), folded(lesson, Formula(key, kinetic_form(lesson, spin)))]
+    claim = lesson.say("spin", body=mass.body.name)
+    return Step(f"spin:{tag}", claim, tuple(blocks), lesson.say("spin.reason"), level="full")
+
+
+def _offset(lesson: Lesson, mass: Mass, term: Expr) -> Step:
+    claim = lesson.say("offset", body=mass.body.name)
+    block = folded(lesson, Formula(f"Kh:{mass.tag}", kinetic_form(lesson, term)))
+    return Step(f"offset:{mass.tag}", claim, (block,), lesson.say("offset.reason"), level="full")
+
+
+def _rotor(lesson: Lesson, joint: Joint, kinetic: list[str]) -> Step:
+    (rate,) = tangents([joint_position(joint, lesson.graph)], lesson.state.velocity)
+    key = f"K:{joint.name}"
+    node = express(joint.armature, lesson.graph) * rate * rate / 2
+    lesson.name(key, "K", joint.name, node=node)
+    kinetic.append(key)
+    return Step(f"rotor:{joint.name}", lesson.say("rotor", joint=joint.name), (Formula(key, lesson.short(node)),))
+
+
+def kinetic_form(lesson: Lesson, node: Expr) -> Form:
+    """Return a quadratic form of the rates as Σ coefficient · q̇_i q̇_j."""
+    qd, terms = lesson.state.qd, []
+    for i, u in enumerate(qd):
+        slope = tangents([node], {u: lesson.graph.one})[0]
+        for j in range(i, len(qd)):
+            second = tangents([slope], {qd[j]: lesson.graph.one})[0]
+            short = lesson.short(second / 2 if i == j else second)
+            if terms_of(short):
+                a, b = Symbol(str(u.value)), Symbol(str(qd[j].value))
+                terms.append(product_of((short, power_of(a, 2)) if i == j else (short, a, b)))
+    return sum_of(terms)
+
+
+# Potential
+
+
+def _potential(lesson: Lesson, mass: Mass, potential: list[str]) -> list[Step]:
+    """Return P = -m g·r of one mass; its key is added to `potential`."""
+    graph, tag = lesson.graph, mass.tag
+    gravity = vector(lesson.scene.gravity, graph)
+    node = -(mass.m * dot(gravity, mass.place))
+    if mass.h is not None:
+        node = node - dot(gravity, mass.h)
+    if lesson.vanishes(node):
+        return []
+    key = f"P:{tag}"
+    lesson.name(key, "P", tag, node=node)
+    potential.append(key)
+    blocks: list[Block] = []
+    places = [
+        product_of((MINUS_ONE, lesson.short(mass.m), lesson.short(one), Symbol(f"{axis}:{tag}")))
+        for axis, one in zip(AXES, gravity, strict=True)
+        if not lesson.vanishes(one)
+    ]
+    if mass.h is None:
+        blocks.append(Formula(key, sum_of(places), lesson.number(f"P.definition:{tag}")))
+    blocks.append(folded(lesson, Formula(key, lesson.short(node), lesson.number(key))))
+    claim = lesson.say("potential", body=mass.body.name, tag=tag)
+    reason = lesson.say("potential.reason")
+    return [Step(f"potential:{tag}", claim, tuple(blocks), reason, _reference(lesson, key))]
+
+
+def _springs(lesson: Lesson, potential: list[str]) -> Step:
+    closed = lesson.closed
+    lesson.name("E", "E", node=lesson.energy.E)
+    potential.append("E")
+    form = closed.loads.energy(closed.compactor)
+    return Step("springs", lesson.say("springs"), (folded(lesson, Formula("E", form)),), lesson.say("springs.reason"))
+
+
+# Together
+
+
+def _totals(lesson: Lesson, kinetic: list[str], potential: list[str]) -> list[Step]:
+    closed, energy = lesson.closed, lesson.energy
+    lesson.name("K", "K", node=energy.K)
+    lesson.name("P", "P", node=energy.P)
+    lesson.name("L", "L", node=lesson.L)
+    total: list[Block] = []
+    for name, keys in (("K", kinetic), ("P", potential)):
+        parts = sum_of(Symbol(key) for key in keys)
+        if parts != ZERO:
+            total.append(Formula(name, parts))
+        if len(keys) != 1 or name == "K":
+            total.append(folded(lesson, Formula(name, closed.form(name), lesson.number(name))))
+    steps = [Step("energies", lesson.say("energies"), tuple(total))]
+    negative = sum_of(_negated(term) for term in terms_of(closed.form("P")))
+    blocks: list[Block] = [
+        Formula("L", sum_of((Symbol("K"), product_of((MINUS_ONE, Symbol("P"))))), lesson.number("L.definition")),
+        folded(lesson, Formula("L", sum_of((closed.form("K"), negative)), lesson.number("L"))),
+    ]
+    steps.append(Step("lagrangian", lesson.say("lagrangian"), tuple(blocks), reference="(5.23)"))
+    return steps
+
+
+def _negated(term: Form) -> Form:
+    sign, rest = split_sign(term)
+    return rest if sign < 0 else product_of((MINUS_ONE, term))
+
+
+def _reference(lesson: Lesson, key: str) -> str:
+    kind, _, tag = key.partition(":")
+    found = [lesson.number(f"{kind}.definition:{tag}"), lesson.number(key)]
+    return ", ".join(f"({number})" for number in dict.fromkeys(found) if number)

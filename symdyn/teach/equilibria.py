@@ -1,0 +1,172 @@
+"""Step: where the mechanism stays at rest without drives. Quarter turns are decided exactly, others by Newton's method.
+
+At rest k_G + k_E = Q. A position is stable where P has a minimum there: all eigenvalues of ∂²P/∂q² are positive.
+"""
+
+from __future__ import annotations
+
+import random
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+
+from symdyn.algebra.form import Form, Number, Pi, Symbol, form_of, power_of, product_of
+from symdyn.dynamics.loads import generalized_forces
+from symdyn.graph import Expr, gradient, reachable, substitute
+from symdyn.scene import JOINTS
+from symdyn.teach.document import Block, Step, Values, Words
+from symdyn.teach.lesson import Lesson, together
+from symdyn.teach.numbers import Chosen, written
+
+STARTS = 60
+MOST_EXACT = 256  # candidates that are decided exactly
+CLOSE = 1e-7
+
+
+def equilibrium_step(lesson: Lesson, chosen: Chosen) -> Step:
+    """Return the table of equilibria, or a sentence where every position is one or none is."""
+    rest = _at_rest(lesson)
+    moving = _variables(lesson, rest)
+    if not moving:
+        free = all(node.is_zero for node in rest)
+        return Step("equilibria", lesson.say("equilibria"), (lesson.say("equilibria.all" if free else "equilibria.none"),))  # fmt: skip
+    exact = _exact(lesson, rest, moving)
+    found = _numeric(lesson, rest, moving, chosen)
+    turns = _turns(lesson)
+    known = [np.array([float(exact_turn) * np.pi / 2 for exact_turn in one]) for one in exact]
+    others = [x for x in found if not any(_same(x, y, moving, turns) for y in known)]
+    rows = []
+    for one, place in zip(exact, known, strict=True):
+        rows.append(_row(lesson, [_quarter(k) for k in one], "exact", _stable(lesson, moving, place, chosen)))
+    for place in others:
+        rows.append(_row(lesson, [written(x) for x in place], "numeric", _stable(lesson, moving, place, chosen)))
+    if not rows:
+        return Step("equilibria", lesson.say("equilibria"), (lesson.say("equilibria.none"),))
+    head = (
+        *(Words((Symbol(str(q.value)),)) for q in moving),
+        lesson.say("equilibria.kind"),
+        lesson.say("equilibria.how"),
+    )
+    blocks: list[Block] = [Values(head, tuple(rows))]
+    idle = [Symbol(str(q.value)) for q in lesson.state.q if q not in moving]
+    if idle:
+        blocks.append(lesson.say("equilibria.idle", names=together(list(idle))))
+    return Step("equilibria", lesson.say("equilibria"), tuple(blocks), lesson.say("equilibria.reason"))
+
+
+def _at_rest(lesson: Lesson) -> list[Expr]:
+    """Return k_G + k_E - Q at q̇ = 0."""
+    state, zero = lesson.state, lesson.graph.zero
+    slopes = gradient(lesson.energy.P, state.q)
+    acting = substitute(generalized_forces(lesson.scene, lesson.graph), dict.fromkeys(state.qd, zero))
+    return [a - b for a, b in zip(slopes, acting, strict=True)]
+
+
+def _variables(lesson: Lesson, rest: list[Expr]) -> list[Expr]:
+    """Return the coordinates on which the forces at rest depend."""
+    needed = set(reachable(rest))
+    return [q for q in lesson.state.q if q in needed]
+
+
+def _turns(lesson: Lesson) -> dict[Expr, bool]:
+    units = [unit for joint in lesson.scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
+    return {q: unit == "rad" for q, unit in zip(lesson.state.q, units, strict=True)}
+
+
+def _exact(lesson: Lesson, rest: list[Expr], moving: list[Expr]) -> list[tuple[int, ...]]:
+    """Return the positions in quarter turns, slides at zero, that are equilibria for every value of the parameters."""
+    turns = _turns(lesson)
+    for choice in ((0, 2, 1, -1), (0, 2)):
+        candidates = list(product(*(choice if turns[q] else (0,) for q in moving)))
+        if len(candidates) <= MOST_EXACT:
+            break
+    else:
+        return []
+    graph = lesson.graph
+    found = []
+    for one in candidates:
+        at = {q: graph.pi * Fraction(k, 2) if k else graph.zero for q, k in zip(moving, one, strict=True)}
+        if all(node.is_zero or _zero(lesson, node) for node in substitute(rest, at)):
+            found.append(one)
+    return found
+
+
+def _zero(lesson: Lesson, node: Expr) -> bool:
+    from symdyn.dynamics.closed_forms.formulas import vanishes
+
+    return not any(q in set(reachable([node])) for q in lesson.state.q) and vanishes(node)
+
+
+def _numeric(lesson: Lesson, rest: list[Expr], moving: list[Expr], chosen: Chosen) -> list[np.ndarray]:
+    """Return roots of the forces at rest that Newton's method finds from many starts, turns within (-π, π]."""
+    rng = random.Random(1)
+    turns = _turns(lesson)
+    rows = [gradient(node, moving) for node in rest]
+    found: list[np.ndarray] = []
+    for _ in range(STARTS):
+        x = np.array([rng.uniform(-np.pi, np.pi) if turns[q] else rng.uniform(-1, 1) for q in moving])
+        for _ in range(40):
+            value, slope = _evaluate(chosen, moving, x, rest, rows)
+            if not np.isfinite(value).all() or not np.isfinite(slope).all():
+                break
+            step = np.linalg.lstsq(slope, -value, rcond=1e-12)[0]
+            x = x + step
+            if np.abs(step).max() < 1e-12:
+                break
+        value, slope = _evaluate(chosen, moving, x, rest, rows)
+        size = 1 + np.abs(slope).max()
+        isolated = np.linalg.matrix_rank(slope, tol=1e-9 * size) == len(moving)
+        if not isolated or not np.isfinite(value).all() or np.abs(value).max() > 1e-9 * size:
+            continue
+        x = np.array([_within(a) if turns[q] else a for a, q in zip(x, moving, strict=True)])
+        if not any(_same(x, y, moving, turns) for y in found):
+            found.append(x)
+    return sorted(found, key=lambda y: [round(float(a), 6) for a in y])
+
+
+def _evaluate(
+    chosen: Chosen, moving: list[Expr], x: np.ndarray, rest: list[Expr], rows: list[list[Expr]]
+) -> tuple[np.ndarray, np.ndarray]:
+    at = Chosen({**chosen.values, **dict(zip(moving, map(float, x), strict=True))}, chosen.q, chosen.parameters)
+    flat = at.of(*rest, *(entry for row in rows for entry in row))
+    return np.array(flat[: len(rest)]), np.array(flat[len(rest) :]).reshape(len(rest), len(moving))
+
+
+def _within(angle: float) -> float:
+    turned = float(np.pi - (np.pi - angle) % (2 * np.pi))
+    return np.pi if abs(turned + np.pi) < CLOSE else turned
+
+
+def _same(x: np.ndarray, y: np.ndarray, moving: list[Expr], turns: dict[Expr, bool]) -> bool:
+    apart = [abs(_within(a - b)) if turns[q] else abs(a - b) for a, b, q in zip(x, y, moving, strict=True)]
+    return max(apart) < 1e-6
+
+
+def _stable(lesson: Lesson, moving: list[Expr], place: np.ndarray, chosen: Chosen) -> str:
+    """Return the key of what P says: a minimum, none, or undecided."""
+    slopes = gradient(lesson.energy.P, moving)
+    rows = [gradient(node, moving) for node in slopes]
+    _, curvature = _evaluate(chosen, moving, place, slopes, rows)
+    eigenvalues = np.linalg.eigvalsh(curvature)
+    size = np.abs(eigenvalues).max() or 1.0
+    if eigenvalues.min() > 1e-9 * size:
+        return "stable"
+    return "unstable" if eigenvalues.min() < -1e-9 * size else "undecided"
+
+
+def _row(lesson: Lesson, place: list[str | Form], how: str, kind: str) -> tuple[Words, ...]:
+    cells = [Words((x,)) for x in place]
+    return (*cells, lesson.say(f"equilibria.{kind}"), lesson.say(f"equilibria.{how}"))
+
+
+def _quarter(k: int) -> Form:
+    """Return k π/2 as a form."""
+    value = Fraction(k, 2)
+    if not value:
+        return Number(value)
+    below = power_of(Number(Fraction(value.denominator)), -1)
+    return product_of((Number(Fraction(value.numerator)), Pi(), *((below,) if value.denominator > 1 else ())))
+
+
+__all__ = ["equilibrium_step", "form_of"]

@@ -1,0 +1,94 @@
+"""The Lagrange road as a document: energies, Lagrangian, equations, coefficients and their meaning, numbers."""
+
+from __future__ import annotations
+
+from symdyn.errors import EmitError
+from symdyn.scene import Scene, without_zeros
+from symdyn.teach.document import Block, Document, Section, Step
+from symdyn.teach.energies import energy_steps
+from symdyn.teach.equations import coefficient_steps, equation_steps, name_coefficients
+from symdyn.teach.equilibria import equilibrium_step
+from symdyn.teach.languages import LANGUAGES
+from symdyn.teach.lesson import Lesson
+from symdyn.teach.masses import masses
+from symdyn.teach.meaning import meaning_steps
+from symdyn.teach.notation import notation_step, scene_step
+from symdyn.teach.numbers import choose, number_steps, power_step, scene_picture, weights_picture
+from symdyn.teach.textbook import errata, numbers_for
+from symdyn.teach.velocities import position_steps, velocity_steps
+
+UNTIL = ("energies", "lagrangian", "equations", "coefficients", "numbers")
+DETAILS = ("brief", "full")
+
+
+def lagrange_walkthrough(scene: Scene, language: str = "en", detail: str = "full", until: str = "numbers") -> Document:
+    """Return the walkthrough of an open mechanism by Lagrange's equations (5.21)-(5.23).
+
+    Args:
+        scene: an open chain or tree with rates of coordinates as velocities.
+        language: "en" or "sk".
+        detail: "full", or "brief" without the steps that a second reading needs.
+        until: the last section.
+
+    Raises:
+        EmitError: an unknown choice.
+        DerivationError: the mechanism has closed loops or no closed form.
+    """
+    for name, value, known in (("language", language, LANGUAGES), ("detail", detail, DETAILS), ("until", until, UNTIL)):
+        if value not in known:
+            raise EmitError(f"{name} {value!r} is not known; give one of {', '.join(known)}")
+    lesson = Lesson(without_zeros(scene), language)
+    lesson.numbers = numbers_for(lesson)
+    found = masses(lesson)
+    chosen = choose(lesson)
+    sections = [
+        _section(lesson, "scene", [scene_step(lesson, scene_picture(lesson, chosen)), notation_step(lesson)]),
+        _section(lesson, "positions", position_steps(lesson, found)),
+        _section(lesson, "velocities", velocity_steps(lesson, found)),
+    ]
+    *energies, lagrangian = energy_steps(lesson, found)
+    sections.append(_section(lesson, "energies", energies))
+    last = UNTIL.index(until)
+    if last >= 1:
+        sections.append(_section(lesson, "lagrangian", [lagrangian]))
+    if last >= 2:
+        page = name_coefficients(lesson)
+        sections.append(_section(lesson, "equations", equation_steps(lesson, page)))
+    if last >= 3:
+        steps = coefficient_steps(lesson, page)
+        meanings = meaning_steps(lesson, page, found)
+        shown = weights_picture(lesson, chosen, found)
+        if shown is not None:
+            meanings = _with_picture(meanings, shown)
+        sections.append(_section(lesson, "coefficients", [*steps, *meanings]))
+    if last >= 4:
+        steps = number_steps(lesson, page, chosen)
+        steps += [equilibrium_step(lesson, chosen), power_step(lesson, chosen)]
+        sections.append(_section(lesson, "numbers", steps))
+    if lesson.numbers:
+        sections = [_with_errata(lesson, section, chosen) for section in sections]
+    title = lesson.text("title", scene=scene.name)
+    document = Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections))
+    return document.brief() if detail == "brief" else document
+
+
+def _section(lesson: Lesson, key: str, steps: list[Step]) -> Section:
+    return Section(key, lesson.text(f"section.{key}"), tuple(steps))
+
+
+def _with_picture(steps: list[Step], shown: Block) -> list[Step]:
+    """Return the steps with a picture in the first one about weights."""
+    for k, step in enumerate(steps):
+        if step.key.startswith("meaning:k_G"):
+            added = Step(step.key, step.claim, (shown, *step.blocks), step.reason, step.reference, step.level)
+            return [*steps[:k], added, *steps[k + 1 :]]
+    return steps
+
+
+def _with_errata(lesson: Lesson, section: Section, chosen) -> Section:  # type: ignore[no-untyped-def]
+    """Return the section with a box behind the step where the source is wrong."""
+    steps = []
+    for step in section.steps:
+        boxes = errata(lesson, step.key, chosen)
+        steps.append(Step(step.key, step.claim, (*step.blocks, *boxes), step.reason, step.reference, step.level))
+    return Section(section.key, section.title, tuple(steps))

@@ -1,0 +1,164 @@
+"""What all steps of one walkthrough share: the graph, the ring that writes short forms, the names, the language."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from symdyn.algebra.compact import Compactor
+from symdyn.algebra.form import Form, Symbol
+from symdyn.algebra.sums_of_angles import total_angles
+from symdyn.algebra.trigonometric import TrigonometricRing
+from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form
+from symdyn.dynamics.closed_forms.parallel import angle_groups
+from symdyn.dynamics.lagrange import Energies, driving_forces, energies
+from symdyn.dynamics.positions import body_placements
+from symdyn.dynamics.state import State, state_symbols
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
+from symdyn.scene import Scene
+from symdyn.spatial import Transform
+from symdyn.teach.document import Letter, Name, Rate, Slope, Words
+from symdyn.teach.languages import LANGUAGES, fill
+
+SMALL_SCENE = 3
+"""Degrees of freedom up to which everything is shown in full."""
+
+
+@dataclass
+class Lesson:
+    """One scene on one graph while its document is being written.
+
+    Attributes:
+        scene: the mechanism, an open chain or tree.
+        language: key of `LANGUAGES`.
+        numbers: equation numbers of the source by key of the formula.
+        names: grows as steps name quantities.
+    """
+
+    scene: Scene
+    language: str
+    numbers: Mapping[str, str] = field(default_factory=dict)
+    names: dict[str, Name] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Put the symbols on the graph, parameters first, which is the order that forms print."""
+        self.graph = Graph()
+        for parameter in self.scene.parameters:
+            self.graph.symbol(parameter.name)
+        self.state: State = state_symbols(self.scene, self.graph)
+        if self.scene.loops or self.scene.rows:
+            raise DerivationError(
+                f"{self.scene.name}: Lagrange's road (5.21) is for open mechanisms, and this one has constraints; "
+                "--road dalembert shows it"
+            )
+
+    # Derived once
+
+    @cached_property
+    def closed(self) -> ClosedForm:
+        """All coefficients in closed form; raises DerivationError where there are none."""
+        return closed_form(self.scene)
+
+    @cached_property
+    def energy(self) -> Energies:
+        """K and P by differentiated positions."""
+        return energies(self.scene, self.graph)
+
+    @cached_property
+    def L(self) -> Expr:
+        """The Lagrangian."""
+        return self.energy.K - self.energy.P
+
+    @cached_property
+    def momenta(self) -> list[Expr]:
+        """∂L/∂q̇_i."""
+        return gradient(self.L, self.state.qd)
+
+    @cached_property
+    def momentum_rates(self) -> list[Expr]:
+        """d/dt ∂L/∂q̇_i."""
+        return tangents(self.momenta, self.state.acceleration)
+
+    @cached_property
+    def slopes(self) -> list[Expr]:
+        """∂L/∂q_i."""
+        return gradient(self.L, self.state.q)
+
+    @cached_property
+    def drives(self) -> list[Expr]:
+        """Driving forces M_i of Lagrange's equations."""
+        return driving_forces(self.energy)
+
+    @cached_property
+    def placed(self) -> dict[str, Transform]:
+        """Placement of every body in the ground frame."""
+        return body_placements(self.scene, self.graph)
+
+    @cached_property
+    def ring(self) -> TrigonometricRing:
+        """The ring in which positions, velocities and what is made of them are written."""
+        needed = [x for T in self.placed.values() for row in (*T.R, T.p) for x in row]
+        state = (*self.state.q, *self.state.qd, *self.state.qdd)
+        return TrigonometricRing([*needed, self.energy.K + self.energy.G], state, total_angles(self._parallel))
+
+    @cached_property
+    def _parallel(self):  # type: ignore[no-untyped-def]
+        return angle_groups(self.scene, self.graph)
+
+    @cached_property
+    def _compact(self) -> Compactor:
+        return Compactor(self.ring, self._parallel)
+
+    # Forms
+
+    def short(self, node: Expr) -> Form:
+        """Return a polynomial in sines of coordinates as short as the ring can write it."""
+        return self._compact(self._polynomial(node))
+
+    def vanishes(self, node: Expr) -> bool:
+        """Tell whether a node is zero as a function."""
+        return self.ring.is_zero(self._polynomial(node))
+
+    def _polynomial(self, node: Expr):  # type: ignore[no-untyped-def]
+        return evaluate([node], self.ring, self.ring.values([node]))[0]
+
+    # Names
+
+    def name(self, key: str, letter: str, *index: str, node: Expr | None, dots: int = 0, power: int = 1) -> Symbol:
+        """Name a quantity and return its symbol."""
+        self.names[key] = Name(Letter(letter, index, dots, power), node)
+        return Symbol(key)
+
+    def slope(self, of: str, by: str, node: Expr) -> Symbol:
+        """Name ∂of/∂by."""
+        self.names[key := f"d{of}/d{by}"] = Name(Slope(of, by), node)
+        return Symbol(key)
+
+    def rate(self, of: str, node: Expr) -> Symbol:
+        """Name d/dt of."""
+        self.names[key := f"d/dt {of}"] = Name(Rate(of), node)
+        return Symbol(key)
+
+    def number(self, key: str) -> str:
+        """Return the equation number of a formula, "" without one."""
+        return self.numbers.get(key, "")
+
+    # Words
+
+    def say(self, key: str, **places: str | Form | Words) -> Words:
+        """Return the prose of a key in the language, with its places filled."""
+        return Words(fill(LANGUAGES[self.language][key], places))
+
+    def text(self, key: str, **places: str) -> str:
+        """Return prose without formulas."""
+        return "".join(str(part) for part in self.say(key, **places).parts)
+
+
+def together(forms: list[Form]) -> Words:
+    """Return forms in a row, commas between."""
+    parts: list[str | Form] = []
+    for form in forms:
+        parts += [", ", form] if parts else [form]
+    return Words(tuple(parts))

@@ -1,0 +1,286 @@
+"""Steps: what each coefficient means, shown by computing it a second time from axes, levers and weights.
+
+n, o    unit vector and a point of a joint's axis, ground frame
+a_i     lever: velocity of a place for q̇_i = 1, n × (r - o) for a turn, n for a slide
+
+Nothing here differentiates an energy: k_z,ij = Σ m a_i·a_j + n_i·I n_j, k_G,i = -Σ m g·a_i.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symdyn.algebra.form import ZERO, Form, Symbol, power_of, product_of, sum_of
+from symdyn.dynamics.state import placement, vector
+from symdyn.emit.equations import Printable
+from symdyn.graph import Expr
+from symdyn.scene import GROUND, Joint, express
+from symdyn.scene.joints.blocks import unit
+from symdyn.spatial import Vec, apply, apply_transposed, cross, dot, sub, zero_vector
+from symdyn.teach.document import Block, Box, Formula, Step, Values, Words
+from symdyn.teach.equations import coefficient_key, node_of
+from symdyn.teach.lesson import Lesson
+from symdyn.teach.masses import AXES, Mass
+from symdyn.teach.velocities import folded, length
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The axis of coordinate i: direction n and point o in the ground frame; whether it slides; the joint."""
+
+    joint: Joint
+    n: Vec
+    o: Vec
+    slides: bool
+
+    def lever(self, place: Vec) -> Vec:
+        """Return the velocity of a place for q̇ = 1."""
+        return self.n if self.slides else cross(self.n, sub(place, self.o))
+
+
+def axes_of(lesson: Lesson) -> list[Axis | None]:
+    """Return the axis of every coordinate; None where it moves more than one simple joint."""
+    graph, found = lesson.graph, []
+    for joint in lesson.scene.moving:
+        followed = any(j.coupling and j.coupling.coordinate in joint.coordinates for j in lesson.scene.joints)
+        if joint.type not in ("revolute", "prismatic") or followed:
+            found += [None] * len(joint.coordinates)
+            continue
+        T = lesson.placed[joint.parent] @ placement(joint.origin, graph)
+        found.append(Axis(joint, apply(T.R, unit(joint.axis, graph)), T.p, joint.type == "prismatic"))
+    return found
+
+
+def beyond(lesson: Lesson, joint: Joint, found: list[Mass]) -> list[Mass]:
+    """Return the masses that a joint carries."""
+    carrier = {j.child: j for j in lesson.scene.joints}
+
+    def carried(body: str) -> bool:
+        while body != GROUND:
+            if carrier[body] is joint:
+                return True
+            body = carrier[body].parent
+        return False
+
+    return [mass for mass in found if carried(mass.body.name)]
+
+
+def meaning_steps(lesson: Lesson, page: Printable, found: list[Mass]) -> list[Step]:
+    """Return what k_z, k_C, k_D, k_G mean."""
+    axes = axes_of(lesson)
+    steps: list[Step] = []
+    for i, axis in enumerate(axes):
+        if axis is not None:
+            steps.append(_own_inertia(lesson, i, axis, found))
+    pairs = [(i, j) for i in range(len(axes)) for j in range(i + 1, len(axes))]
+    for i, j in pairs:
+        first, second = axes[i], axes[j]
+        if first is not None and second is not None and not lesson.vanishes(node_of(lesson, f"k_z:{i + 1},{j + 1}")):
+            steps.append(_induced(lesson, (i, j), (first, second), found))
+    if len(axes) > 1:
+        steps.append(_velocities(lesson, page, axes, "k_D"))
+        steps.append(_velocities(lesson, page, axes, "k_C"))
+    for i, axis in enumerate(axes):
+        if axis is not None and not lesson.vanishes(node_of(lesson, f"k_G:{i + 1}")):
+            steps.append(_weights(lesson, i, axis, found))
+    return steps
+
+
+# k_z
+
+
+def _own_inertia(lesson: Lesson, i: int, axis: Axis, found: list[Mass]) -> Step:
+    """Return k_z,ii as the moment of inertia of everything beyond axis i, or the mass that a slide carries."""
+    here, key, k_z = str(i + 1), f"J:{i + 1}", f"k_z:{i + 1},{i + 1}"
+    carried = beyond(lesson, axis.joint, found)
+    blocks: list[Block] = []
+    terms: list[Form] = []
+    node = lesson.graph.zero
+    for mass in carried:
+        share, part, shown = _inertia_about(lesson, axis, mass, here)
+        node = node + share
+        terms += part
+        blocks += shown
+    rotor = express(axis.joint.armature, lesson.graph)
+    if not rotor.is_zero:
+        node, terms = node + rotor, [*terms, lesson.short(rotor)]
+    lesson.name(key, "m" if axis.slides else "I", here, node=node)
+    number = lesson.number(f"J:{here}")
+    blocks.append(Formula(key, sum_of(terms), number))
+    blocks.append(folded(lesson, Formula(key, lesson.short(node))))
+    blocks.append(_check(lesson, k_z, key))
+    torque = f"Mz:{here},{here}"
+    qdd = lesson.state.qdd[i]
+    lesson.name(torque, "F" if axis.slides else "M", "z", here + here, node=node_of(lesson, k_z) * qdd)
+    moved = lesson.say("inertia.torque", rate=Symbol(str(qdd.value)))
+    product = product_of((Symbol(k_z), Symbol(str(qdd.value))))
+    blocks += [moved, Formula(torque, product, lesson.number(torque))]
+    kind = "mass" if axis.slides else "inertia"
+    tags = ", ".join(mass.tag for mass in carried)
+    claim = lesson.say(f"{kind}", name=Symbol(k_z), joint=axis.joint.name, tags=tags)
+    numbers = [lesson.number(x) for x in (k_z, f"J:{here}", torque)]
+    reference = ", ".join(f"({x})" for x in numbers if x)
+    return Step(f"meaning:{k_z}", claim, tuple(blocks), lesson.say(f"{kind}.reason"), reference)
+
+
+def _inertia_about(lesson: Lesson, axis: Axis, mass: Mass, here: str) -> tuple[Expr, list[Form], list[Block]]:
+    """Return the moment of inertia of one mass about an axis, its printed terms, and the formulas that they need."""
+    m = lesson.short(mass.m)
+    if axis.slides:
+        return mass.m, [m], []
+    lever = axis.lever(mass.place)
+    square, share = dot(lever, lever), lesson.graph.zero
+    terms: list[Form] = []
+    blocks: list[Block] = []
+    if not mass.m.is_zero and not lesson.vanishes(square):
+        key = f"r2:{mass.tag},{here}"
+        symbol = lesson.name(key, "r", mass.tag, here, node=square, power=2)
+        sides = _sides(lesson, axis, mass)
+        short = lesson.short(square)
+        blocks.append(folded(lesson, Formula(key, sides, "", short) if sides is not None else Formula(key, short)))
+        share, terms = share + mass.m * square, [product_of((m, symbol))]
+    n = apply_transposed(lesson.placed[mass.body.name].R, axis.n)
+    spin = dot(n, apply(mass.inertia, n))
+    if mass.h is not None:
+        spin = spin + 2 * dot(cross(axis.n, mass.h), lever)
+    if not lesson.vanishes(spin):
+        key = f"I:{mass.tag},{here}"
+        symbol = lesson.name(key, "I", mass.tag, here, node=spin)
+        blocks.append(folded(lesson, Formula(key, lesson.short(spin))))
+        share, terms = share + spin, [*terms, symbol]
+    return share, terms, blocks
+
+
+def _sides(lesson: Lesson, axis: Axis, mass: Mass) -> Form | None:
+    """Return x² + y² in names where the axis is an axis of the ground frame through its origin; else None."""
+    if not all(lesson.vanishes(x) for x in axis.o):
+        return None
+    along = [k for k in range(3) if not lesson.vanishes(axis.n[k])]
+    if len(along) != 1:
+        return None
+    across = [k for k in range(3) if k != along[0] and not lesson.vanishes(mass.place[k])]
+    return sum_of(power_of(Symbol(f"{AXES[k]}:{mass.tag}"), 2) for k in across)
+
+
+def _check(lesson: Lesson, a: str, b: str) -> Box:
+    """Return the box that says that two values are one function, decided in the ring."""
+    equal = lesson.vanishes(node_of(lesson, a) - node_of(lesson, b))
+    assert equal, f"{a} and {b} differ: one of the two derivations is wrong"
+    return Box("check", lesson.say("check.title"), (lesson.say("check.equal", first=Symbol(a), second=Symbol(b)),))
+
+
+def _induced(lesson: Lesson, at: tuple[int, int], axes: tuple[Axis, Axis], found: list[Mass]) -> Step:
+    """Return k_z,ij as the torque that q̈_j induces in axis i, and its symmetry."""
+    (i, j), (first, second) = at, axes
+    here, there = str(i + 1), str(j + 1)
+    k_z, twin = f"k_z:{here},{there}", f"k_z:{there},{here}"
+    both = [mass for mass in beyond(lesson, first.joint, found) if mass in beyond(lesson, second.joint, found)]
+    node, qdd = lesson.graph.zero, lesson.state.qdd[j]
+    for mass in both:
+        node = node + mass.m * dot(first.lever(mass.place), second.lever(mass.place)) + _coupled(lesson, axes, mass)
+    key = f"D:{here},{there}"
+    lesson.name(key, "N", here + there, node=node)
+    torque, back = f"Mz:{here},{there}", f"Mz:{there},{here}"
+    lesson.name(torque, "F" if first.slides else "M", "z", here + there, node=node_of(lesson, k_z) * qdd)
+    other = lesson.state.qdd[i]
+    lesson.name(back, "F" if second.slides else "M", "z", there + here, node=node_of(lesson, twin) * other)
+    blocks: list[Block] = [
+        Formula(torque, product_of((Symbol(k_z), Symbol(str(qdd.value)))), lesson.number(torque)),
+        lesson.say("induced.how", rate=Symbol(str(qdd.value))),
+        folded(lesson, Formula(key, lesson.short(node))),
+        _check(lesson, k_z, key),
+    ]
+    rest = node_of(lesson, k_z) - node_of(lesson, f"k_z:{there},{there}")
+    if not lesson.vanishes(rest) and length(short := lesson.short(rest)) < length(lesson.short(node)):
+        formula = Formula(k_z, sum_of((Symbol(f"k_z:{there},{there}"), short)), lesson.number(f"split:{here},{there}"))
+        blocks += [lesson.say("induced.split"), formula]
+    blocks.append(Formula(back, product_of((Symbol(twin), Symbol(str(other.value)))), lesson.number(back)))
+    blocks += [lesson.say("induced.twin"), Formula(twin, Symbol(k_z), lesson.number(twin))]
+    claim = lesson.say("induced", name=Symbol(k_z), rate=Symbol(str(qdd.value)), joint=first.joint.name)
+    numbers = [lesson.number(x) for x in (torque, k_z, f"split:{here},{there}", back, twin)]
+    reference = ", ".join(f"({x})" for x in numbers if x)
+    return Step(f"meaning:{k_z}", claim, tuple(blocks), lesson.say("induced.reason"), reference)
+
+
+def _coupled(lesson: Lesson, axes: tuple[Axis, Axis], mass: Mass) -> Expr:
+    """Return n_i·I n_j and what a first moment about the body frame's origin adds."""
+    graph, (first, second) = lesson.graph, axes
+    R = lesson.placed[mass.body.name].R
+    a, b = (zero_vector(graph) if axis.slides else axis.n for axis in axes)
+    term = dot(apply_transposed(R, a), apply(mass.inertia, apply_transposed(R, b)))
+    if mass.h is not None:
+        term = term + dot(cross(a, mass.h), second.lever(mass.place)) + dot(cross(b, mass.h), first.lever(mass.place))
+    return term
+
+
+# k_C and k_D
+
+
+def _velocities(lesson: Lesson, page: Printable, axes: list[Axis | None], kind: str) -> Step:
+    """Return a table: each coefficient of a product of velocities, and why it is there or not."""
+    rows = []
+    for c in page.coefficients:
+        if c.kind == kind:
+            value = c.form if length(c.form) <= 6 else lesson.say("long.short", terms=str(length(c.form)))
+            why = lesson.say(_why(lesson, c.indices, axes, c.vanishes, kind), **_places(lesson, c.indices))
+            rows.append((Words((Symbol(coefficient_key(c)),)), value if isinstance(value, Words) else Words((value,)), why))  # fmt: skip
+    head = (lesson.say("table.coefficient"), lesson.say("table.value"), lesson.say("table.why"))
+    blocks: list[Block] = [Values(head, tuple(rows))]
+    if kind == "k_D" and (number := lesson.number("k_D:1,1")):
+        torque = f"{kind} torque"
+        node = node_of(lesson, "k_D:1,1") * lesson.state.qd[0] * lesson.state.qd[0]
+        lesson.name(torque, "M", "D", "11", node=node)
+        product = product_of((Symbol("k_D:1,1"), power_of(Symbol(str(lesson.state.qd[0].value)), 2)))
+        blocks.append(Formula(torque, product, number, ZERO))
+    number = lesson.number("k_D:1,1") if kind == "k_D" else ""
+    reference = f"({number})" if number else ""
+    return Step(f"meaning:{kind}", lesson.say(f"meaning.{kind}"), tuple(blocks), lesson.say(f"meaning.{kind}.reason"), reference)  # fmt: skip
+
+
+def _places(lesson: Lesson, indices: tuple[int, ...]) -> dict[str, str | Form | Words]:
+    i, j, *rest = indices
+    k = rest[0] if rest else j
+    qd = [Symbol(str(u.value)) for u in lesson.state.qd]
+    return {"i": str(i), "j": qd[j - 1], "k": qd[k - 1], "axis": str(j)}
+
+
+def _why(lesson: Lesson, indices: tuple[int, ...], axes: list[Axis | None], vanishes: bool, kind: str) -> str:
+    """Return the key of the sentence that says why a coefficient is there or not."""
+    i, j, *rest = (x - 1 for x in indices)
+    closed = lesson.closed
+    if kind == "k_D":
+        axis = axes[j]
+        if not vanishes:
+            return "k_D.acts"
+        if axis is not None and axis.slides:
+            return "k_D.straight"
+        if i == j:
+            return "k_D.own"
+        depends = closed.ring.derivative(closed.M[j][j], closed.state.q[i])
+        depends_too = closed.ring.derivative(closed.M[i][j], closed.state.q[j])
+        return "k_D.cancel" if depends or depends_too else "k_D.meets"
+    if not vanishes:
+        return "k_C.acts"
+    k = rest[0]
+    slopes = [closed.ring.derivative(closed.M[a][b], closed.state.q[c]) for a, b, c in ((i, j, k), (i, k, j), (j, k, i))]  # fmt: skip
+    return "k_C.cancel" if any(slopes) else "k_C.nothing"
+
+
+# k_G
+
+
+def _weights(lesson: Lesson, i: int, axis: Axis, found: list[Mass]) -> Step:
+    """Return k_G,i as what the drive holds at rest: minus the moment (or force along the slide) of all weights."""
+    here, graph = str(i + 1), lesson.graph
+    gravity = vector(lesson.scene.gravity, graph)
+    carried = beyond(lesson, axis.joint, found)
+    node = graph.zero
+    for mass in carried:
+        node = node - mass.m * dot(gravity, axis.lever(mass.place))
+        if mass.h is not None and not axis.slides:
+            node = node - dot(gravity, cross(axis.n, mass.h))
+    key = f"MG:{here}"
+    lesson.name(key, "F" if axis.slides else "M", "G", here, node=node)
+    blocks: list[Block] = [folded(lesson, Formula(key, lesson.short(node))), _check(lesson, f"k_G:{here}", key)]
+    claim = lesson.say("weights.slide" if axis.slides else "weights", name=Symbol(f"k_G:{here}"), joint=axis.joint.name)
+    return Step(f"meaning:k_G:{here}", claim, tuple(blocks), lesson.say("weights.reason", drive=here))

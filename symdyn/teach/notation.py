@@ -1,0 +1,53 @@
+"""Steps: the scene in words, its coordinates and every symbol."""
+
+from __future__ import annotations
+
+from symdyn.algebra.form import Symbol
+from symdyn.scene import JOINTS
+from symdyn.scene.spelling import spell
+from symdyn.teach.document import Picture, Step, Values, Words
+from symdyn.teach.lesson import Lesson
+
+
+def scene_step(lesson: Lesson, shown: Picture) -> Step:
+    """Return the picture and the joints."""
+    scene = lesson.scene
+    rows = []
+    for joint in scene.joints:
+        names = joint.coordinates or ((joint.coupling.coordinate,) if joint.coupling else ())
+        parent = lesson.text("ground") if joint.parent == "ground" else joint.parent
+        cells: list[str | Symbol] = []
+        for name in names:
+            cells += [", ", Symbol(name)] if cells else [Symbol(name)]
+        kind = lesson.say(f"joint.{joint.type}")
+        rows.append((Words((joint.name,)), kind, Words((parent,)), Words((joint.child,)), Words(tuple(cells))))
+    keys = ("joint", "kind", "parent", "child", "coordinate")
+    head = tuple(lesson.say(f"table.{key}") for key in keys)
+    claim = lesson.say("scene", scene=scene.name, bodies=str(len(scene.bodies)), freedoms=str(len(scene.velocities)))
+    return Step("scene", claim, (shown, Values(head, tuple(rows))), lesson.say("scene.reason"))
+
+
+def notation_step(lesson: Lesson) -> Step:
+    """Return the table of symbols."""
+    scene, rows = lesson.scene, []
+    for joint in scene.moving:
+        units = JOINTS[joint.type].coordinates(joint)
+        for q, rate, unit in zip(joint.coordinates, joint.rates, units, strict=True):
+            kind = lesson.say("notation.angle" if unit == "rad" else "notation.way", joint=joint.name)
+            rows.append(_row(Symbol(q), kind, unit))
+            rows.append(_row(Symbol(rate), lesson.say("notation.rate", q=Symbol(q)), f"{unit}/s"))
+    for joint in scene.moving:
+        for drive, unit in zip(joint.drives, JOINTS[joint.type].velocities(joint), strict=False):
+            if drive:
+                key = "notation.torque" if unit == "rad" else "notation.force"
+                rows.append(_row(Symbol(drive), lesson.say(key, joint=joint.name), "N m" if unit == "rad" else "N"))
+    for parameter in scene.parameters:
+        value = spell(parameter.value) if parameter.value is not None else ""
+        text = parameter.text or lesson.text("notation.parameter")
+        rows.append(_row(Symbol(parameter.name), Words((text,)), parameter.unit, value))
+    head = tuple(lesson.say(f"table.{key}") for key in ("symbol", "meaning", "unit", "value"))
+    return Step("notation", lesson.say("notation"), (Values(head, tuple(rows)),), level="full")
+
+
+def _row(symbol: Symbol, text: Words, unit: str, value: str = "") -> tuple[Words, ...]:
+    return Words((symbol,)), text, Words((unit.replace("^2", "²"),)), Words((value,))

@@ -1,0 +1,181 @@
+"""Steps: the scene in numbers at one state: values, each coefficient's share of each torque, the power balance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from symdyn.algebra.form import Symbol, product_of, sum_of
+from symdyn.algebra.numeric import Floats
+from symdyn.draw import Wrench, picture, pose
+from symdyn.dynamics.state import vector
+from symdyn.emit.equations import Printable
+from symdyn.graph import Expr, evaluate, tangents
+from symdyn.scene import JOINTS
+from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step, Values, Words
+from symdyn.teach.equations import coefficient_key, node_of
+from symdyn.teach.lesson import Lesson
+from symdyn.teach.masses import Mass
+
+RATES = (1.0, -0.6, 0.8, 0.5, -0.4, 0.3)
+ACCELERATIONS = (0.5, 1.2, -0.7, 0.9, 0.4, -0.3)
+FALL = 9.81
+"""m/s^2: for an acceleration of free fall without a value."""
+SIZES = {"kg": 2.0, "m": 1.0}
+"""What other parameters without a value start from; each is 0.8 of the one before, so that no two are alike."""
+DIGITS = 4
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A state and parameters in numbers: values of all symbols, and q alone."""
+
+    values: Mapping[Expr, float]
+    q: tuple[float, ...]
+    parameters: Mapping[str, float]
+
+    def of(self, *nodes: Expr) -> list[float]:
+        """Return the values of nodes."""
+        return [float(x) for x in evaluate(nodes, Floats(), self.values)]
+
+
+def choose(lesson: Lesson) -> Chosen:
+    """Return the state that the lesson shows: the drawn position, and velocities that are not all alike."""
+    scene, state = lesson.scene, lesson.state
+    given: dict[str, float] = {}
+    for parameter in scene.free_parameters:
+        size = FALL if parameter.unit.replace("^", "") == "m/s2" else SIZES.get(parameter.unit, 1.0)
+        given[parameter.name] = size if size == FALL else round(size * 0.8 ** len(given), 3)
+    q, parameters = pose(scene, parameters=given)
+    values = dict(zip(state.q, map(float, q), strict=True))
+    for k, (u, a) in enumerate(zip(state.qd, state.qdd, strict=True)):
+        values[u], values[a] = RATES[k % len(RATES)], ACCELERATIONS[k % len(ACCELERATIONS)]
+    values |= {lesson.graph.symbol(name): value for name, value in parameters.items()}
+    return Chosen(values, tuple(float(x) for x in q), dict(parameters))
+
+
+def written(value: float) -> str:
+    """Return a number with four significant digits and a true minus."""
+    text = f"{0.0 if abs(value) < 1e-12 else value:.{DIGITS}g}"
+    mantissa, _, exponent = text.partition("e")
+    return (f"{mantissa} · 10^{int(exponent)}" if exponent else mantissa).replace("-", "−")
+
+
+def number_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
+    """Return the state, the coefficients' values, the torques with their shares, the power balance."""
+    steps = [_state(lesson, chosen), _values(lesson, page, chosen)]
+    steps += [_torque(lesson, page, chosen, i) for i in range(len(page.rows))]
+    return steps
+
+
+def _state(lesson: Lesson, chosen: Chosen) -> Step:
+    symbols = [*(lesson.graph.symbol(p.name) for p in lesson.scene.parameters)]
+    symbols += [*lesson.state.q, *lesson.state.qd, *lesson.state.qdd]
+    units = [parameter.unit for parameter in lesson.scene.parameters]
+    places = [unit for joint in lesson.scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
+    rates = [unit for joint in lesson.scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    units += [*places, *(f"{unit}/s" for unit in rates), *(f"{unit}/s^2" for unit in rates)]
+    cells = [
+        (Words((Symbol(str(x.value)),)), Words((written(chosen.values[x]),)), Words((unit.replace("^2", "²"),)))
+        for x, unit in zip(symbols, units, strict=True)
+    ]
+    head = (lesson.say("table.symbol"), lesson.say("table.value"), lesson.say("table.unit"))
+    return Step("state", lesson.say("state"), (Values(head, tuple(cells)),), lesson.say("state.reason"))
+
+
+def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
+    rows = []
+    for c in page.coefficients:
+        if not c.vanishes and not (c.kind == "k_z" and c.indices[0] > c.indices[1]):
+            key = coefficient_key(c)
+            (value,) = chosen.of(node_of(lesson, key))
+            rows.append((Words((Symbol(key),)), Words((written(value),))))
+    head = (lesson.say("table.coefficient"), lesson.say("table.value"))
+    return Step("values", lesson.say("values"), (Values(head, tuple(rows)),), level="full")
+
+
+def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
+    """Return the bar chart of one equation: every product of coefficient and rates."""
+    state = lesson.state
+    named = {str(x.value): x for x in (*state.qd, *state.qdd)}
+    labels, values = [], []
+    for c in page.rows[i]:
+        if c.vanishes:
+            continue
+        key = coefficient_key(c)
+        factor = 1.0
+        for name, exponent in _rates(c.rate):
+            factor *= chosen.values[named[name]] ** exponent
+        (value,) = chosen.of(node_of(lesson, key))
+        labels.append(product_of((Symbol(key), c.rate)))
+        values.append(value * factor)
+    whole = sum(map(abs, values)) or 1.0
+    bars = tuple(Bar(label, value, abs(value) / whole) for label, value in zip(labels, values, strict=True))
+    slides = [unit == "m" for joint in lesson.scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    total = Symbol(f"tau:{i + 1}")
+    caption = lesson.say("shares", total=total)
+    block = Shares(caption, total, sum(values), "N" if slides[i] else "N m", bars)
+    claim = lesson.say("torque", total=total, value=f"{written(sum(values))} {'N' if slides[i] else 'N m'}")
+    return Step(f"torque:{i + 1}", claim, (block,))
+
+
+def _rates(rate: object) -> list[tuple[str, int]]:
+    """Return (name, exponent) of every factor of a rate."""
+    parts = getattr(rate, "factors", (rate,))
+    found = []
+    for part in parts:
+        if isinstance(part, Symbol):
+            found.append((part.name, 1))
+        elif hasattr(part, "exponent"):
+            found.append((part.base.name, part.exponent))
+    return found
+
+
+def power_step(lesson: Lesson, chosen: Chosen) -> Step:
+    """Return the check by energy: d/dt (K + P) = Σ τ_i q̇_i, decided on the graph, and in numbers."""
+    state, n = lesson.state, range(lesson.state.n)
+    total = lesson.energy.K + lesson.energy.P
+    rate = tangents([total], state.acceleration)[0]
+    lesson.name("W", "W", node=total)
+    symbol = lesson.rate("W", rate)
+    power = [product_of((Symbol(f"tau:{i + 1}"), Symbol(str(state.qd[i].value)))) for i in n]
+    nodes = [node_of(lesson, f"tau:{i + 1}") * state.qd[i] for i in n]
+    left, *parts = chosen.of(rate, *nodes)
+    assert abs(left - sum(parts)) <= 1e-9 * (1 + sum(map(abs, parts))), (
+        "the power of the drives is not the rate of K + P"
+    )
+    blocks: list[Block] = [
+        Formula("W", sum_of((Symbol("K"), Symbol("P")))),
+        Formula(symbol.name, sum_of(power)),
+        lesson.say(
+            "power.numbers",
+            left=symbol,
+            value=written(left),
+            parts=" + ".join(map(written, parts)).replace("+ −", "− "),
+        ),  # fmt: skip
+    ]
+    return Step("power", lesson.say("power"), tuple(blocks), lesson.say("power.reason"))
+
+
+# Pictures
+
+
+def scene_picture(lesson: Lesson, chosen: Chosen) -> Picture:
+    """Return the mechanism with its frames and coordinates."""
+    svg = picture(lesson.scene, chosen.q, chosen.parameters, frames=True, prefix="scene-")
+    caption = lesson.say("picture.caption", scene=lesson.scene.name)
+    return Picture(svg, caption, lesson.text("picture.caption", scene=lesson.scene.name), "scene")
+
+
+def weights_picture(lesson: Lesson, chosen: Chosen, found: list[Mass]) -> Picture | None:
+    """Return the mechanism with the weight of every mass; None without gravity."""
+    gravity = chosen.of(*vector(lesson.scene.gravity, lesson.graph))
+    if not any(gravity):
+        return None
+    wrenches = []
+    for mass in found:
+        m, *at = chosen.of(mass.m, *mass.place)
+        if m > 0:
+            wrenches.append(Wrench(f"G_{{{mass.tag}}}", tuple(at), tuple(m * g for g in gravity)))
+    svg = picture(lesson.scene, chosen.q, chosen.parameters, wrenches=wrenches, prefix="weights-", labels=("coordinates",))  # fmt: skip
+    return Picture(svg, lesson.say("weights.caption"), lesson.text("weights.caption"), "weights")

@@ -1,0 +1,117 @@
+"""Steps: where every mass is, and how fast it moves, differentiated term by term."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from symdyn.algebra.form import ZERO, Form, Symbol, terms_of
+from symdyn.graph import tangents
+from symdyn.teach.document import Block, Fold, Formula, Step, Values, Words
+from symdyn.teach.forms import rate_of
+from symdyn.teach.lesson import Lesson
+from symdyn.teach.masses import AXES, Mass, angular_velocity
+
+MOST_TERMS = 20
+"""Terms of one formula from which it is shown folded."""
+
+
+def position_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
+    """Return one step a mass: x, y, z of its place in the ground frame."""
+    steps = []
+    for mass in found:
+        blocks: list[Block] = []
+        absent = []
+        for axis, node in zip(AXES, mass.place, strict=True):
+            key = f"{axis}:{mass.tag}"
+            symbol = lesson.name(key, axis, mass.tag, node=node)
+            form = lesson.short(node)
+            if terms_of(form):
+                blocks.append(folded(lesson, Formula(key, form, lesson.number(key))))
+            else:
+                absent.append(symbol)
+        if absent:
+            zero = Formula("", absent[0], right=ZERO) if len(absent) == 1 else None
+            chain = [Formula(one.name, ZERO) for one in absent]
+            blocks += [zero] if zero else chain
+        claim = lesson.say(f"position.{_kind(mass)}", body=mass.body.name, tag=mass.tag)
+        steps.append(Step(f"position:{mass.tag}", claim, tuple(blocks), reference=_range(blocks)))
+    return steps
+
+
+def velocity_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
+    """Return one step a mass: each component differentiated, the angular velocity of a body that has inertia."""
+    state = lesson.state
+    rates: dict[str, Form] = {str(q.value): Symbol(str(u.value)) for q, u in zip(state.q, state.rates, strict=True)}
+    steps = []
+    for mass in found:
+        blocks: list[Block] = []
+        details: list[Block] = []
+        for axis, node in zip(AXES, mass.place, strict=True):
+            key, velocity = f"d{axis}:{mass.tag}", tangents([node], state.velocity)[0]
+            lesson.name(key, axis, mass.tag, node=velocity, dots=1)
+            form = lesson.short(node)
+            rate = rate_of(form, rates)
+            if not terms_of(rate):
+                continue
+            details.append(_term_by_term(lesson, form, rates))
+            blocks.append(folded(lesson, Formula(key, rate, lesson.number(key))))
+        if not blocks:
+            blocks = [lesson.say("velocity.rests", tag=mass.tag)]
+        if details:
+            shown = len(lesson.scene.velocities) <= 3
+            table = tuple(details)
+            blocks = [*(table if shown and len(table) < 3 else (Fold(lesson.say("velocity.terms"), table),)), *blocks]
+        claim = lesson.say("velocity", tag=mass.tag, body=mass.body.name)
+        reason = lesson.say("velocity.reason")
+        reference = _range([block for block in blocks if isinstance(block, Formula)])
+        steps.append(Step(f"velocity:{mass.tag}", claim, tuple(blocks), reason, reference))
+        if mass.spins:
+            steps.append(_turning(lesson, mass))
+    return steps
+
+
+def _term_by_term(lesson: Lesson, form: Form, rates: Mapping[str, Form]) -> Values:
+    """Return a table: each term of a place and its rate."""
+    head = (lesson.say("velocity.term"), lesson.say("velocity.rate"))
+    rows = [(Words((term,)), Words((rate_of(term, rates),))) for term in terms_of(form)]
+    return Values(head, tuple(rows))
+
+
+def _turning(lesson: Lesson, mass: Mass) -> Step:
+    blocks: list[Block] = []
+    for axis, node in zip(AXES, angular_velocity(lesson, mass.body), strict=True):
+        key = f"omega:{mass.tag}{axis}"
+        lesson.name(key, "omega", mass.tag, axis, node=node)
+        form = lesson.short(node)
+        blocks.append(folded(lesson, Formula(key, form)))
+    claim = lesson.say("turning", body=mass.body.name)
+    return Step(f"turning:{mass.tag}", claim, tuple(blocks), lesson.say("turning.reason"))
+
+
+def folded(lesson: Lesson, formula: Formula) -> Block:
+    """Return a formula, folded under its name where it is long."""
+    if length(formula.form) <= MOST_TERMS:
+        return formula
+    left = Symbol(formula.left) if formula.left else formula.right or ZERO
+    return Fold(lesson.say("long", name=left, terms=str(length(formula.form))), (formula,))
+
+
+def length(form: Form) -> int:
+    """Return how many terms a reader sees, those in brackets included."""
+    parts = getattr(form, "terms", None)
+    if parts is not None:
+        return sum(length(part) for part in parts)
+    factors = getattr(form, "factors", None)
+    if factors is not None:
+        return max(1, sum(length(part) for part in factors if getattr(part, "terms", None) or hasattr(part, "base")))
+    base = getattr(form, "base", None)
+    return length(base) if base is not None else 1
+
+
+def _kind(mass: Mass) -> str:
+    return "particle" if mass.particle else "centre" if mass.h is None else "origin"
+
+
+def _range(blocks: list[Block]) -> str:
+    """Return the equation numbers of some formulas: "5.28, 5.29"."""
+    return ", ".join(f"({b.number})" for b in blocks if isinstance(b, Formula) and b.number)
