@@ -97,6 +97,7 @@ class Workspace:
         """The declared bodies and joints, nothing merged or regrouped, for reactions."""
         from symdyn.dynamics.reactions.hanging import Hanging  # with NumPy, which printing can do without
 
+        assembled: dict[str, float] = {}
         if self.scene.loops:
             numbers, q = self.closed.numbers, self.closed.closure.assembly.typical
             assembled = {str(node.value): value for node, value in numbers.parameters.items()}
