@@ -55,7 +55,7 @@ WORDS: Mapping[str, Mapping[str, str]] = {
         "qdd": "Accelerations",
         "params": "Parameters",
         "torques": "What each driving force is made of",
-        "term": "term",
+        "times": "times",
         "coefficient": "coefficient",
         "value": "value",
         "share": "share",
@@ -90,7 +90,7 @@ WORDS: Mapping[str, Mapping[str, str]] = {
         "qdd": "Zrýchlenia",
         "params": "Parametre",
         "torques": "Z čoho sa skladajú zovšeobecnené hnacie sily",
-        "term": "člen",
+        "times": "krát",
         "coefficient": "koeficient",
         "value": "hodnota",
         "share": "podiel",
@@ -281,7 +281,7 @@ def _term(scene: Scene, term: Term, symbols: Mapping[str, str], sentences: Mappi
     names = {"qd": scene.velocities, "qdd": tuple(acceleration_name(v) for v in scene.velocities)}
     factors = [symbols[names[kind][k]] for kind, k in term.rates]
     square = len(factors) == 2 and factors[0] == factors[1]
-    rate = symbol(factors[0], "2") if square else " ".join(symbol(x) for x in factors)
+    rate = symbol(factors[0], "2") if square else "\u00a0".join(symbol(x) for x in factors)
     if term.function == "applied_forces":
         return {"coefficient": f"−{symbol(f'Q_{{{term.row + 1}}}')}", "rate": "", "text": sentences["Q"]}
     letter, (first, *rest) = term.function[2:], [str(index + 1) for index in term.indices]
