@@ -11,12 +11,17 @@ from symdyn.dynamics.christoffel import christoffel
 from symdyn.dynamics.lagrange import elastic_forces, gravity_forces, mass_matrix
 from symdyn.dynamics.loads import generalized_forces
 from symdyn.emit.equations import ALONE, Coefficient, Printable, printable
+from symdyn.emit.formula_text import text_of
 from symdyn.graph import Expr
 from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Values, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, together
 from symdyn.teach.velocities import MOST_TERMS, folded, length
 
 KINDS = {"k_z": "z", "k_C": "C", "k_D": "D", "k_G": "G", "k_E": "E"}
+
+
+WIDEST = 110
+"""Characters of a coefficient that stands over a brace."""
 
 
 def coefficient_key(c: Coefficient) -> str:
@@ -148,7 +153,7 @@ def _equation(lesson: Lesson, page: Printable, i: int) -> Step:
     for c in page.rows[i]:
         if c.vanishes:
             continue
-        short = length(c.form) <= MOST_TERMS // 3
+        short = length(c.form) <= MOST_TERMS // 3 and len(text_of(c.form)) <= WIDEST
         form = c.form if short else Symbol(coefficient_key(c))
         terms.append(Brace(form, coefficient_key(c) if short else "", c.rate))
     number = lesson.number(f"equation:{i + 1}")

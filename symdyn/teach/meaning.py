@@ -13,12 +13,13 @@ from dataclasses import dataclass
 from symdyn.algebra.form import ZERO, Form, Symbol, power_of, product_of, sum_of
 from symdyn.dynamics.state import placement, vector
 from symdyn.emit.equations import Printable
+from symdyn.emit.formula_text import text_of
 from symdyn.graph import Expr
 from symdyn.scene import GROUND, Joint, express
 from symdyn.scene.joints.blocks import unit
 from symdyn.spatial import Vec, apply, apply_transposed, cross, dot, sub, zero_vector
 from symdyn.teach.document import Block, Box, Formula, Step, Values, Words
-from symdyn.teach.equations import coefficient_key, node_of
+from symdyn.teach.equations import WIDEST, coefficient_key, node_of
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.masses import AXES, Mass
 from symdyn.teach.velocities import folded, length
@@ -225,7 +226,7 @@ def _velocities(lesson: Lesson, page: Printable, axes: list[Axis | None], kind: 
     rows = []
     for c in page.coefficients:
         if c.kind == kind:
-            short = length(c.form) <= SHORT
+            short = length(c.form) <= SHORT and len(text_of(c.form)) <= WIDEST
             value = Words((c.form,)) if short else lesson.say("long.short", terms=str(length(c.form)))
             why = lesson.say(_why(lesson, c.indices, axes, c.vanishes, kind), **_places(lesson, c.indices))
             rows.append((Words((Symbol(coefficient_key(c)),)), value, why))
@@ -268,6 +269,9 @@ def _why(lesson: Lesson, indices: tuple[int, ...], axes: list[Axis | None], vani
     if not vanishes:
         return "k_C.acts"
     k = rest[0]
+    carrier = axes[j]
+    if carrier is not None and carrier.slides:
+        return "k_C.straight"
     parts = ((i, j, k), (i, k, j), (j, k, i))
     slopes = [closed.ring.derivative(closed.M[a][b], closed.state.q[c]) for a, b, c in parts]
     return "k_C.cancel" if any(slopes) else "k_C.nothing"

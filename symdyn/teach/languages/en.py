@@ -134,6 +134,7 @@ TEXTS = {
     "to it",
     "k_D.cancel": "the moments about axis {i} of the centrifugal forces of {j} cancel",
     "k_C.acts": "{j} carries what moves with {k}: the Coriolis force has a moment about axis {i}",
+    "k_C.straight": "a slide does not turn what it carries: {j} and {k} together cause no Coriolis acceleration",
     "k_C.nothing": "no coefficient of the accelerations that counts here depends on a coordinate",
     "k_C.cancel": "the moments of the Coriolis forces about axis {i} add up to zero",
     "weights": "{name} is the torque that holds joint {joint} at rest against the weights.",

@@ -133,6 +133,7 @@ TEXTS = {
     "k_D.meets": "odstredivá sila od {j} nemá moment k osi {i}: jej nositeľka je s osou rôznobežná alebo rovnobežná",
     "k_D.cancel": "momenty odstredivých síl od {j} k osi {i} sa rušia",
     "k_C.acts": "{j} unáša to, čo sa pohybuje s {k}: Coriolisova sila má moment k osi {i}",
+    "k_C.straight": "posuv neotáča to, čo unáša: {j} a {k} spolu nespôsobujú Coriolisovo zrýchlenie",
     "k_C.nothing": "žiaden z príslušných koeficientov pri zrýchleniach nezávisí od súradnice",
     "k_C.cancel": "momenty Coriolisových síl k osi {i} dajú v súčte nulu",
     "weights": "{name} je moment, ktorý drží spojenie {joint} v pokoji proti tiažam.",
