@@ -21,6 +21,12 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
         help="the last part (default: numbers)",
     )
     verb.add_argument("--language", choices=("en", "sk"), default="en", help="of the prose (default: en)")
+    verb.add_argument(
+        "--road",
+        choices=("lagrange", "dalembert"),
+        default="lagrange",
+        help="energies and Lagrange's equations, of open mechanisms (default); or bodies cut free, with all reactions",
+    )
     verb.add_argument("-o", "--output", metavar="DIR|FILE", default=".", help="folder or file (default: here)")
     verb.set_defaults(run=run)
 
@@ -33,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene(options)
     with Waiting() as progress:
         progress("deriving")
-        document = walkthrough(scene, options.language, options.detail, options.until)
+        document = walkthrough(scene, options.language, options.detail, options.until, options.road)
         progress("writing")
         files = rendered(document, options.format)
     for path in placed(files, options.output):
