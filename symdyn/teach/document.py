@@ -247,7 +247,7 @@ class Step:
 
     Attributes:
         key: unique in the document, the same in every language.
-        claim: what is shown, one sentence.
+        claim: what is shown, one sentence; no parts for boxes about the step before.
         blocks: the mathematics.
         reason: why it is so; no parts where the blocks say it.
         reference: where it comes from, "(5.24)"; "" for none.

@@ -99,7 +99,8 @@ class Lesson:
     @cached_property
     def ring(self) -> TrigonometricRing:
         """The ring in which positions, velocities and what is made of them are written."""
-        needed = [x for T in self.placed.values() for row in (*T.R, T.p) for x in row]
+        needed = [self.graph.symbol(parameter.name) for parameter in self.scene.parameters]
+        needed += [x for T in self.placed.values() for row in (*T.R, T.p) for x in row]
         state = (*self.state.q, *self.state.qd, *self.state.qdd)
         return TrigonometricRing([*needed, self.energy.K + self.energy.G], state, total_angles(self._parallel))
 

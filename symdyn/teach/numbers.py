@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from symdyn.algebra.form import Symbol, product_of, sum_of
+from symdyn.algebra.form import Form, Power, Symbol, product_of, sum_of
 from symdyn.algebra.numeric import Floats
 from symdyn.draw import Wrench, picture, pose
 from symdyn.dynamics.state import vector
@@ -14,6 +14,7 @@ from symdyn.graph import Expr, evaluate, tangents
 from symdyn.scene import JOINTS
 from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step, Values, Words
 from symdyn.teach.equations import coefficient_key, node_of
+from symdyn.teach.forms import factors_of
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.masses import Mass
 
@@ -119,15 +120,13 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
     return Step(f"torque:{i + 1}", claim, (block,))
 
 
-def _rates(rate: object) -> list[tuple[str, int]]:
+def _rates(rate: Form) -> list[tuple[str, int]]:
     """Return (name, exponent) of every factor of a rate."""
-    parts = getattr(rate, "factors", (rate,))
     found = []
-    for part in parts:
-        if isinstance(part, Symbol):
-            found.append((part.name, 1))
-        elif hasattr(part, "exponent"):
-            found.append((part.base.name, part.exponent))
+    for part in factors_of(rate):
+        base, exponent = (part.base, part.exponent) if isinstance(part, Power) else (part, 1)
+        if isinstance(base, Symbol):
+            found.append((base.name, exponent))
     return found
 
 
@@ -152,7 +151,7 @@ def power_step(lesson: Lesson, chosen: Chosen) -> Step:
             left=symbol,
             value=written(left),
             parts=" + ".join(map(written, parts)).replace("+ −", "− "),
-        ),  # fmt: skip
+        ),
     ]
     return Step("power", lesson.say("power"), tuple(blocks), lesson.say("power.reason"))
 
@@ -177,5 +176,6 @@ def weights_picture(lesson: Lesson, chosen: Chosen, found: list[Mass]) -> Pictur
         m, *at = chosen.of(mass.m, *mass.place)
         if m > 0:
             wrenches.append(Wrench(f"G_{{{mass.tag}}}", tuple(at), tuple(m * g for g in gravity)))
-    svg = picture(lesson.scene, chosen.q, chosen.parameters, wrenches=wrenches, prefix="weights-", labels=("coordinates",))  # fmt: skip
+    shown, labels = chosen.parameters, ("coordinates",)
+    svg = picture(lesson.scene, chosen.q, shown, wrenches=wrenches, prefix="weights-", labels=labels)
     return Picture(svg, lesson.say("weights.caption"), lesson.text("weights.caption"), "weights")

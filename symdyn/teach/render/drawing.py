@@ -8,8 +8,9 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from xml.etree.ElementTree import Element
 
 from defusedxml import ElementTree
 
@@ -21,6 +22,7 @@ SCALE = 0.62  # bp a unit, at most: labels are 17 units high
 KAPPA = 0.5523  # control points of a quarter circle
 SVG = "{http://www.w3.org/2000/svg}"
 Look = dict[str, str]
+Point = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ def tex_picture(svg: str) -> str:
     return f"{{\\setlength{{\\unitlength}}{{1bp}}\\begin{{picture}}{size}\n{body}\n\\end{{picture}}}}"
 
 
-def _walk(element, shift):  # type: ignore[no-untyped-def]
+def _walk(element: Element, shift: Point) -> Iterator[tuple[Element, Point]]:
     """Yield every element with the translation that it stands in."""
     moved = re.match(r"translate\(([-\d.]+) ([-\d.]+)\)", element.attrib.get("transform", ""))
     if moved and element.tag in (f"{SVG}g", f"{SVG}path", f"{SVG}ellipse"):
@@ -93,7 +95,7 @@ def _look(tag: str, attributes: Mapping[str, str], rules: list[_Rule]) -> Look:
 # Shapes
 
 
-def _shape(element, look: Look, shift: tuple[float, float]) -> str:  # type: ignore[no-untyped-def]
+def _shape(element: Element, look: Look, shift: Point) -> str:
     fill, stroke = look.get("fill", "none"), look.get("stroke", "none")
     if fill == stroke == "none":
         return ""
@@ -110,7 +112,7 @@ def _colour(text: str) -> str:
     return " ".join(f"{int(text[k : k + 2], 16) / 255:.3f}" for k in (1, 3, 5))
 
 
-def _way(element) -> str:  # type: ignore[no-untyped-def]
+def _way(element: Element) -> str:
     read = element.attrib
     if element.tag == f"{SVG}path":
         return _path(read["d"])
@@ -154,7 +156,7 @@ def _path(d: str) -> str:
 # Labels
 
 
-def _label(element) -> str:  # type: ignore[no-untyped-def]
+def _label(element: Element) -> str:
     """Return a label: runs on the line, below and above it."""
     runs = [("", 0, element.text or "")]
     level = 0.0

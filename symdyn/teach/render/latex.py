@@ -3,6 +3,7 @@ r"""A document in LaTeX for pdflatex, one file: pictures are drawn in it, long l
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import groupby
 
 from symdyn.emit.breaking import latex_width
 from symdyn.emit.render import render
@@ -28,7 +29,8 @@ from symdyn.teach.render.spelling import Spelling, lines
 LINE = 470.0  # pt: 170 mm less a little for what the estimate misses
 TAG = 55.0  # room for an equation number
 INSET = 24.0  # what a box takes from the line
-GAP = 12.0  # between columns of a table
+GAP = 16.0  # between columns of a table
+ROWS, TALL_ROWS = 40, 14  # of one table, and of one whose cells have several lines
 BAR = 150.0  # pt of a share of one
 
 COLOURS = {"erratum": "fff0ee", "remark": "eef4fb", "check": "eef8f0"}
@@ -44,7 +46,7 @@ def latex(document: Document) -> dict[str, str]:
                 {
                     "claim": page.words(step.claim),
                     "reference": step.reference,
-                    "blocks": [text for block in step.blocks for text in page.block(block, LINE)],
+                    "body": page.body(step.blocks, LINE),
                     "reason": page.words(step.reason),
                 }
                 for step in section.steps
@@ -65,17 +67,35 @@ class _Page:
     def words(self, words: Words) -> str:
         return self.spell.words(words)
 
+    def body(self, blocks: Sequence[Block], room: float) -> str:
+        """Return blocks one after the other; formulas in a row share a display, which ends a paragraph."""
+        text = ""
+        for alike, group in groupby(blocks, lambda block: isinstance(block, (Formula, Braced))):
+            if alike:
+                text += f"\n{self._display(list(group), room)}\n"
+            else:
+                text += "".join(f"\n\n{one}" for block in group for one in self.block(block, room))
+        return text
+
+    def _display(self, group: Sequence[Block], room: float) -> str:
+        rows = []
+        for block in group:
+            assert isinstance(block, (Formula, Braced)), "only formulas share a display"
+            left, right = self.spell.formula(block) if isinstance(block, Formula) else self.spell.braced(block)
+            tag = rf" \tag{{{block.number}}}" if block.number else ""
+            rows.append(" \\\\\n  ".join(lines(left, right, room - (TAG if tag else 0))) + tag)
+        inside = " \\\\\n  ".join(rows)
+        return f"\\begin{{align*}}\n  {inside}\n\\end{{align*}}"
+
     def block(self, block: Block, room: float) -> Iterator[str]:
-        """Yield the paragraphs of a block on lines of `room` pt."""
+        """Yield the paragraphs of a block that is no formula, on lines of `room` pt."""
         if isinstance(block, Words):
             yield self.words(block)
-        elif isinstance(block, (Formula, Braced)):
-            left, right = self.spell.formula(block) if isinstance(block, Formula) else self.spell.braced(block)
-            yield display(lines(left, right, room - (TAG if block.number else 0)), block.number)
         elif isinstance(block, Column):
             entries = r" \\ ".join(self.spell.inline(entry) for entry in block.entries)
             vector = rf"= \begin{{bmatrix}} {entries} \end{{bmatrix}}"
-            yield display([f"{self.spell.symbols[block.left]} &{vector}"], block.number)
+            tag = rf" \tag{{{block.number}}}" if block.number else ""
+            yield f"\\begin{{equation*}}\n  {self.spell.symbols[block.left]} {vector}{tag}\n\\end{{equation*}}"
         elif isinstance(block, Picture):
             caption = rf"\small {self.words(block.caption)}"
             yield f"\\begin{{center}}\n{tex_picture(block.svg)}\n\n{caption}\n\\end{{center}}"
@@ -85,12 +105,10 @@ class _Page:
             yield self.words(block.caption)
             yield self._bars(block)
         elif isinstance(block, Box):
-            inside = [text for part in block.blocks for text in self.block(part, room - INSET)]
-            body = "\n\n".join([rf"\textbf{{{self.words(block.title)}}}", *inside])
+            body = rf"\textbf{{{self.words(block.title)}}}" + self.body(block.blocks, room - INSET)
             yield f"\\begin{{lesson}}{{{COLOURS[block.kind]}}}\n{body}\n\\end{{lesson}}"
         elif isinstance(block, Fold):
-            inside = [text for part in block.blocks for text in self.block(part, room / 0.9)]
-            body = "\n\n".join([rf"\emph{{{self.words(block.summary)}}}", *inside])
+            body = rf"\emph{{{self.words(block.summary)}}}" + self.body(block.blocks, room / 0.9)
             yield f"{{\\small\n{body}\n\\par}}"
         elif isinstance(block, Blank):
             yield self.words(block.ask)
@@ -102,8 +120,9 @@ class _Page:
         widths = [max(map(_width, column)) for column in zip(*rows, strict=True)]
         columns = _columns(widths, room - GAP * len(widths))
         head, *others = [" & ".join(row) + r" \\" for row in rows]
-        body = "\n".join(others)
-        return f"\\begin{{longtable}}{{@{{}}{columns}@{{}}}}\n{head}\n\\hline\n\\endhead\n{body}\n\\end{{longtable}}"
+        most = TALL_ROWS if "p{" in columns else ROWS
+        parts = ["\n".join([head, r"\hline", *others[k : k + most]]) for k in range(0, len(others), most)]
+        return "\n\n".join(f"\\begin{{tabular}}{{@{{}}{columns}@{{}}}}\n{part}\n\\end{{tabular}}" for part in parts)
 
     def _bars(self, shares: Shares) -> str:
         rows = [rf"${self.spell.inline(shares.total)}$ & ${_value(shares.value)}$ {escape(shares.unit)} & \\ \hline"]
@@ -114,13 +133,6 @@ class _Page:
             rows.append(f"{cells[0]} & {cells[1]} & {rule}~{100 * bar.share:.0f}\\,\\% \\\\")
         body = "\n".join(rows)
         return f"\\begin{{center}}\n\\begin{{tabular}}{{@{{}}lrl@{{}}}}\n{body}\n\\end{{tabular}}\n\\end{{center}}"
-
-
-def display(aligned: Sequence[str], number: str = "") -> str:
-    """Return an align* display, the equation number on its last line."""
-    tag = rf" \tag{{{number}}}" if number else ""
-    body = " \\\\\n  ".join(aligned)
-    return f"\\begin{{align*}}\n  {body}{tag}\n\\end{{align*}}"
 
 
 def _value(value: float) -> str:
@@ -149,4 +161,5 @@ def _columns(widths: Sequence[float], room: float) -> str:
     total = sum(widths[k] for k in wide)
     sizes = {k: max(left * widths[k] / total, 0.6 * left / len(wide)) for k in wide}
     scale = left / sum(sizes.values())
-    return "".join(rf">{{\raggedright\arraybackslash}}p{{{scale * sizes[k]:.0f}pt}}" if k in sizes else "l" for k in range(len(widths)))  # fmt: skip
+    ragged = r">{\raggedright\arraybackslash}"
+    return "".join(f"{ragged}p{{{scale * sizes[k]:.0f}pt}}" if k in sizes else "l" for k in range(len(widths)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from symdyn.emit.render import render
@@ -39,7 +39,7 @@ def markdown(document: Document) -> dict[str, str]:
                 {
                     "claim": page.words(step.claim),
                     "reference": step.reference,
-                    "blocks": [text for block in step.blocks for text in page.block(block)],
+                    "blocks": page.blocks(step.blocks),
                     "reason": page.words(step.reason),
                 }
                 for step in section.steps
@@ -62,6 +62,10 @@ class _Page:
     def words(self, words: Words) -> str:
         return self.spell.words(words, _plain)
 
+    def blocks(self, blocks: Sequence[Block]) -> list[str]:
+        """Return the paragraphs of blocks."""
+        return [text for block in blocks for text in self.block(block)]
+
     def block(self, block: Block) -> Iterator[str]:
         """Yield the paragraphs of a block."""
         if isinstance(block, Words):
@@ -82,11 +86,11 @@ class _Page:
             yield self.words(block.caption)
             yield self._bars(block)
         elif isinstance(block, Box):
-            inside = [text for part in block.blocks for text in self.block(part)]
+            inside = self.blocks(block.blocks)
             title = f"**{MARKS[block.kind]} {self.words(block.title)}**"
             yield "\n".join(f"> {line}".rstrip() for line in "\n\n".join([title, *inside]).split("\n"))
         elif isinstance(block, Fold):
-            inside = [text for part in block.blocks for text in self.block(part)]
+            inside = self.blocks(block.blocks)
             summary = f"<details><summary>{self.words(block.summary)}</summary>"
             yield "\n\n".join([summary, *inside, "</details>"])
         elif isinstance(block, Blank):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 
 from symdyn.algebra.form import MINUS_ONE, Form, product_of, split_sign, sum_of, terms_of
 from symdyn.emit.breaking import break_lines, latex_width
@@ -11,6 +12,18 @@ from symdyn.emit.symbols import GREEK, PrintName, escape, latex_symbols
 from symdyn.teach.document import Braced, Document, Formula, Letter, Name, Rate, Words
 
 INDENT = 20.0
+LARGEST = 60  # denominator of a fraction that no decimal writes: 1/24
+
+
+class _Fractions(Latex):
+    """Writes 1/24 as it is, which six digits do not."""
+
+    def number(self, value: Fraction) -> str:
+        """Return a number that is not negative."""
+        repeats = value.denominator % 3 == 0 or value.denominator % 7 == 0
+        if repeats and value.denominator <= LARGEST and value.numerator <= LARGEST:
+            return rf"\tfrac{{{value.numerator}}}{{{value.denominator}}}"
+        return super().number(value)
 
 
 class Spelling:
@@ -22,7 +35,7 @@ class Spelling:
         for key, name in document.names.items():
             if name.look is not None:
                 self.symbols[key] = self._spelled(name)
-        self._write = Latex(self.symbols, digits)
+        self._write = _Fractions(self.symbols, digits)
 
     def _spelled(self, name: Name) -> str:
         look = name.look
