@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from symdyn.build import lambdify
     from symdyn.build.load import load
     from symdyn.dynamics import derive
-    from symdyn.dynamics.closed_form import closed_form
+    from symdyn.dynamics.closed_forms.closed_form import closed_form
     from symdyn.errors import SymdynError
     from symdyn.program import lower
     from symdyn.scene import Scene, read
@@ -32,7 +32,7 @@ _DOORS = {
     "Scene": "symdyn.scene",
     "SymdynError": "symdyn.errors",
     "certify": "symdyn.verify",
-    "closed_form": "symdyn.dynamics.closed_form",
+    "closed_form": "symdyn.dynamics.closed_forms.closed_form",
     "derive": "symdyn.dynamics",
     "lambdify": "symdyn.build",
     "load": "symdyn.build.load",

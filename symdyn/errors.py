@@ -37,6 +37,10 @@ class MissingCompiler(BuildError):  # noqa: N818  what is missing, not what went
     """There is no C compiler on this machine."""
 
 
+class MissingNode(BuildError):  # noqa: N818
+    """There is no Node.js on this machine."""
+
+
 class DrawError(SymdynError):
     """A picture that cannot be drawn."""
 

@@ -24,8 +24,8 @@ from mechanisms import coupled_tree, random_tree
 
 from symdyn.build import lambdify, run_python
 from symdyn.dynamics import CLOSED_ONLY, Closing, Workspace, assemble, available, consistent, derive, derive_one, roads
-from symdyn.dynamics.cuts import cuts
-from symdyn.dynamics.loops import differentiated, recursive
+from symdyn.dynamics.loops.cuts import cuts
+from symdyn.dynamics.loops.rows import differentiated, recursive
 from symdyn.dynamics.positions import body_placements
 from symdyn.emit import emit
 from symdyn.errors import DerivationError

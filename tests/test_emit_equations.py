@@ -15,7 +15,7 @@ import pytest
 
 from symdyn.algebra.form import Function, Number, Power, Product, Sum, Symbol, express_form
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.closed_form import closed_form
+from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.dynamics.lagrange import driving_forces, energies
 from symdyn.emit.breaking import break_lines, latex_width
 from symdyn.emit.equations import FORMATS, GROUPS, equations_text

@@ -87,8 +87,9 @@ def load(
 
     Args:
         scene: a scene, or a file that `symdyn.read` understands.
-        functions: one such as "inverse_dynamics" or "pose:tool", or several; None takes the dynamics and the kinematics
-            of the declared points, but not the Coriolis matrix and the coefficients k_z, k_C and so on, which are large.
+        functions: one such as "inverse_dynamics" or "pose:tool", or several; None takes the dynamics and the
+            kinematics of the declared points, but not the Coriolis matrix and the coefficients k_z, k_C and so on,
+            which are large.
         parameters: values for free parameters, as numbers or formulas; the others are the last operand, `params`.
         compiler: as for `symdyn.build.build`.
         machine: likewise.

@@ -18,6 +18,7 @@ from symdyn.cli import (
     inverse,
     new,
     simulate,
+    stress,
     verify,
     walkthrough,
 )
@@ -32,6 +33,7 @@ VERBS = (
     simulate,
     inverse,
     bench,
+    stress,
     info,
     draw,
     convert,

@@ -1,4 +1,4 @@
-"""`symdyn generate SCENE`: a NumPy module, C source, or the source of a Python extension for the scene's functions."""
+"""`symdyn generate SCENE`: a NumPy module, C, JavaScript, or the source of a Python extension for its functions."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ if TYPE_CHECKING:
 
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the verb."""
-    verb = verbs.add_parser("generate", help="write a NumPy module or C source", description=__doc__)
+    verb = verbs.add_parser("generate", help="write a NumPy module, C or JavaScript", description=__doc__)
     add_reading_options(verb)
     verb.add_argument(
         "--target",
-        choices=("numpy", "c", "ufunc"),
+        choices=("numpy", "c", "ufunc", "js"),
         default="numpy",
-        help="a NumPy module (default), C, or C for a Python extension of NumPy ufuncs, which says how to build it",
+        help="a NumPy module (default), C, C for a Python extension of NumPy ufuncs, which says how to build it, or "
+        "JavaScript",
     )
     verb.add_argument("--functions", metavar="LIST", help="comma-separated, e.g. inverse_dynamics,pose:tool")
     verb.add_argument("--real", choices=("double", "float"), default="double", help="number type (default: double)")

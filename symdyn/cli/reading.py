@@ -13,9 +13,10 @@ if TYPE_CHECKING:
 MOST_NOTES = 20
 
 
-def add_reading_options(verb: argparse.ArgumentParser) -> None:
-    """Add the scene and the options that say how to read it."""
-    verb.add_argument("scene", metavar="SCENE", help="scene or robot file: .toml, .urdf, .mjcf, .xml or .par")
+def add_reading_options(verb: argparse.ArgumentParser, optional: bool = False) -> None:
+    """Add the scene, which may be left out where it is optional, and the options that say how to read it."""
+    files = "scene or robot file: .toml, .urdf, .mjcf, .xml or .par"
+    verb.add_argument("scene", metavar="SCENE", nargs="?" if optional else None, help=files)
     group = verb.add_argument_group("reading")
     group.add_argument(
         "--symbolic",

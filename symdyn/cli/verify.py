@@ -156,7 +156,7 @@ def show(certificate: Certificate) -> None:
     print_table(title, columns, measured)
     print("Errors are in ulps of the largest entry; 'of bound' is the worst entry's share of its own error bound.\n")
     if certificate.refused:
-        print(f"The C code was refused: {certificate.refused}")
+        print(f"The code was refused: {certificate.refused}")
     for note in certificate.notes:
         print(f"Note: {note}")
     print(f"{certificate.scene}: {_word(certificate.passed)}")

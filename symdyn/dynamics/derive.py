@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import prod
 
-from symdyn.dynamics.closure import Closing
 from symdyn.dynamics.equations import Argument, Equations, Function
 from symdyn.dynamics.loads import refuse_ideal_friction
+from symdyn.dynamics.loops.closure import Closing
+from symdyn.dynamics.loops.outputs import CLOSED_ONLY, is_closed
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.outputs import OUTPUTS
-from symdyn.dynamics.outputs_of_loops import CLOSED_ONLY, is_closed
-from symdyn.dynamics.outputs_of_reactions import REACTIONS
 from symdyn.dynamics.prescribed import TIME
+from symdyn.dynamics.reactions.outputs import REACTIONS
 from symdyn.dynamics.tree import build_tree
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError

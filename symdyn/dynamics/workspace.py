@@ -7,18 +7,18 @@ from itertools import product
 
 from symdyn.dynamics import lagrange
 from symdyn.dynamics.christoffel import Christoffel, christoffel
-from symdyn.dynamics.closed_workspace import Closed
-from symdyn.dynamics.closure import Closing
 from symdyn.dynamics.cost import cost
-from symdyn.dynamics.crba import crba
 from symdyn.dynamics.directions import Directions, directions
-from symdyn.dynamics.hanging import Hanging
 from symdyn.dynamics.lagrange import Energies, energies
 from symdyn.dynamics.loads import generalized_forces
+from symdyn.dynamics.loops.closure import Closing
+from symdyn.dynamics.loops.workspace import Closed
 from symdyn.dynamics.prescribed import Prescribed, prescribed
-from symdyn.dynamics.reframe import LeanTree, reframe
-from symdyn.dynamics.regroup import regroup
-from symdyn.dynamics.rnea import rnea
+from symdyn.dynamics.reactions.hanging import Hanging
+from symdyn.dynamics.recursive.crba import crba
+from symdyn.dynamics.recursive.reframe import LeanTree, reframe
+from symdyn.dynamics.recursive.regroup import regroup
+from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.state import State, state_symbols
 from symdyn.dynamics.tree import Tree, build_tree
 from symdyn.dynamics.wrenches import Elastic, Wrench, body_wrenches, elastic, joint_forces

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from symdyn.algebra.form import MINUS_ONE, Form, Power, Symbol, form_of, product_of, split_sign, sum_of, terms_of
-from symdyn.dynamics.closed_form import ClosedForm, closed_form, coefficient_form, coefficient_names
-from symdyn.dynamics.coefficient_key import MOST_TERMS, Key, too_long
+from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form, coefficient_form, coefficient_names
+from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, too_long
 from symdyn.emit.formula_text import shortened
 from symdyn.errors import EmitError
 from symdyn.graph import Graph

@@ -4,8 +4,8 @@ A step is measured by counting with the step off and on, everything else alike: 
 and no passes but where the step is one. Only work that depends on the state is counted. What can't be switched off,
 since nobody would know what to put in its place, is listed without a number.
 
-    scene        massless bodies, gravity, parallel axes, a plane, zeros of inertias, bound parameters; without a number,
-                 fixed and locked joints
+    scene        massless bodies, gravity, parallel axes, a plane, zeros of inertias, bound parameters; without a
+                 number, fixed and locked joints
     recursion    regrouped inertias
     choice       the road with the fewest operations in place of the first one
     program      each pass in its turn
@@ -19,9 +19,9 @@ from fractions import Fraction
 from functools import cached_property
 
 from symdyn.dynamics import Equations, Workspace, derive_one, roads
+from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.cost import CATEGORY, FREE
-from symdyn.dynamics.parallel import angle_groups
-from symdyn.dynamics.reframe import LeanTree, reframe
+from symdyn.dynamics.recursive.reframe import LeanTree, reframe
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, reachable
 from symdyn.program.count import Counts

@@ -12,6 +12,7 @@ import numpy as np
 from symdyn.build import build, run_python
 from symdyn.build.extension import build_extension
 from symdyn.build.load import is_usual
+from symdyn.build.node import run_js
 from symdyn.dynamics import (
     KINEMATICS,
     Equations,
@@ -24,7 +25,7 @@ from symdyn.dynamics import (
     roads,
 )
 from symdyn.emit import emit
-from symdyn.errors import BuildError, DerivationError, MissingCompiler
+from symdyn.errors import BuildError, DerivationError, MissingCompiler, MissingNode
 from symdyn.graph import Expr, reachable, substitute
 from symdyn.program import Program, choose, lower
 from symdyn.program import prepare as prepare_program
@@ -50,7 +51,7 @@ class Certificate:
         findings: derivations against each other, laws, and the program against the equations.
         accuracy: built modules against 50 digits.
         notes: what was left out and why.
-        refused: the compiler's words if it refused the C code; "" if it did not.
+        refused: the words of the compiler or of Node.js if it refused the code; "" if it did not.
     """
 
     scene: str
@@ -62,7 +63,7 @@ class Certificate:
 
     @property
     def passed(self) -> bool:
-        """Whether nothing differs, the C code compiles, and every module is as accurate as its numbers allow."""
+        """Whether nothing differs, the code compiles, and every module is as accurate as its numbers allow."""
         sound = all(f.verdict != DIFFERENT for f in self.findings)
         return sound and not self.refused and all(a.passed for a in self.accuracy)
 
@@ -192,7 +193,7 @@ class _Composed:
 
 
 def modules_of(program: Program, real: str, notes: list[str]) -> tuple[dict[str, Any], str]:
-    """Return the built modules by name, and the compiler's words if there is one and it refused; notes say the rest."""
+    """Return the built modules by name, and the words of what refused the code; notes say what is missing here."""
     modules = {"numpy": run_python(emit(program, "numpy", real))}
     try:
         modules["c"] = build(emit(program, "c", real))
@@ -206,6 +207,13 @@ def modules_of(program: Program, real: str, notes: list[str]) -> tuple[dict[str,
             modules["ufunc"] = build_extension(emit(replace(program, routines=usual), "ufunc"))[1]
         except MissingCompiler as fault:
             notes.append(f"ufunc was not measured: {fault}")
+        except BuildError as fault:
+            return modules, str(fault)
+    if real == "double":
+        try:
+            modules["js"] = run_js(emit(program, "js"))
+        except MissingNode as fault:
+            notes.append(f"JavaScript was not measured: {fault}")
         except BuildError as fault:
             return modules, str(fault)
     return modules, ""

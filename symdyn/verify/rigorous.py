@@ -44,7 +44,7 @@ class Bound:
     Attributes:
         function: its name.
         index: of the entry in the result, () for a scalar.
-        module: "numpy", "c" or "ufunc".
+        module: "numpy", "c", "ufunc" or "js".
         computed: what the code returned at the state with the largest error.
         error: no computed value of this entry is farther than this from the true one; infinite where nothing is known.
         ulps: `error` in units in the last place of `computed`.
@@ -130,7 +130,7 @@ def rigorous(
     progress("building")
     modules, refused = modules_of(program, real, notes)
     if refused:
-        raise VerifyError(f"{scene.name}: the C code was refused: {refused}")
+        raise VerifyError(f"{scene.name}: the code was refused: {refused}")
     progress("bounding")
     parameters = {p.name: express(p.value, workspace.graph) for p in scene.parameters if p.value is not None}
     bounds: list[Bound] = []

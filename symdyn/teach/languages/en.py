@@ -208,7 +208,7 @@ TEXTS = {
     "exercise.hint.slope": "Differentiate with respect to this coordinate alone; the rates count as constants.",
     "exercise.hint.equation": "The rate of the momentum less the slope of the Lagrangian.",
     "exercise.hint.coefficients": "Read it off the equations of motion: it is what multiplies the accelerations or "
-    "rates of its",
+    "rates of its "
     "indices, with its sign.",
     "answer.right": "Right.",
     "answer.turned": "Not yet: all of it has the opposite sign.",

@@ -204,7 +204,7 @@ TEXTS = {
     "exercise.hint.slope": "Derivujte len podľa tejto súradnice; rýchlosti sú konštanty.",
     "exercise.hint.equation": "Časová derivácia hybnosti bez derivácie Lagrangiánu podľa súradnice.",
     "exercise.hint.coefficients": "Prečítajte ho z pohybových rovníc: násobí zrýchlenia alebo rýchlosti svojich "
-    "indexov, aj so",
+    "indexov, aj so "
     "znamienkom.",
     "answer.right": "Správne.",
     "answer.turned": "Ešte nie: celý výraz má opačné znamienko.",
