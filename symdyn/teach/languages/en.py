@@ -192,6 +192,7 @@ TEXTS = {
     "erratum.axes": "The axes of the joints are printed like angular velocities there; they are axes.",
     # exercises and the page
     "page.contents": "Contents",
+    "section.live": "Try it",
     "section.solutions": "Solutions",
     "exercise.how": "Results are left out here: write each of them into its box, in plain text such as "
     "2*m1*h1^2*cos(q1 + q2)*q1'^2 or in LaTeX. Any equal form counts. The page compares values and "

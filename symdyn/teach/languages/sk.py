@@ -188,6 +188,7 @@ TEXTS = {
     "erratum.axes": "Osi spojení sú tam označené ako uhlové rýchlosti; sú to osi.",
     # exercises and the page
     "page.contents": "Obsah",
+    "section.live": "Vyskúšajte",
     "section.solutions": "Riešenia",
     "exercise.how": "Niektoré výsledky tu chýbajú: doplňte ich do polí, obyčajným textom, napríklad 2*m1*h1^2*cos(q1 "
     "+ q2)*q1'^2, alebo v LaTeXu. Platí každý rovnaký tvar. Stránka porovnáva hodnoty a nepotrebuje "

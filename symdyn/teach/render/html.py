@@ -13,6 +13,7 @@ from html import escape
 from symdyn.algebra.form import Form
 from symdyn.emit.breaking import latex_width
 from symdyn.emit.render import render
+from symdyn.errors import DerivationError, TeachError
 from symdyn.teach.document import (
     Blank,
     Block,
@@ -28,6 +29,7 @@ from symdyn.teach.document import (
     Words,
 )
 from symdyn.teach.exercises import questions
+from symdyn.teach.interactive import Interactive, interactive
 from symdyn.teach.languages import LANGUAGES
 from symdyn.teach.render.markdown import number
 from symdyn.teach.render.mathml import display, inline
@@ -43,7 +45,7 @@ def html(document: Document) -> dict[str, str]:
 
 
 def html_page(document: Document) -> str:
-    """Return the page."""
+    """Return the page: the steps, sliders where the mechanism allows them, solutions of exercises."""
     page = _Page(document)
     sections = [
         {
@@ -62,15 +64,26 @@ def html_page(document: Document) -> str:
         }
         for section in document.sections
     ]
-    asked = questions(document)
+    asked, live = questions(document), _live(document)
+    solutions = next((k for k, section in enumerate(document.sections) if section.key == "solutions"), len(sections))
     values = {
         "title": escape(document.title),
         "language": document.language,
         "text": LANGUAGES[document.language],
-        "sections": sections,
+        "sections": sections[:solutions],
+        "solutions": sections[solutions:],
+        "live": live,
         "questions": harmless(json.dumps(asked, ensure_ascii=False, separators=(",", ":"))) if asked else "",
     }
     return render("teach/walkthrough.html.jinja", values)
+
+
+def _live(document: Document) -> Interactive | None:
+    """Return the part with sliders; None for a mechanism that they cannot move."""
+    try:
+        return interactive(document.scene, language=document.language)
+    except (TeachError, DerivationError):
+        return None
 
 
 def harmless(text: str) -> str:
