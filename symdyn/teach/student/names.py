@@ -55,9 +55,10 @@ class Names:
         printed = latex_symbols(self.scene)
         own: list[str] = [*(p.name for p in self.scene.parameters), *self.scene.coordinates]
         own += [*filter(None, self.scene.drives), *self.rates]
-        for spelled in (plain_index, lambda name: plain_index(printed.get(name, name))):
+        ways: list[Mapping[str, str]] = [{}, printed]
+        for shown in ways:
             for name in own:
-                found.setdefault(spelled(name), name)
+                found.setdefault(plain_index(shown.get(name, name)), name)
         for coordinate, (velocity, acceleration) in self.dotted.items():
             plain = plain_index(coordinate)
             for pattern in ("d{0}", "{1}d{2}", "{1}dot{2}"):

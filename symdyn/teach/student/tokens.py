@@ -20,7 +20,8 @@ from symdyn.teach.student.source import Source
 
 FUNCTIONS = ("sin", "cos", "tan", "sqrt", "exp", "log", "ln", "tanh", "abs", "sign", "sgn")
 COMMANDS = ("frac", "sqrt", "dot", "ddot", "underbrace", "overbrace")
-SILENT: tuple[str, ...] = ("quad", "qquad", "left", "right", "displaystyle", "textstyle", "limits", "nonumber", "notag", "hfill")
+SILENT: tuple[str, ...]
+SILENT = ("quad", "qquad", "left", "right", "displaystyle", "textstyle", "limits", "nonumber", "notag", "hfill")
 SILENT += tuple(f"{size}{side}" for size in ("big", "Big", "bigg", "Bigg") for side in ("", "l", "r"))
 OPENING = {"(": ")", "[": "]", "{": "}", "\\{": "\\}", "\\lvert": "\\rvert"}
 UPRIGHT = ("mathrm", "mathit", "mathbf", "mathsf", "mathtt", "text", "textrm", "operatorname", "textit", "boldsymbol")
