@@ -20,10 +20,10 @@ from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.draw import free_body
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium, solution
+from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.lagrange import driving_forces
-from symdyn.dynamics.parallel import angle_groups
-from symdyn.dynamics.words import in_words
+from symdyn.dynamics.loops.words import in_words
+from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium, solution
 from symdyn.emit.formula_text import text_of
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate
