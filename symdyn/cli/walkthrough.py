@@ -7,12 +7,16 @@ from pathlib import Path
 
 from symdyn.cli.reading import add_reading_options, read_scene
 
+ENDINGS = {".md": "md", ".tex": "latex", ".pdf": "pdf", ".html": "html", ".ipynb": "notebook"}
+
 
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the verb."""
     verb = verbs.add_parser("walkthrough", help="write the derivation as a lesson", description=__doc__)
     add_reading_options(verb)
-    verb.add_argument("--format", choices=("md", "latex", "pdf", "html", "notebook"), default="md", help="default: md")
+    verb.add_argument(
+        "--format", choices=tuple(ENDINGS.values()), help="default: what the ending of FILE says, else md"
+    )
     verb.add_argument("--detail", choices=("brief", "full"), default="full", help="leave out or keep every small step")
     verb.add_argument(
         "--until",
@@ -48,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
         document = walkthrough(scene, options.language, options.detail, options.until, options.road)
         document = with_exercises(document) if options.exercises else document
         progress("writing")
-        files = rendered(document, options.format)
+        files = rendered(document, options.format or ENDINGS.get(Path(options.output).suffix.lower(), "md"))
     for path in placed(files, options.output):
         print(path)
     return 0
