@@ -50,7 +50,7 @@ class VerifyError(SymdynError):
 
 
 class TeachError(SymdynError):
-    """A lesson that a scene does not allow."""
+    """A lesson that cannot be made, or a student's text that cannot be read."""
 
 
 class SimulateError(SymdynError):

@@ -11,7 +11,7 @@ from itertools import product
 
 import numpy as np
 
-from symdyn.algebra.form import Form, Number, Pi, Symbol, form_of, power_of, product_of
+from symdyn.algebra.form import Form, Number, Pi, Symbol, power_of, product_of
 from symdyn.dynamics.loads import generalized_forces
 from symdyn.graph import Expr, gradient, reachable, substitute
 from symdyn.scene import JOINTS
@@ -30,7 +30,8 @@ def equilibrium_step(lesson: Lesson, chosen: Chosen) -> Step:
     moving = _variables(lesson, rest)
     if not moving:
         free = all(node.is_zero for node in rest)
-        return Step("equilibria", lesson.say("equilibria"), (lesson.say("equilibria.all" if free else "equilibria.none"),))  # fmt: skip
+        said = lesson.say("equilibria.all" if free else "equilibria.none")
+        return Step("equilibria", lesson.say("equilibria"), (said,))
     exact = _exact(lesson, rest, moving)
     found = _numeric(lesson, rest, moving, chosen)
     turns = _turns(lesson)
@@ -167,6 +168,3 @@ def _quarter(k: int) -> Form:
         return Number(value)
     below = power_of(Number(Fraction(value.denominator)), -1)
     return product_of((Number(Fraction(value.numerator)), Pi(), *((below,) if value.denominator > 1 else ())))
-
-
-__all__ = ["equilibrium_step", "form_of"]

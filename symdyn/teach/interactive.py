@@ -22,7 +22,7 @@ from symdyn.draw.pose import pose, values_of
 from symdyn.draw.style import style
 from symdyn.draw.view import View
 from symdyn.emit import emit
-from symdyn.emit.latex_page import together
+from symdyn.emit.latex_layout import together
 from symdyn.emit.names import stem
 from symdyn.emit.render import render
 from symdyn.emit.symbols import latex_symbols

@@ -1,0 +1,213 @@
+"""What a walkthrough prints is what the graph says, in every language, on every page."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+from latex_reader import LatexReader, displays
+
+from symdyn.algebra.form import ZERO, terms_of
+from symdyn.algebra.numeric import Floats
+from symdyn.cli import main
+from symdyn.errors import DerivationError, EmitError
+from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.scene import Scene, number, read
+from symdyn.scene.starters import starter
+from symdyn.scene.toml import read_text
+from symdyn.teach import Document, rendered, walkthrough
+from symdyn.teach import meaning as meaning_room
+from symdyn.teach.document import Box, Braced, Fold, Formula, Picture, Shares, Words
+from symdyn.teach.languages import LANGUAGES, PLACE
+from symdyn.teach.render.spelling import Spelling
+from symdyn.teach.textbook import NUMBERS, READS
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+DIGITS = {"scara": 2e-4}  # numbers of six digits
+SCENES = ["pendulum", "two_link", "cart_pole", "double_pendulum", "spatial_3r", "rrp", "scara"]
+
+
+def scene(name: str) -> Scene:
+    templates = {"spatial_3r": "rrr", "rrp": "rrp"}
+    if name in templates:
+        return read_text(starter(name, templates[name]), name)
+    return read(EXAMPLES / f"{name}.toml")
+
+
+@cache
+def lesson(name: str, language: str = "en") -> Document:
+    return walkthrough(scene(name), language)
+
+
+def value_of_symbol(name: str) -> float:
+    return 0.3 + sum(ord(letter) * (k + 3) for k, letter in enumerate(name)) % 89 / 60
+
+
+def floats(nodes: list[Expr]) -> list[float]:
+    values = {x: value_of_symbol(str(x.value)) for x in reachable(nodes) if x.op is Op.SYMBOL}
+    return evaluate(nodes, Floats(), values)
+
+
+def reader(document: Document) -> LatexReader:
+    graph = document.graph
+    symbols = {}
+    for key, latex in Spelling(document).symbols.items():
+        name = document.names.get(key)
+        symbols[latex] = graph.symbol(key) if name is None or name.node is None else name.node
+    return LatexReader(symbols, graph)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_formula_of_the_latex_has_the_value_of_the_graph(name: str) -> None:
+    document = lesson(name)
+    (tex,) = rendered(document, "latex").values()
+    printed = displays(str(tex))
+    blocks = [block for _, block in document.blocks() if isinstance(block, (Formula, Braced))]
+    assert len(printed) == len(blocks) > 10
+    read_latex = reader(document)
+    for text, block in zip(printed, blocks, strict=True):
+        left, *right = read_latex.sides(text)
+        key = block.value if isinstance(block, Braced) else block.left
+        truth = document.names[key].node if key else left
+        assert truth is not None
+        if key and not isinstance(block, Braced):
+            assert left is truth, text
+        for side in right:
+            expected, shown = floats([truth, side])
+            assert shown == pytest.approx(expected, rel=DIGITS.get(name, 1e-9), abs=1e-9), text
+
+
+def test_a_wrong_formula_is_noticed() -> None:
+    document = lesson("two_link")
+    step, block = next((s, b) for s, b in document.blocks() if isinstance(b, Formula) and b.left == "k_z:1,1")
+    wrong = replace(block, form=terms_of(block.form)[0])
+    left, right = Spelling(document).formula(wrong)
+    truth, shown = floats([document.names["k_z:1,1"].node, reader(document).sides((left + right).replace("\v", ""))[1]])
+    assert step.key == "coefficients:k_z"
+    assert shown != pytest.approx(truth)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_forms_are_worth_their_names(name: str) -> None:
+    document = lesson(name)
+    for _, block in document.blocks():
+        if isinstance(block, Formula) and block.left:
+            found = [block.form, *([block.right] if block.right is not None else [])]
+            expected, *shown = floats([document.names[block.left].node, *(document.value(form) for form in found)])
+            assert shown == pytest.approx([expected] * len(shown), rel=1e-9, abs=1e-9), block.left
+
+
+@pytest.mark.parametrize("name", ["two_link", "cart_pole", "spatial_3r"])
+def test_bars_add_up_to_the_torque(name: str) -> None:
+    charts = [block for _, block in lesson(name).blocks() if isinstance(block, Shares)]
+    assert len(charts) == len(scene(name).velocities)
+    for chart in charts:
+        assert sum(bar.value for bar in chart.bars) == pytest.approx(chart.value)
+        assert sum(bar.share for bar in chart.bars) == pytest.approx(1)
+
+
+def test_languages_have_the_same_keys_and_places() -> None:
+    english = LANGUAGES["en"]
+    for language, texts in LANGUAGES.items():
+        assert texts.keys() == english.keys(), language
+        for key, text in texts.items():
+            assert sorted(set(PLACE.findall(text))) == sorted(set(PLACE.findall(english[key]))), (language, key)
+            assert "\\" not in text, "prose holds no LaTeX"
+
+
+def test_languages_differ_in_prose_only() -> None:
+    english, slovak = lesson("two_link", "en"), lesson("two_link", "sk")
+    assert [step.key for s in english.sections for step in s.steps] == [
+        step.key for s in slovak.sections for step in s.steps
+    ]
+    (a,), (b,) = (rendered(one, "latex").values() for one in (english, slovak))
+    assert displays(str(a)) == displays(str(b))
+    assert "Kinetická energia" in str(b)
+    assert "kinetic energy" not in str(b)
+
+
+def test_textbook_mode_numbers_every_equation() -> None:
+    document = lesson("two_link")
+    (tex,) = rendered(document, "latex").values()
+    numbers = set(re.findall(r"\\tag\{([\d.]+)\}", str(tex)))
+    assert numbers >= set(NUMBERS.values())
+    boxes = [block for _, block in document.blocks() if isinstance(block, Box) and block.kind == "erratum"]
+    assert len(boxes) == len(READS)
+    others = [block for _, block in lesson("double_pendulum").blocks() if isinstance(block, Formula)]
+    assert not any(block.number for block in others)
+
+
+def test_equilibria_of_the_double_arm_are_its_four_vertical_positions() -> None:
+    section = lesson("two_link").sections[-1]
+    (table,) = next(step for step in section.steps if step.key == "equilibria").blocks
+    stable = [row for row in table.rows if "stable" in row[2].parts]
+    assert len(table.rows) == 4
+    assert [row[0].parts + row[1].parts for row in stable] == [(ZERO, ZERO)]
+
+
+def test_a_wrong_moment_of_inertia_stops_the_lesson(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(meaning_room.Axis, "lever", lambda self, place: place)
+    with pytest.raises(AssertionError, match="k_z:1,1 and J:1 differ"):
+        walkthrough(scene("spatial_3r"))
+
+
+def test_until_and_detail_shorten() -> None:
+    arm = scene("two_link")
+    parts = [walkthrough(arm, until=until).sections[-1].key for until in ("energies", "lagrangian", "equations")]
+    assert parts == ["energies", "lagrangian", "equations"]
+    brief = walkthrough(arm, detail="brief")
+    assert sum(len(s.steps) for s in brief.sections) < sum(len(s.steps) for s in lesson("two_link").sections)
+    with pytest.raises(EmitError, match="until 'now' is not known"):
+        walkthrough(arm, until="now")
+
+
+def test_long_expressions_of_large_scenes_are_folded() -> None:
+    assert any(isinstance(block, Fold) for _, block in walkthrough(scene("scara"), until="equations").blocks())
+
+
+def test_closed_mechanisms_are_told_the_other_road() -> None:
+    with pytest.raises(DerivationError, match="--road dalembert"):
+        walkthrough(read(EXAMPLES / "four_bar.toml"))
+
+
+def test_without_gravity_every_position_is_an_equilibrium() -> None:
+    zero = number(0)
+    still = walkthrough(replace(scene("two_link"), gravity=(zero, zero, zero)))
+    step = next(step for step in still.sections[-1].steps if step.key == "equilibria")
+    (said,) = step.blocks
+    assert isinstance(said, Words)
+    assert "Every position" in str(said.parts[0])
+
+
+def test_same_scene_same_bytes() -> None:
+    first, second = (rendered(walkthrough(scene("cart_pole")), "md") for _ in range(2))
+    assert first == second
+
+
+def test_command_writes_markdown_with_its_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["walkthrough", str(EXAMPLES / "cart_pole.toml"), "-o", str(tmp_path)]) == 0
+    paths = capsys.readouterr().out.split()
+    text = (tmp_path / "cart_pole.md").read_text(encoding="utf-8")
+    for name in re.findall(r"!\[[^\]]*\]\(([^)]*)\)", text):
+        assert str(tmp_path / name) in paths
+        assert (tmp_path / name).read_text(encoding="utf-8").startswith("<svg")
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="needs pdflatex")
+def test_pdf_is_built_and_the_same_every_time(tmp_path: Path) -> None:
+    ((name, first),) = rendered(lesson("two_link", "sk"), "pdf").items()
+    ((_, second),) = rendered(lesson("two_link", "sk"), "pdf").items()
+    assert name == "two_link.pdf"
+    assert isinstance(first, bytes)
+    assert first.startswith(b"%PDF")
+    assert first == second
+
+
+def test_pictures_have_a_text_for_those_who_cannot_see_them() -> None:
+    pictures = [block for _, block in lesson("two_link").blocks() if isinstance(block, Picture)]
+    assert len(pictures) == 2
+    assert all(one.alt and one.caption.parts for one in pictures)
