@@ -10,11 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
 from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import ZERO, Form, Symbol, form_of, product_of, sum_of
+from symdyn.algebra.form import ZERO, Form, Number, Symbol, form_of, power_of, product_of, sum_of
 from symdyn.algebra.numeric import Floats
 from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
@@ -372,7 +373,7 @@ def _roads(lesson: Balance) -> Step:
         names=together(names),
         points=str(fields.points),
         primes=str(len(fields.primes)),
-        chance=f"10^{int(chance)}",
+        chance=power_of(Number(Fraction(10)), int(chance)),
     )
     return Step("roads", lesson.say("roads"), (said,), lesson.say("roads.reason"), "(5.21)")
 

@@ -199,10 +199,10 @@ TEXTS = {
     "unknowns": "Každé spojenie prenáša to, čo nenecháva voľné; poháňané spojenie pridáva hnací účinok.",
     "unknowns.reason": "Spojenie triedy t má t neznámych súradníc; píšu sa v osiach jeho vlastného súradnicového "
     "systému. Rám je člen 1.",
-    "unknown.drive": "hnací účinok v spojení {joint}{axis}",
+    "unknown.drive": "hnací účinok v spojení {joint}",
     "unknown.force": "sila v spojení {joint} v smere jeho osi {axis}",
     "unknown.moment": "moment v spojení {joint} okolo jeho osi {axis}",
-    "unknown.other": "zložka toho, čo prenáša spojenie {joint}{axis}",
+    "unknown.other": "zložka toho, čo prenáša spojenie {joint}",
     "count": "Počet rovníc je {equations}.",
     "count.sum": "Počet rovníc na člen je {each}, počet pohyblivých členov {bodies}, spolu {equations}. Neznámych "
     "reakcií v spojeniach je {reactions}, hnacích účinkov {drives}.",
