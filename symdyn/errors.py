@@ -37,12 +37,20 @@ class MissingCompiler(BuildError):  # noqa: N818  what is missing, not what went
     """There is no C compiler on this machine."""
 
 
+class MissingNode(BuildError):  # noqa: N818
+    """There is no Node.js on this machine."""
+
+
 class DrawError(SymdynError):
     """A picture that cannot be drawn."""
 
 
 class VerifyError(SymdynError):
     """A certificate that cannot be made."""
+
+
+class TeachError(SymdynError):
+    """A lesson that cannot be made, or a student's text that cannot be read."""
 
 
 class SimulateError(SymdynError):

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.dalembert import Equilibrium, equilibrium
 from symdyn.dynamics.kinematics import centre_of_mass
 from symdyn.dynamics.positions import body_placements
+from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Body, Joint, Load, Place, Scene, number, parse
 from symdyn.scene.table import compose

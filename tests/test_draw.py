@@ -20,6 +20,7 @@ from symdyn.draw.door import drawing, watched
 from symdyn.draw.labels import Label, crosses, put
 from symdyn.draw.lettering import from_latex, lettered, words
 from symdyn.draw.places import places
+from symdyn.draw.style import SCHEMES
 from symdyn.draw.svg import name
 from symdyn.draw.symbols import SYMBOLS
 from symdyn.errors import DrawError
@@ -109,6 +110,16 @@ def test_labels_lie_apart_and_inside(one: Scene) -> None:
         assert high[1] <= top + height
         for other in boxes[:k]:
             assert np.any((low >= other[1]) | (high <= other[0])), (shown.labels[k].label.text.plain, k)
+
+
+@pytest.mark.parametrize("example", [path.stem for path in sorted(EXAMPLES.glob("*.toml"))])
+def test_no_coordinate_and_no_body_of_an_example_goes_without_a_label(example: str) -> None:
+    one = SCENES[example]
+    shown = {label.label.id for label in drawing(one).labels}
+
+    first = [joint.coordinates[0] for joint in one.moving]  # a quaternion has one label, at its first coordinate
+
+    assert {f"label-{q}" for q in first} | {f"label-body-{x.name}" for x in one.bodies} <= shown
 
 
 def test_every_joint_type_has_a_symbol() -> None:
@@ -235,6 +246,18 @@ def test_loops_are_closed_and_an_open_one_shows_its_gap() -> None:
     assert pose(one, {"q_A": 1.0})[0][0] == 1.0
 
 
+def test_a_wheel_has_its_rim() -> None:
+    one = SCENES["rolling_disc"]
+    q, values = pose(one)
+    shown = drawing(one, q, values, view=(0, 0))
+    rim = next(shape for item in shown.items if item.id == "body-disc" for shape in item.shapes if shape.kind == "disc")
+    (centre, axis, radius) = next(iter(places(one, q[None, :], values).wheels.values()))
+
+    assert rim.tilt[0, 0] == pytest.approx(rim.size * abs(axis[0, 0]), abs=1e-9)
+    assert rim.size == pytest.approx(radius * view_of(one, (0, 0)).scale)
+    assert rim.points[0, 0] == pytest.approx(view_of(one, (0, 0)).flat(centre)[0])
+
+
 def test_gravity_is_drawn_along_gravity() -> None:
     def arrow(gravity: list[float]) -> np.ndarray | None:
         one = scene("p", gravity=gravity, bodies=[body("a", particles=[{"mass": 1, "at": [1, 0, 0]}])],
@@ -255,9 +278,12 @@ def test_a_label_keeps_clear_of_lines_and_one_without_room_is_left_out() -> None
     (shown,) = put([Label("a", lettered("q1"), origin, 3.0, np.array([1.0, 0.0]))], line)
     low, high = shown.box[0]
     many = put([Label(str(k), lettered("quite_long"), origin, 3.0) for k in range(60)], np.zeros((1, 0, 2, 2)))
+    bars = np.array([[[[x, -200.0], [x, 200.0]] for x in range(-200, 200, 5)]], dtype=float)
 
     assert not crosses(low[None], high[None], line).any()
     assert 3 < len(many) < 60
+    assert not put([Label("a", lettered("quite_long"), origin, 3.0)], bars)
+    assert put([Label("a", lettered("quite_long"), origin, 3.0)], bars, np.inf)
 
 
 @pytest.mark.parametrize(
@@ -362,3 +388,19 @@ def test_origin_placements_of_a_far_mechanism_stay_sharp() -> None:
     far = replace(near, joints=(shoulder, near.joints[1]))
 
     assert drawing(far, [0.4, 0.7]).box == drawing(near, [0.4, 0.7]).box
+
+
+def luminance(colour: str) -> float:
+    """Return the relative luminance of WCAG 2.1."""
+    parts = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+    r, g, b = (x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in parts)
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_every_colour_stands_out_from_the_paper(scheme: str) -> None:
+    colours = SCHEMES[scheme]
+    for key, colour in colours.items():
+        low, high = sorted([luminance(colour), luminance(colours["paper"])])
+        if key not in ("paper", "shade"):
+            assert (high + 0.05) / (low + 0.05) >= 4.5, (scheme, key)

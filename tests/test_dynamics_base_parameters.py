@@ -15,9 +15,9 @@ from symdyn.algebra.form import ZERO, express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
 from symdyn.dynamics import Workspace, base_parameters
-from symdyn.dynamics.base_parameters import SLIDING, TURNING, base_parameter_forms, with_base_parameters
-from symdyn.dynamics.reframe import reframe
-from symdyn.dynamics.rnea import rnea
+from symdyn.dynamics.recursive.base_parameters import SLIDING, TURNING, base_parameter_forms, with_base_parameters
+from symdyn.dynamics.recursive.reframe import reframe
+from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.emit.base_parameters import base_parameters_text
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op, evaluate, reachable, substitute

@@ -13,7 +13,7 @@ from symdyn.algebra.form import express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics.christoffel import christoffel
-from symdyn.dynamics.closed_form import ClosedForm, closed_form, coefficient_names
+from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form, coefficient_names
 from symdyn.dynamics.lagrange import energies, gravity_forces, mass_matrix
 from symdyn.emit.formula_text import text_of
 from symdyn.errors import DerivationError

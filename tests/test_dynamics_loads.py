@@ -14,9 +14,9 @@ from symdyn.algebra.form import express_form
 from symdyn.build import build, lambdify
 from symdyn.build.load import load as load_scene
 from symdyn.dynamics import DYNAMICS, OUTPUTS, Workspace, available, derive, derive_one, roads
-from symdyn.dynamics.closed_form import closed_form
+from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.dynamics.cost import cost
-from symdyn.dynamics.rnea import rnea
+from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.emit import emit
 from symdyn.emit.equations import equations_text
 from symdyn.errors import DerivationError

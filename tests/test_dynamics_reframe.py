@@ -14,11 +14,11 @@ from mechanisms import coupled_tree, random_tree
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.base_parameters import base_parameters
 from symdyn.dynamics.exact import settle, values_of
-from symdyn.dynamics.links import GeneralTurn, PlanarTurn
-from symdyn.dynamics.reframe import reframe
-from symdyn.dynamics.regroup import regroup
+from symdyn.dynamics.recursive.base_parameters import base_parameters
+from symdyn.dynamics.recursive.links import GeneralTurn, PlanarTurn
+from symdyn.dynamics.recursive.reframe import reframe
+from symdyn.dynamics.recursive.regroup import regroup
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import body, prismatic, revolute, scene

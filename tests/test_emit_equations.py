@@ -15,12 +15,12 @@ import pytest
 
 from symdyn.algebra.form import Function, Number, Power, Product, Sum, Symbol, express_form
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.closed_form import closed_form
+from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.dynamics.lagrange import driving_forces, energies
 from symdyn.emit.breaking import break_lines, latex_width
 from symdyn.emit.equations import FORMATS, GROUPS, equations_text
 from symdyn.emit.formula_text import BREAK, Latex, significant, text_of
-from symdyn.emit.latex_page import LINE
+from symdyn.emit.latex_layout import LINE
 from symdyn.emit.symbols import latex_symbols, latex_unit, print_name
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable

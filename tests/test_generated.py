@@ -15,8 +15,10 @@ CASES = [
     ("two_link", "numpy", "double"),
     ("two_link", "c", "double"),
     ("two_link", "c", "float"),
+    ("two_link", "js", "double"),
     ("cart_pole", "numpy", "double"),
     ("cart_pole", "c", "double"),
+    ("cart_pole", "js", "double"),
     ("puma560", "numpy", "double"),
     ("puma560", "c", "double"),
 ]

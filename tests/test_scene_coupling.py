@@ -15,7 +15,7 @@ from running import call
 from symdyn.algebra.form import express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive, derive_one
-from symdyn.dynamics.closed_form import closed_form, coefficient_names
+from symdyn.dynamics.closed_forms.closed_form import closed_form, coefficient_names
 from symdyn.emit.equations import equations_text
 from symdyn.errors import SceneError
 from symdyn.graph import substitute

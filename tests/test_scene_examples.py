@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics import mobility
+from symdyn.dynamics.loops.mobility import mobility
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import placement, state_symbols
 from symdyn.errors import SceneError

@@ -13,7 +13,7 @@ from mechanisms import coupled_tree, random_tree
 
 from symdyn.build import lambdify
 from symdyn.dynamics import derive
-from symdyn.dynamics.closed_form import closed_form
+from symdyn.dynamics.closed_forms.closed_form import closed_form
 from symdyn.emit.equations import equations_text
 from symdyn.errors import SceneError
 from symdyn.program import lower

@@ -10,6 +10,7 @@ from symdyn.algebra.numeric import Batches, Floats
 from symdyn.algebra.running_error import SLOPES
 from symdyn.dynamics.cost import CATEGORY
 from symdyn.emit.c import spellings
+from symdyn.emit.javascript import JAVASCRIPT
 from symdyn.emit.python import NUMPY
 from symdyn.emit.real import REALS
 from symdyn.emit.spelling import Spelling
@@ -23,7 +24,7 @@ NUMERIC = {
     "mp": BigFloats().functions,
     "arb": FUNCTIONS_OF_BALLS,
 }
-TARGETS = {"numpy": NUMPY, **{f"c {name}": spellings(real) for name, real in REALS.items()}}
+TARGETS = {"numpy": NUMPY, "js": JAVASCRIPT, **{f"c {name}": spellings(real) for name, real in REALS.items()}}
 
 
 def test_every_operation_has_an_arity_and_a_cost():

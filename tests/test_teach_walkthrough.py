@@ -16,7 +16,7 @@ from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Op, evaluate, reachable
-from symdyn.scene import Scene, number, read
+from symdyn.scene import JOINTS, Scene, number, read
 from symdyn.scene.starters import starter
 from symdyn.scene.toml import read_text
 from symdyn.teach import Document, rendered, walkthrough
@@ -156,6 +156,11 @@ def test_languages_have_the_same_keys_and_places() -> None:
             assert "\\" not in text, "prose holds no LaTeX"
 
 
+def test_every_type_of_joint_has_a_name_in_every_language() -> None:
+    for texts in LANGUAGES.values():
+        assert {key.removeprefix("joint.") for key in texts if key.startswith("joint.")} == set(JOINTS)
+
+
 def test_languages_differ_in_prose_only() -> None:
     english, slovak = lesson("two_link", "en"), lesson("two_link", "sk")
     assert [step.key for s in english.sections for step in s.steps] == [
@@ -204,6 +209,12 @@ def test_until_and_detail_shorten() -> None:
 
 def test_long_expressions_of_large_scenes_are_folded() -> None:
     assert any(isinstance(block, Fold) for _, block in walkthrough(scene("scara"), until="equations").blocks())
+
+
+def test_quaternions_are_told_what_would_work() -> None:
+    for road in ("lagrange", "dalembert"):
+        with pytest.raises(DerivationError, match='orientation = "zyx"'):
+            walkthrough(read(EXAMPLES / "heavy_top.toml"), road=road)
 
 
 def test_closed_mechanisms_are_told_the_other_road() -> None:

@@ -13,7 +13,16 @@ from figure_5_39 import vector as exact
 from mechanisms import coupled_tree, jointed, random_tree
 
 from symdyn.dynamics import derive_one
-from symdyn.dynamics.dalembert import DRIVE, REACTION, equilibrium, frames, inertia_bivector, shift, solution, turned
+from symdyn.dynamics.reactions.dalembert import (
+    DRIVE,
+    REACTION,
+    equilibrium,
+    frames,
+    inertia_bivector,
+    shift,
+    solution,
+    turned,
+)
 from symdyn.dynamics.state import vector
 from symdyn.dynamics.tree import body_inertia
 from symdyn.errors import DerivationError

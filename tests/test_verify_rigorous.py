@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import random
+import shutil
 from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
@@ -25,6 +26,7 @@ from symdyn.verify import rigorous
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 BIG = BigFloats(60)
+MODULES = {"numpy", "c", "ufunc", *(["js"] if shutil.which("node") else [])}
 
 
 def result(op: Op, *balls: arb) -> arb:
@@ -95,7 +97,7 @@ def test_bounds_hold_and_are_sharp(seed: int) -> None:
     equations = derive(scene, names)
     modules = {bound.module for bound in found.bounds}
 
-    assert modules == {"numpy", "c", "ufunc"}
+    assert modules == MODULES
     assert found.passed
     for bound in found.bounds:
         function, state = equations[bound.function], found.states[bound.function][bound.state]
@@ -146,7 +148,7 @@ def test_the_command_prints_a_row_an_entry(capsys: pytest.CaptureFixture[str]) -
     assert main([*words, "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert facts["states"]["mass_matrix"][0]["q"] == [0.3, math.pi / 4]
-    assert {row["module"] for row in facts["bounds"]} == {"numpy", "c", "ufunc"}
+    assert {row["module"] for row in facts["bounds"]} == MODULES
 
     assert main(["verify", scene, "--at", "q1=1"]) == 1
     assert "--at goes with --rigorous" in capsys.readouterr().err

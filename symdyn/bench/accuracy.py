@@ -24,7 +24,7 @@ from symdyn.build import run_python
 from symdyn.build.compiler import find_compiler
 from symdyn.build.library import CACHE_VARIABLE
 from symdyn.dynamics import Equations, Workspace, available, derive_one
-from symdyn.dynamics.outputs_of_loops import is_closed
+from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.emit import emit
 from symdyn.errors import MissingCompiler
 from symdyn.program import formulate, lower

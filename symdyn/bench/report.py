@@ -9,6 +9,7 @@ from typing import Any
 
 from symdyn.bench.model import Bench, Curve, Measured, Point
 from symdyn.bench.plots import Dot, Series, log_log
+from symdyn.bench.stress.model import Stress
 from symdyn.emit.render import render
 from symdyn.verify.certificate import finite
 
@@ -191,3 +192,32 @@ def _cells(caption: str, columns: Sequence[str], cells: Sequence[Sequence[str]])
         "columns": [escape(column) for column in columns],
         "rows": [[escape(cell) for cell in row] for row in cells],
     }
+
+
+HARD = ("family", "case", "metric", "bound", "measured", "passed", "worst")
+
+
+def stress_rows(found: Stress) -> list[tuple[str, ...]]:
+    """Return the table of hard cases, cell by cell as text."""
+    return [
+        (c.family, c.name, c.metric, f"{c.bound:.2g}", f"{c.measured:.2g}", "pass" if c.passed else "FAIL", c.worst)
+        for c in found.cases
+    ]
+
+
+def stress_markdown(found: Stress) -> str:
+    """Return the hard cases as Markdown."""
+    lines = [f"# {found.scene or 'Built-in scenes'}: hard cases", "", f"    {found.command}", ""]
+    cells = [[cell.replace("|", "\\|") for cell in row] for row in stress_rows(found)]
+    lines += _table(HARD, cells, numbers=(3, 4))
+    lines += [f"Note: {note}\n" for note in found.notes]
+    return "\n".join(lines).rstrip("\n") + "\n"
+
+
+def stress_html(found: Stress) -> str:
+    """Return the hard cases as one HTML page."""
+    rows = [(*row[:5], row[6], row[5]) for row in stress_rows(found)]
+    table = _cells("", (*HARD[:5], HARD[6], HARD[5]), rows)
+    section = {"title": "cases", "pictures": [], "choices": [], "tables": [table]}
+    about = [f"{len(found.cases)} cases, {sum(not c.passed for c in found.cases)} failed"]
+    return page(f"{found.scene or 'built-in scenes'}: hard cases", found.command, about, [section], found.notes)

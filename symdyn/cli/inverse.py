@@ -18,7 +18,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
         action="append",
         required=True,
         metavar="M",
-        help='coordinate=law: a formula in t, or constant, cubic, quintic, cycloidal, trapezoidal or spline, such as '
+        help="coordinate=law: a formula in t, or constant, cubic, quintic, cycloidal, trapezoidal or spline, such as "
         '"q1=quintic(0, pi/2, 2)"; or a .toml or .csv file',
     )
     verb.add_argument("--until", type=float, metavar="T", help="time of the end, s (default: the times of a .csv file)")

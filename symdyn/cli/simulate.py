@@ -92,7 +92,8 @@ def told(trajectory: Trajectory) -> list[str]:
         lines.append(f"stopped: {trajectory.stopped} = 0 at t = {trajectory.events[-1].t!r} s")
     elif trajectory.stopped != END:
         lines.append(trajectory.stopped)
-    lines.append(f"{trajectory.steps} steps in {trajectory.wall:.3g} s, {trajectory.preparing:.3g} s to prepare; {errors(trajectory)}")
+    times = f"{trajectory.steps} steps in {trajectory.wall:.3g} s, {trajectory.preparing:.3g} s to prepare"
+    lines.append(f"{times}; {errors(trajectory)}")
     return lines
 
 

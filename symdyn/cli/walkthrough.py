@@ -7,12 +7,16 @@ from pathlib import Path
 
 from symdyn.cli.reading import add_reading_options, read_scene
 
+ENDINGS = {".md": "md", ".tex": "latex", ".pdf": "pdf", ".html": "html", ".ipynb": "notebook"}
+
 
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the verb."""
     verb = verbs.add_parser("walkthrough", help="write the derivation as a lesson", description=__doc__)
     add_reading_options(verb)
-    verb.add_argument("--format", choices=("md", "latex", "pdf"), default="md", help="default: md")
+    verb.add_argument(
+        "--format", choices=tuple(ENDINGS.values()), help="default: what the ending of FILE says, else md"
+    )
     verb.add_argument("--detail", choices=("brief", "full"), default="full", help="leave out or keep every small step")
     verb.add_argument(
         "--until",
@@ -27,6 +31,11 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
         default="lagrange",
         help="energies and Lagrange's equations, of open mechanisms (default); or bodies cut free, with all reactions",
     )
+    verb.add_argument(
+        "--exercises",
+        action="store_true",
+        help="leave results out, with hints and solutions; the HTML page checks answers",
+    )
     verb.add_argument("-o", "--output", metavar="DIR|FILE", default=".", help="folder or file (default: here)")
     verb.set_defaults(run=run)
 
@@ -35,13 +44,15 @@ def run(options: argparse.Namespace) -> int:
     """Write the files and print their paths."""
     from symdyn.cli.talk import Waiting
     from symdyn.teach import rendered, walkthrough
+    from symdyn.teach.exercises import with_exercises
 
     scene = read_scene(options)
     with Waiting() as progress:
         progress("deriving")
         document = walkthrough(scene, options.language, options.detail, options.until, options.road)
+        document = with_exercises(document) if options.exercises else document
         progress("writing")
-        files = rendered(document, options.format)
+        files = rendered(document, options.format or ENDINGS.get(Path(options.output).suffix.lower(), "md"))
     for path in placed(files, options.output):
         print(path)
     return 0

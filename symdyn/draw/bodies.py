@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from symdyn.draw.places import Array, Hinge, Placed, Places, elastic
-from symdyn.draw.shapes import Item, Shape, dot, line, path, sign
+from symdyn.draw.shapes import Item, Shape, disc, dot, line, path, sign
 from symdyn.draw.view import View
 from symdyn.scene import Scene
 
@@ -52,6 +52,10 @@ def link(scene: Scene, found: Places, body: Placed, view: View, colour: int) -> 
         limbs = [np.stack([view.flat(start), view.flat(tip)], axis=1) for tip in tips]
         width = view.size * 0.7
         shapes += [path("halo", *limbs, size=width + 3), path(f"link body{colour}", *limbs, size=width)]
+    for row in scene.rows:
+        if row.name in found.wheels and row.place is not None and row.place.body == body.name:
+            centre, axis, radius = found.wheels[row.name]
+            shapes.append(disc(f"link body{colour}", view, centre, axis, radius * view.scale))
     middle = np.mean([view.depth(start), *(view.depth(tip) for tip in tips)], axis=0)
     items = [Item(f"body-{body.name}", f"body {body.name}", 1, middle, tuple(shapes))]
     heaviest = max((mass for one in found.bodies for mass, _ in one.particles), default=0.0)

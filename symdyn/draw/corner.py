@@ -20,6 +20,7 @@ from symdyn.graph import Op
 from symdyn.scene import Scene
 
 LONG, AXIS = 34.0, 26.0  # lengths of the arrows of gravity and of axes
+NEAR = 100.0  # so that no line leads to the letters
 
 
 def with_corner(drawing: Drawing, scene: Scene, found: Places, view: View, segments: Array) -> Drawing:
@@ -53,7 +54,7 @@ def _gravity(scene: Scene, found: Places, view: View) -> Block:
         tip = flat * LONG
         shapes = arrow("gravity", start, tip, 2.0, 9.0)
         beside = tip[0] / 2 + np.array([abs(flat[0, 1]), -abs(flat[0, 0])]) * 13
-    label = Label("label-gravity", from_latex(_gravity_name(scene)), start, 0.0)
+    label = Label("label-gravity", from_latex(_gravity_name(scene)), start, NEAR)
     return (Item("gravity", "direction of gravity", 2, np.zeros(1), tuple(shapes)),), (Put(label, beside),)
 
 
@@ -75,7 +76,7 @@ def _axes(view: View) -> Block:
         tip = view.lean(np.eye(3)[k : k + 1]) * AXIS
         shapes += arrow(f"triad-{letter}", start, tip, 1.8, 6.0)
         if float(np.linalg.norm(tip)) > 6:
-            label = Label(f"label-axis-{letter}", from_latex(letter), start, 0.0, None, f"{letter}-text")
+            label = Label(f"label-axis-{letter}", from_latex(letter), start, NEAR, None, f"{letter}-text")
             away = (tip[0] + unit(tip)[0] * FONT * (0.55 + 0.3 * further) for further in range(6))
             clear = (one for one in (Put(label, offset) for offset in away) if not _meets(one, labels))
             labels += list(clear)[:1]

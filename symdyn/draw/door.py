@@ -107,6 +107,8 @@ def spread(found: Places) -> Array:
     spots += [frame.p for _, frame in found.points.values()]
     spots += [at for ends in found.ends.values() for at in ends]
     spots += [at for at, _, _ in found.acting.values()]
+    for centre, _, radius in found.wheels.values():
+        spots += [centre + sign * radius * axis for axis in np.eye(3) for sign in (-1, 1)]
     return np.concatenate(spots) if spots else np.zeros((1, 3))
 
 

@@ -72,7 +72,7 @@ def free_body(
         forced += named
     segments = lines(drawn, 1)
     named_bodies = [label for label in body_names(found, seen) if label.id == f"label-body-{body}"]
-    puts = put([*forced, *labels, *named_bodies], segments)
+    puts = put([*forced, *labels, *named_bodies], segments, np.inf)
     drawing = Drawing(f"{scene.name}: {body}", tuple(drawn), puts)
     return svg(with_corner(drawing, scene, replace(found, gravity=np.zeros(3)), seen, segments), prefix, scheme)
 

@@ -1,7 +1,8 @@
 """Where labels go: near what they name, clear of each other, and on as few lines as can be.
 
 Every label tries places around its anchor, near ones first. A place costs what lies under it and how far away it is;
-one on another label is not taken at all, and a label that finds none is left out (its group still has a title).
+one on another label is not taken at all, and a label that finds none worth reading is left out (its group still has a
+title).
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from symdyn.draw.places import Array
 ANGLES = np.radians(np.arange(0, 360, 22.5))
 WAYS = (0.0, 5.0, 11.0, 18.0, 27.0, 38.0, 52.0, 70.0)
 CROSSING, DISTANCE, TURNED = 16.0, 0.35, 3.0  # what a crossed line, a unit of way, and a turn away cost
+DEAREST = 44.0  # what the place of a label may cost: less than three crossed lines
 LEADER = 20.0  # from this way on a thin line leads to the label
 LED = 8.0  # what such a line costs
 ROUGH = 3.0  # room around a label
@@ -70,17 +72,18 @@ class Put:
         return edge / length * self.label.gap, edge * (1 - 2 / length)
 
 
-def put(labels: Sequence[Label], segments: Array) -> tuple[Put, ...]:
+def put(labels: Sequence[Label], segments: Array, most: float = DEAREST) -> tuple[Put, ...]:
     """Return the labels that find a place, in order; earlier ones choose first.
 
     Args:
         labels: what to put.
         segments: what they should keep clear of, shape (N, S, 2, 2).
+        most: what a place may cost; a label that finds none is left out.
     """
     done: list[Put] = []
     for label in labels:
         boxes = np.stack([one.box for one in done], axis=1) if done else np.zeros((len(segments), 0, 2, 2))
-        offset = _best(label, segments, boxes)
+        offset = _best(label, segments, boxes, most)
         if offset is None:
             continue
         done.append(Put(label, offset))
@@ -89,8 +92,8 @@ def put(labels: Sequence[Label], segments: Array) -> tuple[Put, ...]:
     return tuple(done)
 
 
-def _best(label: Label, segments: Array, boxes: Array) -> Array | None:
-    best, least = None, np.inf
+def _best(label: Label, segments: Array, boxes: Array, most: float) -> Array | None:
+    best, least = None, most
     for way in WAYS:
         if way * DISTANCE >= least:
             break

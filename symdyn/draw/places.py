@@ -90,7 +90,10 @@ class Placed:
 
 @dataclass(frozen=True)
 class Places:
-    """A scene in place; `acting` and `ends` hold loads (point, force, couple) and the ends of springs and dampers."""
+    """A scene in place; `acting` holds loads (point, force, couple), `ends` those of springs and dampers.
+
+    `wheels` holds the rims of what rolls: centre, unit axis and radius in m, by the name of the row.
+    """
 
     count: int
     ground: Frame
@@ -99,6 +102,7 @@ class Places:
     points: dict[str, tuple[str, Frame]]
     ends: dict[str, tuple[Array, Array]]
     acting: dict[str, tuple[Array, Array, Array]]
+    wheels: dict[str, tuple[Array, Array, float]]
     gravity: Array
 
     def body(self, name: str) -> Placed:
@@ -122,7 +126,7 @@ def places(scene: Scene, q: Array, parameters: Mapping[str, float], time: float 
         names = ", ".join(scene.coordinates)
         raise DrawError(f"{scene.name}: positions have shape {q.shape}; give (N, {len(scene.coordinates)}): {names}")
     graph = Graph()
-    wanted = _wanted(scene, graph)
+    wanted = drawn(scene, graph)
     values = _symbols(scene, graph, q, parameters, time)
     entries = [entry for group in wanted.values() for entry in group]
     unknown = [node for node in reachable(entries) if node.op is Op.SYMBOL and node not in values]
@@ -146,7 +150,7 @@ def places(scene: Scene, q: Array, parameters: Mapping[str, float], time: float 
 Key = tuple[str, ...]
 
 
-def _wanted(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
+def drawn(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
     """Return what is to be evaluated, by a key that says what it is."""
     placed = body_placements(scene, graph)
     wanted: dict[Key, tuple[Expr, ...]] = {("frame", name): _flat(T) for name, T in placed.items()}
@@ -160,6 +164,11 @@ def _wanted(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
     for link in elastic(scene):
         for k, end in enumerate(link.ends):
             wanted["end", link.name, str(k)] = _point(end, placed, graph)
+    for row in scene.rows:
+        if row.type == "rolling" and row.place is not None:
+            T = placed[row.place.body]
+            turned = _turned(T, vector(row.axis, graph))
+            wanted["wheel", row.name] = (*_point(row.place, placed, graph), *turned, express(row.radius, graph))
     for load in scene.loads:
         wanted |= _load(load, placed, graph)
     return wanted
@@ -256,6 +265,11 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
         {point.name: (point.body, frame("point", point.name)) for point in scene.points},
         {one.name: (arrays["end", one.name, "0"], arrays["end", one.name, "1"]) for one in elastic(scene) if one.ends},
         {load.name: _split(arrays["load", load.name]) for load in scene.loads},
+        {
+            row.name: (x[:, :3], unit(x[:, 3:6]), float(x[0, 6]))
+            for row in scene.rows
+            if (x := arrays.get(("wheel", row.name))) is not None
+        },
         arrays["gravity",][0],
     )
 

@@ -9,15 +9,16 @@ from fractions import Fraction
 import numpy as np
 
 from symdyn.draw.places import Array, places
-from symdyn.dynamics.assembly import closed_position, witness
-from symdyn.dynamics.numbers import numbers_of
+from symdyn.dynamics.loops.assembly import closed_position, witness
+from symdyn.dynamics.loops.numbers import numbers_of
 from symdyn.errors import DerivationError, DrawError
 from symdyn.scene import JOINTS, Joint, Scene, velocity_name
 from symdyn.scene.names import suggestion
-from symdyn.scene.start import starting_position
+from symdyn.scene.start import quaternion, starting_position
 from symdyn.scene.value import value_of
 
 ANGLE = 0.6  # rad: what a picture turns a joint by that says nothing else, so that its angle can be seen
+CURL = 4.2  # rad: what all of them may add up to
 SHARE = 0.3  # of the mechanism's extent: what it slides one by
 
 
@@ -44,9 +45,9 @@ def pose(
 ) -> tuple[Array, dict[str, float]]:
     """Return a position to draw, shape (nq,), and values of all parameters.
 
-    The position is the scene's start. Where no joint has a start, turns show 0.6 rad and slides a part of the extent,
-    within their limits, so that the coordinates can be seen. Loops are closed, and free parameters are then such that
-    they can be.
+    The position is the scene's start. Where no joint has a start, turns show 0.6 rad, less where there are many, and
+    slides a part of the extent, within their limits, so that the coordinates can be seen. Loops are closed, and free
+    parameters are then such that they can be.
 
     Args:
         scene: any scene.
@@ -67,7 +68,9 @@ def pose(
     q = _start(scene, values)
     if not declared:
         size = _extent(scene, q, values)
-        q = np.array([x for joint in scene.moving for x in _shown(joint, size, values)])
+        turns = sum(JOINTS[joint.type].coordinates(joint).count("rad") for joint in scene.moving)
+        angle = min(ANGLE, CURL / max(1, turns))
+        q = np.array([x for joint in scene.moving for x in _shown(joint, angle, size, values)])
     return _with(scene, q, given), values
 
 
@@ -112,13 +115,13 @@ def _extent(scene: Scene, q: Array, values: Mapping[str, float]) -> float:
     return float(np.ptp(np.array(spots), axis=0).max()) or 1.0
 
 
-def _shown(joint: Joint, size: float, values: Mapping[str, float]) -> list[float]:
+def _shown(joint: Joint, angle: float, size: float, values: Mapping[str, float]) -> list[float]:
     """Return coordinates that can be seen, within the limits of a joint that has them."""
-    shown: list[float] = []
-    for unit in JOINTS[joint.type].coordinates(joint):
-        shown.append(
-            {"rad": ANGLE, "m": SHARE * size}.get(unit, float(unit == "1" and "1" not in _units(joint, shown)))
-        )
+    seen = {"rad": angle, "m": SHARE * size, "1": 0.0}
+    shown = [seen[unit] for unit in JOINTS[joint.type].coordinates(joint)]
+    first = quaternion(joint)
+    if first is not None:
+        shown[first] = 1.0
     known = {name: Fraction(value) for name, value in values.items()}
     bounds = [None if one is None else value_of(one, known) for one in (joint.limits.lower, joint.limits.upper)]
     low, high = (float(one) if one is not None else sign * math.inf for one, sign in zip(bounds, (-1, 1), strict=True))
@@ -126,8 +129,3 @@ def _shown(joint: Joint, size: float, values: Mapping[str, float]) -> list[float
         inner = 0.1 * (high - low) if math.isfinite(high - low) else 0.0
         shown = [min(max(shown[0], low + inner), high - inner)]
     return shown
-
-
-def _units(joint: Joint, shown: list[float]) -> tuple[str, ...]:
-    """Return the units of the coordinates that are known already."""
-    return JOINTS[joint.type].coordinates(joint)[: len(shown)]

@@ -22,7 +22,7 @@ DARK = {
 SCHEMES = {"light": LIGHT, "dark": DARK}
 
 RULES = """
-.symdyn{max-width:100%;height:auto;color:[ink]}
+@media screen{.symdyn{max-width:100%;height:auto}}
 .symdyn .sheet{fill:[paper]}
 .symdyn path,.symdyn circle,.symdyn ellipse{fill:none;stroke:[ink];stroke-linejoin:round}
 .symdyn .joint,.symdyn .com,.symdyn .ring{fill:[paper]}
@@ -31,6 +31,7 @@ RULES = """
 .symdyn path.inside{stroke:[shade]}
 .symdyn .halo{stroke:[paper];stroke-linecap:round}
 .symdyn .link{stroke-linecap:round}
+.symdyn ellipse.link{stroke-width:3}
 .symdyn .quarters,.symdyn .weld{fill:[ink];stroke:none}
 .symdyn .stem,.symdyn .hatch,.symdyn .rail,.symdyn .flight,.symdyn .axis,.symdyn .rod,.symdyn .trace{stroke:[soft]}
 .symdyn .support,.symdyn .stand,.symdyn .plate{fill:[shade];stroke:[soft]}
@@ -52,7 +53,7 @@ RULES = """
 .symdyn .couple.head{fill:[couple]}
 .symdyn .gravity{stroke:[ink]}
 .symdyn .gravity.head{fill:[ink]}
-.symdyn text{fill:[ink];stroke:[paper];stroke-width:3;paint-order:stroke;stroke-linejoin:round;\
+.symdyn text{fill:[ink];\
 font-family:"STIX Two Text","Latin Modern Roman",Cambria,Georgia,"Times New Roman",serif;text-anchor:middle}
 .symdyn .mark-text{fill:[mark]}
 .symdyn .force-text{fill:[force]}
@@ -67,14 +68,15 @@ def style(scheme: str) -> str:
 
     Args:
         scheme: "auto" follows the reader's preference by variables of CSS; "light" and "dark" are plain colours, for
-            programs that know no variables.
+            programs that know no variables and paint the edge of letters over them.
 
     Raises:
         DrawError: another scheme.
     """
     if scheme not in ("auto", *SCHEMES):
         raise DrawError(f'colour scheme "{scheme}" is unknown; known are auto, light, dark')
-    rules = f"{RULES.strip()}\n.symdyn text{{font-size:{FONT:g}px}}\n"
+    halo = "stroke:[paper];stroke-width:3;paint-order:stroke;stroke-linejoin:round;" if scheme == "auto" else ""
+    rules = f"{RULES.strip()}\n.symdyn text{{{halo}font-size:{FONT:g}px}}\n"
     rules += "".join(
         f".symdyn .link.body{k}{{stroke:[body{k}]}}\n.symdyn .particle.body{k}{{fill:[body{k}]}}\n" for k in range(6)
     )

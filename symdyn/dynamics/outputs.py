@@ -9,15 +9,15 @@ from __future__ import annotations
 from itertools import combinations
 
 from symdyn.dynamics import kinematics, lagrange
-from symdyn.dynamics.aba import aba
 from symdyn.dynamics.cost import cost
-from symdyn.dynamics.ldl import solve
+from symdyn.dynamics.loops.outputs import closing
 from symdyn.dynamics.output import Output
-from symdyn.dynamics.outputs_of_loops import closing
-from symdyn.dynamics.outputs_of_reactions import REACTIONS
-from symdyn.dynamics.potential import potential_energy
 from symdyn.dynamics.prescribed import accelerations
-from symdyn.dynamics.rnea import rnea
+from symdyn.dynamics.reactions.outputs import REACTIONS
+from symdyn.dynamics.recursive.aba import aba
+from symdyn.dynamics.recursive.ldl import solve
+from symdyn.dynamics.recursive.potential import potential_energy
+from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.workspace import Matrix, Workspace
 from symdyn.graph import Expr, substitute
 from symdyn.scene import Scene

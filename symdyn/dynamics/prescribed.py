@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.ldl import solve
+from symdyn.dynamics.recursive.ldl import solve
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene, express
 

@@ -15,7 +15,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics.exact import settle
-from symdyn.dynamics.links import Link
 from symdyn.dynamics.loads import (
     declared_forces,
     joint_of,
@@ -25,7 +24,8 @@ from symdyn.dynamics.loads import (
     stored,
     tension,
 )
-from symdyn.dynamics.reframe import LeanTree, settled
+from symdyn.dynamics.recursive.links import Link
+from symdyn.dynamics.recursive.reframe import LeanTree, settled
 from symdyn.dynamics.state import joint_position, state_symbols, vector
 from symdyn.dynamics.tree import Tree
 from symdyn.graph import Expr

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.dynamics.base_parameters import base_parameter_forms
+from symdyn.dynamics.recursive.base_parameters import base_parameter_forms
 from symdyn.emit.equations import FORMATS
 from symdyn.emit.formula_text import Latex, text_of
 from symdyn.emit.symbols import latex_symbols

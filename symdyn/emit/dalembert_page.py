@@ -13,12 +13,13 @@ from symdyn.algebra.form import Form, Symbol, form_of, product_of, sum_of
 from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium
-from symdyn.dynamics.parallel import angle_groups
+from symdyn.dynamics.closed_forms.parallel import angle_groups
+from symdyn.dynamics.loops.words import in_words
 from symdyn.dynamics.prescribed import TIME
-from symdyn.dynamics.words import in_words
+from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium
 from symdyn.emit.formula_text import Latex
-from symdyn.emit.latex_page import DIGITS, LINE, align, bmatrix, definition, matrix_width, symbol_row, symbol_table
+from symdyn.emit.latex_layout import DIGITS, LINE, align, bmatrix, definition, matrix_width
+from symdyn.emit.latex_page import symbol_row, symbol_table
 from symdyn.emit.symbols import escape, latex_symbols
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate, reachable

@@ -6,6 +6,7 @@ import shlex
 from collections.abc import Callable, Mapping
 
 from symdyn.emit.c import emit_c
+from symdyn.emit.javascript import emit_js
 from symdyn.emit.python import emit_numpy
 from symdyn.emit.real import Real, find_real
 from symdyn.emit.sources import Sources
@@ -17,7 +18,7 @@ from symdyn.scene import spell
 
 Emitter = Callable[[Program, Real, str], tuple[tuple[str, str], ...]]
 
-TARGETS: Mapping[str, Emitter] = {"numpy": emit_numpy, "c": emit_c, "ufunc": emit_ufunc}
+TARGETS: Mapping[str, Emitter] = {"numpy": emit_numpy, "c": emit_c, "ufunc": emit_ufunc, "js": emit_js}
 
 
 def emit(
@@ -27,19 +28,21 @@ def emit(
 
     Args:
         program: what to compute.
-        target: "numpy", "c" or "ufunc".
+        target: "numpy", "c", "ufunc" or "js".
         real: "double" or "float".
         command: what the header says to run to make the files again; "" for the plain command line.
-        batch: whether C gets functions over many states too; the other targets take batches anyway.
+        batch: whether C gets functions over many states too; NumPy and ufuncs take batches anyway, JavaScript none.
 
     Raises:
-        EmitError: an unknown target or real type, no function at all, two functions of one name, a constant too large
-            for the type.
+        EmitError: an unknown target, a real type that it does not have, batches of JavaScript, no function at all, two
+            functions of one name, a constant too large for the type.
     """
     if target not in TARGETS:
         raise EmitError(f"target {target!r} is not known; give {' or '.join(TARGETS)}")
     if not program.routines:
         raise EmitError(f"{program.scene.name}: there is no function to write; name one, such as inverse_dynamics")
+    if batch and target == "js":
+        raise EmitError("JavaScript computes one state a call; leave out --batch")
     again = command or _command(program, target, real, batch)
     if batch and target == "c":
         return Sources(program, target, real, emit_c(program, find_real(real), again, batch=True))

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TypedDict
 
-from symdyn.dynamics.formulas import formulas
-from symdyn.dynamics.frames import ChosenFrame, chosen_frames
+from symdyn.dynamics.closed_forms.formulas import formulas
+from symdyn.dynamics.recursive.frames import ChosenFrame, chosen_frames
 from symdyn.emit.formula_text import text_of
 from symdyn.graph import Expr, Graph, linear_form
 from symdyn.scene import Pose, Scene, express, spell

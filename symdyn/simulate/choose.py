@@ -20,7 +20,7 @@ from symdyn.simulate.system import System
 Array = npt.NDArray[np.float64]
 
 STIFF_STEPS, STIFF_RATIO = 3000.0, 50.0
-"""Stability-bound steps of an explicit method, and fastest decay over fastest oscillation, beyond which one is stiff."""
+"""Beyond both a system is stiff: steps that stability asks of an explicit method, fastest decay over oscillation."""
 
 LARGEST = 3000
 """Operations that heyoka compiles within a few seconds."""
@@ -52,7 +52,7 @@ def choose(system: System, x: Array, until: float, asked: str | None = None) -> 
     if is_stiff(system, x, until):
         name = "cvode" if importable(METHODS["cvode"].module) else "radau"
         return Choice(name, METHODS[name], "the system is stiff")
-    why = refuses(system)
+    why = refuses(system) or ("the loops are kept by projection" if system.closed else "")
     if not why and size(system) > LARGEST:
         why = f"{size(system)} operations would take heyoka long to compile"
     if not why and not importable(METHODS["taylor"].module):
@@ -76,19 +76,23 @@ def _asked(system: System, asked: str) -> Choice:
 
 
 def is_stiff(system: System, x: Array, until: float) -> bool:
-    """Tell whether a system is stiff at the start."""
-    eigenvalues = np.linalg.eigvals(jacobian(system, x))
-    if not np.all(np.isfinite(eigenvalues)):
-        return False
-    decay, turn = float(np.max(-eigenvalues.real, initial=0.0)), float(np.max(np.abs(eigenvalues.imag), initial=0.0))
-    return decay * until > STIFF_STEPS and decay > STIFF_RATIO * turn
+    """Tell whether a system is stiff at the start; a jump there, which looks infinitely steep, is no stiffness."""
+    decays = []
+    for step in (1e-5, 1e-6):
+        eigenvalues = np.linalg.eigvals(jacobian(system, x, step))
+        decay = float(np.max(-eigenvalues.real, initial=0.0))
+        turn = float(np.max(np.abs(eigenvalues.imag), initial=0.0))
+        if not (decay * until > STIFF_STEPS and decay > STIFF_RATIO * turn):
+            return False
+        decays.append(decay)
+    return decays[1] < 2 * decays[0]
 
 
-def jacobian(system: System, x: Array) -> Array:
-    """Return ∂f/∂x at t = 0 by central differences, shape (nx, nx); zeros where it has no finite value."""
+def jacobian(system: System, x: Array, relative: float) -> Array:
+    """Return ∂f/∂x at t = 0 by central differences of that relative size, (nx, nx); zeros where it is not finite."""
     J = np.empty((len(x), len(x)))
     for k in range(len(x)):
-        step = 1e-6 * max(1.0, abs(float(x[k])))
+        step = relative * max(1.0, abs(float(x[k])))
         ahead, behind = x.copy(), x.copy()
         ahead[k] += step
         behind[k] -= step

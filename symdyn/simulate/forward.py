@@ -60,9 +60,10 @@ def simulate(
         start: formulas by coordinate, in place of what the scene says; or a whole state.
         start_rates: formulas by velocity.
         method: a key of `METHODS`; None chooses.
-        rtol, atol: relative and absolute tolerance of a step; None takes the method's, and rtol.
-        stops, reports: formulas in t, coordinates, velocities and parameters; where one crosses zero the run ends, or
-            the event is kept.
+        rtol: relative tolerance of a step; None takes the method's.
+        atol: absolute tolerance of a step; None takes rtol.
+        stops: formulas in t, coordinates, velocities and parameters; where one crosses zero the run ends.
+        reports: likewise; where one crosses zero the event is kept.
         every: seconds between samples; None for 200 samples.
         reactions: add the columns of all joint reactions.
         progress: called with the share that is done.
@@ -73,9 +74,7 @@ def simulate(
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
     formulas = (*stops, *reports)
-    zeros, times, initial = _checked(
-        scene, until, every, rtol, atol, formulas, method, start, start_rates
-    )
+    zeros, times, initial = _checked(scene, until, every, rtol, atol, formulas, method, start, start_rates)
     for note in initial.notes:
         _tell(say, note)
     system = build_system(scene, forces, zeros)

@@ -1,4 +1,4 @@
-"""Where a simulation starts: what the scene says, what the user changes, what loops and prescribed motions make of it."""
+"""Where a simulation starts: what the scene and the user say, what loops and prescribed motions make of it."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import derive
-from symdyn.dynamics.assembly import closed_position
-from symdyn.dynamics.numbers import Numbers, numbers_of
+from symdyn.dynamics.loops.assembly import closed_position
+from symdyn.dynamics.loops.numbers import Numbers, numbers_of
 from symdyn.dynamics.prescribed import TIME, prescribed
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, evaluate, substitute

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from symdyn.build.load import load_program
 from symdyn.dynamics.derive import arguments
 from symdyn.dynamics.equations import Equations, Function
-from symdyn.dynamics.numbers import numbers_of
+from symdyn.dynamics.loops.numbers import numbers_of
 from symdyn.dynamics.prescribed import prescribed
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import SimulateError
@@ -225,7 +225,9 @@ def _agree(scene: Scene, against: Array, size: float, given: Sequence[str], row:
         )
 
 
-def _assembled(functions: _Functions, numbers: Any, guess: Array, loose: list[int], still: Array) -> tuple[Array, float]:
+def _assembled(
+    functions: _Functions, numbers: Any, guess: Array, loose: list[int], still: Array
+) -> tuple[Array, float]:
     """Return the closed position next to a guess by Newton's method, and its largest residual."""
     q = guess.copy()
     r = functions("constraint_residual", 0.0, q, still)
@@ -241,4 +243,3 @@ def _assembled(functions: _Functions, numbers: Any, guess: Array, loose: list[in
             break
         q, r = tried, left
     return q, float(np.abs(r).max(initial=0.0))
-

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -170,6 +171,7 @@ def column_law(columns: Columns, name: str, rate: str, acceleration: str) -> Law
 
     t, x = columns.t, columns.values[name]
     v, a = columns.values.get(rate), columns.values.get(acceleration)
+    curve: Any
     if v is not None and a is not None:
         curve = BPoly.from_derivatives(t, np.stack([x, v, a], axis=1))
     elif v is not None:
@@ -217,9 +219,7 @@ def _closes_last(rest: str) -> bool:
     return False
 
 
-def _named(
-    name: str, inside: str, text: str, values: Mapping[str, Quantity], where: str, faults: Faults
-) -> Law | None:
+def _named(name: str, inside: str, text: str, values: Mapping[str, Quantity], where: str, faults: Faults) -> Law | None:
     given: dict[str, str] = {}
     plain: list[str] = []
     before = len(faults.lines)
@@ -271,7 +271,9 @@ def _made(name: str, numbers: Mapping[str, float], text: str, where: str, faults
 def _points(numbers: Sequence[float | None], text: str, where: str, faults: Faults) -> Law | None:
     t, x = np.array(numbers[::2], dtype=np.float64), np.array(numbers[1::2], dtype=np.float64)
     if len(t) != len(x) or len(t) < 2:
-        faults.add(where, f'"{text}": spline takes times and points by turns, two points at least: spline(0, 0, 1, 0.5)')
+        faults.add(
+            where, f'"{text}": spline takes times and points by turns, two points at least: spline(0, 0, 1, 0.5)'
+        )
         return None
     if np.any(np.diff(t) <= 0):
         faults.add(where, f'"{text}": the times of the points must rise')

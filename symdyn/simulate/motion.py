@@ -100,9 +100,7 @@ def motion_times(entries: Sequence[str], until: float | None, every: float | Non
     return times
 
 
-def _from_table(
-    scene: Scene, table: Columns, laws: dict[str, Law], quasi: dict[str, Law], faults: Faults
-) -> None:
+def _from_table(scene: Scene, table: Columns, laws: dict[str, Law], quasi: dict[str, Law], faults: Faults) -> None:
     """Add the laws of the columns of a table; columns of other names, such as forces, are left alone."""
     wanted = [name for name in scene.coordinates if name in table.values]
     if not wanted:

@@ -29,7 +29,7 @@ def sample_times(until: float, every: float | None, faults: Faults) -> Array:
         faults.add("", f"every = {every:g} s is no spacing of samples for {until:g} s")
         return np.zeros(1)
     count = math.floor(until / every * (1 + 1e-12))
-    times = every * np.arange(count + 1)
+    times: Array = every * np.arange(count + 1, dtype=np.float64)
     if until - times[-1] > 1e-9 * every:
         return np.append(times, until)
     times[-1] = until

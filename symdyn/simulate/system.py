@@ -4,6 +4,10 @@
     q̇        H(q) u
     u̇        forward dynamics, of the closed mechanism where loops close it
 
+The accelerations of a closed mechanism exist on its manifold only: near a change point, where G_d is nearly singular,
+a state that misses it by e is off by e / σ² in u̇. The stages of a Runge-Kutta step miss it by far more than its result
+does. So a state is brought back before it is looked at, q_d by Newton steps -G_d⁻¹ r, u_d from u_i, both compiled.
+
 All of it is one program: the formulas of the driving forces and of the events stand on the graph of the equations.
 """
 
@@ -20,6 +24,8 @@ import numpy.typing as npt
 from symdyn.build.load import load_program
 from symdyn.dynamics.derive import arguments, derive_one
 from symdyn.dynamics.equations import Equations, Function
+from symdyn.dynamics.loops.closed import solve_dependent
+from symdyn.dynamics.loops.linear import LinearLoops, followers, forward_dynamics, linear_loops
 from symdyn.dynamics.outputs import OUTPUTS
 from symdyn.dynamics.state import quaternions
 from symdyn.dynamics.workspace import Workspace
@@ -36,6 +42,12 @@ Array = npt.NDArray[np.float64]
 EVERYTHING = ("q", "qd", "tau", TIME)
 
 CLOSED = ("constraint_residual", "constraint_jacobian")
+
+CORRECTIONS = 2
+"""Newton steps before a closed mechanism's accelerations; they converge quadratically."""
+
+FARTHEST = 0.05
+"""Newton steps that are longer, rad or m, are not taken: the state is where G_d has no inverse."""
 
 
 @dataclass(frozen=True)
@@ -96,8 +108,23 @@ class System:
     def rates(self, t: float, x: Array) -> Array:
         """Return ẋ of one state, shape (nx,)."""
         tau = self.forces.tabulated(np.float64(t), self.nv) if self.forces.tables else self._nothing  # type: ignore[arg-type]
-        found: Array = self._rates(x[: self.nq], x[self.nq : self.nq + self.nv], tau, t)
+        q, u = x[: self.nq], x[self.nq : self.nq + self.nv]
+        if self.closed:
+            q, u = self._on_manifold(q, u)
+        found: Array = self._rates(q, u, tau, t)
         return found
+
+    def _on_manifold(self, q: Array, u: Array) -> tuple[Array, Array]:
+        """Return a state of a closed mechanism with its loops closed, the independent coordinates as they are."""
+        for _ in range(CORRECTIONS):
+            step = self.calls["correction"](q, u)
+            size = np.abs(step).max(initial=0.0)
+            if not size <= FARTHEST:
+                break
+            q = q + self.calls["movement"](q, step)
+        fitted = self.calls["fitted"](q, u)
+        off = np.abs(fitted - u).max(initial=0.0)
+        return q, fitted if off <= FARTHEST * max(1.0, np.abs(u).max(initial=0.0)) else u
 
     @cached_property
     def _rates(self) -> Callable[..., Array]:
@@ -129,7 +156,9 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
     w = Workspace(scene)
     tau = [_drive(w, forces, k) for k in range(w.state.n)]
     place = dict(zip(w.state.tau, tau, strict=True))
-    accelerations = substitute(cheapest(w, "forward_dynamics").entries, place)
+    linear = linear_loops(w) if scene.loops else None
+    solved = forward_dynamics(w, linear) if linear else cheapest(w, "forward_dynamics").entries
+    accelerations = substitute(solved, place)
     drives = list(substitute(derive_one(w, "drive_forces").entries, place)) if _moved(scene) else tau
     powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in (drives, w.Q)]
     power = powers[0] + powers[1]
@@ -147,6 +176,7 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
         functions.append(_function(w, "momenta", [p for _, p in momenta]))
     if scene.loops or scene.rows:
         functions += [cheapest(w, name) for name in CLOSED]
+        functions += _corrections(w, linear)
     program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
     calls, compiled = load_program(program)
     names = tuple(name for name, _ in momenta)
@@ -158,16 +188,36 @@ def _drive(w: Workspace, forces: Forces, k: int) -> Expr:
     return w.state.tau[k] if k in forces.tables else express(forces.formula(k), w.graph)
 
 
+def _corrections(w: Workspace, linear: LinearLoops | None) -> list[Function]:
+    """Return what brings a state of a closed mechanism back: Newton's step, its way in q, and fitting velocities."""
+    zero, u = w.graph.zero, w.state.qd
+    if linear:
+        values = followers(w, linear)
+        step = {k: values[w.state.q[k]] - w.state.q[k] for k in linear.dependent}
+        fitted = {k: values[u[k]] for k in linear.dependent}
+    else:
+        rows, partition = w.closed.recursive, w.closed.closure.partition
+        G = w.closed.G(rows)
+        step = solve_dependent(G, partition, [-r for r in w.closed.residual(rows)]) if G else {}
+        moved = [-w.graph.total(row[k] * u[k] for k in partition.independent) for row in G]
+        fitted = solve_dependent(G, partition, moved) if G else {}
+    return [
+        _function(w, "correction", [step.get(k, zero) for k in range(w.state.n)], ("q", "qd")),
+        _function(w, "movement", w.state.rates, ("q", "qd")),
+        _function(w, "fitted", [fitted.get(k, x) for k, x in enumerate(u)], ("q", "qd")),
+    ]
+
+
 def _moved(scene: Scene) -> bool:
     return OUTPUTS["drive_forces"].exists(scene)
 
 
-def _function(w: Workspace, name: str, entries: Sequence[Expr]) -> Function:
-    """Return entries as a function of everything."""
+def _function(w: Workspace, name: str, entries: Sequence[Expr], takes: Sequence[str] = EVERYTHING) -> Function:
+    """Return entries as a function of everything, or of what it takes."""
     return Function(
         name=name,
         text=name,
-        arguments=arguments(w, EVERYTHING),
+        arguments=arguments(w, takes),
         result="out",
         shape=(len(entries),),
         entries=tuple(entries),

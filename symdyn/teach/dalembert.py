@@ -21,11 +21,11 @@ from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.draw import Wrench, free_body
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium, frames
+from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.kinematics import centre_of_mass
 from symdyn.dynamics.lagrange import driving_forces
-from symdyn.dynamics.parallel import angle_groups
-from symdyn.dynamics.words import in_words
+from symdyn.dynamics.loops.words import in_words
+from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium, frames
 from symdyn.emit.formula_text import text_of
 from symdyn.emit.symbols import latex_symbols
 from symdyn.errors import DerivationError, EmitError
@@ -66,6 +66,12 @@ class Balance(Prose):
 
     def __post_init__(self) -> None:
         """Set the system up, in a plane where there is one."""
+        for joint in self.scene.joints:
+            if joint.velocities:
+                raise DerivationError(
+                    f"{self.scene.name}: joint {joint.name} turns by a quaternion, for which there are no formulas to "
+                    'read; write orientation = "zyx" (or another sequence of axes) to have them'
+                )
         self.workspace = Workspace(self.scene)
         self.scene = self.workspace.scene
         self.graph, self.state = self.workspace.graph, self.workspace.state

@@ -10,9 +10,9 @@ from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Symbol
 from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.dynamics.closed_form import ClosedForm, closed_form
+from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form
+from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.lagrange import Energies, driving_forces, energies
-from symdyn.dynamics.parallel import angle_groups
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import State, state_symbols
 from symdyn.errors import DerivationError

@@ -12,8 +12,10 @@ import numpy as np
 from symdyn.build import build, run_python
 from symdyn.build.extension import build_extension
 from symdyn.build.load import is_usual
+from symdyn.build.node import run_js
 from symdyn.dynamics import (
     KINEMATICS,
+    Closing,
     Equations,
     Function,
     Workspace,
@@ -24,7 +26,7 @@ from symdyn.dynamics import (
     roads,
 )
 from symdyn.emit import emit
-from symdyn.errors import BuildError, DerivationError, MissingCompiler
+from symdyn.errors import BuildError, DerivationError, MissingCompiler, MissingNode
 from symdyn.graph import Expr, reachable, substitute
 from symdyn.program import Program, choose, lower
 from symdyn.program import prepare as prepare_program
@@ -50,7 +52,7 @@ class Certificate:
         findings: derivations against each other, laws, and the program against the equations.
         accuracy: built modules against 50 digits.
         notes: what was left out and why.
-        refused: the compiler's words if it refused the C code; "" if it did not.
+        refused: the words of the compiler or of Node.js if it refused the code; "" if it did not.
     """
 
     scene: str
@@ -62,7 +64,7 @@ class Certificate:
 
     @property
     def passed(self) -> bool:
-        """Whether nothing differs, the C code compiles, and every module is as accurate as its numbers allow."""
+        """Whether nothing differs, the code compiles, and every module is as accurate as its numbers allow."""
         sound = all(f.verdict != DIFFERENT for f in self.findings)
         return sound and not self.refused and all(a.passed for a in self.accuracy)
 
@@ -80,6 +82,7 @@ def certify(
     real: str = "double",
     road: str | None = None,
     prepare: bool = False,
+    closing: Closing = Closing(),  # noqa: B008  frozen
 ) -> Certificate:
     """Return the certificate of a scene.
 
@@ -92,15 +95,16 @@ def certify(
         road: the derivation that becomes code, as for `formulate`.
         prepare: whether the code is that of `prepare`: each function of it, after `prepare`, is proved to be the
             function without, and is measured together with it.
+        closing: what to choose about closed loops; the notes say it.
 
     Raises:
         DerivationError: an output that was asked for by name does not exist, or no output has the road.
     """
-    notes: list[str] = []
-    workspace = Workspace(scene)
+    notes = [closing.words] if closing.words else []
+    workspace = Workspace(scene, closing)
     progress("deriving")
     if outputs is None:
-        outputs, left_out = everything(scene)
+        outputs, left_out = everything(scene, closing)
         notes += left_out
     preferred = choose(workspace, outputs, road)
     claims = [
@@ -130,14 +134,17 @@ def certify(
     return Certificate(scene.name, fields, tuple(findings), tuple(accuracy), tuple(notes), refused)
 
 
-def everything(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
+def everything(
+    scene: Scene,
+    closing: Closing = Closing(),  # noqa: B008  frozen
+) -> tuple[tuple[str, ...], list[str]]:
     """Return all outputs worth certifying, also kinematics of the last body and reactions, and why others are not."""
-    outputs, left_out = available(scene)
+    outputs, left_out = available(scene, closing)
     last = scene.bodies[-1]
     extra = [f"{name}:{last.name}" for name in KINEMATICS]
     extra += [f"com_acceleration:{last.name}"] if last.com is not None and not last.particles else []
     try:
-        derive(scene, ("reactions",))
+        derive(scene, ("reactions",), closing=closing)
         extra.append("reactions")
     except DerivationError as fault:
         left_out.append(str(fault))
@@ -192,7 +199,7 @@ class _Composed:
 
 
 def modules_of(program: Program, real: str, notes: list[str]) -> tuple[dict[str, Any], str]:
-    """Return the built modules by name, and the compiler's words if there is one and it refused; notes say the rest."""
+    """Return the built modules by name, and the words of what refused the code; notes say what is missing here."""
     modules = {"numpy": run_python(emit(program, "numpy", real))}
     try:
         modules["c"] = build(emit(program, "c", real))
@@ -206,6 +213,13 @@ def modules_of(program: Program, real: str, notes: list[str]) -> tuple[dict[str,
             modules["ufunc"] = build_extension(emit(replace(program, routines=usual), "ufunc"))[1]
         except MissingCompiler as fault:
             notes.append(f"ufunc was not measured: {fault}")
+        except BuildError as fault:
+            return modules, str(fault)
+    if real == "double":
+        try:
+            modules["js"] = run_js(emit(program, "js"))
+        except MissingNode as fault:
+            notes.append(f"JavaScript was not measured: {fault}")
         except BuildError as fault:
             return modules, str(fault)
     return modules, ""

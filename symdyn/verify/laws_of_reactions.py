@@ -10,11 +10,11 @@ from collections.abc import Callable
 from fractions import Fraction
 
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.hinges import about, nothing, plus, power, relative_twists
-from symdyn.dynamics.members import acting, own_forces
 from symdyn.dynamics.positions import body_placements
+from symdyn.dynamics.reactions.hinges import about, nothing, plus, power, relative_twists
+from symdyn.dynamics.reactions.members import acting, own_forces
+from symdyn.dynamics.reactions.ties import ties, undriven
 from symdyn.dynamics.state import vector
-from symdyn.dynamics.ties import ties, undriven
 from symdyn.dynamics.tree import body_inertia
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene.joints import Wrench

@@ -47,7 +47,7 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
         size = min(getattr(solver, "h_abs", None) or solver.step_size, problem.until - t)
         solver = kind(problem.system.rates, t, x, problem.until, first_step=size, **options)
 
-    return follow(problem, steps(), resume, 1000.0 if name in ("BDF", "LSODA") else 1.0)
+    return follow(problem, steps(), resume, 1e5 if name in ("BDF", "LSODA") else 1.0)
 
 
 class _Interpolant:

@@ -18,7 +18,7 @@ Array = npt.NDArray[np.float64]
 
 SMALLEST = 1e-15
 
-SLACK = 1000.0
+SLACK = 1e5
 """A projection makes CVODE begin at order one again: it waits until it is worth that."""
 
 
@@ -63,8 +63,6 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
 
 
 METHODS = {
-    "cvode": Method(
-        "SUNDIALS", "CVODE's BDF, for stiff systems", "sksundae", "stiff", 1e-8, partial(run, name="BDF")
-    ),
+    "cvode": Method("SUNDIALS", "CVODE's BDF, for stiff systems", "sksundae", "stiff", 1e-8, partial(run, name="BDF")),
     "adams": Method("SUNDIALS", "CVODE's Adams methods", "sksundae", "stiff", 1e-9, partial(run, name="Adams")),
 }

@@ -181,7 +181,7 @@ def _sure_step(ta: Any) -> float:
 
     heyoka takes it from the last two orders of the series alone. Both vanish at states with symmetries, such as a
     pendulum that starts level and at rest, whose motion has the orders 2, 6, 10, ... only: the step would be far too
-    long. The shortest step by any of the orders from 4 on is taken in its place; once it has moved the symmetry is gone.
+    long. The shortest step by any of the orders from 4 on is taken in its place; a step later the symmetry is gone.
     """
     state, begin = ta.state.copy(), ta.time
     ta.step(max_delta_t=SHORTEST, write_tc=True)
@@ -213,7 +213,5 @@ class _Projection:
 
 
 METHODS = {
-    "taylor": Method(
-        "heyoka", "Taylor method of adaptive order and step", "heyoka", "taylor", 1e-12, run, refuses
-    )
+    "taylor": Method("heyoka", "Taylor method of adaptive order and step", "heyoka", "taylor", 1e-12, run, refuses)
 }

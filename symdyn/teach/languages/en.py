@@ -33,6 +33,9 @@ TEXTS = {
     "joint.free": "free",
     "joint.fixed": "fixed",
     "joint.custom": "given by formulas",
+    "joint.rod": "rod between two points",
+    "joint.point_on_line": "point on a line",
+    "joint.point_on_plane": "point on a plane",
     # the mechanism
     "scene": "{scene} is an open mechanism with {bodies} moving bodies and {freedoms} degrees of freedom.",
     "scene.reason": "Every moving body hangs on one joint, so the coordinates of the joints fix where everything is.",
@@ -238,4 +241,42 @@ TEXTS = {
     "prime fields; the chance of error is below {chance}.",
     "roads.reason": "Lagrange's equations know no reactions, because these do no work; D'Alembert's find them all. "
     "Both share the scene, and nothing else.",
+    # exercises and the page
+    "page.contents": "Contents",
+    "section.live": "Try it",
+    "section.solutions": "Solutions",
+    "exercise.how": "Results are left out here: write each of them into its box, in plain text such as "
+    "2*m1*h1^2*cos(q1 + q2)*q1'^2 or in LaTeX. Any equal form counts. The page compares values and "
+    "needs no network.",
+    "exercise.script": "The boxes check answers with JavaScript, which is off here; the solutions are at the end.",
+    "exercise.check": "Check",
+    "exercise.hint": "Hint",
+    "exercise.solution": "Solution",
+    "exercise.ask": "What is {left}?",
+    "exercise.solved": "{left} is found like this.",
+    "exercise.hint.square": "Square both velocities, add them, and use sin² + cos² = 1 and the addition formula.",
+    "exercise.hint.potential": "Mass times free fall times height; the height is in the positions.",
+    "exercise.hint.momentum": "Differentiate with respect to this rate alone; everything else counts as constant.",
+    "exercise.hint.slope": "Differentiate with respect to this coordinate alone; the rates count as constants.",
+    "exercise.hint.equation": "The rate of the momentum less the slope of the Lagrangian.",
+    "exercise.hint.coefficients": "Read it off the equations of motion: it is what multiplies the accelerations or "
+    "rates of its "
+    "indices, with its sign.",
+    "answer.right": "Right.",
+    "answer.turned": "Not yet: all of it has the opposite sign.",
+    "answer.factor": "Not yet: yours is {factor} times the result.",
+    "answer.wrong": "Not yet: it has another value.",
+    "answer.undefined": "This has no value: it divides by zero, or takes the root of a negative number.",
+    "fault.empty": "Nothing is written here.",
+    "fault.name": "{text} is no symbol here.",
+    "fault.ambiguous": "{text} can be read in several ways; put spaces between factors.",
+    "fault.character": "{text} has no place in a formula.",
+    "fault.bracket": "This bracket is not closed.",
+    "fault.end": "Something is missing at the end.",
+    "fault.here": "{text} does not fit here.",
+    "fault.power": "An exponent is an integer up to 32, or 1/2; more than one digit in braces.",
+    "fault.argument": "sin and cos need an angle: sin(q).",
+    "fault.division": "Does this divide by one factor or by all? Write a/(b c) or (a/b) c.",
+    "fault.dots": "{text} carries no dots; only coordinates do.",
+    "fault.deep": "This is too long or nests too deep.",
 }

@@ -33,6 +33,9 @@ TEXTS = {
     "joint.free": "voľné",
     "joint.fixed": "pevné",
     "joint.custom": "dané vzorcami",
+    "joint.rod": "tyč medzi dvoma bodmi",
+    "joint.point_on_line": "bod na priamke",
+    "joint.point_on_plane": "bod v rovine",
     # the mechanism
     "scene": "{scene} je otvorený mechanizmus (OM); počet pohyblivých členov je {bodies}, pohyblivosť {freedoms}.",
     "scene.reason": "Každý pohyblivý člen visí na jednom spojení, preto súradnice spojení určujú polohu všetkého.",
@@ -235,4 +238,42 @@ TEXTS = {
     "(počet {primes}); pravdepodobnosť omylu je menšia než {chance}.",
     "roads.reason": "Lagrangeove rovnice reakcie nepoznajú, lebo reakcie nekonajú prácu; D'Alembertova metóda nájde "
     "všetky. Spoločné majú len zadanie.",
+    # exercises and the page
+    "page.contents": "Obsah",
+    "section.live": "Vyskúšajte",
+    "section.solutions": "Riešenia",
+    "exercise.how": "Niektoré výsledky tu chýbajú: doplňte ich do polí, obyčajným textom, napríklad 2*m1*h1^2*cos(q1 "
+    "+ q2)*q1'^2, alebo v LaTeXu. Platí každý rovnaký tvar. Stránka porovnáva hodnoty a nepotrebuje "
+    "sieť.",
+    "exercise.script": "Polia kontrolujú odpovede pomocou JavaScriptu, ktorý je tu vypnutý; riešenia sú na konci.",
+    "exercise.check": "Skontrolovať",
+    "exercise.hint": "Pomôcka",
+    "exercise.solution": "Riešenie",
+    "exercise.ask": "Čomu sa rovná {left}?",
+    "exercise.solved": "{left} nájdeme takto.",
+    "exercise.hint.square": "Umocnite obe rýchlosti, sčítajte ich a použite sin² + cos² = 1 a súčtový vzorec.",
+    "exercise.hint.potential": "Hmotnosť krát tiažové zrýchlenie krát výška; výška je medzi polohami.",
+    "exercise.hint.momentum": "Derivujte len podľa tejto rýchlosti; všetko ostatné je konštanta.",
+    "exercise.hint.slope": "Derivujte len podľa tejto súradnice; rýchlosti sú konštanty.",
+    "exercise.hint.equation": "Časová derivácia hybnosti bez derivácie Lagrangiánu podľa súradnice.",
+    "exercise.hint.coefficients": "Prečítajte ho z pohybových rovníc: násobí zrýchlenia alebo rýchlosti svojich "
+    "indexov, aj so "
+    "znamienkom.",
+    "answer.right": "Správne.",
+    "answer.turned": "Ešte nie: celý výraz má opačné znamienko.",
+    "answer.factor": "Ešte nie: váš výraz je {factor}-násobok výsledku.",
+    "answer.wrong": "Ešte nie: výraz má inú hodnotu.",
+    "answer.undefined": "Výraz nemá hodnotu: delí nulou alebo odmocňuje záporné číslo.",
+    "fault.empty": "Nič tu nie je napísané.",
+    "fault.name": "{text} tu nie je symbolom.",
+    "fault.ambiguous": "{text} sa dá čítať viacerými spôsobmi; medzi činitele dajte medzery.",
+    "fault.character": "{text} nepatrí do vzorca.",
+    "fault.bracket": "Táto zátvorka nie je uzavretá.",
+    "fault.end": "Na konci niečo chýba.",
+    "fault.here": "{text} sem nepatrí.",
+    "fault.power": "Exponent je celé číslo do 32 alebo 1/2; viac číslic v zložených zátvorkách.",
+    "fault.argument": "sin a cos potrebujú uhol: sin(q).",
+    "fault.division": "Delí sa jedným činiteľom alebo všetkými? Napíšte a/(b c) alebo (a/b) c.",
+    "fault.dots": "{text} nemá bodky; majú ich len súradnice.",
+    "fault.deep": "Je to príliš dlhé alebo príliš vnorené.",
 }

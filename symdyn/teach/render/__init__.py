@@ -12,6 +12,8 @@ FORMATS: Mapping[str, tuple[str, str]] = {  # name: module and function, importe
     "md": ("markdown", "markdown"),
     "latex": ("latex", "latex"),
     "pdf": ("pdf", "pdf"),
+    "html": ("html", "html"),
+    "notebook": ("notebook", "notebook"),
 }
 
 

@@ -1,0 +1,84 @@
+"""Hard cases with a metric and a bound each, one file a family; the door is `stress`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from symdyn.bench.stress import angles, chains, chaos, loops, numbers, solving, spin, stiff, traps
+from symdyn.bench.stress.model import Case, Stress
+from symdyn.errors import DerivationError, SimulateError
+from symdyn.scene import Scene
+
+__all__ = ["FAMILIES", "Case", "Family", "Stress", "stress"]
+
+
+@dataclass(frozen=True)
+class Family:
+    """Cases of one kind.
+
+    Attributes:
+        text: what they are about.
+        builtin: yields those of the built-in scenes.
+        of_scene: yields those of a user's scene, None where there are none.
+    """
+
+    text: str
+    builtin: Callable[[], Iterator[Case]]
+    of_scene: Callable[[Scene], Iterator[Case]] | None = None
+
+
+FAMILIES: Mapping[str, Family] = {
+    "solving": Family("near-singular mass matrices, mass ratios, gimbal lock", solving.builtin, solving.of_scene),
+    "chains": Family("chains of up to 100 links in relative and absolute angles", chains.builtin),
+    "angles": Family("huge and tiny angles, sums of angles", angles.builtin, angles.of_scene),
+    "numbers": Family("NaN, infinities, denormals, -0, float, hardly any mechanism", numbers.builtin, numbers.of_scene),
+    "traps": Family("floating-point exceptions", traps.builtin, traps.of_scene),
+    "spin": Family("fast spin: heavy top, middle axis", spin.builtin),
+    "stiff": Family("stiff springs", stiff.builtin),
+    "loops": Family("change points, redundant loops", loops.builtin),
+    "chaos": Family("chaotic and long motions", chaos.builtin, chaos.of_scene),
+}
+
+
+def stress(
+    scene: Scene | None = None,
+    families: Sequence[str] | None = None,
+    command: str = "",
+    progress: Callable[[str], None] = lambda _: None,
+) -> Stress:
+    """Return the hard cases of the built-in scenes, or of a scene.
+
+    Args:
+        scene: None takes the built-in ones.
+        families: keys of `FAMILIES`; None takes all.
+        command: what runs it again, for reports.
+        progress: told what is being done.
+
+    Raises:
+        SimulateError: a family does not exist.
+        BuildError: the compiler refuses.
+    """
+    from symdyn.scene.names import suggestion
+
+    wanted = tuple(FAMILIES) if families is None else tuple(families)
+    unknown = [f"family {name} is not known; {suggestion(name, FAMILIES)}" for name in wanted if name not in FAMILIES]
+    if unknown:
+        raise SimulateError(unknown)
+    cases: list[Case] = []
+    notes: list[str] = []
+    for name in wanted:
+        family = FAMILIES[name]
+        progress(family.text)
+        if scene is None:
+            cases += family.builtin()
+            continue
+        try:
+            found = list(family.of_scene(scene)) if family.of_scene is not None else []
+        except (DerivationError, SimulateError) as fault:
+            notes.append(f"{name}: {fault}")
+            continue
+        cases += found
+        if not found:
+            notes.append(f"{name}: no case is about such a scene")
+    return Stress("" if scene is None else scene.name, command, tuple(cases), tuple(notes))

@@ -1,0 +1,172 @@
+"""What cases are measured with: every implementation of a function at given states, and the truth at 50 digits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from flint import arb_mat
+
+from symdyn.algebra.balls import Balls
+from symdyn.bench.reference import Reference, reference
+from symdyn.build import build, run_python
+from symdyn.dynamics import Equations, Function, Workspace, derive_one
+from symdyn.emit import emit
+from symdyn.emit.names import function_names
+from symdyn.errors import MissingCompiler
+from symdyn.graph import evaluate
+from symdyn.program import Program, choose, lower
+from symdyn.scene import Scene
+
+Array = npt.NDArray[np.float64]
+
+SINGULAR_BITS = 600
+"""Bits of the reference where a mass matrix is inverted: condition numbers reach 1e30."""
+
+
+@dataclass(frozen=True)
+class Calls:
+    """A scene's functions, ready to be measured.
+
+    Attributes:
+        program: of them.
+        others: functions without code.
+        modules: NumPy module and compiled C by name; the second is missing where there is no compiler.
+    """
+
+    program: Program
+    others: Program
+    modules: Mapping[str, Any]
+
+    def function(self, name: str) -> Function:
+        """Return a function by name."""
+        routines = (*self.program.routines, *self.others.routines)
+        return next(routine.function for routine in routines if routine.function.name == name)
+
+    def results(self, name: str, states: Mapping[str, Array]) -> dict[str, Array]:
+        """Return the results of every implementation at states, a row a state; shapes (N, size)."""
+        function = self.function(name)
+        (legal,) = function_names([name])
+        given = [states[a.name][..., 0] if a.scalar else states[a.name] for a in function.arguments]
+        count = max(
+            (len(x) for x, a in zip(given, function.arguments, strict=True) if x.ndim > len(a.shape)), default=1
+        )
+        found = {}
+        with np.errstate(all="ignore"):
+            for way, module in self.modules.items():
+                call = getattr(module, legal)
+                found[f"{way}, many states"] = np.asarray(call(*given), float).reshape(count, -1)
+                rows = [call(*(x[k] for x in given)) for k in range(count)]
+                found[f"{way}, one state"] = np.asarray(rows, float).reshape(count, -1)
+        return found
+
+    def truth(self, name: str, states: Mapping[str, Array]) -> Reference:
+        """Return exact results with running error bounds."""
+        count = max(len(value) for value in states.values())
+        return reference(self.function(name), states, count)
+
+
+def calls(
+    scene: Scene, outputs: Sequence[str], real: str = "double", road: str | None = None, beside: Sequence[str] = ()
+) -> Calls:
+    """Return functions of a scene in NumPy and in C with batch code.
+
+    Args:
+        scene: the mechanism.
+        outputs: as for `derive`.
+        real: "double" or "float".
+        road: of the first output; None takes the cheapest.
+        beside: outputs whose true values are needed and no code.
+    """
+    w = Workspace(scene)
+    functions = choose(w, outputs) if road is None else tuple(derive_one(w, name, road) for name in outputs)
+    program = lower(Equations(scene, w.graph, functions))
+    others = lower(Equations(scene, w.graph, tuple(derive_one(w, name) for name in beside)), passes=())
+    modules: dict[str, Any] = {"NumPy": run_python(emit(program, "numpy", real))}
+    with suppress(MissingCompiler):
+        modules["C"] = build(program, real=real)
+    return Calls(program, others, modules)
+
+
+@dataclass(frozen=True)
+class Solved:
+    """How well M qdd = tau - h was solved, infinity norms.
+
+    Attributes:
+        forward: |qdd - true| / (n eps |M^-1| (|M||qdd| + |h| + |tau|)).
+        backward: |M qdd + h - tau| / (eps (|M||qdd| + |h| + |tau|)).
+        where: implementation and state.
+    """
+
+    forward: float
+    backward: float
+    where: str
+
+
+EPSILON = 2.0**-52
+
+
+def solved(made: Calls, states: Mapping[str, Array], epsilon: float = EPSILON) -> list[Solved]:
+    """Return how well every implementation of forward dynamics solves at every state.
+
+    Args:
+        made: has forward_dynamics, mass_matrix and inverse_dynamics.
+        states: q, qd, tau of shapes (N, n), and params if there are free ones.
+        epsilon: spacing of the numbers at one.
+    """
+    n, count = states["tau"].shape[1], len(states["q"])
+    at_rest = {**states, "qdd": np.zeros((count, n))}
+    M, h, exact = (
+        _exact(made.function(name), at_rest, count) for name in ("mass_matrix", "inverse_dynamics", "forward_dynamics")
+    )
+    results = made.results("forward_dynamics", states)
+    found = []
+    with Balls(SINGULAR_BITS) as algebra:
+        for k in range(count):
+            matrix = arb_mat(n, n, M[k])
+            inverse = _norm(matrix.inv().tolist())
+            rows = matrix.tolist()
+            tau = [algebra.number(float(x)) for x in states["tau"][k]]
+            for way, values in results.items():
+                if not np.isfinite(values[k]).all():
+                    found.append(Solved(np.inf, np.inf, f"{way}, state {k}"))
+                    continue
+                qdd = [algebra.number(float(x)) for x in values[k]]
+                residual = [
+                    sum((m * x for m, x in zip(row, qdd, strict=True)), b - t)
+                    for row, b, t in zip(rows, h[k], tau, strict=True)
+                ]
+                size = _norm(rows) * _size(qdd) + _size(h[k]) + _size(tau)
+                error = _size([x - y for x, y in zip(qdd, exact[k], strict=True)])
+                size = size if size > 0 else 1.0
+                found.append(
+                    Solved(
+                        error / (n * epsilon * inverse * size), _size(residual) / (epsilon * size), f"{way}, state {k}"
+                    )
+                )
+    return found
+
+
+def _exact(function: Function, states: Mapping[str, Array], count: int) -> list[list[Any]]:
+    found = []
+    with Balls(SINGULAR_BITS) as algebra:
+        for k in range(count):
+            values = {
+                symbol: algebra.number(value)
+                for argument in function.arguments
+                for symbol, value in zip(argument.symbols, states[argument.name][k].tolist(), strict=True)
+            }
+            found.append(evaluate(function.entries, algebra, values))
+    return found
+
+
+def _size(values: Sequence[Any]) -> float:
+    return max((float(abs(value)) for value in values), default=0.0)
+
+
+def _norm(rows: Sequence[Sequence[Any]]) -> float:
+    return max((sum(float(abs(x)) for x in row) for row in rows), default=0.0)

@@ -1,0 +1,31 @@
+"""Stiff springs, damped and not, against their closed form; methods are those that `simulate` chooses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from symdyn.bench.stress.model import Case
+from symdyn.bench.stress.scenes import stiff_spring
+from symdyn.simulate import simulate
+
+FAMILY = "stiff"
+
+
+def builtin() -> Iterator[Case]:
+    """Yield springs from a metre out: x(t) is a sum of two exponentials, or a cosine."""
+    for stiffness, damping in ((10**6, 10**5), (10**8, 10**7), (10**12, 10**9)):
+        made = simulate(stiff_spring(stiffness, damping), until=1.0)
+        slow = -2 * stiffness / (damping + np.sqrt(float(damping) ** 2 - 4 * stiffness))
+        fast = -damping - slow
+        x = (fast * np.exp(slow * made.t) - slow * np.exp(fast * made.t)) / (fast - slow)
+        gap = float(np.abs(made.q[:, 0] - x).max())
+        name = f"rates {-slow:.3g} and {-fast:.3g} per second, 1 s"
+        yield Case(FAMILY, name, "error of x, m, tolerance 1e-8", 1e-6, gap, made.method)
+    stiffness = 10**8
+    made = simulate(stiff_spring(stiffness, 0), until=1.0, rtol=1e-15)
+    gap = float(np.abs(made.q[:, 0] - np.cos(np.sqrt(stiffness) * made.t)).max())
+    yield Case(FAMILY, "1592 oscillations, no damping", "error of x, m", 1e-9, gap, made.method)
+    energy = made.monitors["energy"] / made.monitors["energy_scale"]
+    yield Case(FAMILY, "1592 oscillations, no damping", "drift of the energy over its size", 1e-11, energy, made.method)

@@ -1,0 +1,75 @@
+"""Floating-point exceptions: what a C function raises beyond what its result says.
+
+A caller may have traps enabled. For ordinary, tiny and denormal states nothing but the inexact flag may be raised, and
+for a NaN none at all: NaN goes in, NaN comes out. Only infinite results raise overflow, and infinite angles invalid.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import ctypes.util
+import platform
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.bench.stress.calls import calls
+from symdyn.bench.stress.model import Case, worst
+from symdyn.bench.stress.scenes import arm, one_body
+from symdyn.dynamics import available
+from symdyn.scene import Scene
+
+Array = npt.NDArray[np.float64]
+
+FAMILY = "traps"
+
+FLAGS = {  # invalid, division by zero, overflow, underflow
+    "x86_64": (1, 4, 8, 16),
+    "AMD64": (1, 4, 8, 16),
+    "aarch64": (1, 2, 4, 8),
+    "arm64": (1, 2, 4, 8),
+}
+NAMES = ("invalid", "division by zero", "overflow", "underflow")
+
+
+def builtin() -> Iterator[Case]:
+    """Yield the cases of the built-in scenes."""
+    for one in (arm(), one_body()):
+        yield from _of("6 axes" if one.name == "arm" else "one body", one)
+
+
+def of_scene(scene: Scene) -> Iterator[Case]:
+    """Yield the same cases of a scene."""
+    if scene.velocities:
+        yield from _of("as it is", scene)
+
+
+def _of(kind: str, one: Scene) -> Iterator[Case]:
+    names = tuple(n for n in ("inverse_dynamics", "forward_dynamics", "mass_matrix") if n in available(one)[0])
+    made = calls(one, names)
+    mathematics = ctypes.util.find_library("m")
+    masks = FLAGS.get(platform.machine())
+    if "C" not in made.modules or mathematics is None or masks is None:
+        return
+    library = ctypes.CDLL(mathematics)
+    for text, value, allowed in (
+        ("ordinary states", None, ()),
+        ("a NaN", np.nan, ()),
+        ("angles of 1e-160", 1e-160, ("underflow",)),
+    ):
+        found = []
+        for routine in made.program.routines:
+            function = routine.function
+            rng = np.random.default_rng(6)
+            for count in (1, 70):
+                given = [rng.uniform(0.5, 1.5, (count, len(a.symbols))) for a in function.arguments]
+                if value is not None and function.arguments[0].name == "q":
+                    given[0][:, 0] = value
+                call = getattr(made.modules["C"], function.name)
+                library.feclearexcept(sum(masks))
+                call(*given) if count > 1 else call(*[x[0] for x in given])
+                raised = library.fetestexcept(sum(masks))
+                words = [name for name, mask in zip(NAMES, masks, strict=True) if raised & mask and name not in allowed]
+                found.append((float(len(words)), f"{function.name}, {count} states: {', '.join(words) or 'none'}"))
+        yield Case(FAMILY, f"{text}, {kind}", "exceptions that C functions raise", 0.0, *worst(found))

@@ -1,0 +1,273 @@
+"""Closed forms of Lagrange's coefficients: every k_z, k_C, k_D, k_G as a trigonometric polynomial in normal form.
+
+Positions are differentiated, as in lagrange.py, but over the ring and one coordinate at a time. K does not depend on
+the frame in which a body's velocity is written, so it is written in the body, where the inertia is constant:
+
+    T = (R, p)   placement of body B in a frame that stands before joint i
+    v_i          Rᵀ ∂p/∂q_i          velocity of B's origin for q̇_i = 1, body frame
+    w_i          (Rᵀ ∂R/∂q_i)∨       angular velocity for q̇_i = 1, body frame
+    k_z          M_ij = Σ_B m v_i·v_j + v_i·(w_j × h) + v_j·(w_i × h) + w_i·I w_j      h = m r, I about B's origin
+    k_C, k_D     from ∂M/∂q by Christoffel symbols, signs as in christoffel.py; k_G = ∂P/∂q
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+from typing import Any
+
+from symdyn.algebra.compact import Compactor
+from symdyn.algebra.form import Form, Symbol, power_of, product_of, sum_of, terms_of
+from symdyn.algebra.sums_of_angles import AngleGroup, total_angles
+from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
+from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, check_key, too_long
+from symdyn.dynamics.closed_forms.loads import ClosedLoads, closed_loads, load_nodes
+from symdyn.dynamics.closed_forms.parallel import angle_groups
+from symdyn.dynamics.positions import body_placements, moved_placements
+from symdyn.dynamics.state import State, state_symbols, vector
+from symdyn.dynamics.tree import body_inertia
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Graph, evaluate
+from symdyn.scene import Scene, express
+from symdyn.spatial import Inertia, Transform, apply, dot, no_inertia
+
+Row = tuple[Polynomial, ...]
+Matrix = tuple[Row, ...]
+
+
+@dataclass(frozen=True)
+class ClosedForm:
+    """All coefficients of Lagrange's equations of a scene, elements of `ring` in normal form.
+
+    Attributes:
+        scene: the mechanism.
+        ring: where the coefficients live.
+        state: symbols of q, q̇ on the ring's graph.
+        parallel: joints that turn about parallel axes; sums of their angles make short forms.
+        M: k_z, shape (n, n); kg m^2, kg m or kg.
+        k_D: multiplies q̇_j², shape (n, n).
+        k_C: multiplies q̇_j q̇_k, j < k in lexicographic order, shape (n, n(n-1)/2).
+        k_G: gravity and nothing else, shape (n,); N m or N.
+        K, P: kinetic energy, potential energy of gravity, J.
+        loads: springs, dampers, friction and loads, whose forms are no polynomials.
+    """
+
+    scene: Scene
+    ring: TrigonometricRing
+    state: State
+    parallel: tuple[AngleGroup, ...]
+    M: Matrix
+    k_D: Matrix
+    k_C: Matrix
+    k_G: Row
+    K: Polynomial
+    P: Polynomial
+    loads: ClosedLoads
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return self.state.n
+
+    def __getitem__(self, key: Key) -> Polynomial:
+        """Return one coefficient: ("k_z", i, j), ("k_C", i, pair), ("k_D", i, j), ("k_G", i), ("K",) or ("P",).
+
+        Raises:
+            DerivationError: there is no such coefficient; indices count from 0, and k_E has a form only.
+        """
+        check_key(key, self.n)
+        name, *index = key
+        if name == "k_E":
+            raise DerivationError(f"{key!r} is no polynomial; closed.form(*key) and closed.sympy(*key) write it")
+        table = {"k_z": self.M, "k_C": self.k_C, "k_D": self.k_D, "k_G": self.k_G, "K": self.K, "P": self.P}
+        value = table[name]
+        for i in index:
+            value = value[i]
+        return value
+
+    def form(self, *key: Any) -> Form:
+        """Return one coefficient as short as the ring can write it; key as in `closed["k_z", 0, 1]`."""
+        return coefficient_form(self, key)
+
+    def sympy(self, *key: Any) -> Any:
+        """Return one coefficient as a compact SymPy expression; key as in `closed["k_z", 0, 1]`.
+
+        Symbols are real, those of parameters declared positive are positive.
+        """
+        from symdyn.algebra.sympy_algebra import form_to_sympy
+
+        return form_to_sympy(self.form(*key), [p.name for p in self.scene.parameters if p.positive])
+
+    @cached_property
+    def compactor(self) -> Compactor:
+        """What turns coefficients into forms; it remembers the parts that coefficients share."""
+        return Compactor(self.ring, self.parallel)
+
+
+def closed_form(scene: Scene) -> ClosedForm:
+    """Return the closed forms of a scene.
+
+    Raises:
+        DerivationError: a coordinate stands in a function or a denominator, so there is no trigonometric polynomial;
+            or there are more terms than anyone reads.
+    """
+    for joint in scene.joints:
+        if joint.velocities:
+            raise DerivationError(
+                f"{scene.name}: joint {joint.name} turns by a quaternion, for which there is no closed form to print; "
+                'write orientation = "zyx" (or another sequence of axes) to have one'
+            )
+    entries = len(scene.velocities) ** 2 * (len(scene.velocities) - 1) // 2
+    if entries > MOST_TERMS:
+        raise too_long(scene, f"k_C alone has {entries} entries")
+    graph = Graph()
+    for parameter in scene.parameters:
+        graph.symbol(parameter.name)  # first, so that forms print them in declared order and before coordinates
+    state = state_symbols(scene, graph)
+    nodes = load_nodes(scene, graph)
+    massive = [
+        (inertia, list(dict(moved_placements(scene, joint, graph)).items()))
+        for joint, body in zip(scene.joints, scene.bodies, strict=True)
+        if not _is_nothing(inertia := body_inertia(body, graph))
+    ]
+    potential = _potential(scene, graph)
+    needed = [*state.qd, potential, *nodes.needed]
+    for inertia, chain in massive:
+        needed += [inertia.m, *inertia.h, *(x for row in inertia.I for x in row)]
+        needed += [x for _, T in chain for x in _entries(T)]
+    rotors = _rotors(scene, graph)
+    needed += [rotor for _, rotor in rotors]
+    parallel = angle_groups(scene, graph)
+    ring = TrigonometricRing(needed, (*state.q, *state.qd), total_angles(parallel))
+    found = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))
+    M = [[ring.zero] * state.n for _ in range(state.n)]
+    for body in massive:
+        _add_body(M, body, ring, found, state.q)
+        if (terms := sum(len(M[i][j]) for i, j in _square(state.n) if i <= j)) > MOST_TERMS:
+            raise too_long(scene, f"k_z alone has more than {terms} terms")
+    for i, rotor in rotors:
+        M[i][i] = M[i][i] + found[rotor]
+    P = found[potential]
+    k_C, k_D = _christoffel(M, ring, state)
+    k_G = tuple(ring.derivative(P, q) for q in state.q)
+    half = ring.one / 2
+    K = half * sum((M[i][j] * found[state.qd[i]] * found[state.qd[j]] for i, j in _square(state.n)), ring.zero)
+    loads = closed_loads(scene, state, ring, nodes, found)
+    return ClosedForm(scene, ring, state, parallel, tuple(map(tuple, M)), k_D, k_C, k_G, K, P, loads)
+
+
+def _square(n: int) -> list[tuple[int, int]]:
+    return [(i, j) for i in range(n) for j in range(n)]
+
+
+def _is_nothing(inertia: Inertia) -> bool:
+    return inertia == no_inertia(inertia.m.graph)
+
+
+def _rotors(scene: Scene, graph: Graph) -> list[tuple[int, Expr]]:
+    """Return the coordinate that turns each rotor, and the rotor's inertia seen at that coordinate, kg m^2 or kg."""
+    number = {coordinate: i for i, coordinate in enumerate(scene.coordinates)}
+    rotors = []
+    for joint in scene.joints:
+        inertia = express(joint.armature, graph)
+        if joint.moves and not inertia.is_zero:
+            leader = joint.coupling.coordinate if joint.coupling else joint.coordinate
+            ratio = express(joint.coupling.ratio, graph) if joint.coupling else graph.one
+            rotors.append((number[leader], ratio * ratio * inertia))
+    return rotors
+
+
+def _entries(T: Transform) -> list[Expr]:
+    return [*T.R[0], *T.R[1], *T.R[2], *T.p]
+
+
+def _add_body(
+    M: list[list[Polynomial]],
+    body: tuple[Inertia, list[tuple[int, Transform]]],
+    ring: TrigonometricRing,
+    found: dict[Expr, Polynomial],
+    q: tuple[Expr, ...],
+) -> None:
+    """Add one body's share to M; `body` is its inertia and its `moved_placements`."""
+    inertia, chain = body
+    m, h = found[inertia.m], [found[x] for x in inertia.h]
+    matrix = [[found[x] for x in row] for row in inertia.I]
+    columns = []
+    for i, T in chain:
+        R = [[found[x] for x in row] for row in T.R]
+        dR = [[ring.derivative(x, q[i]) for x in row] for row in R]
+        dp = [ring.derivative(found[x], q[i]) for x in T.p]
+        v = [ring.dot(column, dp) for column in zip(*R, strict=True)]
+        w = [ring.dot((row[a] for row in R), (row[b] for row in dR)) for a, b in ((2, 1), (0, 2), (1, 0))]
+        linear = [m * v[k] + x for k, x in enumerate(_cross(w, h))]
+        angular = [
+            sum((a * b for a, b in zip(row, w, strict=True)), x) for row, x in zip(matrix, _cross(h, v), strict=True)
+        ]
+        columns.append((i, [*v, *w], [*linear, *angular]))
+    for i, motion, _ in columns:
+        for j, _, momentum in columns:
+            if j >= i:
+                M[i][j] = M[j][i] = M[i][j] + ring.dot(motion, momentum)
+
+
+def _cross(a: list[Polynomial], b: list[Polynomial]) -> list[Polynomial]:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def _potential(scene: Scene, graph: Graph) -> Expr:
+    """Return P = -Σ g·(m p + R h), ground frame."""
+    gravity, placed = vector(scene.gravity, graph), body_placements(scene, graph)
+    total = graph.zero
+    for body in scene.bodies:
+        inertia, T = body_inertia(body, graph), placed[body.name]
+        total = total - dot(gravity, apply(T.R, inertia.h)) - inertia.m * dot(gravity, T.p)
+    return total
+
+
+def _christoffel(M: list[list[Polynomial]], ring: TrigonometricRing, state: State) -> tuple[Matrix, Matrix]:
+    """Return k_C and k_D."""
+    n = range(state.n)
+    slope = {(i, j, k): ring.derivative(M[i][j], state.q[k]) for i, j in _square(state.n) if i <= j for k in n}
+
+    def d(i: int, j: int, k: int) -> Polynomial:
+        return slope[min(i, j), max(i, j), k]
+
+    k_C = tuple(tuple(d(i, j, k) + d(i, k, j) - d(j, k, i) for j, k in combinations(n, 2)) for i in n)
+    k_D = tuple(tuple(d(i, j, j) - d(j, j, i) / 2 for j in n) for i in n)
+    return k_C, k_D
+
+
+# Forms to read
+
+
+def coefficient_names(closed: ClosedForm) -> list[Key]:
+    """Return the keys of every coefficient, row by row: all of k_z, k_C, k_D, then k_G, k_E where there are springs."""
+    n = range(closed.n)
+    keys: list[Key] = [("k_z", i, j) for i in n for j in n]
+    keys += [("k_C", i, pair) for i in n for pair in range(len(closed.k_C[i]))]
+    keys += [("k_D", i, j) for i in n for j in n]
+    keys += [("k_G", i) for i in n]
+    return [*keys, *(("k_E", i) for i in n if closed.scene.springs)]
+
+
+def coefficient_form(closed: ClosedForm, key: Key) -> Form:
+    """Return one coefficient as short as the ring can write it; P with springs; K as Σ k_z,ij q̇_i q̇_j / 2."""
+    if key[:1] == ("k_E",):
+        check_key(key, closed.n)
+        return closed.loads.elastic(closed.compactor, key[1])
+    value = closed[key]
+    if key[0] == "P":
+        return sum_of((closed.compactor(value), closed.loads.energy(closed.compactor)))
+    if key[0] != "K":
+        return closed.compactor(value)
+    terms = []
+    for i in range(closed.n):
+        for j in range(i, closed.n):
+            rates = [Symbol(str(closed.state.qd[k].value)) for k in (i, j)]
+            speeds = [power_of(rates[0], 2)] if i == j else rates
+            share = closed.M[i][j] / 2 if i == j else closed.M[i][j]
+            form = closed.compactor(share)
+            if terms_of(form):
+                terms.append(product_of((form, *speeds)))
+    return sum_of(terms)

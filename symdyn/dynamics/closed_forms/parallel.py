@@ -1,0 +1,125 @@
+"""Which joints turn about parallel axes: their angles add up, and sines of the sums make short closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symdyn.algebra.sums_of_angles import AngleGroup
+from symdyn.algebra.trigonometric import TrigonometricRing
+from symdyn.dynamics.state import placement
+from symdyn.graph import Expr, Graph, evaluate
+from symdyn.scene import GROUND, Joint, Scene
+from symdyn.scene.joints.blocks import unit
+from symdyn.spatial import Vec, apply, dot
+
+
+@dataclass(frozen=True)
+class Neighbours:
+    """A revolute joint and the next one below it.
+
+    Attributes:
+        q: the joint's coordinate.
+        below: the coordinate of the next revolute joint towards the ground; None if there is none.
+        alignment: cosine of the angle between the two axes, which is ±1 for parallel ones.
+        standing: axis in the ground frame where no joint below turns it, else None.
+    """
+
+    q: Expr
+    below: Expr | None
+    alignment: Expr
+    standing: Vec | None = None
+
+
+def _candidates(scene: Scene, graph: Graph) -> list[Neighbours]:
+    """Return every revolute joint with the one below it, ground first."""
+    carrier = {joint.child: joint for joint in scene.joints}
+    return [_neighbours(joint, carrier, graph) for joint in scene.joints if _turns(joint)]
+
+
+def _turns(joint: Joint) -> bool:
+    """Whether the joint turns by a coordinate of its own; the angle of one that follows is no unit of the ring."""
+    return joint.type == "revolute" and joint.coupling is None
+
+
+def _neighbours(joint: Joint, carrier: dict[str, Joint], graph: Graph) -> Neighbours:
+    q, axis, below = graph.symbol(joint.coordinate), unit(joint.axis, graph), joint
+    while below.parent != GROUND:
+        axis = apply(placement(below.origin, graph).R, axis)
+        below = carrier[below.parent]
+        axis = apply(placement(below.tip, graph).R, axis)
+        if below.type not in ("revolute", "prismatic", "fixed") or (below.type == "revolute" and below.coupling):
+            break  # its turn takes the axis out of line
+        if _turns(below):
+            return Neighbours(q, graph.symbol(below.coordinate), dot(axis, unit(below.axis, graph)))
+    else:
+        return Neighbours(q, None, graph.zero, apply(placement(below.origin, graph).R, axis))
+    return Neighbours(q, None, graph.zero)
+
+
+def angle_groups(scene: Scene, graph: Graph, across: bool = False) -> tuple[AngleGroup, ...]:
+    """Return the groups of two and more joints with parallel axes, with every sum of angles along a path.
+
+    Args:
+        scene: the mechanism.
+        graph: where its symbols live.
+        across: whether chains that stand on the ground side by side make one group, as loops between them need; the
+            differences of their total angles are then among the sums.
+    """
+    neighbours = _candidates(scene, graph)
+    standing = [pair for pair in neighbours if across and pair.standing is not None]
+    beside = {(a.q, b.q): _cosine(a, b) for k, b in enumerate(standing) for a in standing[:k]}
+    nodes = [*(pair.alignment for pair in neighbours), *beside.values()]
+    ring = TrigonometricRing(nodes)  # where "equal to ±1" is decided, exactly
+    found = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))
+    members: list[list[Expr]] = []
+    signs: dict[Expr, int] = {}
+    previous: dict[Expr, Expr] = {}
+    group: dict[Expr, int] = {}
+
+    def parallel(cosine: Expr) -> int:
+        return next((sign for sign in (1, -1) if ring.is_zero(found[cosine] - sign)), 0)
+
+    for pair in neighbours:
+        relative = parallel(pair.alignment)
+        twin = next((a for (a, b), cosine in beside.items() if b is pair.q and parallel(cosine)), None)
+        if pair.below is not None and relative:
+            group[pair.q], signs[pair.q] = group[pair.below], signs[pair.below] * relative
+            previous[pair.q] = pair.below
+        elif twin is not None:
+            group[pair.q], signs[pair.q] = group[twin], signs[twin] * parallel(beside[twin, pair.q])
+        else:
+            group[pair.q], signs[pair.q] = len(members), 1
+            members.append([])
+        members[group[pair.q]].append(pair.q)
+    return tuple(_group(atoms, signs, previous) for atoms in members if len(atoms) > 1)
+
+
+def _cosine(a: Neighbours, b: Neighbours) -> Expr:
+    """Return the cosine of the angle between two axes that stand in the ground frame."""
+    assert a.standing, "only standing axes are compared"
+    assert b.standing, "only standing axes are compared"
+    return dot(a.standing, b.standing)
+
+
+def _group(atoms: list[Expr], signs: dict[Expr, int], previous: dict[Expr, Expr]) -> AngleGroup:
+    """Return the group with the sums q_a ± … ± q_b over every stretch of every path, the first sign positive.
+
+    Where paths stand side by side, the differences of their total angles follow.
+    """
+    sums, totals = [], []
+    for end in atoms:
+        path: list[Expr] = []
+        joint: Expr | None = end
+        while joint is not None:
+            path.append(joint)
+            first = signs[joint]
+            sums.append(tuple(first * signs[atom] if atom in path else 0 for atom in atoms))
+            joint = previous.get(joint)
+        totals.append((path[-1], tuple(signs[atom] * (atom in path) for atom in atoms)))
+    for k, (root, b) in enumerate(totals):
+        for other, a in totals[:k]:
+            if other is not root:
+                difference = [x - y for x, y in zip(a, b, strict=True)]
+                first = next(x for x in difference if x)
+                sums.append(tuple(first * x for x in difference))
+    return AngleGroup(tuple(atoms), tuple(sums), tuple((signs[atom], previous.get(atom)) for atom in atoms))

@@ -1,0 +1,304 @@
+"""Assembly: coordinates at which every loop is closed, found by Newton's method from a guess.
+
+    r, R, G      residuals, their rates and the rows of the loops: numbers.py
+    σ            singular values of G, made dimensionless by a characteristic length
+
+Newton's step is the shortest one (the pseudo-inverse of R), so that redundant rows do no harm, and it is halved until
+the residual falls. What Newton finds is looked at twice: where an axis has turned round the residual vanishes too, but
+its rate is no longer the power of the joint's wrenches; and where σ is smaller than at neighbouring positions, the
+mechanism stands at a change point, where branches meet.
+
+Reference: Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems (1989), sections 4.5 and 5.4.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symdyn.dynamics.loops.numbers import Array, Numbers, unbound
+from symdyn.dynamics.loops.words import spoken
+from symdyn.errors import DerivationError
+from symdyn.scene import JOINTS
+
+CLOSED = 1e-9
+"""Largest residual of a closed loop, over the size of the mechanism."""
+
+STEPS, HALVINGS = 60, 12
+WIDEST = 0.5  # radians that one step may turn a joint by, so that the branch of the guess is kept
+
+NEGLIGIBLE = 1e-8
+"""Singular values below it, over the largest, are zero."""
+
+NEAR = 1e-3
+"""Below it a mechanism is said to be near a change point."""
+
+GUESSES, DRAWS = 40, 60
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """A closed position of a mechanism.
+
+    Attributes:
+        q: coordinates, shape (nq,); rad, m or 1.
+        parameters: values that free parameters were given to look at the mechanism at all.
+        residual: largest residual that is left, m or 1.
+        length: the characteristic length, m, by which velocities of slides are divided and forces multiplied.
+        singular_values: of the dimensionless G, all rows, descending.
+        rank: rank of G in general, at positions round about.
+        here: rank of G at q itself; less at a change point.
+        typical: q itself, or at a change point a closed position near by, where the rank is `rank`.
+        notes: what a user should know, such as that the position is near a change point.
+    """
+
+    q: tuple[float, ...]
+    parameters: tuple[tuple[str, float], ...]
+    residual: float
+    length: float
+    singular_values: tuple[float, ...]
+    rank: int
+    here: int
+    typical: tuple[float, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def smallest(self) -> float:
+        """The singular value that vanishes first."""
+        return self.singular_values[self.rank - 1] if self.rank else 0.0
+
+
+def closed_position(numbers: Numbers, guess: Array | None = None, held: Sequence[int] | None = None) -> Assembly:
+    """Return a closed position; see `assemble`.
+
+    Args:
+        numbers: the mechanism.
+        guess: coordinates to begin with; None takes those of the scene, and random ones where it gives none.
+        held: velocities whose coordinates must not move; None holds driven ones as long as the loops close so.
+    """
+    scene, declared = numbers.scene, any(joint.start for joint in numbers.scene.moving)
+    first = numbers.start() if guess is None else numbers.normalised(guess)
+    driven = [k for k, drive in enumerate(scene.drives) if drive] if declared or guess is not None else []
+    attempts = [tuple(held)] if held is not None else [tuple(driven), ()] if driven else [()]
+    notes: list[str] = []
+    for fixed in attempts:
+        q = newton(numbers, first, fixed)
+        if seen_closed(numbers, q):
+            if fixed != attempts[0]:
+                names = ", ".join(scene.velocities[k].removesuffix("_dot") for k in attempts[0])
+                notes.append(f"the loops do not close at the start of {names}, which had to move")
+            return _looked_at(numbers, q, notes)
+    if guess is None and not declared:
+        for seed in range(GUESSES):
+            q = newton(numbers, numbers.drawn(seed), ())
+            if seen_closed(numbers, q):
+                notes.append("no joint has a start: a closed position was found from a random guess; give start")
+                return _looked_at(numbers, q, notes)
+    fault = _open(numbers, q) or _reversed(numbers, q)
+    raise DerivationError(f"{scene.name}: {fault}")
+
+
+def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers, Assembly]:
+    """Return the mechanism with values of its free parameters, and a closed position.
+
+    Args:
+        make: values of free parameters; those that are not given are drawn until the loops close.
+        numbers: the mechanism without them.
+
+    Raises:
+        DerivationError: the loops cannot be closed.
+    """
+    scene, known = numbers.scene, dict(make or {})
+    entries = [*numbers.constraints.residual, *(entry for row in numbers.constraints.G for entry in row)]
+    missing = [name for name in unbound(scene, entries) if name not in known]
+    others = [p.name for p in scene.free_parameters if p.name not in known and p.name not in missing]
+    rest = dict(known) | dict.fromkeys(others, 1.0)
+    if not missing:
+        numbers = with_parameters(numbers, rest)
+        return numbers, closed_position(numbers)
+    last: DerivationError | None = None
+    for draw in range(DRAWS):
+        rng = random.Random(f"{scene.name}:{draw}")
+        numbers = with_parameters(numbers, rest | {name: rng.uniform(0.5, 1.5) for name in missing})
+        try:
+            return numbers, closed_position(numbers)
+        except DerivationError as fault:
+            last = fault
+    names = ", ".join(missing)
+    raise DerivationError(f"{last}; {DRAWS} random values of {names} were tried: give values with which it closes")
+
+
+def with_parameters(numbers: Numbers, free: Mapping[str, float]) -> Numbers:
+    """Return the mechanism with values of its free parameters."""
+    n = numbers
+    return Numbers(n.scene, n.graph, n.state, n.tree, n.directions, n.constraints, free)
+
+
+# Newton
+
+
+def newton(numbers: Numbers, q: Array, held: Sequence[int]) -> Array:
+    """Return where Newton's method with line search ends, closed or not."""
+    turns = _turns(numbers)
+    loose = np.array([k for k in range(numbers.state.n) if k not in set(held)], dtype=int)
+    r = numbers.residual(q)
+    for _ in range(STEPS):
+        size = float(r @ r)
+        if not len(loose) or not len(r) or size == 0.0:
+            break
+        step = np.zeros(numbers.state.n)
+        step[loose] = np.linalg.lstsq(numbers.residual_rates(q)[:, loose], -r, rcond=1e-10)[0]
+        largest = float(np.max(np.abs(step[turns]), initial=0.0))
+        if not np.isfinite(largest):
+            break
+        factor = min(1.0, WIDEST / largest) if largest else 1.0
+        for _ in range(HALVINGS):
+            tried = numbers.moved(q, factor * step)
+            left = numbers.residual(tried)
+            if float(left @ left) < size:
+                break
+            factor /= 2
+        else:
+            break
+        q, r = tried, left
+    return q
+
+
+def _turns(numbers: Numbers) -> list[int]:
+    """Return the velocities that are angular."""
+    units = [unit for joint in numbers.scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    return [k for k, unit in enumerate(units) if unit == "rad"]
+
+
+def _size(numbers: Numbers, q: Array) -> float:
+    """Return the characteristic length: the largest lever in G, 1 m if there is none."""
+    G, turns = numbers.jacobian(q), _turns(numbers)
+    forces = _forces(numbers)
+    levers = np.abs(G[np.ix_(forces, turns)])
+    return float(levers.max(initial=0.0)) or 1.0
+
+
+def _forces(numbers: Numbers) -> list[int]:
+    """Return the rows that forbid a velocity, m/s."""
+    labels = numbers.constraints.labels
+    return [k for k, one in enumerate(labels) if one.wrench is None or not all(x.is_zero for x in one.wrench[0])]
+
+
+def dimensionless(numbers: Numbers, q: Array, length: float) -> Array:
+    """Return G with rows that forbid velocities divided by a length, and columns of slides multiplied by it."""
+    G, turns = numbers.jacobian(q), set(_turns(numbers))
+    G[_forces(numbers)] /= length
+    for k in range(numbers.state.n):
+        if k not in turns:
+            G[:, k] *= length
+    return G
+
+
+# What was found
+
+
+def seen_closed(numbers: Numbers, q: Array) -> bool:
+    """Whether every loop is closed, and the right way round."""
+    return _open(numbers, q) is None and _reversed(numbers, q) is None
+
+
+def _open(numbers: Numbers, q: Array) -> str | None:
+    """Return why a position is not closed; None if it is."""
+    r = np.abs(numbers.residual(q))
+    if not len(r) or float(r.max()) <= CLOSED * max(1.0, _size(numbers, q)):
+        return None
+    k = int(r.argmax())
+    label = numbers.constraints.labels[k]
+    G = dimensionless(numbers, q, _size(numbers, q))
+    mine = [i for i, one in enumerate(numbers.constraints.labels) if one.owner == label.owner]
+    smallest = np.linalg.svd(G[mine], compute_uv=False)[-1]
+    return (
+        f"the loop {label.owner} cannot be assembled from this start: its {spoken(label, numbers, q)} misses by "
+        f"{r[k]:.3g}, the smallest singular value there is {smallest:.3g}; give another start, or other lengths"
+    )
+
+
+def _reversed(numbers: Numbers, q: Array) -> str | None:
+    """Return which loop has closed the wrong way round; None if none has."""
+    count = len(numbers.constraints.labels)
+    off = np.abs(numbers.residual_rates(q) - numbers.jacobian(q)).max(axis=1, initial=0.0)
+    allowed = 1e-4 * max(1.0, _size(numbers, q))
+    for k in range(count):
+        label = numbers.constraints.labels[k]
+        if label.closes and off[k] > allowed:
+            return (
+                f"the loop {label.owner} closes the wrong way round from this start: its axis, or its frame, is "
+                "reversed; give a start on the other branch, or turn one of its frames by 180 deg"
+            )
+    return None
+
+
+def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
+    """Return a closed position with its singular values, compared with those of its neighbours."""
+    length = _size(numbers, q)
+    values = _singular_values(numbers, q, length)
+    here = rank = _rank(values)
+    typical = q
+    for near in _neighbours(numbers, q, length):
+        other = _rank(_singular_values(numbers, near, length))
+        if other > rank:
+            rank, typical = other, near
+    if rank and values[rank - 1] < NEAR * values[0]:
+        loop = _weakest(numbers, q, length)
+        notes.append(
+            f"the loop {loop} is near a change point: the smallest singular value of its constraints is "
+            f"{values[rank - 1]:.3g}, the largest {values[0]:.3g}; accelerations and reactions lose that many digits"
+        )
+    residual = float(np.max(np.abs(numbers.residual(q)), initial=0.0))
+    return Assembly(
+        tuple(q.tolist()),
+        tuple(sorted(numbers.free.items())),
+        residual,
+        length,
+        tuple(values.tolist()),
+        rank,
+        here,
+        tuple(typical.tolist()),
+        tuple(notes),
+    )
+
+
+def _singular_values(numbers: Numbers, q: Array, length: float) -> Array:
+    G = dimensionless(numbers, q, length)
+    return np.asarray(np.linalg.svd(G, compute_uv=False) if G.size else np.zeros(0))
+
+
+def _rank(values: Array) -> int:
+    return int(np.sum(values > NEGLIGIBLE * values.max(initial=0.0))) if len(values) else 0
+
+
+def _neighbours(numbers: Numbers, q: Array, length: float) -> Iterator[Array]:
+    """Yield closed positions near by, reached along the motions that the loops leave free."""
+    free = free_motions(dimensionless(numbers, q, length))
+    rng = random.Random(numbers.scene.name)
+    for _ in range(4 if len(free) else 0):
+        way = np.array([rng.uniform(-1, 1) for _ in range(len(free))]) @ free
+        near = newton(numbers, numbers.moved(q, 0.2 * way / max(1e-12, float(np.abs(way).max()))), ())
+        if seen_closed(numbers, near):
+            yield near
+
+
+def free_motions(G: Array) -> Array:
+    """Return an orthonormal basis of the motions that G leaves free, one a row."""
+    if not G.size:
+        return np.eye(G.shape[1])
+    _, values, Vt = np.linalg.svd(G)
+    return np.asarray(Vt[_rank(values) :])
+
+
+def _weakest(numbers: Numbers, q: Array, length: float) -> str:
+    """Return the owner of the rows that come closest to being dependent."""
+    G = dimensionless(numbers, q, length)
+    U, values, _ = np.linalg.svd(G)
+    mixed = np.abs(U[:, max(0, _rank(values) - 1)])
+    if _rank(values) < min(G.shape):
+        mixed = np.abs(U[:, _rank(values)]) * (np.abs(G).max(axis=1, initial=0.0) > 0)
+    return numbers.constraints.labels[int(mixed.argmax())].owner

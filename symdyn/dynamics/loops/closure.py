@@ -1,0 +1,190 @@
+"""What is decided about closed loops before their equations are written, once, at an assembled position.
+
+    kept rows      an independent set of rows of G; rows that vanish identically (a planar loop's out of its plane)
+                   and rows that depend on others are redundant
+    partition      independent and dependent velocities: G_d u_d = -G_i u_i
+
+Rows and dependent velocities are chosen by pivots (Gram-Schmidt, the largest remainder first), so that the square
+matrix G_d is as far from singular as a choice can make it there. The choice is static: the generated code divides by
+determinants of blocks, which vanish where the dependent velocities are determined no more.
+
+Reference: Wehage and Haug, Generalized coordinate partitioning for dimension reduction in analysis of constrained
+dynamic systems, J. Mechanical Design 104 (1982).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symdyn.dynamics.loops.assembly import NEGLIGIBLE, Assembly, dimensionless, witness
+from symdyn.dynamics.loops.numbers import Array, Numbers
+from symdyn.dynamics.loops.partition import Closing, Partition, blocks, driven_velocities, led_velocities
+from symdyn.dynamics.loops.words import spoken
+from symdyn.errors import DerivationError
+from symdyn.scene import Scene
+
+EVEN = 0.9
+"""Pivots this close to the largest are as good: of them the first is taken, so that rounding does not choose."""
+
+WEAK = 0.02
+"""Driven velocities become dependent where the others would leave a pivot this much below the largest."""
+
+
+@dataclass(frozen=True)
+class Closure:
+    """The decisions.
+
+    Attributes:
+        assembly: the position that they were made at.
+        kept: independent rows, ascending.
+        empty: rows that vanish identically.
+        redundant: other rows that depend on the kept ones.
+        names: what each row is, in words, shape (all rows,).
+        partition: of forward dynamics.
+        driven: of inverse dynamics, driven velocities independent; None where the drives do not fit.
+        fault: why there is none.
+    """
+
+    assembly: Assembly
+    kept: tuple[int, ...]
+    empty: tuple[int, ...]
+    redundant: tuple[int, ...]
+    names: tuple[str, ...]
+    partition: Partition
+    driven: Partition | None
+    fault: str = ""
+
+
+def close(numbers: Numbers, closing: Closing) -> tuple[Closure, Numbers]:
+    """Return the decisions about a scene's loops, and the mechanism with values of all parameters.
+
+    Raises:
+        DerivationError: the loops cannot be assembled, or the user's independent coordinates do not fit.
+    """
+    numbers, assembly = witness(dict(closing.parameters), numbers)
+    rows = numbers.constraints.G
+    empty = tuple(k for k, row in enumerate(rows) if all(entry.is_zero for entry in row))
+    q = np.array(assembly.typical)
+    G = dimensionless(numbers, q, assembly.length)
+    some = [k for k in range(len(rows)) if k not in set(empty)]
+    kept = tuple(sorted(some[i] for i in pivots(_unit_rows(G[some]), [list(range(len(some)))], assembly.rank)[0]))
+    names = tuple(f"{one.owner}: {spoken(one, numbers, q)}" for one in numbers.constraints.labels)
+    partition = _partition(numbers, kept, G[list(kept)], closing.independent)
+    driven, fault = _driven(numbers, kept, G[list(kept)], partition)
+    redundant = tuple(k for k in some if k not in kept)
+    return Closure(assembly, kept, empty, redundant, names, partition, driven, fault), numbers
+
+
+def pivots(rows: Array, stages: Sequence[Sequence[int]], count: int) -> tuple[list[int], float]:
+    """Return `count` rows that are as independent as possible, and the smallest pivot over the largest.
+
+    Args:
+        rows: to choose from, shape (k, n).
+        stages: which ones to prefer; the next stage comes when a stage has only weak ones left.
+        count: how many.
+    """
+    left = rows.copy()
+    chosen: list[int] = []
+    sizes: list[float] = []
+    top = float(np.linalg.norm(rows, axis=1).max(initial=0.0))
+    for place, stage in enumerate(stages):
+        weakest = WEAK * top if place + 1 < len(stages) else 0.0
+        while len(chosen) < count:
+            open_ones = [k for k in stage if k not in chosen]
+            lengths = np.linalg.norm(left[open_ones], axis=1)
+            best = float(lengths.max(initial=0.0))
+            if best <= weakest:
+                break
+            k = open_ones[int(np.argmax(lengths >= EVEN * best))]
+            e = left[k] / np.linalg.norm(left[k])
+            left = left - np.outer(left @ e, e)
+            chosen.append(k)
+            sizes.append(best)
+    return chosen, min(sizes, default=1.0) / (max(sizes, default=1.0) or 1.0) if len(chosen) == count else 0.0
+
+
+def _unit_rows(G: Array) -> Array:
+    return np.asarray(G / np.maximum(np.linalg.norm(G, axis=1, keepdims=True), 1e-300))
+
+
+# Partitions
+
+
+def _partition(numbers: Numbers, kept: Sequence[int], G: Array, wanted: Sequence[str]) -> Partition:
+    """Return the user's partition, or the one that conditioning chooses, driven velocities independent if they can."""
+    scene, n, m = numbers.scene, numbers.state.n, len(kept)
+    if wanted:
+        return _made(numbers, kept, _wanted(scene, wanted, G))
+    led = led_velocities(scene)
+    every = [k for k in reversed(range(n)) if k not in led]  # of equals, those near the ground stay independent
+    passive = [k for k in every if not scene.drives[k]]
+    chosen, quality = pivots(G.T, [passive, every] if len(passive) < len(every) else [every], m)
+    if quality <= NEGLIGIBLE:
+        names = ", ".join(joint.name for joint in scene.joints if joint.motion is not None)
+        raise DerivationError(
+            f"{scene.name}: the loops do not let the joints {names} follow their prescribed motions independently; "
+            f"leave {n - m} of them prescribed at most"
+        )
+    return _made(numbers, kept, [k for k in range(n) if k not in chosen])
+
+
+def _wanted(scene: Scene, wanted: Sequence[str], G: Array) -> list[int]:
+    m, n = G.shape
+    velocities = list(scene.velocities)
+    known = {name: k for k, name in enumerate(velocities)} | {
+        name.removesuffix("_dot"): k for k, name in enumerate(velocities)
+    }
+    for name in wanted:
+        if name not in known:
+            raise DerivationError(f"{scene.name}: independent: there is no velocity {name!r}; {', '.join(velocities)}")
+    independent = sorted({known[name] for name in wanted})
+    freedoms = f"{n - m} degree{'s' * (n - m != 1)} of freedom"
+    if len(independent) != n - m:
+        raise DerivationError(f"{scene.name}: independent: {', '.join(wanted)} given, but it has {freedoms}")
+    forgotten = [velocities[k] for k in led_velocities(scene) if k not in independent]
+    if forgotten:
+        raise DerivationError(f"{scene.name}: independent: {', '.join(forgotten)} are prescribed, so add them")
+    dependent = [k for k in range(n) if k not in independent]
+    values = np.linalg.svd(G[:, dependent], compute_uv=False)
+    if m and values[-1] <= NEGLIGIBLE * values[0]:
+        better = [k for k in range(n) if k not in pivots(G.T, [range(n - 1, -1, -1)], m)[0]]
+        names = ", ".join(velocities[k].removesuffix("_dot") for k in better)
+        raise DerivationError(
+            f"{scene.name}: independent: {', '.join(wanted)} do not determine the other velocities at the assembled "
+            f"position, the smallest singular value is {values[-1]:.3g}; {names} would"
+        )
+    return independent
+
+
+def _driven(numbers: Numbers, kept: Sequence[int], G: Array, partition: Partition) -> tuple[Partition | None, str]:
+    """Return the partition of inverse dynamics, or why there is none."""
+    scene, n, m = numbers.scene, numbers.state.n, len(kept)
+    driven = driven_velocities(scene)
+    if set(driven) <= set(partition.independent):
+        return partition, ""
+    free, names = n - m, ", ".join(scene.drives[k] or scene.velocities[k] for k in driven)
+    freedoms = f"{free} degree{'s' * (free != 1)} of freedom"
+    if len(driven) > free:
+        return None, (
+            f"inverse dynamics is not unique: over-driven, {len(driven)} drives ({names}) for {freedoms}; "
+            f"leave {len(driven) - free} of them passive (drive = false)"
+        )
+    passive = [k for k in reversed(range(n)) if k not in driven]
+    chosen, quality = pivots(G.T, [passive], m)
+    if quality <= NEGLIGIBLE:
+        return None, (
+            f"inverse dynamics is not unique: the drives {names} work against each other at the assembled position, "
+            f"where {freedoms} remain{'s' * (free == 1)}; drive other joints"
+        )
+    return _made(numbers, kept, [k for k in range(n) if k not in chosen]), ""
+
+
+def _made(numbers: Numbers, kept: Sequence[int], independent: Sequence[int]) -> Partition:
+    """Return a partition with its blocks."""
+    dependent = [k for k in range(numbers.state.n) if k not in set(independent)]
+    rows = [numbers.constraints.G[k] for k in kept]
+    uses = [[k for k in dependent if not row[k].is_zero] for row in rows]
+    return Partition(tuple(independent), tuple(dependent), tuple(blocks(uses)))

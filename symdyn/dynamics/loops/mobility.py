@@ -1,0 +1,219 @@
+"""Mobility of a closed mechanism: counted, by rank, and what it means when the two differ.
+
+    u, s_t    bodies with the ground; joints of class t, those that close loops included
+    spatial   n = 6 (u - 1) - Σ t s_t, eq. (5.20), less one for a joint that follows another one and for a row
+    by loops  n = nv - Σ (d - f), f the freedoms of a cut joint; d = 6, and 3 for a planar loop. Where all loops are
+              planar that is 3 (u - 1) = n + Σ (t - 3) s_t
+    rank      n = nv - rank G, at the assembled position, or round about it at a change point
+
+A planar loop counted in space has three reactions too many: those out of its plane, which no rigid body can tell.
+
+Reference: the textbook, eq. (5.19), (5.20); Gogu, Mobility of mechanisms: a critical review, Mechanism and Machine
+Theory 40 (2005), for where counting fails.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from symdyn.dynamics.kinematics import tree_placements
+from symdyn.dynamics.loops.assembly import dimensionless, free_motions
+from symdyn.dynamics.loops.closure import Closure, close
+from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
+from symdyn.dynamics.loops.partition import Closing
+from symdyn.dynamics.loops.rows import paths
+from symdyn.scene import JOINTS, Joint, Scene
+from symdyn.spatial import add, apply, cross
+
+NOTHING = 1e-7
+"""Components of unit motions and unit vectors below it are zero."""
+
+
+@dataclass(frozen=True)
+class Mobility:
+    """Degrees of freedom of a mechanism, and what is to be said about them.
+
+    Attributes:
+        spatial: counted by eq. (5.20).
+        by_loops: counted loop by loop, planar ones in their plane.
+        by_rank: nv less the rank of G: what it is.
+        here: the same at the assembled position itself; more at a change point.
+        planar: names of the planar loops.
+        independent: names of the velocities chosen as independent.
+        drives: names of the driving forces.
+        idle: idle motions: spins and slides of one body that move nothing else.
+        redundant: constraints that are left out, in words.
+        not_unique: constraints whose multipliers rigid bodies do not determine, in words.
+        smallest: smallest singular value of the dimensionless constraints that are kept, where that is not zero.
+        notes: diagnosis, one sentence each.
+    """
+
+    spatial: int
+    by_loops: int
+    by_rank: int
+    here: int
+    planar: tuple[str, ...]
+    independent: tuple[str, ...]
+    drives: tuple[str, ...]
+    idle: tuple[str, ...]
+    redundant: tuple[str, ...]
+    not_unique: tuple[str, ...]
+    smallest: float
+    notes: tuple[str, ...]
+
+
+def mobility(scene: Scene, closing: Closing = Closing()) -> Mobility:  # noqa: B008  frozen
+    """Return the mobility of a scene with loops or rows.
+
+    Raises:
+        DerivationError: the loops cannot be assembled.
+    """
+    closure, numbers = close(numbers_of(scene), closing)
+    q = np.array(closure.assembly.typical)
+    planar = tuple(joint.name for joint in scene.loops if _is_planar(numbers, joint, q))
+    free = numbers.state.n - len(closure.kept)
+    counted = numbers.state.n - len(scene.rows)
+    for joint in scene.loops:
+        counted -= JOINTS[joint.type].class_t(joint) - (3 if joint.name in planar else 0)
+    G = _rows(numbers, closure, q)
+    found = Mobility(
+        spatial=_spatial(scene),
+        by_loops=counted,
+        by_rank=free,
+        here=numbers.state.n - closure.assembly.here,
+        planar=planar,
+        independent=tuple(scene.velocities[k] for k in closure.partition.independent),
+        drives=tuple(drive for drive in scene.drives if drive),
+        idle=tuple(_idle(numbers, G, q)),
+        redundant=tuple(closure.names[k] for k in sorted((*closure.empty, *closure.redundant))),
+        not_unique=tuple(_not_unique(closure, G)),
+        smallest=closure.assembly.smallest,
+        notes=(),
+    )
+    return Mobility(**{**vars(found), "notes": tuple(_notes(scene, closure, found))})
+
+
+def _spatial(scene: Scene) -> int:
+    """Return n of eq. (5.20)."""
+    joints = (*scene.joints, *scene.loops)
+    taken = sum(JOINTS[joint.type].class_t(joint) for joint in joints)
+    return 6 * len(scene.bodies) - taken - sum(joint.coupling is not None for joint in joints) - len(scene.rows)
+
+
+def _rows(numbers: Numbers, closure: Closure, q: Array) -> Array:
+    """Return the dimensionless rows that do not vanish identically."""
+    G = dimensionless(numbers, q, closure.assembly.length)
+    return np.asarray(G[[k for k in range(len(G)) if k not in set(closure.empty)]])
+
+
+def _not_unique(closure: Closure, G: Array) -> list[str]:
+    """Return the rows that take part in a linear relation, and those that vanish, in order."""
+    rows = [k for k in range(len(closure.names)) if k not in set(closure.empty)]
+    loose = set(closure.empty)
+    if len(G):
+        U, values, _ = np.linalg.svd(G)
+        related = U[:, int(np.sum(values > NOTHING * values.max(initial=0.0))) :]
+        loose |= {k for k, row in zip(rows, related, strict=True) if np.abs(row).max(initial=0.0) > NOTHING}
+    return [closure.names[k] for k in sorted(loose)]
+
+
+def _is_planar(numbers: Numbers, joint: Joint, q: Array) -> bool:
+    """Whether all relative motions of a loop, those that the cut joint allows included, lie in one plane."""
+    columns = numbers.constraints.columns[joint.name].values()
+    moving = numbers.at([x for z, s in columns for part in (z, s) for x in part], q).reshape(-1, 6)
+    labels = [one for one in numbers.constraints.labels if one.owner == joint.name and one.closes]
+    wrenches = numbers.at([x for one in labels for part in one.wrench or () for x in part], q).reshape(-1, 6)
+    allowed = free_motions(wrenches) if len(wrenches) else np.eye(6)
+    twists = np.vstack([moving, np.hstack([allowed[:, 3:], allowed[:, :3]])])  # angular part first
+    turns = twists[np.abs(twists[:, :3]).max(axis=1) > NOTHING]
+    if not len(turns):
+        return bool(np.linalg.matrix_rank(twists[:, 3:], tol=NOTHING) <= 2)
+    normal = turns[0, :3] / np.linalg.norm(turns[0, :3])
+    leaning = np.abs(np.cross(twists[:, :3], normal)).max()
+    return bool(max(leaning, np.abs(twists[:, 3:] @ normal).max()) < NOTHING)
+
+
+def _idle(numbers: Numbers, G: Array, q: Array) -> list[str]:
+    """Return the bodies on loops that can move while everything else, and every drive, rests."""
+    scene, jacobians = numbers.scene, _body_jacobians(numbers, q)
+    on_loops = {name: None for joint in scene.loops for name in _between(numbers, joint)}
+    driven = [k for k, drive in enumerate(scene.drives) if drive]
+    found = []
+    for name in on_loops:
+        others = [J for other, J in jacobians.items() if other != name]
+        rest = np.vstack([G, *others, np.eye(numbers.state.n)[driven]])
+        motions = free_motions(rest)
+        if not len(motions):
+            continue
+        twist = jacobians[name] @ motions[0]
+        if np.abs(twist).max() > NOTHING:
+            how = "spins about the line of its joints" if np.abs(twist[:3]).max() > NOTHING else "slides"
+            found.append(f"{name} {how}")
+    return found
+
+
+def _between(numbers: Numbers, joint: Joint) -> list[str]:
+    """Return the bodies on the way round a loop, the common carrier left out."""
+    tree = numbers.tree
+    inner, outer = paths(tree, tree.home[joint.parent][0], tree.home[joint.child][0])
+    moves = {*inner, *outer}
+    return [body.name for body in numbers.scene.bodies if tree.home[body.name][0] in moves]
+
+
+def _body_jacobians(numbers: Numbers, q: Array) -> dict[str, Array]:
+    """Return for every body its twist (angular first, at the ground's origin) for unit velocities, shape (6, nv)."""
+    tree = numbers.tree
+    entries = []
+    for T, (z, s) in zip(tree_placements(tree), tree.S, strict=True):
+        turned = apply(T.R, z)
+        entries += [*turned, *add(apply(T.R, s), cross(T.p, turned))]
+    axes = numbers.at(entries, q).reshape(-1, 6)
+    shares = numbers.at([x for row in tree.A for _, x in row], q)
+    moves = [np.zeros((6, tree.n))]
+    at = 0
+    for i in tree.outward():
+        J = moves[tree.parent[i]].copy()
+        for k, _ in tree.A[i]:
+            J[:, k] += shares[at] * axes[i]
+            at += 1
+        moves.append(J)
+    return {body.name: moves[tree.home[body.name][0]] for body in numbers.scene.bodies}
+
+
+# Words
+
+
+def _notes(scene: Scene, closure: Closure, found: Mobility) -> list[str]:
+    notes = list(closure.assembly.notes)
+    if found.planar and found.spatial != found.by_loops:
+        names = ", ".join(found.planar)
+        notes.append(
+            f"planar: {names}; counted in space (5.20) gives {found.spatial}, in the plane {found.by_loops}; "
+            f"{3 * len(found.planar)} reactions out of the plane are indeterminate"
+        )
+    if found.by_rank > found.by_loops:
+        notes.append(
+            f"overconstrained: {found.by_rank} by rank, {found.by_loops} by counting; redundant: "
+            f"{'; '.join(found.redundant)}; not unique: {'; '.join(found.not_unique)}"
+        )
+    if found.here > found.by_rank:
+        notes.append(
+            f"change point: at the assembled position itself {found.here} freedoms by rank, round about {found.by_rank}"
+        )
+    if found.by_rank == 0:
+        notes.append("the loops leave no freedom: it is a structure")
+    notes += [f"idle: {motion}; it needs no drive" for motion in found.idle]
+    drives, free = len(found.drives), found.by_rank - len(found.idle)
+    if closure.driven is None:
+        notes.append(closure.fault)
+    elif drives == 0 and free:
+        notes.append("no joint is driven: inverse dynamics gives the forces at " + ", ".join(found.independent))
+    elif drives < free:
+        left = [name for name in found.independent if not scene.drives[scene.velocities.index(name)]]
+        notes.append(
+            f"under-driven: {drives} drive{'s' * (drives != 1)} ({', '.join(found.drives)}) for {free} freedoms; "
+            f"{', '.join(left)} move as they like"
+        )
+    return notes

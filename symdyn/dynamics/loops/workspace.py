@@ -1,0 +1,137 @@
+"""What the outputs of a closed scene share, computed when first asked for: the part of the workspace about loops."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from symdyn.dynamics import lagrange
+from symdyn.dynamics.loops.closed import Reduction, reduction, with_multipliers
+from symdyn.dynamics.loops.partition import Partition
+from symdyn.dynamics.loops.rows import Constraints, differentiated, recursive
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, substitute
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.loops.closure import Closure
+    from symdyn.dynamics.loops.numbers import Numbers
+    from symdyn.dynamics.workspace import Workspace
+
+Matrix = list[list[Expr]]
+
+
+class Closed:
+    """Rows of one scene's loops on the workspace's graph, kept ones only, and what is decided about them."""
+
+    def __init__(self, workspace: Workspace) -> None:
+        """Begin with nothing decided."""
+        self.w = workspace
+
+    # Decisions
+
+    @cached_property
+    def _decided(self) -> tuple[Closure, Numbers]:
+        from symdyn.dynamics.loops.closure import close  # with NumPy, which trees can do without
+        from symdyn.dynamics.loops.numbers import numbers_of
+
+        return close(numbers_of(self.w.scene), self.w.closing)
+
+    @property
+    def closure(self) -> Closure:
+        """Kept rows and partitions.
+
+        Raises:
+            DerivationError: the loops cannot be assembled.
+        """
+        return self._decided[0]
+
+    def check(self) -> None:
+        """Raise DerivationError where the loops cannot be assembled, or the user's choice does not fit them."""
+        _ = self._decided
+
+    @property
+    def numbers(self) -> Numbers:
+        """The mechanism in numbers, on a graph of its own, with values of all parameters."""
+        return self._decided[1]
+
+    @property
+    def driven(self) -> Partition:
+        """The partition of inverse dynamics.
+
+        Raises:
+            DerivationError: the drives do not fit.
+        """
+        partition = self.closure.driven
+        if partition is None:
+            raise DerivationError(f"{self.w.scene.name}: {self.closure.fault}")
+        return partition
+
+    @cached_property
+    def coordinates(self) -> tuple[Expr, ...]:
+        """The coordinate whose rate each velocity is, shape (nv,); the velocity itself where it is none."""
+        by_rate = {rate: q for q, rate in zip(self.w.state.q, self.w.state.rates, strict=True)}
+        return tuple(by_rate.get(qd, qd) for qd in self.w.state.qd)
+
+    # Rows, by recursion and by differentiation
+
+    @cached_property
+    def recursive(self) -> Constraints:
+        """All rows by recursion."""
+        return recursive(self.w.scene, self.w.tree, self.w.state)
+
+    @cached_property
+    def differentiated(self) -> Constraints:
+        """All rows by differentiation."""
+        return differentiated(self.w.scene, self.w.graph, self.w.state)
+
+    def residual(self, rows: Constraints) -> list[Expr]:
+        """Return residuals of the kept rows, shape (m,)."""
+        return [rows.residual[k] for k in self.closure.kept]
+
+    def G(self, rows: Constraints) -> Matrix:
+        """Return the kept rows, shape (m, nv)."""
+        return [list(rows.G[k]) for k in self.closure.kept]
+
+    def bias(self, rows: Constraints) -> list[Expr]:
+        """Return Ġ u of the kept rows, shape (m,)."""
+        return [rows.bias[k] for k in self.closure.kept]
+
+    def gamma(self, rows: Constraints) -> list[Expr]:
+        """Return Ġ u + 2 α G u + β² residual of the kept rows, shape (m,)."""
+        closing, u, graph = self.w.closing, self.w.state.qd, self.w.graph
+        alpha, beta = graph.constant(closing.alpha), graph.constant(closing.beta)
+        rates = [graph.total(entry * speed for entry, speed in zip(row, u, strict=True)) for row in self.G(rows)]
+        stabilised = zip(self.bias(rows), rates, self.residual(rows), strict=True)
+        return [bias + 2 * alpha * rate + beta * beta * off for bias, rate, off in stabilised]
+
+    # Recursive road: coordinates partitioned
+
+    @cached_property
+    def reduction(self) -> Reduction:
+        """u̇ = T u̇_i + s of forward dynamics."""
+        rows = self.recursive
+        return reduction(self.G(rows), self.gamma(rows), self.closure.partition, self.w.state.n, self.w.graph)
+
+    @cached_property
+    def motion(self) -> Reduction:
+        """The same with prescribed accelerations put in: only what forces decide is left."""
+        given = self.w.prescribed
+        return self.reduction.led(given.place, given.acceleration)
+
+    # Lagrange road: with multipliers
+
+    @cached_property
+    def lagrange_forces(self) -> list[Expr]:
+        """M u̇ + h, shape (nv,)."""
+        return lagrange.driving_forces(self.w.energy)
+
+    @cached_property
+    def lagrange_solution(self) -> tuple[list[Expr], list[Expr]]:
+        """u̇, and λ with what prescribed motions take beside τ behind it: each is a row u̇_p = p̈ of its own."""
+        w, rows = self.w, self.differentiated
+        bias = substitute(self.lagrange_forces, dict.fromkeys(w.state.qdd, w.graph.zero))
+        rest = [tau - h for tau, h in zip(w.state.tau, bias, strict=True)]
+        one, zero, given = w.graph.one, w.graph.zero, w.prescribed
+        units = [[one if i == k else zero for i in range(w.state.n)] for k in given.place]
+        gamma = [*self.gamma(rows), *(-a for a in given.acceleration)]
+        return with_multipliers(w.lagrange_mass, [*self.G(rows), *units], gamma, rest)

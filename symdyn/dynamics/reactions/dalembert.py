@@ -1,0 +1,377 @@
+"""D'Alembert's method: the equilibrium of every body with its inertia forces, as one linear system for all reactions.
+
+Reference: the textbook, section 5.1.1, eq. (5.1)-(5.20).
+
+    j          a moving body; its reference joint is the one that carries it, e its other joints
+    O_j        origin of the moved joint frame of its reference joint; frame j has its origin there, axes of the body
+    F^A_jj     (5.1) bivector [force; moment about O_j] of weight, loads, and the joints' own elements, axes of frame j
+    F^D_jj     (5.17) bivector of its inertia forces
+    F^R_jj     (5.6) bivector of the reaction and the drive in the reference joint, which the carrying body exerts
+    F*_je      (5.8)-(5.10) what the body takes from its other joint e: action = reaction, moved to O_j
+
+    F^A_jj + F^D_jj + F^R_jj + Σ_e F*_je = 0    (5.18), for every moving body: 6 equations, 3 in the plane
+
+Unknowns are t components a joint (5.7), (5.19), and the drives, which take the free places. They enter linearly:
+A x + b = 0, A in blocks of one body and one unknown. In a tree every velocity has an unknown drive (a passive joint's
+is what its motion would need); in a closed mechanism those have one that are declared to, and idle motions that no loop
+needs: theirs comes out as zero if the motion is possible.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from symdyn.dynamics.reactions.elimination import eliminate, pivots
+from symdyn.dynamics.reactions.freedoms import drives, reactions_of
+from symdyn.dynamics.reactions.hanging import Hanging
+from symdyn.dynamics.reactions.hinges import Hinge, about, nothing, plus, relative_twists, times
+from symdyn.dynamics.reactions.members import acting, inertias, motions, own_forces, placements
+from symdyn.dynamics.reactions.recursion import as_rows
+from symdyn.dynamics.reactions.ties import in_plane, plane, rows_of, telling, ties, undriven
+from symdyn.dynamics.state import vector
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Graph
+from symdyn.scene.joints import Wrench
+from symdyn.spatial import (
+    Inertia,
+    Mat,
+    Transform,
+    Vec,
+    add,
+    apply,
+    apply_transposed,
+    cross,
+    dot,
+    identity,
+    neg,
+    scale,
+    skew,
+    zero_vector,
+)
+
+REACTION, DRIVE, COUPLING, ROW = "reaction", "drive", "coupling", "row"
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One unknown size of (5.18).
+
+    Attributes:
+        kind: REACTION, DRIVE, COUPLING (what keeps a joint at the ratio of another) or ROW (what keeps a scene's row).
+        joint: name of the joint, or of the row.
+        number: of the component among those of its kind and joint.
+        acts: (number of the hinge, wrench at unit size on its child, axes of its joint frame, about P).
+    """
+
+    kind: str
+    joint: str
+    number: int
+    acts: tuple[tuple[int, Wrench], ...]
+
+
+@dataclass(frozen=True)
+class Bivectors:
+    """The known bivectors of one body, frame j: (5.1) and (5.17)."""
+
+    action: Wrench
+    inertia: Wrench
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """The system (5.18): A x + b = 0.
+
+    Attributes:
+        hanging: the mechanism.
+        bodies: known bivectors of the moving bodies, in the order of the scene.
+        unknowns: in the order of the joints, reactions before drives.
+        blocks: (body, unknown) to the bivector that the unknown exerts on the body at unit size, frame j; no zeros.
+        kept: components of a bivector that are written: all six, or the three of a planar mechanism.
+        own: what drives that are known and the joint's own elements do, by hinge, along each of its D.
+    """
+
+    hanging: Hanging
+    bodies: tuple[Bivectors, ...]
+    unknowns: tuple[Unknown, ...]
+    blocks: dict[tuple[int, int], Wrench]
+    kept: tuple[int, ...]
+    own: tuple[tuple[Expr, ...], ...]
+
+    @property
+    def equations(self) -> int:
+        """6(u - 1) of (5.18), or 3(u - 1)."""
+        return len(self.kept) * len(self.bodies)
+
+    @property
+    def reactions(self) -> int:
+        """m_R of (5.19): the number of unknown reactions, what keeps couplings and rows included."""
+        return sum(unknown.kind != DRIVE for unknown in self.unknowns)
+
+    @property
+    def drives(self) -> int:
+        """N of (5.20): the number of unknown drives."""
+        return len(self.unknowns) - self.reactions
+
+    def matrix(self) -> list[list[Expr]]:
+        """Return A, shape (equations, unknowns)."""
+        zero = self.hanging.graph.zero
+        A = [[zero] * len(self.unknowns) for _ in range(self.equations)]
+        for (j, u), (force, moment) in self.blocks.items():
+            entries = (*force, *moment)
+            for row, component in enumerate(self.kept):
+                A[len(self.kept) * j + row][u] = entries[component]
+        return A
+
+    def right(self) -> list[Expr]:
+        """Return b = F^A + F^D, body by body, shape (equations,)."""
+        b = []
+        for known in self.bodies:
+            force, moment = plus(known.action, known.inertia)
+            entries = (*force, *moment)
+            b += [entries[component] for component in self.kept]
+        return b
+
+
+def equilibrium(
+    hanging: Hanging, planar: bool = False, tau: Sequence[Expr] | None = None, whole: bool = False
+) -> Equilibrium:
+    """Return the system (5.18) of a mechanism.
+
+    Args:
+        hanging: the mechanism, open or closed.
+        planar: write three equations a body.
+        tau: driving forces that are known, shape (nv,); None makes them unknowns.
+        whole: joints that close planar loops keep the components across the plane, which are then not unique.
+
+    Raises:
+        DerivationError: `planar`, and the mechanism does not move in a plane that is a plane of coordinates of every
+            frame.
+    """
+    normal = coordinate_normal(hanging) if planar else None
+    kept = (0, 1, 2, 3, 4, 5) if normal is None else (*(k for k in range(3) if k != normal), 3 + normal)
+    own = tuple(tuple(_own(hanging, hinge, tau)) for hinge in hanging.joints)
+    bodies = known_bivectors(hanging, own)
+    unknowns = [one for one in _unknowns(hanging, normal, whole) if tau is None or one.kind != DRIVE]
+    blocks: dict[tuple[int, int], Wrench] = {}
+    for u, unknown in enumerate(unknowns):
+        for h, wrench in unknown.acts:
+            for j, exerted in exerted_on(hanging, hanging.hinges[h], wrench).items():
+                blocks[j, u] = plus(blocks[j, u], exerted) if (j, u) in blocks else exerted
+    return Equilibrium(hanging, bodies, tuple(unknowns), blocks, kept, own)
+
+
+def _own(hanging: Hanging, hinge: Hinge, tau: Sequence[Expr] | None) -> list[Expr]:
+    """Return what a joint's elements do along its velocities, known drives included."""
+    forces = own_forces(hanging.scene, hinge, hanging.state)
+    if tau is None or hinge.joint.coupling is not None:
+        return forces
+    return [force + tau[k] for force, k in zip(forces, hinge.velocities, strict=True)]
+
+
+# The bivectors
+
+
+def shift(way: Vec) -> tuple[tuple[Expr, ...], ...]:
+    """Return R̄ = [[1, 0], [r̃, 1]] of (5.3), which moves a bivector by r = `way`, with r̃ of (5.2)."""
+    graph = way[0].graph
+    one, r = identity(graph), skew(way)
+    return (*((*row, *zero_vector(graph)) for row in one), *((*r[k], *one[k]) for k in range(3)))
+
+
+def turned(P: Transform, bivector: Wrench) -> Wrench:
+    """Return F̄_1j = R̄_1j P̄_1j F̄_jj of (5.5): a bivector of frame j in frame 1, for the placement of j in 1."""
+    force = apply(P.R, bivector[0])
+    return force, add(apply(P.R, bivector[1]), cross(P.p, force))
+
+
+def frames(hanging: Hanging) -> list[Transform]:
+    """Return the placement of frame j in the ground for every moving body."""
+    shifted = [Transform(identity(hanging.graph), hinge.place_on_child) for hinge in hanging.joints]
+    return [T @ here for T, here in zip(placements(hanging.joints), shifted, strict=True)]
+
+
+def known_bivectors(hanging: Hanging, own: Sequence[Sequence[Expr]]) -> tuple[Bivectors, ...]:
+    """Return the actions (5.1), what joints do by themselves included, and the inertia bivectors (5.11)-(5.17)."""
+    scene, tree, state = hanging.scene, hanging.tree, hanging.state
+    graph = hanging.graph
+    moved = motions(scene, tree, state.qd, state.qdd, zero_vector(graph))
+    gravity, placed, loads = (
+        vector(scene.gravity, graph),
+        placements(hanging.joints),
+        acting(scene, hanging.joints, state),
+    )
+    actions, inertial = [], []
+    for hinge, body, motion, T, load in zip(hanging.joints, inertias(scene, tree), moved, placed, loads, strict=True):
+        r = hinge.place_on_child  # O_j in the body's frame
+        g = apply_transposed(T.R, gravity)
+        weight = (scale(body.m, g), cross(body.h, g))
+        actions.append(about(plus(weight, load), neg(r)))
+        a = add(motion.a, add(cross(motion.dw, r), cross(motion.w, cross(motion.w, r))))
+        inertial.append(inertia_bivector(_seen_from(body, r), motion.w, motion.dw, a))
+    for hinge, forces in zip(hanging.joints, own, strict=True):
+        for force, D in zip(forces, drives(hinge, hanging.samples), strict=True):
+            for j, exerted in exerted_on(hanging, hinge, times(force, D)).items():
+                actions[j] = plus(actions[j], exerted)
+    return tuple(Bivectors(a, d) for a, d in zip(actions, inertial, strict=True))
+
+
+def _seen_from(body: Inertia, r: Vec) -> Inertia:
+    """Return an inertia about the point r of its frame."""
+    return body.seen_from(Transform(identity(body.m.graph), neg(r)))
+
+
+def inertia_bivector(body: Inertia, w: Vec, dw: Vec, a: Vec) -> Wrench:
+    """Return F̄^D_jj of (5.17) for the acceleration a of O_j; all in frame j, the inertia about O_j.
+
+    F^D = -m (acceleration of the centre of mass) (5.11), M^D = -(I ω̇ + ω̃ I ω) + r̃_jT F*^D (5.14), F*^D = -m a (5.16);
+    m r_jT is the first moment.
+    """
+    force = neg(add(scale(body.m, a), add(cross(dw, body.h), cross(w, cross(w, body.h)))))
+    spin = neg(add(apply(body.I, dw), cross(w, apply(body.I, w))))
+    return force, add(spin, neg(cross(body.h, a)))
+
+
+def exerted_on(hanging: Hanging, hinge: Hinge, wrench: Wrench) -> dict[int, Wrench]:
+    """Return what a wrench W in a joint does to the bodies on both sides, frames j: (5.6) and (5.8)-(5.10)."""
+    found: dict[int, Wrench] = {}
+    if hinge.child >= 0:
+        way = add(hinge.place_on_child, neg(hanging.joints[hinge.child].place_on_child))
+        found[hinge.child] = about(hinge.on_child(wrench), way)
+    if hinge.parent >= 0:
+        way = add(hinge.place_on_parent, neg(hanging.joints[hinge.parent].place_on_child))
+        exerted = about(hinge.on_parent(wrench), way)
+        found[hinge.parent] = plus(found[hinge.parent], exerted) if hinge.parent in found else exerted
+    return found
+
+
+# The unknowns
+
+
+def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown]:
+    scene, graph = hanging.scene, hanging.graph
+    axes = None if normal is None else _axis(graph, normal)
+    D = {h: drives(hinge, hanging.samples) for h, hinge in enumerate(hanging.joints)}
+    feels = {
+        k: (h, D[h][i])
+        for h, hinge in enumerate(hanging.joints)
+        if hinge.joint.coordinates
+        for i, k in enumerate(hinge.velocities)
+    }
+    passive = undriven(scene) if scene.loops or scene.rows else []
+    if passive and not whole and normal is None:
+        passive = telling(hanging, ties(hanging), passive)
+    found = []
+    for h, hinge in enumerate(hanging.hinges):
+        W = reactions_of(hinge, hanging.samples)
+        flat = axes
+        if h >= len(hanging.joints) and flat is None and not whole:
+            flat = plane(hanging, hinge, relative_twists(hinge, hanging.joints))
+        W = W if flat is None else in_plane(hanging, W, flat)
+        name = hinge.joint.name
+        found += [Unknown(REACTION, name, k, ((h, wrench),)) for k, wrench in enumerate(W)]
+        if hinge.joint.coupling is not None:
+            leader, drive = feels[hinge.velocities[0]]
+            found.append(Unknown(COUPLING, name, 0, ((h, D[h][0]), (leader, times(-hinge.ratio, drive)))))
+        else:
+            found += [
+                Unknown(DRIVE, name, i, ((h, D[h][i]),)) for i, k in enumerate(hinge.velocities) if k not in passive
+            ]
+    for number, row in enumerate(rows_of(hanging)):
+        acts = tuple((feels[k][0], times(slope, feels[k][1])) for k, slope in enumerate(row.G) if not slope.is_zero)
+        found.append(Unknown(ROW, row.owner, number, acts))
+    return found
+
+
+def _axis(graph: Graph, k: int) -> Vec:
+    one, zero = graph.one, graph.zero
+    return tuple(one if i == k else zero for i in range(3))  # type: ignore[return-value]
+
+
+def coordinate_normal(hanging: Hanging) -> int:
+    """Return which axis of all frames is the normal of the plane that a mechanism moves in: 0, 1 or 2.
+
+    Raises:
+        DerivationError: there is none.
+    """
+    for k in (2, 1, 0):
+        n = _axis(hanging.graph, k)
+        if all(_stays(hanging, hinge, n) for hinge in hanging.hinges):
+            return k
+    raise DerivationError(
+        f"{hanging.scene.name}: there is no plane of coordinates of all frames that the mechanism moves in; "
+        "write six equations a body"
+    )
+
+
+def _stays(hanging: Hanging, hinge: Hinge, n: Vec) -> bool:
+    """Return whether a joint and its frames leave the axis n where it is, at random positions."""
+    entries = [*apply((hinge.origin).R, n), *apply(hinge.X.R, n), *apply(hinge.tip.R, n)]
+    expected = hanging.samples.at([*n, *n, *n])
+    still = all(abs(hanging.samples.at(entries, seed) - expected).max() < 1e-9 for seed in (2, 3))
+    turning = [x for _, omega in hinge.S for x in cross(n, omega)] + [dot(n, v) for v, _ in hinge.S]
+    return still and all(abs(x) < 1e-9 for seed in (2, 3) for x in hanging.samples.at(turning, seed))
+
+
+# The solution
+
+
+def solution(system: Equilibrium) -> list[Expr]:
+    """Return x with A x + b = 0 by elimination from the tips, pivots chosen at one position.
+
+    Every body's equations are turned into the axes of its reference joint first: what acts there has constant entries,
+    which are pivots at any position.
+
+    Raises:
+        DerivationError: A does not determine x.
+    """
+    A, b = system.matrix(), system.right()
+    if len(system.kept) == 6:
+        both = [[*row, right] for row, right in zip(A, b, strict=True)]
+        for j, hinge in enumerate(system.hanging.joints):
+            R = (hinge.X @ hinge.tip).R
+            for start in (6 * j, 6 * j + 3):
+                both[start : start + 3] = _turned_rows(R, both[start : start + 3])
+        A, b = [row[:-1] for row in both], [row[-1] for row in both]
+    numbers = system.hanging.samples.at([entry for row in A for entry in row]).reshape(len(A), -1)
+    order = pivots(numbers)
+    if len(order) < len(system.unknowns):
+        raise DerivationError(undetermined(system, len(order)))
+    return eliminate(A, [-x for x in b], order)
+
+
+def _turned_rows(R: Mat, rows: Sequence[Sequence[Expr]]) -> list[list[Expr]]:
+    """Return R times three rows."""
+    columns = [apply(R, (x, y, z)) for x, y, z in zip(*rows, strict=True)]
+    return [[column[k] for column in columns] for k in range(3)]
+
+
+def undetermined(system: Equilibrium, rank: int) -> str:
+    """Return why a system has no unique solution, and what would work."""
+    return (
+        f"{system.hanging.scene.name}: reactions: {system.equations} equations of equilibrium determine {rank} of the "
+        f"{len(system.unknowns)} unknowns ({system.reactions} reactions, {system.drives} drives): the mechanism has "
+        "too many drives, or is overconstrained; make drives passive, take joints with more freedoms, or ask "
+        "symdyn.dynamics.reactions.uniqueness.reactions_at for the least reactions at one position, with those "
+        "flagged that are not unique"
+    )
+
+
+def transmitted(system: Equilibrium, x: Sequence[Expr]) -> list[Wrench]:
+    """Return the whole wrench through every joint, axes of its joint frame, about P: reactions, drives, elements."""
+    hanging = system.hanging
+    total = [nothing(hanging.graph)] * len(hanging.hinges)
+    for unknown, size in zip(system.unknowns, x, strict=True):
+        for h, wrench in unknown.acts:
+            total[h] = plus(total[h], times(size, wrench))
+    for h, (hinge, forces) in enumerate(zip(hanging.joints, system.own, strict=True)):
+        for force, D in zip(forces, drives(hinge, hanging.samples), strict=True):
+            total[h] = plus(total[h], times(force, D))
+    return total
+
+
+def solved_reactions(hanging: Hanging, axes: str = "body", tau: Sequence[Expr] | None = None) -> list[Expr]:
+    """Return every joint's reaction from the whole system: as `reactions.reactions`, which goes another way."""
+    system = equilibrium(hanging, tau=tau)
+    pairs = zip((*hanging.joints, *hanging.loops), transmitted(system, solution(system)), strict=False)
+    return as_rows(hanging, [hinge.on_child(wrench) for hinge, wrench in pairs], axes)

@@ -1,0 +1,64 @@
+"""What a joint can transmit, split: wrenches that its freedoms never feel, and one for every freedom.
+
+    W    reactions: t wrenches without power, Sᵀ W = 0
+    D    drives: one a velocity, Sᵀ D = 1: the free places of (5.7), which the unknown drives take
+
+D is a moment where the freedoms turn (a screw is turned, not pushed), else what has no part along W.
+"""
+
+from __future__ import annotations
+
+from symdyn.dynamics.reactions.elimination import eliminate, pivots
+from symdyn.dynamics.reactions.hinges import Hinge, plus, power, times
+from symdyn.dynamics.reactions.samples import Samples
+from symdyn.graph import Expr
+from symdyn.scene.joints import Wrench
+from symdyn.scene.joints.constraints import everywhere, forces, moments
+
+TINY = 1e-9
+
+
+def drives(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
+    """Return D, axes of J, about P; one for every velocity of the joint."""
+    if not hinge.S:
+        return ()
+    zero = hinge.graph.zero
+    n = len(hinge.S)
+    still = (zero, zero, zero)
+    turning = [(still, omega) for _, omega in hinge.S]
+    numbers = samples.at([x for _, omega in turning for x in omega]).reshape(n, 3)
+    S = turning if len(pivots(numbers)) == n else list(hinge.S)
+    gram = [[power(a, b) for b in S] for a in S]
+    flat = [x for row in gram for x in row]
+    unit = [float(i == j) for i in range(n) for j in range(n)]
+    if all(abs(samples.at(flat, seed) - unit).max() < TINY for seed in (2, 3)):
+        return tuple(S)
+    order = pivots(samples.at(flat).reshape(n, n))
+    columns = [eliminate(gram, [hinge.graph.one if i == k else zero for i in range(n)], order) for k in range(n)]
+    return tuple(_combined(S, column) for column in columns)
+
+
+def reactions_of(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
+    """Return W, axes of J, about P; t of them."""
+    if hinge.joint.type != "custom":
+        return hinge.wrenches
+    axes = everywhere(hinge.graph)
+    units, D = forces(*axes) + moments(*axes), drives(hinge, samples)
+    numbers = samples.at([x for v, omega in hinge.S for x in (*v, *omega)]).reshape(len(hinge.S), 6)
+    taken = {component for _, component in pivots(numbers)}
+    return tuple(_remainder(e, hinge, D) for k, e in enumerate(units) if k not in taken)
+
+
+def _remainder(e: Wrench, hinge: Hinge, D: tuple[Wrench, ...]) -> Wrench:
+    """Return e - D Sᵀ e."""
+    for twist, drive in zip(hinge.S, D, strict=True):
+        e = plus(e, times(-power(e, twist), drive))
+    return e
+
+
+def _combined(S: list[Wrench], shares: list[Expr]) -> Wrench:
+    """Return Σ share · S."""
+    total = times(shares[0], S[0])
+    for share, twist in zip(shares[1:], S[1:], strict=True):
+        total = plus(total, times(share, twist))
+    return total

@@ -1,0 +1,119 @@
+"""A scene's bodies hanging on its joints, for recursions over wrenches from the tips to the ground.
+
+f        wrench that the parent exerts on body j through its joint, about the origin of the body's frame, its axes
+W        wrench of a joint that closes a loop, on its child, axes of its joint frame, about the moved origin P
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from symdyn.dynamics.reactions.hinges import Hinge, about, hinges, plus, power, times
+from symdyn.dynamics.reactions.members import acting, inertias, motions, needed, own_forces
+from symdyn.dynamics.reactions.samples import Samples
+from symdyn.dynamics.state import State
+from symdyn.dynamics.tree import Tree
+from symdyn.graph import Expr, Graph
+from symdyn.scene import Scene
+from symdyn.scene.joints import Wrench
+from symdyn.spatial import apply, neg
+
+
+@dataclass(frozen=True)
+class Hanging:
+    """A scene's bodies and joints on its graph, for recursions over wrenches.
+
+    Attributes:
+        assembled: values by name at which loops are closed, for what is decided by numbers.
+    """
+
+    scene: Scene
+    tree: Tree
+    state: State
+    assembled: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def graph(self) -> Graph:
+        """The graph that it lives on."""
+        return self.tree.graph
+
+    @cached_property
+    def hinges(self) -> tuple[Hinge, ...]:
+        """The joints of the tree, then those of the loops, then contacts."""
+        return hinges(self.scene, self.graph)
+
+    @cached_property
+    def samples(self) -> Samples:
+        """Numbers for what is decided by numbers."""
+        return Samples(self.scene, self.graph, self.assembled)
+
+    @property
+    def joints(self) -> tuple[Hinge, ...]:
+        """The joints of the tree."""
+        return self.hinges[: len(self.scene.joints)]
+
+    @property
+    def loops(self) -> tuple[Hinge, ...]:
+        """The joints that close loops."""
+        return self.hinges[len(self.scene.joints) : len(self.scene.joints) + len(self.scene.loops)]
+
+    @property
+    def cuts(self) -> tuple[Hinge, ...]:
+        """The joints that close loops, and contacts."""
+        return self.hinges[len(self.scene.joints) :]
+
+    @cached_property
+    def loads(self) -> list[Wrench]:
+        """What every body needs for its motion beyond weight and loads, about the origin of its frame."""
+        moved = motions(self.scene, self.tree, self.state.qd, self.state.qdd, neg(self.tree.gravity))
+        wanted = [needed(body, motion) for body, motion in zip(inertias(self.scene, self.tree), moved, strict=True)]
+        given = acting(self.scene, self.joints, self.state)
+        return [plus(a, times(self.graph.constant(-1), b)) for a, b in zip(wanted, given, strict=True)]
+
+    def transmitted(self, loads: Sequence[Wrench]) -> list[Wrench]:
+        """Return f of every joint of the tree for what each body needs."""
+        f = list(loads)
+        for k in reversed(range(len(self.joints))):
+            hinge = self.joints[k]
+            if hinge.parent >= 0:
+                T = hinge.placement
+                turned = (apply(T.R, f[k][0]), apply(T.R, f[k][1]))
+                f[hinge.parent] = plus(f[hinge.parent], about(turned, T.p))
+        return f
+
+    def carry(self, f: list[Wrench], loop: Hinge, wrench: Wrench) -> None:
+        """Add to f what joints of the tree transmit when a joint that closes a loop exerts W."""
+        ends = (
+            about(loop.on_parent(wrench), loop.place_on_parent),
+            about(loop.on_child(wrench), loop.place_on_child),
+        )
+        for path, (force, moment) in zip(loop.paths, ends, strict=True):
+            need = (neg(force), neg(moment))
+            for k in path:
+                f[k] = plus(f[k], need)
+                T = self.joints[k].placement
+                need = about((apply(T.R, need[0]), apply(T.R, need[1])), T.p)
+
+    def at_joints(self, f: Sequence[Wrench]) -> list[Wrench]:
+        """Return f of every joint of the tree about the origin of its moved joint frame, axes of the body."""
+        return [about(one, neg(hinge.place_on_child)) for hinge, one in zip(self.joints, f, strict=True)]
+
+    def felt(self, wrenches: Sequence[Wrench]) -> list[Expr]:
+        """Return Σ S·wrench on every velocity, shape (nv,), for wrenches from `at_joints`; N m or N."""
+        total = [self.graph.zero] * self.state.n
+        for hinge, wrench in zip(self.joints, wrenches, strict=True):
+            if hinge.velocities:
+                here = hinge.in_joint_axes(wrench)
+                for k, twist in zip(hinge.velocities, hinge.S, strict=True):
+                    total[k] = total[k] + hinge.ratio * power(here, twist)
+        return total
+
+    def driving(self, felt: Sequence[Expr]) -> list[Expr]:
+        """Return the driving forces, shape (nv,): what the velocities feel less what the joints' own elements do."""
+        total = list(felt)
+        for hinge in self.joints:
+            for k, force in zip(hinge.velocities, own_forces(self.scene, hinge, self.state), strict=True):
+                total[k] = total[k] - hinge.ratio * force
+        return total

@@ -1,0 +1,210 @@
+"""Every joint of a scene with its frames: what reactions are written in. Declared bodies, nothing merged or moved.
+
+    J        joint frame, on the parent               B, C     frames of parent and child as declared
+    P        origin of the moved joint frame, on the child: where reactions act
+    X        placement of the moved joint frame in J
+    S        twist (velocity of P; angular velocity) of the child relative to the parent for a unit rate, axes of J
+    W        a wrench (force; moment about P) on the child, axes of J: force first, as the textbook stacks bivectors
+
+Bodies have the number of their joint, the ground is -1; joints that close loops come after those of the tree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from symdyn.dynamics.loops.cuts import Cut, cuts
+from symdyn.dynamics.state import joint_motion, placement
+from symdyn.graph import Expr, Graph
+from symdyn.scene import GROUND, JOINTS, Joint, Scene, express, velocity_name
+from symdyn.scene.joints import Wrench
+from symdyn.spatial import (
+    Transform,
+    Vec,
+    add,
+    apply,
+    apply_transposed,
+    cross,
+    dot,
+    neg,
+    scale,
+    sub,
+    unit_transform,
+    zero_vector,
+)
+
+CONTACT = "contact"
+"""Type of the joint that stands for a wheel or a blade on the ground."""
+
+
+@dataclass(frozen=True)
+class Hinge:
+    """One joint, of the tree or closing a loop; see the module's legend.
+
+    Attributes:
+        parent, child: numbers of bodies, -1 the ground.
+        origin: placement of J in B. tip: placement of C in the moved joint frame.
+        wrenches: what it can exert without working, W; () for a custom joint, which `freedoms` knows.
+        velocities: numbers of the velocities that move it, () where it closes a loop.
+        S: one a velocity.
+        ratio: the joint's rate per unit of its velocity: 1 but where it follows another one.
+        rates: the joint's own rates, ratio · velocity.
+        paths: of a joint that closes a loop: bodies from its parent, and from its child, inwards to where both meet.
+    """
+
+    joint: Joint
+    parent: int
+    child: int
+    origin: Transform
+    X: Transform
+    tip: Transform
+    ratio: Expr
+    wrenches: tuple[Wrench, ...]
+    velocities: tuple[int, ...] = ()
+    S: tuple[Wrench, ...] = ()
+    rates: tuple[Expr, ...] = ()
+    paths: tuple[tuple[int, ...], tuple[int, ...]] = ((), ())
+
+    @property
+    def graph(self) -> Graph:
+        """The graph that it lives on."""
+        return self.X.p[0].graph
+
+    @property
+    def placement(self) -> Transform:
+        """Placement of C in B."""
+        return self.origin @ self.X @ self.tip
+
+    def on_child(self, wrench: Wrench) -> Wrench:
+        """Return W in the axes of C, about P."""
+        R = (self.X @ self.tip).R
+        return apply_transposed(R, wrench[0]), apply_transposed(R, wrench[1])
+
+    def in_joint_axes(self, wrench: Wrench) -> Wrench:
+        """Return a wrench about P from the axes of C in those of J."""
+        R = (self.X @ self.tip).R
+        return apply(R, wrench[0]), apply(R, wrench[1])
+
+    def on_parent(self, wrench: Wrench) -> Wrench:
+        """Return what the child exerts on the parent, -W, in the axes of B, about P: action = reaction."""
+        return neg(apply(self.origin.R, wrench[0])), neg(apply(self.origin.R, wrench[1]))
+
+    @property
+    def place_on_child(self) -> Vec:
+        """P in C."""
+        return self.tip.inverse().p
+
+    @property
+    def place_on_parent(self) -> Vec:
+        """P in B."""
+        return (self.origin @ self.X).p
+
+
+def about(wrench: Wrench, way: Vec) -> Wrench:
+    """Return a wrench about a point that lies at -way from where it acts: the shift R̄ of (5.3)."""
+    return wrench[0], add(wrench[1], cross(way, wrench[0]))
+
+
+def plus(a: Wrench, b: Wrench) -> Wrench:
+    """Return a + b."""
+    return add(a[0], b[0]), add(a[1], b[1])
+
+
+def times(factor: Expr, wrench: Wrench) -> Wrench:
+    """Return factor · wrench."""
+    return scale(factor, wrench[0]), scale(factor, wrench[1])
+
+
+def power(wrench: Wrench, twist: Wrench) -> Expr:
+    """Return F·v + M·ω."""
+    return dot(wrench[0], twist[0]) + dot(wrench[1], twist[1])
+
+
+def nothing(graph: Graph) -> Wrench:
+    """Return the wrench of nothing."""
+    return zero_vector(graph), zero_vector(graph)
+
+
+def hinges(scene: Scene, graph: Graph) -> tuple[Hinge, ...]:
+    """Return the joints of the tree, then those that close loops, then contacts (as joints of type "contact")."""
+    number = {GROUND: -1} | {body.name: k for k, body in enumerate(scene.bodies)}
+    velocities = {name: k for k, name in enumerate(scene.velocities)}
+    tree = [_of_tree(joint, number, velocities, graph) for joint in scene.joints]
+    loops = {joint.name: joint for joint in scene.loops}
+    closing = [
+        (cut, loops[cut.owner] if cut.closes else Joint(cut.owner, CONTACT, cut.parent, cut.child))
+        for cut in cuts(scene, graph)
+    ]
+    return (*tree, *(_of_cut(cut, joint, number, tree, graph) for cut, joint in closing))
+
+
+def _of_tree(joint: Joint, number: dict[str, int], velocities: dict[str, int], graph: Graph) -> Hinge:
+    motion = joint_motion(joint, graph)
+    X, still = motion.placement, zero_vector(graph)
+    names = (velocity_name(joint.coupling.coordinate),) if joint.coupling else joint.rates
+    ratio = express(joint.coupling.ratio, graph) if joint.coupling else graph.one
+    S: list[Wrench] = [(still, still)] * len(names)
+    place = unit_transform(graph)
+    for move in motion.moves:
+        here = place @ move.before
+        axis = apply(here.R, move.axis)
+        twist = (axis, still) if move.slides else (cross(axis, sub(X.p, here.p)), axis)
+        for k, x in move.rate:
+            S[k] = plus(S[k], times(x, twist))
+        place = here @ move.placement
+    rates = tuple(ratio * graph.symbol(name) for name in names)
+    numbers = tuple(velocities[name] for name in names)
+    origin, tip = placement(joint.origin, graph), placement(joint.tip, graph)
+    wrenches = () if joint.type == "custom" else JOINTS[joint.type].wrenches(joint, X)
+    ends = (number[joint.parent], number[joint.child])
+    return Hinge(joint, *ends, origin, X, tip, ratio, wrenches, numbers, tuple(S), rates)
+
+
+def _of_cut(cut: Cut, joint: Joint, number: dict[str, int], tree: Sequence[Hinge], graph: Graph) -> Hinge:
+    origin, tip = cut.before, cut.behind.inverse()
+    i, j = number[cut.parent], number[cut.child]
+    near, far = _path(i, tree), _path(j, tree)
+    while near and far and near[-1] == far[-1]:  # nothing beyond the nearest common carrier enters
+        near.pop()
+        far.pop()
+    J, moved = (_walked(path, tree, graph) for path in (near, far))
+    X = (J @ origin).inverse() @ moved @ cut.behind
+    return Hinge(joint, i, j, origin, X, tip, graph.one, cut.wrenches(X), paths=(tuple(near), tuple(far)))
+
+
+def relative_twists(loop: Hinge, tree: Sequence[Hinge]) -> dict[int, Wrench]:
+    """Return the twist of the child relative to J at P, axes of J, for every velocity that moves it, at unit size."""
+    graph = loop.graph
+    near, far = loop.paths
+    back = (_walked(near, tree, graph) @ loop.origin).inverse()
+    total: dict[int, Wrench] = {}
+    for path, sign in ((near, -graph.one), (far, graph.one)):
+        here = back
+        for body in reversed(path):
+            hinge = tree[body]
+            J = here @ hinge.origin
+            way = sub(loop.X.p, J.point(hinge.X.p))
+            for k, (v, omega) in zip(hinge.velocities, hinge.S, strict=True):
+                spin = apply(J.R, omega)
+                twist = times(sign * hinge.ratio, (add(apply(J.R, v), cross(spin, way)), spin))
+                total[k] = plus(total[k], twist) if k in total else twist
+            here = here @ hinge.placement
+    return dict(sorted(total.items()))
+
+
+def _path(body: int, tree: Sequence[Hinge]) -> list[int]:
+    """Return a body and all that carry it but the ground."""
+    path = []
+    while body >= 0:
+        path.append(body)
+        body = tree[body].parent
+    return path
+
+
+def _walked(path: Sequence[int], tree: Sequence[Hinge], graph: Graph) -> Transform:
+    """Return the placement of the first body of a path in what carries the last; the path leads inwards."""
+    T = unit_transform(graph)
+    for k in reversed(path):
+        T = T @ tree[k].placement
+    return T

@@ -1,0 +1,129 @@
+"""The motion of every declared body and what acts on it, in its own axes: (5.11)-(5.17) have it from here.
+
+C           frame of the body as declared, nothing merged or moved
+w, dw, a    angular velocity, angular acceleration, acceleration of the origin of C
+m, h, I     mass, first moment and inertia about the origin of C, particles included
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symdyn.dynamics.loads import joint_resistance, load_vectors, resistance, tension
+from symdyn.dynamics.motion import Motion, body_motion
+from symdyn.dynamics.reactions.hinges import Hinge, about, nothing, plus
+from symdyn.dynamics.state import State, joint_motion, joint_position, vector
+from symdyn.dynamics.tree import Tree, body_inertia
+from symdyn.graph import Expr, tangents
+from symdyn.scene import GROUND, Damper, Place, Scene, Spring, express
+from symdyn.scene.joints import Wrench
+from symdyn.spatial import (
+    Inertia,
+    Transform,
+    Vec,
+    add,
+    apply,
+    apply_transposed,
+    cross,
+    dot,
+    neg,
+    scale,
+    sub,
+    unit_transform,
+    zero_vector,
+)
+
+
+def motions(scene: Scene, tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], ground: Vec) -> list[Motion]:
+    """Return the motion of every body of the scene; `ground` is the acceleration of the ground."""
+    carried = body_motion(tree, qd, qdd, ground)
+    result = []
+    for body in scene.bodies:
+        i, home = tree.home[body.name]
+        moved, R = carried[i], home.R
+        a = add(moved.a, add(cross(moved.dw, home.p), cross(moved.w, cross(moved.w, home.p))))
+        result.append(Motion(apply_transposed(R, moved.w), apply_transposed(R, moved.dw), apply_transposed(R, a)))
+    return result
+
+
+def inertias(scene: Scene, tree: Tree) -> list[Inertia]:
+    """Return the inertia of every body about the origin of its own frame."""
+    return [body_inertia(body, tree.graph) for body in scene.bodies]
+
+
+def needed(inertia: Inertia, motion: Motion) -> Wrench:
+    """Return the wrench about the origin of C that gives a body its motion: Newton's and Euler's equations."""
+    m, h, w, dw, a = inertia.m, inertia.h, motion.w, motion.dw, motion.a
+    F = add(scale(m, a), add(cross(dw, h), cross(w, cross(w, h))))
+    N = add(apply(inertia.I, dw), add(cross(w, apply(inertia.I, w)), cross(h, a)))
+    return F, N
+
+
+def placements(tree: Sequence[Hinge]) -> list[Transform]:
+    """Return the placement of every body in the ground."""
+    result: list[Transform] = []
+    for hinge in tree:
+        before = result[hinge.parent] if hinge.parent >= 0 else unit_transform(hinge.graph)
+        result.append(before @ hinge.placement)
+    return result
+
+
+def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
+    """Return what loads, and springs and dampers between points, do on every body about the origin of C, no weight."""
+    number = {GROUND: -1} | {body.name: k for k, body in enumerate(scene.bodies)}
+    elements: tuple[Spring | Damper, ...] = (*scene.springs, *scene.dampers)
+    apart = [one for one in elements if not one.joint]
+    graph = tree[0].graph
+    total = [nothing(graph)] * len(tree)
+    placed = placements(tree) if scene.loads or apart else []
+
+    def act(k: int, place: Place, force: Vec, couple: Vec) -> None:
+        """Add a force at a place and a couple, ground axes, to what acts on body k."""
+        if k >= 0:
+            turned = (apply_transposed(placed[k].R, force), apply_transposed(placed[k].R, couple))
+            total[k] = plus(total[k], about(turned, vector(place.at, graph)))
+
+    for load in scene.loads:
+        k = number[load.place.body]
+        force, couple = load_vectors(load, graph)
+        if load.frame == "body" and k >= 0:
+            force, couple = apply(placed[k].R, force), apply(placed[k].R, couple)
+        act(k, load.place, force, couple)
+    for element in apart:
+        ends = [(number[end.body], end) for end in element.ends]
+        a, b = (placed[k].point(vector(end.at, graph)) if k >= 0 else vector(end.at, graph) for k, end in ends)
+        way = sub(b, a)
+        s = graph.sqrt(dot(way, way))
+        if isinstance(element, Spring):
+            size = tension(element, s - express(element.free, graph))
+        else:
+            (rate,) = tangents([s], state.velocity)
+            size = resistance(element, rate)
+        pull = scale(size / s, way)
+        act(*ends[0], pull, zero_vector(graph))
+        act(*ends[1], neg(pull), zero_vector(graph))
+    return total
+
+
+def own_forces(scene: Scene, hinge: Hinge, state: State) -> list[Expr]:
+    """Return what a joint's own elements do along each of its velocities, N m or N, shape as `hinge.S`.
+
+    Declared forces, springs, dampers, friction, and the rotor, which takes armature · (acceleration of its move).
+    """
+    joint, graph = hinge.joint, hinge.graph
+    forces = [express(force, graph) for force in joint.forces] or [graph.zero] * len(hinge.rates)
+    forces = [force - joint_resistance(joint, rate) for force, rate in zip(forces, hinge.rates, strict=True)]
+    for spring in scene.springs:
+        if spring.joint == joint.name:
+            forces[0] = forces[0] - tension(spring, joint_position(joint, graph) - express(spring.free, graph))
+    for damper in scene.dampers:
+        if damper.joint == joint.name:
+            forces[0] = forces[0] - resistance(damper, hinge.rates[0])
+    armature = express(joint.armature, graph)
+    if joint.moves and not armature.is_zero:
+        first = joint_motion(joint, graph).moves[0]
+        bent = graph.total(x * hinge.rates[j] * hinge.rates[k] for j, k, x in first.bias)
+        pulled = graph.total(x * hinge.ratio * state.qdd[hinge.velocities[k]] for k, x in first.rate)
+        for k, x in first.rate:
+            forces[k] = forces[k] - x * armature * (pulled + bent)
+    return forces

@@ -1,0 +1,129 @@
+"""Exercises: chosen results of a document become blanks, and a section at its end solves them.
+
+A page checks an answer by value: `questions` gives it the symbols, points and what each result is worth there, never
+the result itself.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from symdyn.algebra.form import Form, Symbol, symbols_of
+from symdyn.algebra.numeric import Floats
+from symdyn.graph import Op, evaluate, reachable
+from symdyn.teach.document import Blank, Block, Braced, Document, Fold, Formula, Section, Step, Words
+from symdyn.teach.languages import LANGUAGES, fill
+from symdyn.teach.student.names import Names
+
+CHOSEN = ("square", "potential", "momentum", "slope", "equation", "coefficients")
+"""Steps whose results are asked for: what stands before the colon of their keys."""
+
+POINTS = 6
+LONGEST = 60  # symbols of an answer that anyone types
+
+
+def with_exercises(document: Document) -> Document:
+    """Return the document with blanks in place of chosen results, and their solutions as its last section."""
+    solved: list[Step] = []
+    sections = []
+    for section in document.sections:
+        steps = []
+        for step in section.steps:
+            asked = _asked(document, step)
+            steps.append(asked or step)
+            solved += [_solution(document, block) for block in (asked or step).blocks if isinstance(block, Blank)]
+        sections.append(replace(section, steps=tuple(steps)))
+    if solved:
+        sections.append(Section("solutions", LANGUAGES[document.language]["section.solutions"], tuple(solved)))
+    return replace(document, sections=tuple(sections))
+
+
+def _asked(document: Document, step: Step) -> Step | None:
+    """Return the step with blanks for its results; None if it has none that can be asked for."""
+    kind = step.key.partition(":")[0]
+    if kind not in CHOSEN:
+        return None
+    results = {block: answer for block in step.blocks if (answer := _answer(document, block)) is not None}
+    if kind == "coefficients":
+        blocks = [
+            _blank(document, step, block, results[block], (block,)) if block in results else block
+            for block in step.blocks
+        ]
+        return replace(step, blocks=tuple(blocks)) if results else None
+    if not results:
+        return None
+    last, answer = list(results.items())[-1]
+    return replace(step, blocks=(_blank(document, step, last, answer, step.blocks),), reason=Words(()))
+
+
+def _answer(document: Document, block: Block) -> Form | None:
+    """Return the result of a block whose name has a value, written in not too many symbols of the scene alone."""
+    if not isinstance(block, (Formula, Braced)):
+        return None
+    name = document.names.get(_key(block))
+    if name is None or name.node is None:
+        return None
+    known = set(Names(document.scene).symbols.values())
+    forms = [block.form, *([block.right] if isinstance(block, Formula) and block.right is not None else [])]
+    plain = [form for form in forms if 0 < len(found := symbols_of(form)) <= LONGEST and set(found) <= known]
+    return plain[-1] if plain else None
+
+
+def _key(block: Formula | Braced) -> str:
+    return block.value if isinstance(block, Braced) else block.left
+
+
+def _blank(document: Document, step: Step, block: Block, answer: Form, solution: Sequence[Block]) -> Blank:
+    assert isinstance(block, (Formula, Braced)), "only formulas have answers"
+    texts, key = LANGUAGES[document.language], _key(block)
+    kind = step.key.partition(":")[0]
+    ask = Words(fill(texts["exercise.ask"], {"left": Symbol(key)}))
+    hint = Words((texts[f"exercise.hint.{kind}"],))
+    return Blank(f"{step.key}:{key}" if kind == "coefficients" else step.key, ask, key, answer, hint, tuple(solution))
+
+
+def _solution(document: Document, blank: Blank) -> Step:
+    texts = LANGUAGES[document.language]
+    claim = Words(fill(texts["exercise.solved"], {"left": Symbol(blank.left)}))
+    folded = Fold(Words((texts["exercise.solution"],)), blank.solution)
+    return Step(f"solution:{blank.key}", claim, (folded,))
+
+
+# What a page is told
+
+
+def questions(document: Document) -> dict[str, Any]:
+    """Return what a page needs to check answers, as JSON takes it; empty for a document without blanks.
+
+    Returns:
+        symbols: the scene's name of every way to write one, dotted: velocity and acceleration of coordinates, short:
+        shorthands such as c12, points: values of all symbols, values: for each blank its value at every point, words.
+    """
+    blanks = {block.key: block for _, block in document.blocks() if isinstance(block, Blank)}
+    if not blanks:
+        return {}
+    names = Names(document.scene)
+    nodes = {key: document.value(blank.answer) for key, blank in blanks.items()}
+    every = list(dict.fromkeys(names.symbols.values()))
+    points = [dict(zip(every, _drawn(every, k), strict=True)) for k in range(POINTS)]
+    symbols = [x for x in reachable(list(nodes.values())) if x.op is Op.SYMBOL]
+    values = []
+    for point in points:
+        seeds = {x: point[str(x.value)] for x in symbols}
+        values.append(evaluate(list(nodes.values()), Floats(), seeds))
+    return {
+        "symbols": dict(names.symbols),
+        "dotted": {q: list(rates) for q, rates in names.dotted.items()},
+        "short": {key: [form.op.name.lower(), symbols_of(form)] for key, form in names.shorthands.items()},  # type: ignore[union-attr]
+        "points": points,
+        "values": {key: [value[i] for value in values] for i, key in enumerate(nodes)},
+        "words": {key: t for key, t in LANGUAGES[document.language].items() if key.startswith(("answer.", "fault."))},
+    }
+
+
+def _drawn(names: Sequence[str], k: int) -> list[float]:
+    """Return the values of a point: between 1/4 and 2, the same in every run."""
+    return [round(random.Random(f"{k}:{name}").uniform(0.25, 2.0), 6) for name in names]

@@ -1,0 +1,141 @@
+"""Hard cases: the metrics see errors, and the cases hold; those that take long are behind the marker."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from symdyn.bench.stress import FAMILIES, stress
+from symdyn.bench.stress.calls import calls, solved
+from symdyn.bench.stress.chains import shares
+from symdyn.bench.stress.model import Case, Stress, worst
+from symdyn.bench.stress.numbers import _hidden
+from symdyn.bench.stress.scenes import arm, chain, gimbal, heavier, two_link
+from symdyn.bench.stress.solving import BESIDE, FORWARD, states
+from symdyn.cli import main
+from symdyn.errors import SimulateError
+from symdyn.scene import read
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+
+class Wrong:
+    """A module whose functions are off by a factor."""
+
+    def __init__(self, module, factor):
+        self.module, self.factor = module, factor
+
+    def __getattr__(self, name):
+        return lambda *state: np.asarray(getattr(self.module, name)(*state)) * self.factor
+
+
+def test_a_solution_that_is_off_fails_both_bounds():
+    made = calls(two_link(), FORWARD, beside=BESIDE)
+    given = states(2, ("rad", "rad"))
+    wrong = replace(made, modules={"C": Wrong(made.modules["C"], 1 + 1e-12)})
+
+    right = solved(made, given)
+    off = solved(wrong, given)
+    assert max(one.backward for one in right) < 10
+    assert max(one.forward for one in right) < 10
+    assert max(one.backward for one in off) > 100
+    assert max(one.forward for one in off) > 10
+    assert solved(replace(made, modules={"C": Wrong(made.modules["C"], math.nan)}), given)[0].forward == math.inf
+
+
+def test_an_error_beyond_the_running_bound_is_seen():
+    made = calls(two_link(), ("gravity_forces",))
+    q = {"q": np.array([[0.3, 0.4], [1.0, 2.0]])}
+
+    assert shares(made, "gravity_forces", q)[0] < 1
+    assert shares(replace(made, modules={"C": Wrong(made.modules["C"], 1 + 1e-13)}), "gravity_forces", q)[0] > 10
+
+
+def test_a_hidden_nan_is_counted():
+    made = calls(two_link(), ("gravity_forces",))
+
+    class Deaf:
+        def gravity_forces(self, q):
+            return made.modules["C"].gravity_forces(np.nan_to_num(q))
+
+    given = {"q": np.array([[0.3, 0.4], [1.0, 2.0]])}
+    assert _hidden(made, given, math.nan)[0] == 0
+    assert _hidden(replace(made, modules={"deaf": Deaf()}), given, math.nan)[0] > 0
+
+
+def test_chains_in_absolute_angles_are_the_same_mechanism():
+    relative, absolute = calls(chain(3), ("kinetic_energy",)), calls(chain(3, absolute=True), ("kinetic_energy",))
+    phi, rates = np.array([[0.3, -1.0, 2.0]]), np.array([[1.0, 0.5, -2.0]])
+    q, qd = (np.diff(x, prepend=0.0) for x in (phi, rates))
+
+    one = relative.modules["NumPy"].kinetic_energy(q, qd)
+    assert one == pytest.approx(absolute.modules["NumPy"].kinetic_energy(phi, rates), rel=1e-14)
+
+
+def test_heavier_scales_the_mass_matrix_body_by_body():
+    M = calls(arm(), ("mass_matrix",)).modules["NumPy"].mass_matrix
+    scaled = calls(heavier(arm(), (7,) * 6), ("mass_matrix",)).modules["NumPy"].mass_matrix
+    q = np.linspace(-1, 1, 6)
+
+    assert scaled(q) == pytest.approx(7 * M(q), rel=1e-13)
+    assert gimbal().coordinates == ("psi", "theta", "phi")
+
+
+def test_what_is_no_number_fails():
+    assert not Case("f", "n", "m", 1.0, math.nan).passed
+    assert not Case("f", "n", "m", math.inf, math.inf).passed
+    assert worst([(1.0, "a"), (math.nan, "b"), (2.0, "c")])[1] == "b"
+    assert not Stress("", "", (Case("f", "n", "m", 1.0, 2.0),), ()).passed
+
+
+@pytest.mark.parametrize("family", ["angles", "traps", "stiff"])
+def test_the_built_in_cases_hold(family):
+    found = stress(families=[family])
+
+    assert found.cases
+    assert found.passed, [case for case in found.cases if not case.passed]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", [name for name in FAMILIES if name not in ("angles", "traps", "stiff")])
+def test_the_longer_built_in_cases_hold(family):
+    found = stress(families=[family])
+
+    assert found.cases
+    assert found.passed, [case for case in found.cases if not case.passed]
+
+
+def test_a_users_scene_is_put_to_the_cases_that_fit(tmp_path, capsys):
+    scene = str(EXAMPLES / "double_pendulum.toml")
+
+    assert main(["stress", scene, "--families", "angles,traps,chaos,stiff", "-o", str(tmp_path)]) == 0
+    out = capsys.readouterr().out
+    assert "none failed" in out
+    assert "stiff: no case is about such a scene" in out
+    facts = json.loads((tmp_path / "stress.json").read_text("utf-8"))
+    assert facts["passed"]
+    assert {case["family"] for case in facts["cases"]} >= {"traps", "chaos"}
+    assert (
+        "symdyn stress double_pendulum.toml --families angles,traps,chaos,stiff" in (tmp_path / "stress.md").read_text()
+    )
+    assert "<table>" in (tmp_path / "stress.html").read_text("utf-8")
+
+
+def test_a_failed_bound_is_exit_1(monkeypatch, capsys):
+    family = replace(FAMILIES["traps"], builtin=lambda: iter([Case("traps", "made up", "m", 1.0, 2.0)]))
+    monkeypatch.setattr("symdyn.bench.stress.FAMILIES", {"traps": family})
+
+    assert main(["stress"]) == 1
+    assert "FAIL" in capsys.readouterr().out
+
+
+def test_families_are_listed_and_misspelt_ones_told(capsys):
+    assert main(["stress", "--families", ""]) == 0
+    assert "change points" in capsys.readouterr().out
+    with pytest.raises(SimulateError, match="family angels is not known; did you mean angles"):
+        stress(read(EXAMPLES / "pendulum.toml"), ["angels"])

@@ -1,0 +1,117 @@
+"""The verbs `simulate` and `inverse` as a user calls them."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from symdyn.cli import main
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+DOUBLE = str(EXAMPLES / "double_pendulum.toml")
+
+
+def test_simulate_prints_csv_and_says_its_method(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", DOUBLE, "--until", "1", "--start", "q1=1", "--method", "dop853", "--every", "0.25"]) == 0
+
+    out, err = capsys.readouterr()
+    rows = out.splitlines()
+    assert rows[0].startswith("t,q1,q2,q1_dot,q2_dot,q1_ddot,q2_ddot,tau1,tau2,kinetic_energy")
+    assert [row.split(",")[0] for row in rows[1:]] == ["0.0", "0.25", "0.5", "0.75", "1.0"]
+    assert "symdyn: method: dop853 (SciPy), tolerance 1e-10" in err
+    assert "energy balance holds to" in err
+
+
+def test_stop_report_npz_and_plots(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("matplotlib", reason="needs matplotlib, the extra plot")
+    words = ["simulate", DOUBLE, "--until", "5", "--start", "q1=0.5,q2=0.3", "--stop", "q1 - 0.1", "--report", "q2"]
+    words += ["--method", "dop853", "-o", str(tmp_path / "a.npz")]
+    for ending in ("svg", "png", "html"):
+        assert main([*words, "--plot", str(tmp_path / f"a.{ending}")]) == 0
+
+    err = capsys.readouterr().err
+    assert "event: q2 = 0 at t = 0.35568" in err
+    assert "stopped: q1 - 0.1 = 0 at t = 0.40026" in err
+    data = np.load(tmp_path / "a.npz")
+    assert data["q"][-1, 0] == pytest.approx(0.1, abs=1e-9)
+    assert json.loads(str(data["about"]))["stopped"] == "q1 - 0.1"
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    page = (tmp_path / "a.html").read_text()
+    assert "<svg" in page
+    assert "http-equiv" not in page
+    assert "<script src" not in page
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.html", "a.npz", "a.png", "a.svg"]
+
+
+def test_inverse_prints_forces_and_reactions(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["inverse", DOUBLE, "--motion", "q1=quintic(0, pi/2, 1)", "q2=0.1*t**2", "--until", "1", "--every", "0.5"]
+    assert main([*words, "--reactions"]) == 0
+
+    header, *rows = capsys.readouterr().out.splitlines()
+    assert "tau1" in header
+    assert "reaction_upper_fx" in header
+    assert len(rows) == 3
+
+
+def test_all_faults_of_a_command_come_together(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["simulate", DOUBLE, "--until", "-1", "--start", "q9=1", "--forces", "q8=1", "--stop", "q7", "--rtol", "3"]
+    assert main([*words, "--method", "tailor", "-o", "a.txt"]) == 1
+
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "Traceback" not in err
+    for said in ("until = -1", "q9", "q8", "q7", "rtol = 3", "did you mean taylor?", ".csv or .npz"):
+        assert said in err
+    assert len(err.splitlines()) == 7
+
+
+def test_free_parameters_and_unknown_laws_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = Path(DOUBLE).read_text().replace("m2 = { value = 0.8, ", "m2 = { ")
+    (tmp_path / "open.toml").write_text(text)
+
+    assert main(["simulate", str(tmp_path / "open.toml"), "--until", "1"]) == 1
+    assert "m2 have no value" in capsys.readouterr().err
+    assert main(["inverse", DOUBLE, "--motion", "q1=quintik(0,1,2)", "q5=0"]) == 1
+    err = capsys.readouterr().err
+    assert "q5 is not a coordinate" in err
+    assert "give --until" in err
+
+
+def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
+    out = tmp_path / "long.csv"
+    words = ["simulate", DOUBLE, "--until", "100000", "--every", "0.1", "--start", "q1=1", "--method", "dop853"]
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            "import sys; from symdyn.cli import main; sys.exit(main(sys.argv[1:]))",
+            *words,
+            "-o",
+            out,
+        ],
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )
+    assert process.stderr is not None
+    assert "method: dop853" in process.stderr.readline()
+    time.sleep(1.0)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=30)
+
+    assert process.returncode == 130
+    assert "interrupted at t = " in err
+    assert "Traceback" not in err
+    table = np.loadtxt(out, delimiter=",", skiprows=1)
+    assert len(table) > 20
+    assert np.all(np.diff(table[:, 0]) > 0)
+    assert np.all(np.isfinite(table))
+    assert [path.name for path in tmp_path.iterdir()] == ["long.csv"]
