@@ -10,24 +10,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
 from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import ZERO, Form, Symbol, form_of, product_of, sum_of
+from symdyn.algebra.form import ZERO, Form, Number, Symbol, form_of, power_of, product_of, sum_of
 from symdyn.algebra.numeric import Floats
 from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.draw import free_body
-from symdyn.dynamics import Workspace
+from symdyn.draw import Wrench, free_body
+from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.closed_forms.parallel import angle_groups
+from symdyn.dynamics.kinematics import centre_of_mass
 from symdyn.dynamics.lagrange import driving_forces
 from symdyn.dynamics.loops.words import in_words
-from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium, solution
+from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium, frames
 from symdyn.emit.formula_text import text_of
+from symdyn.emit.symbols import latex_symbols
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate
 from symdyn.scene import Scene
+from symdyn.spatial import apply, cross, dot, sub, zero_vector
 from symdyn.teach.document import (
     Block,
     Column,
@@ -45,6 +49,7 @@ from symdyn.teach.document import (
 from symdyn.teach.lesson import Prose, together
 from symdyn.teach.notation import notation_step, scene_step
 from symdyn.teach.numbers import Chosen, choose_state, scene_picture, written
+from symdyn.teach.render.spelling import letter
 from symdyn.teach.velocities import PAGE, length
 from symdyn.verify.equality import PROVED, Claim, prove
 from symdyn.verify.laws_of_reactions import LAWS_OF_REACTIONS
@@ -61,6 +66,12 @@ class Balance(Prose):
 
     def __post_init__(self) -> None:
         """Set the system up, in a plane where there is one."""
+        for joint in self.scene.joints:
+            if joint.velocities:
+                raise DerivationError(
+                    f"{self.scene.name}: joint {joint.name} turns by a quaternion, for which there are no formulas to "
+                    'read; write orientation = "zyx" (or another sequence of axes) to have them'
+                )
         self.workspace = Workspace(self.scene)
         self.scene = self.workspace.scene
         self.graph, self.state = self.workspace.graph, self.workspace.state
@@ -80,14 +91,21 @@ class Balance(Prose):
         self.unknowns = [self._unknown(u, one) for u, one in enumerate(self.system.unknowns)]
 
     def _solution(self) -> list[Expr]:
-        """Return the unknowns of an open mechanism from all six equations a body, whose pivots do not move."""
-        whole = equilibrium(self.workspace.hanging)
-        found = {self._sort(one): x for one, x in zip(whole.unknowns, solution(whole), strict=True)}
-        return [found[self._sort(one)] for one in self.system.unknowns]
+        """Return the unknowns of an open mechanism: its joints' wrenches, found from the tips to the ground, split.
 
-    def _sort(self, one: Unknown) -> tuple[str, str, str, int]:
-        words = self.along(one)
-        return one.kind, one.joint, words, 0 if words else one.number
+        Every reaction is a unit force or moment along an axis of its joint frame, so that its size is a component.
+        """
+        R = derive_one(self.workspace, "reactions").entries
+        hinges = self.workspace.hanging.hinges
+        sizes = []
+        for one in self.system.unknowns:
+            h, (force, moment) = one.acts[0]
+            here = hinges[h].in_joint_axes((R[6 * h : 6 * h + 3], R[6 * h + 3 : 6 * h + 6]))  # type: ignore[arg-type]
+            size = dot(force, here[0]) + dot(moment, here[1])
+            if one.kind == DRIVE and self.system.own[h]:
+                size = size - self.system.own[h][one.number]
+            sizes.append(size)
+        return sizes
 
     def _unknown(self, u: int, one: Unknown) -> Symbol:
         """Name an unknown; its value is the solution, or the symbol itself where loops leave only numbers."""
@@ -200,7 +218,8 @@ def _body(lesson: Balance, j: int, chosen: Chosen) -> list[Step]:
     body, system = lesson.scene.bodies[j], lesson.system
     known, here = system.bodies[j], f"{j + 2}{',' if j > 7 else ''}{j + 2}"
     caption = lesson.say("free.caption", body=body.name)
-    svg = free_body(lesson.scene, body.name, chosen.q, parameters=chosen.parameters, prefix=f"free{j + 2}-")
+    drawn, prefix = _wrenches(lesson, j, chosen), f"free{j + 2}-"
+    svg = free_body(lesson.scene, body.name, chosen.q, drawn, chosen.parameters, prefix=prefix)
     alt = lesson.text("free.caption", body=body.name)
     picture = Picture(svg, caption, alt, f"free-{body.name}")
     joint = system.hanging.joints[j].joint.name
@@ -228,6 +247,34 @@ def _body(lesson: Balance, j: int, chosen: Chosen) -> list[Step]:
     return [cut, bivectors, Step(f"balance:{body.name}", claim, tuple(balance), reason, "(5.18)")]
 
 
+def _wrenches(lesson: Balance, j: int, chosen: Chosen) -> list[Wrench]:
+    """Return what acts on body j, ground frame: A and D at the centre of mass, every unknown at its joint."""
+    hanging, body = lesson.workspace.hanging, lesson.scene.bodies[j]
+    T, origin = frames(hanging)[j], hanging.joints[j].place_on_child
+    try:
+        centre = sub(centre_of_mass(lesson.scene, body.name, lesson.graph), origin)
+    except DerivationError:  # no mass
+        centre = zero_vector(lesson.graph)
+    known = lesson.system.bodies[j]
+    spelled = latex_symbols(lesson.scene) | {
+        key: letter(name.look) for key, name in lesson.names.items() if isinstance(name.look, Letter)
+    }
+    acting = [("F^A", centre, known.action), ("F^D", centre, known.inertia)]
+    for u, one in enumerate(lesson.system.unknowns):
+        if (j, u) in lesson.system.blocks:
+            hinge = hanging.hinges[one.acts[0][0]]
+            place = hinge.place_on_child if hinge.child == j else hinge.place_on_parent
+            acting.append((spelled[lesson.unknowns[u].name], sub(place, origin), lesson.system.blocks[j, u]))
+    drawn = []
+    for name, way, (force, moment) in acting:
+        couple = sub(moment, cross(way, force))
+        values = chosen.of(*T.point(way), *apply(T.R, force), *apply(T.R, couple))
+        values = [0.0 if abs(x) < 1e-9 * (1 + max(map(abs, values[3:]))) else x for x in values]
+        if any(values[3:]):
+            drawn.append(Wrench(name, values[:3], values[3:6], values[6:]))
+    return drawn
+
+
 def _column(lesson: Balance, kind: str, index: str, entries: Sequence[Expr], number: str) -> Column:
     forms = tuple(lesson.short(entry) for entry in entries)
     return _named(lesson, (kind, index), list(zip(forms, entries, strict=True)), number)
@@ -249,9 +296,9 @@ def _reaction(lesson: Balance, look: tuple[str, str], j: int, present: Sequence[
 def _named(lesson: Balance, look: tuple[str, str], entries: Sequence[tuple[Form, Expr]], number: str) -> Column:
     kind, index = look
     names = []
-    for (letter, axis), (_, node) in zip(lesson.axes, entries, strict=True):
-        key = f"{letter}{kind}:{index}:{axis}"
-        lesson.names[key] = Name(Letter(letter, (*index.split(","), axis), above=kind), node)
+    for (head, axis), (_, node) in zip(lesson.axes, entries, strict=True):
+        key = f"{head}{kind}:{index}:{axis}"
+        lesson.names[key] = Name(Letter(head, (*index.split(","), axis), above=kind), node)
         names.append(key)
     left = f"F{kind}:{index}"
     lesson.names[left] = Name(Letter("F", tuple(index.split(",")), above=kind, accent="bar"))
@@ -317,7 +364,9 @@ def _roads(lesson: Balance) -> Step:
     w = lesson.workspace
     if lesson.solved is not None:
         drives = [x for x, one in zip(lesson.solved, lesson.system.unknowns, strict=True) if one.kind == DRIVE]
-        claims = [Claim("drives", "D'Alembert", "Lagrange", tuple(drives), tuple(driving_forces(w.energy)))]
+        claims = [Claim("drives", "D'Alembert", "Lagrange", tuple(drives), tuple(_driven(lesson)))]
+        left = _left(lesson, lesson.solved)
+        claims.append(Claim("equilibrium", "A x + b", "0", tuple(left), (lesson.graph.zero,) * len(left)))
     else:
         claims = [claim for _, law in LAWS_OF_REACTIONS if (claim := law(w)) is not None]
     fields, findings = prove(claims, positive=[p.name for p in lesson.scene.parameters if p.positive])
@@ -330,6 +379,20 @@ def _roads(lesson: Balance) -> Step:
         names=together(names),
         points=str(fields.points),
         primes=str(len(fields.primes)),
-        chance=f"10^{int(chance)}",
+        chance=power_of(Number(Fraction(10)), int(chance)),
     )
     return Step("roads", lesson.say("roads"), (said,), lesson.say("roads.reason"), "(5.21)")
+
+
+def _driven(lesson: Balance) -> list[Expr]:
+    """Return Lagrange's driving forces of the velocities that have an unknown drive, in the order of the joints."""
+    forces = iter(driving_forces(lesson.workspace.energy))
+    wanted = {(one.joint, one.number) for one in lesson.system.unknowns if one.kind == DRIVE}
+    pairs = [(joint.name, k) for joint in lesson.scene.joints for k in range(len(joint.rates))]
+    return [force for pair, force in zip(pairs, forces, strict=True) if pair in wanted]
+
+
+def _left(lesson: Balance, x: Sequence[Expr]) -> list[Expr]:
+    """Return A x + b."""
+    rows = zip(lesson.system.matrix(), lesson.system.right(), strict=True)
+    return [lesson.graph.total([b, *(a * y for a, y in zip(row, x, strict=True))]) for row, b in rows]

@@ -33,6 +33,9 @@ TEXTS = {
     "joint.free": "free",
     "joint.fixed": "fixed",
     "joint.custom": "given by formulas",
+    "joint.rod": "rod between two points",
+    "joint.point_on_line": "point on a line",
+    "joint.point_on_plane": "point on a plane",
     # the mechanism
     "scene": "{scene} is an open mechanism with {bodies} moving bodies and {freedoms} degrees of freedom.",
     "scene.reason": "Every moving body hangs on one joint, so the coordinates of the joints fix where everything is.",
@@ -203,13 +206,13 @@ TEXTS = {
     "unknowns": "Every joint transmits what it does not leave free; a driven joint adds its drive.",
     "unknowns.reason": "A joint of class t has t unknown components; they are written along the axes of its own frame. "
     "The ground is body 1.",
-    "unknown.drive": "drive of joint {joint}{axis}",
+    "unknown.drive": "drive of joint {joint}",
     "unknown.force": "force in joint {joint} along its {axis} axis",
     "unknown.moment": "moment in joint {joint} about its {axis} axis",
-    "unknown.other": "component of what joint {joint} transmits{axis}",
+    "unknown.other": "component of what joint {joint} transmits",
     "count": "There are {equations} equations.",
     "count.sum": "{each} equations for each of {bodies} moving bodies make {equations}. The joints have {reactions} "
-    "unknown reactions in all, and there are {drives} drives.",
+    "unknown reactions in all; the number of drives is {drives}.",
     "count.correct": "So there are as many equations as unknowns: the system is correct in the sense of (5.20).",
     "count.over": "The numbers differ: the mechanism is overconstrained, or drives are more or fewer than freedoms.",
     "count.plane": "The mechanism moves in a plane: forces across it and moments about axes in it are left out, and "

@@ -33,6 +33,9 @@ TEXTS = {
     "joint.free": "voľné",
     "joint.fixed": "pevné",
     "joint.custom": "dané vzorcami",
+    "joint.rod": "tyč medzi dvoma bodmi",
+    "joint.point_on_line": "bod na priamke",
+    "joint.point_on_plane": "bod v rovine",
     # the mechanism
     "scene": "{scene} je otvorený mechanizmus (OM); počet pohyblivých členov je {bodies}, pohyblivosť {freedoms}.",
     "scene.reason": "Každý pohyblivý člen visí na jednom spojení, preto súradnice spojení určujú polohu všetkého.",
@@ -199,10 +202,10 @@ TEXTS = {
     "unknowns": "Každé spojenie prenáša to, čo nenecháva voľné; poháňané spojenie pridáva hnací účinok.",
     "unknowns.reason": "Spojenie triedy t má t neznámych súradníc; píšu sa v osiach jeho vlastného súradnicového "
     "systému. Rám je člen 1.",
-    "unknown.drive": "hnací účinok v spojení {joint}{axis}",
+    "unknown.drive": "hnací účinok v spojení {joint}",
     "unknown.force": "sila v spojení {joint} v smere jeho osi {axis}",
     "unknown.moment": "moment v spojení {joint} okolo jeho osi {axis}",
-    "unknown.other": "zložka toho, čo prenáša spojenie {joint}{axis}",
+    "unknown.other": "zložka toho, čo prenáša spojenie {joint}",
     "count": "Počet rovníc je {equations}.",
     "count.sum": "Počet rovníc na člen je {each}, počet pohyblivých členov {bodies}, spolu {equations}. Neznámych "
     "reakcií v spojeniach je {reactions}, hnacích účinkov {drives}.",
