@@ -24,7 +24,7 @@ from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Function, Power, Product, express_form, terms_of
 from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
-from symdyn.dynamics.parallel import angle_groups
+from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.state import state_symbols
 from symdyn.graph import Graph, Op, evaluate
 from symdyn.scene import Scene
