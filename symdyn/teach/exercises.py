@@ -11,12 +11,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from symdyn.algebra.form import Form, Symbol, symbols_of
+from symdyn.algebra.form import Form, Symbol, express_form, symbols_of
 from symdyn.algebra.numeric import Floats
-from symdyn.graph import Op, evaluate, reachable
+from symdyn.errors import TeachError
+from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.teach.document import Blank, Block, Braced, Document, Fold, Formula, Section, Step, Words
 from symdyn.teach.languages import LANGUAGES, fill
 from symdyn.teach.student.names import Names
+from symdyn.teach.student.statements import read_formula
+from symdyn.verify import NUMERICAL, PROVED, Claim, prove
 
 CHOSEN = ("square", "potential", "momentum", "slope", "equation", "coefficients")
 """Steps whose results are asked for: what stands before the colon of their keys."""
@@ -46,7 +49,7 @@ def _asked(document: Document, step: Step) -> Step | None:
     kind = step.key.partition(":")[0]
     if kind not in CHOSEN:
         return None
-    results = {block: answer for block in step.blocks if (answer := _answer(document, block)) is not None}
+    results = {block: answer for block in step.blocks if (answer := answer_of(document, block)) is not None}
     if kind == "coefficients":
         blocks = [
             _blank(document, step, block, results[block], (block,)) if block in results else block
@@ -59,7 +62,7 @@ def _asked(document: Document, step: Step) -> Step | None:
     return replace(step, blocks=(_blank(document, step, last, answer, step.blocks),), reason=Words(()))
 
 
-def _answer(document: Document, block: Block) -> Form | None:
+def answer_of(document: Document, block: Block) -> Form | None:
     """Return the result of a block whose name has a value, written in not too many symbols of the scene alone."""
     if not isinstance(block, (Formula, Braced)):
         return None
@@ -90,6 +93,37 @@ def _solution(document: Document, blank: Blank) -> Step:
     claim = Words(fill(texts["exercise.solved"], {"left": Symbol(blank.left)}))
     folded = Fold(Words((texts["exercise.solution"],)), blank.solution)
     return Step(f"solution:{blank.key}", claim, (folded,))
+
+
+def judge(document: Document, key: str, text: str) -> str:
+    """Return whether a typed answer to a blank is right, in the language of the document.
+
+    Args:
+        document: as of `with_exercises`.
+        key: of the blank.
+        text: plain text or LaTeX, with or without what stands left of its "=".
+
+    Raises:
+        TeachError: there is no such blank.
+    """
+    blanks = {block.key: block for _, block in document.blocks() if isinstance(block, Blank)}
+    if key not in blanks:
+        raise TeachError(f"there is no exercise {key!r}; there are {', '.join(blanks)}")
+    words = LANGUAGES[document.language]
+    if not text.strip():
+        return words["fault.empty"]
+    try:
+        form = read_formula(text, document.scene)
+    except TeachError as fault:
+        return str(fault)
+    graph = Graph()
+    typed, right = express_form(form, graph), express_form(blanks[key].answer, graph)
+    same, turned = (
+        Claim("same", "typed", "answer", (typed,), (right,)),
+        Claim("turned", "typed", "-", (-typed,), (right,)),
+    )
+    verdicts = [finding.verdict in (PROVED, NUMERICAL) for finding in prove([same, turned])[1]]
+    return words["answer.right" if verdicts[0] else "answer.turned" if verdicts[1] else "answer.wrong"]
 
 
 # What a page is told

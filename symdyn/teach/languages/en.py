@@ -249,6 +249,7 @@ TEXTS = {
     "2*m1*h1^2*cos(q1 + q2)*q1'^2 or in LaTeX. Any equal form counts. The page compares values and "
     "needs no network.",
     "exercise.script": "The boxes check answers with JavaScript, which is off here; the solutions are at the end.",
+    "exercise.example": "for example 2*m1*h1^2*cos(q1 + q2)*q1'^2",
     "exercise.check": "Check",
     "exercise.hint": "Hint",
     "exercise.solution": "Solution",

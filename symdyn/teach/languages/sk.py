@@ -246,6 +246,7 @@ TEXTS = {
     "+ q2)*q1'^2, alebo v LaTeXu. Platí každý rovnaký tvar. Stránka porovnáva hodnoty a nepotrebuje "
     "sieť.",
     "exercise.script": "Polia kontrolujú odpovede pomocou JavaScriptu, ktorý je tu vypnutý; riešenia sú na konci.",
+    "exercise.example": "napríklad 2*m1*h1^2*cos(q1 + q2)*q1'^2",
     "exercise.check": "Skontrolovať",
     "exercise.hint": "Pomôcka",
     "exercise.solution": "Riešenie",

@@ -30,7 +30,7 @@ MARKS = {"erratum": "⚠", "remark": "ℹ", "check": "✓"}
 
 def markdown(document: Document) -> dict[str, str]:
     """Return the files by name: the text, and its pictures as SVG."""
-    page = _Page(document)
+    page = Page(document)
     stem = document.scene.name
     sections = [
         {
@@ -52,7 +52,7 @@ def markdown(document: Document) -> dict[str, str]:
     return {f"{stem}.md": text, **pictures}
 
 
-class _Page:
+class Page:
     """The blocks of one document."""
 
     def __init__(self, document: Document) -> None:

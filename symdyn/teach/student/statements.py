@@ -59,6 +59,20 @@ def read_statements(text: str, scene: Scene, name: str = "text", target: Target 
     return statements
 
 
+def read_formula(text: str, scene: Scene, name: str = "answer") -> Form:
+    """Return the one formula of a text; what stands left of an "=" is left out.
+
+    Raises:
+        TeachError: it cannot be read, or is more than one formula.
+    """
+    from_text = source(text, name)
+    found = [t for t in _without_empty(tokens(from_text)) if t.kind not in ("row", "stop")]
+    start = next((i + 1 for i, t in enumerate(found) if t.kind == "op" and t.text == "="), 0)
+    if not found[start:]:
+        raise TeachError(f"{name}: no formula is found")
+    return parse(from_text, found[start:], Names(scene), len(from_text.text))
+
+
 def find_target(name: str, scene: Scene) -> Target:
     """Return the quantity of a name such as k_z11, tau_2 or L.
 
