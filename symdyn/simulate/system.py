@@ -63,6 +63,7 @@ class System:
         compiled: whether they are C.
         works: whether W is the last entry of x.
         momenta: names of the momenta that are conserved.
+        linear: whether the loops hold dependent coordinates in proportion, so that nothing is divided by what vanishes.
     """
 
     scene: Scene
@@ -73,6 +74,7 @@ class System:
     compiled: bool
     works: bool
     momenta: tuple[str, ...]
+    linear: bool = False
 
     @property
     def nq(self) -> int:
@@ -163,8 +165,9 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
     powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in (drives, w.Q)]
     power = powers[0] + powers[1]
     momenta = conserved(w, accelerations, bool(forces.tables))
+    rates = substitute(w.state.rates, followers(w, linear)) if linear else w.state.rates
     functions = [
-        _function(w, "rates", [*w.state.rates, *accelerations, *([] if power.is_zero else [power])]),
+        _function(w, "rates", [*rates, *accelerations, *([] if power.is_zero else [power])]),
         _function(w, "drives", drives),
         _function(w, "power", powers),
         _function(w, "kinetic", cheapest(w, "kinetic_energy").entries),
@@ -180,7 +183,7 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
     program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
     calls, compiled = load_program(program)
     names = tuple(name for name, _ in momenta)
-    return System(scene, forces, tuple(events), program, calls, compiled, not power.is_zero, names)
+    return System(scene, forces, tuple(events), program, calls, compiled, not power.is_zero, names, linear is not None)
 
 
 def _drive(w: Workspace, forces: Forces, k: int) -> Expr:
