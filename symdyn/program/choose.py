@@ -22,8 +22,11 @@ from symdyn.scene import Scene
 LONGEST = 16
 """Coordinates up to which roads are compared by counting."""
 
-TRIED: Mapping[str, int] = {"lagrange": 4, "differentiation": 8, "positions": 8}
-"""Coordinates up to which roads are tried that differentiate and so grow fast; gravity forces are never large."""
+TRIED: Mapping[str, int] = {"lagrange": 4, "differentiation": 8, "positions": 8, "placements": 0}
+"""Coordinates up to which roads are tried that differentiate and so grow fast; gravity forces are never large.
+
+Rates by way of placements divide by a quaternion's w and never become code.
+"""
 
 HARMLESS = ("gravity_forces", "k_G", "potential_energy", "kinetic_energy")
 """Outputs that no road makes large."""
