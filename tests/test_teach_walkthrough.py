@@ -20,8 +20,8 @@ from symdyn.scene import JOINTS, Scene, number, read
 from symdyn.scene.starters import starter
 from symdyn.scene.toml import read_text
 from symdyn.teach import Document, rendered, walkthrough
-from symdyn.teach import dalembert as dalembert_room
 from symdyn.teach import meaning as meaning_room
+from symdyn.teach import reactions as reactions_room
 from symdyn.teach.document import Box, Braced, Column, Fold, Formula, Picture, Shares, Values, Words
 from symdyn.teach.languages import LANGUAGES, PLACE
 from symdyn.teach.render.spelling import Spelling
@@ -113,7 +113,7 @@ def test_reactions_in_numbers_hold_the_crank_at_rest() -> None:
 
 
 def test_a_wrong_drive_stops_the_lesson(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(dalembert_room, "driving_forces", lambda energy: [2 * energy.K for _ in energy.state.qd])
+    monkeypatch.setattr(reactions_room, "driving_forces", lambda energy: [2 * energy.K for _ in energy.state.qd])
     with pytest.raises(AssertionError, match="the two roads differ"):
         walkthrough(scene("two_link"), road="dalembert")
 
