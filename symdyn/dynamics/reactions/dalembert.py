@@ -352,7 +352,7 @@ def undetermined(system: Equilibrium, rank: int) -> str:
         f"{system.hanging.scene.name}: reactions: {system.equations} equations of equilibrium determine {rank} of the "
         f"{len(system.unknowns)} unknowns ({system.reactions} reactions, {system.drives} drives): the mechanism has "
         "too many drives, or is overconstrained; make drives passive, take joints with more freedoms, or ask "
-        "symdyn.dynamics.reactions.uniqueness.reactions_at for the least reactions at one position, with those "
+        "symdyn.dynamics.reactions_at for the least reactions at one position, with those "
         "flagged that are not unique"
     )
 
