@@ -52,7 +52,7 @@ def _rows(axes: str) -> dict[str, Output]:
     return {
         f"reactions{suffix}": Output(text, ("q", "qd", "qdd"), "R", shape, units, inverse, exists=lambda scene: False),
         f"forward_reactions{suffix}": Output(
-            f"during forward dynamics: {text}",
+            f"{text}, during forward dynamics",
             ("q", "qd", "tau"),
             "R",
             shape,
