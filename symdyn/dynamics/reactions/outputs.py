@@ -25,7 +25,7 @@ def _recursive(*given: Any) -> list[Expr]:
 
 
 def _solved(*given: Any) -> list[Expr]:
-    from symdyn.dynamics.reactions.dalembert import solved_reactions
+    from symdyn.dynamics.reactions.solution import solved_reactions
 
     return solved_reactions(*given)
 
