@@ -1,6 +1,6 @@
 """Equations of motion, derived twice: by Lagrange's equations and by recursion along the tree.
 
-What decides numerically about loops needs NumPy and is imported when it is first used.
+What decides numerically about loops and reactions needs NumPy and is imported when it is first used.
 """
 
 from __future__ import annotations
@@ -20,12 +20,14 @@ from symdyn.dynamics.workspace import Workspace
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.assembly import Assembly
     from symdyn.dynamics.loops.continuation import assemble, consistent, follow
+    from symdyn.dynamics.reactions.uniqueness import reactions_at
 
 _NUMERIC = {
     "Assembly": "symdyn.dynamics.loops.assembly",
     "assemble": "symdyn.dynamics.loops.continuation",
     "consistent": "symdyn.dynamics.loops.continuation",
     "follow": "symdyn.dynamics.loops.continuation",
+    "reactions_at": "symdyn.dynamics.reactions.uniqueness",
 }
 
 __all__ = [
@@ -50,6 +52,7 @@ __all__ = [
     "derive_one",
     "follow",
     "is_closed",
+    "reactions_at",
     "roads",
 ]
 

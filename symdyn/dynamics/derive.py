@@ -159,6 +159,7 @@ def _terms(scene: Scene) -> dict[str, str]:
         "less_pulls": " - k_E(q)" if springs else "",
         "stored": " and in springs" if springs else "",
         "motion": "; where a motion is prescribed its acceleration, whatever tau" if motion else "",
+        "undriven": "zero where it is passive" if any(scene.drives) else "no joint has a drive, so at independent ones",
     }
 
 
@@ -202,6 +203,36 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
 }
 
 
+BODY_AXES = "velocities v and w of free joints and w of balls are along the axes of the moved frame"
+
+
+def conventions(scene: Scene, name: str) -> str:
+    """Return the names of the coordinates or velocities, and what they mean where that is not plain; else ""."""
+    plain = len(scene.coordinates) == len(scene.velocities)
+    if name == "q":
+        return runs(scene.coordinates) + ("" if plain else "; quaternions are in the order (w, x, y, z)")
+    if name == "qd" and not plain:
+        return f"{runs(scene.velocities)}; {BODY_AXES}"
+    return ""
+
+
+def runs(names: Sequence[str]) -> str:
+    """Return names in order, those that count up told by the first and the last: "x, q1 ... q7"."""
+    groups: list[list[str]] = []
+    for name in names:
+        if groups and _next(groups[-1][-1]) == name:
+            groups[-1].append(name)
+        else:
+            groups.append([name])
+    return ", ".join(", ".join(g) if len(g) < 4 else f"{g[0]} ... {g[-1]}" for g in groups)
+
+
+def _next(name: str) -> str:
+    stem = name.rstrip("0123456789")
+    digits = name[len(stem) :]
+    return f"{stem}{int(digits) + 1}" if digits.isdecimal() else ""
+
+
 def arguments(workspace: Workspace, names: Sequence[str]) -> tuple[Argument, ...]:
     """Return arguments in calling order: state, time where it is asked for, the free parameters if there are any."""
     scene, state = workspace.scene, workspace.state
@@ -218,7 +249,8 @@ def arguments(workspace: Workspace, names: Sequence[str]) -> tuple[Argument, ...
             whole = state.qd if name == "ui" else workspace.closed.coordinates
             kinds, nodes = [speeds[k] for k in independent], tuple(whole[k] for k in independent)
             text = f"{text}: {', '.join(str(node.value) for node in nodes)}"
-        result.append(Argument(name, nodes, text, tuple(spelled[kind] for kind in kinds), name == TIME))
+        entries = tuple(spelled[kind] for kind in kinds)
+        result.append(Argument(name, nodes, text, entries, name == TIME, conventions(scene, name)))
     free = scene.free_parameters
     if free:
         nodes = tuple(workspace.graph.symbol(parameter.name) for parameter in free)

@@ -19,6 +19,7 @@ class Argument:
         text: what it is, for headers and docstrings.
         units: unit of each entry, "" where there is none; () where they are not told.
         scalar: whether it is one number and no vector, as time is.
+        names: names and conventions of the entries, one line; "" where the text says them.
     """
 
     name: str
@@ -26,6 +27,7 @@ class Argument:
     text: str
     units: tuple[str, ...]
     scalar: bool = False
+    names: str = ""
 
     @property
     def shape(self) -> tuple[int, ...]:

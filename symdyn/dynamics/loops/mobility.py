@@ -21,9 +21,11 @@ import numpy as np
 from symdyn.dynamics.kinematics import tree_placements
 from symdyn.dynamics.loops.assembly import dimensionless, free_motions
 from symdyn.dynamics.loops.closure import Closure, close
+from symdyn.dynamics.loops.continuation import declared_rates, fitting
 from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
 from symdyn.dynamics.loops.partition import Closing
 from symdyn.dynamics.loops.rows import paths
+from symdyn.errors import DerivationError
 from symdyn.scene import JOINTS, Joint, Scene
 from symdyn.spatial import add, apply, cross
 
@@ -92,7 +94,7 @@ def mobility(scene: Scene, closing: Closing = Closing()) -> Mobility:  # noqa: B
         smallest=closure.assembly.smallest,
         notes=(),
     )
-    return Mobility(**{**vars(found), "notes": tuple(_notes(scene, closure, found))})
+    return Mobility(**{**vars(found), "notes": (*_notes(scene, closure, found), *_start(numbers, closure))})
 
 
 def _spatial(scene: Scene) -> int:
@@ -183,6 +185,17 @@ def _body_jacobians(numbers: Numbers, q: Array) -> dict[str, Array]:
 
 
 # Words
+
+
+def _start(numbers: Numbers, closure: Closure) -> list[str]:
+    """Return why the velocities at the start do not fit, where all parameters have values of their own."""
+    if numbers.scene.free_parameters:
+        return []
+    try:
+        fitting(numbers, np.array(closure.assembly.q), declared_rates(numbers))
+    except DerivationError as fault:
+        return [str(fault).removeprefix(f"{numbers.scene.name}: ")]
+    return []
 
 
 def _notes(scene: Scene, closure: Closure, found: Mobility) -> list[str]:

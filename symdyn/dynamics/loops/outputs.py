@@ -227,7 +227,7 @@ _FORWARD = {
     "roads": {"crba": _forward, "lagrange": _lagrange_forward},
 }
 _INVERSE = {
-    "text": "driving forces tau of the closed mechanism for a motion that its loops allow; zero where it is passive",
+    "text": "driving forces tau of the closed mechanism for a motion that its loops allow; {undriven}",
     "roads": {"rnea": _inverse, "lagrange": _lagrange_inverse},
 }
 

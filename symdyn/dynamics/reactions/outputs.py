@@ -25,7 +25,7 @@ def _recursive(*given: Any) -> list[Expr]:
 
 
 def _solved(*given: Any) -> list[Expr]:
-    from symdyn.dynamics.reactions.dalembert import solved_reactions
+    from symdyn.dynamics.reactions.solution import solved_reactions
 
     return solved_reactions(*given)
 
@@ -52,7 +52,7 @@ def _rows(axes: str) -> dict[str, Output]:
     return {
         f"reactions{suffix}": Output(text, ("q", "qd", "qdd"), "R", shape, units, inverse, exists=lambda scene: False),
         f"forward_reactions{suffix}": Output(
-            f"during forward dynamics: {text}",
+            f"{text}, during forward dynamics",
             ("q", "qd", "tau"),
             "R",
             shape,

@@ -107,7 +107,7 @@ def telling(hanging: Hanging, unknown: Sequence[Tie], among: Sequence[int]) -> l
             f"{hanging.scene.name}: reactions: {len(among)} velocities without a drive determine {len(order)} of the "
             f"{len(unknown)} components that close {owners}: the mechanism has too many drives, or is overconstrained; "
             "leave drives out, take joints with more freedoms, or ask "
-            "symdyn.dynamics.reactions.uniqueness.reactions_at for the least reactions at one position, with those "
+            "symdyn.dynamics.reactions_at for the least reactions at one position, with those "
             "flagged that are not unique"
         )
     return sorted(among[row] for row, _ in order)
