@@ -29,12 +29,42 @@ from symdyn.teach.textbook import NUMBERS, READS
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 DIGITS = {"scara": 2e-4}  # numbers of six digits
+SPRUNG = """
+name = "sprung"
+gravity = [0, "-g", 0]
+[parameters]
+m = { value = 1, positive = true }
+l = { value = 1, positive = true }
+k = { value = 40, positive = true }
+g = { value = 9.81, positive = true }
+[bodies.rod]
+particles = [{ mass = "m", at = [0, "l", 0] }]
+[joints.pivot]
+type = "revolute"
+parent = "ground"
+child = "rod"
+axis = [0, 0, 1]
+coordinate = "phi"
+drive = "M"
+damping = 0.2
+armature = 0.05
+[springs.coil]
+joint = "pivot"
+stiffness = 1
+[springs.cord]
+from = { body = "ground", at = ["-l", 0, 0] }
+to = { body = "rod", at = [0, "l/2", 0] }
+stiffness = "k"
+free = 0.5
+"""
 CUT = ["two_link", "cart_pole", "spatial_3r", "four_bar", "slider_crank"]
-SCENES = ["pendulum", "two_link", "cart_pole", "double_pendulum", "spatial_3r", "rrp", "scara"]
+SCENES = ["pendulum", "two_link", "cart_pole", "double_pendulum", "spatial_3r", "rrp", "sprung", "scara"]
 
 
 def scene(name: str) -> Scene:
     templates = {"spatial_3r": "rrr", "rrp": "rrp"}
+    if name == "sprung":
+        return read_text(SPRUNG, name)
     if name in templates:
         return read_text(starter(name, templates[name]), name)
     return read(EXAMPLES / f"{name}.toml")
@@ -189,6 +219,20 @@ def test_equilibria_of_the_double_arm_are_its_four_vertical_positions() -> None:
     stable = [row for row in table.rows if "stable" in row[2].parts]
     assert len(table.rows) == 4
     assert [row[0].parts + row[1].parts for row in stable] == [(ZERO, ZERO)]
+
+
+def test_equilibria_with_springs_are_where_no_force_is_left() -> None:
+    document = lesson("sprung")
+    table = next(step for step in document.sections[-1].steps if step.key == "equilibria").blocks[0]
+    assert isinstance(table, Values)
+    graph = document.graph
+    force = document.names["k_G:1"].node + document.names["k_E:1"].node
+    values = {graph.symbol(p.name): float(p.value.value) for p in document.scene.parameters}
+    for (place,), *_ in ((row[0].parts, *row[1:]) for row in table.rows):
+        angle = float(str(place).replace("−", "-"))
+        (left,) = evaluate([force], Floats(), {**values, graph.symbol("phi"): angle})
+        assert abs(left) < 0.02  # four digits of the angle
+    assert len(table.rows) >= 1
 
 
 def test_a_wrong_moment_of_inertia_stops_the_lesson(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -37,7 +37,7 @@ TEXTS = {
     "joint.point_on_line": "point on a line",
     "joint.point_on_plane": "point on a plane",
     # the mechanism
-    "scene": "{scene} is an open mechanism with {bodies} moving bodies and {freedoms} degrees of freedom.",
+    "scene": "{scene} is an open mechanism. Moving bodies: {bodies}; degrees of freedom: {freedoms}.",
     "scene.reason": "Every moving body hangs on one joint, so the coordinates of the joints fix where everything is.",
     "picture.caption": "{scene}: coordinates, the frames of the joints, the direction of gravity.",
     "notation": "These symbols are used; a dot is a derivative with respect to time.",
