@@ -57,8 +57,13 @@ OVERLAPS = """() => {
       if (wide > 1 && high > 1) found.push(`${b.element.outerHTML.slice(0, 90)} | ${a.element.outerHTML.slice(0, 90)}`);
     }
   }
+  for (const { element } of boxes) {
+    if (!(element instanceof HTMLElement) || element.clientWidth === 0 || element.type === "range") continue;
+    const excess = element.scrollWidth - element.clientWidth;
+    if (excess > 1) found.push(`${excess} px too much in ${element.outerHTML.slice(0, 90)}`);
+  }
   const wide = document.documentElement.scrollWidth;
   if (wide > innerWidth) found.push(`the page is ${wide} px wide, the window ${innerWidth}`);
   return found;
 }"""
-"""What overlaps in a page, and whether it must be scrolled sideways."""
+"""What overlaps in a page or does not fit into its place, and whether it must be scrolled sideways."""

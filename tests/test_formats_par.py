@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from symdyn.build import lambdify
-from symdyn.dynamics import derive, mobility
+from symdyn.dynamics import derive
+from symdyn.dynamics.loops.mobility import mobility
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.scene import (

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from closed_mechanisms import along_x, bricard, crank_rocker, exact, hinge, n_four_bar, rod, rssr, slider_crank
 
-from symdyn.dynamics import mobility
+from symdyn.dynamics.loops.mobility import mobility
 from symdyn.scene import Body, Joint, Scene
 from symdyn.scene.quantity import ONE, ZERO
 

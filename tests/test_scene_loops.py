@@ -13,7 +13,8 @@ from symdyn.dynamics.state import joint_motion, placement
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Joint, Pose, ReadOptions, number, read_noting, read_text, symbol, write_text
-from symdyn.scene.turning import inverse, turned
+from symdyn.scene.joints.turned import inverse
+from symdyn.scene.turning import turned
 
 BODIES = "".join(f"[bodies.{name}]\nmass = 1\n" for name in ("crank", "coupler", "rocker"))
 

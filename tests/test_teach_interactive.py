@@ -21,7 +21,6 @@ from symdyn.program import lower
 from symdyn.scene import Scene, read, read_text
 from symdyn.teach.interactive import WORDS, interactive, interactive_page
 from symdyn.teach.live import live
-from symdyn.teach.mathml import symbol
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -351,18 +350,3 @@ def test_the_page_needs_nothing_else_and_is_small() -> None:
 
     assert len(text) < 100_000
     assert not any(word in text for word in ("src=", "href=", "@import", "url(", "fetch("))
-
-
-@pytest.mark.parametrize(
-    ("latex", "wanted"),
-    [
-        (r"\theta", "<mi>θ</mi>"),
-        (r"\ddot{\theta}_{12}", '<msub><mover accent="true"><mi>θ</mi><mo>¨</mo></mover><mn>12</mn></msub>'),
-        ("k_{C,1,23}", "<msub><mi>k</mi><mrow><mi>C</mi><mo>,</mo><mn>1</mn><mo>,</mo><mn>23</mn></mrow></msub>"),
-        (r"m_{\mathrm{load}}", "<msub><mi>m</mi><mi>load</mi></msub>"),
-        (r"\mathtt{a\_b}", '<mi mathvariant="normal">a_b</mi>'),
-        (r"\Omega", '<mi mathvariant="normal">Ω</mi>'),
-    ],
-)
-def test_symbols_are_mathml(latex: str, wanted: str) -> None:
-    assert symbol(latex) == f"<math>{wanted}</math>"

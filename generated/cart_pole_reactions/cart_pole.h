@@ -23,6 +23,10 @@
  *
  * Every array is contiguous, a matrix row by row; a scalar result goes through `out` as well. `out` may be one of the
  * arguments: all of them are read before anything is written. Nothing is allocated and nothing is kept between calls.
+ *
+ * A NaN in any entry that a result depends on makes that result NaN, as does an angle that is infinite, and errno is
+ * not set. No floating-point exception is raised but inexact, and: invalid for an infinite angle or what has no real
+ * value, division by zero and overflow where a result is infinite, underflow where numbers are too small for the type.
  */
 #ifndef SYMDYN_CART_POLE_H
 #define SYMDYN_CART_POLE_H

@@ -22,7 +22,8 @@ Arguments:
 
 Arrays have their own dimension last: an argument of shape (n,) is one state, (..., n) a batch of them, and leading
 dimensions broadcast. Results are float64; `out` is an array to put them into. One state is computed in plain floats,
-a batch in blocks of 4096 states. NaN gives NaN, and nothing is raised or warned about where a result is not finite.
+a batch in blocks of 4096 states. A NaN in any entry that a result depends on makes that result NaN, as does an
+angle that is infinite; nothing is raised or warned about where a result is not finite.
 Needs NumPy and nothing else.
 """
 

@@ -16,17 +16,18 @@ import numpy.typing as npt
 
 from symdyn.algebra.balls import Balls
 from symdyn.bench.implementations import Implementation, implementations
-from symdyn.bench.model import Bench, Errors, Measured
+from symdyn.bench.model import Bench, Curve, Errors, Measured
 from symdyn.bench.reference import BITS, Reference, reference
 from symdyn.bench.states import REGIONS, Positions, draw, near_singular
 from symdyn.bench.timing import Timed, nanoseconds
+from symdyn.bench.work_precision import curves
 from symdyn.build import run_python
 from symdyn.build.compiler import find_compiler
 from symdyn.build.library import CACHE_VARIABLE
 from symdyn.dynamics import Equations, Workspace, available, derive_one
 from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.emit import emit
-from symdyn.errors import MissingCompiler
+from symdyn.errors import DerivationError, MissingCompiler, SimulateError
 from symdyn.program import formulate, lower
 from symdyn.program.choose import candidates, cheapest
 from symdyn.scene import Scene
@@ -45,6 +46,7 @@ def bench(
     scene: Scene,
     functions: Sequence[str] | None = None,
     quick: bool = False,
+    trajectories: bool = True,
     seed: int = 1,
     command: str = "",
     progress: Progress = lambda _: None,
@@ -54,7 +56,8 @@ def bench(
     Args:
         scene: the mechanism; free parameters are drawn from 0.5 … 1.5.
         functions: as for `derive`; None takes all that the scene has, with `quick` those of `QUICK`.
-        quick: few states, native code and one real type beside double, for a first look.
+        quick: few states, native code and no trajectories, for a first look.
+        trajectories: whether to add work against precision of a motion.
         seed: of the states.
         command: what makes the report again, for its head.
         progress: told what is being done.
@@ -82,7 +85,13 @@ def bench(
         for name in functions:
             progress(f"measuring {name}")
             found += _function(scene, name, positions, machines, quick, seed)
-    return Bench(scene.name, command, tuple(about), REGIONS, tuple(found), (), tuple(notes))
+    moved: tuple[Curve, ...] = ()
+    if trajectories and not quick:
+        try:
+            moved = curves(scene, progress=progress)
+        except (SimulateError, DerivationError) as fault:
+            notes.append(f"no trajectories: {fault}")
+    return Bench(scene.name, command, tuple(about), REGIONS, tuple(found), moved, tuple(notes))
 
 
 def _processor() -> str:

@@ -20,7 +20,10 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     verb = verbs.add_parser("bench", help="measure run time against error", description=__doc__)
     add_reading_options(verb)
     verb.add_argument("--functions", metavar="LIST", help="comma-separated; default: all, with --quick the main ones")
-    verb.add_argument("--quick", action="store_true", help="few states and native code only: under 20 s for six axes")
+    verb.add_argument("--quick", action="store_true", help="few states, native code, no trajectories")
+    verb.add_argument(
+        "--no-trajectories", dest="trajectories", action="store_false", help="leave out work against precision"
+    )
     verb.add_argument("--seed", type=int, default=1, help="of the states (default: 1)")
     verb.add_argument("-o", "--output", metavar="DIR", help="write bench.html, bench.md and bench.json there")
     verb.add_argument("--json", action="store_true", help="print JSON")
@@ -38,7 +41,7 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene(options)
     functions = split(options.functions) if options.functions is not None else None
     with Waiting() as progress:
-        found = bench(scene, functions, options.quick, options.seed, _command(options), progress)
+        found = bench(scene, functions, options.quick, options.trajectories, options.seed, _command(options), progress)
     if options.output is not None:
         files = {"bench.html": html(found), "bench.md": markdown(found), "bench.json": as_json(found.as_dict())}
         paths = write(files, options.output)
@@ -58,6 +61,7 @@ def _command(options: argparse.Namespace) -> str:
     words = ["symdyn", "bench", *reading_words(options)]
     words += ["--functions", shlex.quote(options.functions.replace(" ", ""))] if options.functions else []
     words += ["--quick"] if options.quick else []
+    words += [] if options.trajectories else ["--no-trajectories"]
     words += ["--seed", str(options.seed)] if options.seed != 1 else []
     return " ".join(words)
 

@@ -7,12 +7,16 @@ from pathlib import Path
 
 from symdyn.cli.reading import add_reading_options, read_scene
 
+ENDINGS = {".md": "md", ".tex": "latex", ".pdf": "pdf", ".html": "html", ".ipynb": "notebook"}
+
 
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the verb."""
     verb = verbs.add_parser("walkthrough", help="write the derivation as a lesson", description=__doc__)
     add_reading_options(verb)
-    verb.add_argument("--format", choices=("md", "latex", "pdf", "html", "notebook"), default="md", help="default: md")
+    verb.add_argument(
+        "--format", choices=tuple(ENDINGS.values()), help="default: what the ending of FILE says, else md"
+    )
     verb.add_argument("--detail", choices=("brief", "full"), default="full", help="leave out or keep every small step")
     verb.add_argument(
         "--until",
@@ -21,6 +25,12 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
         help="the last part (default: numbers)",
     )
     verb.add_argument("--language", choices=("en", "sk"), default="en", help="of the prose (default: en)")
+    verb.add_argument(
+        "--road",
+        choices=("lagrange", "dalembert"),
+        default="lagrange",
+        help="energies and Lagrange's equations, of open mechanisms (default); or bodies cut free, with all reactions",
+    )
     verb.add_argument(
         "--exercises",
         action="store_true",
@@ -39,10 +49,10 @@ def run(options: argparse.Namespace) -> int:
     scene = read_scene(options)
     with Waiting() as progress:
         progress("deriving")
-        document = walkthrough(scene, options.language, options.detail, options.until)
+        document = walkthrough(scene, options.language, options.detail, options.until, options.road)
         document = with_exercises(document) if options.exercises else document
         progress("writing")
-        files = rendered(document, options.format)
+        files = rendered(document, options.format or ENDINGS.get(Path(options.output).suffix.lower(), "md"))
     for path in placed(files, options.output):
         print(path)
     return 0

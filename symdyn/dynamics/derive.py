@@ -7,8 +7,8 @@ from math import prod
 
 from symdyn.dynamics.equations import Argument, Equations, Function
 from symdyn.dynamics.loads import refuse_ideal_friction
-from symdyn.dynamics.loops.closure import Closing
 from symdyn.dynamics.loops.outputs import CLOSED_ONLY, is_closed
+from symdyn.dynamics.loops.partition import Closing
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.outputs import OUTPUTS
 from symdyn.dynamics.prescribed import TIME
@@ -37,6 +37,12 @@ DRIVES = "tau"
 UNSURE = ("forward_dynamics", "drive_forces", "inverse_dynamics", *CLOSED_ONLY)
 """Outputs that a scene may lack: its mass matrix is singular, or its loops cannot be closed."""
 
+PARTITIONED = ("inverse_dynamics", "velocities", "positions")
+"""Outputs whose formulas depend on the independent coordinates that are chosen."""
+
+STABILISED = ("forward_dynamics", "drive_forces", "multipliers")
+"""Outputs whose formulas depend on all that is chosen about loops."""
+
 TREES_ONLY = ("aba",)
 """Roads that know no prescribed motion and no velocity that several moves share, as of screws and cams."""
 
@@ -62,10 +68,13 @@ def derive(
     workspace = Workspace(scene, closing)
     wanted = _expected(scene) if outputs is None else outputs
     functions = [derive_one(workspace, request, road) for request in wanted]
-    return Equations(scene, workspace.graph, tuple(functions))
+    return Equations(scene, workspace.graph, tuple(functions), closing)
 
 
-def available(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
+def available(
+    scene: Scene,
+    closing: Closing = Closing(),  # noqa: B008  frozen
+) -> tuple[tuple[str, ...], list[str]]:
     """Return the outputs that a user expects of a scene without asking, and why others are left out.
 
     These are its dynamics, and the kinematics of its declared points. Left out is what does not exist (forward
@@ -78,7 +87,9 @@ def available(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
     if n > LARGE:
         wanted = [name for name in wanted if name not in CUBIC]
         left_out.append(f"{', '.join(CUBIC)} are left out for more than {LARGE} coordinates; ask with --functions")
-    workspace = Workspace(scene)
+    workspace = Workspace(scene, closing)
+    if closing.independent:
+        workspace.closed.check()  # a wrong choice is a mistake, not an output that the scene lacks
     for name in [one for one in wanted if one in UNSURE]:
         try:
             derive_one(workspace, name)
@@ -116,12 +127,11 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
         raise DerivationError(f"{request} has no road {name!r}; there are {', '.join(row.roads)}")
     if DRIVES in row.arguments:
         refuse_ideal_friction(workspace.scene)
-        _refuse_closed_motion(workspace.scene)
     entries = row.roads[name](workspace, place) if row.place else row.roads[name](workspace)
     n = workspace.state.n
     return Function(
         name=request.replace(":", "_"),
-        text=row.text.format(name=place, **_terms(workspace.scene)),
+        text=row.text.format(name=place, **_terms(workspace.scene)) + _chosen(workspace, request),
         arguments=arguments(workspace, (*row.arguments, *((TIME,) if _takes_time(entries) else ()))),
         result=row.result,
         shape=_complete(row.shape(n), len(entries)),
@@ -132,14 +142,13 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
     )
 
 
-def _refuse_closed_motion(scene: Scene) -> None:
-    """Raise DerivationError where a motion is prescribed in a scene with loops or rows."""
-    moved = [joint.name for joint in scene.joints if joint.motion is not None]
-    if moved and is_closed(scene):
-        raise DerivationError(
-            f"{scene.name}: the motion of {', '.join(moved)} is prescribed, which forward dynamics knows in trees, "
-            "not in loops; leave the motion out, and give its velocities and accelerations to inverse dynamics"
-        )
+def _chosen(workspace: Workspace, request: str) -> str:
+    """Return what the user chose about loops, behind the text of an output that it changes."""
+    if not is_closed(workspace.scene) or request not in (*PARTITIONED, *STABILISED):
+        return ""
+    closing = workspace.closing
+    words = closing.words if request in STABILISED else Closing(closing.independent).words
+    return f"; {words}" if words else ""
 
 
 def _terms(scene: Scene) -> dict[str, str]:

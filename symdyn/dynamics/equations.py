@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from symdyn.dynamics.loops.partition import Closing
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 
@@ -61,11 +62,12 @@ class Function:
 
 @dataclass(frozen=True)
 class Equations:
-    """Named functions of a scene on one graph."""
+    """Named functions of a scene on one graph; `closing` is what was chosen about its loops."""
 
     scene: Scene
     graph: Graph
     functions: tuple[Function, ...]
+    closing: Closing = Closing()  # noqa: RUF009  frozen
 
     def __getitem__(self, name: str) -> Function:
         """Return the function called `name`; KeyError if it was not derived."""

@@ -72,9 +72,9 @@ def skipped(equations: Equations, requests: Sequence[str]) -> tuple[Skipped, ...
     scene = equations.scene
     chosen = {request: f.formulation for request, f in zip(requests, equations.functions, strict=True)}
     on = _counts(equations)
-    report = [*_dead(Workspace(scene), chosen), *_structure(scene)]
+    report = [*_dead(Workspace(scene, equations.closing), chosen), *_structure(scene)]
     for step, why, other in _other_scenes(scene):
-        report.append(Skipped(step, why, _saved(on, Workspace(other), chosen)))
+        report.append(Skipped(step, why, _saved(on, Workspace(other, equations.closing), chosen)))
     report.append(
         Skipped(
             "regrouped inertias",
@@ -86,7 +86,7 @@ def skipped(equations: Equations, requests: Sequence[str]) -> tuple[Skipped, ...
     changed = {request: road for request, road in first.items() if road != chosen[request]}
     if changed:
         why = ", ".join(f"{request} by {chosen[request]} instead of {road}" for request, road in changed.items())
-        report.append(Skipped("formulation", why, _saved(on, Workspace(scene), first)))
+        report.append(Skipped("formulation", why, _saved(on, Workspace(scene, equations.closing), first)))
     return (*report, *_passes(equations, on))
 
 

@@ -52,7 +52,7 @@ def choose(system: System, x: Array, until: float, asked: str | None = None) -> 
     if is_stiff(system, x, until):
         name = "cvode" if importable(METHODS["cvode"].module) else "radau"
         return Choice(name, METHODS[name], "the system is stiff")
-    why = refuses(system) or ("the loops are kept by projection" if system.closed else "")
+    why = refuses(system) or ("the loops are kept by projection" if system.closed and not system.linear else "")
     if not why and size(system) > LARGEST:
         why = f"{size(system)} operations would take heyoka long to compile"
     if not why and not importable(METHODS["taylor"].module):

@@ -25,6 +25,7 @@ from symdyn.build.load import load_program
 from symdyn.dynamics.derive import arguments, derive_one
 from symdyn.dynamics.equations import Equations, Function
 from symdyn.dynamics.loops.closed import solve_dependent
+from symdyn.dynamics.loops.linear import LinearLoops, followers, forward_dynamics, linear_loops
 from symdyn.dynamics.outputs import OUTPUTS
 from symdyn.dynamics.state import quaternions
 from symdyn.dynamics.workspace import Workspace
@@ -62,6 +63,7 @@ class System:
         compiled: whether they are C.
         works: whether W is the last entry of x.
         momenta: names of the momenta that are conserved.
+        linear: whether the loops hold dependent coordinates in proportion, so that nothing is divided by what vanishes.
     """
 
     scene: Scene
@@ -72,6 +74,7 @@ class System:
     compiled: bool
     works: bool
     momenta: tuple[str, ...]
+    linear: bool = False
 
     @property
     def nq(self) -> int:
@@ -155,13 +158,16 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
     w = Workspace(scene)
     tau = [_drive(w, forces, k) for k in range(w.state.n)]
     place = dict(zip(w.state.tau, tau, strict=True))
-    accelerations = substitute(cheapest(w, "forward_dynamics").entries, place)
+    linear = linear_loops(w) if scene.loops else None
+    solved = forward_dynamics(w, linear) if linear else cheapest(w, "forward_dynamics").entries
+    accelerations = substitute(solved, place)
     drives = list(substitute(derive_one(w, "drive_forces").entries, place)) if _moved(scene) else tau
     powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in (drives, w.Q)]
     power = powers[0] + powers[1]
     momenta = conserved(w, accelerations, bool(forces.tables))
+    rates = substitute(w.state.rates, followers(w, linear)) if linear else w.state.rates
     functions = [
-        _function(w, "rates", [*w.state.rates, *accelerations, *([] if power.is_zero else [power])]),
+        _function(w, "rates", [*rates, *accelerations, *([] if power.is_zero else [power])]),
         _function(w, "drives", drives),
         _function(w, "power", powers),
         _function(w, "kinetic", cheapest(w, "kinetic_energy").entries),
@@ -173,11 +179,11 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
         functions.append(_function(w, "momenta", [p for _, p in momenta]))
     if scene.loops or scene.rows:
         functions += [cheapest(w, name) for name in CLOSED]
-        functions += _corrections(w)
+        functions += _corrections(w, linear)
     program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
     calls, compiled = load_program(program)
     names = tuple(name for name, _ in momenta)
-    return System(scene, forces, tuple(events), program, calls, compiled, not power.is_zero, names)
+    return System(scene, forces, tuple(events), program, calls, compiled, not power.is_zero, names, linear is not None)
 
 
 def _drive(w: Workspace, forces: Forces, k: int) -> Expr:
@@ -185,13 +191,19 @@ def _drive(w: Workspace, forces: Forces, k: int) -> Expr:
     return w.state.tau[k] if k in forces.tables else express(forces.formula(k), w.graph)
 
 
-def _corrections(w: Workspace) -> list[Function]:
+def _corrections(w: Workspace, linear: LinearLoops | None) -> list[Function]:
     """Return what brings a state of a closed mechanism back: Newton's step, its way in q, and fitting velocities."""
-    rows, partition = w.closed.recursive, w.closed.closure.partition
-    G, zero, u = w.closed.G(rows), w.graph.zero, w.state.qd
-    step = solve_dependent(G, partition, [-r for r in w.closed.residual(rows)]) if G else {}
-    moved = [-w.graph.total(row[k] * u[k] for k in partition.independent) for row in G]
-    fitted = solve_dependent(G, partition, moved) if G else {}
+    zero, u = w.graph.zero, w.state.qd
+    if linear:
+        values = followers(w, linear)
+        step = {k: values[w.state.q[k]] - w.state.q[k] for k in linear.dependent}
+        fitted = {k: values[u[k]] for k in linear.dependent}
+    else:
+        rows, partition = w.closed.recursive, w.closed.closure.partition
+        G = w.closed.G(rows)
+        step = solve_dependent(G, partition, [-r for r in w.closed.residual(rows)]) if G else {}
+        moved = [-w.graph.total(row[k] * u[k] for k in partition.independent) for row in G]
+        fitted = solve_dependent(G, partition, moved) if G else {}
     return [
         _function(w, "correction", [step.get(k, zero) for k in range(w.state.n)], ("q", "qd")),
         _function(w, "movement", w.state.rates, ("q", "qd")),

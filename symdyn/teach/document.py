@@ -28,14 +28,16 @@ class Letter:
         index: what stands below, parts set apart by commas: ("z", "12").
         dots: time derivatives.
         power: exponent above.
-        upright: the index is a word, not a list of numbers.
+        above: what stands above to the right: A, D, R for actions, inertia, reactions.
+        accent: "bar" or "" above the letter.
     """
 
     letter: str
     index: tuple[str, ...] = ()
     dots: int = 0
     power: int = 1
-    upright: bool = False
+    above: str = ""
+    accent: str = ""
 
 
 @dataclass(frozen=True)

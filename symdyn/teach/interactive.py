@@ -22,7 +22,7 @@ from symdyn.draw.pose import pose, values_of
 from symdyn.draw.style import style
 from symdyn.draw.view import View
 from symdyn.emit import emit
-from symdyn.emit.latex_page import together
+from symdyn.emit.latex_layout import together
 from symdyn.emit.names import stem
 from symdyn.emit.render import render
 from symdyn.emit.symbols import latex_symbols
@@ -30,7 +30,7 @@ from symdyn.errors import TeachError
 from symdyn.scene import JOINTS, Joint, Parameter, Scene, acceleration_name
 from symdyn.scene.value import value_of
 from symdyn.teach.live import Live, Mark, Term, live
-from symdyn.teach.mathml import symbol
+from symdyn.teach.render.mathml import inline
 
 FREE_FALL = 9.81  # m/s^2: of a parameter in this unit that has no value
 
@@ -134,6 +134,7 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
         TeachError: a scene that sliders cannot move, or an unknown language.
         DrawError: a name that is no parameter.
         DerivationError: equations that do not exist.
+        EmitError: latex2mathml is not installed.
     """
     if language not in WORDS:
         raise TeachError(f"there is no language {language!r}; there are {', '.join(WORDS)}")
@@ -227,7 +228,7 @@ def _slider(name: str, latex: str, unit: str, span: tuple[float, float], value: 
     spoken = f"{plain}, {text}" if text else plain
     return {
         "name": name,
-        "label": symbol(latex),
+        "label": inline(latex),
         "spoken": escape(spoken),
         "text": escape(text),
         "unit": re.sub(r"\^(\d)", r"<sup>\1</sup>", escape(unit)),
@@ -263,7 +264,7 @@ def _rows(scene: Scene, computed: Live, sentences: Mapping[str, str]) -> list[di
     units = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
     rows = []
     for i, (drive, unit) in enumerate(zip(scene.drives, units, strict=True)):
-        label = symbol(symbols[drive] if drive else rf"\tau_{{{i + 1}}}")
+        label = inline(symbols[drive] if drive else rf"\tau_{{{i + 1}}}")
         terms = [(k, term) for k, term in enumerate(computed.terms) if term.row == i]
         rows.append(
             {
@@ -281,12 +282,12 @@ def _term(scene: Scene, term: Term, symbols: Mapping[str, str], sentences: Mappi
     names = {"qd": scene.velocities, "qdd": tuple(acceleration_name(v) for v in scene.velocities)}
     factors = [symbols[names[kind][k]] for kind, k in term.rates]
     square = len(factors) == 2 and factors[0] == factors[1]
-    rate = symbol(factors[0], "2") if square else "\u00a0".join(symbol(x) for x in factors)
+    rate = inline(f"{factors[0]}^{{2}}") if square else "\u00a0".join(inline(x) for x in factors)
     if term.function == "applied_forces":
-        return {"coefficient": f"−{symbol(f'Q_{{{term.row + 1}}}')}", "rate": "", "text": sentences["Q"]}
+        return {"coefficient": f"−{inline(f'Q_{{{term.row + 1}}}')}", "rate": "", "text": sentences["Q"]}
     letter, (first, *rest) = term.function[2:], [str(index + 1) for index in term.indices]
     index = f"{letter},{first},{together(rest)}" if letter == "C" else f"{letter},{together([first, *rest])}"
-    return {"coefficient": symbol(f"k_{{{index}}}"), "rate": rate, "text": ""}
+    return {"coefficient": inline(f"k_{{{index}}}"), "rate": rate, "text": ""}
 
 
 # What the script is told

@@ -20,8 +20,9 @@ import numpy as np
 
 from symdyn.dynamics.kinematics import tree_placements
 from symdyn.dynamics.loops.assembly import dimensionless, free_motions
-from symdyn.dynamics.loops.closure import Closing, Closure, close
+from symdyn.dynamics.loops.closure import Closure, close
 from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
+from symdyn.dynamics.loops.partition import Closing
 from symdyn.dynamics.loops.rows import paths
 from symdyn.scene import JOINTS, Joint, Scene
 from symdyn.spatial import add, apply, cross

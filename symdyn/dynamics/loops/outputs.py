@@ -5,13 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
-
-from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.loads import refuse_ideal_friction
 from symdyn.dynamics.loops import closed
-from symdyn.dynamics.loops.closure import driven_velocities
-from symdyn.dynamics.loops.positions import positions
+from symdyn.dynamics.loops.partition import driven_velocities
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.workspace import Workspace
@@ -42,6 +38,10 @@ def _forward(w: Workspace) -> list[Expr]:
 
 def _massive(w: Workspace) -> None:
     """Raise DerivationError where a motion that the loops leave free moves no mass: it names the joint and the body."""
+    import numpy as np
+
+    from symdyn.algebra.numeric import Floats
+
     reduced, numbers = w.closed.motion, w.closed.numbers
     if not reduced.independent:
         return
@@ -143,6 +143,12 @@ def _normal_velocities(w: Workspace) -> list[Expr]:
     return result
 
 
+def _positions(w: Workspace) -> list[Expr]:
+    from symdyn.dynamics.loops.positions import positions  # with NumPy, which trees can do without
+
+    return positions(w)
+
+
 FORCE = "N m (revolute) or N (prismatic)"
 
 ROWS: dict[str, Output] = {
@@ -209,7 +215,7 @@ ROWS: dict[str, Output] = {
         "q",
         lambda n: (-1,),
         "rad or m",
-        {"closed form": positions},
+        {"closed form": _positions},
     ),
 }
 

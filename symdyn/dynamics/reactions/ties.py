@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.dynamics.loops.closed import solve_transposed
-from symdyn.dynamics.loops.closure import Partition, blocks
+from symdyn.dynamics.loops.partition import Partition, blocks
 from symdyn.dynamics.loops.rows import recursive
 from symdyn.dynamics.reactions.elimination import pivots
 from symdyn.dynamics.reactions.hanging import Hanging

@@ -33,6 +33,9 @@ TEXTS = {
     "joint.free": "free",
     "joint.fixed": "fixed",
     "joint.custom": "given by formulas",
+    "joint.rod": "rod between two points",
+    "joint.point_on_line": "point on a line",
+    "joint.point_on_plane": "point on a plane",
     # the mechanism
     "scene": "{scene} is an open mechanism with {bodies} moving bodies and {freedoms} degrees of freedom.",
     "scene.reason": "Every moving body hangs on one joint, so the coordinates of the joints fix where everything is.",
@@ -190,6 +193,54 @@ TEXTS = {
     "erratum.5.44D": "The sign of the centrifugal term: spinning about the first axis, the second link is thrown "
     "outwards, and its drive has to hold it back.",
     "erratum.axes": "The axes of the joints are printed like angular velocities there; they are axes.",
+    # D'Alembert's road
+    "title.dalembert": "The forces in {scene} by D'Alembert's method, step by step",
+    "section.count": "Equations and unknowns",
+    "section.bodies": "Body by body",
+    "section.reactions": "Reactions and drives",
+    "section.roads": "Both roads agree",
+    "scene.closed": "{scene} is a mechanism with loops or other constraints; {bodies} bodies move, {freedoms} joint "
+    "velocities are written.",
+    "scene.closed.reason": "Some joints close loops: they carry no body and have no coordinate of their own.",
+    "table.class": "class t",
+    "unknowns": "Every joint transmits what it does not leave free; a driven joint adds its drive.",
+    "unknowns.reason": "A joint of class t has t unknown components; they are written along the axes of its own frame. "
+    "The ground is body 1.",
+    "unknown.drive": "drive of joint {joint}",
+    "unknown.force": "force in joint {joint} along its {axis} axis",
+    "unknown.moment": "moment in joint {joint} about its {axis} axis",
+    "unknown.other": "component of what joint {joint} transmits",
+    "count": "There are {equations} equations.",
+    "count.sum": "{each} equations for each of {bodies} moving bodies make {equations}. The joints have {reactions} "
+    "unknown reactions in all; the number of drives is {drives}.",
+    "count.correct": "So there are as many equations as unknowns: the system is correct in the sense of (5.20).",
+    "count.over": "The numbers differ: the mechanism is overconstrained, or drives are more or fewer than freedoms.",
+    "count.plane": "The mechanism moves in a plane: forces across it and moments about axes in it are left out, and "
+    "the class counts what lies in the plane.",
+    "free": "Body {number}, {body}, is cut free.",
+    "free.caption": "{body}, cut free: every force and couple that acts on it.",
+    "free.reason": "Its frame {number} has the axes of the body and its origin in its reference joint {joint}.",
+    "bivectors": "What acts on {body}, each force over its moment about the origin of its frame.",
+    "bivectors.reason": "Actions A: weight, loads, springs, friction. Inertia D: minus mass times acceleration of the "
+    "centre of mass, and the moment of (5.14). Reactions R in the reference joint, and with a star those in other "
+    "joints, opposite to what acts on the neighbour.",
+    "balance": "{body} is in equilibrium.",
+    "balance.reason": "With the inertia forces counted as forces, all bivectors of the body add up to zero.",
+    "solved": "The equations are solved for all reactions and drives.",
+    "solved.reason": "From the tip to the ground: the last body's equations hold only what its own joint transmits.",
+    "reactions": "In numbers:",
+    "reactions.moving": "At the position that is drawn, with rates and accelerations that are not all alike:",
+    "reactions.rest": "At rest in the position that is drawn:",
+    "reactions.least": "The values are not unique; these are the least ones.",
+    "reactions.reason": "The same system, solved in numbers.",
+    "roads": "Lagrange's road gives the same drives.",
+    "roads.open": "{names}: the solution above and Lagrange's equations are the same functions, proved at {points} "
+    "random points over {primes} random prime fields; the chance of error is below {chance}.",
+    "roads.closed": "{names}: the drives in the joints do what virtual work asks for, reactions have the power of the "
+    "drives, and the ground gives what changes the momentum; proved at {points} random points over {primes} random "
+    "prime fields; the chance of error is below {chance}.",
+    "roads.reason": "Lagrange's equations know no reactions, because these do no work; D'Alembert's find them all. "
+    "Both share the scene, and nothing else.",
     # exercises and the page
     "page.contents": "Contents",
     "section.live": "Try it",

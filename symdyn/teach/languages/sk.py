@@ -33,6 +33,9 @@ TEXTS = {
     "joint.free": "voľné",
     "joint.fixed": "pevné",
     "joint.custom": "dané vzorcami",
+    "joint.rod": "tyč medzi dvoma bodmi",
+    "joint.point_on_line": "bod na priamke",
+    "joint.point_on_plane": "bod v rovine",
     # the mechanism
     "scene": "{scene} je otvorený mechanizmus (OM); počet pohyblivých členov je {bodies}, pohyblivosť {freedoms}.",
     "scene.reason": "Každý pohyblivý člen visí na jednom spojení, preto súradnice spojení určujú polohu všetkého.",
@@ -186,6 +189,55 @@ TEXTS = {
     "erratum.5.44D": "Znamienko odstredivého výrazu: pri otáčaní okolo prvej osi je druhý člen odstreďovaný a jeho "
     "pohon ho musí držať.",
     "erratum.axes": "Osi spojení sú tam označené ako uhlové rýchlosti; sú to osi.",
+    # D'Alembert's road
+    "title.dalembert": "Sily v mechanizme {scene} D'Alembertovou metódou krok za krokom",
+    "section.count": "Rovnice a neznáme",
+    "section.bodies": "Člen po člene",
+    "section.reactions": "Reakcie a hnacie účinky",
+    "section.roads": "Obe cesty sa zhodujú",
+    "scene.closed": "{scene} je mechanizmus so slučkami alebo inými väzbami; počet pohyblivých členov je {bodies}, "
+    "počet zapísaných rýchlostí v spojeniach {freedoms}.",
+    "scene.closed.reason": "Niektoré spojenia uzatvárajú slučky: nenesú člen a nemajú vlastnú súradnicu.",
+    "table.class": "trieda t",
+    "unknowns": "Každé spojenie prenáša to, čo nenecháva voľné; poháňané spojenie pridáva hnací účinok.",
+    "unknowns.reason": "Spojenie triedy t má t neznámych súradníc; píšu sa v osiach jeho vlastného súradnicového "
+    "systému. Rám je člen 1.",
+    "unknown.drive": "hnací účinok v spojení {joint}",
+    "unknown.force": "sila v spojení {joint} v smere jeho osi {axis}",
+    "unknown.moment": "moment v spojení {joint} okolo jeho osi {axis}",
+    "unknown.other": "zložka toho, čo prenáša spojenie {joint}",
+    "count": "Počet rovníc je {equations}.",
+    "count.sum": "Počet rovníc na člen je {each}, počet pohyblivých členov {bodies}, spolu {equations}. Neznámych "
+    "reakcií v spojeniach je {reactions}, hnacích účinkov {drives}.",
+    "count.correct": "Počet rovníc sa teda rovná počtu neznámych: sústava je korektná v zmysle (5.20).",
+    "count.over": "Počty sa líšia: mechanizmus je preurčený, alebo je pohonov viac či menej než voľností.",
+    "count.plane": "Mechanizmus sa pohybuje v rovine: sily kolmé na ňu a momenty okolo osí v nej sa vynechávajú a "
+    "trieda počíta to, čo leží v rovine.",
+    "free": "Člen {number}, {body}, uvoľníme.",
+    "free.caption": "Uvoľnený člen {body}: všetky sily a dvojice, ktoré naň pôsobia.",
+    "free.reason": "Jeho súradnicový systém {number} má osi člena a začiatok vo vzťažnom spojení {joint}.",
+    "bivectors": "Čo pôsobí na člen {body}: sila nad momentom k začiatku jeho súradnicového systému.",
+    "bivectors.reason": "Akčné účinky A: tiaž, zaťaženia, pružiny, trenie. Zotrvačné účinky D: mínus hmotnosť krát "
+    "zrýchlenie ťažiska a moment (5.14). Reakcie R vo vzťažnom spojení a s hviezdičkou v ostatných spojeniach, opačné "
+    "k tomu, čo pôsobí na suseda.",
+    "balance": "Člen {body} je v dynamickej rovnováhe.",
+    "balance.reason": "Ak zotrvačné sily počítame medzi sily, súčet všetkých bivektorov člena je nulový.",
+    "solved": "Rovnice riešime pre všetky reakcie a hnacie účinky.",
+    "solved.reason": "Od konca k rámu: rovnice posledného člena obsahujú len to, čo prenáša jeho vlastné spojenie.",
+    "reactions": "V číslach:",
+    "reactions.moving": "V nakreslenej polohe, s rýchlosťami a zrýchleniami, ktoré nie sú všetky rovnaké:",
+    "reactions.rest": "V pokoji v nakreslenej polohe:",
+    "reactions.least": "Hodnoty nie sú jednoznačné; toto sú najmenšie.",
+    "reactions.reason": "Tá istá sústava, riešená numericky.",
+    "roads": "Lagrangeova cesta dáva tie isté hnacie účinky.",
+    "roads.open": "{names}: riešenie uvedené vyššie a Lagrangeove rovnice sú tie isté funkcie, čo je dokázané v "
+    "náhodných bodoch (počet {points}) nad náhodnými konečnými poľami (počet {primes}); pravdepodobnosť omylu "
+    "je menšia než {chance}.",
+    "roads.closed": "{names}: hnacie účinky v spojeniach konajú to, čo žiada virtuálna práca, výkon reakcií je výkonom "
+    "pohonov a rám dodáva zmenu hybnosti; dokázané v náhodných bodoch (počet {points}) nad náhodnými konečnými poľami "
+    "(počet {primes}); pravdepodobnosť omylu je menšia než {chance}.",
+    "roads.reason": "Lagrangeove rovnice reakcie nepoznajú, lebo reakcie nekonajú prácu; D'Alembertova metóda nájde "
+    "všetky. Spoločné majú len zadanie.",
     # exercises and the page
     "page.contents": "Obsah",
     "section.live": "Vyskúšajte",

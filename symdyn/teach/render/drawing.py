@@ -84,11 +84,9 @@ def _look(tag: str, attributes: Mapping[str, str], rules: list[_Rule]) -> Look:
     classes = set(attributes.get("class", "").split())
     fitting = [rule for rule in rules if rule.tag in ("", tag) and rule.classes <= classes]
     fitting.sort(key=lambda rule: (len(rule.classes), bool(rule.tag)))  # stable: the later of two alike wins
-    look: Look = {}
-    for rule in fitting:
+    look: Look = {name: attributes[name] for name in ("stroke-width",) if name in attributes}
+    for rule in fitting:  # the style sheet has the last word
         look |= rule.look
-    if "stroke-width" in attributes:
-        look["stroke-width"] = attributes["stroke-width"]
     return look
 
 

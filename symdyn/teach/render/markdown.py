@@ -60,7 +60,7 @@ class Page:
         self.spell = Spelling(document)
 
     def words(self, words: Words) -> str:
-        """Return prose with its mathematics."""
+        """Return prose."""
         return self.spell.words(words, _plain)
 
     def blocks(self, blocks: Sequence[Block]) -> list[str]:

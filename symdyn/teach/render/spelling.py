@@ -89,12 +89,15 @@ class Spelling:
 
 
 def letter(look: Letter) -> str:
-    r"""Return \dot x_{2} or v_{2}^{2}."""
+    r"""Return \dot x_{2}, v_{2}^{2} or \bar F_{22}^{A}."""
     head = f"\\{look.letter}" if look.letter in GREEK else look.letter
     shown = PrintName(head, ",".join(map(_index, look.index)))
     if look.dots:
         return shown.accented("d" * look.dots + "ot")
-    return str(shown) + (f"^{look.power}" if look.power > 1 else "")
+    text = shown.accented(look.accent) if look.accent else str(shown)
+    if look.above:
+        return f"{text}^{{{look.above}}}"
+    return text + (f"^{look.power}" if look.power > 1 else "")
 
 
 def _index(part: str) -> str:

@@ -1,0 +1,82 @@
+"""Loops whose coordinates stay in proportion: parallelograms, which then pass their change points."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from oracles import oracle
+
+from symdyn.algebra.numeric import Floats
+from symdyn.bench.stress.scenes import parallelogram
+from symdyn.dynamics import Workspace, derive_one
+from symdyn.dynamics.loops.linear import followers, forward_dynamics, linear_loops
+from symdyn.graph import evaluate, substitute
+from symdyn.scene import Scene, read_text
+from symdyn.scene.starters import starter
+from symdyn.simulate import simulate
+
+
+def row_of(n: int) -> Scene:
+    return read_text(starter("row", "n_four_bar", n))
+
+
+def test_a_parallelogram_holds_its_coordinates_in_proportion():
+    w = Workspace(row_of(2))
+    loops = linear_loops(w)
+
+    assert loops is not None
+    assert len(loops.independent) == 1
+    assert {abs(x) for row in loops.T.values() for x in row.values()} == {Fraction(1)}
+
+
+@pytest.mark.parametrize("template", ["four_bar", "slider_crank"])
+def test_other_loops_do_not(template):
+    assert linear_loops(Workspace(read_text(starter("one", template)))) is None
+
+
+def test_away_from_change_points_it_is_the_forward_dynamics_of_everybody():
+    w = Workspace(row_of(2))
+    loops = linear_loops(w)
+    assert loops is not None
+    (free,) = loops.independent
+    values = {w.state.q[free]: 0.7, w.state.qd[free]: -1.3} | dict.fromkeys(w.state.tau, 0.4)
+    own = {name: w.graph.symbol(name) for name in ("m", "l", "g")}
+    values |= {own["m"]: 1.0, own["l"]: 1.0, own["g"]: 9.81}
+    known = followers(w, loops)
+    usual = substitute(derive_one(w, "forward_dynamics").entries, known)
+
+    found = evaluate(substitute(forward_dynamics(w, loops), known), Floats(), values)
+
+    assert found == pytest.approx(evaluate(usual, Floats(), values), rel=1e-12)
+
+
+def test_two_four_bars_in_a_row_pass_their_change_point():
+    case = oracle("iftomm_closed_form")["A02_N2"]
+    until = {row["t"]: row for row in case["rows"]}["10"]
+
+    made = simulate(row_of(2), until=10.0)
+
+    assert made.stopped == "end"
+    assert made.q[-1, 0] == pytest.approx(float(until["theta"]), rel=1e-9)
+    assert made.qd[-1, 0] == pytest.approx(float(until["thetad"]), rel=1e-9)
+    assert made.monitors["loops"] < 1e-12
+    assert np.abs(made["loop_rate_error"]).max() < 1e-12
+
+
+@pytest.mark.slow
+def test_forty_four_bars_in_a_row_take_less_than_a_second_for_twenty():
+    case = oracle("iftomm_closed_form")["A02_N40"]
+
+    made = simulate(row_of(40), until=20.0)
+
+    assert made.q[-1, 0] == pytest.approx(float(case["rows"][-1]["theta"]), rel=1e-9)
+    assert made.wall < 1
+
+
+def test_a_redundant_coupler_changes_nothing_of_that():
+    made = simulate(parallelogram(second=True), until=5.0)
+
+    assert made.stopped == "end"
+    assert made.monitors["energy"] < 1e-9 * made.monitors["energy_scale"]
