@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from symdyn.algebra.form import MINUS_ONE, Form, Function, Number, Symbol, express_form, power_of, product_of, sum_of
 from symdyn.cli import main
 from symdyn.emit.equations import equations_text
+from symdyn.emit.formula_text import Latex, text_of
+from symdyn.emit.symbols import latex_symbols
 from symdyn.errors import TeachError
+from symdyn.graph import Graph, Op
 from symdyn.scene import Scene, read
 from symdyn.teach.answers import SENTENCES, in_words
 from symdyn.teach.check import check_derivation
 from symdyn.teach.differences import KINDS
-from symdyn.teach.student.statements import find_target, read_statements
-from symdyn.verify import PROVED
+from symdyn.teach.student.statements import find_target, read_formula, read_statements
+from symdyn.verify import PROVED, Claim, prove
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -196,6 +204,56 @@ def test_a_fault_has_its_place(text: str, where: str, message: str, two_link: Sc
 def test_hostile_texts_end_soon(text: str, two_link: Scene) -> None:
     with pytest.raises(TeachError):
         read_statements(text, two_link)
+
+
+SIGNS = (
+    r"m1 m_2 h1 q_1 \dot q' \ddot{q}_2 \frac {2} { } ( ) [ ] \left( \right) \sin cos c_{12} s ^ ^2 ** * / + - = 2 0,5"
+)
+MARKS = (
+    r"1e3 _ _{1} \\ & $ \begin{align} \end{align} \underbrace \lvert \rvert \sqrt \, k_z11 M_1 tau2 K θ̇ ½ ² ₁ % # , . ;"
+)
+PIECES = (*SIGNS.split(), *MARKS.split(), "é", "\x00", "\n", " ")
+
+
+@settings(max_examples=400, deadline=None)
+@given(st.lists(st.sampled_from(PIECES), max_size=14))
+def test_any_text_is_read_or_refused(pieces: list[str]) -> None:
+    scene = read(EXAMPLES / "two_link.toml")
+    for text in ("k_z11 = " + " ".join(pieces), "".join(pieces)):
+        with suppress(TeachError):
+            read_statements(text, scene, "x")
+
+
+LEAVES = st.sampled_from(["m1", "h2", "q1", "q2_dot", "q1_ddot"]).map(Symbol) | st.integers(1, 9).map(
+    lambda n: Number(Fraction(n, 4))
+)
+FORMS = st.recursive(
+    LEAVES,
+    lambda inner: (
+        st.lists(inner, min_size=2, max_size=3).map(sum_of)
+        | st.lists(inner, min_size=2, max_size=3).map(product_of)
+        | st.tuples(inner, st.integers(2, 3)).map(lambda pair: power_of(*pair))
+        | inner.map(lambda form: product_of((MINUS_ONE, form)))
+        | st.tuples(st.sampled_from([Op.SIN, Op.COS]), inner).map(lambda pair: Function(pair[0], (pair[1],)))
+    ),
+    max_leaves=8,
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(FORMS)
+def test_what_is_printed_is_read_back(form: Form) -> None:
+    scene = read(EXAMPLES / "two_link.toml")
+    printed = [text_of(form), Latex(latex_symbols(scene), None).unbroken(form)]
+
+    graph = Graph()
+    nodes = [express_form(read_formula(text, scene), graph) for text in printed]
+    right = express_form(form, graph)
+    findings = prove(
+        [Claim(text, "read", "form", (node,), (right,)) for text, node in zip(printed, nodes, strict=True)]
+    )
+
+    assert all(finding.verdict != "different" for finding in findings[1]), printed
 
 
 # The table of words, and the verb

@@ -16,6 +16,10 @@ CASES = [
     ("examples/cart_pole.toml", "cart_pole.md", ()),
     ("docs/walkthroughs/spatial_3r.toml", "spatial_3r.md", ()),
     ("examples/four_bar.toml", "four_bar-dalembert.md", ("--road", "dalembert")),
+    ("examples/two_link.toml", "two_link.html", ("--format", "html")),
+    ("examples/two_link.toml", "two_link-sk.html", ("--format", "html", "--language", "sk")),
+    ("examples/two_link.toml", "two_link-exercises.html", ("--format", "html", "--exercises")),
+    ("examples/two_link.toml", "two_link.ipynb", ("--format", "notebook")),
 ]
 
 

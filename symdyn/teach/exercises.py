@@ -24,6 +24,9 @@ from symdyn.verify import NUMERICAL, PROVED, Claim, prove
 CHOSEN = ("square", "potential", "momentum", "slope", "equation", "coefficients")
 """Steps whose results are asked for: what stands before the colon of their keys."""
 
+ERRATA = "errata:"
+"""What stands before the key of a step that tells what the textbook has wrong in it."""
+
 POINTS = 6
 LONGEST = 60  # symbols of an answer that anyone types
 
@@ -33,11 +36,15 @@ def with_exercises(document: Document) -> Document:
     solved: list[Step] = []
     sections = []
     for section in document.sections:
-        steps = []
-        for step in section.steps:
-            asked = _asked(document, step)
-            steps.append(asked or step)
-            solved += [_solution(document, block) for block in (asked or step).blocks if isinstance(block, Blank)]
+        errata = {step.key.removeprefix(ERRATA): step for step in section.steps if step.key.startswith(ERRATA)}
+        asked = {step.key: found for step in section.steps if (found := _asked(document, step)) is not None}
+        for key, step in asked.items():
+            solved += [_solution(document, block) for block in step.blocks if isinstance(block, Blank)]
+            if key in errata:  # they say what is right
+                solved.append(errata[key])
+        steps = [
+            asked.get(x.key, x) for x in section.steps if x.key.removeprefix(ERRATA) not in asked or x.key in asked
+        ]
         sections.append(replace(section, steps=tuple(steps)))
     if solved:
         sections.append(Section("solutions", LANGUAGES[document.language]["section.solutions"], tuple(solved)))

@@ -1,6 +1,7 @@
 """A document as one HTML page that needs nothing else: mathematics in MathML, pictures inside, exercises that answer.
 
-A formula that is wider than a phone is written twice, in long and in short lines; the style sheet shows one.
+A formula that is wider than a phone is written twice, in long and in short lines; the style sheet shows one. A very
+long one is written once and scrolls.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ from symdyn.teach.render.mathml import display, inline
 from symdyn.teach.render.spelling import Spelling, lines
 
 WIDE, NARROW = 530.0, 195.0  # pt at 10 pt: a page, a phone
+LONG = 6  # lines on a page, from which on a formula scrolls on a phone
 SHORT = 150.0  # of a formula between words
 
 
@@ -141,7 +143,7 @@ class _Page:
 
     def _formula(self, left: str, right: str, number: str) -> str:
         wide = lines(left, right, WIDE)
-        if max(latex_width(line) for line in wide) <= NARROW:
+        if len(wide) > LONG or max(latex_width(line) for line in wide) <= NARROW:
             return _numbered(display(wide), number)
         pair = f'<div class="wide">{display(wide)}</div><div class="narrow">{display(_short(left, right))}</div>'
         return _numbered(pair, number)

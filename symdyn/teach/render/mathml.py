@@ -50,6 +50,7 @@ def inner(latex: str) -> str:
     assert found is not None, "latex2mathml writes one mrow in one math element"
     text = _NUMBERED.sub(_character, found[1])
     text = _BRACED.sub(r'<munder><mrow class="brace">\1</mrow>', text)  # a glyph that browsers stretch in part only
+    text = text.replace('<mo stretchy="true" fence="true" minsize', '<mo lspace="0" rspace="0" fence="true" minsize')
     return _ACCENTED.sub(r'<mover accent="true">\1<mo stretchy="false">\2</mo></mover>', text)
 
 

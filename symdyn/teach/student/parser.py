@@ -183,7 +183,7 @@ class _Parser:
                 raise self.fault(token, "division by zero")
             return self.raised(product_of((above, _inverse(below))))
         if name in ("dot", "ddot"):
-            return self.dotted(token)
+            return self.word(*self.dotted(token))
         if name in ("underbrace", "overbrace"):
             inner = self.group(token)
             if (self.sees("sub") or self.sees("op", "^")) and self.take().kind == "op":
@@ -223,13 +223,14 @@ class _Parser:
             token = self.take()
             factors.append(self.product(token, self.read(token), token.dots))
         elif self.sees("command", "dot", "ddot"):
-            raise self.fault(self.take(), f"the argument of {of.text} is a velocity; if that is meant, write brackets")
+            token, dots = self.dotted(self.take())
+            factors.append(self.product(token, self.read(token), dots))
         if not factors:
             raise self.fault(self.tokens[self.next - 1], f"{of.text} of what? write {of.text}(q)")
         return product_of(factors)
 
-    def dotted(self, token: Token) -> Form:
-        """Return a velocity or an acceleration: an accent over a word, in braces or not, then perhaps its index."""
+    def dotted(self, token: Token) -> tuple[Token, int]:
+        """Return the word under an accent, in braces or not, then perhaps its index, and the number of dots."""
         braced = self.sees("open", "{")
         if braced:
             self.take()
@@ -242,7 +243,7 @@ class _Parser:
                 raise self.fault(closed, f"}} is expected after \\{token.text}{{{word.text}")
             if self.sees("sub"):
                 word = replace(word, text=word.text + self.take().text)
-        return self.word(word, 1 if token.text == "dot" else 2)
+        return word, 1 if token.text == "dot" else 2
 
     # Words
 
