@@ -16,7 +16,7 @@ from symdyn.algebra.numeric import Batches, Floats
 from symdyn.dynamics import CLOSED_ONLY, DYNAMICS, OUTPUTS, REACTIONS, Workspace, derive, derive_one, roads
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
-from symdyn.scene import body, number, prismatic, revolute, scene
+from symdyn.scene import body, number, prismatic, read_text, revolute, scene
 from symdyn.verify.equality import PROVED, Claim, prove
 from symdyn.verify.laws import laws
 from symdyn.verify.quaternions import on_unit_sphere
@@ -256,8 +256,36 @@ def test_a_massless_tip_has_no_forward_dynamics(road):
         bodies=[body("heavy", mass=1, com=[1, 0, 0]), body("nothing")],
         joints=[revolute("a", "ground", "heavy"), revolute("b", "heavy", "nothing")],
     )
-    with pytest.raises(DerivationError, match="nothing beyond joint 2 has inertia along its motion"):
+    with pytest.raises(DerivationError, match="a motion of the joint b, which carries nothing, moves no mass"):
         derive(arm, ["forward_dynamics"], road)
+
+
+BESIDE = """
+name = "beside"
+[bodies.heavy]
+mass = 1
+com = [0.1, 0, 0]
+inertia = [0.02, 0.03, 0.04]
+inertia_about = "com"
+[bodies.tip]
+particles = [{ mass = 1, at = [0, 0, 1] }]
+[joints.arm]
+type = "revolute"
+parent = "ground"
+child = "heavy"
+axis = [0, 1, 0]
+%s
+[joints.socket]
+type = "spherical"
+parent = "heavy"
+child = "tip"
+"""
+
+
+@pytest.mark.parametrize("more", ["", 'motion = "t"'], ids=["tree", "prescribed"])
+def test_a_body_that_spins_without_inertia_is_named_though_its_joint_has_three_velocities(more):
+    with pytest.raises(DerivationError, match=r"beside: .* the joint socket, which carries tip, moves no mass"):
+        derive(read_text(BESIDE % more), ["forward_dynamics"])
 
 
 @pytest.mark.parametrize(

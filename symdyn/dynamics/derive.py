@@ -13,6 +13,7 @@ from symdyn.dynamics.output import Output
 from symdyn.dynamics.outputs import OUTPUTS
 from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.reactions.outputs import REACTIONS
+from symdyn.dynamics.recursive.ldl import Singular, moves_no_mass
 from symdyn.dynamics.tree import build_tree
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError
@@ -121,6 +122,15 @@ def roads(request: str, scene: Scene | None = None) -> tuple[str, ...]:
 
 def derive_one(workspace: Workspace, request: str, road: str | None = None) -> Function:
     """Return one output as a function on the workspace's graph; see `derive`."""
+    try:
+        return _derived(workspace, request, road)
+    except Singular as fault:
+        if is_closed(workspace.scene):  # a reduced matrix, whose rows are no velocities
+            raise
+        raise DerivationError(moves_no_mass(workspace.scene, fault.velocity)) from fault
+
+
+def _derived(workspace: Workspace, request: str, road: str | None) -> Function:
     row, place = _row(request, workspace.scene)
     name = road or row.preferred(workspace)
     if name not in row.roads:

@@ -1,7 +1,8 @@
 """Mobility of a closed mechanism: counted, by rank, and what it means when the two differ.
 
     u, s_t    bodies with the ground; joints of class t, those that close loops included
-    spatial   n = 6 (u - 1) - Σ t s_t, eq. (5.20), less one for a joint that follows another one and for a row
+    spatial   n = 6 (u - 1) - Σ t s_t, eq. (5.20), less one for a joint that follows another one and
+              for every component of a row, of which a rolling contact has up to three
     by loops  n = nv - Σ (d - f), f the freedoms of a cut joint; d = 6, and 3 for a planar loop. Where all loops are
               planar that is 3 (u - 1) = n + Σ (t - 3) s_t
     rank      n = nv - rank G, at the assembled position, or round about it at a change point
@@ -76,12 +77,13 @@ def mobility(scene: Scene, closing: Closing = Closing()) -> Mobility:  # noqa: B
     q = np.array(closure.assembly.typical)
     planar = tuple(joint.name for joint in scene.loops if _is_planar(numbers, joint, q))
     free = numbers.state.n - len(closure.kept)
-    counted = numbers.state.n - len(scene.rows)
+    forbidden = sum(not label.closes for label in numbers.constraints.labels)
+    counted = numbers.state.n - forbidden
     for joint in scene.loops:
         counted -= JOINTS[joint.type].class_t(joint) - (3 if joint.name in planar else 0)
     G = _rows(numbers, closure, q)
     found = Mobility(
-        spatial=_spatial(scene),
+        spatial=_spatial(scene) - forbidden,
         by_loops=counted,
         by_rank=free,
         here=numbers.state.n - closure.assembly.here,
@@ -98,10 +100,10 @@ def mobility(scene: Scene, closing: Closing = Closing()) -> Mobility:  # noqa: B
 
 
 def _spatial(scene: Scene) -> int:
-    """Return n of eq. (5.20)."""
+    """Return n of eq. (5.20), without the scene's rows."""
     joints = (*scene.joints, *scene.loops)
     taken = sum(JOINTS[joint.type].class_t(joint) for joint in joints)
-    return 6 * len(scene.bodies) - taken - sum(joint.coupling is not None for joint in joints) - len(scene.rows)
+    return 6 * len(scene.bodies) - taken - sum(joint.coupling is not None for joint in joints)
 
 
 def _rows(numbers: Numbers, closure: Closure, q: Array) -> Array:

@@ -10,6 +10,7 @@ from symdyn.dynamics.loops import closed
 from symdyn.dynamics.loops.partition import driven_velocities
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.prescribed import TIME
+from symdyn.dynamics.recursive.ldl import moves_no_mass
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
@@ -55,12 +56,7 @@ def _massive(w: Workspace) -> None:
     if values[0] > 1e-13 * max(1e-300, abs(values[-1])):
         return
     velocity = reduced.independent[int(np.abs(vectors[:, 0]).argmax())]
-    joint = next(joint for joint in w.scene.joints if w.scene.velocities[velocity] in joint.rates)
-    raise DerivationError(
-        f"{w.scene.name}: forward dynamics does not exist: a motion of the joint {joint.name}, which carries "
-        f"{joint.child}, moves no mass, so that the mass matrix of what the loops leave free is singular; give "
-        f"{joint.child} a mass or an inertia, or fix the joint"
-    )
+    raise DerivationError(moves_no_mass(w.scene, velocity, " of what the loops leave free"))
 
 
 def _lagrange_forward(w: Workspace) -> list[Expr]:
