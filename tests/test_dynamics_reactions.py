@@ -127,7 +127,7 @@ def test_springs_dampers_friction_and_loads_are_in_the_reactions():
 
 def test_a_reaction_that_is_off_breaks_every_law(monkeypatch):
     """A body heavier in the reactions than in the equations: no law holds any more."""
-    from symdyn.dynamics.reactions.recursion import hanging as module
+    from symdyn.dynamics.reactions import hanging as module
 
     one = two_link()
     real = module.inertias

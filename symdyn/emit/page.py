@@ -14,7 +14,7 @@ from symdyn.program.assemble import PARAMS
 
 @dataclass(frozen=True)
 class ArgumentText:
-    """One argument: name, length, what it is, its units in one phrase, whether it is one number, names of entries."""
+    """One argument: name, length, what it is, units in one phrase; whether it is one number; names of its entries."""
 
     name: str
     length: int
