@@ -68,7 +68,7 @@ def test_a_pendulum_beside_a_loop_is_no_idle_motion() -> None:
 
     assert found.by_rank == 2
     assert found.idle == ()
-    assert found.notes[-1] == "under-driven: 1 drive (tau) for 2 freedoms; q_P_dot move as they like"
+    assert found.notes[-1] == "under-driven: 1 drive (tau) for 2 freedoms; q_P_dot moves as it likes"
 
 
 def test_an_over_driven_mechanism_is_told_how_many_drives_are_too_many() -> None:

@@ -71,6 +71,14 @@ def test_the_user_says_which_joint_is_cut(tmp_path):
     ]  # fmt: skip
 
 
+def test_a_start_that_is_dropped_with_a_cut_joint_is_told(tmp_path):
+    started = FOUR_BAR.replace(joint("a", "ground", "crank"), joint("a", "ground", "crank", more="start = 0.8"))
+    reading = noting(started, tmp_path, ("a",))
+
+    assert "joints.a: is cut and has no coordinates: its start is not used" in "\n".join(reading.notes)
+    assert "is not used" not in "\n".join(noting(started, tmp_path, ("c",)).notes)
+
+
 def test_the_joint_with_most_freedoms_is_cut_unless_it_says_what_a_cut_joint_cannot(tmp_path):
     ball = FOUR_BAR.replace(joint("b", "crank", "coupler"), joint("b", "crank", "coupler", "spherical"))
     damped = FOUR_BAR.replace(joint("c", "coupler", "rocker"), joint("c", "coupler", "rocker", more="damping = 1"))

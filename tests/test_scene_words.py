@@ -252,6 +252,8 @@ JOINT_FAULTS = [
     ("revolute", "coordinate = 'x'\ncoordinates = ['x']", "coordinate and coordinates say the same thing twice"),
     ("revolute", "armature = 1\nrotor = { inertia = 1 }", "armature and rotor say the same thing twice"),
     ("revolute", "rotor = { gear = 1 }", "rotor: inertia is missing"),
+    ("revolute", "rotor = { inertia = -1 }", "rotor: inertia = -1 is negative"),
+    ("revolute", "rotor = { inertia = 1, gear = 0 }", "rotor: gear = 0 turns no rotor"),
     ("revolute", "friction = { static = 1 }", "friction: coulomb is missing"),
     ("revolute", "friction = { coulomb = -1 }", "friction.coulomb = -1 is negative; give zero or more"),
     ("revolute", "friction = { coulomb = 1, stribeck = 0 }", "friction.stribeck = 0 is no rate; give one above zero"),

@@ -291,3 +291,11 @@ def test_loops_that_forbid_nothing_are_simulated_as_the_tree() -> None:
         inverse(scene, read_motion(scene, ["q1=t"]), [0.0, 0.1]).tau
     )
     assert inverse(doubled, Motion(), [0.0]).notes == ("no law is given for q1: at rest",)
+
+
+def test_a_quaternion_that_is_no_unit_is_told_and_divided_by_its_length() -> None:
+    start = read_start(heavy_top(), {"q1": "3", "q2": "4", "q3": "0", "q4": "0"})
+
+    assert start.q[:4] == pytest.approx([0.6, 0.8, 0, 0])
+    assert start.notes == ("start: the quaternion (q1, q2, q3, q4) has length 5; it was divided by that",)
+    assert not read_start(heavy_top()).notes

@@ -24,6 +24,10 @@ KEPT = ("force", "forces", "motion", "mimic", "armature", "rotor", "damping", "l
 """What a joint that closes a loop cannot say."""
 
 
+STARTS = ("start", "start_rates")
+"""What a joint that closes a loop says in vain: its start follows."""
+
+
 @dataclass(frozen=True)
 class Span:
     """The joints of a scene as a tree and what closes loops.
@@ -189,6 +193,10 @@ def _cut(edges: Sequence[_Edge], cuts: set[str], faults: Faults) -> Span:
         if edge.index in back and not turnable(edge.kind):
             why = f"a {edge.kind} joint cannot be turned round, as --spanning-tree would need it"
             faults.add(edge.entry.where, f"{why}; cut it, or swap its parent and child")
+    for edge in edges:
+        dropped = [key for key in STARTS if key in edge.entry.table]
+        if edge.entry.name in cuts and dropped:
+            faults.note(edge.entry.where, f"is cut and has no coordinates: its {listed(dropped)} is not used")
     _note_turned(tree, back, faults)
     return _span(edges, tree, back)
 

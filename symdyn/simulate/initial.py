@@ -86,10 +86,15 @@ def read_start(scene: Scene, start: Mapping[str, str] | None = None, rates: Mapp
         if not np.linalg.norm(q[part]) > 0:
             faults.add("start", f"the quaternion ({group}) has length zero; (1, 0, 0, 0) is no rotation")
     close(faults)
+    notes = [
+        f"start: the quaternion ({group}) has length {np.linalg.norm(q[part]):.6g}; it was divided by that"
+        for group, part in _quaternions(scene).items()
+        if abs(np.linalg.norm(q[part]) - 1.0) > CONSISTENT
+    ]
     q = numbers.normalised(q)
-    notes: list[str] = []
     if scene.loops or scene.rows:
-        q, u, notes = _closed(numbers, q, u, given_q, given_u, faults)
+        q, u, more = _closed(numbers, q, u, given_q, given_u, faults)
+        notes += more
         close(faults)
     return Start(q, u, tuple(notes))
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from symdyn.dynamics.loops.assembly import NEGLIGIBLE, Assembly, dimensionless, witness
 from symdyn.dynamics.loops.numbers import Array, Numbers
-from symdyn.dynamics.loops.partition import Closing, Partition, blocks, driven_velocities, led_velocities
+from symdyn.dynamics.loops.partition import Closing, Partition, blocks, driven_velocities, led_velocities, over_driven
 from symdyn.dynamics.loops.words import spoken
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
@@ -168,10 +168,7 @@ def _driven(numbers: Numbers, kept: Sequence[int], G: Array, partition: Partitio
     free, names = n - m, ", ".join(scene.drives[k] or scene.velocities[k] for k in driven)
     freedoms = f"{free} degree{'s' * (free != 1)} of freedom"
     if len(driven) > free:
-        return None, (
-            f"inverse dynamics is not unique: over-driven, {len(driven)} drives ({names}) for {freedoms}; "
-            f"leave {len(driven) - free} of them passive (drive = false)"
-        )
+        return None, f"inverse dynamics is not unique: {over_driven(scene, free)}"
     passive = [k for k in reversed(range(n)) if k not in driven]
     chosen, quality = pivots(G.T, [passive], m)
     if quality <= NEGLIGIBLE:

@@ -182,7 +182,9 @@ def _numbers(scene: Scene, parameters: Mapping[str, float] | None) -> Numbers:
     known = dict(parameters or {})
     missing = [parameter.name for parameter in scene.free_parameters if parameter.name not in known]
     if missing:
-        raise DerivationError(f"{scene.name}: {', '.join(missing)} have no value; give parameters")
+        raise DerivationError(
+            f"{scene.name}: {', '.join(missing)} {'has' if len(missing) == 1 else 'have'} no value; give parameters"
+        )
     return with_parameters(numbers_of(scene), known)
 
 

@@ -229,6 +229,6 @@ def _notes(scene: Scene, closure: Closure, found: Mobility) -> list[str]:
         left = [name for name in found.independent if not scene.drives[scene.velocities.index(name)]]
         notes.append(
             f"under-driven: {drives} drive{'s' * (drives != 1)} ({', '.join(found.drives)}) for {free} freedoms; "
-            f"{', '.join(left)} move as they like"
+            f"{', '.join(left)} {'moves as it likes' if len(left) == 1 else 'move as they like'}"
         )
     return notes

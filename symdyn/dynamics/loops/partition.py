@@ -68,6 +68,17 @@ def driven_velocities(scene: Scene) -> list[int]:
     return [k for k, drive in enumerate(scene.drives) if drive or k in led]
 
 
+def over_driven(scene: Scene, free: int) -> str:
+    """Return what is said of more drives than degrees of freedom, which is `free`."""
+    driven = driven_velocities(scene)
+    names = ", ".join(scene.drives[k] or scene.velocities[k] for k in driven)
+    drives = f"{len(driven)} drive{'s' * (len(driven) != 1)} ({names})"
+    return (
+        f"over-driven, {drives} for {free} degree{'s' * (free != 1)} of freedom; leave {len(driven) - free} of them "
+        "passive (drive = false)"
+    )
+
+
 # Block triangular form
 
 
