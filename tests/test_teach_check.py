@@ -53,7 +53,8 @@ def told(text: str, scene: Scene, **options: object) -> str:
 def test_printed_equations_are_right(name: str, group: str, angles: str) -> None:
     scene = read(EXAMPLES / f"{name}.toml")
 
-    answers = check_derivation(equations_text(scene, "latex", group, angles), scene)
+    text = equations_text(scene, "latex", group, angles)
+    answers = check_derivation(text.partition("Multipliers:")[0], scene)  # what follows are the rows of loops
 
     assert len(answers) >= len(scene.velocities)
     assert all(answer.verdict == PROVED for answer in answers)

@@ -161,6 +161,14 @@ def test_the_page_does_not_hold_the_results(lesson: Document) -> None:
     assert "cos" not in str(asked["values"])
 
 
+def test_a_walkthrough_without_such_results_says_so() -> None:
+    lesson = walkthrough(read(EXAMPLES / "four_bar.toml"), road="dalembert")
+
+    assert "<math" in html_page(lesson)
+    with pytest.raises(TeachError, match="take Lagrange's road"):
+        with_exercises(lesson)
+
+
 # The browser
 
 

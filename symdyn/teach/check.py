@@ -85,10 +85,11 @@ def check_derivation(
         DerivationError: the scene has no closed form to compare with.
     """
     page = printable(scene)
-    names = Names(scene)
+    others = tuple(row.multiplier for row in page.constraints.rows)
+    names = Names(scene, others)
     known = {str(goal): expected(page, goal, book) for goal in names.targets.values()}
     free = {name: form for name, form in known.items() if name not in names.symbols.values()}
-    read = read_statements(text, scene, name, target)
+    read = read_statements(text, scene, name, target, others)
     statements = [replace(x, forms=tuple(in_place(form, free) for form in x.forms)) for x in read]
     answers = []
     for statement in statements:
@@ -117,7 +118,7 @@ def expected(page: Printable, target: Target, book: bool = False) -> Form:
 def _loads(page: Printable, i: int) -> Form:
     """Return the right-hand side of an equation without its drive."""
     drive = page.scene.drives[i]
-    return sum_of(term for term in terms_of(page.right[i]) if not (drive and term == Symbol(drive)))
+    return sum_of(term for term in terms_of(page.driving(i)) if not (drive and term == Symbol(drive)))
 
 
 def in_place(form: Form, known: Mapping[str, Form]) -> Form:
@@ -190,7 +191,7 @@ def _equation(statement: Statement, page: Printable) -> Answer:
     rows = rows or [i for i, drive in enumerate(scene.drives) if not drive] or list(range(len(scene.drives)))
     best: Answer | None = None
     for i in rows:
-        right = sum_of((page.left(i), *_negative(page.right[i])))
+        right = sum_of((page.left(i), *_negative(page.driving(i))))
         for mine in (found, sum_of(_negative(found))):
             answer = _compared(statement.line, f"equation {i + 1}", mine, right, scene, "equation")
             if answer.right:

@@ -32,7 +32,11 @@ LONGEST = 60  # symbols of an answer that anyone types
 
 
 def with_exercises(document: Document) -> Document:
-    """Return the document with blanks in place of chosen results, and their solutions as its last section."""
+    """Return the document with blanks in place of chosen results, and their solutions as its last section.
+
+    Raises:
+        TeachError: there is no result that could be left out, as on D'Alembert's road.
+    """
     solved: list[Step] = []
     sections = []
     for section in document.sections:
@@ -46,8 +50,11 @@ def with_exercises(document: Document) -> Document:
             asked.get(x.key, x) for x in section.steps if x.key.removeprefix(ERRATA) not in asked or x.key in asked
         ]
         sections.append(replace(section, steps=tuple(steps)))
-    if solved:
-        sections.append(Section("solutions", LANGUAGES[document.language]["section.solutions"], tuple(solved)))
+    if not solved:
+        raise TeachError(
+            f"{document.scene.name}: nothing in this walkthrough can be left out; take Lagrange's road, all of it"
+        )
+    sections.append(Section("solutions", LANGUAGES[document.language]["section.solutions"], tuple(solved)))
     return replace(document, sections=tuple(sections))
 
 

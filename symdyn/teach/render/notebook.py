@@ -16,14 +16,12 @@ from symdyn.teach.render.markdown import Page
 
 Cell = dict[str, Any]
 
-SETUP = '''from symdyn import closed_form
-from symdyn.scene.toml import read_text
+SETUP = '''from symdyn.scene.toml import read_text
 from symdyn.teach.answers import in_words
 from symdyn.teach.check import check_derivation
 
 scene = read_text(r"""
 {scene}""")
-closed = closed_form(scene)
 
 
 def check(text):

@@ -44,17 +44,23 @@ class Target:
 
 @dataclass(frozen=True)
 class Names:
-    """The names of one scene."""
+    """The names of one scene.
+
+    Attributes:
+        scene: the mechanism.
+        others: names of symbols beside it, such as multipliers.
+    """
 
     scene: Scene
+    others: tuple[str, ...] = ()
 
     @cached_property
     def symbols(self) -> Mapping[str, str]:
         """Return the scene's name of every way to write a symbol; the scene's own spelling comes first."""
         found: dict[str, str] = {}
-        printed = latex_symbols(self.scene)
+        printed = latex_symbols(self.scene, self.others)
         own: list[str] = [*(p.name for p in self.scene.parameters), *self.scene.coordinates]
-        own += [*filter(None, self.scene.drives), *self.rates]
+        own += [*filter(None, self.scene.drives), *self.rates, *self.others]
         ways: list[Mapping[str, str]] = [{}, printed]
         for shown in ways:
             for name in own:

@@ -35,7 +35,9 @@ class Statement:
     forms: tuple[Form, ...]
 
 
-def read_statements(text: str, scene: Scene, name: str = "text", target: Target | None = None) -> list[Statement]:
+def read_statements(
+    text: str, scene: Scene, name: str = "text", target: Target | None = None, others: tuple[str, ...] = ()
+) -> list[Statement]:
     """Return the statements of a text, LaTeX or plain.
 
     Args:
@@ -43,12 +45,13 @@ def read_statements(text: str, scene: Scene, name: str = "text", target: Target 
         scene: whose symbols these are.
         name: of the file, for messages.
         target: what a formula without "=" is.
+        others: names of symbols beside the scene's, such as multipliers.
 
     Raises:
         TeachError: something cannot be read; the message has line, column and a caret.
     """
     from_text = source(text, name)
-    names = Names(scene)
+    names = Names(scene, others)
     statements = [
         statement
         for chunk in _chunks(from_text, _without_empty(tokens(from_text)))
