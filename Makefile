@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test slow lint types doctest golden closed-forms bench clean
+.PHONY: demo test slow lint types doctest golden closed-forms bench accuracy clean
 
 demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 560 modules
 	$(BIN)/symdyn equations examples/two_link.toml
@@ -36,6 +36,10 @@ golden: $(READY)  ## rewrite generated/ after a change that is meant
 
 closed-forms: $(READY)  ## time of all coefficients in closed form
 	$(BIN)/python benchmarks/closed_forms.py
+
+accuracy: $(READY)  ## run time against error of the examples, and the hard cases; writes docs/accuracy.md
+	$(BIN)/python -m pip install --quiet -e '.[taylor,stiff]'
+	$(BIN)/python benchmarks/accuracy_page.py
 
 bench: $(READY)  ## side by side with other libraries; updates docs/performance.md
 	$(BIN)/python -m pip install --quiet -e '.[bench]'

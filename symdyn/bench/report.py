@@ -116,12 +116,12 @@ def markdown(bench: Bench, links: Mapping[str, str] | None = None) -> str:
     for function in bench.functions:
         lines += [f"## {function}", ""]
         lines += [f"![time against error of {function}]({links[function]})", ""] if links and function in links else []
-        lines += _table(COLUMNS, rows(bench, function), numbers=range(1, 6))
+        lines += table(COLUMNS, rows(bench, function), numbers=range(1, 6))
     if bench.curves:
         lines += ["## Trajectories", ""]
         lines += [f"![{name}]({links[name]})" for name in ("trajectory", "energy") if links and name in links]
         lines += [""] if links else []
-        lines += _table(CURVE, curve_rows(bench.curves), numbers=range(1, 6))
+        lines += table(CURVE, curve_rows(bench.curves), numbers=range(1, 6))
     lines += [f"Note: {note}\n" for note in bench.notes]
     return "\n".join(lines).rstrip("\n") + "\n"
 
@@ -138,7 +138,7 @@ def curve_rows(curves: Sequence[Curve]) -> list[tuple[str, ...]]:
     ]
 
 
-def _table(columns: Sequence[str], cells: Sequence[Sequence[str]], numbers: Sequence[int] = ()) -> list[str]:
+def table(columns: Sequence[str], cells: Sequence[Sequence[str]], numbers: Sequence[int] = ()) -> list[str]:
     """Return a Markdown table, columns of `numbers` aligned to the right, and an empty line."""
     rule = ["--:" if k in numbers else "---" for k in range(len(columns))]
     lines = [f"| {' | '.join(columns)} |", f"|{'|'.join(rule)}|"]
@@ -209,7 +209,7 @@ def stress_markdown(found: Stress) -> str:
     """Return the hard cases as Markdown."""
     lines = [f"# {found.scene or 'Built-in scenes'}: hard cases", "", f"    {found.command}", ""]
     cells = [[cell.replace("|", "\\|") for cell in row] for row in stress_rows(found)]
-    lines += _table(HARD, cells, numbers=(3, 4))
+    lines += table(HARD, cells, numbers=(3, 4))
     lines += [f"Note: {note}\n" for note in found.notes]
     return "\n".join(lines).rstrip("\n") + "\n"
 
