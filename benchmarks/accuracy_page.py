@@ -22,10 +22,10 @@ EXAMPLES = ("double_pendulum", "puma560", "heavy_top", "four_bar")
 HEAD = """# Run time against error
 
 Made by `make accuracy`; the command under each picture makes the numbers of that picture again, as a page, as Markdown
-and as JSON. Errors are the 99th percentile over sampled states of the largest error of an entry, relative to the largest
-entry, against the same graph at 50 digits, in the worst of four regions: near zero, the whole range, near singular
-positions, turns of 1e3 to 1e6 rad. Times are ns a state. A ring marks what no other implementation beats in both; hollow
-points are float. Motions are judged at their end, against the Taylor method at machine epsilon.
+and as JSON. Errors are the 99th percentile over sampled states of the largest error of an entry, relative to the
+largest entry, against the same graph at 50 digits, in the worst of four regions: near zero, the whole range, near
+singular positions, turns of 1e3 to 1e6 rad. Times are ns a state. A ring marks what no other implementation beats in
+both; hollow points are float. Motions are judged at their end, against the Taylor method at machine epsilon.
 
 {about}
 """
