@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from html import escape
 
 WIDTH, HEIGHT = 720, 380
-LEFT, RIGHT, TOP, BOTTOM = 70, 190, 30, 50
+LEFT, RIGHT, TOP, BOTTOM = 70, 210, 30, 50
 
 STYLE = """
 .plot { --ink: #222; --faint: #ddd; --paper: #fff; font: 12px system-ui, sans-serif; max-width: 100%; height: auto; }
 .plot text { fill: var(--ink); } .plot .axis { stroke: var(--ink); } .plot .grid { stroke: var(--faint); }
-.plot .ring { fill: none; stroke: var(--ink); stroke-width: 1.5; } .plot .join { fill: none; stroke-width: 1.5; }
+.plot .ring { stroke: var(--ink); stroke-width: 1.5; }
 @media (prefers-color-scheme: dark) { .plot { --ink: #ddd; --faint: #3a3a3a; --paper: #1b1b1b; } }
 """
 
@@ -79,7 +79,7 @@ def log_log(title: str, x_label: str, y_label: str, series: Sequence[Series], fl
         colour = COLOURS[k % len(COLOURS)]
         if one.joined:
             path = "L".join(f"{across(dot.x):.1f} {up(dot.y):.1f}" for dot in one.dots)
-            lines.append(f'<path class="join" stroke="{colour}" d="M{path}"/>')
+            lines.append(f'<path fill="none" stroke-width="1.5" stroke="{colour}" d="M{path}"/>')
         lines += [_circle(dot, across(dot.x), up(dot.y), colour) for dot in one.dots]
         lines += [f'<circle cx="{right + 16}" cy="{TOP + 8 + 18 * k}" r="4" fill="{colour}"/>']
         lines += [f'<text x="{right + 26}" y="{TOP + 12 + 18 * k}">{escape(one.name)}</text>']
@@ -98,7 +98,7 @@ def _placed(series: Series, floor: float) -> Series:
 def _circle(dot: Dot, x: float, y: float, colour: str) -> str:
     at = f'cx="{x:.1f}" cy="{y:.1f}"'
     fill = f'fill="var(--paper)" stroke="{colour}" stroke-width="1.5"' if dot.hollow else f'fill="{colour}"'
-    ring = f'<circle class="ring" {at} r="7"/>' if dot.marked else ""
+    ring = f'<circle class="ring" fill="none" {at} r="7"/>' if dot.marked else ""
     return f"<g><title>{escape(dot.text)}</title>{ring}<circle {at} r='4' {fill}/></g>"
 
 
