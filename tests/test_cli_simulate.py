@@ -87,7 +87,7 @@ def test_free_parameters_and_unknown_laws_are_told(tmp_path: Path, capsys: pytes
 
 def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
     out = tmp_path / "long.csv"
-    words = ["simulate", DOUBLE, "--until", "100000", "--every", "0.1", "--start", "q1=1", "--method", "dop853"]
+    words = ["simulate", DOUBLE, "--until", "10000", "--every", "0.001", "--start", "q1=1", "--method", "dop853"]
     process = subprocess.Popen(
         [
             sys.executable,
@@ -103,7 +103,7 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
     )
     assert process.stderr is not None
     assert "method: dop853" in process.stderr.readline()
-    time.sleep(1.0)
+    time.sleep(2.0)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=30)
 
