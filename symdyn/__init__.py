@@ -6,6 +6,8 @@
     arm = symdyn.load("arm.toml")                           all its functions, compiled: arm.mass_matrix(q)
     symdyn.closed_form(scene).sympy("k_z", 0, 1)            one coefficient for SymPy
     symdyn.certify(scene).passed                            derivations proved equal, code measured
+    symdyn.simulate(scene, until=10)                        a trajectory; symdyn.inverse: the forces of a motion
+    symdyn.picture(scene)                                   SVG text; symdyn.animation: HTML
 
     from symdyn.emit import emit, write                     source text: emit(symdyn.lower(equations), "c")
     from symdyn.build import build                          the same, compiled and loaded
@@ -21,35 +23,45 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from symdyn.build import lambdify
     from symdyn.build.load import load
+    from symdyn.draw import animation, picture
     from symdyn.dynamics import derive
     from symdyn.dynamics.closed_forms.closed_form import closed_form
     from symdyn.errors import SymdynError
     from symdyn.program import lower
     from symdyn.scene import Scene, read
+    from symdyn.simulate import inverse, simulate
     from symdyn.verify import certify
 
 _DOORS = {
     "Scene": "symdyn.scene",
     "SymdynError": "symdyn.errors",
+    "animation": "symdyn.draw",
     "certify": "symdyn.verify",
     "closed_form": "symdyn.dynamics.closed_forms.closed_form",
     "derive": "symdyn.dynamics",
+    "inverse": "symdyn.simulate",
     "lambdify": "symdyn.build",
     "load": "symdyn.build.load",
     "lower": "symdyn.program",
+    "picture": "symdyn.draw",
     "read": "symdyn.scene",
+    "simulate": "symdyn.simulate",
 }
 
 __all__ = [
     "Scene",
     "SymdynError",
+    "animation",
     "certify",
     "closed_form",
     "derive",
+    "inverse",
     "lambdify",
     "load",
     "lower",
+    "picture",
     "read",
+    "simulate",
 ]
 
 

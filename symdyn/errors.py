@@ -49,6 +49,10 @@ class VerifyError(SymdynError):
     """A certificate that cannot be made."""
 
 
+class TeachError(SymdynError):
+    """A lesson that cannot be made, or a student's text that cannot be read."""
+
+
 class SimulateError(SymdynError):
     """A motion, force, start, event or method that cannot be used; carries all faults, one line each."""
 

@@ -193,3 +193,22 @@ def test_the_joints_to_cut_are_chosen_on_the_command_line(tmp_path: Path, capsys
 
     assert [loop.name for loop in read(tmp_path / "chosen.toml").loops] == ["j0"]
     assert "joints.j1: is turned round" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["equations", "pendulum.toml"],
+        ["equations", "pendulum.toml", "--as", "base-parameters"],
+        ["new", "four_bar"],
+        ["convert", "pendulum.toml", "again.toml"],
+    ],
+    ids=" ".join,
+)
+def test_what_computes_with_no_arrays_starts_without_numpy(words: list[str], tmp_path: Path) -> None:
+    (tmp_path / "pendulum.toml").write_text((EXAMPLES / "pendulum.toml").read_text(encoding="utf-8"), encoding="utf-8")
+    script = "import sys; from symdyn.cli import main; main(sys.argv[1:]); print('numpy' in sys.modules)"
+    command = [sys.executable, "-c", script, *words]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path, timeout=60)
+
+    assert done.stdout.splitlines()[-1] == "False"

@@ -78,7 +78,7 @@ def test_free_parameters_and_unknown_laws_are_told(tmp_path: Path, capsys: pytes
     (tmp_path / "open.toml").write_text(text)
 
     assert main(["simulate", str(tmp_path / "open.toml"), "--until", "1"]) == 1
-    assert "m2 have no value" in capsys.readouterr().err
+    assert "m2 has no value" in capsys.readouterr().err
     assert main(["inverse", DOUBLE, "--motion", "q1=quintik(0,1,2)", "q5=0"]) == 1
     err = capsys.readouterr().err
     assert "q5 is not a coordinate" in err

@@ -24,6 +24,7 @@ from mechanisms import coupled_tree, random_tree
 
 from symdyn.build import lambdify, run_python
 from symdyn.dynamics import CLOSED_ONLY, Closing, Workspace, assemble, available, consistent, derive, derive_one, roads
+from symdyn.dynamics.loops import rows
 from symdyn.dynamics.loops.cuts import cuts
 from symdyn.dynamics.loops.rows import differentiated, recursive
 from symdyn.dynamics.positions import body_placements
@@ -213,10 +214,8 @@ def test_both_derivations_of_a_closed_mechanism_agree_and_keep_the_laws(make: Ca
 
 
 def test_a_sign_error_in_the_bias_breaks_the_proof(monkeypatch: pytest.MonkeyPatch) -> None:
-    from symdyn.dynamics import loops
-
-    swing = loops._swing
-    monkeypatch.setattr(loops, "_swing", lambda omega, alpha, d: tuple(-x for x in swing(omega, alpha, d)))
+    swing = rows._swing
+    monkeypatch.setattr(rows, "_swing", lambda omega, alpha, d: tuple(-x for x in swing(omega, alpha, d)))
     w = Workspace(crank_rocker())
     one, other = (derive_one(w, "forward_dynamics", road) for road in roads("forward_dynamics", w.scene))
 

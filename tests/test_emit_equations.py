@@ -20,7 +20,7 @@ from symdyn.dynamics.lagrange import driving_forces, energies
 from symdyn.emit.breaking import break_lines, latex_width
 from symdyn.emit.equations import FORMATS, GROUPS, equations_text
 from symdyn.emit.formula_text import BREAK, Latex, significant, text_of
-from symdyn.emit.latex_page import LINE
+from symdyn.emit.latex_layout import LINE
 from symdyn.emit.symbols import latex_symbols, latex_unit, print_name
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable

@@ -16,9 +16,9 @@ from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Pose, Scene, spell, velocity_name
 from symdyn.scene.formats import mjcf
+from symdyn.scene.joints.turned import inverse as inverse_pose
 from symdyn.scene.quantity import number
 from symdyn.scene.reading import Reading, ReadOptions
-from symdyn.scene.turning import inverse as inverse_pose
 from symdyn.scene.value import value_of
 
 mujoco = pytest.importorskip("mujoco")

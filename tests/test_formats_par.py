@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from symdyn.build import lambdify
-from symdyn.dynamics import derive, mobility
+from symdyn.dynamics import derive
+from symdyn.dynamics.loops.mobility import mobility
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.scene import (
@@ -139,12 +140,15 @@ def test_frames_of_every_kind_are_placed_by_six_parameters() -> None:
 
 def test_decimals_of_pi_are_snapped_with_a_note_and_only_if_wanted() -> None:
     reading = par.read(DATA / "tree.par", ReadOptions())
-    assert [note.partition(": ")[2] for note in reading.notes] == [
+    data = "friction is kept as data and enters no equation (joint1)"
+    advice = "; a scene says friction = { coulomb = 0.5, smoothing = 0.01 } to have it act"
+    assert {note.partition(": ")[2] for note in reading.notes} == {
         "frame 3: gamma = -1.5707963 is read as -pi/2",
         "frame 5: alpha = 1.0472 is read as pi/3",
-    ]
+        data + advice,
+    }
     plain = par.read(DATA / "tree.par", ReadOptions(snap=False))
-    assert plain.notes == ()
+    assert [note.partition(": ")[2] for note in plain.notes] == [data + advice]
     assert plain.scene.joints[2].origin.steps[0] == ("Rz", number(Fraction("-1.5707963")))
 
 

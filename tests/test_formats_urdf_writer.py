@@ -209,7 +209,7 @@ def test_free_parameters_are_refused():
         )
     )
 
-    with pytest.raises(SceneError, match="arm: URDF holds numbers only, and m have no value; give each a value"):
+    with pytest.raises(SceneError, match="arm: URDF holds numbers only, and m has no value; give each a value"):
         write_text(scene)
 
 

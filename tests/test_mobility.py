@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from closed_mechanisms import along_x, bricard, crank_rocker, exact, hinge, n_four_bar, rod, rssr, slider_crank
 
-from symdyn.dynamics import mobility
-from symdyn.scene import Body, Joint, Scene
+from symdyn.dynamics.loops.mobility import mobility
+from symdyn.scene import Body, Joint, Scene, read
 from symdyn.scene.quantity import ONE, ZERO
 
 
@@ -67,7 +68,7 @@ def test_a_pendulum_beside_a_loop_is_no_idle_motion() -> None:
 
     assert found.by_rank == 2
     assert found.idle == ()
-    assert found.notes[-1] == "under-driven: 1 drive (tau) for 2 freedoms; q_P_dot move as they like"
+    assert found.notes[-1] == "under-driven: 1 drive (tau) for 2 freedoms; q_P_dot moves as it likes"
 
 
 def test_an_over_driven_mechanism_is_told_how_many_drives_are_too_many() -> None:
@@ -89,7 +90,7 @@ def test_a_change_point_has_more_freedoms_itself_than_round_about() -> None:
 
     assert (found.by_rank, found.here) == (1, 2)
     assert any(note.startswith("change point: at the assembled position itself 2") for note in found.notes)
-    assert any("the loop C1 is near a change point" in note for note in found.notes)
+    assert any("the loop C1 is at a change point" in note for note in found.notes)
 
 
 def test_a_triangle_of_bars_is_a_structure() -> None:
@@ -112,3 +113,9 @@ def test_a_triangle_of_bars_is_a_structure() -> None:
 
 def _back() -> object:
     return replace(along_x(ONE), steps=(("Tx", exact(-1)),))
+
+
+def test_every_component_of_a_rolling_contact_is_counted() -> None:
+    found = mobility(read(Path(__file__).parent.parent / "examples" / "rolling_disc.toml"))
+
+    assert (found.spatial, found.by_loops, found.by_rank) == (3, 3, 3)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics import mobility
+from symdyn.dynamics.loops.mobility import mobility
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import placement, state_symbols
 from symdyn.errors import SceneError
@@ -23,9 +23,9 @@ from symdyn.scene import (
     starting_velocity,
     with_symbolic_inertia,
 )
+from symdyn.scene.joints.turned import inverse
 from symdyn.scene.quantity import symbol
 from symdyn.scene.starters import starter
-from symdyn.scene.turning import inverse
 from symdyn.scene.value import value_of
 
 ROOT = Path(__file__).parent.parent

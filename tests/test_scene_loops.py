@@ -13,7 +13,8 @@ from symdyn.dynamics.state import joint_motion, placement
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Joint, Pose, ReadOptions, number, read_noting, read_text, symbol, write_text
-from symdyn.scene.turning import inverse, turned
+from symdyn.scene.joints.turned import inverse
+from symdyn.scene.turning import turned
 
 BODIES = "".join(f"[bodies.{name}]\nmass = 1\n" for name in ("crank", "coupler", "rocker"))
 
@@ -68,6 +69,14 @@ def test_the_user_says_which_joint_is_cut(tmp_path):
     assert [note.split(": ")[1:3] for note in reading.notes] == [
         ["joints.b", 'is turned round'], ["joints.c", 'is turned round']
     ]  # fmt: skip
+
+
+def test_a_start_that_is_dropped_with_a_cut_joint_is_told(tmp_path):
+    started = FOUR_BAR.replace(joint("a", "ground", "crank"), joint("a", "ground", "crank", more="start = 0.8"))
+    reading = noting(started, tmp_path, ("a",))
+
+    assert "joints.a: is cut and has no coordinates: its start is not used" in "\n".join(reading.notes)
+    assert "is not used" not in "\n".join(noting(started, tmp_path, ("c",)).notes)
 
 
 def test_the_joint_with_most_freedoms_is_cut_unless_it_says_what_a_cut_joint_cannot(tmp_path):

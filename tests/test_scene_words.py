@@ -20,6 +20,7 @@ from symdyn.scene import (
     lock,
     number,
     parse,
+    read_noting,
     read_text,
     revolute,
     scene,
@@ -251,6 +252,8 @@ JOINT_FAULTS = [
     ("revolute", "coordinate = 'x'\ncoordinates = ['x']", "coordinate and coordinates say the same thing twice"),
     ("revolute", "armature = 1\nrotor = { inertia = 1 }", "armature and rotor say the same thing twice"),
     ("revolute", "rotor = { gear = 1 }", "rotor: inertia is missing"),
+    ("revolute", "rotor = { inertia = -1 }", "rotor: inertia = -1 is negative"),
+    ("revolute", "rotor = { inertia = 1, gear = 0 }", "rotor: gear = 0 turns no rotor"),
     ("revolute", "friction = { static = 1 }", "friction: coulomb is missing"),
     ("revolute", "friction = { coulomb = -1 }", "friction.coulomb = -1 is negative; give zero or more"),
     ("revolute", "friction = { coulomb = 1, stribeck = 0 }", "friction.stribeck = 0 is no rate; give one above zero"),
@@ -342,3 +345,15 @@ def test_all_faults_come_together():
 def test_time_has_no_place_in_a_mass():
     with pytest.raises(SceneError, match=r"mass = t uses t, the time; only forces, loads and prescribed motions"):
         scene("x", bodies=[body("a", mass="t")], joints=[revolute("j", "ground", "a")])
+
+
+def test_plain_friction_is_noted_as_data_that_does_not_act(tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_text(BASE.replace("TYPE", "revolute").replace("KEYS", "friction = 0.5"))
+
+    (note,) = read_noting(path).notes
+    assert "friction is kept as data and enters no equation" in note
+    assert "friction = { coulomb = 0.5, smoothing = 0.01 }" in note
+
+    path.write_text(BASE.replace("TYPE", "revolute").replace("KEYS", "friction = { coulomb = 1, smoothing = 0.1 }"))
+    assert read_noting(path).notes == ()

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from closed_mechanisms import crank_rocker
+from closed_mechanisms import crank_rocker, exact
 from scenes_in_time import double_pendulum, heavy_top, pendulum
 
+from symdyn.dynamics.loops.mobility import mobility
 from symdyn.errors import SimulateError
-from symdyn.scene import read
+from symdyn.scene import Joint, Scene, read
+from symdyn.scene.formula import parse as formula
 from symdyn.scene.table import Faults
 from symdyn.simulate import METHODS, Motion, Trajectory, inverse, read_forces, read_motion, simulate
+from symdyn.simulate.initial import read_start
 from symdyn.simulate.integrate import importable
 from symdyn.simulate.laws import Law, read_law
 from symdyn.simulate.record import csv_text, record
@@ -238,3 +242,60 @@ def test_csv_holds_every_digit_and_the_same_run_is_the_same_text() -> None:
     assert csv_text(runs[0]) == csv_text(runs[1])
     assert [float(x) for x in first[-1].split(",")] == runs[0].table()[1][-1].tolist()
     assert first[0].split(",")[:5] == ["t", "q1", "q2", "q1_dot", "q2_dot"]
+
+
+def _with_rates(rates: dict[str, str]) -> Scene:
+    """Return the crank-rocker with rates at the start of some joints."""
+    scene = crank_rocker()
+    joints = (replace(j, start_rates=(exact(rates[j.name]),)) if j.name in rates else j for j in scene.joints)
+    return replace(scene, joints=tuple(joints))
+
+
+def test_declared_rates_of_a_closed_scene_stay_and_the_others_follow() -> None:
+    u = read_start(_with_rates({"A": "2"})).u
+
+    assert u == pytest.approx([2, -2.70989534238792, -0.09150487088332], rel=1e-11)  # fourbar_reactions, case 1
+    assert read_start(_with_rates({"A": "1"}), rates={"q_A": "2"}).u == pytest.approx(u, rel=1e-15)
+
+
+def test_rates_that_contradict_each_other_are_refused() -> None:
+    contradicting = "q_A_dot = 2, q_D_dot = 7 contradict each other: C is violated"
+    with pytest.raises(SimulateError, match=contradicting):
+        read_start(_with_rates({"A": "2", "D": "7"}))
+    with pytest.raises(SimulateError, match=contradicting):
+        read_start(_with_rates({"A": "2"}), rates={"q_D": "7"})
+    (note,) = [one for one in mobility(_with_rates({"A": "2", "D": "7"})).notes if "planar" not in one]
+    assert contradicting in note
+
+
+def test_a_rate_that_is_given_does_not_loosen_a_prescribed_one() -> None:
+    scene = crank_rocker()
+    led = replace(scene.joints[0], start=(), motion=formula("4/5 + 2*t"), drives=(None,))
+    scene = replace(scene, joints=(led, *scene.joints[1:]))
+
+    with pytest.raises(SimulateError, match="contradict each other"):
+        read_start(scene, rates={"q_D": "7"})
+
+
+def test_loops_that_forbid_nothing_are_simulated_as_the_tree() -> None:
+    """A hinge that is closed by a second one on the same line: all rows of the loop are redundant."""
+    scene = pendulum()
+    (hinge,) = scene.joints
+    twin = Joint("twin", hinge.type, hinge.parent, hinge.child, origin=hinge.origin, tip=hinge.tip)
+    doubled = replace(scene, loops=(twin,))
+    tree, closed = (simulate(one, until=0.2, every=0.1, start={"q1": "1"}) for one in (scene, doubled))
+
+    assert np.abs(closed.q - tree.q).max() < 1e-11
+    assert "loop_error" not in closed.extra
+    assert inverse(doubled, read_motion(doubled, ["q1=t"]), [0.0, 0.1]).tau == pytest.approx(
+        inverse(scene, read_motion(scene, ["q1=t"]), [0.0, 0.1]).tau
+    )
+    assert inverse(doubled, Motion(), [0.0]).notes == ("no law is given for q1: at rest",)
+
+
+def test_a_quaternion_that_is_no_unit_is_told_and_divided_by_its_length() -> None:
+    start = read_start(heavy_top(), {"q1": "3", "q2": "4", "q3": "0", "q4": "0"})
+
+    assert start.q[:4] == pytest.approx([0.6, 0.8, 0, 0])
+    assert start.notes == ("start: the quaternion (q1, q2, q3, q4) has length 5; it was divided by that",)
+    assert not read_start(heavy_top()).notes

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import pytest
+from mechanisms import jointed
 
+from symdyn import scene
 from symdyn.algebra.balls import FUNCTIONS_OF_BALLS
 from symdyn.algebra.big import BigFloats
 from symdyn.algebra.numeric import Batches, Floats
 from symdyn.algebra.running_error import SLOPES
+from symdyn.draw.symbols import SYMBOLS
 from symdyn.dynamics.cost import CATEGORY
 from symdyn.emit.c import spellings
 from symdyn.emit.javascript import JAVASCRIPT
@@ -17,6 +20,10 @@ from symdyn.emit.spelling import Spelling
 from symdyn.graph import ARITY, FUNCTIONS, Op
 from symdyn.graph.differentiate import PARTIALS
 from symdyn.graph.ops import LEAVES
+from symdyn.scene import JOINTS
+from symdyn.scene.joint_table import SHAPE_KEYS
+from symdyn.scene.spanning import freedoms
+from symdyn.scene.turning import turned
 
 NUMERIC = {
     "f": Floats.functions,
@@ -57,3 +64,19 @@ def test_every_operation_has_a_spelling_with_one_place_an_operand(target):
         assert isinstance(spelling, Spelling)
         assert len(spelling.wants) == ARITY[op]
         assert spelling.pattern.count("{}") == max(ARITY[op], 1)
+
+
+def test_every_joint_type_has_a_symbol_and_a_function_that_declares_it():
+    assert set(SYMBOLS) == set(JOINTS)
+    assert [kind for kind in JOINTS if not callable(getattr(scene, kind, None))] == []
+    assert {key for kind in JOINTS.values() for key in kind.keys} == set(SHAPE_KEYS)
+
+
+@pytest.mark.parametrize("kind", JOINTS)
+def test_a_joint_type_is_complete(kind):
+    joint = jointed("revolute", kind).joints[1]
+
+    assert freedoms(kind, len(joint.coordinates)) == len(joint.rates)
+    if JOINTS[kind].turned is not None:
+        assert turned(joint).rates == joint.rates or kind == "universal"
+        assert turned(turned(joint)) == joint

@@ -20,9 +20,9 @@ from symdyn.dynamics.reactions.dalembert import (
     frames,
     inertia_bivector,
     shift,
-    solution,
     turned,
 )
+from symdyn.dynamics.reactions.solution import solution
 from symdyn.dynamics.state import vector
 from symdyn.dynamics.tree import body_inertia
 from symdyn.errors import DerivationError

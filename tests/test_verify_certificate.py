@@ -28,7 +28,8 @@ def test_every_example_passes_with_every_output(path: Path) -> None:
     certificate = certify(read(path))
 
     assert certificate.passed, [f for f in certificate.findings if f.verdict == DIFFERENT]
-    assert all(f.verdict == PROVED for f in certificate.findings if "positive definite" not in f.claim)
+    unsure = [f.claim for f in certificate.findings if f.verdict != PROVED]
+    assert [claim for claim in unsure if not claim.startswith(("mass matrix: positive definite", "positions"))] == []
     assert {a.module for a in certificate.accuracy} == MODULES
     json.dumps(certificate.as_dict())
 
@@ -79,7 +80,7 @@ def test_a_massless_end_has_no_forward_dynamics_and_the_rest_is_certified() -> N
     scene = read_text(text, "ghost.toml")
     certificate = certify(scene)
 
-    assert any("nothing beyond joint 2 has inertia" in note for note in certificate.notes)
+    assert any("a motion of the joint b, which carries ghost, moves no mass" in note for note in certificate.notes)
     assert certificate.passed
     assert all(f.verdict == PROVED for f in certificate.findings)
     with pytest.raises(DerivationError, match="forward dynamics does not exist"):

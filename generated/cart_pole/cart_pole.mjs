@@ -74,6 +74,7 @@
  * Arguments:
  *
  *     q, shape (2,); m, rad: joint positions
+ *         x, theta
  *     qd, shape (2,); m/s, rad/s: joint velocities
  *     qdd, shape (2,); m/s^2, rad/s^2: joint accelerations
  *     tau, shape (2,); N, N m: driving forces, positive accelerates the joint

@@ -11,12 +11,13 @@
  *         recursive; 15 mul, 9 add, 1 sincos
  *
  *     forward_reactions_ground(q, qd, tau) -> R, shape (2, 6); N and N m
- *         during forward dynamics: reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame
+ *         reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics
  *         recursive; 25 mul, 15 add, 1 div, 1 sincos
  *
  * Arguments:
  *
  *     q, shape (2,); m, rad: joint positions
+ *         x, theta
  *     qd, shape (2,); m/s, rad/s: joint velocities
  *     qdd, shape (2,); m/s^2, rad/s^2: joint accelerations
  *     tau, shape (2,); N, N m: driving forces, positive accelerates the joint

@@ -10,19 +10,21 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
         recursive; 15 mul, 9 add, 1 sincos
 
     forward_reactions_ground(q, qd, tau) -> R, shape (2, 6); N and N m
-        during forward dynamics: reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame
+        reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics
         recursive; 25 mul, 15 add, 1 div, 1 sincos
 
 Arguments:
 
     q, shape (2,); m, rad: joint positions
+        x, theta
     qd, shape (2,); m/s, rad/s: joint velocities
     qdd, shape (2,); m/s^2, rad/s^2: joint accelerations
     tau, shape (2,); N, N m: driving forces, positive accelerates the joint
 
 Arrays have their own dimension last: an argument of shape (n,) is one state, (..., n) a batch of them, and leading
 dimensions broadcast. Results are float64; `out` is an array to put them into. One state is computed in plain floats,
-a batch in blocks of 4096 states. NaN gives NaN, and nothing is raised or warned about where a result is not finite.
+a batch in blocks of 4096 states. A NaN in any entry that a result depends on makes that result NaN, as does an
+angle that is infinite; nothing is raised or warned about where a result is not finite.
 Needs NumPy and nothing else.
 """
 
@@ -176,7 +178,7 @@ def _reactions(of, q, qd, qdd):
 
 
 def forward_reactions_ground(q, qd, tau, out=None):
-    """Return the during forward dynamics: reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame.
+    """Return the reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics.
 
     Args:
         q: joint positions, shape (..., 2); m, rad.

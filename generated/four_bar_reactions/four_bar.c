@@ -11,12 +11,13 @@
  *         recursive; 68 mul, 58 add, 1 div, 3 sincos
  *
  *     forward_reactions_ground(q, qd, tau) -> R, shape (4, 6); N and N m
- *         during forward dynamics: reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame
+ *         reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics
  *         recursive; 124 mul, 101 add, 3 div, 3 sincos
  *
  * Arguments:
  *
  *     q, shape (3,); rad: joint positions
+ *         phi, psi, chi
  *     qd, shape (3,); rad/s: joint velocities
  *     qdd, shape (3,); rad/s^2: joint accelerations
  *     tau, shape (3,); N m: driving forces, positive accelerates the joint

@@ -11,18 +11,23 @@
  *         recursive; 68 mul, 58 add, 1 div, 3 sincos
  *
  *     forward_reactions_ground(q, qd, tau) -> R, shape (4, 6); N and N m
- *         during forward dynamics: reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame
+ *         reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics
  *         recursive; 124 mul, 101 add, 3 div, 3 sincos
  *
  * Arguments:
  *
  *     q, shape (3,); rad: joint positions
+ *         phi, psi, chi
  *     qd, shape (3,); rad/s: joint velocities
  *     qdd, shape (3,); rad/s^2: joint accelerations
  *     tau, shape (3,); N m: driving forces, positive accelerates the joint
  *
  * Every array is contiguous, a matrix row by row; a scalar result goes through `out` as well. `out` may be one of the
  * arguments: all of them are read before anything is written. Nothing is allocated and nothing is kept between calls.
+ *
+ * A NaN in any entry that a result depends on makes that result NaN, as does an angle that is infinite, and errno is
+ * not set. No floating-point exception is raised but inexact, and: invalid for an infinite angle or what has no real
+ * value, division by zero and overflow where a result is infinite, underflow where numbers are too small for the type.
  */
 #ifndef SYMDYN_FOUR_BAR_H
 #define SYMDYN_FOUR_BAR_H
@@ -41,7 +46,7 @@ extern "C" {
 void four_bar_reactions(const double *q, const double *qd, const double *qdd, double *out);
 
 /*
- * during forward dynamics: reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame [N and N m]
+ * reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics [N and N m]
  *   q[3]
  *   qd[3]
  *   tau[3]

@@ -10,19 +10,21 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
         recursive; 68 mul, 58 add, 1 div, 3 sincos
 
     forward_reactions_ground(q, qd, tau) -> R, shape (4, 6); N and N m
-        during forward dynamics: reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame
+        reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics
         recursive; 124 mul, 101 add, 3 div, 3 sincos
 
 Arguments:
 
     q, shape (3,); rad: joint positions
+        phi, psi, chi
     qd, shape (3,); rad/s: joint velocities
     qdd, shape (3,); rad/s^2: joint accelerations
     tau, shape (3,); N m: driving forces, positive accelerates the joint
 
 Arrays have their own dimension last: an argument of shape (n,) is one state, (..., n) a batch of them, and leading
 dimensions broadcast. Results are float64; `out` is an array to put them into. One state is computed in plain floats,
-a batch in blocks of 4096 states. NaN gives NaN, and nothing is raised or warned about where a result is not finite.
+a batch in blocks of 4096 states. A NaN in any entry that a result depends on makes that result NaN, as does an
+angle that is infinite; nothing is raised or warned about where a result is not finite.
 Needs NumPy and nothing else.
 """
 
@@ -233,7 +235,7 @@ def _reactions(of, q, qd, qdd):
 
 
 def forward_reactions_ground(q, qd, tau, out=None):
-    """Return the during forward dynamics: reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame.
+    """Return the reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics.
 
     Args:
         q: joint positions, shape (..., 3); rad.

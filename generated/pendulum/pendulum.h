@@ -82,6 +82,7 @@
  * Arguments:
  *
  *     q, shape (1,); rad: joint positions
+ *         q1
  *     qd, shape (1,); rad/s: joint velocities
  *     qdd, shape (1,); rad/s^2: joint accelerations
  *     tau, shape (1,); N m: driving forces, positive accelerates the joint

@@ -81,6 +81,7 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
 Arguments:
 
     q, shape (1,); rad: joint positions
+        q1
     qd, shape (1,); rad/s: joint velocities
     qdd, shape (1,); rad/s^2: joint accelerations
     tau, shape (1,); N m: driving forces, positive accelerates the joint

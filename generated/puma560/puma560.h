@@ -73,6 +73,7 @@
  * Arguments:
  *
  *     q, shape (6,); rad: joint positions
+ *         q1 ... q6
  *     qd, shape (6,); rad/s: joint velocities
  *     qdd, shape (6,); rad/s^2: joint accelerations
  *     tau, shape (6,); N m: driving forces, positive accelerates the joint

@@ -72,6 +72,7 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
 Arguments:
 
     q, shape (6,); rad: joint positions
+        q1 ... q6
     qd, shape (6,); rad/s: joint velocities
     qdd, shape (6,); rad/s^2: joint accelerations
     tau, shape (6,); N m: driving forces, positive accelerates the joint

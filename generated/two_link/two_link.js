@@ -73,6 +73,7 @@
  * Arguments:
  *
  *     q, shape (2,); rad: joint positions
+ *         q1, q2
  *     qd, shape (2,); rad/s: joint velocities
  *     qdd, shape (2,); rad/s^2: joint accelerations
  *     params, shape (5,); kg, kg, m, m, m/s^2: free parameters: m1, m2, h1, h2, g

@@ -72,6 +72,7 @@ Functions, with the operations of one call (mul, add and sub, div, sincos: one a
 Arguments:
 
     q, shape (2,); rad: joint positions
+        q1, q2
     qd, shape (2,); rad/s: joint velocities
     qdd, shape (2,); rad/s^2: joint accelerations
     params, shape (5,); kg, kg, m, m, m/s^2: free parameters: m1, m2, h1, h2, g

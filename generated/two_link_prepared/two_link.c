@@ -26,6 +26,7 @@
  *
  *     params, shape (5,); kg, kg, m, m, m/s^2: free parameters: m1, m2, h1, h2, g
  *     q, shape (2,); rad: joint positions
+ *         q1, q2
  *     qd, shape (2,); rad/s: joint velocities
  *     qdd, shape (2,); rad/s^2: joint accelerations
  *     prepared, shape (11,): result of prepare(params), from m1, m2, h1, h2, g

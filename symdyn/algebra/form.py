@@ -119,6 +119,14 @@ def terms_of(form: Form) -> tuple[Form, ...]:
     return form.terms if isinstance(form, Sum) else (form,)
 
 
+def signed_product(form: Form, rate: Form) -> Form:
+    """Return form · rate; a sum of negative terms takes its sign in front."""
+    terms = terms_of(form)
+    if len(terms) > 1 and all(split_sign(term)[0] < 0 for term in terms):
+        return product_of((MINUS_ONE, sum_of(split_sign(term)[1] for term in terms), rate))
+    return product_of((form, rate))
+
+
 def symbols_of(form: Form) -> list[str]:
     """Return the names of the symbols in a form, in order of appearance, repeats included."""
     if isinstance(form, Symbol):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -138,8 +138,3 @@ def _smallest(matrix: Callable[[Array], Any], q: Array) -> Array:
         singular = np.linalg.svd(A[good], compute_uv=False)
         values[good] = singular[:, -1] / np.maximum(singular[:, 0], 1e-300)
     return values
-
-
-def arguments_of(names: Sequence[str], states: Mapping[str, Array]) -> list[Array]:
-    """Return the arguments in calling order."""
-    return [states[name] for name in names]

@@ -9,6 +9,7 @@ from typing import Any, overload
 from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.library import load
 from symdyn.build.module import CFunction, Module, bind, bind_rows
+from symdyn.dynamics import Closing
 from symdyn.emit import Sources, emit
 from symdyn.emit.names import function_names, stem
 from symdyn.emit.real import find_real
@@ -65,11 +66,17 @@ def build(
 
 
 @overload
-def lambdify(scene: Scene, name: str, target: str = "numpy", real: str = "double") -> Call: ...
+def lambdify(scene: Scene, name: str, target: str = "numpy", real: str = "double", closing: Closing = ...) -> Call: ...
 @overload
-def lambdify(scene: Scene, name: tuple[str, ...], target: str = "numpy", real: str = "double") -> tuple[Call, ...]: ...
 def lambdify(
-    scene: Scene, name: str | tuple[str, ...], target: str = "numpy", real: str = "double"
+    scene: Scene, name: tuple[str, ...], target: str = "numpy", real: str = "double", closing: Closing = ...
+) -> tuple[Call, ...]: ...
+def lambdify(
+    scene: Scene,
+    name: str | tuple[str, ...],
+    target: str = "numpy",
+    real: str = "double",
+    closing: Closing = Closing(),  # noqa: B008  frozen
 ) -> Call | tuple[Call, ...]:
     """Return one of the scene's functions, or several, as callables of arrays (n,) or (..., n).
 
@@ -78,6 +85,7 @@ def lambdify(
         name: a function such as "inverse_dynamics" or "pose:tool", or a tuple of them, which gives a tuple.
         target: "numpy", or "c" to compile.
         real: "double" or "float".
+        closing: what to choose about closed loops.
 
     Raises:
         DerivationError: there is no such function.
@@ -87,7 +95,7 @@ def lambdify(
     if target not in LOADERS:
         raise EmitError(f"target {target!r} is not known; give {' or '.join(LOADERS)}")
     wanted = (name,) if isinstance(name, str) else tuple(name)
-    program = lower(formulate(scene, tuple(dict.fromkeys(wanted))))
+    program = lower(formulate(scene, tuple(dict.fromkeys(wanted)), closing=closing))
     names = function_names([routine.function.name for routine in program.routines])
     module = LOADERS[target](emit(program, target, real, batch=True))
     calls = dict(zip(dict.fromkeys(wanted), (getattr(module, legal) for legal in names), strict=True))

@@ -61,8 +61,8 @@ def _python_headers() -> str:
     """
     if not (INCLUDE / "Python.h").is_file():
         raise MissingCompiler(
-            f"{INCLUDE}: there is no Python.h, which an extension module needs; install Python's headers (python3-dev), "
-            "or use the NumPy module, which needs none: `symdyn generate SCENE --target numpy`"
+            f"{INCLUDE}: there is no Python.h, which an extension module needs; install Python's headers "
+            "(python3-dev), or use the NumPy module, which needs none: `symdyn generate SCENE --target numpy`"
         )
     return str(INCLUDE)
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from symdyn.build.door import run_python
 from symdyn.build.extension import build_extension
+from symdyn.dynamics import Closing
 from symdyn.dynamics.derive import CUBIC, available
 from symdyn.emit import emit
 from symdyn.emit.names import function_names
@@ -37,6 +38,7 @@ class Loaded:
         signatures: how each is called, such as "mass_matrix(q, params) -> M: (2),(5)->(2,2)".
         compiled: whether they are NumPy ufuncs in C; else they are functions of the generated NumPy module.
         compiler, machine: as they were asked for.
+        closing: what was chosen about closed loops.
         prepared: whether `prepare(params)` is among them, and all others take its result in place of `params`.
     """
 
@@ -48,6 +50,7 @@ class Loaded:
     compiler: str | None = None
     machine: str = "native"
     prepared: bool = False
+    closing: Closing = Closing()  # noqa: RUF009  frozen
 
     def __post_init__(self) -> None:
         """Make every function an attribute, found without a detour."""
@@ -68,7 +71,7 @@ class Loaded:
         return f"<{self.scene.name}, {kind}:{lines}>"
 
     def __reduce__(self) -> tuple[Callable[..., Loaded], tuple[Scene, tuple[str, ...]]]:
-        again = partial(load, compiler=self.compiler, machine=self.machine, prepare=self.prepared)
+        again = partial(load, compiler=self.compiler, machine=self.machine, prepare=self.prepared, closing=self.closing)
         return again, (self.scene, self.requests)
 
 
@@ -79,6 +82,7 @@ def load(
     compiler: str | None = None,
     machine: str = "native",
     prepare: bool = False,
+    closing: Closing = Closing(),  # noqa: B008  frozen
 ) -> Loaded:
     """Return the functions of a scene, compiled into a Python extension that is kept in the cache.
 
@@ -87,11 +91,13 @@ def load(
 
     Args:
         scene: a scene, or a file that `symdyn.read` understands.
-        functions: one such as "inverse_dynamics" or "pose:tool", or several; None takes the dynamics and the kinematics
-            of the declared points, but not the Coriolis matrix and the coefficients k_z, k_C and so on, which are large.
+        functions: one such as "inverse_dynamics" or "pose:tool", or several; None takes the dynamics and the
+            kinematics of the declared points, but not the Coriolis matrix and the coefficients k_z, k_C and so on,
+            which are large.
         parameters: values for free parameters, as numbers or formulas; the others are the last operand, `params`.
         compiler: as for `symdyn.build.build`.
         machine: likewise.
+        closing: what to choose about closed loops.
         prepare: whether to take work on parameters alone out of the calls: `prepared = arm.prepare(params)`, once, is
             then the last operand of all other functions. Without free parameters there is nothing to prepare.
 
@@ -104,17 +110,20 @@ def load(
     known = scene if isinstance(scene, Scene) else read(scene)
     known = bind(known, parameters) if parameters else known
     names = (functions,) if isinstance(functions, str) else functions
-    requests = tuple(dict.fromkeys(usual(known) if names is None else names))
-    program = lower(formulate(known, requests))
+    requests = tuple(dict.fromkeys(usual(known, closing) if names is None else names))
+    program = lower(formulate(known, requests, closing=closing))
     program = prepare_program(program) if prepare else program
     calls, compiled = load_program(program, compiler, machine)
     signatures = {name: _signature(name, routine) for name, routine in zip(calls, program.routines, strict=True)}
-    return Loaded(known, requests, calls, signatures, compiled, compiler, machine, is_prepared(program))
+    return Loaded(known, requests, calls, signatures, compiled, compiler, machine, is_prepared(program), closing)
 
 
-def usual(scene: Scene) -> tuple[str, ...]:
+def usual(
+    scene: Scene,
+    closing: Closing = Closing(),  # noqa: B008  frozen
+) -> tuple[str, ...]:
     """Return the functions that `load` takes unasked."""
-    outputs, _ = available(scene)
+    outputs, _ = available(scene, closing)
     return tuple(name for name in outputs if is_usual(name))
 
 

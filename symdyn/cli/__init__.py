@@ -7,10 +7,38 @@ import os
 import sys
 from collections.abc import Sequence
 
-from symdyn.cli import bench, convert, draw, equations, generate, info, inverse, new, simulate, stress, verify
+from symdyn.cli import (
+    bench,
+    check_derivation,
+    convert,
+    draw,
+    equations,
+    generate,
+    info,
+    inverse,
+    new,
+    simulate,
+    stress,
+    verify,
+    walkthrough,
+)
 from symdyn.errors import SymdynError
 
-VERBS = (equations, generate, verify, simulate, inverse, bench, stress, info, draw, convert, new)
+VERBS = (
+    equations,
+    walkthrough,
+    check_derivation,
+    generate,
+    verify,
+    simulate,
+    inverse,
+    bench,
+    stress,
+    info,
+    draw,
+    convert,
+    new,
+)
 
 
 def parser() -> argparse.ArgumentParser:

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
 from symdyn.cli.reading import add_reading_options, read_scene
+
+if TYPE_CHECKING:
+    from symdyn.scene import Scene
 
 
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -28,9 +32,6 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 def run(options: argparse.Namespace) -> int:
     """Print the equations."""
     from symdyn.cli.talk import Waiting
-    from symdyn.emit.base_parameters import base_parameters_text
-    from symdyn.emit.dalembert_page import dalembert_text
-    from symdyn.emit.equations import equations_text
     from symdyn.errors import EmitError
 
     scene = read_scene(options)
@@ -40,12 +41,21 @@ def run(options: argparse.Namespace) -> int:
         raise EmitError(f"D'Alembert's system is written in LaTeX, not as {options.format}; leave --format out")
     with Waiting() as progress:
         progress("expanding")
-        if options.group == "dalembert":
-            print(dalembert_text(scene, options.document))
-            return 0
-        if options.group == "base-parameters":
-            print(base_parameters_text(scene, options.format))
-            return 0
-        text = equations_text(scene, options.format, options.group, options.angles, options.document)
+        text = _text(scene, options)
     print(text)
     return 0
+
+
+def _text(scene: Scene, options: argparse.Namespace) -> str:
+    """Return what was asked for; each page imports what it needs."""
+    if options.group == "dalembert":
+        from symdyn.emit.dalembert_page import dalembert_text
+
+        return dalembert_text(scene, options.document)
+    if options.group == "base-parameters":
+        from symdyn.emit.base_parameters import base_parameters_text
+
+        return base_parameters_text(scene, options.format)
+    from symdyn.emit.equations import equations_text
+
+    return equations_text(scene, options.format, options.group, options.angles, options.document)

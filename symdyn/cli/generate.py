@@ -5,9 +5,19 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from symdyn.cli.reading import add_formulation, add_prepare, add_reading_options, read_scene, reading_words
+from symdyn.cli.reading import (
+    add_closing,
+    add_formulation,
+    add_prepare,
+    add_reading_options,
+    closing_of,
+    closing_words,
+    read_scene,
+    reading_words,
+)
 
 if TYPE_CHECKING:
+    from symdyn.dynamics import Closing
     from symdyn.scene import Scene
 
 
@@ -26,6 +36,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     verb.add_argument("--real", choices=("double", "float"), default="double", help="number type (default: double)")
     verb.add_argument("--batch", action="store_true", help="C: functions over many states too, fit for vector code")
     add_formulation(verb)
+    add_closing(verb)
     add_prepare(verb)
     verb.add_argument("--static", action="store_true", help="at rest: every velocity is zero and no argument")
     verb.add_argument("-o", "--output", metavar="DIR", default=".", help="folder to write to (default: here)")
@@ -40,12 +51,13 @@ def run(options: argparse.Namespace) -> int:
     from symdyn.program.prepare import is_prepared
 
     scene = read_scene(options)
+    closing = closing_of(options, scene)
     with Waiting() as progress:
         progress("deriving")
-        outputs, left_out = requested(scene, options.functions)
+        outputs, left_out = requested(scene, options.functions, closing)
         for reason in left_out:
             say(f"symdyn: {reason}")
-        equations = formulate(scene, outputs, options.formulation)
+        equations = formulate(scene, outputs, options.formulation, closing)
         program = lower(at_rest(equations) if options.static else equations)
         if options.prepare:
             program = prepare(program)
@@ -58,13 +70,13 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def requested(scene: Scene, functions: str | None) -> tuple[tuple[str, ...], list[str]]:
+def requested(scene: Scene, functions: str | None, closing: Closing) -> tuple[tuple[str, ...], list[str]]:
     """Return the outputs to generate and why some of the usual ones are left out."""
     from symdyn.dynamics import available
 
     if functions is not None:
         return split(functions), []
-    return available(scene)
+    return available(scene, closing)
 
 
 def split(functions: str) -> tuple[str, ...]:
@@ -79,6 +91,7 @@ def command(options: argparse.Namespace) -> str:
     words += ["--real", options.real] if options.real != "double" else []
     words += ["--batch"] if options.batch else []
     words += ["--formulation", options.formulation] if options.formulation else []
+    words += closing_words(options)
     words += ["--prepare"] if options.prepare else []
     words += ["--static"] if options.static else []
     return " ".join(words)

@@ -6,11 +6,15 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from itertools import groupby
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
-from symdyn.cli.reading import add_formulation, add_reading_options, read_scene
+from symdyn.cli.reading import add_closing, add_formulation, add_reading_options, closing_of, read_scene
 
 if TYPE_CHECKING:
+    from symdyn.dynamics import Closing
     from symdyn.scene import Joint, Scene
 
 
@@ -19,6 +23,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     verb = verbs.add_parser("info", help="show the mechanism and what its functions cost", description=__doc__)
     add_reading_options(verb)
     add_formulation(verb)
+    add_closing(verb)
     verb.add_argument("--json", action="store_true", help="print JSON")
     alone = verb.add_argument_group("one thing alone")
     alone.add_argument("--frames", action="store_true", help="the link frames that the generator chose")
@@ -31,6 +36,7 @@ def run(options: argparse.Namespace) -> int:
     from symdyn.cli.talk import Waiting, print_json, say
 
     scene = read_scene(options)
+    closing = closing_of(options, scene)
     if options.frames or options.base_parameters:
         with Waiting() as progress:
             progress("regrouping" if options.base_parameters else "choosing frames")
@@ -42,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
         return 0
     with Waiting() as progress:
         progress("deriving and counting")
-        facts, left_out = gather(scene, options.formulation)
+        facts, left_out = gather(scene, options.formulation, closing)
     for reason in left_out:
         say(f"symdyn: {reason}")
     if options.json:
@@ -52,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[str]]:
+def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, Any], list[str]]:
     """Return the facts for JSON, and why some functions are missing."""
     from dataclasses import asdict
 
@@ -61,16 +67,17 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
     from symdyn.program.prepare import is_prepared
     from symdyn.scene import JOINTS, spell
 
-    outputs, left_out = available(scene)
-    equations = formulate(scene, outputs, road)
+    outputs, left_out = available(scene, closing)
+    equations = formulate(scene, outputs, road, closing)
     program = lower(equations)
     prepared = prepare(program)
     first = prepared.routines[0] if is_prepared(prepared) else None
-    freedoms = _mobility(scene)
+    freedoms = _mobility(scene, closing)
     facts = {
         "name": scene.name,
         "degrees_of_freedom": freedoms["by_rank"] if freedoms else len(scene.velocities),
         "mobility": freedoms,
+        "chosen": closing.words,
         "gravity": [spell(component) for component in scene.gravity],
         "joints": [
             {
@@ -81,6 +88,9 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
                 "coordinate": joint.coordinate,
                 "unit": "".join(JOINTS[joint.type].coordinates(joint)) if joint.moves else "",
                 "drive": joint.drive,
+                "coordinates": _with_units(joint.coordinates, JOINTS[joint.type].coordinates(joint)),
+                "velocities": _with_units(joint.rates, JOINTS[joint.type].velocities(joint), per="s"),
+                "drives": list(joint.drives),
                 **_beside(joint),
             }
             for joint in scene.joints
@@ -119,17 +129,18 @@ def gather(scene: Scene, road: str | None = None) -> tuple[dict[str, Any], list[
     return facts, left_out
 
 
-def _mobility(scene: Scene) -> dict[str, Any] | None:
+def _mobility(scene: Scene, closing: Closing) -> dict[str, Any] | None:
     """Return the mobility of a scene with loops or rows; None for a tree, and where the loops cannot be closed."""
     from dataclasses import asdict
 
-    from symdyn.dynamics import is_closed, mobility
+    from symdyn.dynamics import is_closed
+    from symdyn.dynamics.loops.mobility import mobility
     from symdyn.errors import DerivationError
 
     if not is_closed(scene):
         return None
     try:
-        return asdict(mobility(scene))
+        return asdict(mobility(scene, closing))
     except DerivationError:  # `available` has told why
         return None
 
@@ -157,6 +168,12 @@ def show_parts(found: dict[str, Any]) -> None:
         print_table("Link frames, z along the joint's axis; lengths in m, angles in deg or rad", columns, rows)
     for parameter in found.get("base_parameters", ()):
         print(f"{parameter['name']} = {parameter['formula']}")
+
+
+def _with_units(names: tuple[str, ...], units: Sequence[str], per: str = "") -> list[dict[str, str]]:
+    """Return names of coordinates or velocities with their units; none where a joint follows another one."""
+    behind = f"/{per}" if per else ""
+    return [{"name": name, "unit": f"{unit}{behind}"} for name, unit in zip(names, units, strict=False)]
 
 
 def _beside(joint: Joint) -> dict[str, Any]:
@@ -264,6 +281,8 @@ def show_loops(facts: dict[str, Any]) -> None:
         return
     counted = f"{found['spatial']} in space (5.20), {found['by_loops']} loop by loop, {found['by_rank']} by rank"
     print(f"mobility: {counted}; independent: {', '.join(found['independent']) or 'none'}")
+    if facts["chosen"]:
+        print(f"  chosen: {facts['chosen']}")
     for note in found["notes"]:
         print(f"  {note}")
     print()
@@ -304,11 +323,22 @@ def _saving(counts: dict[str, int] | None) -> str:
     return f"{numbers['multiplications']}/{numbers['additions']}{''.join(others)}"
 
 
+def _several(named: list[dict[str, str]]) -> str:
+    """Return names with units, those of one unit together: "x y z in m, e0 e1 e2 e3 in 1"."""
+    parts = [(unit, [one["name"] for one in group]) for unit, group in groupby(named, key=itemgetter("unit"))]
+    return ", ".join(f"{' '.join(names)} in {unit}" for unit, names in parts)
+
+
 def _label(joint: dict[str, Any]) -> str:
     """Return one line about a joint and the body that it carries."""
     words = [f"{joint['name']}: {joint['type']}"]
     if joint["coordinate"]:
         words.append(f"{joint['coordinate']} in {joint['unit']}")
+    elif joint["coordinates"]:
+        words.append(_several(joint["coordinates"]))
+        words.append(f"velocities {_several(joint['velocities'])}")
+        drives = [drive or "none" for drive in joint["drives"]]
+        words += [f"drives {' '.join(drives)}"] if any(joint["drives"]) else []
     if joint["mimic"]:
         follows = joint["mimic"]
         words.append(f"follows {follows['coordinate']}: ratio {follows['ratio']}, offset {follows['offset']}")

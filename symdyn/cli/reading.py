@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import shlex
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from symdyn.dynamics import Closing
     from symdyn.scene import Scene
 
 MOST_NOTES = 20
@@ -57,6 +59,66 @@ def add_prepare(verb: argparse.ArgumentParser) -> None:
         help="a function prepare(params) does the work on free parameters alone; its result is the last argument of "
         "all others, in place of params",
     )
+
+
+def add_closing(verb: argparse.ArgumentParser) -> None:
+    """Add what can be chosen about closed loops."""
+    group = verb.add_argument_group("closed loops")
+    group.add_argument(
+        "--independent",
+        metavar="LIST",
+        help="coordinates that determine the others, e.g. phi,psi; without this, those with the best conditioning",
+    )
+    group.add_argument(
+        "--baumgarte",
+        metavar="ALPHA,BETA",
+        help="stabilise forward dynamics: G qdd = -Gdot qd - 2 ALPHA G qd - BETA^2 r, in 1/s; without this, exact",
+    )
+
+
+def closing_of(options: argparse.Namespace, scene: Scene) -> Closing:
+    """Return what the options choose about the loops of a scene.
+
+    Raises:
+        DerivationError: a choice that means nothing, or a scene without loops and rows.
+    """
+    from symdyn.dynamics import Closing, is_closed
+    from symdyn.errors import DerivationError
+
+    given = [f"--{name}" for name in ("independent", "baumgarte") if getattr(options, name) is not None]
+    if given and not is_closed(scene):
+        raise DerivationError(
+            f"{scene.name}: {' and '.join(given)}: it has no loops and no rows, all its coordinates are independent; "
+            f"leave {' and '.join(given)} out"
+        )
+    names = tuple(name.strip() for name in (options.independent or "").split(",") if name.strip())
+    if options.independent is not None and not names:
+        raise DerivationError("--independent: no name is given; write --independent phi,psi")
+    alpha, beta = (Fraction(0), Fraction(0)) if options.baumgarte is None else _rates(options.baumgarte)
+    return Closing(names, alpha, beta)
+
+
+def _rates(text: str) -> tuple[Fraction, Fraction]:
+    """Return alpha and beta."""
+    from symdyn.errors import DerivationError
+
+    try:
+        alpha, beta = (Fraction(part.strip()) for part in text.split(","))
+    except (ValueError, ZeroDivisionError) as fault:
+        raise DerivationError(
+            f"--baumgarte {text}: these are no two numbers; write ALPHA,BETA in 1/s, as in --baumgarte 5,5"
+        ) from fault
+    if min(alpha, beta) < 0:
+        raise DerivationError(
+            f"--baumgarte {text}: a negative rate drives the loops apart; give numbers that are zero or positive"
+        )
+    return alpha, beta
+
+
+def closing_words(options: argparse.Namespace) -> list[str]:
+    """Return the words of a command that choose the same."""
+    words = ["--independent", options.independent.replace(" ", "")] if options.independent else []
+    return words + (["--baumgarte", options.baumgarte.replace(" ", "")] if options.baumgarte else [])
 
 
 def read_scene(options: argparse.Namespace) -> Scene:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from symdyn.cli.reading import add_formulation, add_prepare, add_reading_options, read_scene
+from symdyn.cli.reading import add_closing, add_formulation, add_prepare, add_reading_options, closing_of, read_scene
 
 if TYPE_CHECKING:
     from symdyn.verify import Certificate, Rigorous
@@ -22,6 +22,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     add_reading_options(verb)
     verb.add_argument("--functions", metavar="LIST", help="comma-separated; default: all")
     add_formulation(verb)
+    add_closing(verb)
     add_prepare(verb)
     verb.add_argument("--real", choices=("double", "float"), default="double", help="number type of the measured code")
     verb.add_argument("--seed", type=int, default=1, help="of primes, points and states (default: 1)")
@@ -57,12 +58,13 @@ def run(options: argparse.Namespace) -> int:
     if options.states < 1:
         raise VerifyError(f"--states {options.states}: give one state at least")
     scene = read_scene(options)
+    closing = closing_of(options, scene)
     outputs = split(options.functions) if options.functions is not None else None
     if options.rigorous:
         at = None if options.at is None else numbers(options.at)
         with Waiting() as progress:
             bounds = rigorous(
-                scene, outputs, at, options.states, options.seed, options.real, options.formulation, progress
+                scene, outputs, at, options.states, options.seed, options.real, options.formulation, progress, closing
             )
         if options.json:
             print_json(bounds.as_dict())
@@ -71,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
         return 0 if bounds.passed else 1
     with Waiting() as progress:
         certificate = certify(
-            scene, outputs, options.seed, progress, options.real, options.formulation, options.prepare
+            scene, outputs, options.seed, progress, options.real, options.formulation, options.prepare, closing
         )
     if options.json:
         print_json(certificate.as_dict())

@@ -126,7 +126,7 @@ def places(scene: Scene, q: Array, parameters: Mapping[str, float], time: float 
         names = ", ".join(scene.coordinates)
         raise DrawError(f"{scene.name}: positions have shape {q.shape}; give (N, {len(scene.coordinates)}): {names}")
     graph = Graph()
-    wanted = _wanted(scene, graph)
+    wanted = drawn(scene, graph)
     values = _symbols(scene, graph, q, parameters, time)
     entries = [entry for group in wanted.values() for entry in group]
     unknown = [node for node in reachable(entries) if node.op is Op.SYMBOL and node not in values]
@@ -150,7 +150,7 @@ def places(scene: Scene, q: Array, parameters: Mapping[str, float], time: float 
 Key = tuple[str, ...]
 
 
-def _wanted(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
+def drawn(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
     """Return what is to be evaluated, by a key that says what it is."""
     placed = body_placements(scene, graph)
     wanted: dict[Key, tuple[Expr, ...]] = {("frame", name): _flat(T) for name, T in placed.items()}

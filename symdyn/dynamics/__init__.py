@@ -1,16 +1,34 @@
-"""Equations of motion, derived twice: by Lagrange's equations and by recursion along the tree."""
+"""Equations of motion, derived twice: by Lagrange's equations and by recursion along the tree.
+
+What decides numerically about loops and reactions needs NumPy and is imported when it is first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from symdyn.dynamics.derive import CUBIC, DYNAMICS, KINEMATICS, LARGE, available, derive, derive_one, roads
 from symdyn.dynamics.equations import Argument, Equations, Function
-from symdyn.dynamics.loops.assembly import Assembly
-from symdyn.dynamics.loops.closure import Closing
-from symdyn.dynamics.loops.continuation import assemble, consistent, follow
-from symdyn.dynamics.loops.mobility import Mobility, mobility
 from symdyn.dynamics.loops.outputs import CLOSED_ONLY, is_closed
+from symdyn.dynamics.loops.partition import Closing
 from symdyn.dynamics.outputs import OUTPUTS
 from symdyn.dynamics.reactions.outputs import REACTIONS
 from symdyn.dynamics.recursive.base_parameters import base_parameters
 from symdyn.dynamics.workspace import Workspace
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.loops.assembly import Assembly
+    from symdyn.dynamics.loops.continuation import assemble, consistent, follow
+    from symdyn.dynamics.reactions.uniqueness import reactions_at
+
+_NUMERIC = {
+    "Assembly": "symdyn.dynamics.loops.assembly",
+    "assemble": "symdyn.dynamics.loops.continuation",
+    "consistent": "symdyn.dynamics.loops.continuation",
+    "follow": "symdyn.dynamics.loops.continuation",
+    "reactions_at": "symdyn.dynamics.reactions.uniqueness",
+}
 
 __all__ = [
     "CLOSED_ONLY",
@@ -25,7 +43,6 @@ __all__ = [
     "Closing",
     "Equations",
     "Function",
-    "Mobility",
     "Workspace",
     "assemble",
     "available",
@@ -35,6 +52,13 @@ __all__ = [
     "derive_one",
     "follow",
     "is_closed",
-    "mobility",
+    "reactions_at",
     "roads",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import what needs NumPy when it is first asked for."""
+    if name in _NUMERIC:
+        return getattr(import_module(_NUMERIC[name]), name)
+    raise AttributeError(f"symdyn.dynamics has no {name!r}")

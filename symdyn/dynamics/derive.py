@@ -7,12 +7,13 @@ from math import prod
 
 from symdyn.dynamics.equations import Argument, Equations, Function
 from symdyn.dynamics.loads import refuse_ideal_friction
-from symdyn.dynamics.loops.closure import Closing
 from symdyn.dynamics.loops.outputs import CLOSED_ONLY, is_closed
+from symdyn.dynamics.loops.partition import Closing
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.outputs import OUTPUTS
 from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.reactions.outputs import REACTIONS
+from symdyn.dynamics.recursive.ldl import Singular, moves_no_mass
 from symdyn.dynamics.tree import build_tree
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError
@@ -36,6 +37,12 @@ DRIVES = "tau"
 
 UNSURE = ("forward_dynamics", "drive_forces", "inverse_dynamics", *CLOSED_ONLY)
 """Outputs that a scene may lack: its mass matrix is singular, or its loops cannot be closed."""
+
+PARTITIONED = ("inverse_dynamics", "velocities", "positions")
+"""Outputs whose formulas depend on the independent coordinates that are chosen."""
+
+STABILISED = ("forward_dynamics", "drive_forces", "multipliers")
+"""Outputs whose formulas depend on all that is chosen about loops."""
 
 TREES_ONLY = ("aba",)
 """Roads that know no prescribed motion and no velocity that several moves share, as of screws and cams."""
@@ -62,10 +69,13 @@ def derive(
     workspace = Workspace(scene, closing)
     wanted = _expected(scene) if outputs is None else outputs
     functions = [derive_one(workspace, request, road) for request in wanted]
-    return Equations(scene, workspace.graph, tuple(functions))
+    return Equations(scene, workspace.graph, tuple(functions), closing)
 
 
-def available(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
+def available(
+    scene: Scene,
+    closing: Closing = Closing(),  # noqa: B008  frozen
+) -> tuple[tuple[str, ...], list[str]]:
     """Return the outputs that a user expects of a scene without asking, and why others are left out.
 
     These are its dynamics, and the kinematics of its declared points. Left out is what does not exist (forward
@@ -78,7 +88,9 @@ def available(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
     if n > LARGE:
         wanted = [name for name in wanted if name not in CUBIC]
         left_out.append(f"{', '.join(CUBIC)} are left out for more than {LARGE} coordinates; ask with --functions")
-    workspace = Workspace(scene)
+    workspace = Workspace(scene, closing)
+    if closing.independent:
+        workspace.closed.check()  # a wrong choice is a mistake, not an output that the scene lacks
     for name in [one for one in wanted if one in UNSURE]:
         try:
             derive_one(workspace, name)
@@ -110,18 +122,26 @@ def roads(request: str, scene: Scene | None = None) -> tuple[str, ...]:
 
 def derive_one(workspace: Workspace, request: str, road: str | None = None) -> Function:
     """Return one output as a function on the workspace's graph; see `derive`."""
+    try:
+        return _derived(workspace, request, road)
+    except Singular as fault:
+        if is_closed(workspace.scene):  # a reduced matrix, whose rows are no velocities
+            raise
+        raise DerivationError(moves_no_mass(workspace.scene, fault.velocity)) from fault
+
+
+def _derived(workspace: Workspace, request: str, road: str | None) -> Function:
     row, place = _row(request, workspace.scene)
     name = road or row.preferred(workspace)
     if name not in row.roads:
         raise DerivationError(f"{request} has no road {name!r}; there are {', '.join(row.roads)}")
     if DRIVES in row.arguments:
         refuse_ideal_friction(workspace.scene)
-        _refuse_closed_motion(workspace.scene)
     entries = row.roads[name](workspace, place) if row.place else row.roads[name](workspace)
     n = workspace.state.n
     return Function(
         name=request.replace(":", "_"),
-        text=row.text.format(name=place, **_terms(workspace.scene)),
+        text=row.text.format(name=place, **_terms(workspace.scene)) + _chosen(workspace, request),
         arguments=arguments(workspace, (*row.arguments, *((TIME,) if _takes_time(entries) else ()))),
         result=row.result,
         shape=_complete(row.shape(n), len(entries)),
@@ -132,14 +152,13 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
     )
 
 
-def _refuse_closed_motion(scene: Scene) -> None:
-    """Raise DerivationError where a motion is prescribed in a scene with loops or rows."""
-    moved = [joint.name for joint in scene.joints if joint.motion is not None]
-    if moved and is_closed(scene):
-        raise DerivationError(
-            f"{scene.name}: the motion of {', '.join(moved)} is prescribed, which forward dynamics knows in trees, "
-            "not in loops; leave the motion out, and give its velocities and accelerations to inverse dynamics"
-        )
+def _chosen(workspace: Workspace, request: str) -> str:
+    """Return what the user chose about loops, behind the text of an output that it changes."""
+    if not is_closed(workspace.scene) or request not in (*PARTITIONED, *STABILISED):
+        return ""
+    closing = workspace.closing
+    words = closing.words if request in STABILISED else Closing(closing.independent).words
+    return f"; {words}" if words else ""
 
 
 def _terms(scene: Scene) -> dict[str, str]:
@@ -150,6 +169,7 @@ def _terms(scene: Scene) -> dict[str, str]:
         "less_pulls": " - k_E(q)" if springs else "",
         "stored": " and in springs" if springs else "",
         "motion": "; where a motion is prescribed its acceleration, whatever tau" if motion else "",
+        "undriven": "zero where it is passive" if any(scene.drives) else "no joint has a drive, so at independent ones",
     }
 
 
@@ -193,6 +213,36 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
 }
 
 
+BODY_AXES = "velocities v and w of free joints and w of balls are along the axes of the moved frame"
+
+
+def conventions(scene: Scene, name: str) -> str:
+    """Return the names of the coordinates or velocities, and what they mean where that is not plain; else ""."""
+    plain = len(scene.coordinates) == len(scene.velocities)
+    if name == "q":
+        return runs(scene.coordinates) + ("" if plain else "; quaternions are in the order (w, x, y, z)")
+    if name == "qd" and not plain:
+        return f"{runs(scene.velocities)}; {BODY_AXES}"
+    return ""
+
+
+def runs(names: Sequence[str]) -> str:
+    """Return names in order, those that count up told by the first and the last: "x, q1 ... q7"."""
+    groups: list[list[str]] = []
+    for name in names:
+        if groups and _next(groups[-1][-1]) == name:
+            groups[-1].append(name)
+        else:
+            groups.append([name])
+    return ", ".join(", ".join(g) if len(g) < 4 else f"{g[0]} ... {g[-1]}" for g in groups)
+
+
+def _next(name: str) -> str:
+    stem = name.rstrip("0123456789")
+    digits = name[len(stem) :]
+    return f"{stem}{int(digits) + 1}" if digits.isdecimal() else ""
+
+
 def arguments(workspace: Workspace, names: Sequence[str]) -> tuple[Argument, ...]:
     """Return arguments in calling order: state, time where it is asked for, the free parameters if there are any."""
     scene, state = workspace.scene, workspace.state
@@ -209,7 +259,8 @@ def arguments(workspace: Workspace, names: Sequence[str]) -> tuple[Argument, ...
             whole = state.qd if name == "ui" else workspace.closed.coordinates
             kinds, nodes = [speeds[k] for k in independent], tuple(whole[k] for k in independent)
             text = f"{text}: {', '.join(str(node.value) for node in nodes)}"
-        result.append(Argument(name, nodes, text, tuple(spelled[kind] for kind in kinds), name == TIME))
+        entries = tuple(spelled[kind] for kind in kinds)
+        result.append(Argument(name, nodes, text, entries, name == TIME, conventions(scene, name)))
     free = scene.free_parameters
     if free:
         nodes = tuple(workspace.graph.symbol(parameter.name) for parameter in free)

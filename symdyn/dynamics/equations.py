@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from symdyn.dynamics.loops.partition import Closing
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 
@@ -18,6 +19,7 @@ class Argument:
         text: what it is, for headers and docstrings.
         units: unit of each entry, "" where there is none; () where they are not told.
         scalar: whether it is one number and no vector, as time is.
+        names: names and conventions of the entries, one line; "" where the text says them.
     """
 
     name: str
@@ -25,6 +27,7 @@ class Argument:
     text: str
     units: tuple[str, ...]
     scalar: bool = False
+    names: str = ""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -61,11 +64,12 @@ class Function:
 
 @dataclass(frozen=True)
 class Equations:
-    """Named functions of a scene on one graph."""
+    """Named functions of a scene on one graph; `closing` is what was chosen about its loops."""
 
     scene: Scene
     graph: Graph
     functions: tuple[Function, ...]
+    closing: Closing = Closing()  # noqa: RUF009  frozen
 
     def __getitem__(self, name: str) -> Function:
         """Return the function called `name`; KeyError if it was not derived."""

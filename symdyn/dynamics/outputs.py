@@ -9,6 +9,7 @@ from __future__ import annotations
 from itertools import combinations
 
 from symdyn.dynamics import kinematics, lagrange
+from symdyn.dynamics.coordinate_rates import has_quaternions, rates_of_placements
 from symdyn.dynamics.cost import cost
 from symdyn.dynamics.loops.outputs import closing
 from symdyn.dynamics.output import Output
@@ -324,6 +325,15 @@ OUTPUTS: dict[str, Output] = {
         "N m (revolute) or N (prismatic)",
         {"recursive": lambda w: w.elastic.forces, "lagrange": lambda w: lagrange.elastic_forces(w.energy)},
         exists=_has_springs,
+    ),
+    "coordinate_rates": Output(
+        "rates qdot = H(q) qd of the coordinates; qd itself but for quaternions and positions of free joints",
+        ("q", "qd"),
+        "qdot",
+        lambda n: (-1,),
+        "rad/s, m/s, or 1/s for a quaternion",
+        {"joints": lambda w: list(w.state.rates), "placements": lambda w: rates_of_placements(w.scene, w.graph)},
+        exists=has_quaternions,
     ),
     "pose": Output(
         "placement [R | p] of {name} in the ground frame",

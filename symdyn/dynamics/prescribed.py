@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.recursive.ldl import solve
+from symdyn.dynamics.recursive.ldl import Singular, solve
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene, express
 
@@ -75,11 +75,14 @@ def accelerations(
         bias: M u̇ + h for the prescribed accelerations alone, shape (n,).
 
     Raises:
-        DerivationError: M_ff is singular.
+        Singular: M_ff is.
     """
     free = given.free
     own = [[M[i][j] for j in free] for i in free]
-    found = solve(parents, own, [tau[i] - bias[i] for i in free])
+    try:
+        found = solve(parents, own, [tau[i] - bias[i] for i in free])
+    except Singular as fault:
+        raise Singular(free[fault.velocity]) from fault
     result = given.entered([M[0][0].graph.zero] * given.n) if given.n else []
     for i, value in zip(free, found, strict=True):
         result[i] = value

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cached_property
 from itertools import product
+from typing import TYPE_CHECKING
 
 from symdyn.dynamics import lagrange
 from symdyn.dynamics.christoffel import Christoffel, christoffel
@@ -11,10 +12,9 @@ from symdyn.dynamics.cost import cost
 from symdyn.dynamics.directions import Directions, directions
 from symdyn.dynamics.lagrange import Energies, energies
 from symdyn.dynamics.loads import generalized_forces
-from symdyn.dynamics.loops.closure import Closing
+from symdyn.dynamics.loops.partition import Closing
 from symdyn.dynamics.loops.workspace import Closed
 from symdyn.dynamics.prescribed import Prescribed, prescribed
-from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.recursive.crba import crba
 from symdyn.dynamics.recursive.reframe import LeanTree, reframe
 from symdyn.dynamics.recursive.regroup import regroup
@@ -24,6 +24,9 @@ from symdyn.dynamics.tree import Tree, build_tree
 from symdyn.dynamics.wrenches import Elastic, Wrench, body_wrenches, elastic, joint_forces
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, without_zeros
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.reactions.hanging import Hanging
 
 Matrix = list[list[Expr]]
 
@@ -92,6 +95,8 @@ class Workspace:
     @cached_property
     def hanging(self) -> Hanging:
         """The declared bodies and joints, nothing merged or regrouped, for reactions."""
+        from symdyn.dynamics.reactions.hanging import Hanging  # with NumPy, which printing can do without
+
         assembled: dict[str, float] = {}
         if self.scene.loops:
             numbers, q = self.closed.numbers, self.closed.closure.assembly.typical

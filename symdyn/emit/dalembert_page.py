@@ -18,7 +18,8 @@ from symdyn.dynamics.loops.words import in_words
 from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium
 from symdyn.emit.formula_text import Latex
-from symdyn.emit.latex_page import DIGITS, LINE, align, bmatrix, definition, matrix_width, symbol_row, symbol_table
+from symdyn.emit.latex_layout import DIGITS, LINE, align, bmatrix, definition, matrix_width
+from symdyn.emit.latex_page import symbol_row, symbol_table
 from symdyn.emit.symbols import escape, latex_symbols
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate, reachable

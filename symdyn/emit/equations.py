@@ -1,6 +1,6 @@
 """The equations of motion in print: LaTeX, plain text, SymPy; per joint, per coefficient, grouped or as matrices.
 
-    k_z,ij q̈_j + k_C,i,jk q̇_j q̇_k + k_D,ij q̇_j² + k_G,i + k_E,i = drive + Q_i      sums over j, and over j < k
+    k_z,ij q̈_j + k_C,i,jk q̇_j q̇_k + k_D,ij q̇_j² + k_G,i + k_E,i = drive + Q_i + G_ki λ_k    sums over j, j < k, k
 
 The coefficients carry their own sign (the textbook's (5.40) pulls the minus of k_C and k_D in front).
 """
@@ -10,9 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import combinations
 
-from symdyn.algebra.form import MINUS_ONE, Form, Power, Symbol, form_of, product_of, split_sign, sum_of, terms_of
+from symdyn.algebra.form import Form, Power, Symbol, form_of, product_of, signed_product, sum_of, terms_of
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form, coefficient_form, coefficient_names
 from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, too_long
+from symdyn.emit.constraints import PrintedConstraints, printed_constraints
 from symdyn.emit.formula_text import shortened
 from symdyn.errors import EmitError
 from symdyn.graph import Graph
@@ -52,10 +53,7 @@ class Coefficient:
     @property
     def term(self) -> Form:
         """The product of form and rate; a sum of negative terms takes its sign in front."""
-        terms = terms_of(self.form)
-        if len(terms) > 1 and all(split_sign(term)[0] < 0 for term in terms):
-            return product_of((MINUS_ONE, sum_of(split_sign(term)[1] for term in terms), self.rate))
-        return product_of((self.form, self.rate))
+        return signed_product(self.form, self.rate)
 
 
 @dataclass(frozen=True)
@@ -65,7 +63,8 @@ class Printable:
     Attributes:
         scene: the mechanism.
         rows: for each joint its coefficients, those that vanish included: k_z, k_C, k_D, k_G, k_E.
-        right: for each joint the right-hand side, drive + Q.
+        right: for each joint drive + Q, the right-hand side but for what loops and contacts carry.
+        constraints: rows of loops and contacts, with their multipliers.
         motions: coordinates whose motion is prescribed, with their formulas in time.
         K, P: the energies.
         short: whether s12 stands for sin(q1 + q2).
@@ -74,6 +73,7 @@ class Printable:
     scene: Scene
     rows: tuple[tuple[Coefficient, ...], ...]
     right: tuple[Form, ...]
+    constraints: PrintedConstraints
     motions: tuple[tuple[str, Form], ...]
     K: Form
     P: Form
@@ -87,6 +87,10 @@ class Printable:
     def left(self, joint: int) -> Form:
         """Return the left-hand side of one equation."""
         return sum_of(c.term for c in self.rows[joint] if not c.vanishes)
+
+    def driving(self, joint: int) -> Form:
+        """Return the right-hand side of one equation: drive + Q + Gᵀ λ."""
+        return sum_of((self.right[joint], self.constraints.carried(joint)))
 
 
 def equations_text(
@@ -109,7 +113,7 @@ def equations_text(
 
     Raises:
         EmitError: an unknown choice, or a document in another format than LaTeX.
-        DerivationError: the scene has no closed form.
+        DerivationError: the scene has no closed form, or its loops cannot be assembled.
     """
     for name, value, known in (("format", format, FORMATS), ("group", group, GROUPS), ("angles", angles, ANGLES)):
         if value not in known:
@@ -139,9 +143,11 @@ def printable(scene: Scene | ClosedForm, short: bool = False) -> Printable:
     units = [unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
     numbers = {q: i for i, (q, unit) in enumerate(zip(scene.coordinates, units, strict=True), 1) if unit == "rad"}
 
-    def write(key: Key) -> Form:
-        form = coefficient_form(closed, key)
+    def spelled(form: Form) -> Form:
         return shortened(form, numbers, names) if short else form
+
+    def write(key: Key) -> Form:
+        return spelled(coefficient_form(closed, key))
 
     keys = coefficient_names(closed)
     if (terms := sum(len(closed[key]) for key in keys if key[0] != "k_E")) > MOST_TERMS:
@@ -151,12 +157,12 @@ def printable(scene: Scene | ClosedForm, short: bool = False) -> Printable:
     rows: list[list[Coefficient]] = [[] for _ in scene.velocities]
     for key in keys:
         rows[key[1]].append(_coefficient(key, write(key), rates[key[0]]))
-    right = _right_hand_sides(closed)
-    if short:
-        right = tuple(shortened(form, numbers, names) for form in right)
+    right = tuple(map(spelled, _right_hand_sides(closed)))
+    constraints = printed_constraints(scene, spelled, names | set(scene.velocities))
     graph = Graph()
     motions = [(j.coordinate, form_of(express(j.motion, graph))) for j in scene.moving if j.motion is not None]
-    return Printable(scene, tuple(map(tuple, rows)), right, tuple(motions), write(("K",)), write(("P",)), short)
+    K, P = write(("K",)), write(("P",))
+    return Printable(scene, tuple(map(tuple, rows)), right, constraints, tuple(motions), K, P, short)
 
 
 Rates = list[tuple[tuple[int, ...], Form]]  # indices from 1 and what the coefficient multiplies

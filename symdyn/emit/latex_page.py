@@ -5,30 +5,40 @@ Lines fit an A4 page with 20 mm margins at 10 pt; they break at + and -, so brac
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
-from symdyn.algebra.form import MINUS_ONE, Form, product_of, split_sign, sum_of, symbols_of, terms_of
+from symdyn.algebra.form import MINUS_ONE, Form, Symbol, product_of, split_sign, sum_of, symbols_of, terms_of
 from symdyn.dynamics.prescribed import TIME
 from symdyn.emit.breaking import break_lines, latex_width
 from symdyn.emit.equations import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.formula_text import BREAK, Latex
+from symdyn.emit.latex_constraints import constraint_page
+from symdyn.emit.latex_layout import (
+    DIGITS,
+    INDENT,
+    LINE,
+    align,
+    bmatrix,
+    definition,
+    entry_name,
+    lines_of,
+    matrix_width,
+    together,
+)
 from symdyn.emit.symbols import escape, latex_symbols, latex_unit
 from symdyn.scene import JOINTS, Scene, acceleration_name
 from symdyn.scene.spelling import spell
 
-LINE = 470.0  # pt: 170 mm less a little for what the estimate misses
-INDENT = 20.0
-DIGITS = 6
 BRACED = 0.45 * LINE  # a wider coefficient is named under its brace and written out below
-MOST_LINES = 60  # of one align, which TeX reads whole
-
-Lines = list[str]
 
 
 def latex_fragment(page: Printable, group: str) -> str:
     """Return the equations as displays; short notation is explained in a comment."""
     note = "% s_{12} = \\sin(q_1 + q_2), c_2 = \\cos q_2: sines and cosines by joint number\n" if page.short else ""
-    return note + "\n".join(_displays(page, group))
+    lines = _displays(page, group)
+    if page.constraints.rows:
+        lines.append(constraint_page(page, group, _writer(page)))
+    return note + "\n".join(lines)
 
 
 def latex_document(page: Printable, group: str) -> str:
@@ -38,6 +48,8 @@ def latex_document(page: Printable, group: str) -> str:
     write = _writer(page)
     title = "Coefficients" if group == "coefficients" else "Equations"
     sections = [{"title": title, "text": _introduction(page, group), "body": "\n".join(_displays(page, group))}]
+    if page.constraints.rows:
+        sections.append({"title": "Loops and rows", "text": "", "body": constraint_page(page, group, write)})
     energies = [definition(name, write(form)) for name, form in (("K", page.K), ("P", page.P))]
     sections.append({"title": "Energies", "text": "", "body": "\n".join(align(energies))})
     return render(
@@ -46,7 +58,7 @@ def latex_document(page: Printable, group: str) -> str:
             "title": escape(page.scene.name),
             "comment": page.scene.name,
             "sections": sections,
-            "symbols": (symbols := symbol_table(page.scene, write, _has_time(page))),
+            "symbols": (symbols := [*symbol_table(page.scene, write, _has_time(page)), *_multipliers(page, write)]),
             "values": any(row["value"] for row in symbols),
         },
     )
@@ -59,19 +71,23 @@ def latex_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
 
 
 def _writer(page: Printable) -> Latex:
-    return Latex(latex_symbols(page.scene) | {TIME: TIME}, DIGITS)
+    rows = page.constraints.rows
+    named = {entry.name: None for row in rows for entry in row.G if isinstance(entry, Symbol)}
+    return Latex(latex_symbols(page.scene, [*named, *(row.multiplier for row in rows)]) | {TIME: TIME}, DIGITS)
 
 
 def _introduction(page: Printable, group: str) -> str:
     sums = r"\sum_j k_{z,ij}\,\ddot q_j + \sum_{j<k} k_{C,i,jk}\,\dot q_j\,\dot q_k + \sum_j k_{D,ij}\,\dot q_j^2"
     elastic = " + k_{E,i}" if page.scene.springs else ""
+    closed = bool(page.constraints.rows)
+    carried = r", and $\sum_k G_{ki} \lambda_k$ of loops and rows" if closed else ""
     text = (
         rf"Lagrange's equations, joint by joint: $\displaystyle {sums} + k_{{G,i}}{elastic}$ equals the drive and the "
-        "other forces of joint $i$."
+        f"other forces of joint $i${carried}."
     )
     if group == "matrix":
-        text = "Lagrange's equations: inertia, Coriolis and centrifugal forces, gravity{} and the drives.".format(
-            ", springs" if page.scene.springs else ""
+        text = "Lagrange's equations: inertia, Coriolis and centrifugal forces, gravity{}{} and the drives.".format(
+            ", springs" if page.scene.springs else "", ", loops" if closed else ""
         )
     if page.short:
         text += r" Sines and cosines go by joint number: $s_{12} = \sin(q_1 + q_2)$, $c_2 = \cos q_2$."
@@ -86,38 +102,6 @@ def _displays(page: Printable, group: str) -> list[str]:
     return [*GROUPS[group](page, write), *align(motions)]
 
 
-# Lines and displays
-
-
-def _lines(left: str, text: str, right: str = "") -> Lines:
-    """Return the lines of `left text right`, aligned at the start of `text`."""
-    room = LINE - latex_width(left)
-    lines = break_lines(text, room, room - INDENT, latex_width)
-    if right and latex_width(lines[-1] + right) > room - INDENT * (len(lines) > 1):
-        lines += break_lines(right, room - INDENT, room - INDENT, latex_width)
-    else:
-        lines[-1] = f"{lines[-1]} {right.replace(BREAK, '')}".rstrip()
-    first, *others = lines
-    return [f"{left} &{first}" if left else f"& {first}", *(rf"&\quad {{}}{line}" for line in others)]
-
-
-def definition(left: str, text: str) -> Lines:
-    """Return `left = text`; a long left-hand side does not push the lines to the right."""
-    return _lines(left, f"= {text}")
-
-
-def align(paragraphs: Sequence[Lines]) -> Iterator[str]:
-    """Yield align* displays, a few paragraphs each."""
-    chunk: list[Lines] = []
-    for i, paragraph in enumerate(paragraphs):
-        chunk.append(paragraph)
-        full = sum(map(len, chunk)) + (len(paragraphs[i + 1]) if i + 1 < len(paragraphs) else MOST_LINES) > MOST_LINES
-        if full:
-            body = " \\\\\n".join("  " + " \\\\\n  ".join(lines) for lines in chunk)
-            yield f"\\begin{{align*}}\n{body}\n\\end{{align*}}"
-            chunk = []
-
-
 # Coefficients
 
 
@@ -128,11 +112,6 @@ def coefficient_name(c: Coefficient) -> str:
     if kind == "C":
         return f"k_{{C,{first},{together(rest)}}}"
     return f"k_{{{kind},{together([first, *rest])}}}"
-
-
-def together(indices: Sequence[str]) -> str:
-    """Return indices side by side, set apart where one has two digits."""
-    return (r"\," if any(len(i) > 1 for i in indices) else "").join(indices)
 
 
 def _coefficients(page: Printable, write: Latex, wanted: Callable[[Coefficient], bool] = lambda c: True) -> list[str]:
@@ -153,14 +132,15 @@ def _vanishing(page: Printable) -> list[str]:
     if not names:
         return []
     text = f" = {BREAK}".join([*names, "0"])
-    return list(align([_lines("", text)]))
+    return list(align([lines_of("", text)]))
 
 
 # The four groupings
 
 
 def _equations(page: Printable, write: Latex) -> list[str]:
-    paragraphs = [_lines("", write(page.left(i)), f"= {write(right)}") for i, right in enumerate(page.right)]
+    lefts = [write(page.left(i)) for i in range(len(page.rows))]
+    paragraphs = [lines_of("", left, f"= {write(page.driving(i))}") for i, left in enumerate(lefts)]
     return [display for paragraph in paragraphs for display in align([paragraph])]
 
 
@@ -172,8 +152,8 @@ def _textbook(page: Printable, write: Latex) -> list[str]:
     """Return drive = k_z1 q̈_1 + …, every coefficient written above its name, as (5.40); long ones below."""
     named: dict[tuple[str, tuple[int, ...]], None] = {}
     paragraphs = []
-    for row, right in zip(page.rows, page.right, strict=True):
-        text = ""
+    for i, row in enumerate(page.rows):
+        right, text = page.driving(i), ""
         for c in row:
             if c.vanishes:
                 continue
@@ -184,7 +164,7 @@ def _textbook(page: Printable, write: Latex) -> list[str]:
             text += (f" {BREAK}{sign} " if text else "-" if sign == "-" else "") + shown + rate
         drive, text = write(right), text or "0"
         wide = latex_width(drive) > BRACED
-        paragraphs.append(_lines("", drive, f"= {text}") if wide else definition(write.unbroken(right), text))
+        paragraphs.append(lines_of("", drive, f"= {text}") if wide else definition(write.unbroken(right), text))
     displays = [display for paragraph in paragraphs for display in align([paragraph])]
     if named:
         displays += ["where"]
@@ -217,7 +197,8 @@ def _matrix(page: Printable, write: Latex) -> list[str]:
         [[write.unbroken(gravity(page, i))] for i in n],
         [[write.unbroken(right)] for right in page.right],
     ]
-    if matrix_width(columns[0]) + 40 < LINE:
+    closed = bool(page.constraints.rows)
+    if matrix_width(columns[0]) + 40 < LINE and not closed:
         first, q, c, g, tau = map(bmatrix, columns)
         parts = [f"{first} {q}", f"+ {c}", f"+ {g}", f"= {tau}"]
         if all(matrix_width(column) + 60 < LINE for column in columns):
@@ -225,32 +206,23 @@ def _matrix(page: Printable, write: Latex) -> list[str]:
             widths = iter([matrix_width(columns[0]) + 30, *(matrix_width(x) + 30 for x in columns[2:])])
             lines = break_lines(text, LINE, LINE - INDENT, lambda _: next(widths))
             return list(align([[f"& {lines[0]}", *(rf"&\quad {{}}{line}" for line in lines[1:])]]))
-    names = [r"M(q)\,\ddot q + c(q, \dot q) + g(q) = \tau,", rf"\tau = {bmatrix(columns[4])}"]
+    carried = r" + G(q)^{\mathsf T} \lambda" if closed else ""
+    names = [rf"M(q)\,\ddot q + c(q, \dot q) + g(q) = \tau{carried},", rf"\tau = {bmatrix(columns[4])}"]
     head = list(align([["& " + r" \qquad ".join(names)]]))
-    entries = [definition(_entry_name("M", i, j), write(M[i][j])) for i in n for j in n if i <= j and terms_of(M[i][j])]
-    entries += [definition(_entry_name("c", i), write(coriolis(page, i))) for i in n]
-    entries += [definition(_entry_name("g", i), write(gravity(page, i))) for i in n]
-    zero = [_entry_name("M", i, j) for i in n for j in n if i < j and not terms_of(M[i][j])]
+    upper = [(i, j) for i in n for j in n if i <= j]
+    entries = [definition(_mirrored(i, j), write(M[i][j])) for i, j in upper if terms_of(M[i][j])]
+    entries += [definition(entry_name("c", i), write(coriolis(page, i))) for i in n]
+    entries += [definition(entry_name("g", i), write(gravity(page, i))) for i in n]
+    zero = [_mirrored(i, j) for i, j in upper if i < j and not terms_of(M[i][j])]
     if zero:
-        entries.append(_lines("", f" = {BREAK}".join([*zero, "0"])))
+        entries.append(lines_of("", f" = {BREAK}".join([*zero, "0"])))
     return [*head, *align(entries)]
 
 
-def _entry_name(letter: str, *index: int) -> str:
-    place = together([str(i + 1) for i in index])
-    if len(index) == 2 and index[0] != index[1]:
-        return f"{letter}_{{{place}}} = {letter}_{{{together([str(i + 1) for i in index[::-1]])}}}"
-    return f"{letter}_{{{place}}}"
-
-
-def bmatrix(rows: Sequence[Sequence[str]]) -> str:
-    """Return a matrix."""
-    return r"\begin{bmatrix} " + r" \\ ".join(" & ".join(row) for row in rows) + r" \end{bmatrix}"
-
-
-def matrix_width(rows: Sequence[Sequence[str]]) -> float:
-    """Return how wide a matrix is printed, pt."""
-    return sum(max(latex_width(row[j]) for row in rows) + 10 for j in range(len(rows[0])))
+def _mirrored(i: int, j: int) -> str:
+    """Return M_{11}, or M_{12} = M_{21}."""
+    name = entry_name("M", i, j)
+    return name if i == j else f"{name} = {entry_name('M', j, i)}"
 
 
 GROUPS: dict[str, Callable[[Printable, Latex], list[str]]] = {
@@ -286,6 +258,10 @@ def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]
         value = escape(spell(parameter.value)) if parameter.value is not None else ""
         rows.append(symbol_row(write.symbols[parameter.name], parameter.text or "parameter", parameter.unit, value))
     return rows
+
+
+def _multipliers(page: Printable, write: Latex) -> list[dict[str, str]]:
+    return [symbol_row(write.symbols[row.multiplier], row.text, row.unit) for row in page.constraints.rows]
 
 
 def symbol_row(symbol: str, text: str, unit: str, value: str = "") -> dict[str, str]:

@@ -14,13 +14,14 @@ from symdyn.program.assemble import PARAMS
 
 @dataclass(frozen=True)
 class ArgumentText:
-    """One argument: name, length, what it is, its units in one phrase; whether it is one number and no array."""
+    """One argument: name, length, what it is, units in one phrase; whether it is one number; names of its entries."""
 
     name: str
     length: int
     text: str
     units: str
     scalar: bool = False
+    names: str = ""
 
     @property
     def core(self) -> str:
@@ -133,7 +134,7 @@ def _argument(argument: Argument) -> ArgumentText:
     """Return one argument as text; equal units are told once."""
     units = argument.units if len(set(argument.units)) > 1 else argument.units[:1]
     phrase = ", ".join(unit or "1" for unit in units)
-    return ArgumentText(argument.name, len(argument.symbols), argument.text, phrase, argument.scalar)
+    return ArgumentText(argument.name, len(argument.symbols), argument.text, phrase, argument.scalar, argument.names)
 
 
 def _indices(shape: tuple[int, ...]) -> Iterable[tuple[int, ...]]:

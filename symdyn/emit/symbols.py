@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from symdyn.scene import Scene, acceleration_name, velocity_name
@@ -75,9 +76,10 @@ def escape(text: str) -> str:
     return "".join(special.get(character, character) for character in text)
 
 
-def latex_symbols(scene: Scene) -> dict[str, str]:
+def latex_symbols(scene: Scene, others: Iterable[str] = ()) -> dict[str, str]:
     """Return LaTeX for every parameter, coordinate, velocity, acceleration and drive of a scene, by its name in code.
 
+    `others` are names beside them, such as those of multipliers.
     Two names that would look alike (m1 and m_1) are told apart: the later one is printed as it is written in code.
     """
     found: dict[str, str] = {}
@@ -106,6 +108,8 @@ def latex_symbols(scene: Scene) -> dict[str, str]:
     for drive in scene.drives:
         if drive and drive not in found:
             enter(drive)
+    for name in others:
+        enter(name)
     return found
 
 

@@ -58,7 +58,10 @@ def sympy_page(page: Printable, group: str) -> str:
     """Return the equations as Python that runs after `from sympy import *`."""
     lefts = [page.left(i) for i in range(len(page.rows))]
     rates = [c.rate for row in page.rows for c in row]
-    forms = [*lefts, *rates, *page.right, *(form for one in page.motions for form in (Symbol(one[0]), one[1]))]
+    rights = [page.driving(i) for i in range(len(page.rows))]
+    found = page.constraints
+    rows = [*found.positions(), *found.accelerations()]
+    forms = [*lefts, *rates, *rights, *rows, *(form for one in page.motions for form in (Symbol(one[0]), one[1]))]
     variables = _Variables(page.scene, (name for form in forms for name in symbols_of(form)))
     lines = list(variables.declarations())
     if group == "matrix":
@@ -66,17 +69,18 @@ def sympy_page(page: Printable, group: str) -> str:
     elif group == "equations":
         lines += [
             f"{variables.fresh(f'equation{i}')} = Eq({variables.show(left)}, {variables.show(right)})"
-            for i, (left, right) in enumerate(zip(lefts, page.right, strict=True), 1)
+            for i, (left, right) in enumerate(zip(lefts, rights, strict=True), 1)
         ]
     else:
         names = {(c.kind, c.indices): variables.fresh(coefficient_name(c)) for c in page.coefficients}
         lines += _coefficients(page, variables, names)
         if group == "textbook":
-            lines += _named(page, variables, names)
+            lines += _named(page, rights, variables, names)
     lines += [
         f"{variables.fresh(f'motion_{name}')} = Eq({variables.symbols[name]}, {variables.show(form)})"
         for name, form in page.motions
     ]
+    lines += _constraints(page, variables)
     return "\n".join(lines)
 
 
@@ -101,14 +105,14 @@ def _coefficients(
             yield f"{' = '.join(zero)} = 0"
 
 
-def _named(page: Printable, variables: _Variables, names: Names) -> Iterator[str]:
+def _named(page: Printable, rights: Sequence[Form], variables: _Variables, names: Names) -> Iterator[str]:
     """Yield the equations with coefficients by name."""
 
     def term(c: Coefficient) -> str:
         name = names[c.kind, c.indices]
         return name if c.kind in ALONE else f"{name}*{variables.show(c.rate)}"
 
-    for i, (row, right) in enumerate(zip(page.rows, page.right, strict=True), 1):
+    for i, (row, right) in enumerate(zip(page.rows, rights, strict=True), 1):
         left = " + ".join(term(c) for c in row if not c.vanishes) or "0"
         yield f"{variables.fresh(f'equation{i}')} = Eq({left}, {variables.show(right)})"
 
@@ -127,4 +131,25 @@ def _matrix(page: Printable, variables: _Variables) -> Iterator[str]:
     yield f"{M} = Matrix([\n    {shown},\n])"
     yield from (f"{name} = Matrix([{', '.join(x)}])" for name, x in zip(names, columns.values(), strict=True))
     qdd, c, g, tau = names
-    yield f"{variables.fresh('equation')} = Eq({M}*{qdd} + {c} + {g}, {tau})"
+    kept = page.constraints.rows
+    if not kept:
+        yield f"{variables.fresh('equation')} = Eq({M}*{qdd} + {c} + {g}, {tau})"
+        return
+    G, sizes = variables.fresh("G"), variables.fresh("multipliers")
+    entries = ",\n    ".join(f"[{', '.join(map(variables.show, row.G))}]" for row in kept)
+    yield f"{G} = Matrix([\n    {entries},\n])"
+    yield f"{sizes} = Matrix([{', '.join(variables.symbols[row.multiplier] for row in kept)}])"
+    yield f"{variables.fresh('equation')} = Eq({M}*{qdd} + {c} + {g}, {tau} + {G}.T*{sizes})"
+
+
+def _constraints(page: Printable, variables: _Variables) -> Iterator[str]:
+    """Yield what the multipliers are, and the rows that they keep."""
+    found = page.constraints
+    for row in found.rows:
+        yield f"# {row.multiplier}: {row.text}{f', {row.unit}' if row.unit else ''}"
+    if found.missing:
+        yield f"# G has no closed form: {found.missing}"
+    blocks = (("position", found.positions()), ("velocity", found.rates()), ("acceleration", found.accelerations()))
+    for name, forms in blocks:
+        for k, form in enumerate(forms, 1):
+            yield f"{variables.fresh(f'{name}{k}')} = Eq({variables.show(form)}, 0)"

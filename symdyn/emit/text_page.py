@@ -16,7 +16,7 @@ INDENT = "    "
 def text_page(page: Printable, group: str) -> str:
     """Return the equations in plain text; indices from 1."""
     motions = (_wrapped(name, broken_text(form)) for name, form in page.motions)
-    return "\n".join([*_paragraphs(page, group), *motions])
+    return "\n".join([*_paragraphs(page, group), *motions, *_constraints(page, group)])
 
 
 def text_definitions(named: Iterable[tuple[str, Form]]) -> str:
@@ -51,13 +51,13 @@ def _paragraphs(page: Printable, group: str) -> Iterator[str]:
     if group == "coefficients":
         yield from _coefficients(page)
     elif group == "textbook":
-        for row, right in zip(page.rows, page.right, strict=True):
-            yield _wrapped(broken_text(right), f" {BREAK}".join(_named_terms(row)) or "0")
+        for i, row in enumerate(page.rows):
+            yield _wrapped(broken_text(page.driving(i)), f" {BREAK}".join(_named_terms(row)) or "0")
         yield ""
         yield from _coefficients(page)
     elif group == "matrix":
         n = len(page.rows)
-        yield "M*qdd + c + g = tau"
+        yield f"M*qdd + c + g = tau{' + G^T*lambda' if page.constraints.rows else ''}"
         yield ""
         for i, row in enumerate(page.rows, 1):
             for c in row:
@@ -68,8 +68,40 @@ def _paragraphs(page: Printable, group: str) -> Iterator[str]:
             yield from (_wrapped(f"{name}[{i + 1}]", broken_text(entry(page, i))) for i in range(n))
         yield from (_wrapped(f"tau[{i}]", broken_text(right)) for i, right in enumerate(page.right, 1))
     else:
-        for i, right in enumerate(page.right):
-            yield _wrapped(broken_text(page.left(i)), broken_text(right))
+        for i in range(len(page.rows)):
+            yield _wrapped(broken_text(page.left(i)), broken_text(page.driving(i)))
+
+
+def _constraints(page: Printable, group: str) -> Iterator[str]:
+    """Yield what the multipliers are, and the rows: in full, or entry by entry."""
+    found = page.constraints
+    if not found.rows:
+        return
+    yield ""
+    for row in found.rows:
+        yield f"# {row.multiplier}: {row.text}{f', {row.unit}' if row.unit else ''}"
+    if found.missing:
+        yield f"# G has no closed form: {found.missing}"
+        return
+    if group in ("coefficients", "matrix"):
+        yield ""
+        if group == "matrix":
+            yield "r = 0, G*qd = 0, G*qdd + Gdot*qd = 0"
+            yield ""
+        for k, row in enumerate(found.rows, 1):
+            if row.residual is not None:
+                yield _wrapped(f"r[{k}]", broken_text(row.residual))
+            for i, entry in enumerate(row.G, 1):
+                yield _wrapped(f"G[{k},{i}]", broken_text(entry))
+            if row.bias is not None:
+                yield _wrapped(f"(Gdot*qd)[{k}]", broken_text(row.bias))
+        return
+    blocks = (("positions", found.positions()), ("velocities", found.rates()), ("accelerations", found.accelerations()))
+    for name, forms in blocks:
+        if forms:
+            yield ""
+            yield f"# {name}"
+        yield from (_wrapped(broken_text(form) + BREAK, "0").replace(BREAK, "") for form in forms)
 
 
 def _coefficients(page: Printable) -> Iterator[str]:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from symdyn.dynamics import Equations, Function, Workspace, derive_one, roads
+from symdyn.dynamics import Closing, Equations, Function, Workspace, derive_one, roads
 from symdyn.errors import DerivationError
 from symdyn.program.count import count
 from symdyn.program.lower import lower
@@ -22,8 +22,11 @@ from symdyn.scene import Scene
 LONGEST = 16
 """Coordinates up to which roads are compared by counting."""
 
-TRIED: Mapping[str, int] = {"lagrange": 4, "differentiation": 8, "positions": 8}
-"""Coordinates up to which roads are tried that differentiate and so grow fast; gravity forces are never large."""
+TRIED: Mapping[str, int] = {"lagrange": 4, "differentiation": 8, "positions": 8, "placements": 0}
+"""Coordinates up to which roads are tried that differentiate and so grow fast; gravity forces are never large.
+
+Rates by way of placements divide by a quaternion's w and never become code.
+"""
 
 HARMLESS = ("gravity_forces", "k_G", "potential_energy", "kinetic_energy")
 """Outputs that no road makes large."""
@@ -31,19 +34,27 @@ HARMLESS = ("gravity_forces", "k_G", "potential_energy", "kinetic_energy")
 HOPELESS = 1.5
 
 
-def formulate(scene: Scene, outputs: Sequence[str], road: str | None = None) -> Equations:
+def formulate(
+    scene: Scene,
+    outputs: Sequence[str],
+    road: str | None = None,
+    closing: Closing = Closing(),  # noqa: B008  frozen
+) -> Equations:
     """Return the equations of a scene, each output by the road that costs least.
 
     Args:
         scene: the mechanism.
         outputs: as for `derive`.
         road: take this one wherever an output has it; None leaves all to counting.
+        closing: what to choose about closed loops.
 
     Raises:
         DerivationError: an unknown output, body or point, equations that do not exist, a road that no output has.
     """
-    workspace = Workspace(scene)
-    return Equations(scene, workspace.graph, choose(workspace, outputs, road))
+    workspace = Workspace(scene, closing)
+    if closing.independent:
+        workspace.closed.check()
+    return Equations(scene, workspace.graph, choose(workspace, outputs, road), closing)
 
 
 def choose(workspace: Workspace, outputs: Sequence[str], road: str | None = None) -> tuple[Function, ...]:

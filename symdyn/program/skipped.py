@@ -4,8 +4,8 @@ A step is measured by counting with the step off and on, everything else alike: 
 and no passes but where the step is one. Only work that depends on the state is counted. What can't be switched off,
 since nobody would know what to put in its place, is listed without a number.
 
-    scene        massless bodies, gravity, parallel axes, a plane, zeros of inertias, bound parameters; without a number,
-                 fixed and locked joints
+    scene        massless bodies, gravity, parallel axes, a plane, zeros of inertias, bound parameters; without a
+                 number, fixed and locked joints
     recursion    regrouped inertias
     choice       the road with the fewest operations in place of the first one
     program      each pass in its turn
@@ -72,9 +72,9 @@ def skipped(equations: Equations, requests: Sequence[str]) -> tuple[Skipped, ...
     scene = equations.scene
     chosen = {request: f.formulation for request, f in zip(requests, equations.functions, strict=True)}
     on = _counts(equations)
-    report = [*_dead(Workspace(scene), chosen), *_structure(scene)]
+    report = [*_dead(Workspace(scene, equations.closing), chosen), *_structure(scene)]
     for step, why, other in _other_scenes(scene):
-        report.append(Skipped(step, why, _saved(on, Workspace(other), chosen)))
+        report.append(Skipped(step, why, _saved(on, Workspace(other, equations.closing), chosen)))
     report.append(
         Skipped(
             "regrouped inertias",
@@ -86,7 +86,7 @@ def skipped(equations: Equations, requests: Sequence[str]) -> tuple[Skipped, ...
     changed = {request: road for request, road in first.items() if road != chosen[request]}
     if changed:
         why = ", ".join(f"{request} by {chosen[request]} instead of {road}" for request, road in changed.items())
-        report.append(Skipped("formulation", why, _saved(on, Workspace(scene), first)))
+        report.append(Skipped("formulation", why, _saved(on, Workspace(scene, equations.closing), first)))
     return (*report, *_passes(equations, on))
 
 

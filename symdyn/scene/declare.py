@@ -13,7 +13,7 @@ from symdyn.scene.joint_table import read_joints, read_loops
 from symdyn.scene.load_table import read_damper, read_load, read_row, read_spring
 from symdyn.scene.locking import lock, read_locks
 from symdyn.scene.model import STANDARD_GRAVITY, Parameter, Point, Scene
-from symdyn.scene.quantity import NULL, Vector
+from symdyn.scene.quantity import NULL, ZERO, Vector
 from symdyn.scene.spanning import span
 from symdyn.scene.table import Entry, Faults, Table, show
 from symdyn.scene.turning import turned
@@ -99,12 +99,21 @@ def assemble(
     places |= {"loads": declaration.loads, "rows": declaration.rows}
     draft = Draft(scene, {kind: tuple(entry.where for entry in entries) for kind, entries in places.items()})
     positions = read_locks(joints, faults)
+    _note_friction(scene, faults)
     excused = check(draft, faults, allow_invalid_inertia)
     faults.close()
     carried = {body.name: body for body in scene.bodies}
     carried |= {name: replace(carried[name], allow_invalid_inertia=True) for name in excused}
     ordered = replace(scene, bodies=tuple(carried[joint.child] for joint in scene.joints))
     return lock(ordered, positions, faults) if positions else ordered
+
+
+def _note_friction(scene: Scene, faults: Faults) -> None:
+    """Note the joints whose friction is a plain number, which does not act."""
+    names = [joint.name for joint in scene.joints if joint.friction != ZERO]
+    if names:
+        found = f"friction is kept as data and enters no equation ({', '.join(names)})"
+        faults.note("", f"{found}; a scene says friction = {{ coulomb = 0.5, smoothing = 0.01 }} to have it act")
 
 
 def _gravity(raw: object, faults: Faults) -> Vector:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 
 from symdyn.scene.coupling import Mimic, couple, read_mimic
 from symdyn.scene.folding import FormulaError, mul
@@ -17,6 +18,7 @@ from symdyn.scene.loads import Friction
 from symdyn.scene.model import Joint, Limits, Pose, velocity_name
 from symdyn.scene.names import suggestion
 from symdyn.scene.quantity import ONE, ZERO, Quantity, Vector, number
+from symdyn.scene.spelling import spell
 from symdyn.scene.table import Entry, Faults, Table, plain, show
 
 PLACE_KEYS = ("type", "parent", "child", "origin", "tip")
@@ -272,7 +274,9 @@ def _numbers(table: Table, key: str, n: int, why: str) -> tuple[Quantity, ...]:
 def _armature(table: Table) -> Quantity:
     """Return the inertia of a rotor seen at the joint: as it is, or behind a gear, inertia · gear²."""
     if "rotor" not in table:
-        return table.quantity("armature")
+        armature = table.quantity("armature")
+        _not_negative(table, "armature", armature)
+        return armature
     if "armature" in table:
         table.fault("armature and rotor say the same thing twice; give one of them")
     advice = "write rotor = { inertia = 1e-4, gear = 100 }"
@@ -280,11 +284,19 @@ def _armature(table: Table) -> Quantity:
     if "inertia" not in inner:
         inner.fault(f"inertia is missing; {advice}")
     inertia, gear = inner.quantity("inertia"), inner.quantity("gear", ONE)
+    _not_negative(inner, "inertia", inertia)
+    if gear == ZERO:
+        inner.fault(f"gear = 0 turns no rotor; {advice}")
     try:
         return mul(inertia, mul(gear, gear))
     except FormulaError as error:
         table.refuse("rotor", error)
         return ZERO
+
+
+def _not_negative(table: Table, key: str, inertia: Quantity) -> None:
+    if isinstance(inertia.value, Fraction) and inertia.value < 0:
+        table.fault(f"{key} = {spell(inertia)} is negative; give an inertia of zero or more")
 
 
 def _friction(table: Table, kind: str, n: int) -> tuple[Quantity, Friction | None]:

@@ -15,13 +15,13 @@ from dataclasses import replace
 
 from symdyn.scene import folding
 from symdyn.scene.folding import FormulaError
-from symdyn.scene.formats.turns import inverse, towards
 from symdyn.scene.formula import quantity
 from symdyn.scene.mapping import map_quantities, substituted
 from symdyn.scene.model import Joint, Pose, Scene
 from symdyn.scene.quantity import PI, ZERO, Quantity, number
 from symdyn.scene.start import resting
 from symdyn.scene.table import Entry, Faults, show
+from symdyn.scene.turns import inverse, towards
 from symdyn.scene.value import value_of
 
 DECLARED = ("locked", "position")

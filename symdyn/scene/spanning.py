@@ -14,18 +14,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.scene.joint_table import LOOP_KEYS
-from symdyn.scene.model import GROUND
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.model import GROUND, Joint
 from symdyn.scene.names import listed, suggestion
 from symdyn.scene.table import Entry, Faults, plain, show
-from symdyn.scene.turning import TURNED
-
-FREEDOMS = {
-    "fixed": 0, "revolute": 1, "prismatic": 1, "helical": 1, "cylindrical": 2, "universal": 2, "spherical": 3,
-    "planar": 3, "point_on_line": 4, "point_on_plane": 5, "rod": 5, "free": 6,
-}  # fmt: skip
+from symdyn.scene.turning import turnable
 
 KEPT = ("force", "forces", "motion", "mimic", "armature", "rotor", "damping", "locked", "drive", "drives")
 """What a joint that closes a loop cannot say."""
+
+
+STARTS = ("start", "start_rates")
+"""What a joint that closes a loop says in vain: its start follows."""
 
 
 @dataclass(frozen=True)
@@ -56,11 +56,19 @@ class _Edge:
     @property
     def freedoms(self) -> int:
         coordinates = plain(self.entry.table.get("coordinates"))
-        several = len(coordinates) if isinstance(coordinates, (list, tuple)) else 1
-        return FREEDOMS.get(self.kind, several)
+        return freedoms(self.kind, len(coordinates) if isinstance(coordinates, (list, tuple)) else 1)
 
     def other(self, body: str) -> str:
         return self.child if body == self.parent else self.parent
+
+
+def freedoms(kind: str, own: int) -> int:
+    """Return how many freedoms joints of a type have; a custom one has as many as coordinates of its own.
+
+    A type that is none stands for a revolute joint; the mistake is reported where it stands.
+    """
+    known = kind if kind in JOINTS else "revolute"
+    return 6 - JOINTS[known].class_t(Joint("", known, "", "", units=("rad",) * own))
 
 
 def span(joints: Sequence[Entry], held: Sequence[str], cuts: Sequence[str] | None, faults: Faults) -> Span:
@@ -136,12 +144,12 @@ def _chosen(edges: Sequence[_Edge], held: set[str], faults: Faults) -> Span:
     while True:
         tree = _forest([*(e for e in order if e.index not in banned), *(e for e in order if e.index in banned)])
         back = _backwards(tree)
-        wrong = [e for e in tree if e.index in back and e.kind not in TURNED and e.index not in banned]
+        wrong = [e for e in tree if e.index in back and not turnable(e.kind) and e.index not in banned]
         if not wrong:
             break
         banned.add(wrong[-1].index)
     for edge in tree:
-        if edge.index in back and edge.kind not in TURNED:
+        if edge.index in back and not turnable(edge.kind):
             ends = f'from "{edge.parent}" to "{edge.child}"'
             what = f"a {edge.kind} joint {ends} points towards ground and cannot be turned round"
             faults.add(edge.entry.where, f"{what}; swap parent and child")
@@ -182,9 +190,13 @@ def _cut(edges: Sequence[_Edge], cuts: set[str], faults: Faults) -> Span:
                 faults.add("", f"{asked} leaves nothing that carries {body}; cut others")
     back = _backwards(tree)
     for edge in tree:
-        if edge.index in back and edge.kind not in TURNED:
+        if edge.index in back and not turnable(edge.kind):
             why = f"a {edge.kind} joint cannot be turned round, as --spanning-tree would need it"
             faults.add(edge.entry.where, f"{why}; cut it, or swap its parent and child")
+    for edge in edges:
+        dropped = [key for key in STARTS if key in edge.entry.table]
+        if edge.entry.name in cuts and dropped:
+            faults.note(edge.entry.where, f"is cut and has no coordinates: its {listed(dropped)} is not used")
     _note_turned(tree, back, faults)
     return _span(edges, tree, back)
 

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import derive
 from symdyn.dynamics.loops.assembly import closed_position
+from symdyn.dynamics.loops.continuation import declared_rates, fitting
 from symdyn.dynamics.loops.numbers import Numbers, numbers_of
 from symdyn.dynamics.prescribed import TIME, prescribed
 from symdyn.errors import DerivationError
@@ -24,7 +25,7 @@ from symdyn.simulate.reading import close, number_of, parameter_values, read_for
 Array = npt.NDArray[np.float64]
 
 CONSISTENT = 1e-9
-"""Largest velocity against a row of a start that is taken as it is, over the largest velocity."""
+"""Largest coordinate by which a start is moved without a note, rad or m."""
 
 SINGULAR = 1e-14
 """Smallest eigenvalue of the mass matrix with unit diagonal that is not zero."""
@@ -85,10 +86,15 @@ def read_start(scene: Scene, start: Mapping[str, str] | None = None, rates: Mapp
         if not np.linalg.norm(q[part]) > 0:
             faults.add("start", f"the quaternion ({group}) has length zero; (1, 0, 0, 0) is no rotation")
     close(faults)
+    notes = [
+        f"start: the quaternion ({group}) has length {np.linalg.norm(q[part]):.6g}; it was divided by that"
+        for group, part in _quaternions(scene).items()
+        if abs(np.linalg.norm(q[part]) - 1.0) > CONSISTENT
+    ]
     q = numbers.normalised(q)
-    notes: list[str] = []
     if scene.loops or scene.rows:
-        q, u, notes = _closed(numbers, q, u, given_q, given_u, faults)
+        q, u, more = _closed(numbers, q, u, given_q, given_u, faults)
+        notes += more
         close(faults)
     return Start(q, u, tuple(notes))
 
@@ -134,7 +140,7 @@ def _prescribe(scene: Scene, q: Array, u: Array, given: Sequence[int], faults: F
 def _closed(
     numbers: Numbers, q: Array, u: Array, given_q: Sequence[int], given_u: Sequence[int], faults: Faults
 ) -> tuple[Array, Array, list[str]]:
-    """Return a state that closes the loops, what the user gave held fast."""
+    """Return a state that closes the loops; what the scene and the user give is held fast, other velocities follow."""
     scene = numbers.scene
     names = list(scene.velocities)
     moved = list(prescribed(scene, Graph()).place)
@@ -151,17 +157,11 @@ def _closed(
     if way > CONSISTENT and not any("start" in note for note in notes):
         k = int(np.abs(closed - q).argmax())
         notes.append(f"the start was moved so that the loops close, {scene.coordinates[k]} by {way:.3g}")
-    G = numbers.jacobian(closed)
-    loose = [k for k in range(len(u)) if k not in (given_u if any(given_u) or given_u else moved)]
-    against = G @ u
-    size = max(1.0, float(np.abs(u).max(initial=0.0)))
-    if np.abs(against).max(initial=0.0) > CONSISTENT * size:
-        u = u.copy()
-        u[loose] -= np.linalg.lstsq(G[:, loose], against, rcond=1e-10)[0]
-        if np.abs(G @ u).max(initial=0.0) > CONSISTENT * size:
-            faults.add("start rates", "the loops do not allow these velocities together; give fewer of them")
-        elif not given_u:
-            notes.append("the start rates were changed so that the loops allow them")
+    given = sorted({*declared_rates(numbers), *moved, *given_u})
+    try:
+        u = fitting(numbers, closed, {k: float(u[k]) for k in given})
+    except DerivationError as fault:
+        faults.add("start rates", str(fault))
     return closed, u, notes
 
 

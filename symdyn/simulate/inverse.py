@@ -66,19 +66,19 @@ def inverse(scene: Scene, motion: Motion, times: npt.ArrayLike, reactions: bool 
         name = scene.coordinates[column]
         raise SimulateError(f"motion: {name}: {laws[name].text} has no finite value or derivative at t = {t[row]:g} s")
     free = [name for name in scene.coordinates if name not in motion.laws and name not in _own(scene)]
-    if (scene.loops or scene.rows) and free:
+    if functions.closed and free:
         q, u, a, off = _followed(scene, functions, q, rate, second, free)
     else:
         u, a = _velocities(scene, functions, motion, t, q, rate, second)
         off = np.zeros_like(t)
     tau = functions("inverse_dynamics", t, q, u, a)
-    columns = {} if not scene.loops else {"loop_error": off}
+    columns = {"loop_error": off} if scene.loops and functions.closed else {}
     power = np.einsum("ni,ni->n", tau, u)
     columns["drive_power"] = power
     if reactions:
         columns |= reaction_columns(scene, t, q, u, a)
     notes = []
-    if free and not (scene.loops or scene.rows):
+    if free and not functions.closed:
         notes.append(f"no law is given for {', '.join(free)}: at rest")
     return Trajectory(scene, t, q, u, a, tau, columns, notes=tuple(notes))
 
@@ -119,7 +119,11 @@ def _check(scene: Scene, motion: Motion, t: Array) -> None:
 
 
 class _Functions:
-    """Compiled functions of positions, velocities and accelerations."""
+    """Compiled functions of positions, velocities and accelerations.
+
+    Attributes:
+        closed: whether there are rows to keep; loops whose rows are all redundant have none.
+    """
 
     def __init__(self, scene: Scene) -> None:
         w = Workspace(scene)
@@ -133,7 +137,8 @@ class _Functions:
         shape = (len(w.state.q), w.state.n)
         functions.append(_function(w, "kinematics", H, shape))
         functions.append(_function(w, "turning", turned, shape[:1]))
-        self.program = lower(Equations(scene, w.graph, tuple(functions)))
+        self.program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
+        self.closed = any(f.name == "constraint_jacobian" and f.entries for f in functions)
         self.calls, _ = load_program(self.program)
 
     def __call__(self, name: str, t: Any, q: Array, u: Array, a: Array | None = None) -> Array:

@@ -38,7 +38,8 @@ def parameter_values(scene: Scene) -> dict[str, Quantity]:
     free = [parameter.name for parameter in scene.free_parameters]
     if free:
         binding = ",".join(f"{name}=1" for name in free)
-        raise SimulateError(f"{scene.name}: {', '.join(free)} have no value; give them, as in --bind {binding}")
+        have = "has" if len(free) == 1 else "have"
+        raise SimulateError(f"{scene.name}: {', '.join(free)} {have} no value; give them, as in --bind {binding}")
     return {parameter.name: parameter.value for parameter in scene.parameters if parameter.value is not None}
 
 

@@ -88,8 +88,8 @@ class System:
 
     @property
     def closed(self) -> bool:
-        """Whether there are loops or rows to hold."""
-        return bool(self.scene.loops or self.scene.rows)
+        """Whether there are rows to hold; loops whose rows are all redundant have none."""
+        return "constraint_jacobian" in self.calls
 
     @cached_property
     def quaternions(self) -> tuple[slice, ...]:

@@ -28,14 +28,16 @@ class Letter:
         index: what stands below, parts set apart by commas: ("z", "12").
         dots: time derivatives.
         power: exponent above.
-        upright: the index is a word, not a list of numbers.
+        above: what stands above to the right: A, D, R for actions, inertia, reactions.
+        accent: "bar" or "" above the letter.
     """
 
     letter: str
     index: tuple[str, ...] = ()
     dots: int = 0
     power: int = 1
-    upright: bool = False
+    above: str = ""
+    accent: str = ""
 
 
 @dataclass(frozen=True)
@@ -247,7 +249,7 @@ class Step:
 
     Attributes:
         key: unique in the document, the same in every language.
-        claim: what is shown, one sentence.
+        claim: what is shown, one sentence; no parts for boxes about the step before.
         blocks: the mathematics.
         reason: why it is so; no parts where the blocks say it.
         reference: where it comes from, "(5.24)"; "" for none.

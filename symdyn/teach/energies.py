@@ -74,9 +74,8 @@ def _kinetic(lesson: Lesson, mass: Mass, kinetic: list[str]) -> list[Step]:
             steps.append(_offset(lesson, mass, term))
             parts.append(symbol)
             values.append(term)
-    if mass.spins:
-        spin = _spin(lesson, mass)
-        symbol = lesson.name(f"Kw:{tag}", "K", tag, "ω", node=spin)
+    if mass.spins and not lesson.vanishes(spin := _spin(lesson, mass)):
+        symbol = lesson.name(f"Kw:{tag}", "K", tag, "omega", node=spin)
         steps.append(_spinning(lesson, mass, spin))
         parts.append(symbol)
         values.append(spin)

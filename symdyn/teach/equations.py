@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import combinations
 
 from symdyn.algebra.form import MINUS_ONE, ZERO, Form, Symbol, power_of, product_of, sum_of, terms_of
+from symdyn.algebra.trigonometric import Polynomial
 from symdyn.dynamics.christoffel import christoffel
 from symdyn.dynamics.lagrange import elastic_forces, gravity_forces, mass_matrix
 from symdyn.dynamics.loads import generalized_forces
 from symdyn.emit.equations import ALONE, Coefficient, Printable, printable
+from symdyn.emit.formula_text import text_of
 from symdyn.graph import Expr
 from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Values, Words
-from symdyn.teach.lesson import Lesson, together
+from symdyn.teach.lesson import SMALL_SCENE, Lesson, together
 from symdyn.teach.velocities import MOST_TERMS, folded, length
 
 KINDS = {"k_z": "z", "k_C": "C", "k_D": "D", "k_G": "G", "k_E": "E"}
+
+
+WIDEST = 110
+"""Characters of a coefficient that stands over a brace."""
 
 
 def coefficient_key(c: Coefficient) -> str:
@@ -39,13 +46,13 @@ def name_coefficients(lesson: Lesson) -> Printable:
         else:
             node = (M if c.kind == "k_z" else k_D)[i - 1][rest[0] - 1]
         wide = any(x > 9 for x in c.indices)
-        index = ((" " if wide else "").join(map(str, c.indices)),)
+        index: tuple[str, ...] = ((" " if wide else "").join(map(str, c.indices)),)
         if c.kind == "k_C":
             index = (str(i), (" " if wide else "").join(map(str, rest)))
         lesson.name(coefficient_key(c), "k", KINDS[c.kind], *index, node=node)
     acting = generalized_forces(lesson.scene, lesson.graph)
     for i, (drive, force) in enumerate(zip(lesson.drives, acting, strict=True)):
-        lesson.name(f"tau:{i + 1}", "τ", str(i + 1), node=drive + force)
+        lesson.name(f"tau:{i + 1}", "tau", str(i + 1), node=drive + force)
         named = lesson.scene.drives[i]
         if named:
             lesson.names[named] = Name(None, drive)
@@ -77,33 +84,47 @@ def _rate(lesson: Lesson, i: int) -> Step:
     """Return d/dt ∂L/∂q̇_i, and which term comes from the rate of which coordinate."""
     closed, n = lesson.closed, lesson.state.n
     symbol = lesson.rate(f"dL/d{lesson.state.qd[i].value}", lesson.momentum_rates[i])
-    rows, slopes = [], {}
-    for j in range(n):
-        if not closed.M[i][j]:
-            continue
-        cells = [Words((product_of((_M(lesson, i, j), _qd(lesson, j))),))]
-        cells.append(Words((product_of((_M(lesson, i, j), _qdd(lesson, j))),)))
-        for k in range(n):
-            slopes[j, k] = closed.ring.derivative(closed.M[i][j], closed.state.q[k])
-            rates = [power_of(_qd(lesson, j), 2)] if j == k else [_qd(lesson, x) for x in sorted((j, k))]
-            cells.append(Words((product_of((closed.compactor(slopes[j, k]), *rates)),)))
-        rows.append(tuple(cells))
-    head = [lesson.say("rate.term"), lesson.say("rate.from", rate=lesson.say("rate.accelerations"))]
-    head += [lesson.say("rate.from", rate=_qd(lesson, k)) for k in range(n)]
+    slopes = {
+        (j, k): closed.ring.derivative(closed.M[i][j], closed.state.q[k])
+        for j in range(n)
+        for k in range(n)
+        if closed.M[i][j]
+    }
     terms = [product_of((_M(lesson, i, j), _qdd(lesson, j))) for j in range(n) if closed.M[i][j]]
     for j, k in [*combinations(range(n), 2), *((j, j) for j in range(n))]:
         zero = closed.ring.zero
         total = slopes.get((j, k), zero) + (slopes.get((k, j), zero) if j != k else zero)
-        rate = [power_of(_qd(lesson, j), 2)] if j == k else [_qd(lesson, j), _qd(lesson, k)]
         if total:
-            terms.append(_signed(product_of((closed.compactor(total),)), *rate))
-    table = Values(tuple(head), tuple(rows))
-    wide = max((length(part) for row in rows for cell in row for part in cell.parts if not isinstance(part, str)), default=0)  # fmt: skip
+            terms.append(_signed(closed.compactor(total), *_rates(lesson, j, k)))
     number = lesson.number(f"rate:{i + 1}")
     formula = folded(lesson, Formula(symbol.name, sum_of(terms), number))
-    shown: Block = Fold(lesson.say("rate.fold"), (table,)) if wide > 4 or n > 3 else table
+    table = _origins(lesson, i, slopes)
+    shown: Block = table if n <= SMALL_SCENE else Fold(lesson.say("rate.fold"), (table,))
     claim, reason = lesson.say("rate", rate=symbol), lesson.say("rate.reason")
     return Step(f"rate:{i + 1}", claim, (shown, formula), reason, f"({number})" if number else "")
+
+
+def _origins(lesson: Lesson, i: int, slopes: Mapping[tuple[int, int], Polynomial]) -> Values:
+    """Return a table: each term of ∂L/∂q̇_i, by its coefficient's name, and what each rate makes of it."""
+    closed, rows = lesson.closed, []
+    for j in range(lesson.state.n):
+        if not closed.M[i][j]:
+            continue
+        name = Symbol(f"k_z:{i + 1},{j + 1}")
+        term = Words((product_of((name, _qd(lesson, j))),))
+        accelerated = Words((product_of((name, _qdd(lesson, j))),))
+        rows.append((term, Words((_qdd(lesson, j),)), accelerated))
+        for k in range(lesson.state.n):
+            if slopes[j, k]:
+                given = _signed(closed.compactor(slopes[j, k]), *_rates(lesson, j, k))
+                rows.append((term, Words((_qd(lesson, k),)), Words((given,))))
+    head = (lesson.say("rate.term"), lesson.say("rate.from"), lesson.say("rate.gives"))
+    return Values(head, tuple(rows))
+
+
+def _rates(lesson: Lesson, j: int, k: int) -> list[Form]:
+    """Return the factors of q̇_j q̇_k."""
+    return [power_of(_qd(lesson, j), 2)] if j == k else [_qd(lesson, x) for x in sorted((j, k))]
 
 
 def _slope(lesson: Lesson, i: int) -> Step:
@@ -115,8 +136,8 @@ def _slope(lesson: Lesson, i: int) -> Step:
         for k in range(j, n):
             slope = closed.ring.derivative(closed.M[j][k], q)
             if slope:
-                rate = [power_of(_qd(lesson, j), 2)] if j == k else [_qd(lesson, j), _qd(lesson, k)]
-                terms.append(_signed(closed.compactor(slope / 2 if j == k else slope), *rate))
+                shown = closed.compactor(slope / 2 if j == k else slope)
+                terms.append(_signed(shown, *_rates(lesson, j, k)))
     terms += [_signed(MINUS_ONE, term) for kind in ALONE for term in _alone(lesson, kind, i)]
     number = lesson.number(f"slope:{i + 1}")
     block = folded(lesson, Formula(symbol.name, sum_of(terms), number))
@@ -132,17 +153,18 @@ def _equation(lesson: Lesson, page: Printable, i: int) -> Step:
     for c in page.rows[i]:
         if c.vanishes:
             continue
-        short = length(c.form) <= MOST_TERMS // 3
+        short = length(c.form) <= MOST_TERMS // 3 and len(text_of(c.form)) <= WIDEST
         form = c.form if short else Symbol(coefficient_key(c))
         terms.append(Brace(form, coefficient_key(c) if short else "", c.rate))
     number = lesson.number(f"equation:{i + 1}")
-    left = sum_of((Symbol(f"d/dt dL/d{lesson.state.qd[i].value}"), _signed(MINUS_ONE, Symbol(f"dL/d{lesson.state.q[i].value}"))))  # fmt: skip
+    q, qd = lesson.state.q[i].value, lesson.state.qd[i].value
+    left = sum_of((Symbol(f"d/dt dL/d{qd}"), _signed(MINUS_ONE, Symbol(f"dL/d{q}"))))
     claim = lesson.say("equation", left=left, right=page.right[i])
     passive = lesson.scene.drives[i] is None
     blocks: list[Block] = [Braced(page.right[i], tuple(terms), f"tau:{i + 1}", number)]
     if any(not brace.under for brace in terms):
         blocks.append(lesson.say("equation.named"))
-    reason = lesson.say("equation.passive" if passive else "equation.reason", q=Symbol(str(lesson.state.q[i].value)))
+    reason = lesson.say("equation.passive" if passive else "equation.reason", q=Symbol(str(q)))
     return Step(f"equation:{i + 1}", claim, tuple(blocks), reason, f"({number})" if number else "")
 
 
@@ -179,19 +201,20 @@ def coefficient_steps(lesson: Lesson, page: Printable) -> list[Step]:
         found = [c for c in page.coefficients if c.kind == kind]
         if not found:
             continue
+        upper = [c for c in found if not (kind == "k_z" and c.indices[0] > c.indices[1])]
         blocks: list[Block] = []
-        for c in found:
-            if c.vanishes or (kind == "k_z" and c.indices[0] > c.indices[1]):
-                continue
+        for c in upper:
             key = coefficient_key(c)
-            if kind == "k_z" and c.indices[0] != c.indices[1]:
+            if c.vanishes:
+                continue
+            if kind == "k_z" and c.indices[0] != c.indices[1] and length(c.form) <= MOST_TERMS:
                 twin = Symbol(f"k_z:{c.indices[1]},{c.indices[0]}")
-                blocks.append(folded(lesson, Formula(key, twin, lesson.number(key), c.form)) if length(c.form) <= MOST_TERMS else folded(lesson, Formula(key, c.form)))  # fmt: skip
+                blocks.append(Formula(key, twin, lesson.number(key), c.form))
             else:
                 blocks.append(folded(lesson, Formula(key, c.form, lesson.number(key))))
-        zero = [Symbol(coefficient_key(c)) for c in found if c.vanishes and not (kind == "k_z" and c.indices[0] > c.indices[1])]  # fmt: skip
+        zero: list[Form] = [Symbol(coefficient_key(c)) for c in upper if c.vanishes]
         if zero:
-            blocks.append(lesson.say("coefficients.zero", names=together(list(zero))))
+            blocks.append(lesson.say("coefficients.zero", names=together(zero)))
         steps.append(Step(f"coefficients:{kind}", lesson.say(f"coefficients.{kind}"), tuple(blocks), level="full"))
     return steps
 

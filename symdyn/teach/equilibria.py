@@ -11,7 +11,7 @@ from itertools import product
 
 import numpy as np
 
-from symdyn.algebra.form import Form, Number, Pi, Symbol, form_of, power_of, product_of
+from symdyn.algebra.form import Form, Number, Pi, Symbol, power_of, product_of
 from symdyn.dynamics.loads import generalized_forces
 from symdyn.graph import Expr, gradient, reachable, substitute
 from symdyn.scene import JOINTS
@@ -30,10 +30,11 @@ def equilibrium_step(lesson: Lesson, chosen: Chosen) -> Step:
     moving = _variables(lesson, rest)
     if not moving:
         free = all(node.is_zero for node in rest)
-        return Step("equilibria", lesson.say("equilibria"), (lesson.say("equilibria.all" if free else "equilibria.none"),))  # fmt: skip
+        said = lesson.say("equilibria.all" if free else "equilibria.none")
+        return Step("equilibria", lesson.say("equilibria"), (said,))
     exact = _exact(lesson, rest, moving)
-    found = _numeric(lesson, rest, moving, chosen)
-    turns = _turns(lesson)
+    turns = _whole_turns(lesson, rest, moving, chosen)
+    found = _numeric(rest, moving, turns, chosen)
     known = [np.array([float(exact_turn) * np.pi / 2 for exact_turn in one]) for one in exact]
     others = [x for x in found if not any(_same(x, y, moving, turns) for y in known)]
     rows = []
@@ -74,6 +75,18 @@ def _turns(lesson: Lesson) -> dict[Expr, bool]:
     return {q: unit == "rad" for q, unit in zip(lesson.state.q, units, strict=True)}
 
 
+def _whole_turns(lesson: Lesson, rest: list[Expr], moving: list[Expr], chosen: Chosen) -> dict[Expr, bool]:
+    """Tell which coordinates are angles that a whole turn brings back, as it does not where a spring counts turns."""
+    units = _turns(lesson)
+    here = np.array([0.3 + 0.7 * k for k in range(len(moving))])
+    before, found = _evaluate(chosen, moving, here, rest, [])[0], {}
+    for k, q in enumerate(moving):
+        there = here + 2 * np.pi * (np.arange(len(moving)) == k)
+        after = _evaluate(chosen, moving, there, rest, [])[0]
+        found[q] = units[q] and bool(np.allclose(before, after, rtol=1e-9, atol=1e-9 * (1 + np.abs(before).max())))
+    return found
+
+
 def _exact(lesson: Lesson, rest: list[Expr], moving: list[Expr]) -> list[tuple[int, ...]]:
     """Return the positions in quarter turns, slides at zero, that are equilibria for every value of the parameters."""
     turns = _turns(lesson)
@@ -98,14 +111,13 @@ def _zero(lesson: Lesson, node: Expr) -> bool:
     return not any(q in set(reachable([node])) for q in lesson.state.q) and vanishes(node)
 
 
-def _numeric(lesson: Lesson, rest: list[Expr], moving: list[Expr], chosen: Chosen) -> list[np.ndarray]:
-    """Return roots of the forces at rest that Newton's method finds from many starts, turns within (-π, π]."""
+def _numeric(rest: list[Expr], moving: list[Expr], turns: dict[Expr, bool], chosen: Chosen) -> list[np.ndarray]:
+    """Return roots of the forces at rest that Newton's method finds from many starts, whole turns within (-π, π]."""
     rng = random.Random(1)
-    turns = _turns(lesson)
     rows = [gradient(node, moving) for node in rest]
     found: list[np.ndarray] = []
     for _ in range(STARTS):
-        x = np.array([rng.uniform(-np.pi, np.pi) if turns[q] else rng.uniform(-1, 1) for q in moving])
+        x = np.array([rng.uniform(-np.pi, np.pi) for _ in moving])
         for _ in range(40):
             value, slope = _evaluate(chosen, moving, x, rest, rows)
             if not np.isfinite(value).all() or not np.isfinite(slope).all():
@@ -130,7 +142,7 @@ def _evaluate(
 ) -> tuple[np.ndarray, np.ndarray]:
     at = Chosen({**chosen.values, **dict(zip(moving, map(float, x), strict=True))}, chosen.q, chosen.parameters)
     flat = at.of(*rest, *(entry for row in rows for entry in row))
-    return np.array(flat[: len(rest)]), np.array(flat[len(rest) :]).reshape(len(rest), len(moving))
+    return np.array(flat[: len(rest)]), np.array(flat[len(rest) :]).reshape(len(rows), len(moving))
 
 
 def _within(angle: float) -> float:
@@ -167,6 +179,3 @@ def _quarter(k: int) -> Form:
         return Number(value)
     below = power_of(Number(Fraction(value.denominator)), -1)
     return product_of((Number(Fraction(value.numerator)), Pi(), *((below,) if value.denominator > 1 else ())))
-
-
-__all__ = ["equilibrium_step", "form_of"]

@@ -2,42 +2,30 @@
 
 from __future__ import annotations
 
-from symdyn.errors import EmitError
 from symdyn.scene import Scene, without_zeros
-from symdyn.teach.document import Block, Document, Section, Step
+from symdyn.teach.document import Block, Document, Section, Step, Words
 from symdyn.teach.energies import energy_steps
 from symdyn.teach.equations import coefficient_steps, equation_steps, name_coefficients
 from symdyn.teach.equilibria import equilibrium_step
-from symdyn.teach.languages import LANGUAGES
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.masses import masses
 from symdyn.teach.meaning import meaning_steps
 from symdyn.teach.notation import notation_step, scene_step
-from symdyn.teach.numbers import choose, number_steps, power_step, scene_picture, weights_picture
+from symdyn.teach.numbers import Chosen, choose, number_steps, power_step, scene_picture, weights_picture
 from symdyn.teach.textbook import errata, numbers_for
 from symdyn.teach.velocities import position_steps, velocity_steps
 
 UNTIL = ("energies", "lagrangian", "equations", "coefficients", "numbers")
-DETAILS = ("brief", "full")
 
 
-def lagrange_walkthrough(scene: Scene, language: str = "en", detail: str = "full", until: str = "numbers") -> Document:
-    """Return the walkthrough of an open mechanism by Lagrange's equations (5.21)-(5.23).
-
-    Args:
-        scene: an open chain or tree with rates of coordinates as velocities.
-        language: "en" or "sk".
-        detail: "full", or "brief" without the steps that a second reading needs.
-        until: the last section.
+def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbers") -> Document:
+    """Return the walkthrough of an open mechanism by Lagrange's equations (5.21)-(5.23), up to one of `UNTIL`.
 
     Raises:
-        EmitError: an unknown choice.
-        DerivationError: the mechanism has closed loops or no closed form.
+        DerivationError: the mechanism has constraints or no closed form.
     """
-    for name, value, known in (("language", language, LANGUAGES), ("detail", detail, DETAILS), ("until", until, UNTIL)):
-        if value not in known:
-            raise EmitError(f"{name} {value!r} is not known; give one of {', '.join(known)}")
     lesson = Lesson(without_zeros(scene), language)
+    assert lesson.closed.n == lesson.state.n, "closed forms and graph have the same velocities"  # raises early
     lesson.numbers = numbers_for(lesson)
     found = masses(lesson)
     chosen = choose(lesson)
@@ -68,8 +56,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", detail: str = "full
     if lesson.numbers:
         sections = [_with_errata(lesson, section, chosen) for section in sections]
     title = lesson.text("title", scene=scene.name)
-    document = Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections))
-    return document.brief() if detail == "brief" else document
+    return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections))
 
 
 def _section(lesson: Lesson, key: str, steps: list[Step]) -> Section:
@@ -85,10 +72,12 @@ def _with_picture(steps: list[Step], shown: Block) -> list[Step]:
     return steps
 
 
-def _with_errata(lesson: Lesson, section: Section, chosen) -> Section:  # type: ignore[no-untyped-def]
-    """Return the section with a box behind the step where the source is wrong."""
-    steps = []
+def _with_errata(lesson: Lesson, section: Section, chosen: Chosen) -> Section:
+    """Return the section with a step of boxes behind each step where the source is wrong."""
+    steps: list[Step] = []
     for step in section.steps:
+        steps.append(step)
         boxes = errata(lesson, step.key, chosen)
-        steps.append(Step(step.key, step.claim, (*step.blocks, *boxes), step.reason, step.reference, step.level))
+        if boxes:
+            steps.append(Step(f"errata:{step.key}", Words(()), tuple(boxes)))
     return Section(section.key, section.title, tuple(steps))

@@ -27,20 +27,58 @@ SMALL_SCENE = 3
 
 
 @dataclass
-class Lesson:
-    """One scene on one graph while its document is being written.
+class Prose:
+    """Names and words of one document while it is being written.
 
     Attributes:
-        scene: the mechanism, an open chain or tree.
+        scene: the mechanism.
         language: key of `LANGUAGES`.
-        numbers: equation numbers of the source by key of the formula.
         names: grows as steps name quantities.
     """
 
     scene: Scene
     language: str
-    numbers: Mapping[str, str] = field(default_factory=dict)
     names: dict[str, Name] = field(default_factory=dict)
+
+    # Names
+
+    def name(self, key: str, letter: str, *index: str, node: Expr | None, dots: int = 0, power: int = 1) -> Symbol:
+        """Name a quantity and return its symbol."""
+        self.names[key] = Name(Letter(letter, index, dots, power), node)
+        return Symbol(key)
+
+    def slope(self, of: str, by: str, node: Expr) -> Symbol:
+        """Name ∂of/∂by."""
+        self.names[key := f"d{of}/d{by}"] = Name(Slope(of, by), node)
+        return Symbol(key)
+
+    def rate(self, of: str, node: Expr) -> Symbol:
+        """Name d/dt of."""
+        self.names[key := f"d/dt {of}"] = Name(Rate(of), node)
+        return Symbol(key)
+
+    # Words
+
+    def say(self, key: str, **places: str | Form | Words) -> Words:
+        """Return the prose of a key in the language, with its places filled."""
+        return Words(fill(LANGUAGES[self.language][key], places))
+
+    def text(self, key: str, **places: str) -> str:
+        """Return prose without formulas."""
+        return "".join(str(part) for part in self.say(key, **places).parts)
+
+
+@dataclass
+class Lesson(Prose):
+    """One scene on one graph while its document is being written.
+
+    The scene is an open chain or tree.
+
+    Attributes:
+        numbers: equation numbers of the source by key of the formula.
+    """
+
+    numbers: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Put the symbols on the graph, parameters first, which is the order that forms print."""
@@ -99,7 +137,8 @@ class Lesson:
     @cached_property
     def ring(self) -> TrigonometricRing:
         """The ring in which positions, velocities and what is made of them are written."""
-        needed = [x for T in self.placed.values() for row in (*T.R, T.p) for x in row]
+        needed = [self.graph.symbol(parameter.name) for parameter in self.scene.parameters]
+        needed += [x for T in self.placed.values() for row in (*T.R, T.p) for x in row]
         state = (*self.state.q, *self.state.qd, *self.state.qdd)
         return TrigonometricRing([*needed, self.energy.K + self.energy.G], state, total_angles(self._parallel))
 
@@ -124,36 +163,9 @@ class Lesson:
     def _polynomial(self, node: Expr):  # type: ignore[no-untyped-def]
         return evaluate([node], self.ring, self.ring.values([node]))[0]
 
-    # Names
-
-    def name(self, key: str, letter: str, *index: str, node: Expr | None, dots: int = 0, power: int = 1) -> Symbol:
-        """Name a quantity and return its symbol."""
-        self.names[key] = Name(Letter(letter, index, dots, power), node)
-        return Symbol(key)
-
-    def slope(self, of: str, by: str, node: Expr) -> Symbol:
-        """Name ∂of/∂by."""
-        self.names[key := f"d{of}/d{by}"] = Name(Slope(of, by), node)
-        return Symbol(key)
-
-    def rate(self, of: str, node: Expr) -> Symbol:
-        """Name d/dt of."""
-        self.names[key := f"d/dt {of}"] = Name(Rate(of), node)
-        return Symbol(key)
-
     def number(self, key: str) -> str:
         """Return the equation number of a formula, "" without one."""
         return self.numbers.get(key, "")
-
-    # Words
-
-    def say(self, key: str, **places: str | Form | Words) -> Words:
-        """Return the prose of a key in the language, with its places filled."""
-        return Words(fill(LANGUAGES[self.language][key], places))
-
-    def text(self, key: str, **places: str) -> str:
-        """Return prose without formulas."""
-        return "".join(str(part) for part in self.say(key, **places).parts)
 
 
 def together(forms: list[Form]) -> Words:

@@ -13,15 +13,19 @@ from dataclasses import dataclass
 from symdyn.algebra.form import ZERO, Form, Symbol, power_of, product_of, sum_of
 from symdyn.dynamics.state import placement, vector
 from symdyn.emit.equations import Printable
+from symdyn.emit.formula_text import text_of
 from symdyn.graph import Expr
 from symdyn.scene import GROUND, Joint, express
 from symdyn.scene.joints.blocks import unit
 from symdyn.spatial import Vec, apply, apply_transposed, cross, dot, sub, zero_vector
 from symdyn.teach.document import Block, Box, Formula, Step, Values, Words
-from symdyn.teach.equations import coefficient_key, node_of
+from symdyn.teach.equations import WIDEST, coefficient_key, node_of
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.masses import AXES, Mass
 from symdyn.teach.velocities import folded, length
+
+SHORT = 4
+"""Terms of a coefficient that stands in a table."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,8 @@ class Axis:
 
 def axes_of(lesson: Lesson) -> list[Axis | None]:
     """Return the axis of every coordinate; None where it moves more than one simple joint."""
-    graph, found = lesson.graph, []
+    graph = lesson.graph
+    found: list[Axis | None] = []
     for joint in lesson.scene.moving:
         followed = any(j.coupling and j.coupling.coordinate in joint.coordinates for j in lesson.scene.joints)
         if joint.type not in ("revolute", "prismatic") or followed:
@@ -221,9 +226,10 @@ def _velocities(lesson: Lesson, page: Printable, axes: list[Axis | None], kind: 
     rows = []
     for c in page.coefficients:
         if c.kind == kind:
-            value = c.form if length(c.form) <= 6 else lesson.say("long.short", terms=str(length(c.form)))
+            short = length(c.form) <= SHORT and len(text_of(c.form)) <= WIDEST
+            value = Words((c.form,)) if short else lesson.say("long.short", terms=str(length(c.form)))
             why = lesson.say(_why(lesson, c.indices, axes, c.vanishes, kind), **_places(lesson, c.indices))
-            rows.append((Words((Symbol(coefficient_key(c)),)), value if isinstance(value, Words) else Words((value,)), why))  # fmt: skip
+            rows.append((Words((Symbol(coefficient_key(c)),)), value, why))
     head = (lesson.say("table.coefficient"), lesson.say("table.value"), lesson.say("table.why"))
     blocks: list[Block] = [Values(head, tuple(rows))]
     if kind == "k_D" and (number := lesson.number("k_D:1,1")):
@@ -234,7 +240,8 @@ def _velocities(lesson: Lesson, page: Printable, axes: list[Axis | None], kind: 
         blocks.append(Formula(torque, product, number, ZERO))
     number = lesson.number("k_D:1,1") if kind == "k_D" else ""
     reference = f"({number})" if number else ""
-    return Step(f"meaning:{kind}", lesson.say(f"meaning.{kind}"), tuple(blocks), lesson.say(f"meaning.{kind}.reason"), reference)  # fmt: skip
+    claim, reason = lesson.say(f"meaning.{kind}"), lesson.say(f"meaning.{kind}.reason")
+    return Step(f"meaning:{kind}", claim, tuple(blocks), reason, reference)
 
 
 def _places(lesson: Lesson, indices: tuple[int, ...]) -> dict[str, str | Form | Words]:
@@ -262,7 +269,11 @@ def _why(lesson: Lesson, indices: tuple[int, ...], axes: list[Axis | None], vani
     if not vanishes:
         return "k_C.acts"
     k = rest[0]
-    slopes = [closed.ring.derivative(closed.M[a][b], closed.state.q[c]) for a, b, c in ((i, j, k), (i, k, j), (j, k, i))]  # fmt: skip
+    carrier = axes[j]
+    if carrier is not None and carrier.slides:
+        return "k_C.straight"
+    parts = ((i, j, k), (i, k, j), (j, k, i))
+    slopes = [closed.ring.derivative(closed.M[a][b], closed.state.q[c]) for a, b, c in parts]
     return "k_C.cancel" if any(slopes) else "k_C.nothing"
 
 

@@ -6,14 +6,14 @@ from symdyn.algebra.form import Symbol
 from symdyn.scene import JOINTS
 from symdyn.scene.spelling import spell
 from symdyn.teach.document import Picture, Step, Values, Words
-from symdyn.teach.lesson import Lesson
+from symdyn.teach.lesson import Prose
 
 
-def scene_step(lesson: Lesson, shown: Picture) -> Step:
+def scene_step(lesson: Prose, shown: Picture) -> Step:
     """Return the picture and the joints."""
     scene = lesson.scene
     rows = []
-    for joint in scene.joints:
+    for joint in (*scene.joints, *scene.loops):
         names = joint.coordinates or ((joint.coupling.coordinate,) if joint.coupling else ())
         parent = lesson.text("ground") if joint.parent == "ground" else joint.parent
         cells: list[str | Symbol] = []
@@ -23,11 +23,17 @@ def scene_step(lesson: Lesson, shown: Picture) -> Step:
         rows.append((Words((joint.name,)), kind, Words((parent,)), Words((joint.child,)), Words(tuple(cells))))
     keys = ("joint", "kind", "parent", "child", "coordinate")
     head = tuple(lesson.say(f"table.{key}") for key in keys)
-    claim = lesson.say("scene", scene=scene.name, bodies=str(len(scene.bodies)), freedoms=str(len(scene.velocities)))
-    return Step("scene", claim, (shown, Values(head, tuple(rows))), lesson.say("scene.reason"))
+    closed = "scene.closed" if scene.loops or scene.rows else "scene"
+    claim = lesson.say(closed, scene=scene.name, bodies=str(len(scene.bodies)), freedoms=str(len(scene.velocities)))
+    return Step(
+        "scene",
+        claim,
+        (shown, Values(head, tuple(rows))),
+        lesson.say("scene.closed.reason" if closed != "scene" else "scene.reason"),
+    )
 
 
-def notation_step(lesson: Lesson) -> Step:
+def notation_step(lesson: Prose) -> Step:
     """Return the table of symbols."""
     scene, rows = lesson.scene, []
     for joint in scene.moving:

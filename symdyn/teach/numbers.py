@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from symdyn.algebra.form import Symbol, product_of, sum_of
+from symdyn.algebra.form import Form, Power, Symbol, product_of, sum_of
 from symdyn.algebra.numeric import Floats
 from symdyn.draw import Wrench, picture, pose
-from symdyn.dynamics.state import vector
+from symdyn.dynamics.state import State, vector
 from symdyn.emit.equations import Printable
-from symdyn.graph import Expr, evaluate, tangents
-from symdyn.scene import JOINTS
+from symdyn.graph import Expr, Graph, evaluate, tangents
+from symdyn.scene import JOINTS, Scene
 from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step, Values, Words
 from symdyn.teach.equations import coefficient_key, node_of
-from symdyn.teach.lesson import Lesson
+from symdyn.teach.forms import factors_of
+from symdyn.teach.lesson import Lesson, Prose
 from symdyn.teach.masses import Mass
 
 RATES = (1.0, -0.6, 0.8, 0.5, -0.4, 0.3)
@@ -40,17 +41,22 @@ class Chosen:
 
 
 def choose(lesson: Lesson) -> Chosen:
-    """Return the state that the lesson shows: the drawn position, and velocities that are not all alike."""
-    scene, state = lesson.scene, lesson.state
+    """Return the state that a lesson shows: the drawn position, and velocities that are not all alike."""
+    return choose_state(lesson.scene, lesson.state, lesson.graph)
+
+
+def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) -> Chosen:
+    """Return the drawn position with values of all symbols; without `moving`, at rest."""
     given: dict[str, float] = {}
-    for parameter in scene.free_parameters:
+    for parameter in scene.free_parameters if moving else ():
         size = FALL if parameter.unit.replace("^", "") == "m/s2" else SIZES.get(parameter.unit, 1.0)
         given[parameter.name] = size if size == FALL else round(size * 0.8 ** len(given), 3)
     q, parameters = pose(scene, parameters=given)
     values = dict(zip(state.q, map(float, q), strict=True))
     for k, (u, a) in enumerate(zip(state.qd, state.qdd, strict=True)):
-        values[u], values[a] = RATES[k % len(RATES)], ACCELERATIONS[k % len(ACCELERATIONS)]
-    values |= {lesson.graph.symbol(name): value for name, value in parameters.items()}
+        values[u] = RATES[k % len(RATES)] if moving else 0.0
+        values[a] = ACCELERATIONS[k % len(ACCELERATIONS)] if moving else 0.0
+    values |= {graph.symbol(name): value for name, value in parameters.items()}
     return Chosen(values, tuple(float(x) for x in q), dict(parameters))
 
 
@@ -119,15 +125,13 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
     return Step(f"torque:{i + 1}", claim, (block,))
 
 
-def _rates(rate: object) -> list[tuple[str, int]]:
+def _rates(rate: Form) -> list[tuple[str, int]]:
     """Return (name, exponent) of every factor of a rate."""
-    parts = getattr(rate, "factors", (rate,))
     found = []
-    for part in parts:
-        if isinstance(part, Symbol):
-            found.append((part.name, 1))
-        elif hasattr(part, "exponent"):
-            found.append((part.base.name, part.exponent))
+    for part in factors_of(rate):
+        base, exponent = (part.base, part.exponent) if isinstance(part, Power) else (part, 1)
+        if isinstance(base, Symbol):
+            found.append((base.name, exponent))
     return found
 
 
@@ -152,7 +156,7 @@ def power_step(lesson: Lesson, chosen: Chosen) -> Step:
             left=symbol,
             value=written(left),
             parts=" + ".join(map(written, parts)).replace("+ −", "− "),
-        ),  # fmt: skip
+        ),
     ]
     return Step("power", lesson.say("power"), tuple(blocks), lesson.say("power.reason"))
 
@@ -160,7 +164,7 @@ def power_step(lesson: Lesson, chosen: Chosen) -> Step:
 # Pictures
 
 
-def scene_picture(lesson: Lesson, chosen: Chosen) -> Picture:
+def scene_picture(lesson: Prose, chosen: Chosen) -> Picture:
     """Return the mechanism with its frames and coordinates."""
     svg = picture(lesson.scene, chosen.q, chosen.parameters, frames=True, prefix="scene-")
     caption = lesson.say("picture.caption", scene=lesson.scene.name)
@@ -177,5 +181,6 @@ def weights_picture(lesson: Lesson, chosen: Chosen, found: list[Mass]) -> Pictur
         m, *at = chosen.of(mass.m, *mass.place)
         if m > 0:
             wrenches.append(Wrench(f"G_{{{mass.tag}}}", tuple(at), tuple(m * g for g in gravity)))
-    svg = picture(lesson.scene, chosen.q, chosen.parameters, wrenches=wrenches, prefix="weights-", labels=("coordinates",))  # fmt: skip
+    shown, labels = chosen.parameters, ("coordinates",)
+    svg = picture(lesson.scene, chosen.q, shown, wrenches=wrenches, prefix="weights-", labels=labels)
     return Picture(svg, lesson.say("weights.caption"), lesson.text("weights.caption"), "weights")

@@ -8,11 +8,14 @@ from symdyn.algebra.form import ZERO, Form, Symbol, terms_of
 from symdyn.graph import tangents
 from symdyn.teach.document import Block, Fold, Formula, Step, Values, Words
 from symdyn.teach.forms import rate_of
-from symdyn.teach.lesson import Lesson
+from symdyn.teach.lesson import SMALL_SCENE, Lesson
 from symdyn.teach.masses import AXES, Mass, angular_velocity
 
 MOST_TERMS = 20
 """Terms of one formula from which it is shown folded."""
+
+PAGE = 90
+"""The same for scenes that are shown in full: about a page."""
 
 
 def position_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
@@ -29,10 +32,7 @@ def position_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
                 blocks.append(folded(lesson, Formula(key, form, lesson.number(key))))
             else:
                 absent.append(symbol)
-        if absent:
-            zero = Formula("", absent[0], right=ZERO) if len(absent) == 1 else None
-            chain = [Formula(one.name, ZERO) for one in absent]
-            blocks += [zero] if zero else chain
+        blocks += all_zero(absent)
         claim = lesson.say(f"position.{_kind(mass)}", body=mass.body.name, tag=mass.tag)
         steps.append(Step(f"position:{mass.tag}", claim, tuple(blocks), reference=_range(blocks)))
     return steps
@@ -58,7 +58,7 @@ def velocity_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
         if not blocks:
             blocks = [lesson.say("velocity.rests", tag=mass.tag)]
         if details:
-            shown = len(lesson.scene.velocities) <= 3
+            shown = len(lesson.scene.velocities) <= SMALL_SCENE
             table = tuple(details)
             blocks = [*(table if shown and len(table) < 3 else (Fold(lesson.say("velocity.terms"), table),)), *blocks]
         claim = lesson.say("velocity", tag=mass.tag, body=mass.body.name)
@@ -79,18 +79,31 @@ def _term_by_term(lesson: Lesson, form: Form, rates: Mapping[str, Form]) -> Valu
 
 def _turning(lesson: Lesson, mass: Mass) -> Step:
     blocks: list[Block] = []
+    absent = []
     for axis, node in zip(AXES, angular_velocity(lesson, mass.body), strict=True):
         key = f"omega:{mass.tag}{axis}"
-        lesson.name(key, "omega", mass.tag, axis, node=node)
+        symbol = lesson.name(key, "omega", mass.tag, axis, node=node)
         form = lesson.short(node)
-        blocks.append(folded(lesson, Formula(key, form)))
+        if terms_of(form):
+            blocks.append(folded(lesson, Formula(key, form)))
+        else:
+            absent.append(symbol)
+    blocks += all_zero(absent)
     claim = lesson.say("turning", body=mass.body.name)
     return Step(f"turning:{mass.tag}", claim, tuple(blocks), lesson.say("turning.reason"))
 
 
+def all_zero(names: list[Symbol]) -> list[Block]:
+    """Return a = b = 0."""
+    if len(names) == 2:
+        return [Formula(names[0].name, names[1], right=ZERO)]
+    return [Formula(one.name, ZERO) for one in names]
+
+
 def folded(lesson: Lesson, formula: Formula) -> Block:
     """Return a formula, folded under its name where it is long."""
-    if length(formula.form) <= MOST_TERMS:
+    small = len(lesson.scene.velocities) <= SMALL_SCENE
+    if length(formula.form) <= (PAGE if small else MOST_TERMS):
         return formula
     left = Symbol(formula.left) if formula.left else formula.right or ZERO
     return Fold(lesson.say("long", name=left, terms=str(length(formula.form))), (formula,))

@@ -15,6 +15,7 @@ from symdyn.build.load import is_usual
 from symdyn.build.node import run_js
 from symdyn.dynamics import (
     KINEMATICS,
+    Closing,
     Equations,
     Function,
     Workspace,
@@ -81,6 +82,7 @@ def certify(
     real: str = "double",
     road: str | None = None,
     prepare: bool = False,
+    closing: Closing = Closing(),  # noqa: B008  frozen
 ) -> Certificate:
     """Return the certificate of a scene.
 
@@ -93,15 +95,16 @@ def certify(
         road: the derivation that becomes code, as for `formulate`.
         prepare: whether the code is that of `prepare`: each function of it, after `prepare`, is proved to be the
             function without, and is measured together with it.
+        closing: what to choose about closed loops; the notes say it.
 
     Raises:
         DerivationError: an output that was asked for by name does not exist, or no output has the road.
     """
-    notes: list[str] = []
-    workspace = Workspace(scene)
+    notes = [closing.words] if closing.words else []
+    workspace = Workspace(scene, closing)
     progress("deriving")
     if outputs is None:
-        outputs, left_out = everything(scene)
+        outputs, left_out = everything(scene, closing)
         notes += left_out
     preferred = choose(workspace, outputs, road)
     claims = [
@@ -131,14 +134,17 @@ def certify(
     return Certificate(scene.name, fields, tuple(findings), tuple(accuracy), tuple(notes), refused)
 
 
-def everything(scene: Scene) -> tuple[tuple[str, ...], list[str]]:
+def everything(
+    scene: Scene,
+    closing: Closing = Closing(),  # noqa: B008  frozen
+) -> tuple[tuple[str, ...], list[str]]:
     """Return all outputs worth certifying, also kinematics of the last body and reactions, and why others are not."""
-    outputs, left_out = available(scene)
+    outputs, left_out = available(scene, closing)
     last = scene.bodies[-1]
     extra = [f"{name}:{last.name}" for name in KINEMATICS]
     extra += [f"com_acceleration:{last.name}"] if last.com is not None and not last.particles else []
     try:
-        derive(scene, ("reactions",))
+        derive(scene, ("reactions",), closing=closing)
         extra.append("reactions")
     except DerivationError as fault:
         left_out.append(str(fault))

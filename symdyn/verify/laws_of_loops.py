@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.loops.closure import driven_velocities
+from symdyn.dynamics.loops.partition import driven_velocities
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.verify.equality import Claim
 

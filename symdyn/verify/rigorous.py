@@ -20,7 +20,7 @@ import numpy as np
 
 from symdyn.algebra.balls import BITS, Balls, distance
 from symdyn.algebra.big import BigFloats
-from symdyn.dynamics import Equations, Function, Workspace
+from symdyn.dynamics import Closing, Equations, Function, Workspace
 from symdyn.emit.real import REALS
 from symdyn.errors import VerifyError
 from symdyn.graph import Expr, evaluate
@@ -100,6 +100,7 @@ def rigorous(
     real: str = "double",
     road: str | None = None,
     progress: Progress = lambda _: None,
+    closing: Closing = Closing(),  # noqa: B008  frozen
 ) -> Rigorous:
     """Return guaranteed bounds of the error of a scene's generated code.
 
@@ -114,16 +115,17 @@ def rigorous(
         real: "double" or "float".
         road: as for `certify`.
         progress: told what is being done.
+        closing: as for `certify`.
 
     Raises:
         DerivationError: an output that was asked for does not exist, or no output has the road.
         VerifyError: a name in `at` that is no argument.
     """
     notes: list[str] = []
-    workspace = Workspace(scene)
+    workspace = Workspace(scene, closing)
     progress("deriving")
     if outputs is None:
-        outputs, notes = everything(scene)
+        outputs, notes = everything(scene, closing)
     equations = Equations(scene, workspace.graph, choose(workspace, outputs, road))
     program = lower(equations)
     given = None if at is None else _given(scene, workspace, at, real)

@@ -10,7 +10,7 @@ from symdyn.dynamics.state import placement
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import GROUND, Joint, Scene
 from symdyn.scene.joints.blocks import unit
-from symdyn.spatial import apply, dot
+from symdyn.spatial import Vec, apply, dot
 
 
 @dataclass(frozen=True)
@@ -21,11 +21,13 @@ class Neighbours:
         q: the joint's coordinate.
         below: the coordinate of the next revolute joint towards the ground; None if there is none.
         alignment: cosine of the angle between the two axes, which is ±1 for parallel ones.
+        standing: axis in the ground frame where no joint below turns it, else None.
     """
 
     q: Expr
     below: Expr | None
     alignment: Expr
+    standing: Vec | None = None
 
 
 def _candidates(scene: Scene, graph: Graph) -> list[Neighbours]:
@@ -49,24 +51,42 @@ def _neighbours(joint: Joint, carrier: dict[str, Joint], graph: Graph) -> Neighb
             break  # its turn takes the axis out of line
         if _turns(below):
             return Neighbours(q, graph.symbol(below.coordinate), dot(axis, unit(below.axis, graph)))
+    else:
+        return Neighbours(q, None, graph.zero, apply(placement(below.origin, graph).R, axis))
     return Neighbours(q, None, graph.zero)
 
 
-def angle_groups(scene: Scene, graph: Graph) -> tuple[AngleGroup, ...]:
-    """Return the groups of two and more joints with parallel axes, with every sum of angles along a path."""
+def angle_groups(scene: Scene, graph: Graph, across: bool = False) -> tuple[AngleGroup, ...]:
+    """Return the groups of two and more joints with parallel axes, with every sum of angles along a path.
+
+    Args:
+        scene: the mechanism.
+        graph: where its symbols live.
+        across: whether chains that stand on the ground side by side make one group, as loops between them need; the
+            differences of their total angles are then among the sums.
+    """
     neighbours = _candidates(scene, graph)
-    nodes = [pair.alignment for pair in neighbours]
+    standing = [pair for pair in neighbours if across and pair.standing is not None]
+    beside = {(a.q, b.q): _cosine(a, b) for k, b in enumerate(standing) for a in standing[:k]}
+    nodes = [*(pair.alignment for pair in neighbours), *beside.values()]
     ring = TrigonometricRing(nodes)  # where "equal to ±1" is decided, exactly
-    alignments = evaluate(nodes, ring, ring.values(nodes))
+    found = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))
     members: list[list[Expr]] = []
     signs: dict[Expr, int] = {}
     previous: dict[Expr, Expr] = {}
     group: dict[Expr, int] = {}
-    for pair, alignment in zip(neighbours, alignments, strict=True):
-        relative = next((sign for sign in (1, -1) if ring.is_zero(alignment - sign)), 0)
+
+    def parallel(cosine: Expr) -> int:
+        return next((sign for sign in (1, -1) if ring.is_zero(found[cosine] - sign)), 0)
+
+    for pair in neighbours:
+        relative = parallel(pair.alignment)
+        twin = next((a for (a, b), cosine in beside.items() if b is pair.q and parallel(cosine)), None)
         if pair.below is not None and relative:
             group[pair.q], signs[pair.q] = group[pair.below], signs[pair.below] * relative
             previous[pair.q] = pair.below
+        elif twin is not None:
+            group[pair.q], signs[pair.q] = group[twin], signs[twin] * parallel(beside[twin, pair.q])
         else:
             group[pair.q], signs[pair.q] = len(members), 1
             members.append([])
@@ -74,9 +94,19 @@ def angle_groups(scene: Scene, graph: Graph) -> tuple[AngleGroup, ...]:
     return tuple(_group(atoms, signs, previous) for atoms in members if len(atoms) > 1)
 
 
+def _cosine(a: Neighbours, b: Neighbours) -> Expr:
+    """Return the cosine of the angle between two axes that stand in the ground frame."""
+    assert a.standing, "only standing axes are compared"
+    assert b.standing, "only standing axes are compared"
+    return dot(a.standing, b.standing)
+
+
 def _group(atoms: list[Expr], signs: dict[Expr, int], previous: dict[Expr, Expr]) -> AngleGroup:
-    """Return the group with the sums q_a ± … ± q_b over every stretch of every path, the first sign positive."""
-    sums = []
+    """Return the group with the sums q_a ± … ± q_b over every stretch of every path, the first sign positive.
+
+    Where paths stand side by side, the differences of their total angles follow.
+    """
+    sums, totals = [], []
     for end in atoms:
         path: list[Expr] = []
         joint: Expr | None = end
@@ -85,4 +115,11 @@ def _group(atoms: list[Expr], signs: dict[Expr, int], previous: dict[Expr, Expr]
             first = signs[joint]
             sums.append(tuple(first * signs[atom] if atom in path else 0 for atom in atoms))
             joint = previous.get(joint)
+        totals.append((path[-1], tuple(signs[atom] * (atom in path) for atom in atoms)))
+    for k, (root, b) in enumerate(totals):
+        for other, a in totals[:k]:
+            if other is not root:
+                difference = [x - y for x, y in zip(a, b, strict=True)]
+                first = next(x for x in difference if x)
+                sums.append(tuple(first * x for x in difference))
     return AngleGroup(tuple(atoms), tuple(sums), tuple((signs[atom], previous.get(atom)) for atom in atoms))

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.dynamics.loops.numbers import Array, Numbers, unbound
-from symdyn.dynamics.loops.words import spoken
+from symdyn.dynamics.loops.words import missed
 from symdyn.errors import DerivationError
 from symdyn.scene import JOINTS
 
@@ -213,11 +213,11 @@ def _open(numbers: Numbers, q: Array) -> str | None:
     k = int(r.argmax())
     label = numbers.constraints.labels[k]
     G = dimensionless(numbers, q, _size(numbers, q))
-    mine = [i for i, one in enumerate(numbers.constraints.labels) if one.owner == label.owner]
-    smallest = np.linalg.svd(G[mine], compute_uv=False)[-1]
+    rows = [k for k, row in enumerate(numbers.constraints.G) if not all(entry.is_zero for entry in row)]
+    smallest = np.linalg.svd(G[rows], compute_uv=False).min(initial=np.inf if rows else 0.0)
     return (
-        f"the loop {label.owner} cannot be assembled from this start: its {spoken(label, numbers, q)} misses by "
-        f"{r[k]:.3g}, the smallest singular value there is {smallest:.3g}; give another start, or other lengths"
+        f"the loop {label.owner} cannot be assembled from this start: {missed(label, numbers, q, r[k])}, the smallest "
+        f"singular value of the constraints there is {smallest:.3g}; give another start, or other lengths"
     )
 
 
@@ -247,11 +247,16 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
         if other > rank:
             rank, typical = other, near
     if rank and values[rank - 1] < NEAR * values[0]:
-        loop = _weakest(numbers, q, length)
+        where, then = ("near", "lose that many digits") if here == rank else ("at", "are not unique there")
         notes.append(
-            f"the loop {loop} is near a change point: the smallest singular value of its constraints is "
-            f"{values[rank - 1]:.3g}, the largest {values[0]:.3g}; accelerations and reactions lose that many digits"
+            f"the loop {_weakest(numbers, q, length)} is {where} a change point: the smallest singular value of its "
+            f"constraints is {values[rank - 1]:.3g}, the largest {values[0]:.3g}; accelerations and reactions {then}"
         )
+    notes += [
+        f"the loop {name} forbids nothing that the other joints of the loop do not forbid already: it has no length, "
+        "or its joint repeats another one; give lengths by origin and tip, or leave it out"
+        for name in _idle_loops(numbers, [q, typical])
+    ]
     residual = float(np.max(np.abs(numbers.residual(q)), initial=0.0))
     return Assembly(
         tuple(q.tolist()),
@@ -264,6 +269,14 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
         tuple(typical.tolist()),
         tuple(notes),
     )
+
+
+def _idle_loops(numbers: Numbers, positions: Sequence[Array]) -> list[str]:
+    """Return the loops whose rows all vanish at closed positions."""
+    G = np.hstack([dimensionless(numbers, q, _size(numbers, q)) for q in positions])
+    working = np.abs(G).max(axis=1, initial=0.0) > NEGLIGIBLE
+    owners = {one.owner for one, works in zip(numbers.constraints.labels, working, strict=True) if one.closes and works}
+    return [joint.name for joint in numbers.scene.loops if joint.name not in owners]
 
 
 def _singular_values(numbers: Numbers, q: Array, length: float) -> Array:

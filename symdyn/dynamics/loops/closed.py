@@ -25,7 +25,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.loops.closure import Partition
+from symdyn.dynamics.loops.partition import Partition
 from symdyn.dynamics.recursive.ldl import solve
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph

@@ -3,27 +3,25 @@
     kept rows      an independent set of rows of G; rows that vanish identically (a planar loop's out of its plane)
                    and rows that depend on others are redundant
     partition      independent and dependent velocities: G_d u_d = -G_i u_i
-    blocks         order in which G_d is solved: each block is coupled in itself and needs only those before it
 
 Rows and dependent velocities are chosen by pivots (Gram-Schmidt, the largest remainder first), so that the square
 matrix G_d is as far from singular as a choice can make it there. The choice is static: the generated code divides by
 determinants of blocks, which vanish where the dependent velocities are determined no more.
 
 Reference: Wehage and Haug, Generalized coordinate partitioning for dimension reduction in analysis of constrained
-dynamic systems, J. Mechanical Design 104 (1982); Duff, Erisman and Reid, Direct Methods for Sparse Matrices (2017),
-chapter 6 (block triangular form).
+dynamic systems, J. Mechanical Design 104 (1982).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
 import numpy as np
 
 from symdyn.dynamics.loops.assembly import NEGLIGIBLE, Assembly, dimensionless, witness
 from symdyn.dynamics.loops.numbers import Array, Numbers
+from symdyn.dynamics.loops.partition import Closing, Partition, blocks, driven_velocities, led_velocities, over_driven
 from symdyn.dynamics.loops.words import spoken
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
@@ -33,39 +31,6 @@ EVEN = 0.9
 
 WEAK = 0.02
 """Driven velocities become dependent where the others would leave a pivot this much below the largest."""
-
-
-@dataclass(frozen=True)
-class Closing:
-    """What a user may choose about closed loops.
-
-    Attributes:
-        independent: names of the independent coordinates (or velocities); () leaves the choice to conditioning.
-        alpha, beta: Baumgarte's stabilisation, 1/s: G u̇ = -Ġ u - 2 alpha G u - beta² residual; zeros for none.
-        parameters: values of free parameters at which the mechanism is assembled to decide; others are drawn.
-    """
-
-    independent: tuple[str, ...] = ()
-    alpha: Fraction = Fraction(0)
-    beta: Fraction = Fraction(0)
-    parameters: tuple[tuple[str, float], ...] = ()
-
-
-@dataclass(frozen=True)
-class Block:
-    """Rows, counted among the kept ones, and as many dependent velocities."""
-
-    rows: tuple[int, ...]
-    velocities: tuple[int, ...]
-
-
-@dataclass(frozen=True)
-class Partition:
-    """Independent and dependent velocities, ascending, and the blocks of G_d in the order of solving."""
-
-    independent: tuple[int, ...]
-    dependent: tuple[int, ...]
-    blocks: tuple[Block, ...]
 
 
 @dataclass(frozen=True)
@@ -153,7 +118,7 @@ def _partition(numbers: Numbers, kept: Sequence[int], G: Array, wanted: Sequence
     scene, n, m = numbers.scene, numbers.state.n, len(kept)
     if wanted:
         return _made(numbers, kept, _wanted(scene, wanted, G))
-    led = _led(scene)
+    led = led_velocities(scene)
     every = [k for k in reversed(range(n)) if k not in led]  # of equals, those near the ground stay independent
     passive = [k for k in every if not scene.drives[k]]
     chosen, quality = pivots(G.T, [passive, every] if len(passive) < len(every) else [every], m)
@@ -164,18 +129,6 @@ def _partition(numbers: Numbers, kept: Sequence[int], G: Array, wanted: Sequence
             f"leave {n - m} of them prescribed at most"
         )
     return _made(numbers, kept, [k for k in range(n) if k not in chosen])
-
-
-def _led(scene: Scene) -> list[int]:
-    """Return the velocities whose motion is prescribed."""
-    names = [rate for joint in scene.joints if joint.motion is not None for rate in joint.rates]
-    return [scene.velocities.index(name) for name in names]
-
-
-def driven_velocities(scene: Scene) -> list[int]:
-    """Return the velocities that have a drive or a prescribed motion."""
-    led = _led(scene)
-    return [k for k, drive in enumerate(scene.drives) if drive or k in led]
 
 
 def _wanted(scene: Scene, wanted: Sequence[str], G: Array) -> list[int]:
@@ -191,7 +144,7 @@ def _wanted(scene: Scene, wanted: Sequence[str], G: Array) -> list[int]:
     freedoms = f"{n - m} degree{'s' * (n - m != 1)} of freedom"
     if len(independent) != n - m:
         raise DerivationError(f"{scene.name}: independent: {', '.join(wanted)} given, but it has {freedoms}")
-    forgotten = [velocities[k] for k in _led(scene) if k not in independent]
+    forgotten = [velocities[k] for k in led_velocities(scene) if k not in independent]
     if forgotten:
         raise DerivationError(f"{scene.name}: independent: {', '.join(forgotten)} are prescribed, so add them")
     dependent = [k for k in range(n) if k not in independent]
@@ -215,10 +168,7 @@ def _driven(numbers: Numbers, kept: Sequence[int], G: Array, partition: Partitio
     free, names = n - m, ", ".join(scene.drives[k] or scene.velocities[k] for k in driven)
     freedoms = f"{free} degree{'s' * (free != 1)} of freedom"
     if len(driven) > free:
-        return None, (
-            f"inverse dynamics is not unique: over-driven, {len(driven)} drives ({names}) for {freedoms}; "
-            f"leave {len(driven) - free} of them passive (drive = false)"
-        )
+        return None, f"inverse dynamics is not unique: {over_driven(scene, free)}"
     passive = [k for k in reversed(range(n)) if k not in driven]
     chosen, quality = pivots(G.T, [passive], m)
     if quality <= NEGLIGIBLE:
@@ -235,63 +185,3 @@ def _made(numbers: Numbers, kept: Sequence[int], independent: Sequence[int]) -> 
     rows = [numbers.constraints.G[k] for k in kept]
     uses = [[k for k in dependent if not row[k].is_zero] for row in rows]
     return Partition(tuple(independent), tuple(dependent), tuple(blocks(uses)))
-
-
-# Block triangular form
-
-
-def blocks(uses: Sequence[Sequence[int]]) -> list[Block]:
-    """Return the blocks of a square pattern: strongly connected rows of a perfect matching, needed ones first."""
-    matched = _matching(uses)
-    owner = {column: row for row, column in matched.items()}
-    needs = [[owner[column] for column in columns if owner[column] != row] for row, columns in enumerate(uses)]
-    return [Block(tuple(sorted(group)), tuple(sorted(matched[row] for row in group))) for group in _components(needs)]
-
-
-def _matching(uses: Sequence[Sequence[int]]) -> dict[int, int]:
-    """Return for every row a column of its own that it uses, by augmenting paths."""
-    owner: dict[int, int] = {}
-
-    def find(row: int, seen: set[int]) -> bool:
-        for column in uses[row]:
-            if column in seen:
-                continue
-            seen.add(column)
-            if column not in owner or find(owner[column], seen):
-                owner[column] = row
-                return True
-        return False
-
-    for row in range(len(uses)):
-        found = find(row, set())
-        assert found, "rows that are independent in numbers have a column each"
-    return {row: column for column, row in owner.items()}
-
-
-def _components(needs: Sequence[Sequence[int]]) -> list[list[int]]:
-    """Return the strongly connected components of a graph, each after those that it needs (Tarjan)."""
-    index: dict[int, int] = {}
-    low: dict[int, int] = {}
-    stack: list[int] = []
-    found: list[list[int]] = []
-    for root in range(len(needs)):
-        if root in index:
-            continue
-        walk = [(root, iter(needs[root]))]
-        index[root] = low[root] = len(index)
-        stack.append(root)
-        while walk:
-            node, rest = walk[-1]
-            deeper = next((other for other in rest if other not in index), None)
-            if deeper is not None:
-                index[deeper] = low[deeper] = len(index)
-                stack.append(deeper)
-                walk.append((deeper, iter(needs[deeper])))
-                continue
-            walk.pop()
-            low[node] = min([low[node], *(low[other] for other in needs[node] if other in stack)])
-            if low[node] == index[node]:
-                cut = stack.index(node)
-                found.append(stack[cut:])
-                del stack[cut:]
-    return found

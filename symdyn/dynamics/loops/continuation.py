@@ -138,19 +138,39 @@ def consistent(scene: Scene, assembly: Assembly, rates: Mapping[str, float] | No
     """
     numbers = _numbers(scene, dict(assembly.parameters))
     if rates is None:
-        values = dict(zip(scene.velocities, (numbers.value(x) for x in starting_velocity(scene)), strict=True))
-        rates = {name: values[name] for joint in scene.joints if joint.start_rates for name in joint.rates}
-    given = [_index(scene, scene.velocities, name) for name in rates]
+        given = declared_rates(numbers)
+    else:
+        given = {_index(scene, scene.velocities, name): value for name, value in rates.items()}
+    return fitting(numbers, np.array(assembly.q), given)
+
+
+def declared_rates(numbers: Numbers) -> dict[int, float]:
+    """Return the velocities that joints give as `start_rates`, by index; rad/s or m/s."""
+    scene = numbers.scene
+    given = {name for joint in scene.joints if joint.start_rates for name in joint.rates}
+    values = zip(scene.velocities, starting_velocity(scene), strict=True)
+    return {k: numbers.value(x) for k, (name, x) in enumerate(values) if name in given}
+
+
+def fitting(numbers: Numbers, q: Array, rates: Mapping[int, float]) -> Array:
+    """Return velocities that the loops and rows allow at a closed position; see `consistent`.
+
+    Args:
+        numbers: the mechanism.
+        q: the position, shape (nq,).
+        rates: given velocities by index; rad/s or m/s.
+    """
+    scene, given = numbers.scene, list(rates)
     u = np.zeros(numbers.state.n)
     u[given] = list(rates.values())
-    loose = [k for k in range(numbers.state.n) if k not in given]
-    G = dimensionless(numbers, np.array(assembly.q), 1.0)
+    loose = [k for k in range(numbers.state.n) if k not in rates]
+    G = dimensionless(numbers, q, 1.0)
     if loose and len(G):
         u[loose] = np.linalg.lstsq(G[:, loose], -G[:, given] @ u[given], rcond=NEGLIGIBLE)[0]
     off = np.abs(G @ u)
     if len(off) and off.max() > 1e-9 * max(1.0, float(np.abs(u).max())):
         owner = numbers.constraints.labels[int(off.argmax())].owner
-        names = ", ".join(f"{name} = {value:.6g}" for name, value in rates.items())
+        names = ", ".join(f"{scene.velocities[k]} = {value:.6g}" for k, value in rates.items())
         raise DerivationError(
             f"{scene.name}: the initial velocities {names} contradict each other: {owner} is violated by "
             f"{off.max():.3g}; give as many as the mechanism has freedoms, and let the others follow"
@@ -162,7 +182,9 @@ def _numbers(scene: Scene, parameters: Mapping[str, float] | None) -> Numbers:
     known = dict(parameters or {})
     missing = [parameter.name for parameter in scene.free_parameters if parameter.name not in known]
     if missing:
-        raise DerivationError(f"{scene.name}: {', '.join(missing)} have no value; give parameters")
+        raise DerivationError(
+            f"{scene.name}: {', '.join(missing)} {'has' if len(missing) == 1 else 'have'} no value; give parameters"
+        )
     return with_parameters(numbers_of(scene), known)
 
 

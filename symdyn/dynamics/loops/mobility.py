@@ -1,7 +1,8 @@
 """Mobility of a closed mechanism: counted, by rank, and what it means when the two differ.
 
     u, s_t    bodies with the ground; joints of class t, those that close loops included
-    spatial   n = 6 (u - 1) - Σ t s_t, eq. (5.20), less one for a joint that follows another one and for a row
+    spatial   n = 6 (u - 1) - Σ t s_t, eq. (5.20), less one for a joint that follows another one and
+              for every component of a row, of which a rolling contact has up to three
     by loops  n = nv - Σ (d - f), f the freedoms of a cut joint; d = 6, and 3 for a planar loop. Where all loops are
               planar that is 3 (u - 1) = n + Σ (t - 3) s_t
     rank      n = nv - rank G, at the assembled position, or round about it at a change point
@@ -20,9 +21,12 @@ import numpy as np
 
 from symdyn.dynamics.kinematics import tree_placements
 from symdyn.dynamics.loops.assembly import dimensionless, free_motions
-from symdyn.dynamics.loops.closure import Closing, Closure, close
+from symdyn.dynamics.loops.closure import Closure, close
+from symdyn.dynamics.loops.continuation import declared_rates, fitting
 from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
+from symdyn.dynamics.loops.partition import Closing
 from symdyn.dynamics.loops.rows import paths
+from symdyn.errors import DerivationError
 from symdyn.scene import JOINTS, Joint, Scene
 from symdyn.spatial import add, apply, cross
 
@@ -73,12 +77,13 @@ def mobility(scene: Scene, closing: Closing = Closing()) -> Mobility:  # noqa: B
     q = np.array(closure.assembly.typical)
     planar = tuple(joint.name for joint in scene.loops if _is_planar(numbers, joint, q))
     free = numbers.state.n - len(closure.kept)
-    counted = numbers.state.n - len(scene.rows)
+    forbidden = sum(not label.closes for label in numbers.constraints.labels)
+    counted = numbers.state.n - forbidden
     for joint in scene.loops:
         counted -= JOINTS[joint.type].class_t(joint) - (3 if joint.name in planar else 0)
     G = _rows(numbers, closure, q)
     found = Mobility(
-        spatial=_spatial(scene),
+        spatial=_spatial(scene) - forbidden,
         by_loops=counted,
         by_rank=free,
         here=numbers.state.n - closure.assembly.here,
@@ -91,14 +96,14 @@ def mobility(scene: Scene, closing: Closing = Closing()) -> Mobility:  # noqa: B
         smallest=closure.assembly.smallest,
         notes=(),
     )
-    return Mobility(**{**vars(found), "notes": tuple(_notes(scene, closure, found))})
+    return Mobility(**{**vars(found), "notes": (*_notes(scene, closure, found), *_start(numbers, closure))})
 
 
 def _spatial(scene: Scene) -> int:
-    """Return n of eq. (5.20)."""
+    """Return n of eq. (5.20), without the scene's rows."""
     joints = (*scene.joints, *scene.loops)
     taken = sum(JOINTS[joint.type].class_t(joint) for joint in joints)
-    return 6 * len(scene.bodies) - taken - sum(joint.coupling is not None for joint in joints) - len(scene.rows)
+    return 6 * len(scene.bodies) - taken - sum(joint.coupling is not None for joint in joints)
 
 
 def _rows(numbers: Numbers, closure: Closure, q: Array) -> Array:
@@ -184,6 +189,17 @@ def _body_jacobians(numbers: Numbers, q: Array) -> dict[str, Array]:
 # Words
 
 
+def _start(numbers: Numbers, closure: Closure) -> list[str]:
+    """Return why the velocities at the start do not fit, where all parameters have values of their own."""
+    if numbers.scene.free_parameters:
+        return []
+    try:
+        fitting(numbers, np.array(closure.assembly.q), declared_rates(numbers))
+    except DerivationError as fault:
+        return [str(fault).removeprefix(f"{numbers.scene.name}: ")]
+    return []
+
+
 def _notes(scene: Scene, closure: Closure, found: Mobility) -> list[str]:
     notes = list(closure.assembly.notes)
     if found.planar and found.spatial != found.by_loops:
@@ -213,6 +229,6 @@ def _notes(scene: Scene, closure: Closure, found: Mobility) -> list[str]:
         left = [name for name in found.independent if not scene.drives[scene.velocities.index(name)]]
         notes.append(
             f"under-driven: {drives} drive{'s' * (drives != 1)} ({', '.join(found.drives)}) for {free} freedoms; "
-            f"{', '.join(left)} move as they like"
+            f"{', '.join(left)} {'moves as it likes' if len(left) == 1 else 'move as they like'}"
         )
     return notes

@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
-
-from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.loads import refuse_ideal_friction
 from symdyn.dynamics.loops import closed
-from symdyn.dynamics.loops.closure import driven_velocities
-from symdyn.dynamics.loops.positions import positions
+from symdyn.dynamics.loops.partition import driven_velocities
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.prescribed import TIME
+from symdyn.dynamics.recursive.ldl import moves_no_mass
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
@@ -42,6 +39,10 @@ def _forward(w: Workspace) -> list[Expr]:
 
 def _massive(w: Workspace) -> None:
     """Raise DerivationError where a motion that the loops leave free moves no mass: it names the joint and the body."""
+    import numpy as np
+
+    from symdyn.algebra.numeric import Floats
+
     reduced, numbers = w.closed.motion, w.closed.numbers
     if not reduced.independent:
         return
@@ -55,12 +56,7 @@ def _massive(w: Workspace) -> None:
     if values[0] > 1e-13 * max(1e-300, abs(values[-1])):
         return
     velocity = reduced.independent[int(np.abs(vectors[:, 0]).argmax())]
-    joint = next(joint for joint in w.scene.joints if w.scene.velocities[velocity] in joint.rates)
-    raise DerivationError(
-        f"{w.scene.name}: forward dynamics does not exist: a motion of the joint {joint.name}, which carries "
-        f"{joint.child}, moves no mass, so that the mass matrix of what the loops leave free is singular; give "
-        f"{joint.child} a mass or an inertia, or fix the joint"
-    )
+    raise DerivationError(moves_no_mass(w.scene, velocity, " of what the loops leave free"))
 
 
 def _lagrange_forward(w: Workspace) -> list[Expr]:
@@ -143,6 +139,12 @@ def _normal_velocities(w: Workspace) -> list[Expr]:
     return result
 
 
+def _positions(w: Workspace) -> list[Expr]:
+    from symdyn.dynamics.loops.positions import positions  # with NumPy, which trees can do without
+
+    return positions(w)
+
+
 FORCE = "N m (revolute) or N (prismatic)"
 
 ROWS: dict[str, Output] = {
@@ -209,7 +211,7 @@ ROWS: dict[str, Output] = {
         "q",
         lambda n: (-1,),
         "rad or m",
-        {"closed form": positions},
+        {"closed form": _positions},
     ),
 }
 
@@ -221,7 +223,7 @@ _FORWARD = {
     "roads": {"crba": _forward, "lagrange": _lagrange_forward},
 }
 _INVERSE = {
-    "text": "driving forces tau of the closed mechanism for a motion that its loops allow; zero where it is passive",
+    "text": "driving forces tau of the closed mechanism for a motion that its loops allow; {undriven}",
     "roads": {"rnea": _inverse, "lagrange": _lagrange_inverse},
 }
 

@@ -26,8 +26,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.loops.closure import Block
 from symdyn.dynamics.loops.cuts import Cut, cuts
+from symdyn.dynamics.loops.partition import Block
 from symdyn.dynamics.loops.rows import paths
 from symdyn.dynamics.tree import Tree
 from symdyn.errors import DerivationError

@@ -20,6 +20,15 @@ def spoken(label: Label, numbers: Numbers, q: Array) -> str:
     return in_words(force, moment)
 
 
+def missed(label: Label, numbers: Numbers, q: Array, by: float) -> str:
+    """Return by how much a residual misses zero: "its gap along y is 25.8 m", "its direction about x is off by 0.3"."""
+    assert label.wrench is not None, "a formula of the user has no residual"
+    force, moment = (numbers.at(part, q) for part in label.wrench)
+    if np.abs(force).max() > 1e-12:
+        return f"its gap along {_direction(force)} is {by:.3g} m"
+    return f"its direction about {_direction(moment)} is off by {by:.3g}"
+
+
 def in_words(force: Array, moment: Array) -> str:
     """Return a wrench in words, such as "force along x"."""
     if np.abs(force).max() > 1e-12:

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 from symdyn.dynamics import lagrange
 from symdyn.dynamics.loops.closed import Reduction, reduction, with_multipliers
-from symdyn.dynamics.loops.closure import Closure, Partition, close
-from symdyn.dynamics.loops.numbers import Numbers, numbers_of
+from symdyn.dynamics.loops.partition import Partition
 from symdyn.dynamics.loops.rows import Constraints, differentiated, recursive
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
 
 if TYPE_CHECKING:
+    from symdyn.dynamics.loops.closure import Closure
+    from symdyn.dynamics.loops.numbers import Numbers
     from symdyn.dynamics.workspace import Workspace
 
 Matrix = list[list[Expr]]
@@ -30,6 +31,9 @@ class Closed:
 
     @cached_property
     def _decided(self) -> tuple[Closure, Numbers]:
+        from symdyn.dynamics.loops.closure import close  # with NumPy, which trees can do without
+        from symdyn.dynamics.loops.numbers import numbers_of
+
         return close(numbers_of(self.w.scene), self.w.closing)
 
     @property
@@ -40,6 +44,10 @@ class Closed:
             DerivationError: the loops cannot be assembled.
         """
         return self._decided[0]
+
+    def check(self) -> None:
+        """Raise DerivationError where the loops cannot be assembled, or the user's choice does not fit them."""
+        _ = self._decided
 
     @property
     def numbers(self) -> Numbers:

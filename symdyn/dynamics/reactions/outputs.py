@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from symdyn.dynamics.output import Output
-from symdyn.dynamics.reactions.dalembert import solved_reactions
-from symdyn.dynamics.reactions.recursion import reactions
 from symdyn.dynamics.workspace import Workspace
 from symdyn.graph import Expr, substitute
 
@@ -17,6 +16,18 @@ WORDS = {
     "joint": "the joint frame on the parent",
     "ground": "the ground frame",
 }
+
+
+def _recursive(*given: Any) -> list[Expr]:
+    from symdyn.dynamics.reactions.recursion import reactions  # with NumPy, which printing can do without
+
+    return reactions(*given)
+
+
+def _solved(*given: Any) -> list[Expr]:
+    from symdyn.dynamics.reactions.solution import solved_reactions
+
+    return solved_reactions(*given)
 
 
 def _forward(w: Workspace, way: Way, axes: str) -> list[Expr]:
@@ -34,14 +45,14 @@ def _rows(axes: str) -> dict[str, Output]:
         "reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at "
         f"the origin of the moved joint frame, axes of {WORDS[axes]}"
     )
-    ways: dict[str, Way] = {"recursive": reactions, "dalembert": solved_reactions}
+    ways: dict[str, Way] = {"recursive": _recursive, "dalembert": _solved}
     units, shape = "N and N m", lambda n: (-1, 6)
     inverse = {name: lambda w, way=way: way(w.hanging, axes) for name, way in ways.items()}
     forward = {name: lambda w, way=way: _forward(w, way, axes) for name, way in ways.items()}
     return {
         f"reactions{suffix}": Output(text, ("q", "qd", "qdd"), "R", shape, units, inverse, exists=lambda scene: False),
         f"forward_reactions{suffix}": Output(
-            f"during forward dynamics: {text}",
+            f"{text}, during forward dynamics",
             ("q", "qd", "tau"),
             "R",
             shape,

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.dynamics.loops.closed import solve_transposed
-from symdyn.dynamics.loops.closure import Partition, blocks
+from symdyn.dynamics.loops.partition import Partition, blocks, over_driven
 from symdyn.dynamics.loops.rows import recursive
 from symdyn.dynamics.reactions.elimination import pivots
 from symdyn.dynamics.reactions.hanging import Hanging
@@ -102,12 +102,18 @@ def telling(hanging: Hanging, unknown: Sequence[Tie], among: Sequence[int]) -> l
     A = [one.G[k] for k in among for one in unknown]
     order = pivots(hanging.samples.at(A).reshape(len(among), len(unknown)))
     if len(order) < len(unknown):
+        scene, every = hanging.scene, range(len(hanging.scene.velocities))
+        whole = hanging.samples.at([one.G[k] for k in every for one in unknown]).reshape(len(every), len(unknown))
+        free = len(every) - len(pivots(whole))
+        if len(every) - len(among) > free:
+            raise DerivationError(f"{scene.name}: reactions are not unique: {over_driven(scene, free)}")
         owners = ", ".join(dict.fromkeys(one.owner for one in unknown))
         raise DerivationError(
             f"{hanging.scene.name}: reactions: {len(among)} velocities without a drive determine {len(order)} of the "
             f"{len(unknown)} components that close {owners}: the mechanism has too many drives, or is overconstrained; "
-            "leave drives out, take joints with more freedoms, or ask symdyn.dynamics.reactions.uniqueness.reactions_at for "
-            "the least reactions at one position, with those flagged that are not unique"
+            "leave drives out, take joints with more freedoms, or ask "
+            "symdyn.dynamics.reactions_at for the least reactions at one position, with those "
+            "flagged that are not unique"
         )
     return sorted(among[row] for row, _ in order)
 

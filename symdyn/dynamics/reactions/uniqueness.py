@@ -29,10 +29,10 @@ from symdyn.dynamics.reactions.dalembert import (
     Unknown,
     equilibrium,
     frames,
-    transmitted,
 )
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.samples import Array
+from symdyn.dynamics.reactions.solution import transmitted
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate

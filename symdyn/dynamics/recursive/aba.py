@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from symdyn.dynamics.recursive.ldl import singular
+from symdyn.dynamics.recursive.ldl import Singular
 from symdyn.dynamics.recursive.links import Link, Turn
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.dynamics.recursive.reframe import LeanTree
@@ -112,7 +112,8 @@ def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequenc
         acting: wrenches (n, f) from outside on the ground and every body, each in its frame; () for none.
 
     Raises:
-        DerivationError: a joint has no inertia beyond it, or follows another one.
+        Singular: a joint has no inertia beyond it.
+        DerivationError: a joint follows another one.
     """
     if tree.coupled:
         raise DerivationError("the articulated-body algorithm knows no joints that share a velocity; use the road crba")
@@ -143,7 +144,7 @@ def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequenc
         U[i] = A[i].times(_along_z(graph.one, slides))
         D[i] = U[i][slides][2] + tree.armature[i]
         if D[i].is_zero:
-            raise DerivationError(singular(i))
+            raise Singular(tree.A[i][0][0])
         u[i] = tau[i - 1] - A[i].bias[slides][2]
         if p:
             rest = A[i].without(U[i], D[i], slides)

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
+from symdyn.scene import Scene
 
 
 def solve(parent: Sequence[int], M: list[list[Expr]], b: Sequence[Expr]) -> list[Expr]:
@@ -23,14 +24,14 @@ def solve(parent: Sequence[int], M: list[list[Expr]], b: Sequence[Expr]) -> list
         b: right-hand side, shape (n,).
 
     Raises:
-        DerivationError: a pivot is zero: a massless body ends a branch.
+        Singular: a pivot is zero: a massless body ends a branch.
     """
     n = len(b)
     H = [list(row) for row in M]
     for k in range(n, 0, -1):
         pivot = H[k - 1][k - 1]
         if pivot.is_zero:
-            raise DerivationError(singular(k))
+            raise Singular(k - 1)
         for i in _path(parent, parent[k]):
             a = H[k - 1][i - 1] / pivot
             for j in _path(parent, i):
@@ -56,9 +57,27 @@ def _path(parent: Sequence[int], i: int) -> list[int]:
     return bodies
 
 
-def singular(coordinate: int) -> str:
-    """Return the message for a mass matrix that is singular at a coordinate, counted from 1."""
+class Singular(DerivationError):  # noqa: N818  what the matrix is
+    """A mass matrix that is singular.
+
+    Attributes:
+        velocity: index of the row where elimination ends; of a tree's mass matrix, a velocity that moves no mass.
+    """
+
+    def __init__(self, velocity: int) -> None:
+        """Store the velocity; `moves_no_mass` says it in words of the scene."""
+        self.velocity = velocity
+        super().__init__(
+            "forward dynamics does not exist: the mass matrix is singular; give every body that ends a branch a mass "
+            "or an inertia"
+        )
+
+
+def moves_no_mass(scene: Scene, velocity: int, of: str = "") -> str:
+    """Return the message for a singular mass matrix `of` something: which joint and body to look at."""
+    joint = next(joint for joint in scene.joints if scene.velocities[velocity] in joint.rates)
     return (
-        f"forward dynamics does not exist: nothing beyond joint {coordinate} has inertia along its motion, "
-        "so the mass matrix is singular; give the last body of that branch a mass or an inertia, or fix the joint"
+        f"{scene.name}: forward dynamics does not exist: a motion of the joint {joint.name}, which carries "
+        f"{joint.child}, moves no mass, so that the mass matrix{of} is singular; give {joint.child} a mass or an "
+        "inertia, or fix the joint"
     )

@@ -14,9 +14,9 @@ from fractions import Fraction
 
 from symdyn.scene import folding
 from symdyn.scene.formats.snap import snap_angle
-from symdyn.scene.formats.turns import Step, turns
 from symdyn.scene.formula import DEGREE, quantity
 from symdyn.scene.quantity import ZERO, Quantity, Vector, number
+from symdyn.scene.turns import Step, turns
 
 ROUNDING = 1e-15
 DECIMALS_OF_DEGREES = 6

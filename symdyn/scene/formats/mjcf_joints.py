@@ -8,11 +8,11 @@ from typing import Any
 from symdyn.scene import folding
 from symdyn.scene.formats.doubles import Doubles
 from symdyn.scene.formats.naming import printable_names
-from symdyn.scene.formats.turns import Step, inverse, plus, towards
 from symdyn.scene.formula import quantity
 from symdyn.scene.model import GROUND, Pose
 from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector
 from symdyn.scene.table import Entry, Faults, compose
+from symdyn.scene.turns import Step, inverse, plus, towards
 
 
 class Joints:

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from itertools import groupby, permutations, product
 
 from symdyn.scene import folding
-from symdyn.scene.formats.turns import RIGHT, Step, plus, quarter_turns, turns
 from symdyn.scene.quantity import PI, ZERO, Quantity, number
+from symdyn.scene.turns import RIGHT, Step, plus, quarter_turns, turns
 
 SLOTS = ("Rz", "Tz", "Rx", "Tx", "Rz", "Tz")
 

@@ -19,11 +19,11 @@ from symdyn.scene.formats.losses import lost_words
 from symdyn.scene.formats.par_frames import Row, rows
 from symdyn.scene.formats.par_links import INERTIAL, NOTHING, Link, link
 from symdyn.scene.formats.placing import angle_text
-from symdyn.scene.formats.turns import Step, inverse, towards
 from symdyn.scene.model import GROUND, Joint, Limits, Parameter, Pose, Scene
 from symdyn.scene.quantity import ZERO, Quantity, Vector, symbol
 from symdyn.scene.reading import Written
 from symdyn.scene.spelling import spell
+from symdyn.scene.turns import Step, inverse, towards
 
 ANGLES = ("gamma", "alpha", "theta")
 SIGMA = {"revolute": "0", "prismatic": "1", "fixed": "2"}

@@ -218,8 +218,6 @@ class _Robot:
         table.update(losses)
         if losses.get("damping", ZERO) != ZERO:
             self._note("damping enters the equations as -damping * rate", name)
-        if losses.get("friction", ZERO) != ZERO:
-            self._note("friction is kept as data and enters no equation", name)
         table["limits"] = self._limits(where, joint)
         mimic = joint.first("mimic")
         if mimic is not None:

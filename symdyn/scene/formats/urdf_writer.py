@@ -49,7 +49,8 @@ def write_text(scene: Scene) -> Written:
     free = [parameter.name for parameter in scene.free_parameters]
     if free:
         advice = "give each a value, or write TOML"
-        raise SceneError(f"{scene.name}: URDF holds numbers only, and {listed(free)} have no value; {advice}")
+        have = "has" if len(free) == 1 else "have"
+        raise SceneError(f"{scene.name}: URDF holds numbers only, and {listed(free)} {have} no value; {advice}")
     strange = [joint for joint in scene.joints if joint.type not in KINDS]
     if strange:
         where = f"{scene.source or scene.name}: joints."

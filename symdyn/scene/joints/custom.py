@@ -6,9 +6,12 @@ body of the tree; it closes no loop, since what it forbids has no closed form.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import path
 from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.turned import inverse
 from symdyn.scene.model import Joint
 from symdyn.spatial import Transform
 
@@ -25,4 +28,8 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     raise NotImplementedError("a custom joint closes no loop; the scene's check refuses it")
 
 
-CUSTOM = JointKind(("steps", "units"), _blocks, _wrenches, _residual)
+def _turned(joint: Joint) -> Joint:
+    return replace(joint, steps=inverse(joint.steps))
+
+
+CUSTOM = JointKind(("steps", "units"), _blocks, _wrenches, _residual, _turned)

@@ -22,4 +22,4 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return X.p + turned(X)
 
 
-FIXED = JointKind((), _blocks, _wrenches, _residual)
+FIXED = JointKind((), _blocks, _wrenches, _residual, turned=lambda joint: joint)

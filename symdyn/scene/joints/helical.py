@@ -9,6 +9,7 @@ from symdyn.graph import Expr, Graph, Op
 from symdyn.scene.joints.blocks import screw
 from symdyn.scene.joints.constraints import directions, forces, leaning, moments, offsets
 from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.turned import about_opposite
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import express
 from symdyn.spatial import Transform, apply, dot, scale
@@ -37,4 +38,4 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return (*offsets(X, x, y), *leaning(X, axis, x, y), dot(axis, X.p) - _rise(joint, graph) * angle)
 
 
-HELICAL = JointKind(("axis", "pitch"), _blocks, _wrenches, _residual)
+HELICAL = JointKind(("axis", "pitch"), _blocks, _wrenches, _residual, about_opposite)

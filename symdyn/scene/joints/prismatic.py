@@ -6,6 +6,7 @@ from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import slide
 from symdyn.scene.joints.constraints import directions, everywhere, forces, moments, offsets, turned
 from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.turned import about_opposite
 from symdyn.scene.model import Joint
 from symdyn.spatial import Transform
 
@@ -25,4 +26,4 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return offsets(X, x, y) + turned(X)
 
 
-PRISMATIC = JointKind(("axis",), _blocks, _wrenches, _residual)
+PRISMATIC = JointKind(("axis",), _blocks, _wrenches, _residual, about_opposite)

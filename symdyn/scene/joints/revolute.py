@@ -6,6 +6,7 @@ from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import turn
 from symdyn.scene.joints.constraints import directions, everywhere, forces, leaning, moments, offsets
 from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.turned import about_opposite
 from symdyn.scene.model import Joint
 from symdyn.spatial import Transform
 
@@ -26,4 +27,4 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return offsets(X, *everywhere(graph)) + leaning(X, axis, x, y)
 
 
-REVOLUTE = JointKind(("axis",), _blocks, _wrenches, _residual)
+REVOLUTE = JointKind(("axis",), _blocks, _wrenches, _residual, about_opposite)

@@ -23,7 +23,7 @@ def fill(template: str, places: Mapping[str, str | Form | Words]) -> tuple[str |
     parts: list[str | Form] = []
     for k, piece in enumerate(PLACE.split(template)):
         value = places[piece] if k % 2 else piece
-        inner = getattr(value, "parts", (value,))
+        inner: tuple[str | Form, ...] = value.parts if hasattr(value, "parts") else (value,)
         for part in inner:
             if isinstance(part, str) and parts and isinstance(parts[-1], str):
                 parts[-1] += part

@@ -33,8 +33,11 @@ TEXTS = {
     "joint.free": "free",
     "joint.fixed": "fixed",
     "joint.custom": "given by formulas",
+    "joint.rod": "rod between two points",
+    "joint.point_on_line": "point on a line",
+    "joint.point_on_plane": "point on a plane",
     # the mechanism
-    "scene": "{scene} is an open mechanism with {bodies} moving bodies and {freedoms} degrees of freedom.",
+    "scene": "{scene} is an open mechanism. Moving bodies: {bodies}; degrees of freedom: {freedoms}.",
     "scene.reason": "Every moving body hangs on one joint, so the coordinates of the joints fix where everything is.",
     "picture.caption": "{scene}: coordinates, the frames of the joints, the direction of gravity.",
     "notation": "These symbols are used; a dot is a derivative with respect to time.",
@@ -85,11 +88,11 @@ TEXTS = {
     "momentum.reason": "In the kinetic energy only terms with {rate} count: a square gives twice its coefficient times "
     "{rate}, a product gives the other rate. The potential energy has no rates.",
     "rate": "Its derivative with respect to time, {rate}.",
-    "rate.reason": "Product and chain rule: each term gives one with the acceleration in place of the rate, and one for "
-    "every coordinate that its coefficient depends on, times that coordinate's rate.",
+    "rate.reason": "Product and chain rule: each term gives one with the acceleration in place of the rate, and one "
+    "for every coordinate that its coefficient depends on, times that coordinate's rate.",
     "rate.term": "term",
-    "rate.from": "from {rate}",
-    "rate.accelerations": "the accelerations",
+    "rate.from": "through",
+    "rate.gives": "gives",
     "rate.fold": "Which term comes from which rate",
     "slope": "Then {slope}.",
     "slope.reason": "Rates are held fixed; what depends on {q} is differentiated.",
@@ -109,30 +112,32 @@ TEXTS = {
     "check.equal": "{first} − {second} = 0 for all positions and parameters: both were derived, and their difference "
     "has no term left.",
     "inertia": "{name} is the moment of inertia about the axis of joint {joint} of everything beyond it: {tags}.",
-    "inertia.reason": "If the other joints are locked, everything beyond the axis is one rigid body that turns about it. "
-    "Its moment of inertia is found here from distances alone, without any energy.",
+    "inertia.reason": "If the other joints are locked, everything beyond the axis is one rigid body that turns about "
+    "it. Its moment of inertia is found here from distances alone, without any energy.",
     "inertia.torque": "The acceleration {rate} alone asks for",
     "mass": "{name} is the mass that joint {joint} moves: {tags}.",
     "mass.reason": "If the other joints are locked, everything beyond the slide is one rigid body that is shifted.",
     "induced": "{name} is what {rate} induces in the axis of joint {joint}, whose own drive has to hold it.",
-    "induced.how": "At rest, with {rate} = 1, each mass resists with minus mass times acceleration. The moments of these "
-    "forces about the first axis (along it, for a slide) add up to minus",
+    "induced.how": "At rest, with {rate} = 1, each mass resists with minus mass times acceleration. The moments of "
+    "these forces about the first axis (along it, for a slide) add up to minus",
     "induced.split": "Moved from the second axis to the first, the same forces have a longer lever:",
     "induced.twin": "and both are one function:",
-    "induced.reason": "The kinetic energy holds one term with the product of both rates. Differentiated by one rate and "
-    "then by the other, in either order, it gives the same coefficient.",
+    "induced.reason": "The kinetic energy holds one term with the product of both rates. Differentiated by one rate "
+    "and then by the other, in either order, it gives the same coefficient.",
     "meaning.k_D": "Squares of rates: centripetal acceleration and the force that it takes.",
-    "meaning.k_D.reason": "A mass on a circle is accelerated towards the axis. The centrifugal force that answers has a "
-    "moment about another axis only if its line neither meets that axis nor is parallel to it.",
+    "meaning.k_D.reason": "A mass on a circle is accelerated towards the axis. The centrifugal force that answers has "
+    "a moment about another axis only if its line neither meets that axis nor is parallel to it.",
     "meaning.k_C": "Products of two different rates: Coriolis acceleration.",
-    "meaning.k_C.reason": "What moves relative to a body that turns is accelerated by twice the angular velocity crossed "
-    "with the relative velocity.",
+    "meaning.k_C.reason": "What moves relative to a body that turns is accelerated by twice the angular velocity "
+    "crossed with the relative velocity.",
     "k_D.acts": "{j} presses the masses away from axis {axis}; this force has a moment about axis {i}",
     "k_D.own": "the line of the centrifugal force meets axis {i} itself",
     "k_D.straight": "a slide is straight: {j} alone causes no centripetal acceleration",
-    "k_D.meets": "the centrifugal force of {j} has no moment about axis {i}: its line meets the axis or is parallel to it",
+    "k_D.meets": "the centrifugal force of {j} has no moment about axis {i}: its line meets the axis or is parallel "
+    "to it",
     "k_D.cancel": "the moments about axis {i} of the centrifugal forces of {j} cancel",
     "k_C.acts": "{j} carries what moves with {k}: the Coriolis force has a moment about axis {i}",
+    "k_C.straight": "a slide does not turn what it carries: {j} and {k} together cause no Coriolis acceleration",
     "k_C.nothing": "no coefficient of the accelerations that counts here depends on a coordinate",
     "k_C.cancel": "the moments of the Coriolis forces about axis {i} add up to zero",
     "weights": "{name} is the torque that holds joint {joint} at rest against the weights.",
@@ -147,9 +152,9 @@ TEXTS = {
     "torque": "In all, {total} = {value}.",
     "shares": "What adds up to {total}: each bar is one product, its length the share in the sum of the amounts.",
     "equilibria": "Where the mechanism rests without drives.",
-    "equilibria.reason": "At rest only gravity, springs and constant forces act; they vanish where the potential energy "
-    "is level. It is stable where the potential energy is least. What is exact holds for all values of the parameters; "
-    "the rest was found by Newton's method for the values above.",
+    "equilibria.reason": "At rest only gravity, springs and constant forces act; they vanish where the potential "
+    "energy is level. It is stable where the potential energy is least. What is exact holds for all values of the "
+    "parameters; the rest was found by Newton's method for the values above.",
     "equilibria.all": "Every position is an equilibrium: no force depends on the position.",
     "equilibria.none": "There is none, or none that Newton's method finds.",
     "equilibria.idle": "These coordinates do not matter: {names}.",
@@ -171,8 +176,8 @@ TEXTS = {
     "erratum": "The text of ({number}) is wrong",
     "erratum.reads": "As transcribed, in the signs used here: {left} = {form}.",
     "erratum.right": "Right is:",
-    "erratum.check": "Check at the state of the last section: the text gives {wrong}, the derivative taken on the graph "
-    "gives {left} = {right}.",
+    "erratum.check": "Check at the state of the last section: the text gives {wrong}, the derivative taken on the "
+    "graph gives {left} = {right}.",
     "erratum.5.33": "The sign: y counts upwards, and potential energy grows with height. (5.34) is right.",
     "erratum.5.37": "The third term has the rate of the second joint in place of that of the first. (5.38) is right.",
     "erratum.5.40z": "The coefficient of the second acceleration is named like that of the second equation, and holds "
@@ -188,4 +193,91 @@ TEXTS = {
     "erratum.5.44D": "The sign of the centrifugal term: spinning about the first axis, the second link is thrown "
     "outwards, and its drive has to hold it back.",
     "erratum.axes": "The axes of the joints are printed like angular velocities there; they are axes.",
+    # D'Alembert's road
+    "title.dalembert": "The forces in {scene} by D'Alembert's method, step by step",
+    "section.count": "Equations and unknowns",
+    "section.bodies": "Body by body",
+    "section.reactions": "Reactions and drives",
+    "section.roads": "Both roads agree",
+    "scene.closed": "{scene} is a mechanism with loops or other constraints; {bodies} bodies move, {freedoms} joint "
+    "velocities are written.",
+    "scene.closed.reason": "Some joints close loops: they carry no body and have no coordinate of their own.",
+    "table.class": "class t",
+    "unknowns": "Every joint transmits what it does not leave free; a driven joint adds its drive.",
+    "unknowns.reason": "A joint of class t has t unknown components; they are written along the axes of its own frame. "
+    "The ground is body 1.",
+    "unknown.drive": "drive of joint {joint}",
+    "unknown.force": "force in joint {joint} along its {axis} axis",
+    "unknown.moment": "moment in joint {joint} about its {axis} axis",
+    "unknown.other": "component of what joint {joint} transmits",
+    "count": "There are {equations} equations.",
+    "count.sum": "{each} equations for each of {bodies} moving bodies make {equations}. The joints have {reactions} "
+    "unknown reactions in all; the number of drives is {drives}.",
+    "count.correct": "So there are as many equations as unknowns: the system is correct in the sense of (5.20).",
+    "count.over": "The numbers differ: the mechanism is overconstrained, or drives are more or fewer than freedoms.",
+    "count.plane": "The mechanism moves in a plane: forces across it and moments about axes in it are left out, and "
+    "the class counts what lies in the plane.",
+    "free": "Body {number}, {body}, is cut free.",
+    "free.caption": "{body}, cut free: every force and couple that acts on it.",
+    "free.reason": "Its frame {number} has the axes of the body and its origin in its reference joint {joint}.",
+    "bivectors": "What acts on {body}, each force over its moment about the origin of its frame.",
+    "bivectors.reason": "Actions A: weight, loads, springs, friction. Inertia D: minus mass times acceleration of the "
+    "centre of mass, and the moment of (5.14). Reactions R in the reference joint, and with a star those in other "
+    "joints, opposite to what acts on the neighbour.",
+    "balance": "{body} is in equilibrium.",
+    "balance.reason": "With the inertia forces counted as forces, all bivectors of the body add up to zero.",
+    "solved": "The equations are solved for all reactions and drives.",
+    "solved.reason": "From the tip to the ground: the last body's equations hold only what its own joint transmits.",
+    "reactions": "In numbers:",
+    "reactions.moving": "At the position that is drawn, with rates and accelerations that are not all alike:",
+    "reactions.rest": "At rest in the position that is drawn:",
+    "reactions.least": "The values are not unique; these are the least ones.",
+    "reactions.reason": "The same system, solved in numbers.",
+    "roads": "Lagrange's road gives the same drives.",
+    "roads.open": "{names}: the solution above and Lagrange's equations are the same functions, proved at {points} "
+    "random points over {primes} random prime fields; the chance of error is below {chance}.",
+    "roads.closed": "{names}: the drives in the joints do what virtual work asks for, reactions have the power of the "
+    "drives, and the ground gives what changes the momentum; proved at {points} random points over {primes} random "
+    "prime fields; the chance of error is below {chance}.",
+    "roads.reason": "Lagrange's equations know no reactions, because these do no work; D'Alembert's find them all. "
+    "Both share the scene, and nothing else.",
+    # exercises and the page
+    "page.contents": "Contents",
+    "section.live": "Try it",
+    "section.solutions": "Solutions",
+    "exercise.how": "Results are left out here: write each of them into its box, in plain text such as "
+    "2*m1*h1^2*cos(q1 + q2)*q1'^2 or in LaTeX. Any equal form counts. The page compares values and "
+    "needs no network.",
+    "exercise.script": "The boxes check answers with JavaScript, which is off here; the solutions are at the end.",
+    "exercise.example": "for example 2*m1*h1^2*cos(q1 + q2)*q1'^2",
+    "exercise.check": "Check",
+    "exercise.hint": "Hint",
+    "exercise.solution": "Solution",
+    "exercise.ask": "What is {left}?",
+    "exercise.solved": "{left} is found like this.",
+    "exercise.hint.square": "Square both velocities, add them, and use sin² + cos² = 1 and the addition formula.",
+    "exercise.hint.potential": "Mass times free fall times height; the height is in the positions.",
+    "exercise.hint.momentum": "Differentiate with respect to this rate alone; everything else counts as constant.",
+    "exercise.hint.slope": "Differentiate with respect to this coordinate alone; the rates count as constants.",
+    "exercise.hint.equation": "The rate of the momentum less the slope of the Lagrangian.",
+    "exercise.hint.coefficients": "Read it off the equations of motion: it is what multiplies the accelerations or "
+    "rates of its "
+    "indices, with its sign.",
+    "answer.right": "Right.",
+    "answer.turned": "Not yet: all of it has the opposite sign.",
+    "answer.factor": "Not yet: yours is {factor} times the result.",
+    "answer.wrong": "Not yet: it has another value.",
+    "answer.undefined": "This has no value: it divides by zero, or takes the root of a negative number.",
+    "fault.empty": "Nothing is written here.",
+    "fault.name": "{text} is no symbol here.",
+    "fault.ambiguous": "{text} can be read in several ways; put spaces between factors.",
+    "fault.character": "{text} has no place in a formula.",
+    "fault.bracket": "This bracket is not closed.",
+    "fault.end": "Something is missing at the end.",
+    "fault.here": "{text} does not fit here.",
+    "fault.power": "An exponent is an integer up to 32, or 1/2; more than one digit in braces.",
+    "fault.argument": "sin and cos need an angle: sin(q).",
+    "fault.division": "Does this divide by one factor or by all? Write a/(b c) or (a/b) c.",
+    "fault.dots": "{text} carries no dots; only coordinates do.",
+    "fault.deep": "This is too long or nests too deep.",
 }

@@ -33,6 +33,9 @@ TEXTS = {
     "joint.free": "voľné",
     "joint.fixed": "pevné",
     "joint.custom": "dané vzorcami",
+    "joint.rod": "tyč medzi dvoma bodmi",
+    "joint.point_on_line": "bod na priamke",
+    "joint.point_on_plane": "bod v rovine",
     # the mechanism
     "scene": "{scene} je otvorený mechanizmus (OM); počet pohyblivých členov je {bodies}, pohyblivosť {freedoms}.",
     "scene.reason": "Každý pohyblivý člen visí na jednom spojení, preto súradnice spojení určujú polohu všetkého.",
@@ -51,8 +54,8 @@ TEXTS = {
     "position.centre": "Ťažisko {tag} člena {body} má v globálnom súradnicovom systéme polohu",
     "position.origin": "Začiatok súradnicového systému člena {body} s indexom {tag} má v globálnom systéme polohu",
     "velocity": "Rýchlosť miesta {tag} je deriváciou jeho polohy.",
-    "velocity.reason": "Derivácia zloženej funkcie: deriváciou sínusu je kosínus krát derivácia celého uhla, deriváciou "
-    "kosínusu je mínus sínus krát derivácia celého uhla. Dĺžky sú stále.",
+    "velocity.reason": "Derivácia zloženej funkcie: deriváciou sínusu je kosínus krát derivácia celého uhla, "
+    "deriváciou kosínusu je mínus sínus krát derivácia celého uhla. Dĺžky sú stále.",
     "velocity.term": "výraz",
     "velocity.rate": "jeho derivácia",
     "velocity.terms": "Derivácia po jednotlivých výrazoch",
@@ -88,8 +91,8 @@ TEXTS = {
     "rate.reason": "Derivácia súčinu a zloženej funkcie: každý výraz dá jeden so zrýchlením namiesto rýchlosti a jeden "
     "za každú súradnicu, od ktorej závisí jeho koeficient, krát rýchlosť tejto súradnice.",
     "rate.term": "výraz",
-    "rate.from": "od {rate}",
-    "rate.accelerations": "zrýchlení",
+    "rate.from": "cez",
+    "rate.gives": "dá",
     "rate.fold": "Ktorý výraz pochádza od ktorej rýchlosti",
     "slope": "Potom {slope}.",
     "slope.reason": "Rýchlosti držíme stále; derivuje sa to, čo závisí od {q}.",
@@ -133,6 +136,7 @@ TEXTS = {
     "k_D.meets": "odstredivá sila od {j} nemá moment k osi {i}: jej nositeľka je s osou rôznobežná alebo rovnobežná",
     "k_D.cancel": "momenty odstredivých síl od {j} k osi {i} sa rušia",
     "k_C.acts": "{j} unáša to, čo sa pohybuje s {k}: Coriolisova sila má moment k osi {i}",
+    "k_C.straight": "posuv neotáča to, čo unáša: {j} a {k} spolu nespôsobujú Coriolisovo zrýchlenie",
     "k_C.nothing": "žiaden z príslušných koeficientov pri zrýchleniach nezávisí od súradnice",
     "k_C.cancel": "momenty Coriolisových síl k osi {i} dajú v súčte nulu",
     "weights": "{name} je moment, ktorý drží spojenie {joint} v pokoji proti tiažam.",
@@ -185,4 +189,92 @@ TEXTS = {
     "erratum.5.44D": "Znamienko odstredivého výrazu: pri otáčaní okolo prvej osi je druhý člen odstreďovaný a jeho "
     "pohon ho musí držať.",
     "erratum.axes": "Osi spojení sú tam označené ako uhlové rýchlosti; sú to osi.",
+    # D'Alembert's road
+    "title.dalembert": "Sily v mechanizme {scene} D'Alembertovou metódou krok za krokom",
+    "section.count": "Rovnice a neznáme",
+    "section.bodies": "Člen po člene",
+    "section.reactions": "Reakcie a hnacie účinky",
+    "section.roads": "Obe cesty sa zhodujú",
+    "scene.closed": "{scene} je mechanizmus so slučkami alebo inými väzbami; počet pohyblivých členov je {bodies}, "
+    "počet zapísaných rýchlostí v spojeniach {freedoms}.",
+    "scene.closed.reason": "Niektoré spojenia uzatvárajú slučky: nenesú člen a nemajú vlastnú súradnicu.",
+    "table.class": "trieda t",
+    "unknowns": "Každé spojenie prenáša to, čo nenecháva voľné; poháňané spojenie pridáva hnací účinok.",
+    "unknowns.reason": "Spojenie triedy t má t neznámych súradníc; píšu sa v osiach jeho vlastného súradnicového "
+    "systému. Rám je člen 1.",
+    "unknown.drive": "hnací účinok v spojení {joint}",
+    "unknown.force": "sila v spojení {joint} v smere jeho osi {axis}",
+    "unknown.moment": "moment v spojení {joint} okolo jeho osi {axis}",
+    "unknown.other": "zložka toho, čo prenáša spojenie {joint}",
+    "count": "Počet rovníc je {equations}.",
+    "count.sum": "Počet rovníc na člen je {each}, počet pohyblivých členov {bodies}, spolu {equations}. Neznámych "
+    "reakcií v spojeniach je {reactions}, hnacích účinkov {drives}.",
+    "count.correct": "Počet rovníc sa teda rovná počtu neznámych: sústava je korektná v zmysle (5.20).",
+    "count.over": "Počty sa líšia: mechanizmus je preurčený, alebo je pohonov viac či menej než voľností.",
+    "count.plane": "Mechanizmus sa pohybuje v rovine: sily kolmé na ňu a momenty okolo osí v nej sa vynechávajú a "
+    "trieda počíta to, čo leží v rovine.",
+    "free": "Člen {number}, {body}, uvoľníme.",
+    "free.caption": "Uvoľnený člen {body}: všetky sily a dvojice, ktoré naň pôsobia.",
+    "free.reason": "Jeho súradnicový systém {number} má osi člena a začiatok vo vzťažnom spojení {joint}.",
+    "bivectors": "Čo pôsobí na člen {body}: sila nad momentom k začiatku jeho súradnicového systému.",
+    "bivectors.reason": "Akčné účinky A: tiaž, zaťaženia, pružiny, trenie. Zotrvačné účinky D: mínus hmotnosť krát "
+    "zrýchlenie ťažiska a moment (5.14). Reakcie R vo vzťažnom spojení a s hviezdičkou v ostatných spojeniach, opačné "
+    "k tomu, čo pôsobí na suseda.",
+    "balance": "Člen {body} je v dynamickej rovnováhe.",
+    "balance.reason": "Ak zotrvačné sily počítame medzi sily, súčet všetkých bivektorov člena je nulový.",
+    "solved": "Rovnice riešime pre všetky reakcie a hnacie účinky.",
+    "solved.reason": "Od konca k rámu: rovnice posledného člena obsahujú len to, čo prenáša jeho vlastné spojenie.",
+    "reactions": "V číslach:",
+    "reactions.moving": "V nakreslenej polohe, s rýchlosťami a zrýchleniami, ktoré nie sú všetky rovnaké:",
+    "reactions.rest": "V pokoji v nakreslenej polohe:",
+    "reactions.least": "Hodnoty nie sú jednoznačné; toto sú najmenšie.",
+    "reactions.reason": "Tá istá sústava, riešená numericky.",
+    "roads": "Lagrangeova cesta dáva tie isté hnacie účinky.",
+    "roads.open": "{names}: riešenie uvedené vyššie a Lagrangeove rovnice sú tie isté funkcie, čo je dokázané v "
+    "náhodných bodoch (počet {points}) nad náhodnými konečnými poľami (počet {primes}); pravdepodobnosť omylu "
+    "je menšia než {chance}.",
+    "roads.closed": "{names}: hnacie účinky v spojeniach konajú to, čo žiada virtuálna práca, výkon reakcií je výkonom "
+    "pohonov a rám dodáva zmenu hybnosti; dokázané v náhodných bodoch (počet {points}) nad náhodnými konečnými poľami "
+    "(počet {primes}); pravdepodobnosť omylu je menšia než {chance}.",
+    "roads.reason": "Lagrangeove rovnice reakcie nepoznajú, lebo reakcie nekonajú prácu; D'Alembertova metóda nájde "
+    "všetky. Spoločné majú len zadanie.",
+    # exercises and the page
+    "page.contents": "Obsah",
+    "section.live": "Vyskúšajte",
+    "section.solutions": "Riešenia",
+    "exercise.how": "Niektoré výsledky tu chýbajú: doplňte ich do polí, obyčajným textom, napríklad 2*m1*h1^2*cos(q1 "
+    "+ q2)*q1'^2, alebo v LaTeXu. Platí každý rovnaký tvar. Stránka porovnáva hodnoty a nepotrebuje "
+    "sieť.",
+    "exercise.script": "Polia kontrolujú odpovede pomocou JavaScriptu, ktorý je tu vypnutý; riešenia sú na konci.",
+    "exercise.example": "napríklad 2*m1*h1^2*cos(q1 + q2)*q1'^2",
+    "exercise.check": "Skontrolovať",
+    "exercise.hint": "Pomôcka",
+    "exercise.solution": "Riešenie",
+    "exercise.ask": "Čomu sa rovná {left}?",
+    "exercise.solved": "{left} nájdeme takto.",
+    "exercise.hint.square": "Umocnite obe rýchlosti, sčítajte ich a použite sin² + cos² = 1 a súčtový vzorec.",
+    "exercise.hint.potential": "Hmotnosť krát tiažové zrýchlenie krát výška; výška je medzi polohami.",
+    "exercise.hint.momentum": "Derivujte len podľa tejto rýchlosti; všetko ostatné je konštanta.",
+    "exercise.hint.slope": "Derivujte len podľa tejto súradnice; rýchlosti sú konštanty.",
+    "exercise.hint.equation": "Časová derivácia hybnosti bez derivácie Lagrangiánu podľa súradnice.",
+    "exercise.hint.coefficients": "Prečítajte ho z pohybových rovníc: násobí zrýchlenia alebo rýchlosti svojich "
+    "indexov, aj so "
+    "znamienkom.",
+    "answer.right": "Správne.",
+    "answer.turned": "Ešte nie: celý výraz má opačné znamienko.",
+    "answer.factor": "Ešte nie: váš výraz je {factor}-násobok výsledku.",
+    "answer.wrong": "Ešte nie: výraz má inú hodnotu.",
+    "answer.undefined": "Výraz nemá hodnotu: delí nulou alebo odmocňuje záporné číslo.",
+    "fault.empty": "Nič tu nie je napísané.",
+    "fault.name": "{text} tu nie je symbolom.",
+    "fault.ambiguous": "{text} sa dá čítať viacerými spôsobmi; medzi činitele dajte medzery.",
+    "fault.character": "{text} nepatrí do vzorca.",
+    "fault.bracket": "Táto zátvorka nie je uzavretá.",
+    "fault.end": "Na konci niečo chýba.",
+    "fault.here": "{text} sem nepatrí.",
+    "fault.power": "Exponent je celé číslo do 32 alebo 1/2; viac číslic v zložených zátvorkách.",
+    "fault.argument": "sin a cos potrebujú uhol: sin(q).",
+    "fault.division": "Delí sa jedným činiteľom alebo všetkými? Napíšte a/(b c) alebo (a/b) c.",
+    "fault.dots": "{text} nemá bodky; majú ich len súradnice.",
+    "fault.deep": "Je to príliš dlhé alebo príliš vnorené.",
 }

@@ -1,0 +1,72 @@
+r"""`symdyn check-derivation FILE SCENE`: a student's own result, compared with the scene's.
+
+FILE holds one formula or several, LaTeX or plain text: `k_{z,12} = ...`, `M_1 = ...`, `... = F - b \dot x`, `L = ...`.
+Exit status 0: all right; 1: something differs; 2: something cannot be read.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from symdyn.cli.reading import add_reading_options, read_scene
+
+LARGEST = 1_000_000  # bytes of a file that is opened at all
+
+
+def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the verb."""
+    verb = verbs.add_parser("check-derivation", help="compare a student's result with the scene's", description=__doc__)
+    verb.add_argument("file", metavar="FILE", help="LaTeX or plain text; - reads standard input")
+    add_reading_options(verb)
+    verb.add_argument("--what", metavar="NAME", help="what a formula without = is: k_z12, tau1, K, P, L")
+    verb.add_argument(
+        "--book", action="store_true", help="k_C and k_D as the textbook prints them, with the minus in front taken out"
+    )
+    verb.add_argument("--language", choices=("en", "sk"), default="en", help="of the answer (default: en)")
+    verb.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print an answer to every statement."""
+    from symdyn.cli.talk import Waiting, say
+    from symdyn.errors import SymdynError
+    from symdyn.teach.answers import in_words
+    from symdyn.teach.check import check_derivation
+    from symdyn.teach.student.statements import find_target
+
+    try:
+        scene = read_scene(options)
+        text, name = _text(options.file)
+        target = find_target(options.what, scene) if options.what else None
+        with Waiting() as progress:
+            progress("comparing")
+            answers = check_derivation(text, scene, name, target, options.book)
+    except SymdynError as fault:
+        say(f"symdyn: {fault}")
+        return 2
+    for answer in answers:
+        print("\n".join(in_words(answer, options.language)))
+    return 0 if all(answer.right for answer in answers) else 1
+
+
+def _text(file: str) -> tuple[str, str]:
+    """Return the student's text and its name for messages."""
+    from pathlib import Path
+
+    from symdyn.errors import TeachError
+
+    name = "standard input" if file == "-" else Path(file).name
+    try:
+        if file == "-":
+            data = sys.stdin.buffer.read(LARGEST + 1)
+        else:
+            with Path(file).open("rb") as opened:
+                data = opened.read(LARGEST + 1)
+        if len(data) > LARGEST:
+            raise TeachError(f"{name}: more than {LARGEST} bytes; give the formulas alone")
+        return data.decode("utf-8-sig"), name
+    except UnicodeDecodeError as fault:
+        raise TeachError(f"{name}: is no text in UTF-8; save it as UTF-8") from fault
+    except OSError as fault:
+        raise TeachError(f"{name}: {fault.strerror}") from fault

@@ -1,0 +1,72 @@
+"""`symdyn walkthrough SCENE`: the derivation of the equations of motion as a lesson, step by step."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from symdyn.cli.reading import add_reading_options, read_scene
+
+ENDINGS = {".md": "md", ".tex": "latex", ".pdf": "pdf", ".html": "html", ".ipynb": "notebook"}
+
+
+def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the verb."""
+    verb = verbs.add_parser("walkthrough", help="write the derivation as a lesson", description=__doc__)
+    add_reading_options(verb)
+    verb.add_argument(
+        "--format", choices=tuple(ENDINGS.values()), help="default: what the ending of FILE says, else md"
+    )
+    verb.add_argument("--detail", choices=("brief", "full"), default="full", help="leave out or keep every small step")
+    verb.add_argument(
+        "--until",
+        choices=("energies", "lagrangian", "equations", "coefficients", "numbers"),
+        default="numbers",
+        help="the last part (default: numbers)",
+    )
+    verb.add_argument("--language", choices=("en", "sk"), default="en", help="of the prose (default: en)")
+    verb.add_argument(
+        "--road",
+        choices=("lagrange", "dalembert"),
+        default="lagrange",
+        help="energies and Lagrange's equations, of open mechanisms (default); or bodies cut free, with all reactions",
+    )
+    verb.add_argument(
+        "--exercises",
+        action="store_true",
+        help="leave results out, with hints and solutions; the HTML page checks answers",
+    )
+    verb.add_argument("-o", "--output", metavar="DIR|FILE", default=".", help="folder or file (default: here)")
+    verb.set_defaults(run=run)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Write the files and print their paths."""
+    from symdyn.cli.talk import Waiting
+    from symdyn.teach import rendered, walkthrough
+    from symdyn.teach.exercises import with_exercises
+
+    scene = read_scene(options)
+    with Waiting() as progress:
+        progress("deriving")
+        document = walkthrough(scene, options.language, options.detail, options.until, options.road)
+        document = with_exercises(document) if options.exercises else document
+        progress("writing")
+        files = rendered(document, options.format or ENDINGS.get(Path(options.output).suffix.lower(), "md"))
+    for path in placed(files, options.output):
+        print(path)
+    return 0
+
+
+def placed(files: dict[str, str | bytes], output: str) -> list[Path]:
+    """Write files to a folder, or the first of them to the file that `output` names, the others beside it."""
+    target = Path(output)
+    single = target.suffix and not target.is_dir()
+    folder = target.parent if single else target
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for k, (name, content) in enumerate(files.items()):
+        path = target if single and k == 0 else folder / name
+        path.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8"))
+        paths.append(path)
+    return paths

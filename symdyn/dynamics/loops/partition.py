@@ -1,0 +1,139 @@
+"""Independent and dependent velocities of closed loops, and the order in which dependent ones are solved for.
+
+    blocks    G_d in block triangular form: each block is coupled in itself and needs only those before it
+
+Reference: Duff, Erisman and Reid, Direct Methods for Sparse Matrices (2017), chapter 6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from symdyn.scene import Scene
+from symdyn.scene.spelling import spell_fraction
+
+
+@dataclass(frozen=True)
+class Closing:
+    """What a user may choose about closed loops.
+
+    Attributes:
+        independent: names of the independent coordinates (or velocities); () leaves the choice to conditioning.
+        alpha, beta: Baumgarte's stabilisation, 1/s: G u̇ = -Ġ u - 2 alpha G u - beta² residual; zeros for none.
+        parameters: values of free parameters at which the mechanism is assembled to decide; others are drawn.
+    """
+
+    independent: tuple[str, ...] = ()
+    alpha: Fraction = Fraction(0)
+    beta: Fraction = Fraction(0)
+    parameters: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def words(self) -> str:
+        """What was chosen, such as "independent: phi; Baumgarte: alpha 5, beta 5 1/s"; "" where nothing was."""
+        parts = [f"independent: {', '.join(self.independent)}"] if self.independent else []
+        if self.alpha or self.beta:
+            parts.append(f"Baumgarte: alpha {spell_fraction(self.alpha)}, beta {spell_fraction(self.beta)} 1/s")
+        return "; ".join(parts)
+
+
+@dataclass(frozen=True)
+class Block:
+    """Rows, counted among the kept ones, and as many dependent velocities."""
+
+    rows: tuple[int, ...]
+    velocities: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Partition:
+    """Independent and dependent velocities, ascending, and the blocks of G_d in the order of solving."""
+
+    independent: tuple[int, ...]
+    dependent: tuple[int, ...]
+    blocks: tuple[Block, ...]
+
+
+def led_velocities(scene: Scene) -> list[int]:
+    """Return the velocities whose motion is prescribed."""
+    names = [rate for joint in scene.joints if joint.motion is not None for rate in joint.rates]
+    return [scene.velocities.index(name) for name in names]
+
+
+def driven_velocities(scene: Scene) -> list[int]:
+    """Return the velocities that have a drive or a prescribed motion."""
+    led = led_velocities(scene)
+    return [k for k, drive in enumerate(scene.drives) if drive or k in led]
+
+
+def over_driven(scene: Scene, free: int) -> str:
+    """Return what is said of more drives than degrees of freedom, which is `free`."""
+    driven = driven_velocities(scene)
+    names = ", ".join(scene.drives[k] or scene.velocities[k] for k in driven)
+    drives = f"{len(driven)} drive{'s' * (len(driven) != 1)} ({names})"
+    return (
+        f"over-driven, {drives} for {free} degree{'s' * (free != 1)} of freedom; leave {len(driven) - free} of them "
+        "passive (drive = false)"
+    )
+
+
+# Block triangular form
+
+
+def blocks(uses: Sequence[Sequence[int]]) -> list[Block]:
+    """Return the blocks of a square pattern: strongly connected rows of a perfect matching, needed ones first."""
+    matched = _matching(uses)
+    owner = {column: row for row, column in matched.items()}
+    needs = [[owner[column] for column in columns if owner[column] != row] for row, columns in enumerate(uses)]
+    return [Block(tuple(sorted(group)), tuple(sorted(matched[row] for row in group))) for group in _components(needs)]
+
+
+def _matching(uses: Sequence[Sequence[int]]) -> dict[int, int]:
+    """Return for every row a column of its own that it uses, by augmenting paths."""
+    owner: dict[int, int] = {}
+
+    def find(row: int, seen: set[int]) -> bool:
+        for column in uses[row]:
+            if column in seen:
+                continue
+            seen.add(column)
+            if column not in owner or find(owner[column], seen):
+                owner[column] = row
+                return True
+        return False
+
+    for row in range(len(uses)):
+        found = find(row, set())
+        assert found, "rows that are independent in numbers have a column each"
+    return {row: column for column, row in owner.items()}
+
+
+def _components(needs: Sequence[Sequence[int]]) -> list[list[int]]:
+    """Return the strongly connected components of a graph, each after those that it needs (Tarjan)."""
+    index: dict[int, int] = {}
+    low: dict[int, int] = {}
+    stack: list[int] = []
+    found: list[list[int]] = []
+    for root in range(len(needs)):
+        if root in index:
+            continue
+        walk = [(root, iter(needs[root]))]
+        index[root] = low[root] = len(index)
+        stack.append(root)
+        while walk:
+            node, rest = walk[-1]
+            deeper = next((other for other in rest if other not in index), None)
+            if deeper is not None:
+                index[deeper] = low[deeper] = len(index)
+                stack.append(deeper)
+                walk.append((deeper, iter(needs[deeper])))
+                continue
+            walk.pop()
+            low[node] = min([low[node], *(low[other] for other in needs[node] if other in stack)])
+            if low[node] == index[node]:
+                cut = stack.index(node)
+                found.append(stack[cut:])
+                del stack[cut:]
+    return found

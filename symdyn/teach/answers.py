@@ -1,0 +1,101 @@
+"""Answers to a student in words: a table of sentences for each language, filled with formulas in plain text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from symdyn.algebra.form import Number
+from symdyn.emit.formula_text import text_of
+from symdyn.teach.check import ROUNDED, Answer
+from symdyn.teach.differences import Difference
+from symdyn.verify.equality import PROVED, UNDEFINED
+
+MOST = 12  # differences told
+
+SENTENCES: Mapping[str, Mapping[str, str]] = {
+    "en": {
+        "right": "{name}: right",
+        "proved": " (proved equal; chance of error 1e{log})",
+        "numerical": " (equal at random points, in 50 digits)",
+        "shifted": "{name}: right; your zero of potential energy lies elsewhere, which adds {shift} and is free",
+        "scaled": "{name}: right; it is the scene's equation times a factor",
+        "digits": "{name}: right to the digits written",
+        "undefined": "{name}: not compared: no point is found where both formulas are real",
+        "different": "{name}: different",
+        "turned": "{name}: different: all of it has the opposite sign",
+        "book": " (the textbook's (5.40) takes this minus out; --book compares with that)",
+        "unlisted": "the formula has another value; its terms cannot be told apart one by one",
+        "moved": "wrong symbol: {found} should be {right}: {right_symbol} in place of {found_symbol}",
+        "power": "wrong power of {symbol}: {found} should be {right}",
+        "sign": "wrong sign: {found} should be {right}",
+        "factor": "wrong factor: {found} should be {right}, yours is {factor} times that",
+        "rounded": "rounded: {found} for {right}",
+        "function": "wrong function: {found} should be {right}",
+        "angle": "wrong angle: {found} should be {right}",
+        "other": "wrong: {found} should be {right}",
+        "missing": "missing: {right}",
+        "extra": "does not belong here: {found}",
+        "more": "and {count} more",
+    },
+    "sk": {
+        "right": "{name}: správne",
+        "proved": " (rovnosť dokázaná; pravdepodobnosť omylu 1e{log})",
+        "numerical": " (rovné v náhodných bodoch, na 50 číslic)",
+        "shifted": "{name}: správne; nula potenciálnej energie leží inde, čo pridáva {shift} a je voľné",
+        "scaled": "{name}: správne; je to rovnica scény vynásobená činiteľom",
+        "digits": "{name}: správne na uvedený počet číslic",
+        "undefined": "{name}: neporovnané: nenašiel sa bod, v ktorom sú oba výrazy reálne",
+        "different": "{name}: nesúhlasí",
+        "turned": "{name}: nesúhlasí: celý výraz má opačné znamienko",
+        "book": " (učebnica v (5.40) toto mínus vyníma; s tým porovnáva --book)",
+        "unlisted": "výraz má inú hodnotu; jeho členy sa nedajú rozlíšiť po jednom",
+        "moved": "nesprávny symbol: {found} má byť {right}: {right_symbol} namiesto {found_symbol}",
+        "power": "nesprávna mocnina {symbol}: {found} má byť {right}",
+        "sign": "nesprávne znamienko: {found} má byť {right}",
+        "factor": "nesprávny činiteľ: {found} má byť {right}, váš výraz je jeho {factor}-násobok",
+        "rounded": "zaokrúhlené: {found} za {right}",
+        "function": "nesprávna funkcia: {found} má byť {right}",
+        "angle": "nesprávny uhol: {found} má byť {right}",
+        "other": "nesprávne: {found} má byť {right}",
+        "missing": "chýba: {right}",
+        "extra": "nepatrí sem: {found}",
+        "more": "a ďalších {count}",
+    },
+}
+
+
+def in_words(answer: Answer, language: str = "en") -> list[str]:
+    """Return an answer as lines: the verdict, then one indented line a difference."""
+    say = SENTENCES[language]
+    if answer.right:
+        if answer.shifted is not None:
+            return [say["shifted"].format(name=answer.name, shift=text_of(answer.shifted))]
+        if answer.scaled:
+            return [say["scaled"].format(name=answer.name)]
+        if answer.verdict == ROUNDED:
+            return [say["digits"].format(name=answer.name)]
+        how = say["proved"].format(log=f"{answer.error_log10:.0f}") if answer.verdict == PROVED else say["numerical"]
+        return [say["right"].format(name=answer.name) + how]
+    if answer.verdict == UNDEFINED:
+        return [say["undefined"].format(name=answer.name)]
+    if answer.turned:
+        hint = say["book"] if answer.name.startswith(("k_C", "k_D")) else ""
+        return [say["turned"].format(name=answer.name) + hint]
+    told = [f"  {_difference(d, say)}" for d in answer.differences[:MOST]] or [f"  {say['unlisted']}"]
+    if len(answer.differences) > MOST:
+        told.append(f"  {say['more'].format(count=len(answer.differences) - MOST)}")
+    return [say["different"].format(name=answer.name), *told]
+
+
+def _difference(difference: Difference, say: Mapping[str, str]) -> str:
+    found = text_of(difference.found) if difference.found is not None else ""
+    right = text_of(difference.right) if difference.right is not None else ""
+    symbols: Sequence[str] = [*difference.symbols, "", ""]
+    return say[difference.kind].format(
+        found=found,
+        right=right,
+        symbol=symbols[0],
+        found_symbol=symbols[0],
+        right_symbol=symbols[1],
+        factor=text_of(Number(difference.factor)),
+    )

@@ -1,0 +1,116 @@
+"""The system (5.18) of one scene while its lesson is being written: unknowns with their names, short forms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from symdyn.algebra.compact import Compactor
+from symdyn.algebra.form import Form, Symbol, form_of
+from symdyn.algebra.sums_of_angles import total_angles
+from symdyn.algebra.trigonometric import TrigonometricRing
+from symdyn.dynamics import Workspace, derive_one
+from symdyn.dynamics.closed_forms.parallel import angle_groups
+from symdyn.dynamics.loops.words import in_words
+from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium
+from symdyn.errors import DerivationError, EmitError
+from symdyn.graph import Expr, evaluate
+from symdyn.spatial import dot
+from symdyn.teach.document import Name
+from symdyn.teach.lesson import Prose
+
+MOST_UNKNOWNS = 40
+"""Beyond which nobody reads the lesson."""
+
+
+@dataclass
+class Balance(Prose):
+    """One scene with its system (5.18) while the document is being written."""
+
+    def __post_init__(self) -> None:
+        """Set the system up, in a plane where there is one."""
+        for joint in self.scene.joints:
+            if joint.velocities:
+                raise DerivationError(
+                    f"{self.scene.name}: joint {joint.name} turns by a quaternion, for which there are no formulas to "
+                    'read; write orientation = "zyx" (or another sequence of axes) to have them'
+                )
+        self.workspace = Workspace(self.scene)
+        self.scene = self.workspace.scene
+        self.graph, self.state = self.workspace.graph, self.workspace.state
+        self.closed = bool(self.scene.loops or self.scene.rows)
+        try:
+            self.system = equilibrium(self.workspace.hanging, planar=True)
+        except DerivationError:
+            self.system = equilibrium(self.workspace.hanging)
+        if len(self.system.unknowns) > MOST_UNKNOWNS:
+            raise EmitError(
+                f"{self.scene.name}: {len(self.system.unknowns)} unknowns are more than anyone reads (the limit is "
+                f"{MOST_UNKNOWNS}); the outputs reactions and reactions:joint compute them"
+            )
+        self.axes = [("F", "xyz"[k]) if k < 3 else ("M", "xyz"[k - 3]) for k in self.system.kept]
+        self.solved = None if self.closed else self._solution()
+        self.short = _forms(self.system, self.solved or [])
+        self.unknowns = [self._unknown(u, one) for u, one in enumerate(self.system.unknowns)]
+
+    def _solution(self) -> list[Expr]:
+        """Return the unknowns of an open mechanism: its joints' wrenches, found from the tips to the ground, split.
+
+        Every reaction is a unit force or moment along an axis of its joint frame, so that its size is a component.
+        """
+        R = derive_one(self.workspace, "reactions").entries
+        hinges = self.workspace.hanging.hinges
+        sizes = []
+        for one in self.system.unknowns:
+            h, (force, moment) = one.acts[0]
+            here = hinges[h].in_joint_axes((R[6 * h : 6 * h + 3], R[6 * h + 3 : 6 * h + 6]))  # type: ignore[arg-type]
+            size = dot(force, here[0]) + dot(moment, here[1])
+            if one.kind == DRIVE and self.system.own[h]:
+                size = size - self.system.own[h][one.number]
+            sizes.append(size)
+        return sizes
+
+    def _unknown(self, u: int, one: Unknown) -> Symbol:
+        """Name an unknown; its value is the solution, or the symbol itself where loops leave only numbers."""
+        key = f"{one.kind}:{one.joint}:{one.number}"
+        node = self.graph.symbol(key) if self.solved is None else self.solved[u]
+        if one.kind == DRIVE:
+            joint = next(joint for joint in self.scene.joints if joint.name == one.joint)
+            drive = joint.drives[one.number] if one.number < len(joint.drives) else None
+            if drive:
+                self.names[drive] = Name(None, node)
+                return Symbol(drive)
+            return self.name(key, "tau", one.joint, str(one.number + 1), node=node)
+        words = self.along(one)
+        if one.kind == REACTION and words[-2:] in (" x", " y", " z"):
+            return self.name(key, "F" if words.startswith("force") else "M", one.joint, words[-1], node=node)
+        return self.name(key, "R", one.joint, str(one.number + 1), node=node)
+
+    def along(self, one: Unknown) -> str:
+        """Return "force along x" for a unit wrench of fixed direction in its joint frame, else ""."""
+        force, moment = one.acts[0][1]
+        first, second = (self.workspace.hanging.samples.at([*force, *moment], seed) for seed in (2, 3))
+        return in_words(first[:3], first[3:]) if abs(first - second).max() < 1e-12 else ""
+
+    def kept(self, wrench: tuple[Sequence[Expr], Sequence[Expr]]) -> list[Expr]:
+        """Return the components that are written."""
+        entries = (*wrench[0], *wrench[1])
+        return [entries[k] for k in self.system.kept]
+
+
+def _forms(system: Equilibrium, solved: Sequence[Expr]) -> Callable[[Expr], Form]:
+    """Return what writes an entry: as short as the ring of sines can, as it stands where there is no such ring."""
+    state, graph = system.hanging.state, system.hanging.graph
+    needed = [x for known in system.bodies for part in (*known.action, *known.inertia) for x in part]
+    needed += [x for block in system.blocks.values() for part in block for x in part]
+    for more in (list(solved), []):  # a solution with a pivot that moves is no polynomial
+        try:
+            parallel = angle_groups(system.hanging.scene, graph)
+            ring = TrigonometricRing([*needed, *more], (*state.q, *state.qd, *state.qdd), total_angles(parallel))
+            nodes = list(dict.fromkeys([*needed, *more]))
+            values = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))
+        except DerivationError:
+            continue
+        compact = Compactor(ring, parallel)
+        return lambda node: compact(values[node]) if node in values else form_of(node)
+    return form_of

@@ -1,0 +1,225 @@
+"""A student's derivation against the scene's: right, or in which term it differs.
+
+Equality is decided by value over finite fields (`symdyn.verify.equality`); the words come from comparing term by term
+(`symdyn.teach.differences`). Coefficients carry their own sign; `book` takes the minus of k_C and k_D out, as (5.40).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from symdyn.algebra.form import (
+    MINUS_ONE,
+    ZERO,
+    Form,
+    Function,
+    Power,
+    Product,
+    Sum,
+    Symbol,
+    express_form,
+    power_of,
+    product_of,
+    sum_of,
+    symbols_of,
+    terms_of,
+)
+from symdyn.emit.equations import Printable, printable
+from symdyn.errors import DerivationError
+from symdyn.graph import Graph, Op, gradient, reachable
+from symdyn.scene import Scene, acceleration_name
+from symdyn.teach.differences import Difference, differences
+from symdyn.teach.student.names import Names, Target
+from symdyn.teach.student.statements import Statement, read_statements
+from symdyn.verify import DIFFERENT, NUMERICAL, PROVED, Claim, Finding, prove
+
+ROUNDED = "rounded"
+MANY = 400  # differences, which no answer lists
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What became of one statement.
+
+    Attributes:
+        line: where it stands, from 1.
+        name: of the quantity, such as "k_z12", or "equation 2".
+        verdict: PROVED, NUMERICAL, DIFFERENT or UNDEFINED, as of a finding; ROUNDED for equal to the digits written.
+        error_log10: log10 of the probability that a wrong formula would pass; 0 when not proved.
+        differences: term by term; none where it is right or where no term can be told.
+        turned: whether all of it has the opposite sign.
+        shifted: by how much a potential energy lies elsewhere, which is free; None for not at all.
+        scaled: whether an equation is the scene's times a factor.
+    """
+
+    line: int
+    name: str
+    verdict: str
+    error_log10: float = 0.0
+    differences: tuple[Difference, ...] = ()
+    turned: bool = False
+    shifted: Form | None = None
+    scaled: bool = False
+
+    @property
+    def right(self) -> bool:
+        """Whether the statement is true."""
+        return self.verdict in (PROVED, NUMERICAL, ROUNDED)
+
+
+def check_derivation(
+    text: str, scene: Scene, name: str = "text", target: Target | None = None, book: bool = False
+) -> list[Answer]:
+    r"""Return an answer to every statement of a student's text.
+
+    Args:
+        text: LaTeX or plain text: `k_{z,12} = ...`, `M_1 = ...`, `... = F - b \dot x`, one or more.
+        scene: the mechanism.
+        name: of the file, for messages.
+        target: what a formula without "=" is.
+        book: k_C and k_D as the textbook prints them, with the minus in front taken out.
+
+    Raises:
+        TeachError: the text cannot be read; the message has line, column and a caret.
+        DerivationError: the scene has no closed form to compare with.
+    """
+    page = printable(scene)
+    others = tuple(row.multiplier for row in page.constraints.rows)
+    names = Names(scene, others)
+    known = {str(goal): expected(page, goal, book) for goal in names.targets.values()}
+    free = {name: form for name, form in known.items() if name not in names.symbols.values()}
+    read = read_statements(text, scene, name, target, others)
+    statements = [replace(x, forms=tuple(in_place(form, free) for form in x.forms)) for x in read]
+    answers = []
+    for statement in statements:
+        for goal in statement.targets:
+            right = known[str(goal)]
+            forms = statement.forms or (known[str(statement.targets[0])],)
+            answers += [_compared(statement.line, str(goal), form, right, scene, goal.kind) for form in forms]
+        if not statement.targets:
+            answers.append(_equation(statement, page))
+    return answers
+
+
+def expected(page: Printable, target: Target, book: bool = False) -> Form:
+    """Return what a quantity should be; τ_i is what drives joint i, with friction and loads on its side."""
+    if target.kind == "L":
+        return sum_of((page.K, *_negative(page.P)))
+    if target.kind in ("K", "P"):
+        return page.K if target.kind == "K" else page.P
+    i = target.index[0] - 1
+    if target.kind == "tau":
+        return sum_of((page.left(i), *_negative(_loads(page, i))))
+    found = next((c.form for c in page.rows[i] if (c.kind, c.indices) == (target.kind, target.index)), ZERO)
+    return sum_of(_negative(found)) if book and target.kind in ("k_C", "k_D") else found
+
+
+def _loads(page: Printable, i: int) -> Form:
+    """Return the right-hand side of an equation without its drive."""
+    drive = page.scene.drives[i]
+    return sum_of(term for term in terms_of(page.driving(i)) if not (drive and term == Symbol(drive)))
+
+
+def in_place(form: Form, known: Mapping[str, Form]) -> Form:
+    """Return a form with other forms in place of symbols."""
+    if isinstance(form, Symbol):
+        return known.get(form.name, form)
+    if isinstance(form, Sum):
+        return sum_of(in_place(term, known) for term in form.terms)
+    if isinstance(form, Product):
+        return product_of(in_place(factor, known) for factor in form.factors)
+    if isinstance(form, Power):
+        return power_of(in_place(form.base, known), form.exponent)
+    return Function(form.op, tuple(in_place(x, known) for x in form.args)) if isinstance(form, Function) else form
+
+
+def _negative(form: Form) -> tuple[Form, ...]:
+    return (product_of((MINUS_ONE, form)),)
+
+
+# One quantity
+
+
+def _compared(line: int, name: str, found: Form, right: Form, scene: Scene, kind: str) -> Answer:
+    finding = _equal(name, found, right, scene)
+    if finding.verdict != DIFFERENT:
+        return Answer(line, name, finding.verdict, finding.error_log10)
+    if kind in ("P", "L"):
+        shift = sum_of((found, *_negative(right)))
+        if (constant := _free(shift, scene)) is not None:
+            return Answer(line, name, PROVED, finding.error_log10, shifted=constant)
+    if _equal(name, found, sum_of(_negative(right)), scene).verdict in (PROVED, NUMERICAL):
+        return Answer(line, name, DIFFERENT, turned=True)
+    try:
+        listed = differences(found, right, scene)
+    except DerivationError:
+        listed = []
+    if listed and all(d.kind == "rounded" for d in listed):
+        return Answer(line, name, ROUNDED, differences=tuple(listed))
+    return Answer(line, name, DIFFERENT, differences=tuple(listed[:MANY]))
+
+
+def _equal(name: str, found: Form, right: Form, scene: Scene) -> Finding:
+    """Return whether two forms are the same function."""
+    graph = Graph()
+    claim = Claim(name, "found", "scene", (express_form(found, graph),), (express_form(right, graph),))
+    positive = [p.name for p in scene.parameters if p.positive]
+    return prove([claim], positive=positive)[1][0]
+
+
+def _free(form: Form, scene: Scene) -> Form | None:
+    """Return the value of a form if it depends on parameters only: it is looked at term by term."""
+    try:
+        left = [d.found or product_of((MINUS_ONE, d.right or ZERO)) for d in differences(form, ZERO, scene)]
+    except DerivationError:
+        return None
+    moving = {*scene.coordinates, *scene.velocities}
+    return sum_of(left) if not any(moving & set(symbols_of(term)) for term in left) else None
+
+
+# An equation of motion
+
+
+def _equation(statement: Statement, page: Printable) -> Answer:
+    """Return the answer to left = right: the scene's equation that it comes nearest to, times a factor or not."""
+    scene = page.scene
+    left, other = statement.forms
+    found = sum_of((left, *_negative(other)))
+    named = set(symbols_of(found))
+    rows = [i for i, drive in enumerate(scene.drives) if drive in named]
+    rows = rows or [i for i, drive in enumerate(scene.drives) if not drive] or list(range(len(scene.drives)))
+    best: Answer | None = None
+    for i in rows:
+        right = sum_of((page.left(i), *_negative(page.driving(i))))
+        for mine in (found, sum_of(_negative(found))):
+            answer = _compared(statement.line, f"equation {i + 1}", mine, right, scene, "equation")
+            if answer.right:
+                return answer
+            if answer.turned:
+                continue
+            if _proportional(mine, right, page, i):
+                return Answer(statement.line, f"equation {i + 1}", PROVED, scaled=True)
+            if best is None or len(answer.differences) < len(best.differences):
+                best = answer
+    assert best is not None, "a scene with coordinates has an equation"
+    return best
+
+
+def _proportional(found: Form, right: Form, page: Printable, i: int) -> bool:
+    """Whether found / right is free of rates and drives: cross-multiplied by what stands with the first q̈."""
+    graph = Graph()
+    a, b = express_form(found, graph), express_form(right, graph)
+    moving = {*page.scene.velocities, *(acceleration_name(u) for u in page.scene.velocities), *page.scene.drives}
+    positive = [p.name for p in page.scene.parameters if p.positive]
+    rates = [c.rate for c in page.rows[i] if c.kind == "k_z" and not c.vanishes]
+    for rate in rates[:1]:
+        symbol = express_form(rate, graph)
+        (x,), (y,) = gradient(a, [symbol]), gradient(b, [symbol])
+        if any(node.op is Op.SYMBOL and str(node.value) in moving for node in reachable([x])):
+            return False
+        nothing = Claim("no factor", "found", "0", (x,), (graph.zero,))
+        same = Claim("proportional", "found", "scene", (a * y,), (b * x,))
+        verdicts = [finding.verdict for finding in prove([nothing, same], positive=positive)[1]]
+        return verdicts[0] == DIFFERENT and verdicts[1] in (PROVED, NUMERICAL)
+    return False

@@ -1,0 +1,209 @@
+"""Where two formulas differ, term by term, in the ring of trigonometric polynomials.
+
+Both are multiplied out and sorted by what stands beside the sines and cosines (parameters, rates, bare coordinates):
+
+    Σ monomial · polynomial in sines and cosines          a: as found, b: as it should be
+
+The ring decides exactly which polynomials are equal. What is left is told in the order of the fewest words:
+
+    moved     b's polynomial stands with a monomial that is off by one symbol:  m1 h2 g sin q1 for m2 h2 g sin q1
+    sign      a = -b          factor    a = r b, r a number
+              "rounded" where r is 1 within 3 digits
+    other     both are there, with other sines and cosines
+    missing   only b          extra     only a
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from symdyn.algebra.compact import Compactor
+from symdyn.algebra.form import Form, Function, Power, Product, express_form, terms_of
+from symdyn.algebra.sums_of_angles import total_angles
+from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
+from symdyn.dynamics.closed_forms.parallel import angle_groups
+from symdyn.dynamics.state import state_symbols
+from symdyn.graph import Graph, Op, evaluate
+from symdyn.scene import Scene
+
+KINDS = ("moved", "power", "sign", "factor", "rounded", "function", "angle", "other", "missing", "extra")
+
+ROUND = Fraction(1, 2000)
+
+Monomial = tuple[tuple[int, int], ...]  # ((generator, power), …) without sines and cosines
+Buckets = dict[Monomial, Polynomial]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One difference.
+
+    Attributes:
+        kind: one of `KINDS`; "moved" is a wrong symbol, "power" a wrong exponent, "function" sine for cosine.
+        found: what stands there, None if nothing.
+        right: what should, None if nothing.
+        symbols: found and right symbol of "moved" ("" for none), the symbol of "power".
+        factor: found = factor · right, for "factor".
+    """
+
+    kind: str
+    found: Form | None = None
+    right: Form | None = None
+    symbols: tuple[str, ...] = ()
+    factor: Fraction = Fraction(1)
+
+
+def differences(found: Form, right: Form, scene: Scene) -> list[Difference]:
+    """Return how `found` differs from `right`; none if they are equal in the ring.
+
+    Raises:
+        DerivationError: one of them is no trigonometric polynomial, such as 1/cos q.
+    """
+    return _Comparison(found, right, scene).run()
+
+
+class _Comparison:
+    def __init__(self, found: Form, right: Form, scene: Scene) -> None:
+        graph = Graph()
+        for parameter in scene.parameters:
+            graph.symbol(parameter.name)  # first, so that forms print them in declared order
+        state = state_symbols(scene, graph)
+        nodes = [express_form(form, graph) for form in (right, found)]
+        groups = angle_groups(scene, graph)
+        self.ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), total_angles(groups))
+        self.compact = Compactor(self.ring, groups)
+        b, a = evaluate(nodes, self.ring, self.ring.values(nodes))
+        self.a, self.b = self._buckets(a), self._buckets(b)
+        self.done: set[Monomial] = set()
+
+    def run(self) -> list[Difference]:
+        result = self._moved()
+        signs: list[tuple[Monomial, Polynomial]] = []
+        factors: dict[Fraction, list[tuple[Monomial, Polynomial]]] = {}
+        others: list[Difference] = []
+        missing: list[tuple[Monomial, Polynomial]] = []
+        extra: list[tuple[Monomial, Polynomial]] = []
+        for monomial in self._open():
+            a, b = self.a.get(monomial), self.b.get(monomial)
+            if a is None and b is not None:
+                missing.append((monomial, b))
+            elif b is None and a is not None:
+                extra.append((monomial, a))
+            elif a is not None and b is not None:
+                ratio = _ratio(a, b)
+                if ratio == -1:
+                    signs.append((monomial, b))
+                elif ratio is not None:
+                    factors.setdefault(ratio, []).append((monomial, b))
+                else:
+                    others += self._other(monomial, a, b)
+        if signs:
+            result.append(Difference("sign", self._form(signs, -1), self._form(signs)))
+        for ratio, terms in factors.items():
+            kind = "rounded" if abs(ratio - 1) < ROUND else "factor"
+            result.append(Difference(kind, self._form(terms, ratio), self._form(terms), factor=ratio))
+        result += others
+        result += [Difference("missing", right=term) for term in self._terms(missing)]
+        result += [Difference("extra", term) for term in self._terms(extra)]
+        return result
+
+    # Monomials
+
+    def _buckets(self, p: Polynomial) -> Buckets:
+        split: dict[Monomial, dict[tuple[int, ...], Any]] = {}
+        circular = [g.kind in ("sin", "cos") for g in self.ring.generators]
+        for powers, coefficient in zip(p.monoms(), p.coeffs(), strict=True):
+            outer = tuple((i, int(e)) for i, e in enumerate(powers) if e and not circular[i])
+            inner = tuple(int(e) if circular[i] else 0 for i, e in enumerate(powers))
+            split.setdefault(outer, {})[inner] = coefficient
+        return {outer: self.ring.context.from_dict(inner) for outer, inner in split.items()}
+
+    def _open(self) -> list[Monomial]:
+        """Return the monomials at which a and b still differ, those of b first."""
+        every = dict.fromkeys((*self.b, *self.a))
+        return [m for m in every if m not in self.done and self.a.get(m) != self.b.get(m)]
+
+    def _times(self, monomial: Monomial, p: Polynomial) -> Polynomial:
+        powers = dict(monomial)
+        unit = tuple(powers.get(i, 0) for i in range(len(self.ring.generators)))
+        return self.ring.context.from_dict({unit: 1}) * p
+
+    def _form(self, terms: Iterable[tuple[Monomial, Polynomial]], factor: Fraction | int = 1) -> Form:
+        total = sum((self._times(monomial, p) for monomial, p in terms), self.ring.zero)
+        return self.compact(total * self.ring.constant(Fraction(factor)))
+
+    def _terms(self, terms: Sequence[tuple[Monomial, Polynomial]]) -> list[Form]:
+        return list(terms_of(self._form(terms))) if terms else []
+
+    # One symbol off
+
+    def _moved(self) -> list[Difference]:
+        """Return the terms that stand with a wrong symbol or a wrong power: b alone here, a too much there."""
+        moved: dict[tuple[str, tuple[str, ...]], list[tuple[Monomial, Monomial, Polynomial, int]]] = {}
+        for here in [m for m in self._open() if m not in self.a]:
+            for there in [m for m in self._open() if m in self.a]:
+                change = self._change(there, here)
+                if change is None:
+                    continue
+                surplus = self.a[there] - self.b.get(there, self.ring.zero)
+                sign = 1 if surplus == self.b[here] else -1 if -surplus == self.b[here] and there not in self.b else 0
+                if sign:
+                    moved.setdefault(change, []).append((there, here, self.b[here], sign))
+                    self.done |= {here, there}
+                    break
+        result = []
+        for (kind, symbols), terms in moved.items():
+            found = sum((self._times(there, p) * sign for there, _, p, sign in terms), self.ring.zero)
+            right = [(here, p) for _, here, p, _ in terms]
+            result.append(Difference(kind, self.compact(found), self._form(right), symbols))
+        return result
+
+    def _change(self, there: Monomial, here: Monomial) -> tuple[str, tuple[str, ...]] | None:
+        """Return what turns one monomial into another by one symbol."""
+        a, b = dict(there), dict(here)
+        off = {i: a.get(i, 0) - b.get(i, 0) for i in sorted({*a, *b}) if a.get(i, 0) != b.get(i, 0)}
+        names = {i: str(node.value) for i in off if (node := self.ring.generators[i].node) and node.op is Op.SYMBOL}
+        if len(names) != len(off):
+            return None
+        if len(off) == 1:
+            ((i, _),) = off.items()
+            return ("power", (names[i],)) if a.get(i) and b.get(i) else None
+        if len(off) == 2 and sum(off.values()) == 0:
+            more, less = (i for i, _ in sorted(off.items(), key=lambda item: -item[1]))
+            return "moved", (names[more], names[less])
+        return None
+
+    # Other sines and cosines
+
+    def _other(self, monomial: Monomial, a: Polynomial, b: Polynomial) -> list[Difference]:
+        mine, right = self._terms([(monomial, a)]), self._terms([(monomial, b)])
+        mine, right = [x for x in mine if x not in right], [x for x in right if x not in mine]
+        lacking = self._form([(monomial, b - a)])
+        if not mine or (len(terms_of(lacking)) < len(right) and len(mine) > len(right)):
+            return [Difference("missing", right=term) for term in terms_of(lacking)]
+        if not right:
+            return [Difference("extra", term) for term in mine]
+        if len(mine) == len(right) == 1:
+            x, y = _functions(mine[0]), _functions(right[0])
+            if len(x) == len(y) == 1:
+                kind = "function" if x[0].args == y[0].args else "angle" if x[0].op is y[0].op else "other"
+                return [Difference(kind, mine[0], right[0])]
+            return [Difference("other", mine[0], right[0])]
+        return [Difference("other", self._form([(monomial, a)]), self._form([(monomial, b)]))]
+
+
+def _ratio(a: Polynomial, b: Polynomial) -> Fraction | None:
+    """Return r with a = r b, if it is a number."""
+    x, y = a.leading_coefficient(), b.leading_coefficient()
+    r = x / y
+    return Fraction(int(r.p), int(r.q)) if a == b * r else None
+
+
+def _functions(form: Form) -> list[Function]:
+    """Return the sines and cosines of a term."""
+    factors = form.factors if isinstance(form, Product) else (form,)
+    bases = [factor.base if isinstance(factor, Power) else factor for factor in factors]
+    return [x for x in bases if isinstance(x, Function) and x.op in (Op.SIN, Op.COS)]

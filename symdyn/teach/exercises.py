@@ -1,0 +1,177 @@
+"""Exercises: chosen results of a document become blanks, and a section at its end solves them.
+
+A page checks an answer by value: `questions` gives it the symbols, points and what each result is worth there, never
+the result itself.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from symdyn.algebra.form import Form, Symbol, express_form, symbols_of
+from symdyn.algebra.numeric import Floats
+from symdyn.errors import TeachError
+from symdyn.graph import Graph, Op, evaluate, reachable
+from symdyn.teach.document import Blank, Block, Braced, Document, Fold, Formula, Section, Step, Words
+from symdyn.teach.languages import LANGUAGES, fill
+from symdyn.teach.student.names import Names
+from symdyn.teach.student.statements import read_formula
+from symdyn.verify import NUMERICAL, PROVED, Claim, prove
+
+CHOSEN = ("square", "potential", "momentum", "slope", "equation", "coefficients")
+"""Steps whose results are asked for: what stands before the colon of their keys."""
+
+ERRATA = "errata:"
+"""What stands before the key of a step that tells what the textbook has wrong in it."""
+
+POINTS = 6
+LONGEST = 60  # symbols of an answer that anyone types
+
+
+def with_exercises(document: Document) -> Document:
+    """Return the document with blanks in place of chosen results, and their solutions as its last section.
+
+    Raises:
+        TeachError: there is no result that could be left out, as on D'Alembert's road.
+    """
+    solved: list[Step] = []
+    sections = []
+    for section in document.sections:
+        errata = {step.key.removeprefix(ERRATA): step for step in section.steps if step.key.startswith(ERRATA)}
+        asked = {step.key: found for step in section.steps if (found := _asked(document, step)) is not None}
+        for key, step in asked.items():
+            solved += [_solution(document, block) for block in step.blocks if isinstance(block, Blank)]
+            if key in errata:  # they say what is right
+                solved.append(errata[key])
+        steps = [
+            asked.get(x.key, x) for x in section.steps if x.key.removeprefix(ERRATA) not in asked or x.key in asked
+        ]
+        sections.append(replace(section, steps=tuple(steps)))
+    if not solved:
+        raise TeachError(
+            f"{document.scene.name}: nothing in this walkthrough can be left out; take Lagrange's road, all of it"
+        )
+    sections.append(Section("solutions", LANGUAGES[document.language]["section.solutions"], tuple(solved)))
+    return replace(document, sections=tuple(sections))
+
+
+def _asked(document: Document, step: Step) -> Step | None:
+    """Return the step with blanks for its results; None if it has none that can be asked for."""
+    kind = step.key.partition(":")[0]
+    if kind not in CHOSEN:
+        return None
+    results = {block: answer for block in step.blocks if (answer := answer_of(document, block)) is not None}
+    if kind == "coefficients":
+        blocks = [
+            _blank(document, step, block, results[block], (block,)) if block in results else block
+            for block in step.blocks
+        ]
+        return replace(step, blocks=tuple(blocks)) if results else None
+    if not results:
+        return None
+    last, answer = list(results.items())[-1]
+    return replace(step, blocks=(_blank(document, step, last, answer, step.blocks),), reason=Words(()))
+
+
+def answer_of(document: Document, block: Block) -> Form | None:
+    """Return the result of a block whose name has a value, written in not too many symbols of the scene alone."""
+    if not isinstance(block, (Formula, Braced)):
+        return None
+    name = document.names.get(_key(block))
+    if name is None or name.node is None:
+        return None
+    known = set(Names(document.scene).symbols.values())
+    forms = [block.form, *([block.right] if isinstance(block, Formula) and block.right is not None else [])]
+    plain = [form for form in forms if 0 < len(found := symbols_of(form)) <= LONGEST and set(found) <= known]
+    return plain[-1] if plain else None
+
+
+def _key(block: Formula | Braced) -> str:
+    return block.value if isinstance(block, Braced) else block.left
+
+
+def _blank(document: Document, step: Step, block: Block, answer: Form, solution: Sequence[Block]) -> Blank:
+    assert isinstance(block, (Formula, Braced)), "only formulas have answers"
+    texts, key = LANGUAGES[document.language], _key(block)
+    kind = step.key.partition(":")[0]
+    ask = Words(fill(texts["exercise.ask"], {"left": Symbol(key)}))
+    hint = Words((texts[f"exercise.hint.{kind}"],))
+    return Blank(f"{step.key}:{key}" if kind == "coefficients" else step.key, ask, key, answer, hint, tuple(solution))
+
+
+def _solution(document: Document, blank: Blank) -> Step:
+    texts = LANGUAGES[document.language]
+    claim = Words(fill(texts["exercise.solved"], {"left": Symbol(blank.left)}))
+    folded = Fold(Words((texts["exercise.solution"],)), blank.solution)
+    return Step(f"solution:{blank.key}", claim, (folded,))
+
+
+def judge(document: Document, key: str, text: str) -> str:
+    """Return whether a typed answer to a blank is right, in the language of the document.
+
+    Args:
+        document: as of `with_exercises`.
+        key: of the blank.
+        text: plain text or LaTeX, with or without what stands left of its "=".
+
+    Raises:
+        TeachError: there is no such blank.
+    """
+    blanks = {block.key: block for _, block in document.blocks() if isinstance(block, Blank)}
+    if key not in blanks:
+        raise TeachError(f"there is no exercise {key!r}; there are {', '.join(blanks)}")
+    words = LANGUAGES[document.language]
+    if not text.strip():
+        return words["fault.empty"]
+    try:
+        form = read_formula(text, document.scene)
+    except TeachError as fault:
+        return str(fault)
+    graph = Graph()
+    typed, right = express_form(form, graph), express_form(blanks[key].answer, graph)
+    same, turned = (
+        Claim("same", "typed", "answer", (typed,), (right,)),
+        Claim("turned", "typed", "-", (-typed,), (right,)),
+    )
+    verdicts = [finding.verdict in (PROVED, NUMERICAL) for finding in prove([same, turned])[1]]
+    return words["answer.right" if verdicts[0] else "answer.turned" if verdicts[1] else "answer.wrong"]
+
+
+# What a page is told
+
+
+def questions(document: Document) -> dict[str, Any]:
+    """Return what a page needs to check answers, as JSON takes it; empty for a document without blanks.
+
+    Returns:
+        symbols: the scene's name of every way to write one, dotted: velocity and acceleration of coordinates, short:
+        shorthands such as c12, points: values of all symbols, values: for each blank its value at every point, words.
+    """
+    blanks = {block.key: block for _, block in document.blocks() if isinstance(block, Blank)}
+    if not blanks:
+        return {}
+    names = Names(document.scene)
+    nodes = {key: document.value(blank.answer) for key, blank in blanks.items()}
+    every = list(dict.fromkeys(names.symbols.values()))
+    points = [dict(zip(every, _drawn(every, k), strict=True)) for k in range(POINTS)]
+    symbols = [x for x in reachable(list(nodes.values())) if x.op is Op.SYMBOL]
+    values = []
+    for point in points:
+        seeds = {x: point[str(x.value)] for x in symbols}
+        values.append(evaluate(list(nodes.values()), Floats(), seeds))
+    return {
+        "symbols": dict(names.symbols),
+        "dotted": {q: list(rates) for q, rates in names.dotted.items()},
+        "short": {key: [form.op.name.lower(), symbols_of(form)] for key, form in names.shorthands.items()},  # type: ignore[union-attr]
+        "points": points,
+        "values": {key: [value[i] for value in values] for i, key in enumerate(nodes)},
+        "words": {key: t for key, t in LANGUAGES[document.language].items() if key.startswith(("answer.", "fault."))},
+    }
+
+
+def _drawn(names: Sequence[str], k: int) -> list[float]:
+    """Return the values of a point: between 1/4 and 2, the same in every run."""
+    return [round(random.Random(f"{k}:{name}").uniform(0.25, 2.0), 6) for name in names]

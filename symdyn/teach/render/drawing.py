@@ -1,0 +1,189 @@
+r"""Pictures of `symdyn.draw` for pdfTeX: shapes by \pdfliteral in the colours of its style sheet, labels set by TeX.
+
+Read are paths of M, L, V, A (a quarter turn) and Z, circles, ellipses and labels, which is what `symdyn.draw` writes.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element
+
+from defusedxml import ElementTree
+
+from symdyn.draw.style import style
+from symdyn.emit.symbols import escape
+
+WIDTH, HEIGHT = 300.0, 230.0  # bp, at most
+SCALE = 0.62  # bp a unit, at most: labels are 17 units high
+KAPPA = 0.5523  # control points of a quarter circle
+SVG = "{http://www.w3.org/2000/svg}"
+Look = dict[str, str]
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class _Rule:
+    tag: str
+    classes: frozenset[str]
+    look: Mapping[str, str]
+
+
+def tex_picture(svg: str) -> str:
+    """Return a picture environment."""
+    root = ElementTree.fromstring(svg)
+    left, top, width, height = map(float, root.attrib["viewBox"].split())
+    scale = min(SCALE, WIDTH / width, HEIGHT / height)
+    rules = _rules()
+    shapes: list[str] = []
+    labels: list[str] = []
+    for element, (dx, dy) in _walk(root, (0.0, 0.0)):
+        look = _look(element.tag.removeprefix(SVG), element.attrib, rules)
+        if element.tag == f"{SVG}text":
+            x, y = float(element.attrib["x"]) + dx, float(element.attrib["y"]) + dy
+            place = f"{scale * (x - left):.2f},{scale * (top + height - y):.2f}"
+            colour = look.get("fill", "#000000")[1:].upper()
+            labels.append(rf"\put({place}){{\hbox to 0pt{{\hss\color[HTML]{{{colour}}}{_label(element)}\hss}}}}")
+        elif element.tag.removeprefix(SVG) in ("path", "circle", "ellipse"):
+            shapes.append(_shape(element, look, (dx, dy)))
+    frame = f"{scale:.4f} 0 0 {-scale:.4f} {-scale * left:.2f} {scale * (top + height):.2f} cm"
+    drawn = "\n".join(one for one in shapes if one)
+    body = "\n".join([rf"\put(0,0){{\pdfliteral{{q {frame} 1 j", drawn, "Q}}", *labels])
+    size = f"({scale * width:.1f},{scale * height:.1f})"
+    return f"{{\\setlength{{\\unitlength}}{{1bp}}\\begin{{picture}}{size}\n{body}\n\\end{{picture}}}}"
+
+
+def _walk(element: Element, shift: Point) -> Iterator[tuple[Element, Point]]:
+    """Yield every element with the translation that it stands in."""
+    moved = re.match(r"translate\(([-\d.]+) ([-\d.]+)\)", element.attrib.get("transform", ""))
+    if moved and element.tag in (f"{SVG}g", f"{SVG}path", f"{SVG}ellipse"):
+        shift = (shift[0] + float(moved[1]), shift[1] + float(moved[2]))
+    yield element, shift
+    for child in element:
+        yield from _walk(child, shift)
+
+
+# Style
+
+
+def _rules() -> list[_Rule]:
+    """Return the rules of the style sheet for print, in order."""
+    found = []
+    for selectors, body in re.findall(r"^([^@{}\n][^{}]*)\{([^{}]*)\}", style("light"), re.MULTILINE):
+        look = dict(part.split(":", 1) for part in body.split(";") if ":" in part)
+        for selector in selectors.split(","):
+            tag, *classes = selector.split()[-1].split(".")
+            found.append(_Rule(tag, frozenset(classes), look))
+    return found
+
+
+def _look(tag: str, attributes: Mapping[str, str], rules: list[_Rule]) -> Look:
+    classes = set(attributes.get("class", "").split())
+    fitting = [rule for rule in rules if rule.tag in ("", tag) and rule.classes <= classes]
+    fitting.sort(key=lambda rule: (len(rule.classes), bool(rule.tag)))  # stable: the later of two alike wins
+    look: Look = {name: attributes[name] for name in ("stroke-width",) if name in attributes}
+    for rule in fitting:  # the style sheet has the last word
+        look |= rule.look
+    return look
+
+
+# Shapes
+
+
+def _shape(element: Element, look: Look, shift: Point) -> str:
+    fill, stroke = look.get("fill", "none"), look.get("stroke", "none")
+    if fill == stroke == "none":
+        return ""
+    paint = {(True, True): "B", (True, False): "f", (False, True): "S"}[fill != "none", stroke != "none"]
+    cap = 1 if look.get("stroke-linecap") == "round" else 0
+    dash = look.get("stroke-dasharray", "none")
+    state = [f"{float(look.get('stroke-width', '1')):.2f} w {cap} J [{'' if dash == 'none' else dash}] 0 d"]
+    state += [f"{_colour(fill)} rg"] if fill != "none" else []
+    state += [f"{_colour(stroke)} RG"] if stroke != "none" else []
+    return " ".join(["q", f"1 0 0 1 {shift[0]:.2f} {shift[1]:.2f} cm", *state, _way(element), paint, "Q"])
+
+
+def _colour(text: str) -> str:
+    return " ".join(f"{int(text[k : k + 2], 16) / 255:.3f}" for k in (1, 3, 5))
+
+
+def _way(element: Element) -> str:
+    read = element.attrib
+    if element.tag == f"{SVG}path":
+        return _path(read["d"])
+    if element.tag == f"{SVG}circle":
+        r = float(read["r"])
+        return _ellipse(float(read["cx"]), float(read["cy"]), r, r)
+    turned = re.search(r"rotate\(([-\d.]+)\)", read.get("transform", ""))
+    angle = math.radians(float(turned[1])) if turned else 0.0
+    c, s = math.cos(angle), math.sin(angle)
+    return f"{c:.4f} {s:.4f} {-s:.4f} {c:.4f} 0 0 cm {_ellipse(0, 0, float(read['rx']), float(read['ry']))}"
+
+
+def _ellipse(x: float, y: float, a: float, b: float) -> str:
+    k = KAPPA
+    quarters = [(1, 0, 0, 1), (0, 1, -1, 0), (-1, 0, 0, -1), (0, -1, 1, 0)]
+    text = f"{x + a:.2f} {y:.2f} m"
+    for p, q, u, v in quarters:
+        points = [(p + k * u, q + k * v), (u + k * p, v + k * q), (u, v)]
+        text += " " + " ".join(f"{x + a * i:.2f} {y + b * j:.2f}" for i, j in points) + " c"
+    return f"{text} h"
+
+
+def _path(d: str) -> str:
+    text, x, y = [], 0.0, 0.0
+    for command, rest in re.findall(r"([MLVAZ])([^MLVAZ]*)", d):
+        values = [float(one) for one in rest.replace(",", " ").split()]
+        if command == "Z":
+            text.append("h")
+        elif command == "A":  # a quarter of a circle around (0, 0)
+            u, v = values[5], values[6]
+            k = KAPPA
+            ends = (x + k * u, y + k * v, u + k * x, v + k * y, u, v)
+            text.append(" ".join(f"{one:.2f}" for one in ends) + " c")
+            x, y = u, v
+        else:
+            x, y = (x, values[0]) if command == "V" else (values[0], values[1])
+            text.append(f"{x:.2f} {y:.2f} {'m' if command == 'M' else 'l'}")
+    return " ".join(text)
+
+
+# Labels
+
+
+def _label(element: Element) -> str:
+    """Return a label: runs on the line, below and above it."""
+    runs = [("", 0, element.text or "")]
+    level = 0.0
+    for child in element:
+        level += float(child.attrib.get("dy", 0))
+        lowered = 0 if "font-size" not in child.attrib else -1 if level > 0 else 1
+        runs.append((child.attrib.get("class", ""), lowered, child.text or ""))
+        runs.append(("", 0, child.tail or ""))
+    text = ""
+    for face, lowered, piece in runs:
+        if piece:
+            shown = _run(face, piece)
+            text += f"{{}}{'_' if lowered < 0 else '^'}{{{shown}}}" if lowered else shown
+    return f"${text}$"
+
+
+def _run(face: str, piece: str) -> str:
+    if face == "i" or (len(piece) == 1 and not piece.isascii()):
+        return "".join(map(_sign, piece))
+    if face == "t":
+        return rf"\mathtt{{{escape(piece)}}}"
+    return piece if re.fullmatch(r"[\d.,+ ]*", piece) else rf"\textrm{{{escape(piece)}}}"
+
+
+def _sign(character: str) -> str:
+    name = unicodedata.name(character, "")
+    greek = re.fullmatch(r"GREEK (SMALL|CAPITAL) LETTER (\w+)", name)
+    if greek:
+        word = greek[2].lower().replace("lamda", "lambda")
+        return f"\\{word if greek[1] == 'SMALL' else word.capitalize()} "
+    marks = {"·": r"\cdot ", "−": "-", "°": r"^{\circ}", "×": r"\times "}
+    return marks.get(character, character if character.isascii() else "")

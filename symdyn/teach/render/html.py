@@ -1,0 +1,194 @@
+"""A document as one HTML page that needs nothing else: mathematics in MathML, pictures inside, exercises that answer.
+
+A formula that is wider than a phone is written twice, in long and in short lines; the style sheet shows one. A very
+long one is written once and scrolls.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from html import escape
+
+from symdyn.algebra.form import Form
+from symdyn.emit.breaking import latex_width
+from symdyn.emit.render import render
+from symdyn.errors import DerivationError, TeachError
+from symdyn.teach.document import (
+    Blank,
+    Block,
+    Box,
+    Braced,
+    Column,
+    Document,
+    Fold,
+    Formula,
+    Picture,
+    Shares,
+    Values,
+    Words,
+)
+from symdyn.teach.exercises import questions
+from symdyn.teach.interactive import Interactive, interactive
+from symdyn.teach.languages import LANGUAGES
+from symdyn.teach.render.markdown import number
+from symdyn.teach.render.mathml import display, inline
+from symdyn.teach.render.spelling import Spelling, lines
+
+WIDE, NARROW = 530.0, 195.0  # pt at 10 pt: a page, a phone
+LONG = 6  # lines on a page, from which on a formula scrolls on a phone
+SHORT = 150.0  # of a formula between words
+
+
+def html(document: Document) -> dict[str, str]:
+    """Return the one file by name."""
+    return {f"{document.scene.name}.html": html_page(document)}
+
+
+def html_page(document: Document) -> str:
+    """Return the page: the steps, sliders where the mechanism allows them, solutions of exercises."""
+    page = _Page(document)
+    sections = [
+        {
+            "key": section.key,
+            "title": escape(section.title),
+            "steps": [
+                {
+                    "key": _anchor(step.key),
+                    "claim": page.words(step.claim),
+                    "reference": escape(step.reference),
+                    "blocks": [text for block in step.blocks for text in page.block(block)],
+                    "reason": page.words(step.reason),
+                }
+                for step in section.steps
+            ],
+        }
+        for section in document.sections
+    ]
+    asked, live = questions(document), _live(document)
+    solutions = next((k for k, section in enumerate(document.sections) if section.key == "solutions"), len(sections))
+    values = {
+        "title": escape(document.title),
+        "language": document.language,
+        "text": LANGUAGES[document.language],
+        "sections": sections[:solutions],
+        "solutions": sections[solutions:],
+        "live": live,
+        "questions": harmless(json.dumps(asked, ensure_ascii=False, separators=(",", ":"))) if asked else "",
+    }
+    return render("teach/walkthrough.html.jinja", values)
+
+
+def _live(document: Document) -> Interactive | None:
+    """Return the part with sliders; None for a mechanism that they cannot move."""
+    try:
+        return interactive(document.scene, language=document.language)
+    except (TeachError, DerivationError):
+        return None
+
+
+def harmless(text: str) -> str:
+    """Return JSON that cannot end the script that it stands in."""
+    return text.replace("<", "\\u003c")
+
+
+def _anchor(key: str) -> str:
+    return re.sub(r"[^\w-]+", "-", key)
+
+
+class _Page:
+    """The blocks of one document."""
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.spell = Spelling(document)
+        self.text = LANGUAGES[document.language]
+
+    def words(self, words: Words) -> str:
+        return "".join(escape(x, quote=False) if isinstance(x, str) else self._inline(x) for x in words.parts)
+
+    def _inline(self, form: Form) -> str:
+        """Return a formula in a line of text; one that a phone has no room for scrolls."""
+        latex = self.spell.inline(form)
+        return inline(latex) if latex_width(latex) < SHORT else f'<span class="scroll">{inline(latex)}</span>'
+
+    def block(self, block: Block) -> Iterator[str]:
+        """Yield the elements of a block."""
+        if isinstance(block, Words):
+            yield f"<p>{self.words(block)}</p>"
+        elif isinstance(block, (Formula, Braced)):
+            left, right = self.spell.formula(block) if isinstance(block, Formula) else self.spell.braced(block)
+            yield self._formula(left, right, block.number)
+        elif isinstance(block, Column):
+            entries = r" \\ ".join(self.spell.inline(entry) for entry in block.entries)
+            line = rf"{self.spell.symbols[block.left]} &= \begin{{bmatrix}} {entries} \end{{bmatrix}}"
+            yield _numbered(display([line]), block.number)
+        elif isinstance(block, Picture):
+            svg = re.sub(r"<title>.*?</title>", f"<title>{escape(block.alt)}</title>", block.svg, count=1, flags=re.S)
+            svg = re.sub(r'aria-label="[^"]*"', f'aria-label="{escape(block.alt)}"', svg, count=1)
+            yield f"<figure>{svg.strip()}<figcaption>{self.words(block.caption)}</figcaption></figure>"
+        elif isinstance(block, Values):
+            yield self._table(block)
+        elif isinstance(block, Shares):
+            yield self._bars(block)
+        elif isinstance(block, Box):
+            inside = "\n".join(text for part in block.blocks for text in self.block(part))
+            yield f'<aside class="box {block.kind}"><p class="name">{self.words(block.title)}</p>\n{inside}</aside>'
+        elif isinstance(block, Fold):
+            inside = "\n".join(text for part in block.blocks for text in self.block(part))
+            yield f"<details><summary>{self.words(block.summary)}</summary>\n{inside}</details>"
+        elif isinstance(block, Blank):
+            yield self._blank(block)
+
+    def _formula(self, left: str, right: str, number: str) -> str:
+        wide = lines(left, right, WIDE)
+        if len(wide) > LONG or max(latex_width(line) for line in wide) <= NARROW:
+            return _numbered(display(wide), number)
+        pair = f'<div class="wide">{display(wide)}</div><div class="narrow">{display(_short(left, right))}</div>'
+        return _numbered(pair, number)
+
+    def _table(self, table: Values) -> str:
+        head = "".join(f"<th>{self.words(cell)}</th>" for cell in table.head)
+        rows = "\n".join(
+            "<tr>" + "".join(f"<td>{self.words(cell)}</td>" for cell in row) + "</tr>" for row in table.rows
+        )
+        return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>\n{rows}\n</tbody></table></div>'
+
+    def _bars(self, shares: Shares) -> str:
+        rows = []
+        for bar in shares.bars:
+            kind = "plus" if bar.value >= 0 else "minus"
+            drawn = f'<span class="bar {kind}" style="width:{100 * bar.share:.1f}%"></span>'
+            cells = f"<th>{inline(self.spell.inline(bar.label))}</th><td>{number(bar.value)}</td>"
+            rows.append(f'<tr>{cells}<td class="drawn">{drawn}</td><td>{100 * bar.share:.0f}&nbsp;%</td></tr>')
+        total = inline(self.spell.inline(shares.total))
+        cells = f"<th>{total}</th><td>{number(shares.value)}</td><td>{escape(shares.unit)}</td><td></td>"
+        end = f'<tr class="total">{cells}</tr>'
+        caption = f"<caption>{self.words(shares.caption)}</caption>"
+        body = "\n".join([*rows, end])
+        return f'<div class="scroll"><table class="shares">{caption}<tbody>\n{body}\n</tbody></table></div>'
+
+    def _blank(self, blank: Blank) -> str:
+        name = _anchor(blank.key)
+        values = {
+            "key": blank.key,
+            "name": name,
+            "ask": self.words(blank.ask),
+            "left": inline(self.spell.symbols[blank.left]),
+            "hint": self.words(blank.hint),
+            "solution": f"step-{_anchor(f'solution:{blank.key}')}",
+            "text": self.text,
+        }
+        return render("teach/blank.html.jinja", values)
+
+
+def _short(left: str, right: str) -> list[str]:
+    """Return a formula in short lines; what is left of the sign stands alone."""
+    first, *others = lines("", right, NARROW)
+    return [*([f"& {left}"] if left else []), first, *others]
+
+
+def _numbered(formula: str, number: str) -> str:
+    tag = f'<span class="number">({escape(number)})</span>' if number else ""
+    return f'<div class="formula"><div class="scroll">{formula}</div>{tag}</div>'

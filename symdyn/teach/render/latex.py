@@ -1,0 +1,165 @@
+r"""A document in LaTeX for pdflatex, one file: pictures are drawn in it, long lines are broken at + and -."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+
+from symdyn.emit.breaking import latex_width
+from symdyn.emit.render import render
+from symdyn.emit.symbols import escape
+from symdyn.teach.document import (
+    Blank,
+    Block,
+    Box,
+    Braced,
+    Column,
+    Document,
+    Fold,
+    Formula,
+    Picture,
+    Shares,
+    Values,
+    Words,
+)
+from symdyn.teach.render.drawing import tex_picture
+from symdyn.teach.render.markdown import number
+from symdyn.teach.render.spelling import Spelling, lines
+
+LINE = 470.0  # pt: 170 mm less a little for what the estimate misses
+TAG = 55.0  # room for an equation number
+INSET = 24.0  # what a box takes from the line
+GAP = 16.0  # between columns of a table
+ROWS, TALL_ROWS = 40, 14  # of one table, and of one whose cells have several lines
+BAR = 150.0  # pt of a share of one
+
+COLOURS = {"erratum": "fff0ee", "remark": "eef4fb", "check": "eef8f0"}
+
+
+def latex(document: Document) -> dict[str, str]:
+    """Return the one file by name."""
+    page = _Page(document)
+    sections = [
+        {
+            "title": escape(section.title),
+            "steps": [
+                {
+                    "claim": page.words(step.claim),
+                    "reference": step.reference,
+                    "body": page.body(step.blocks, LINE),
+                    "reason": page.words(step.reason),
+                }
+                for step in section.steps
+            ],
+        }
+        for section in document.sections
+    ]
+    values = {"title": escape(document.title), "comment": document.scene.name, "sections": sections}
+    return {f"{document.scene.name}.tex": render("teach/walkthrough.tex.jinja", values)}
+
+
+class _Page:
+    """The blocks of one document."""
+
+    def __init__(self, document: Document) -> None:
+        self.spell = Spelling(document)
+
+    def words(self, words: Words) -> str:
+        return self.spell.words(words)
+
+    def body(self, blocks: Sequence[Block], room: float) -> str:
+        """Return blocks one after the other; formulas in a row share a display, which ends a paragraph."""
+        text = ""
+        for alike, group in groupby(blocks, lambda block: isinstance(block, (Formula, Braced))):
+            if alike:
+                text += f"\n{self._display(list(group), room)}\n"
+            else:
+                text += "".join(f"\n\n{one}" for block in group for one in self.block(block, room))
+        return text
+
+    def _display(self, group: Sequence[Block], room: float) -> str:
+        rows = []
+        for block in group:
+            assert isinstance(block, (Formula, Braced)), "only formulas share a display"
+            left, right = self.spell.formula(block) if isinstance(block, Formula) else self.spell.braced(block)
+            tag = rf" \tag{{{block.number}}}" if block.number else ""
+            rows.append(" \\\\\n  ".join(lines(left, right, room - (TAG if tag else 0))) + tag)
+        inside = " \\\\\n  ".join(rows)
+        return f"\\begin{{align*}}\n  {inside}\n\\end{{align*}}"
+
+    def block(self, block: Block, room: float) -> Iterator[str]:
+        """Yield the paragraphs of a block that is no formula, on lines of `room` pt."""
+        if isinstance(block, Words):
+            yield self.words(block)
+        elif isinstance(block, Column):
+            entries = r" \\ ".join(self.spell.inline(entry) for entry in block.entries)
+            vector = rf"= \begin{{bmatrix}} {entries} \end{{bmatrix}}"
+            tag = rf" \tag{{{block.number}}}" if block.number else ""
+            yield f"\\begin{{equation*}}\n  {self.spell.symbols[block.left]} {vector}{tag}\n\\end{{equation*}}"
+        elif isinstance(block, Picture):
+            caption = rf"\small {self.words(block.caption)}"
+            yield f"\\begin{{center}}\n{tex_picture(block.svg)}\n\n{caption}\n\\end{{center}}"
+        elif isinstance(block, Values):
+            yield self._table(block, room)
+        elif isinstance(block, Shares):
+            yield self.words(block.caption)
+            yield self._bars(block)
+        elif isinstance(block, Box):
+            body = rf"\textbf{{{self.words(block.title)}}}" + self.body(block.blocks, room - INSET)
+            yield f"\\begin{{lesson}}{{{COLOURS[block.kind]}}}\n{body}\n\\end{{lesson}}"
+        elif isinstance(block, Fold):
+            body = rf"\emph{{{self.words(block.summary)}}}" + self.body(block.blocks, room / 0.9)
+            yield f"{{\\small\n{body}\n\\par}}"
+        elif isinstance(block, Blank):
+            yield self.words(block.ask)
+            yield rf"\emph{{{self.words(block.hint)}}}"
+
+    def _table(self, table: Values, room: float) -> str:
+        """Return a table whose wide columns share what the narrow ones leave."""
+        rows = [[self.words(cell) for cell in row] for row in (table.head, *table.rows)]
+        widths = [max(map(_width, column)) for column in zip(*rows, strict=True)]
+        columns = _columns(widths, room - GAP * len(widths))
+        head, *others = [" & ".join(row) + r" \\" for row in rows]
+        most = TALL_ROWS if "p{" in columns else ROWS
+        parts = ["\n".join([head, r"\hline", *others[k : k + most]]) for k in range(0, len(others), most)]
+        return "\n\n".join(f"\\begin{{tabular}}{{@{{}}{columns}@{{}}}}\n{part}\n\\end{{tabular}}" for part in parts)
+
+    def _bars(self, shares: Shares) -> str:
+        rows = [rf"${self.spell.inline(shares.total)}$ & ${_value(shares.value)}$ {escape(shares.unit)} & \\ \hline"]
+        for bar in shares.bars:
+            colour = "sdplus" if bar.value >= 0 else "sdminus"
+            rule = rf"\textcolor{{{colour}}}{{\rule{{{max(BAR * bar.share, 0.4):.1f}pt}}{{6pt}}}}"
+            cells = (f"${self.spell.inline(bar.label)}$", f"${_value(bar.value)}$")
+            rows.append(f"{cells[0]} & {cells[1]} & {rule}~{100 * bar.share:.0f}\\,\\% \\\\")
+        body = "\n".join(rows)
+        return f"\\begin{{center}}\n\\begin{{tabular}}{{@{{}}lrl@{{}}}}\n{body}\n\\end{{tabular}}\n\\end{{center}}"
+
+
+def _value(value: float) -> str:
+    return number(value).replace("−", "-").replace("·", r"\cdot").replace("10^", "10^{", 1) + (
+        "}" if "10^" in number(value) else ""
+    )
+
+
+def _width(cell: str) -> float:
+    """Return an estimate of the width of a cell, pt."""
+    outside = "".join(cell.split("$")[::2])
+    return 5.2 * len(outside) + sum(latex_width(inside) for inside in cell.split("$")[1::2])
+
+
+def _columns(widths: Sequence[float], room: float) -> str:
+    r"""Return the column types: l for what fits, p{…} for what is wide."""
+    if sum(widths) <= room:
+        return "l" * len(widths)
+    left, wide = room, list(range(len(widths)))
+    while True:
+        narrow = [k for k in wide if widths[k] <= left / len(wide)]
+        if not narrow or len(narrow) == len(wide):
+            break
+        left -= sum(widths[k] for k in narrow)
+        wide = [k for k in wide if k not in narrow]
+    total = sum(widths[k] for k in wide)
+    sizes = {k: max(left * widths[k] / total, 0.6 * left / len(wide)) for k in wide}
+    scale = left / sum(sizes.values())
+    ragged = r">{\raggedright\arraybackslash}"
+    return "".join(f"{ragged}p{{{scale * sizes[k]:.0f}pt}}" if k in sizes else "l" for k in range(len(widths)))

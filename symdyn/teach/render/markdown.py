@@ -1,0 +1,136 @@
+"""A document as Markdown: mathematics between dollar signs, pictures as files beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+from symdyn.emit.render import render
+from symdyn.teach.document import (
+    Blank,
+    Block,
+    Box,
+    Braced,
+    Column,
+    Document,
+    Fold,
+    Formula,
+    Picture,
+    Shares,
+    Values,
+    Words,
+)
+from symdyn.teach.render.spelling import Spelling, lines
+
+ROOM = 620.0  # of a display, pt at 10 pt
+BAR = 24  # characters of a share of one
+
+MARKS = {"erratum": "⚠", "remark": "ℹ", "check": "✓"}
+
+
+def markdown(document: Document) -> dict[str, str]:
+    """Return the files by name: the text, and its pictures as SVG."""
+    page = Page(document)
+    stem = document.scene.name
+    sections = [
+        {
+            "title": section.title,
+            "steps": [
+                {
+                    "claim": page.words(step.claim),
+                    "reference": step.reference,
+                    "blocks": page.blocks(step.blocks),
+                    "reason": page.words(step.reason),
+                }
+                for step in section.steps
+            ],
+        }
+        for section in document.sections
+    ]
+    text = render("teach/walkthrough.md.jinja", {"title": document.title, "sections": sections})
+    pictures = {f"{stem}-{one.key}.svg": one.svg for _, one in document.blocks() if isinstance(one, Picture)}
+    return {f"{stem}.md": text, **pictures}
+
+
+class Page:
+    """The blocks of one document."""
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.spell = Spelling(document)
+
+    def words(self, words: Words) -> str:
+        """Return prose."""
+        return self.spell.words(words, _plain)
+
+    def blocks(self, blocks: Sequence[Block]) -> list[str]:
+        """Return the paragraphs of blocks."""
+        return [text for block in blocks for text in self.block(block)]
+
+    def block(self, block: Block) -> Iterator[str]:
+        """Yield the paragraphs of a block."""
+        if isinstance(block, Words):
+            yield self.words(block)
+        elif isinstance(block, (Formula, Braced)):
+            left, right = self.spell.formula(block) if isinstance(block, Formula) else self.spell.braced(block)
+            yield display(lines(left, right, ROOM), block.number)
+        elif isinstance(block, Column):
+            entries = r" \\ ".join(self.spell.inline(entry) for entry in block.entries)
+            vector = rf"= \begin{{bmatrix}} {entries} \end{{bmatrix}}"
+            yield display([f"{self.spell.symbols[block.left]} &{vector}"], block.number)
+        elif isinstance(block, Picture):
+            yield f"![{block.alt}]({self.document.scene.name}-{block.key}.svg)"
+            yield f"*{self.words(block.caption)}*"
+        elif isinstance(block, Values):
+            yield table([map(self.words, row) for row in (block.head, *block.rows)])
+        elif isinstance(block, Shares):
+            yield self.words(block.caption)
+            yield self._bars(block)
+        elif isinstance(block, Box):
+            inside = self.blocks(block.blocks)
+            title = f"**{MARKS[block.kind]} {self.words(block.title)}**"
+            yield "\n".join(f"> {line}".rstrip() for line in "\n\n".join([title, *inside]).split("\n"))
+        elif isinstance(block, Fold):
+            inside = self.blocks(block.blocks)
+            summary = f"<details><summary>{self.words(block.summary)}</summary>"
+            yield "\n\n".join([summary, *inside, "</details>"])
+        elif isinstance(block, Blank):
+            yield self.words(block.ask)
+            yield f"<details><summary>?</summary>\n\n{self.words(block.hint)}\n\n</details>"
+
+    def _bars(self, shares: Shares) -> str:
+        rows: list[Iterable[str]] = [(f"${self.spell.inline(shares.total)}$", shares.unit, "")]
+        for bar in shares.bars:
+            length = round(BAR * bar.share)
+            mark = ("█" if bar.value >= 0 else "▒") * max(length, 1) if bar.value else ""
+            rows.append((f"${self.spell.inline(bar.label)}$", number(bar.value), f"{mark} {100 * bar.share:.0f} %"))
+        return table(rows)
+
+
+def display(aligned: list[str], number: str = "") -> str:
+    """Return a display of one or more lines with its equation number."""
+    tag = rf" \tag{{{number}}}" if number else ""
+    body = " \\\\\n".join(aligned)
+    if len(aligned) == 1:
+        return f"$$\n{body.replace('&', '', 1).strip()}{tag}\n$$"
+    return f"$$\n\\begin{{aligned}}\n{body}\n\\end{{aligned}}{tag}\n$$"
+
+
+def table(rows: Iterable[Iterable[str]]) -> str:
+    """Return a table, the first row its head."""
+    head, *others = [[cell.replace("|", r"\|") for cell in row] for row in rows]
+    return "\n".join(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *others))
+
+
+def number(value: Any) -> str:
+    """Return a value with four significant digits."""
+    from symdyn.teach.numbers import written
+
+    return written(float(value))
+
+
+def _plain(text: str) -> str:
+    """Return prose in which Markdown reads nothing else."""
+    for character in ("\\", "*", "_", "`", "<", "#", "$"):
+        text = text.replace(character, f"\\{character}")
+    return text

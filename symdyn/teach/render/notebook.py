@@ -1,0 +1,110 @@
+"""A document as a Jupyter notebook, one file: prose, pictures, and cells that read the scene and check its formulas."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from symdyn.scene import write_text
+from symdyn.teach.document import Blank, Block, Document, Formula, Picture, Step
+from symdyn.teach.exercises import answer_of
+from symdyn.teach.languages import LANGUAGES
+from symdyn.teach.render.markdown import Page
+
+Cell = dict[str, Any]
+
+SETUP = '''from symdyn.scene.toml import read_text
+from symdyn.teach.answers import in_words
+from symdyn.teach.check import check_derivation
+
+scene = read_text(r"""
+{scene}""")
+
+
+def check(text):
+    """Compare formulas, LaTeX or plain text, with those of the scene."""
+    for answer in check_derivation(text, scene):
+        print("\\n".join(in_words(answer, "{language}")))'''
+
+EXERCISES = """
+
+from symdyn.teach import walkthrough
+from symdyn.teach.exercises import judge, with_exercises
+
+lesson = with_exercises(walkthrough(scene, "{language}"))"""
+
+
+def notebook(document: Document) -> dict[str, str]:
+    """Return the one file by name."""
+    cells = list(_cells(document))
+    names = [re.sub(r"[^A-Za-z0-9_-]+", "-", cell["id"])[:60] for cell in cells]
+    for k, (cell, name) in enumerate(zip(cells, names, strict=True)):
+        cell["id"] = name if names.count(name) == 1 else f"{name[:55]}-{k}"
+    kernel = {"display_name": "Python 3", "language": "python", "name": "python3"}
+    book = {
+        "cells": cells,
+        "metadata": {"kernelspec": kernel, "language_info": {"name": "python"}, "title": document.title},
+        "nbformat": 4,
+        "nbformat_minor": 5,
+    }
+    return {f"{document.scene.name}.ipynb": json.dumps(book, ensure_ascii=False, indent=1) + "\n"}
+
+
+def _cells(document: Document) -> Iterator[Cell]:
+    page = _Page(document)
+    yield _text("title", f"# {document.title}")
+    asked = any(isinstance(block, Blank) for _, block in document.blocks())
+    setup = (SETUP + EXERCISES if asked else SETUP).format(
+        scene=write_text(document.scene, "toml").text, language=document.language
+    )
+    yield _code("setup", setup)
+    for section in document.sections:
+        yield _text(f"section-{section.key}", f"## {section.title}")
+        for step in section.steps:
+            yield from _step(page, step)
+
+
+def _step(page: _Page, step: Step) -> Iterator[Cell]:
+    """Yield the cells of a step: its text, then what can be run."""
+    reference = f" {step.reference}" if step.reference else ""
+    reason = [page.words(step.reason)] if step.reason.parts else []
+    parts = [f"**{page.words(step.claim)}**{reference}", *page.blocks(step.blocks), *reason]
+    pictures = {f"{block.key}.svg": block.svg for block in step.blocks if isinstance(block, Picture)}
+    yield _text(f"step-{step.key}", "\n\n".join(parts), pictures)
+    if step.key.startswith("coefficients"):
+        results = [block for block in step.blocks if isinstance(block, Formula)]
+        found = [(block.left, form) for block in results if (form := answer_of(page.document, block)) is not None]
+        if found:
+            lines = [f"{page.spell.symbols[left]} = {page.spell.inline(form)}" for left, form in found]
+            yield _code(f"check-{step.key}", 'check(r"""\n' + "\n".join(lines) + '\n""")')
+    for block in step.blocks:
+        if isinstance(block, Blank):
+            hint = LANGUAGES[page.document.language]["exercise.example"]
+            yield _code(f"answer-{block.key}", f'answer = ""  # {hint}\njudge(lesson, "{block.key}", answer)')
+
+
+class _Page(Page):
+    """Markdown whose pictures are attached to their cells."""
+
+    def block(self, block: Block) -> Iterator[str]:
+        if isinstance(block, Picture):
+            yield f"![{block.alt}](attachment:{block.key}.svg)"
+            yield f"*{self.words(block.caption)}*"
+        else:
+            yield from super().block(block)
+
+
+def _text(key: str, text: str, pictures: dict[str, str] | None = None) -> Cell:
+    cell: Cell = {"cell_type": "markdown", "id": key, "metadata": {}, "source": text}
+    if pictures:
+        cell["attachments"] = {
+            name: {"image/svg+xml": base64.b64encode(svg.encode()).decode()} for name, svg in pictures.items()
+        }
+    return cell
+
+
+def _code(key: str, text: str) -> Cell:
+    return {"cell_type": "code", "execution_count": None, "id": key, "metadata": {}, "outputs": [], "source": text}

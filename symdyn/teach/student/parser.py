@@ -1,0 +1,329 @@
+r"""From tokens to a form: recursive descent, bounded in depth and length. Nothing is evaluated.
+
+    sum       [+-] term ([+-] term)*
+    term      factor ([* /] factor)*         no sign between two factors is a product
+    factor    primary [^ exponent]
+    primary   number, word, bracket, \frac{}{}, \sqrt{}, \dot q, sin of a bracket or of [number] word
+
+What two readers would read differently is refused: \cos q^2, a / b c.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+from symdyn.algebra.form import (
+    MINUS_ONE,
+    Form,
+    Function,
+    Number,
+    Pi,
+    Symbol,
+    power_of,
+    product_of,
+    sum_of,
+)
+from symdyn.errors import TeachError
+from symdyn.graph import Op
+from symdyn.teach.student.names import Names
+from symdyn.teach.student.source import Source
+from symdyn.teach.student.tokens import OPENING, Token
+
+DEEPEST = 60
+LARGEST_POWER = 32
+UNARY = {name: Op[name.upper()] for name in ("sin", "cos", "sqrt", "exp", "log", "tanh", "abs", "sign")}
+UNARY |= {"tan": Op.SIN}
+
+
+def parse(source: Source, tokens: Sequence[Token], names: Names, end: int) -> Form:
+    """Return the one formula that the tokens are.
+
+    Args:
+        source: where they come from, for messages.
+        tokens: without rows, stops and "=".
+        names: of the scene.
+        end: where the formula ends in the source's text.
+
+    Raises:
+        TeachError: it is none.
+    """
+    return _Parser(source, tokens, names, end).run()
+
+
+class _Parser:
+    def __init__(self, source: Source, tokens: Sequence[Token], names: Names, end: int) -> None:
+        self.source, self.tokens, self.names, self.end = source, tokens, names, end
+        self.next, self.depth = 0, 0
+
+    def run(self) -> Form:
+        form = self.sum()
+        if self.peek() is not None:
+            token = self.take()
+            raise self.fault(token, f"{token.text} does not fit here")
+        return form
+
+    # Looking at tokens
+
+    def peek(self) -> Token | None:
+        return self.tokens[self.next] if self.next < len(self.tokens) else None
+
+    def sees(self, kind: str, *texts: str) -> bool:
+        token = self.peek()
+        return token is not None and token.kind == kind and (not texts or token.text in texts)
+
+    def take(self) -> Token:
+        token = self.peek()
+        if token is None:
+            raise self.source.fault(self.end, "the formula breaks off; something is missing here")
+        if token.kind == "unknown":
+            raise self.fault(token, token.text)
+        self.next += 1
+        return token
+
+    def fault(self, token: Token, message: str) -> TeachError:
+        return self.source.fault(token.at, message)
+
+    # The grammar
+
+    def sum(self) -> Form:
+        self.depth += 1
+        if self.depth > DEEPEST:
+            raise self.fault(self.take(), f"brackets nest deeper than {DEEPEST} levels")
+        terms = []
+        sign = self.take().text if self.sees("op", "+", "-") else "+"
+        while True:
+            term = self.term()
+            terms.append(product_of((MINUS_ONE, term)) if sign == "-" else term)
+            if not self.sees("op", "+", "-"):
+                break
+            sign = self.take().text
+        self.depth -= 1
+        return sum_of(terms)
+
+    def term(self) -> Form:
+        factors = self.factor()
+        divided: Token | None = None  # the last divisor, if it was a symbol: a / b c is ambiguous
+        while True:
+            if self.sees("op", "*"):
+                self.take()
+                factors, divided = product_of((factors, self.signed())), None
+            elif self.sees("op", "/"):
+                slash = self.take()
+                below = self.signed()
+                if below == Number(Fraction(0)):
+                    raise self.fault(slash, "division by zero")
+                factors = product_of((factors, _inverse(below)))
+                divided = None if isinstance(below, Number) else slash
+            elif self.starts_factor():
+                if divided is not None:
+                    raise self.fault(divided, "does this divide by one factor or by all? write a/(b c) or (a/b) c")
+                factors = product_of((factors, self.factor()))
+            else:
+                return factors
+
+    def starts_factor(self) -> bool:
+        return self.sees("number") or self.sees("word") or self.sees("open") or self.sees("command")
+
+    def signed(self) -> Form:
+        if self.sees("op", "+", "-"):
+            negative = self.take().text == "-"
+            factor = self.factor()
+            return product_of((MINUS_ONE, factor)) if negative else factor
+        return self.factor()
+
+    def factor(self) -> Form:
+        token = self.take()
+        if token.kind == "number":
+            return self.raised(Number(token.value))
+        if token.kind == "word":
+            return self.word(token, token.dots)
+        if token.kind == "open":
+            return self.raised(self.bracket(token))
+        if token.kind == "command":
+            return self.command(token)
+        if token.kind == "sub":
+            raise self.fault(token, "an index belongs right behind its letter, before an exponent: q_1^2")
+        raise self.fault(token, f"a number, a name or a bracket is expected, not {token.text}")
+
+    def bracket(self, opened: Token) -> Form:
+        if self.sees("close"):
+            raise self.fault(opened, "nothing stands in this bracket")
+        inner = self.sum()
+        closed = self.peek()
+        if closed is None or closed.kind != "close":
+            raise self.fault(opened, f"this {opened.text} is not closed")
+        if closed.text != OPENING[opened.text]:
+            raise self.fault(closed, f"{closed.text} closes {opened.text}; {OPENING[opened.text]} is expected")
+        self.next += 1
+        return Function(Op.ABS, (inner,)) if opened.text == "\\lvert" else inner
+
+    def group(self, of: Token) -> Form:
+        r"""Return what stands in braces after a command; \frac12 takes single digits."""
+        token = self.take()
+        if token.kind == "open" and token.text == "{":
+            return self.bracket(token)
+        if token.kind == "number" and token.text.isdigit():
+            if len(token.text) > 1:  # \frac12: the other digits are the next argument
+                rest = token.text[1:]
+                self.next -= 1
+                left = replace(token, text=rest, value=Fraction(rest), at=token.at + 1)
+                self.tokens = [*self.tokens[: self.next], left, *self.tokens[self.next + 1 :]]
+            return Number(Fraction(int(token.text[0])))
+        raise self.fault(token, f"\\{of.text} needs braces: \\{of.text}{{...}}")
+
+    def command(self, token: Token) -> Form:
+        name = token.text
+        if name == "pi":
+            return self.raised(Pi())
+        if name == "frac":
+            above, below = self.group(token), self.group(token)
+            if below == Number(Fraction(0)):
+                raise self.fault(token, "division by zero")
+            return self.raised(product_of((above, _inverse(below))))
+        if name in ("dot", "ddot"):
+            return self.word(*self.dotted(token))
+        if name in ("underbrace", "overbrace"):
+            inner = self.group(token)
+            if (self.sees("sub") or self.sees("op", "^")) and self.take().kind == "op":
+                self.group(token)
+            return inner
+        return self.function(token, UNARY[name], name == "tan")
+
+    def function(self, token: Token, op: Op, tangent: bool = False) -> Form:
+        """Return a function of a bracket, or of a number times one name."""
+        power = 1
+        if self.sees("op", "^"):
+            power = self.exponent_of(self.take())
+            if power < 1:
+                raise self.fault(
+                    token, f"a negative exponent at {token.text} has two readings; write 1/{token.text}(...)"
+                )
+        if (here := self.peek()) is None:
+            raise self.fault(token, f"{token.text} of what? write {token.text}(q)")
+        if here.kind == "open":
+            self.next += 1
+            inner, bare = self.bracket(here), False
+        else:
+            inner, bare = self.argument(token), True
+        if bare and self.sees("op", "^"):
+            raise self.fault(self.take(), f"does the exponent belong to {token.text} or to its angle? write brackets")
+        result: Form = Function(op, (inner,))
+        if tangent:
+            result = product_of((result, power_of(Function(Op.COS, (inner,)), -1)))
+        result = power_of(result, power)
+        return result if bare else self.raised(result)
+
+    def argument(self, of: Token) -> Form:
+        factors: list[Form] = []
+        while self.sees("number") or self.sees("command", "frac", "pi"):
+            factors.append(self.command(self.take()) if self.sees("command") else Number(self.take().value))
+        if self.sees("word"):
+            token = self.take()
+            factors.append(self.product(token, self.read(token), token.dots))
+        elif self.sees("command", "dot", "ddot"):
+            token, dots = self.dotted(self.take())
+            factors.append(self.product(token, self.read(token), dots))
+        if not factors:
+            raise self.fault(self.tokens[self.next - 1], f"{of.text} of what? write {of.text}(q)")
+        return product_of(factors)
+
+    def dotted(self, token: Token) -> tuple[Token, int]:
+        """Return the word under an accent, in braces or not, then perhaps its index, and the number of dots."""
+        braced = self.sees("open", "{")
+        if braced:
+            self.take()
+        word = self.take()
+        if word.kind != "word":
+            raise self.fault(token, f"\\{token.text} needs a coordinate: \\{token.text} q_1")
+        if braced:
+            closed = self.take()
+            if closed.text != "}":
+                raise self.fault(closed, f"}} is expected after \\{token.text}{{{word.text}")
+            if self.sees("sub"):
+                word = replace(word, text=word.text + self.take().text)
+        return word, 1 if token.text == "dot" else 2
+
+    # Words
+
+    def read(self, token: Token) -> list[str | Form]:
+        ways = self.names.read(token.text)
+        if len(ways) == 1:
+            return ways[0]
+        if not ways:
+            raise self.fault(
+                token, f"{token.text} is no symbol of {self.names.scene.name}; {self.names.nearest(token.text)}"
+            )
+        shown = " or ".join(" ".join(p if isinstance(p, str) else "..." for p in way) for way in ways[:2])
+        raise self.fault(token, f"{token.text} can be read as {shown}; put spaces between factors")
+
+    def word(self, token: Token, dots: int) -> Form:
+        pieces = self.read(token)
+        last = pieces[-1]
+        if isinstance(last, Function) and not last.args:  # c q_1, the book's cosine
+            name = replace(token, text="cos" if last.op is Op.COS else "sin")
+            before = [self.product(token, pieces[:-1], dots)] if pieces[1:] else []
+            return product_of((*before, self.function(name, last.op)))
+        *first, end = [self.product(token, [piece], dots if i == 0 else 0) for i, piece in enumerate(pieces)]
+        return product_of((*first, self.raised(end)))
+
+    def product(self, token: Token, pieces: Sequence[str | Form], dots: int) -> Form:
+        factors: list[Form] = []
+        for i, piece in enumerate(pieces):
+            if isinstance(piece, str):
+                name = self.names.differentiated(piece, dots if i == 0 else 0)
+                if name is None:
+                    raise self.fault(token, f"{piece} has no such derivative; only coordinates carry dots")
+                factors.append(Symbol(name))
+            elif dots and i == 0:
+                raise self.fault(token, f"{token.text} carries no dots; only coordinates do")
+            elif isinstance(piece, Function) and not piece.args:
+                raise self.fault(token, f"{token.text} is no symbol of {self.names.scene.name}; write sin(...) in full")
+            else:
+                factors.append(piece)
+        return product_of(factors)
+
+    # Powers
+
+    def raised(self, base: Form) -> Form:
+        if not self.sees("op", "^"):
+            return base
+        caret = self.take()
+        if self.sees("op", "+", "-") or not self.half_ahead():
+            exponent = self.exponent_of(caret)
+            if base == Number(Fraction(0)) and exponent < 0:
+                raise self.fault(caret, "division by zero")
+            if isinstance(base, Number):
+                return Number(base.value**exponent)
+            return power_of(base, exponent)
+        return Function(Op.SQRT, (base,))
+
+    def half_ahead(self) -> bool:
+        """Take the exponent if it is one half."""
+        start = self.next
+        if self.sees("open", "{", "("):
+            inner = self.bracket(self.take())
+            if inner == Number(Fraction(1, 2)):
+                return True
+        self.next = start
+        return False
+
+    def exponent_of(self, caret: Token) -> int:
+        """Return an integer exponent: a digit, digits in braces or brackets, or after **."""
+        sign = -1 if self.sees("op", "-") else 1
+        if self.sees("op", "+", "-"):
+            self.take()
+        token = self.take()
+        value: Form = Number(token.value) if token.kind == "number" else Pi()
+        if token.kind == "open" and token.text in "{(":
+            value = self.bracket(token)
+        if not isinstance(value, Number) or value.value.denominator != 1 or abs(value.value) > LARGEST_POWER:
+            raise self.fault(token, f"an exponent is an integer up to {LARGEST_POWER}, or 1/2; more of it in braces")
+        if token.kind == "number" and len(token.text) > 1 and not self.source.text.startswith("**", caret.at):
+            raise self.fault(token, f"{token.text} without braces has two readings; write ^{{{token.text}}}")
+        return sign * int(value.value)
+
+
+def _inverse(form: Form) -> Form:
+    return Number(1 / form.value) if isinstance(form, Number) else power_of(form, -1)

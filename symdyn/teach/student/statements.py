@@ -1,0 +1,195 @@
+r"""From a student's text to statements: what is claimed to be what.
+
+    k_{z,12} = k_{z,21} = m_2 h_2^2 + ...       a result: targets, then formulas
+    F - b \dot x = ...                          an equation of motion
+
+A statement goes on over line ends until it has an "=" and the next line begins with no sign.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from symdyn.algebra.form import Form
+from symdyn.errors import TeachError
+from symdyn.scene import Scene
+from symdyn.teach.student.names import Names, Target
+from symdyn.teach.student.parser import parse
+from symdyn.teach.student.source import Source, source
+from symdyn.teach.student.tokens import Token, plain_index, tokens
+
+
+@dataclass(frozen=True)
+class Statement:
+    """One statement.
+
+    Attributes:
+        line: where it begins, from 1.
+        targets: what is claimed to be known; none for an equation.
+        forms: one formula for a result (or more, each claimed equal to it), two sides and more for an equation.
+    """
+
+    line: int
+    targets: tuple[Target, ...]
+    forms: tuple[Form, ...]
+
+
+def read_statements(
+    text: str, scene: Scene, name: str = "text", target: Target | None = None, others: tuple[str, ...] = ()
+) -> list[Statement]:
+    """Return the statements of a text, LaTeX or plain.
+
+    Args:
+        text: what a student wrote; of a whole LaTeX document what stands in mathematics.
+        scene: whose symbols these are.
+        name: of the file, for messages.
+        target: what a formula without "=" is.
+        others: names of symbols beside the scene's, such as multipliers.
+
+    Raises:
+        TeachError: something cannot be read; the message has line, column and a caret.
+    """
+    from_text = source(text, name)
+    names = Names(scene, others)
+    statements = [
+        statement
+        for chunk in _chunks(from_text, _without_empty(tokens(from_text)))
+        if (statement := _statement(from_text, chunk, names, target)) is not None
+    ]
+    if not statements:
+        raise TeachError(f"{name}: no formula is found; write k_z11 = ..., or M_1 = ...")
+    return statements
+
+
+def read_formula(text: str, scene: Scene, name: str = "answer") -> Form:
+    """Return the one formula of a text; what stands left of an "=" is left out.
+
+    Raises:
+        TeachError: it cannot be read, or is more than one formula.
+    """
+    from_text = source(text, name)
+    found = [t for t in _without_empty(tokens(from_text)) if t.kind not in ("row", "stop")]
+    start = next((i + 1 for i, t in enumerate(found) if t.kind == "op" and t.text == "="), 0)
+    if not found[start:]:
+        raise TeachError(f"{name}: no formula is found")
+    return parse(from_text, found[start:], Names(scene), len(from_text.text))
+
+
+def find_target(name: str, scene: Scene) -> Target:
+    """Return the quantity of a name such as k_z11, tau_2 or L.
+
+    Raises:
+        TeachError: there is none.
+    """
+    targets = Names(scene).targets
+    found = targets.get(plain_index(name))
+    if found is None:
+        shown = ", ".join(dict.fromkeys(map(str, targets.values())))
+        raise TeachError(f"{name} is no quantity of {scene.name}; there are {shown}")
+    return found
+
+
+def _without_empty(found: Sequence[Token]) -> list[Token]:
+    """Return the tokens without {}, which only sets distances in LaTeX."""
+    kept: list[Token] = []
+    for token in found:
+        if token.kind == "close" and token.text == "}" and kept and kept[-1].text == "{" and kept[-1].kind == "open":
+            kept.pop()
+        else:
+            kept.append(token)
+    return kept
+
+
+def _chunks(from_text: Source, found: Sequence[Token]) -> Iterator[list[Token]]:
+    """Yield the tokens of each statement."""
+    current: list[Token] = []
+    depth, row = 0, None
+    for i, token in enumerate(found):
+        if token.kind == "row":
+            row = token if row is None or token.text != "\n" else row
+            continue
+        if token.kind == "stop" or (row and depth == 0 and _begins(from_text, row, found[i:]) and _is_whole(current)):
+            if current:
+                yield current
+            current, depth = [], 0
+        repeated = row and current and token.kind == "op" and token.text in "+-" and current[-1].text == token.text
+        if token.kind != "stop" and not repeated:  # "a + \\ + b", as books break lines
+            current.append(token)
+            depth += (token.kind == "open") - (token.kind == "close")
+        row = None
+    if current:
+        yield current
+
+
+def _begins(from_text: Source, row: Token, rest: Sequence[Token]) -> bool:
+    """Whether what follows the end of a line may begin a statement.
+
+    It does not if it begins with a sign, unless it is a bare line with an "=" of its own. One that has none goes on if
+    it is indented; where LaTeX marks mathematics, the ends of lines mean nothing.
+    """
+    if rest[0].kind == "close" or (rest[0].kind == "op" and (rest[0].text not in "+-" or row.text != "\n")):
+        return False
+    if row.text != "\n":
+        return True
+    ends = next((i for i, token in enumerate(rest) if token.kind in ("row", "stop")), len(rest))
+    has_equals = any(token.kind == "op" and token.text == "=" for token in rest[:ends])
+    indented = from_text.text[row.at + 1 : rest[0].at] != ""
+    signed = rest[0].kind == "op"
+    return not from_text.marked and (has_equals or not indented) and not (signed and (indented or not has_equals))
+
+
+def _is_whole(row: Sequence[Token]) -> bool:
+    """Whether a statement may end here: it has an "=" and its end is no sign."""
+    return bool(row) and row[-1].kind != "op" and any(t.kind == "op" and t.text == "=" for t in row)
+
+
+def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: Target | None) -> Statement | None:
+    parts: list[list[Token]] = [[]]
+    depth = 0
+    ends: list[int] = []
+    for token in chunk:
+        depth += (token.kind == "open") - (token.kind == "close")
+        if token.kind == "op" and token.text == "=" and depth == 0:
+            ends.append(token.at)
+            parts.append([])
+        else:
+            parts[-1].append(token)
+    ends.append(chunk[-1].at + len(chunk[-1].text))
+    line = from_text.line(chunk[0].at)
+    given = [_target(part, names) for part in parts]
+    if from_text.marked and (len(parts) == 1 or (not any(given) and not _moves(chunk, names))):
+        return None  # mathematics in prose: a symbol, an abbreviation, a step on the way
+    targets = [found for found in given if found is not None] if len(parts) > 1 else []
+    if len(parts) == 1:
+        if target is None:
+            raise from_text.fault(chunk[0].at, "this says not what it is; write k_z11 = ..., or give --what k_z11")
+        targets = [target]
+        given = [None]
+    elif target is not None and not targets and _lone(parts[0]):
+        targets, given[0] = [target], target
+    forms = []
+    for part, known, end in zip(parts, given, ends, strict=True):
+        if known is not None:
+            continue
+        if not part:
+            raise from_text.fault(end, "nothing stands on this side of the =")
+        forms.append(parse(from_text, part, names, end))
+    if not targets and len(forms) != 2:
+        raise from_text.fault(ends[1], "an equation of motion has two sides; write a result as k_z11 = ... = ...")
+    return Statement(line, tuple(targets), tuple(forms))
+
+
+def _moves(chunk: Sequence[Token], names: Names) -> bool:
+    """Whether an acceleration occurs, as in an equation of motion."""
+    accelerations = {names.symbols.get(token.text) for token in chunk} & {a for _, a in names.dotted.values()}
+    return bool(accelerations) or any(token.kind == "command" and token.text == "ddot" for token in chunk)
+
+
+def _lone(part: Sequence[Token]) -> bool:
+    return len(part) == 1 and part[0].kind == "word"
+
+
+def _target(part: Sequence[Token], names: Names) -> Target | None:
+    """Return the quantity that one side names, if it does nothing else."""
+    return names.targets.get(part[0].text) if _lone(part) and not part[0].dots else None

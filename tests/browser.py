@@ -1,0 +1,69 @@
+"""Pages in a headless Chromium, with everything that its console said."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
+
+
+@contextmanager
+def chromium() -> Iterator[Any]:
+    """Yield a browser; the test is skipped where there is none."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra dev)")
+    path = next((found for name in NAMES if (found := shutil.which(name))), None)
+    if path is None:
+        pytest.skip(f"no browser found (tried {', '.join(NAMES)}); apt-get install chromium")
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=path, args=["--no-sandbox"])  # root has no sandbox
+        yield browser
+        browser.close()
+
+
+@contextmanager
+def opened(browser: Any, path: Path, width: int = 1280, scheme: str = "light") -> Iterator[Any]:
+    """Yield a page that shows a file; afterwards the console must have been silent and nothing fetched."""
+    context = browser.new_context(viewport={"width": width, "height": 800}, color_scheme=scheme)
+    page, said = context.new_page(), []
+    page.on("console", lambda message: said.append(message.text))
+    page.on("pageerror", lambda fault: said.append(str(fault)))
+    page.on("request", lambda request: said.append(request.url) if request.url != path.as_uri() else None)
+    page.goto(path.as_uri())
+    yield page
+    context.close()
+    assert not said, said
+
+
+OVERLAPS = """() => {
+  const TEXTS = `h1, h2, h3, p, label, legend, summary, button, select, input, output, th, td, dt, dd, math, svg text,
+    .live-unit`;
+  const boxes = [...document.querySelectorAll(TEXTS)]
+    .filter(element => element.checkVisibility())
+    .map(element => ({ element, box: element.getBoundingClientRect() }))
+    .filter(({ box }) => box.width > 0 && box.height > 0);
+  const found = [];
+  for (let i = 0; i < boxes.length; i++) {
+    for (let j = 0; j < i; j++) {
+      const a = boxes[i], b = boxes[j];
+      if (a.element.contains(b.element) || b.element.contains(a.element)) continue;
+      const wide = Math.min(a.box.right, b.box.right) - Math.max(a.box.left, b.box.left);
+      const high = Math.min(a.box.bottom, b.box.bottom) - Math.max(a.box.top, b.box.top);
+      if (wide > 1 && high > 1) found.push(`${b.element.outerHTML.slice(0, 90)} | ${a.element.outerHTML.slice(0, 90)}`);
+    }
+  }
+  for (const { element } of boxes) {
+    if (!(element instanceof HTMLElement) || element.clientWidth === 0 || element.type === "range") continue;
+    const excess = element.scrollWidth - element.clientWidth;
+    if (excess > 1) found.push(`${excess} px too much in ${element.outerHTML.slice(0, 90)}`);
+  }
+  const wide = document.documentElement.scrollWidth;
+  if (wide > innerWidth) found.push(`the page is ${wide} px wide, the window ${innerWidth}`);
+  return found;
+}"""
+"""What overlaps in a page or does not fit into its place, and whether it must be scrolled sideways."""

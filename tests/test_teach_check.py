@@ -1,0 +1,295 @@
+"""`check-derivation`: what symdyn prints is right, and each kind of mistake is named."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from symdyn.algebra.form import MINUS_ONE, Form, Function, Number, Symbol, express_form, power_of, product_of, sum_of
+from symdyn.cli import main
+from symdyn.emit.equations import equations_text
+from symdyn.emit.formula_text import Latex, text_of
+from symdyn.emit.symbols import latex_symbols
+from symdyn.errors import TeachError
+from symdyn.graph import Graph, Op
+from symdyn.scene import Scene, read
+from symdyn.teach.answers import SENTENCES, in_words
+from symdyn.teach.check import check_derivation
+from symdyn.teach.differences import KINDS
+from symdyn.teach.student.statements import find_target, read_formula, read_statements
+from symdyn.verify import PROVED, Claim, prove
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+BOOK = r"""
+$$K = \frac{1}{2} m_1 h_1^2 \dot{q}_1^2 + \frac{1}{2} m_2 \left[h_1^2 \dot{q}_1^2 + h_2^2 (\dot{q}_1^2 +
+2\dot{q}_1 \dot{q}_2 + \dot{q}_2^2) + (2h_1 h_2 c q_2) (\dot{q}_1^2 + \dot{q}_1 \dot{q}_2)\right] \quad (5.32)$$
+$$k_{z11} = (m_1 + m_2) h_1^2 + m_2 h_2^2 + 2m_2 h_1 h_2 c q_2 \quad (5.45)$$
+$$k_{z22} = m_2 h_2^2 \quad (5.49)$$ $$k_{z12} = k_{z22} + m_2 h_1 h_2 c q_2 \quad (5.52)$$
+"""  # the textbook's example 5.28, in its own notation
+
+
+@pytest.fixture(scope="module")
+def two_link() -> Scene:
+    return read(EXAMPLES / "two_link.toml")
+
+
+def told(text: str, scene: Scene, **options: object) -> str:
+    answers = check_derivation(text, scene, **options)  # type: ignore[arg-type]
+    return "\n".join(line for answer in answers for line in in_words(answer))
+
+
+# What symdyn prints, it reads
+
+
+@pytest.mark.parametrize("name", ["two_link", "cart_pole", "pendulum", "double_pendulum"])
+@pytest.mark.parametrize("group", ["equations", "coefficients", "textbook"])
+@pytest.mark.parametrize("angles", ["long", "short"])
+def test_printed_equations_are_right(name: str, group: str, angles: str) -> None:
+    scene = read(EXAMPLES / f"{name}.toml")
+
+    text = equations_text(scene, "latex", group, angles)
+    answers = check_derivation(text.partition("Multipliers:")[0], scene)  # what follows are the rows of loops
+
+    assert len(answers) >= len(scene.velocities)
+    assert all(answer.verdict == PROVED for answer in answers)
+
+
+def test_a_whole_document_and_plain_text_are_right(two_link: Scene) -> None:
+    for text in (equations_text(two_link, "latex", document=True), equations_text(two_link, "text")):
+        answers = check_derivation(text, two_link)
+
+        assert {"tau1", "tau2"} <= {answer.name for answer in answers}
+        assert all(answer.verdict == PROVED for answer in answers)
+
+
+def test_decimals_that_are_rounded_are_right_to_their_digits() -> None:
+    scene = read(EXAMPLES / "scara.toml")
+
+    answers = check_derivation(equations_text(scene, "latex", "coefficients"), scene)
+
+    assert all(answer.right for answer in answers)
+    assert "k_z11: right to the digits written" in [line for answer in answers for line in in_words(answer)]
+
+
+def test_the_textbooks_own_notation_is_read(two_link: Scene) -> None:
+    assert [answer.verdict for answer in check_derivation(BOOK, two_link)] == [PROVED] * 4
+
+
+# Many ways to write what is right
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "k_z12 = m2*h2**2 + m2*h1*h2*cos(q2)",
+        "kz12 = m2 h2 (h2 + h1 c2)",
+        r"k_{z,12} = m_{2}h_{2}\left[h_2+h_1\cos{q_2}\right]",
+        "k_z12 = m₂·h₂² + m₂h₁h₂cos(q₂)",
+        r"k_{z12} = m_2h_2^2 + m_2h_1h_2c q_2",
+        r"k_z12 = \frac12 (2 m_2 h_2^2 + 2 m_2 h_1 h_2 \cos q_2)",
+        "k_z12 = m2 h2^2 + m2 h1 h2 (cos(q1) cos(q1+q2) + sin q1 sin(q1 + q2))",
+        "k_z12 = k_z22 + m2 h1 h2 cos q2",
+        "k_z12 = k_z21",
+        "k_G1 = m1 g h1 sin q1 + m2 g (h1 sin q1 + h2 s12)  % by hand\nk_G2 = m2 g h2 s12 # and this",
+        "M_1 = k_z11 q̈₁ + k_z12 q̈₂ + k_C1 q̇₁q̇₂ + k_D12 q̇₂² + k_G1",
+        "2 M_2 = 2 k_z21 q1'' + 2 k_z22 q2'' + 2 k_D21 q1'^2 + 2 k_G2",
+        "L = K - P",
+        "k_D11 = k_D22 = 0",
+        "P = m_1 g h_1 (1 - \\cos q_1) + m_2 g (h_1 + h_2 - h_1 \\cos q_1 - h_2 \\cos(q_1+q_2))",
+    ],
+)
+def test_equivalent_forms_are_right(text: str, two_link: Scene) -> None:
+    assert all(answer.right for answer in check_derivation(text, two_link))
+
+
+# Each kind of mistake has its words
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("k_z22 = m_1 h_2^2", "wrong symbol: m1*h2**2 should be m2*h2**2: m2 in place of m1"),
+        ("k_z11 = (m1+m1) h1^2 + m2 h2^2 + 2 m2 h1 h2 c2", "m1*h1**2 should be m2*h1**2: m2 in place of m1"),
+        ("k_z11 = (m1+m2) h1^2 + m2 h2 + 2 m2 h1 h2 c2", "wrong power of h2: m2*h2 should be m2*h2**2"),
+        ("k_z12 = m2 h2^2 - m2 h1 h2 c2", "wrong sign: -m2*h1*h2*cos(q2) should be m2*h1*h2*cos(q2)"),
+        ("k_z11 = (m1+m2) h1^2 + m2 h2^2 + m2 h1 h2 c2", "yours is 0.5 times that"),
+        ("k_z12 = m2 h2^2 + m2 h1 h2 s2", "wrong function: m2*h1*h2*sin(q2) should be m2*h1*h2*cos(q2)"),
+        ("k_G2 = m2 g h2 sin q2", "wrong angle: m2*h2*g*sin(q2) should be m2*h2*g*sin(q1 + q2)"),
+        ("k_z12 = m2 h2^2", "missing: m2*h1*h2*cos(q2)"),
+        ("k_z22 = m2 h2^2 + 3 m1 h1^2", "does not belong here: 3*m1*h1**2"),
+        ("k_C1 = 2 m_2 h_1 h_2 s q_2", "all of it has the opposite sign (the textbook's (5.40)"),
+        ("M_2 = k_z21 \\ddot q_1 + k_z22 \\ddot q_2 + m2 h1 h2 s2 \\dot q_2^2 + k_G2", "q1_dot in place of q2_dot"),
+        ("M_1 = k_z11 q1'' + k_z12 q2'' + k_D12 q2'^2 + k_G1", "missing: -2*m2*h1*h2*q1_dot*q2_dot*sin(q2)"),
+        ("k_z11 = 1/cos(q1)", "its terms cannot be told apart"),
+        ("0*M_1 = 0*q1''", "missing: -M2"),
+    ],
+)
+def test_a_mistake_is_named(text: str, words: str, two_link: Scene) -> None:
+    answers = check_derivation(text, two_link)
+
+    assert not all(answer.right for answer in answers)
+    assert words in told(text, two_link)
+
+
+def test_one_mistake_is_told_once(two_link: Scene) -> None:
+    text = "k_G1 = (m1 + m2) h1 g s1 - m2 h2 g s12"
+
+    assert told(text, two_link).splitlines() == [
+        "k_G1: different",
+        "  wrong sign: -m2*h2*g*sin(q1 + q2) should be m2*h2*g*sin(q1 + q2)",
+    ]
+
+
+def test_the_books_signs_are_right_when_asked_for(two_link: Scene) -> None:
+    text = r"M_1 = k_{z11}\ddot q_1 + k_{z12}\ddot q_2 - k_{C1}\dot q_1\dot q_2 - k_{D12}\dot q_2^2 + k_{G1}"
+
+    for own, book in ((text, True), ("k_C1 = 2 m_2 h_1 h_2 s q_2", True)):
+        assert all(answer.right for answer in check_derivation(own, two_link, book=book))
+        assert not all(answer.right for answer in check_derivation(own, two_link))
+
+
+def test_an_equation_without_drive_is_found() -> None:
+    scene = read(EXAMPLES / "cart_pole.toml")
+
+    text = r"2 l \ddot\theta = 3 (g \sin\theta + \cos\theta \, \ddot x)"
+
+    assert told(text, scene) == "equation 2: right; it is the scene's equation times a factor"
+
+
+# What cannot be read
+
+
+@pytest.mark.parametrize(
+    ("text", "where", "message"),
+    [
+        ("k_z11 = m1 + (h2", "1:14", "this ( is not closed"),
+        ("k_z22 = m2 h2^2\nk_z11 = m1 + h7", "2:14", "h7 is no symbol of two_link; did you mean h"),
+        ("k_z11 = m1 / h1 h2", "1:12", "does this divide by one factor or by all"),
+        (r"k_z11 = \cos q_2^2", "1:17", "does the exponent belong to cos or to its angle"),
+        (r"k_z11 = \foo", "1:9", r"\foo is not known here"),
+        (r"k_z11 = \left[ m_1 \right)", "1:26", ") closes [; ] is expected"),
+        ("m1 h1", "1:1", "this says not what it is"),
+        ("k_z11 = m1^h1", "1:12", "an exponent is an integer"),
+        ("k_z11 = m1 h1^2 +", "1:18", "the formula breaks off"),
+        ("k_z11 = m1/0", "1:11", "division by zero"),
+        ("k_z11 = __import__('os')", "1:9", "an index is missing"),
+        ("k_z11 = m1 ? h1", "1:12", "'?' has no place in a formula"),
+        ("k_z11 = mgh", "1:9", "mgh is no symbol of two_link"),
+        (r"k_z11 = \frac{m_1}", "1:19", "breaks off"),
+        (r"k_z11 = \dot m_1", "1:14", "m1 has no such derivative"),
+        ("k_z33 = m1", "1:1", "kz33 is no symbol"),
+        ("k_z11 = sin", "1:9", "sin of what"),
+    ],
+)
+def test_a_fault_has_its_place(text: str, where: str, message: str, two_link: Scene) -> None:
+    with pytest.raises(TeachError) as fault:
+        read_statements(text, two_link, "homework.tex")
+
+    first, shown, caret = str(fault.value).split("\n")
+    assert first.startswith(f"homework.tex:{where}: ")
+    assert message in first
+    line, column = map(int, where.split(":"))
+    assert shown == f"  {text.splitlines()[line - 1]}"
+    assert caret == " " * (column + 1) + "^"
+
+
+@pytest.mark.parametrize(
+    "text", ["k_z11 = " + "(" * 5000, "k_z11 = " + "m1^32" * 2000, "k_z11 = " + "9" * 3000, "=" * 99]
+)
+def test_hostile_texts_end_soon(text: str, two_link: Scene) -> None:
+    with pytest.raises(TeachError):
+        read_statements(text, two_link)
+
+
+SIGNS = (
+    r"m1 m_2 h1 q_1 \dot q' \ddot{q}_2 \frac {2} { } ( ) [ ] \left( \right) \sin cos c_{12} s ^ ^2 ** * / + - = 2 0,5"
+)
+MARKS = (
+    r"1e3 _ _{1} \\ & $ \begin{align} \end{align} \underbrace \lvert \rvert \sqrt \, k_z11 M_1 tau2 K θ̇ ½ ² ₁ % # , . ;"
+)
+PIECES = (*SIGNS.split(), *MARKS.split(), "é", "\x00", "\n", " ")
+
+
+@settings(max_examples=400, deadline=None)
+@given(st.lists(st.sampled_from(PIECES), max_size=14))
+def test_any_text_is_read_or_refused(pieces: list[str]) -> None:
+    scene = read(EXAMPLES / "two_link.toml")
+    for text in ("k_z11 = " + " ".join(pieces), "".join(pieces)):
+        with suppress(TeachError):
+            read_statements(text, scene, "x")
+
+
+LEAVES = st.sampled_from(["m1", "h2", "q1", "q2_dot", "q1_ddot"]).map(Symbol) | st.integers(1, 9).map(
+    lambda n: Number(Fraction(n, 4))
+)
+FORMS = st.recursive(
+    LEAVES,
+    lambda inner: (
+        st.lists(inner, min_size=2, max_size=3).map(sum_of)
+        | st.lists(inner, min_size=2, max_size=3).map(product_of)
+        | st.tuples(inner, st.integers(2, 3)).map(lambda pair: power_of(*pair))
+        | inner.map(lambda form: product_of((MINUS_ONE, form)))
+        | st.tuples(st.sampled_from([Op.SIN, Op.COS]), inner).map(lambda pair: Function(pair[0], (pair[1],)))
+    ),
+    max_leaves=8,
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(FORMS)
+def test_what_is_printed_is_read_back(form: Form) -> None:
+    scene = read(EXAMPLES / "two_link.toml")
+    printed = [text_of(form), Latex(latex_symbols(scene), None).unbroken(form)]
+
+    graph = Graph()
+    nodes = [express_form(read_formula(text, scene), graph) for text in printed]
+    right = express_form(form, graph)
+    findings = prove(
+        [Claim(text, "read", "form", (node,), (right,)) for text, node in zip(printed, nodes, strict=True)]
+    )
+
+    assert all(finding.verdict != "different" for finding in findings[1]), printed
+
+
+# The table of words, and the verb
+
+
+def test_languages_say_the_same_things() -> None:
+    from string import Formatter
+
+    places = {
+        language: {key: {name for _, name, _, _ in Formatter().parse(text) if name} for key, text in table.items()}
+        for language, table in SENTENCES.items()
+    }
+
+    assert places["sk"] == places["en"]
+    assert set(KINDS) <= set(places["en"])
+
+
+def test_exit_status_tells_right_from_different_from_unreadable(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene, file = str(EXAMPLES / "two_link.toml"), tmp_path / "mine.txt"
+    for text, status in (("k_z22 = m2 h2^2", 0), ("k_z22 = m1 h2^2", 1), ("k_z22 = m3 h2^2", 2)):
+        file.write_text(text, encoding="utf-8")
+
+        assert main(["check-derivation", str(file), scene, "--language", "sk"]) == status
+    output = capsys.readouterr()
+    assert "nesprávny symbol: m1*h2**2 má byť m2*h2**2: m2 namiesto m1" in output.out
+    assert output.err.startswith("symdyn: mine.txt:1:9: m3 is no symbol of two_link")
+    file.write_bytes(b"\xff\xfe\x00")
+    assert main(["check-derivation", str(file), scene]) == 2
+    assert main(["check-derivation", str(tmp_path / "none.txt"), scene]) == 2
+    file.write_text("m2 h2^2", encoding="utf-8")
+    assert main(["check-derivation", str(file), scene, "--what", "k_z22"]) == 0
+    assert main(["check-derivation", str(file), scene, "--what", "k_z99"]) == 2
+
+
+def test_a_target_is_found_by_any_spelling(two_link: Scene) -> None:
+    assert find_target("k_{C,1,12}", two_link) == find_target("k_C1", two_link) == find_target("kC112", two_link)

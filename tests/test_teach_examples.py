@@ -1,0 +1,39 @@
+"""docs/walkthroughs/ holds what the command line writes, byte for byte."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from symdyn.cli import main
+
+ROOT = Path(__file__).parent.parent
+HOME = ROOT / "docs" / "walkthroughs"
+CASES = [
+    ("examples/two_link.toml", "two_link.md", ()),
+    ("examples/two_link.toml", "two_link-sk.md", ("--language", "sk")),
+    ("examples/cart_pole.toml", "cart_pole.md", ()),
+    ("docs/walkthroughs/spatial_3r.toml", "spatial_3r.md", ()),
+    ("examples/four_bar.toml", "four_bar-dalembert.md", ("--road", "dalembert")),
+    ("examples/two_link.toml", "two_link.html", ("--format", "html")),
+    ("examples/two_link.toml", "two_link-sk.html", ("--format", "html", "--language", "sk")),
+    ("examples/two_link.toml", "two_link-exercises.html", ("--format", "html", "--exercises")),
+    ("examples/two_link.toml", "two_link.ipynb", ("--format", "notebook")),
+]
+
+
+@pytest.mark.parametrize(("scene", "name", "words"), CASES, ids=[name for _, name, _ in CASES])
+def test_walkthroughs_are_what_the_command_line_writes(
+    scene: str,
+    name: str,
+    words: tuple[str, ...],
+    tmp_path: Path,
+    update_golden: bool,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    place = HOME if update_golden else tmp_path
+    assert main(["walkthrough", str(ROOT / scene), *words, "-o", str(place / name)]) == 0
+    for line in capsys.readouterr().out.splitlines():
+        path = Path(line)
+        assert path.read_bytes() == (HOME / path.name).read_bytes(), f"{path.name}: run pytest --update-golden"

@@ -1,0 +1,298 @@
+"""The HTML page of a lesson in a real browser: quiet, alone, without overlaps, with exercises that judge by value."""
+
+from __future__ import annotations
+
+import random
+import re
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+from browser import OVERLAPS, chromium, opened
+
+from symdyn.algebra.form import express_form
+from symdyn.algebra.numeric import Floats
+from symdyn.cli import main
+from symdyn.emit.formula_text import text_of
+from symdyn.errors import TeachError
+from symdyn.graph import Expr, Graph, Op, evaluate, reachable
+from symdyn.scene import read
+from symdyn.teach import walkthrough
+from symdyn.teach.document import Blank, Document
+from symdyn.teach.exercises import questions, with_exercises
+from symdyn.teach.languages import LANGUAGES
+from symdyn.teach.render.html import html_page
+from symdyn.teach.render.mathml import display, inner
+from symdyn.teach.render.spelling import Spelling
+from symdyn.teach.student.statements import read_formula
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+
+@pytest.fixture(scope="module")
+def lesson() -> Document:
+    return with_exercises(walkthrough(read(EXAMPLES / "two_link.toml")))
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as found:
+        yield found
+
+
+def blanks(document: Document) -> list[Blank]:
+    return [block for _, block in document.blocks() if isinstance(block, Blank)]
+
+
+# The text of the page
+
+
+class _Balanced(HTMLParser):
+    """Notes elements that are opened and not closed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: object) -> None:
+        if tag not in ("meta", "input", "br"):
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: object) -> None:
+        pass
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+@pytest.mark.parametrize("name", ["two_link", "cart_pole"])
+@pytest.mark.parametrize("language", ["en", "sk"])
+def test_a_page_is_small_closed_and_alone(name: str, language: str) -> None:
+    page = html_page(with_exercises(walkthrough(read(EXAMPLES / f"{name}.toml"), language)))
+
+    parser = _Balanced()
+    parser.feed(page)
+    assert parser.open == []
+    assert len(page.encode()) < 1_500_000
+    assert not re.search(r'(?:src|href)="(?!#)', page)
+    assert not re.search(r"url\(|@import|fetch\(|XMLHttp", page)
+    assert len(ids := re.findall(r' id="([^"]*)"', page)) == len(set(ids))
+    assert set(re.findall(r'href="#([^"]*)"', page)) <= set(ids)
+    assert f'<html lang="{language}">' in page
+
+
+def test_every_formula_becomes_wellformed_mathml(lesson: Document) -> None:
+    page = html_page(lesson)
+
+    found = re.findall(r"<math.*?</math>", page, re.DOTALL)
+
+    assert len(found) > 200
+    for text in found:
+        assert "\\" not in "".join(ElementTree.fromstring(text).itertext())
+
+
+def test_mathml_has_the_spaces_and_lines_of_the_formula() -> None:
+    assert inner(r"h_1 \sin q_1") == (
+        '<msub><mi>h</mi><mn>1</mn></msub><mspace width="0.167em" /><mi>sin</mi><mspace width="0.167em" />'
+        "<msub><mi>q</mi><mn>1</mn></msub>"
+    )
+    assert inner(r"\sin(q)") == '<mi>sin</mi><mo stretchy="false">(</mo><mi>q</mi><mo stretchy="false">)</mo>'
+    assert 'mover accent="true"' in inner(r"\dot q_1")
+    assert display(["a &= b", r"&\quad {}+ c"]).count("<mtr>") == 2
+
+
+def test_the_page_is_the_same_in_every_run() -> None:
+    pages = {html_page(with_exercises(walkthrough(read(EXAMPLES / "two_link.toml")))) for _ in range(2)}
+
+    assert len(pages) == 1
+
+
+def test_languages_have_the_same_keys_and_places() -> None:
+    places = {
+        name: {key: sorted(re.findall(r"\{\w+\}", text)) for key, text in texts.items()}
+        for name, texts in LANGUAGES.items()
+    }
+
+    assert places["sk"] == places["en"]
+
+
+# Exercises as a document
+
+
+def test_exercises_leave_results_out_and_solve_them_at_the_end(lesson: Document) -> None:
+    asked = blanks(lesson)
+
+    assert {blank.key.partition(":")[0] for blank in asked} == {
+        "square", "potential", "momentum", "slope", "equation", "coefficients",
+    }  # fmt: skip
+    assert lesson.sections[-1].key == "solutions"
+    solved = [step.key for step in lesson.sections[-1].steps]
+    assert [key for key in solved if not key.startswith("errata:")] == [f"solution:{blank.key}" for blank in asked]
+
+
+def test_errata_of_what_is_asked_stand_with_the_solutions(lesson: Document) -> None:
+    *sections, solutions = lesson.sections
+    asked = {blank.key for blank in blanks(lesson)}
+
+    errata = {step.key.removeprefix("errata:") for part in sections for step in part.steps if "errata:" in step.key}
+    assert not errata & asked
+    assert "errata:potential:2" in [step.key for step in solutions.steps]
+
+
+def test_answers_of_blanks_are_what_the_graph_says(lesson: Document) -> None:
+    from symdyn.verify import PROVED, Claim, prove
+
+    claims = []
+    for blank in blanks(lesson):
+        node = lesson.names[blank.left].node
+        assert node is not None
+        claims.append(Claim(blank.key, "answer", "graph", (lesson.value(blank.answer),), (node,)))
+
+    assert {finding.verdict for finding in prove(claims)[1]} == {PROVED}
+
+
+def test_the_page_does_not_hold_the_results(lesson: Document) -> None:
+    asked = questions(lesson)
+
+    assert set(asked["values"]) == {blank.key for blank in blanks(lesson)}
+    assert "cos" not in str(asked["values"])
+
+
+def test_a_walkthrough_without_such_results_says_so() -> None:
+    lesson = walkthrough(read(EXAMPLES / "four_bar.toml"), road="dalembert")
+
+    assert "<math" in html_page(lesson)
+    with pytest.raises(TeachError, match="take Lagrange's road"):
+        with_exercises(lesson)
+
+
+# The browser
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_page_is_quiet_and_nothing_overlaps(
+    lesson: Document, browser: Any, tmp_path: Path, width: int, scheme: str
+) -> None:
+    path = tmp_path / "lesson.html"
+    path.write_text(html_page(lesson), encoding="utf-8")
+
+    with opened(browser, path, width, scheme) as page:
+        assert page.evaluate(OVERLAPS) == []
+        assert page.evaluate("getComputedStyle(document.body).backgroundColor") == (
+            "rgb(255, 255, 255)" if scheme == "light" else "rgb(18, 23, 29)"
+        )
+        page.evaluate("document.querySelectorAll('details').forEach(d => d.open = true)")
+        assert page.evaluate(OVERLAPS) == []
+
+
+def test_every_right_answer_is_accepted_and_every_changed_one_refused(
+    lesson: Document, browser: Any, tmp_path: Path
+) -> None:
+    path = tmp_path / "lesson.html"
+    path.write_text(html_page(lesson), encoding="utf-8")
+    spell = Spelling(lesson)
+
+    with opened(browser, path) as page:
+        for blank in blanks(lesson):
+            for text in (text_of(blank.answer), spell.inline(blank.answer)):
+                judge = "([key, text]) => Answers.judge(key, text)"
+                assert page.evaluate(judge, [blank.key, text])["right"], text
+                for wrong in (f"{text} + m1", f"-({text})", f"2 ({text})", f"({text}) * 1.000001"):
+                    assert not page.evaluate(judge, [blank.key, wrong])["right"], wrong
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("m2*h2**2 + m2*h1*h2*cos(q2)", "Right."),
+        ("k_z12 = m2 h2 (h2 + h1 c2)", "Right."),
+        (r"m_{2}h_{2}\left[h_2+h_1\cos{q_2}\right]", "Right."),
+        ("m₂·h₂² + m₂h₁h₂cos(q₂)", "Right."),
+        (r"\frac12 (2 m_2 h_2^2 + 2 m_2 h_1 h_2 \cos q_2)", "Right."),
+        ("m2 h2^2 + m2 h1 h2 (cos(q1) cos(q1+q2) + sin q1 sin(q1 + q2))", "Right."),
+        ("m2 h2^2 + m2 h1 h2 c q_2", "Right."),
+        ("m2 h2^2 - m2 h1 h2 cos q2", "Not yet: it has another value."),
+        ("-m2 h2^2 - m2 h1 h2 cos q2", "Not yet: all of it has the opposite sign."),
+        ("0.5 m2 h2 (h2 + h1 cos q2)", "Not yet: yours is 0.5 times the result."),
+        ("0", "Not yet: it has another value."),
+        ("", "Nothing is written here."),
+        ("m2 h2^2 + m3", "m3 is no symbol here."),
+        ("m2 (h2", "This bracket is not closed."),
+        ("m2 h2^", "Something is missing at the end."),
+        ("m2 / h1 h2", "Does this divide by one factor or by all? Write a/(b c) or (a/b) c."),
+        ("m2^h2", "An exponent is an integer up to 32, or 1/2; more than one digit in braces."),
+        ("m1'", "m1 carries no dots; only coordinates do."),
+        ("1/0", "This has no value: it divides by zero, or takes the root of a negative number."),
+        ("alert(1)", "alert is no symbol here."),
+        ("constructor", "constructor is no symbol here."),
+        ("__proto__", "_ does not fit here."),
+        ("m2[0]('x')", "' has no place in a formula."),
+        ("(" * 4000, "This is too long or nests too deep."),
+    ],
+)
+def test_a_typed_answer_is_judged(text: str, says: str, browser: Any, lesson: Document, tmp_path: Path) -> None:
+    path = tmp_path / "lesson.html"
+    path.write_text(html_page(lesson), encoding="utf-8")
+
+    with opened(browser, path) as page:
+        form = page.locator('form[data-key="coefficients:k_z:k_z:1,2"]')
+        form.locator("input").fill(text)
+        form.locator("input").press("Enter")
+
+        assert form.locator(".verdict").inner_text() == says
+
+
+def read_or_none(text: str, lesson: Document) -> Expr | None:
+    try:
+        return express_form(read_formula(text, lesson.scene), Graph())
+    except TeachError:
+        return None
+
+
+def test_page_and_command_line_read_the_same_formulas(lesson: Document, browser: Any, tmp_path: Path) -> None:
+    path = tmp_path / "lesson.html"
+    path.write_text(html_page(lesson), encoding="utf-8")
+    pieces = r"m1 m_2 h1 h_2^2 q_1 q_{2} q1' \dot q_1 \ddot{q}_2 \frac {2} { }"
+    pieces += r" ( ) ( ) \left[ \right] \sin cos cos^2 c_{12} s"
+    signs = "^ ** * * / + - + 2 0,5 1.5 ½ ² q̇₁ · m2h2 g sqrt x"
+    rng, known = random.Random(7), [*pieces.split(), *signs.split()]
+    texts = [" ".join(rng.choices(known, k=rng.randint(1, 9))) for _ in range(1500)]
+    points = questions(lesson)["points"]
+    read_there = """texts => texts.map(text => {
+        try { return QUESTIONS.points.map(Answers.formula(text)).map(x => Number.isFinite(x) ? x : null); }
+        catch (fault) { return String(fault.key); }
+    })"""
+
+    with opened(browser, path) as page:
+        there = page.evaluate(read_there, texts)
+
+    accepted = 0
+    for text, found in zip(texts, there, strict=True):
+        node = read_or_none(text, lesson)
+        if node is None:
+            assert isinstance(found, str) or None in found, (text, found)  # a division by zero is told there by value
+            continue
+        assert isinstance(found, list), (text, found)
+        accepted += 1
+        for point, value in zip(points, found, strict=True):
+            seeds = {x: point[str(x.value)] for x in reachable([node]) if x.op is Op.SYMBOL}
+            try:
+                here = evaluate([node], Floats(), seeds)[0]
+            except (ValueError, ZeroDivisionError, OverflowError):
+                assert value is None
+                continue
+            assert value == pytest.approx(here, rel=1e-9, abs=1e-9), text
+    assert accepted > 100
+
+
+def test_the_verb_writes_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene, target = str(EXAMPLES / "cart_pole.toml"), tmp_path / "lesson.html"
+
+    assert main(["walkthrough", scene, "--format", "html", "--exercises", "--language", "sk", "-o", str(target)]) == 0
+
+    assert capsys.readouterr().out.split() == [str(target)]
+    assert "Skontrolovať" in target.read_text(encoding="utf-8")

@@ -1,0 +1,352 @@
+"""The interactive page in a real browser: it computes what Python computes, plays, and fits a phone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from browser import OVERLAPS, chromium, opened
+
+from symdyn.build import run_python
+from symdyn.draw.places import places
+from symdyn.dynamics import derive
+from symdyn.emit import emit
+from symdyn.errors import DrawError, TeachError
+from symdyn.program import lower
+from symdyn.scene import Scene, read, read_text
+from symdyn.teach.interactive import WORDS, interactive, interactive_page
+from symdyn.teach.live import live
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+EVERYTHING = """
+name = "everything"
+gravity = [0, 0, "-g"]
+[parameters]
+m = { value = 2, unit = "kg", positive = true }
+c = { value = 30, unit = "N/m" }
+d = { unit = "N s/m", positive = true }
+F = { value = 3, unit = "N", text = "</script><script>throw 1</script><!-- " }
+g = { unit = "m/s^2", positive = true }
+[bodies.arm]
+mass = "m"
+com = [0.5, 0, 0]
+inertia = [0.01, 0.2, 0.2]
+inertia_about = "com"
+[bodies.slide]
+mass = 1
+inertia = [0.02, 0.02, 0.01]
+inertia_about = "com"
+[bodies.end]
+mass = 0.4
+com = [0, 0, 0.2]
+inertia = [0.01, 0.01, 0.02]
+inertia_about = "com"
+particles = [{ mass = 0.3, at = [0.1, 0, 0.3] }]
+[joints.a]
+type = "revolute"
+parent = "ground"
+child = "arm"
+axis = [0, 1, 0]
+damping = "d/5"
+limits = { lower = -1, upper = 2 }
+[joints.b]
+type = "prismatic"
+parent = "arm"
+child = "slide"
+axis = [1, 0, 0]
+origin = [1, 0, 0]
+[joints.u]
+type = "universal"
+parent = "slide"
+child = "end"
+axis = [0, 1, 0]
+second_axis = [0, 0, 1]
+[springs.s]
+from = { body = "ground", at = [0, 0, 1] }
+to = "slide"
+stiffness = "c"
+free = 0.4
+[dampers.b]
+from = { body = "ground", at = [0, 0, 1] }
+to = "slide"
+damping = "d"
+[loads.push]
+body = "end"
+at = [0, 0, 0.3]
+force = ["F*cos(2*t)", 0, 0]
+frame = "ground"
+[points.tool]
+body = "end"
+at = [0, 0, 0.4]
+"""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as found:
+        yield found
+
+
+def scene_of(name: str) -> Scene:
+    return read_text(EVERYTHING, "everything.toml") if name == "everything" else read(EXAMPLES / f"{name}.toml")
+
+
+def saved(scene: Scene, folder: Path, language: str = "en") -> Path:
+    """Return a page on disk."""
+    path = folder / f"{scene.name}.html"
+    path.write_text(interactive_page(scene, language=language), encoding="utf-8")
+    return path
+
+
+def values(page: Any, kind: str) -> list[float]:
+    """Return all values of one kind that the page shows, with all digits, in its order."""
+    found: list[str] = page.eval_on_selector_all(f"[data-out={kind}]", "all => all.map(x => x.dataset.value)")
+    return [float(x) for x in found]
+
+
+def move(page: Any, group: str, k: int, value: float) -> None:
+    """Type a number as a user does."""
+    page.fill(f"input[type=number][data-group={group}][data-k='{k}']", repr(value))
+
+
+def freed(scene: Scene) -> Scene:
+    return replace(scene, parameters=tuple(replace(one, value=None) for one in scene.parameters))
+
+
+@pytest.mark.parametrize("name", ["two_link", "cart_pole", "scara", "everything"])
+def test_numbers_follow_the_sliders_and_are_what_python_computes(browser: Any, tmp_path: Path, name: str) -> None:
+    """By the other road: the page's functions are the cheapest of all, these are Lagrange's where there are such."""
+    scene = scene_of(name)
+    names = ["k_z", "k_C", "k_D", "k_G", "inverse_dynamics", "kinetic_energy", "potential_energy"]
+    names += ["k_E"] if scene.springs else []
+    truth = run_python(emit(lower(derive(freed(scene), names, "lagrange" if name != "scara" else None))))
+    rng, n = np.random.default_rng(5), len(scene.coordinates)
+    state = {key: rng.uniform(-1.5, 1.5, n) for key in ("q", "qd", "qdd")}
+    params = rng.uniform(0.5, 1.5, len(scene.parameters))
+
+    with opened(browser, saved(scene, tmp_path)) as page:
+        before = values(page, "coefficient")
+        for group, numbers in ({**state, "params": params}).items():
+            for k, x in enumerate(numbers):
+                move(page, group, k, float(x))
+        seen = {kind: values(page, kind) for kind in ("tau", "coefficient", "term", "K", "P", "E")}
+        drawn = page.evaluate(
+            "([q, p]) => [...symdyn.NAME.drawn_points(q, q.map(() => 0), ...p)]".replace("NAME", name),
+            [state["q"].tolist(), [*([0] if name == "everything" else []), params.tolist()]],
+        )
+
+    q, qd, qdd = state["q"], state["qd"], state["qdd"]
+    k_z, k_C, k_D, k_G = (getattr(truth, f"k_{x}")(q, params) for x in "zCDG")
+    timed = [np.float64(0)] if name == "everything" else []
+    tau = truth.inverse_dynamics(q, qd, qdd, *timed, params)
+    pairs = list(combinations(range(n), 2))
+    wanted = []
+    for i in range(n):
+        whole = [(k_z[i, j], k_z[i, j] * qdd[j]) for j in range(n)]
+        whole += [(k_C[i, p], k_C[i, p] * qd[j] * qd[k]) for p, (j, k) in enumerate(pairs)]
+        whole += [(k_D[i, j], k_D[i, j] * qd[j] ** 2) for j in range(n)]
+        whole += [(k_G[i], k_G[i])]
+        whole += [(x, x) for x in ([truth.k_E(q, params)[i]] if scene.springs else [])]
+        rest = tau[i] - sum(value for _, value in whole)
+        whole += [(0.0, rest)]  # what acts beside drives has no coefficient
+        wanted.append([(c, v) for c, v in whole if abs(v) > 1e-11])
+    found = np.array(seen["term"])
+    assert len(found) >= len([x for row in wanted for x in row])
+    np.testing.assert_allclose(
+        [x for x in found if abs(x) > 1e-11], [v for row in wanted for _, v in row], rtol=1e-10, atol=1e-12
+    )
+    np.testing.assert_allclose(
+        [x for x in seen["coefficient"] if abs(x) > 1e-11],
+        [c for row in wanted for c, _ in row if c],
+        rtol=1e-12,
+        atol=1e-12,
+    )
+    np.testing.assert_allclose(seen["tau"], tau, rtol=1e-12, atol=1e-12)
+    K, P = truth.kinetic_energy(q, qd, params), truth.potential_energy(q, params)
+    np.testing.assert_allclose([*seen["K"], *seen["P"], *seen["E"]], [K, P, K + P], rtol=1e-12, atol=1e-12)
+    assert before != seen["coefficient"]
+
+    here = dict(zip([one.name for one in scene.parameters], params.tolist(), strict=True))
+    found_places = places(scene, q[None], here)
+    rows = np.reshape(drawn, (-1, 3))
+    for _, frame in found_places.points.values():
+        assert np.abs(rows - frame.p[0]).max(axis=1).min() < 1e-12
+    for body in found_places.bodies:
+        for _, at in body.particles:
+            assert np.abs(rows - at[0]).max(axis=1).min() < 1e-12
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize(("name", "language", "scheme"), [("two_link", "sk", "light"), ("everything", "en", "dark")])
+def test_nothing_overlaps_and_nothing_is_wider_than_the_window(
+    browser: Any, tmp_path: Path, name: str, language: str, scheme: str, width: int
+) -> None:
+    with opened(browser, saved(scene_of(name), tmp_path, language), width, scheme) as page:
+        for group, x in (("qd", -1.23456), ("qdd", -12.3456)):
+            move(page, group, 0, x)
+        page.check("[data-do=frames]")
+
+        assert page.evaluate(OVERLAPS) == []
+        assert page.evaluate("document.documentElement.lang") == language
+        dark = page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(18, 23, 29)"
+        assert dark == (scheme == "dark")
+        page.emulate_media(media="print")
+        assert not page.is_visible("input[type=range]")
+        assert page.is_visible("input[type=number]")
+        assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+
+
+@pytest.mark.parametrize(("name", "drives"), [("two_link", "none"), ("everything", "held")])
+def test_the_motion_is_forward_dynamics_and_its_energy_does_not_drift(
+    browser: Any, tmp_path: Path, name: str, drives: str
+) -> None:
+    scene = scene_of(name)
+    program = live(scene).program
+    module = run_python(emit(program))
+    with opened(browser, saved(scene, tmp_path)) as page:
+
+        def state(group: str) -> list[float]:
+            return [
+                float(x)
+                for x in page.eval_on_selector_all(
+                    f"input[type=number][data-group={group}]", "all => all.map(x => x.value)"
+                )
+            ]
+
+        start, params = state("q"), state("params")
+        tau = values(page, "tau") if drives == "held" else [0.0] * len(start)
+        page.select_option("[data-do=drives]", drives)
+        page.click("[data-do=play]")
+        page.wait_for_function("Number(document.querySelector('[data-out=t]').dataset.value) > 0.6")
+        page.click("[data-do=play]")
+        (t,), (drift,), (E,) = values(page, "t"), values(page, "drift"), values(page, "E")
+        q, qdd = state("q"), state("qdd")
+        page.click("[data-do=reset]")
+        assert state("q") == start
+        assert values(page, "t") == [0.0]
+
+    takes_time = "t" in [a.name for a in program["forward_dynamics"].function.arguments]
+
+    def slope(now: float, y: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+        a, b = np.split(y, 2)
+        return np.concatenate([b, module.forward_dynamics(a, b, tau, *([now] if takes_time else []), params)])
+
+    y, count = np.array([*start, *[0.0] * len(start)]), 2000
+    h = t / count
+    for k in range(count):
+        a = slope(k * h, y)
+        b = slope((k + 0.5) * h, y + h / 2 * a)
+        c = slope((k + 0.5) * h, y + h / 2 * b)
+        y = y + h / 6 * (a + 2 * b + 2 * c + slope((k + 1) * h, y + h * c))
+    np.testing.assert_allclose(q, y[: len(q)], rtol=3e-5, atol=1e-6)  # five digits are shown
+    np.testing.assert_allclose(qdd, slope(t, y)[len(q) :], rtol=1e-3, atol=1e-4)
+    assert abs(drift) < 1e-7 * max(1.0, abs(E))
+
+
+def test_the_keyboard_is_enough(browser: Any, tmp_path: Path) -> None:
+    with opened(browser, saved(scene_of("two_link"), tmp_path)) as page:
+        before = values(page, "coefficient")
+        page.focus("input[type=range][data-group=q][data-k='1']")
+        page.keyboard.press("ArrowRight")
+        assert values(page, "coefficient") != before
+        page.focus("[data-do=play]")
+        page.keyboard.press("Space")
+        page.wait_for_function("Number(document.querySelector('[data-out=t]').dataset.value) > 0")
+        assert page.inner_text("[data-do=play]") == "Pause"
+        page.keyboard.press("Space")
+        assert page.inner_text("[data-do=play]") == "Play"
+        names = page.eval_on_selector_all(
+            ".live input, .live button, .live select",
+            "all => all.map(x => x.getAttribute('aria-label') || x.textContent || x.closest('label').textContent)",
+        )
+        assert all(name.strip() for name in names)
+
+
+def test_several_scenes_stand_in_one_page(browser: Any, tmp_path: Path) -> None:
+    parts = [interactive(scene_of(name)) for name in ("two_link", "cart_pole")]
+    text = f"<!DOCTYPE html><meta charset=utf-8><style>{parts[0].css}</style>"
+    text += "".join(f"{one.body}<script>{one.script}</script>" for one in parts)
+    path = tmp_path / "both.html"
+    path.write_text(text, encoding="utf-8")
+    with opened(browser, path) as page:
+        page.fill("#live-cart_pole input[type=number][data-group=params]", "2.5")
+        assert page.eval_on_selector("#live-cart_pole [data-out=coefficient]", "x => x.dataset.value") == "2.6"
+        assert page.evaluate("Object.keys(symdyn).join()") == "two_link,cart_pole"
+        assert page.evaluate("new Set([...document.querySelectorAll('[id]')].map(x => x.id)).size") == page.evaluate(
+            "document.querySelectorAll('[id]').length"
+        )
+
+
+def test_a_motion_that_runs_away_is_stopped_and_told(browser: Any, tmp_path: Path) -> None:
+    text = """
+    [bodies.cart]
+    mass = 1
+    [joints.rail]
+    type = "prismatic"
+    parent = "ground"
+    child = "cart"
+    axis = [1, 0, 0]
+    coordinate = "x"
+    force = "x_dot**3*exp(x)"
+    """
+    with opened(browser, saved(read_text(text, "runaway.toml"), tmp_path)) as page:
+        move(page, "qd", 0, 5.0)
+        page.click("[data-do=play]")
+        page.wait_for_function("document.querySelector('[data-out=lost]').textContent")
+        assert "ran away" in page.inner_text("[data-out=lost]")
+        assert page.inner_text("[data-do=play]") == "Play"
+
+
+# Without a browser
+
+
+def test_terms_that_cancel_are_left_out() -> None:
+    """k_D,11 of the SCARA is a sum that cancels; by its looks it does not vanish."""
+    computed = live(scene_of("scara"))
+    shown = {(term.function, term.indices) for term in computed.terms}
+
+    assert not any(name == "k_D" and indices[0] == indices[1] for name, indices in shown)
+    assert ("k_D", (0, 1)) in shown
+    assert not computed.program["k_D"].function.entries[0].is_zero
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [("four_bar", "loops or constraints"), ("rolling_disc", "loops or constraints"), ("heavy_top", "quaternion")],
+)
+def test_scenes_that_sliders_cannot_move_are_refused(name: str, message: str) -> None:
+    with pytest.raises(TeachError, match=message):
+        interactive(scene_of(name))
+
+
+def test_wrong_names_and_languages_are_refused() -> None:
+    with pytest.raises(DrawError, match='"m3" is not a parameter'):
+        interactive(scene_of("two_link"), {"m3": 1.0})
+    with pytest.raises(TeachError, match="there is no language 'de'; there are en, sk"):
+        interactive(scene_of("two_link"), language="de")
+
+
+def test_parameters_begin_where_they_are_told() -> None:
+    assert 'value="2.25"' in interactive(scene_of("two_link"), {"h1": 2.25}).body
+
+
+def test_the_same_scene_gives_the_same_page() -> None:
+    assert interactive_page(scene_of("two_link")) == interactive_page(scene_of("two_link"))
+
+
+def test_languages_have_the_same_words() -> None:
+    assert all(words.keys() == WORDS["en"].keys() for words in WORDS.values())
+    assert all(all(words.values()) for words in WORDS.values())
+
+
+def test_the_page_needs_nothing_else_and_is_small() -> None:
+    text = interactive_page(scene_of("two_link"))
+
+    assert len(text) < 100_000
+    assert not any(word in text for word in ("src=", "href=", "@import", "url(", "fetch("))

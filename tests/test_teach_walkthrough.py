@@ -1,0 +1,305 @@
+"""What a walkthrough prints is what the graph says, in every language, on every page."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+from latex_reader import LatexReader, displays
+
+from symdyn.algebra.form import ZERO, terms_of
+from symdyn.algebra.numeric import Floats
+from symdyn.cli import main
+from symdyn.errors import DerivationError, EmitError
+from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.scene import JOINTS, Scene, number, read
+from symdyn.scene.starters import starter
+from symdyn.scene.toml import read_text
+from symdyn.teach import Document, rendered, walkthrough
+from symdyn.teach import meaning as meaning_room
+from symdyn.teach import reactions as reactions_room
+from symdyn.teach.document import Box, Braced, Column, Fold, Formula, Picture, Shares, Values, Words
+from symdyn.teach.languages import LANGUAGES, PLACE
+from symdyn.teach.render.spelling import Spelling
+from symdyn.teach.textbook import NUMBERS, READS
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+DIGITS = {"scara": 2e-4}  # numbers of six digits
+SPRUNG = """
+name = "sprung"
+gravity = [0, "-g", 0]
+[parameters]
+m = { value = 1, positive = true }
+l = { value = 1, positive = true }
+k = { value = 40, positive = true }
+g = { value = 9.81, positive = true }
+[bodies.rod]
+particles = [{ mass = "m", at = [0, "l", 0] }]
+[joints.pivot]
+type = "revolute"
+parent = "ground"
+child = "rod"
+axis = [0, 0, 1]
+coordinate = "phi"
+drive = "M"
+damping = 0.2
+armature = 0.05
+[springs.coil]
+joint = "pivot"
+stiffness = 1
+[springs.cord]
+from = { body = "ground", at = ["-l", 0, 0] }
+to = { body = "rod", at = [0, "l/2", 0] }
+stiffness = "k"
+free = 0.5
+"""
+CUT = ["two_link", "cart_pole", "spatial_3r", "four_bar", "slider_crank"]
+SCENES = ["pendulum", "two_link", "cart_pole", "double_pendulum", "spatial_3r", "rrp", "sprung", "scara"]
+
+
+def scene(name: str) -> Scene:
+    templates = {"spatial_3r": "rrr", "rrp": "rrp"}
+    if name == "sprung":
+        return read_text(SPRUNG, name)
+    if name in templates:
+        return read_text(starter(name, templates[name]), name)
+    return read(EXAMPLES / f"{name}.toml")
+
+
+@cache
+def lesson(name: str, language: str = "en", road: str = "lagrange") -> Document:
+    return walkthrough(scene(name), language, road=road)
+
+
+def value_of_symbol(name: str) -> float:
+    return 0.3 + sum(ord(letter) * (k + 3) for k, letter in enumerate(name)) % 89 / 60
+
+
+def floats(nodes: list[Expr]) -> list[float]:
+    values = {x: value_of_symbol(str(x.value)) for x in reachable(nodes) if x.op is Op.SYMBOL}
+    return evaluate(nodes, Floats(), values)
+
+
+def reader(document: Document) -> LatexReader:
+    graph = document.graph
+    symbols = {}
+    for key, latex in Spelling(document).symbols.items():
+        name = document.names.get(key)
+        symbols[latex] = graph.symbol(key) if name is None or name.node is None else name.node
+    return LatexReader(symbols, graph)
+
+
+@pytest.mark.parametrize(
+    ("name", "road"), [*((name, "lagrange") for name in SCENES), *((name, "dalembert") for name in CUT)]
+)
+def test_every_formula_of_the_latex_has_the_value_of_the_graph(name: str, road: str) -> None:
+    document = lesson(name, road=road)
+    (tex,) = rendered(document, "latex").values()
+    printed = displays(str(tex))
+    blocks = [block for _, block in document.blocks() if isinstance(block, (Formula, Braced))]
+    assert len(printed) == len(blocks) > 5
+    read_latex = reader(document)
+    for text, block in zip(printed, blocks, strict=True):
+        left, *right = read_latex.sides(text)
+        key = block.value if isinstance(block, Braced) else block.left
+        truth = document.names[key].node if key else left
+        assert truth is not None
+        if key and not isinstance(block, Braced):
+            assert left is truth, text
+        if road == "dalembert" and document.scene.loops and not key:
+            continue  # A x + b = 0 holds for the x that it determines
+        for side in right:
+            expected, shown = floats([truth, side])
+            assert shown == pytest.approx(expected, rel=DIGITS.get(name, 1e-9), abs=1e-9), text
+
+
+@pytest.mark.parametrize("name", CUT)
+def test_every_bivector_of_the_latex_has_the_value_of_the_graph(name: str) -> None:
+    document = lesson(name, road="dalembert")
+    (tex,) = rendered(document, "latex").values()
+    printed = re.findall(r"\\begin\{bmatrix\}(.*?)\\end\{bmatrix\}", str(tex), re.DOTALL)
+    columns = [block for _, block in document.blocks() if isinstance(block, Column)]
+    assert len(printed) == len(columns) >= 2 * len(document.scene.bodies)
+    read_latex = reader(document)
+    for text, column in zip(printed, columns, strict=True):
+        for entry, key in zip(text.split(r"\\"), column.names, strict=True):
+            (value,) = read_latex.sides(entry)
+            expected, shown = floats([document.names[key].node, value])
+            assert shown == pytest.approx(expected, rel=1e-9, abs=1e-9), entry
+
+
+def test_reactions_in_numbers_hold_the_crank_at_rest() -> None:
+    section = next(s for s in lesson("four_bar", road="dalembert").sections if s.key == "reactions")
+    table = section.steps[-1].blocks[1]
+    assert isinstance(table, Values)
+    values = {row[0].parts[0].name: float(str(row[1].parts[0]).replace("−", "-")) for row in table.rows}
+    weight = (1 + 3 + 3.5) * 9.81
+    assert values["reaction:motor:1"] + values["reaction:pivot:1"] == pytest.approx(weight, rel=1e-3)
+    assert values["reaction:motor:0"] + values["reaction:pivot:0"] == pytest.approx(0, abs=1e-2)
+
+
+def test_a_wrong_drive_stops_the_lesson(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reactions_room, "driving_forces", lambda energy: [2 * energy.K for _ in energy.state.qd])
+    with pytest.raises(AssertionError, match="the two roads differ"):
+        walkthrough(scene("two_link"), road="dalembert")
+
+
+def test_a_wrong_formula_is_noticed() -> None:
+    document = lesson("two_link")
+    step, block = next((s, b) for s, b in document.blocks() if isinstance(b, Formula) and b.left == "k_z:1,1")
+    wrong = replace(block, form=terms_of(block.form)[0])
+    left, right = Spelling(document).formula(wrong)
+    truth, shown = floats([document.names["k_z:1,1"].node, reader(document).sides((left + right).replace("\v", ""))[1]])
+    assert step.key == "coefficients:k_z"
+    assert shown != pytest.approx(truth)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_forms_are_worth_their_names(name: str) -> None:
+    document = lesson(name)
+    for _, block in document.blocks():
+        if isinstance(block, Formula) and block.left:
+            found = [block.form, *([block.right] if block.right is not None else [])]
+            expected, *shown = floats([document.names[block.left].node, *(document.value(form) for form in found)])
+            assert shown == pytest.approx([expected] * len(shown), rel=1e-9, abs=1e-9), block.left
+
+
+@pytest.mark.parametrize("name", ["two_link", "cart_pole", "spatial_3r"])
+def test_bars_add_up_to_the_torque(name: str) -> None:
+    charts = [block for _, block in lesson(name).blocks() if isinstance(block, Shares)]
+    assert len(charts) == len(scene(name).velocities)
+    for chart in charts:
+        assert sum(bar.value for bar in chart.bars) == pytest.approx(chart.value)
+        assert sum(bar.share for bar in chart.bars) == pytest.approx(1)
+
+
+def test_languages_have_the_same_keys_and_places() -> None:
+    english = LANGUAGES["en"]
+    for language, texts in LANGUAGES.items():
+        assert texts.keys() == english.keys(), language
+        for key, text in texts.items():
+            assert sorted(set(PLACE.findall(text))) == sorted(set(PLACE.findall(english[key]))), (language, key)
+            assert "\\" not in text, "prose holds no LaTeX"
+
+
+def test_every_type_of_joint_has_a_name_in_every_language() -> None:
+    for texts in LANGUAGES.values():
+        assert {key.removeprefix("joint.") for key in texts if key.startswith("joint.")} == set(JOINTS)
+
+
+def test_languages_differ_in_prose_only() -> None:
+    english, slovak = lesson("two_link", "en"), lesson("two_link", "sk")
+    assert [step.key for s in english.sections for step in s.steps] == [
+        step.key for s in slovak.sections for step in s.steps
+    ]
+    (a,), (b,) = (rendered(one, "latex").values() for one in (english, slovak))
+    assert displays(str(a)) == displays(str(b))
+    assert "Kinetická energia" in str(b)
+    assert "kinetic energy" not in str(b)
+
+
+def test_textbook_mode_numbers_every_equation() -> None:
+    document = lesson("two_link")
+    (tex,) = rendered(document, "latex").values()
+    numbers = set(re.findall(r"\\tag\{([\d.]+)\}", str(tex)))
+    assert numbers >= set(NUMBERS.values())
+    boxes = [block for _, block in document.blocks() if isinstance(block, Box) and block.kind == "erratum"]
+    assert len(boxes) == len(READS)
+    others = [block for _, block in lesson("double_pendulum").blocks() if isinstance(block, Formula)]
+    assert not any(block.number for block in others)
+
+
+def test_equilibria_of_the_double_arm_are_its_four_vertical_positions() -> None:
+    section = lesson("two_link").sections[-1]
+    (table,) = next(step for step in section.steps if step.key == "equilibria").blocks
+    stable = [row for row in table.rows if "stable" in row[2].parts]
+    assert len(table.rows) == 4
+    assert [row[0].parts + row[1].parts for row in stable] == [(ZERO, ZERO)]
+
+
+def test_equilibria_with_springs_are_where_no_force_is_left() -> None:
+    document = lesson("sprung")
+    table = next(step for step in document.sections[-1].steps if step.key == "equilibria").blocks[0]
+    assert isinstance(table, Values)
+    graph = document.graph
+    force = document.names["k_G:1"].node + document.names["k_E:1"].node
+    values = {graph.symbol(p.name): float(p.value.value) for p in document.scene.parameters}
+    for (place,), *_ in ((row[0].parts, *row[1:]) for row in table.rows):
+        angle = float(str(place).replace("−", "-"))
+        (left,) = evaluate([force], Floats(), {**values, graph.symbol("phi"): angle})
+        assert abs(left) < 0.02  # four digits of the angle
+    assert len(table.rows) >= 1
+
+
+def test_a_wrong_moment_of_inertia_stops_the_lesson(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(meaning_room.Axis, "lever", lambda self, place: place)
+    with pytest.raises(AssertionError, match="k_z:1,1 and J:1 differ"):
+        walkthrough(scene("spatial_3r"))
+
+
+def test_until_and_detail_shorten() -> None:
+    arm = scene("two_link")
+    parts = [walkthrough(arm, until=until).sections[-1].key for until in ("energies", "lagrangian", "equations")]
+    assert parts == ["energies", "lagrangian", "equations"]
+    brief = walkthrough(arm, detail="brief")
+    assert sum(len(s.steps) for s in brief.sections) < sum(len(s.steps) for s in lesson("two_link").sections)
+    with pytest.raises(EmitError, match="until 'now' is not known"):
+        walkthrough(arm, until="now")
+
+
+def test_long_expressions_of_large_scenes_are_folded() -> None:
+    assert any(isinstance(block, Fold) for _, block in walkthrough(scene("scara"), until="equations").blocks())
+
+
+def test_quaternions_are_told_what_would_work() -> None:
+    for road in ("lagrange", "dalembert"):
+        with pytest.raises(DerivationError, match='orientation = "zyx"'):
+            walkthrough(read(EXAMPLES / "heavy_top.toml"), road=road)
+
+
+def test_closed_mechanisms_are_told_the_other_road() -> None:
+    with pytest.raises(DerivationError, match="--road dalembert"):
+        walkthrough(read(EXAMPLES / "four_bar.toml"))
+
+
+def test_without_gravity_every_position_is_an_equilibrium() -> None:
+    zero = number(0)
+    still = walkthrough(replace(scene("two_link"), gravity=(zero, zero, zero)))
+    step = next(step for step in still.sections[-1].steps if step.key == "equilibria")
+    (said,) = step.blocks
+    assert isinstance(said, Words)
+    assert "Every position" in str(said.parts[0])
+
+
+def test_same_scene_same_bytes() -> None:
+    first, second = (rendered(walkthrough(scene("cart_pole")), "md") for _ in range(2))
+    assert first == second
+
+
+def test_command_writes_markdown_with_its_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["walkthrough", str(EXAMPLES / "cart_pole.toml"), "-o", str(tmp_path)]) == 0
+    paths = capsys.readouterr().out.split()
+    text = (tmp_path / "cart_pole.md").read_text(encoding="utf-8")
+    for name in re.findall(r"!\[[^\]]*\]\(([^)]*)\)", text):
+        assert str(tmp_path / name) in paths
+        assert (tmp_path / name).read_text(encoding="utf-8").startswith("<svg")
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="needs pdflatex")
+def test_pdf_is_built_and_the_same_every_time(tmp_path: Path) -> None:
+    ((name, first),) = rendered(lesson("two_link", "sk"), "pdf").items()
+    ((_, second),) = rendered(lesson("two_link", "sk"), "pdf").items()
+    assert name == "two_link.pdf"
+    assert isinstance(first, bytes)
+    assert first.startswith(b"%PDF")
+    assert first == second
+
+
+def test_pictures_have_a_text_for_those_who_cannot_see_them() -> None:
+    pictures = [block for _, block in lesson("two_link").blocks() if isinstance(block, Picture)]
+    assert len(pictures) == 2
+    assert all(one.alt and one.caption.parts for one in pictures)
