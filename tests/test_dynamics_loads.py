@@ -278,11 +278,9 @@ def linkage(**changes):
     return replace(pendulum(**changes), loops=(joint,))
 
 
-def test_closed_scenes_refuse_ideal_friction_and_prescribed_motions_too():
+def test_closed_scenes_refuse_ideal_friction_too():
     with pytest.raises(DerivationError, match=r"hinge is an ideal sign"):
         derive(linkage(dry=Friction(number(1))), ["forward_dynamics"])
-    with pytest.raises(DerivationError, match=r"motion of hinge is prescribed, which .* not in loops"):
-        derive(linkage(motion=parse("sin(t)")), ["forward_dynamics"])
 
 
 # Prescribed motions
