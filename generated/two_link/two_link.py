@@ -187,7 +187,7 @@ def _one(compute, arrays, shape):
         entries = compute(_Floats, *[array.tolist() for array in arrays])
     except (ArithmeticError, ValueError):
         return None
-    return numpy.array(entries, dtype=numpy.float64).reshape(shape)
+    return numpy.fromiter(entries, numpy.float64).reshape(shape)
 
 
 def _blocks(compute, arrays, batch, results):
