@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import platform
 import tempfile
@@ -16,11 +15,11 @@ import numpy.typing as npt
 
 from symdyn.algebra.balls import Balls
 from symdyn.bench.implementations import Implementation, implementations
-from symdyn.bench.model import Bench, Curve, Errors, Measured
+from symdyn.bench.model import Bench, Errors, Measured, unbeaten
 from symdyn.bench.reference import BITS, Reference, reference
 from symdyn.bench.states import REGIONS, Positions, draw, near_singular
 from symdyn.bench.timing import Timed, nanoseconds
-from symdyn.bench.work_precision import curves
+from symdyn.bench.work_precision import motion
 from symdyn.build import run_python
 from symdyn.build.compiler import find_compiler
 from symdyn.build.library import CACHE_VARIABLE
@@ -56,7 +55,7 @@ def bench(
     Args:
         scene: the mechanism; free parameters are drawn from 0.5 … 1.5.
         functions: as for `derive`; None takes all that the scene has, with `quick` those of `QUICK`.
-        quick: few states, native code and no trajectories, for a first look.
+        quick: few states, native code, few tolerances, for a first look.
         trajectories: whether to add work against precision of a motion.
         seed: of the states.
         command: what makes the report again, for its head.
@@ -85,12 +84,12 @@ def bench(
         for name in functions:
             progress(f"measuring {name}")
             found += _function(scene, name, positions, machines, quick, seed)
-    moved: tuple[Curve, ...] = ()
-    if trajectories and not quick:
-        try:
-            moved = curves(scene, progress=progress)
-        except (SimulateError, DerivationError) as fault:
-            notes.append(f"no trajectories: {fault}")
+        moved = None
+        if trajectories:
+            try:
+                moved = motion(scene, quick, progress)
+            except (SimulateError, DerivationError) as fault:
+                notes.append(f"no trajectories: {fault}")
     return Bench(scene.name, command, tuple(about), REGIONS, tuple(found), moved, tuple(notes))
 
 
@@ -270,14 +269,7 @@ def _backward(computed: Array, here: _Region, unit: float) -> list[float]:
     return found
 
 
-SAME = 1.25
-"""Errors that differ by less than this factor are the same: a few states tell no more."""
-
-
 def marked(measured: Sequence[Measured]) -> list[Measured]:
     """Return the same with those marked that no other one beats: as accurate or more so, and faster."""
-
-    def beaten(one: Measured) -> bool:
-        return any(other.call < one.call and other.relative <= SAME * one.relative for other in measured)
-
-    return [replace(one, best=not beaten(one) and math.isfinite(one.relative)) for one in measured]
+    best = unbeaten([(one.call, one.relative) for one in measured])
+    return [replace(one, best=mark) for one, mark in zip(measured, best, strict=True)]

@@ -76,17 +76,17 @@ class System:
     momenta: tuple[str, ...]
     linear: bool = False
 
-    @property
+    @cached_property
     def nq(self) -> int:
         """Number of coordinates."""
         return len(self.scene.coordinates)
 
-    @property
+    @cached_property
     def nv(self) -> int:
         """Number of velocities."""
         return len(self.scene.velocities)
 
-    @property
+    @cached_property
     def closed(self) -> bool:
         """Whether there are rows to hold; loops whose rows are all redundant have none."""
         return "constraint_jacobian" in self.calls
