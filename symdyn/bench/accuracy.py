@@ -13,11 +13,11 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.balls import Balls
+from symdyn.bench.backward import Solve, linear
 from symdyn.bench.implementations import Implementation, implementations
 from symdyn.bench.model import Bench, Errors, Measured, unbeaten
-from symdyn.bench.reference import BITS, Reference, reference
-from symdyn.bench.states import REGIONS, Positions, draw, near_singular
+from symdyn.bench.reference import Reference, reference
+from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of
 from symdyn.bench.timing import Timed, nanoseconds
 from symdyn.bench.work_precision import motion
 from symdyn.build import run_python
@@ -116,20 +116,22 @@ def _fresh_cache() -> Iterator[None]:
 
 
 def _positions(scene: Scene, seed: int) -> Positions:
-    """Return the units of the coordinates, and positions near which M or a Jacobian is singular."""
+    """Return the coordinates, and positions near which M, a Jacobian or the rows of loops are singular."""
     last = [f"jacobian:{point.name}" for point in scene.points] or [f"jacobian:{scene.bodies[-1].name}"]
-    program = lower(formulate(scene, ("mass_matrix", *last)))
+    rows = ["constraint_jacobian"] if is_closed(scene) else []
+    program = lower(formulate(scene, ("mass_matrix", *last, *rows)))
     module = run_python(emit(program, "numpy"))
+    anywhere = positions_of(scene, seed)
     matrices = []
-    units: tuple[str, ...] = ()
     for routine in program.routines:
         function = routine.function
-        units = next(a.units for a in function.arguments if a.name == "q")
-        given = draw(function.arguments, Positions(units, np.empty((0, len(units)))), "range", 1, seed, "double")
+        if not function.entries:
+            continue
+        given = draw(function.arguments, anywhere, "range", 1, seed, "double")
         others = [given[a.name] for a in function.arguments if a.name != "q"]
-        call = getattr(module, routine.function.name)
+        call = getattr(module, function.name)
         matrices.append(lambda q, call=call, others=others: call(q, *others))
-    return Positions(units, near_singular(units, matrices, seed))
+    return replace(anywhere, singular=near_singular(anywhere, matrices, seed))
 
 
 def _function(
@@ -179,29 +181,23 @@ def _times(made: Sequence[Implementation], positions: Positions, quick: bool, se
 
 @dataclass(frozen=True)
 class _Region:
-    """States of a region, the exact results there, and M and h = c + g - Q where accelerations are solved for."""
+    """States of a region, the exact results there, and the equations where accelerations are solved for."""
 
     states: Mapping[str, Array]
     known: Reference
-    solve: tuple[Reference, Reference] | None
+    solve: Solve | None
 
 
 def _references(
     made: Implementation, scene: Scene, name: str, positions: Positions, count: int, seed: int
 ) -> dict[str, _Region]:
     function = made.routine.function
-    solves = name == "forward_dynamics" and not is_closed(scene)
-    linear = lower(formulate(scene, ("mass_matrix", "inverse_dynamics"))).routines if solves else ()
+    solved = linear(scene) if name == "forward_dynamics" else ()
     found = {}
     for region in REGIONS:
         states = draw(function.arguments, positions, region, count, seed, made.real)
-        known = reference(function, states, count)
-        solve = None
-        if linear:
-            given = {**states, "qdd": np.zeros_like(states["qd"])}
-            M, h = (reference(routine.function, given, count) for routine in linear)
-            solve = (M, h) if len(M.kept) == len(h.kept) == count else None
-        found[region] = _Region(states, known, solve)
+        solve = Solve.at(solved, states, count) if solved else None
+        found[region] = _Region(states, reference(function, states, count), solve)
     return found
 
 
@@ -220,8 +216,9 @@ def _measured(one: Implementation, took: float, regions: Mapping[str, _Region]) 
         ulp = np.max(gap, axis=1) / (2 * unit * np.maximum(largest, TINIEST[one.real] / unit))
         own = known.bound * (unit / ROUNDOFF["double"]) + TINIEST[one.real]
         share = np.max(gap / own, axis=1)
-        backward = _spread(_backward(computed, here, unit)) if here.solve else None
-        errors.append(Errors(region, len(known.kept), _spread(ulp), _spread(share), backward))
+        solve, tau = here.solve, here.states.get("tau")
+        backward = solve.backward(computed, tau, known.kept, unit) if solve and tau is not None else None
+        errors.append(Errors(region, len(known.kept), _spread(ulp), _spread(share), _spread(backward) if backward else None))
         worst = max(worst, float(np.percentile(np.max(gap, axis=1) / scale, 99)))
     return Measured(
         function.name,
@@ -243,30 +240,6 @@ def _spread(values: Sequence[float] | Array) -> tuple[float, float, float]:
     ordered = np.sort(np.asarray(values, float))
     last = len(ordered) - 1
     return float(ordered[last // 2]), float(ordered[round(0.99 * last)]), float(ordered[-1])
-
-
-def _backward(computed: Array, here: _Region, unit: float) -> list[float]:
-    """Return |M qdd + h - tau| / (|M||qdd| + |h| + |tau|) of every kept state, in roundoffs."""
-    assert here.solve is not None, "asked for trees only"
-    M, h = here.solve
-    found = []
-    with Balls(BITS) as algebra:
-        for k in here.known.kept:
-            n = computed.shape[1]
-            tau = [algebra.number(float(x)) for x in here.states["tau"][k]]
-            if not np.isfinite(computed[k]).all():
-                found.append(np.inf)
-                continue
-            qdd = [algebra.number(float(x)) for x in computed[k]]
-            rows = [M.balls[k][i * n : (i + 1) * n] for i in range(n)]
-            residual = max(
-                abs(float(sum((m * x for m, x in zip(row, qdd, strict=True)), b - t)))
-                for row, b, t in zip(rows, h.balls[k], tau, strict=True)
-            )
-            norm = float(np.max(np.sum(np.abs(M.high[k].reshape(n, n)), axis=1)))
-            size = norm * float(np.max(np.abs(computed[k]))) + float(np.max(np.abs(h.high[k])))
-            found.append(residual / (unit * (size + float(np.max(np.abs(here.states["tau"][k]))) or 1.0)))
-    return found
 
 
 def marked(measured: Sequence[Measured]) -> list[Measured]:
