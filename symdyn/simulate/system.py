@@ -78,17 +78,17 @@ class System:
     rows: int = 0
     filled: tuple[int, ...] = ()
 
-    @property
+    @cached_property
     def nq(self) -> int:
         """Number of coordinates."""
         return len(self.scene.coordinates)
 
-    @property
+    @cached_property
     def nv(self) -> int:
         """Number of velocities."""
         return len(self.scene.velocities)
 
-    @property
+    @cached_property
     def closed(self) -> bool:
         """Whether there are rows to hold; loops whose rows are all redundant have none."""
         return self.rows > 0
