@@ -13,7 +13,8 @@ from collections.abc import Sequence
 from symdyn.algebra.form import ZERO, Form, Symbol, product_of, sum_of
 from symdyn.draw import Wrench, free_body
 from symdyn.dynamics.kinematics import centre_of_mass
-from symdyn.dynamics.reactions.dalembert import DRIVE, frames
+from symdyn.dynamics.reactions.bivectors import frames
+from symdyn.dynamics.reactions.dalembert import DRIVE
 from symdyn.emit.formula_text import text_of
 from symdyn.emit.symbols import latex_symbols
 from symdyn.errors import DerivationError
