@@ -93,6 +93,13 @@ class Equilibrium:
         """N of (5.20): the number of unknown drives."""
         return len(self.unknowns) - self.reactions
 
+    @property
+    def passive(self) -> list[Unknown]:
+        """Unknown drives that the scene does not declare: of passive joints in a tree, of idle motions in loops."""
+        motors = {joint.name: joint.drives for joint in self.hanging.scene.joints if joint.motion is None}
+        drives = [one for one in self.unknowns if one.kind == DRIVE and one.joint in motors]
+        return [one for one in drives if not any(motors[one.joint][one.number : one.number + 1])]
+
     def matrix(self) -> list[list[Expr]]:
         """Return A, shape (equations, unknowns)."""
         zero = self.hanging.graph.zero

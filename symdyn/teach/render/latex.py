@@ -13,10 +13,10 @@ from symdyn.teach.document import (
     Block,
     Box,
     Braced,
-    Column,
     Document,
     Fold,
     Formula,
+    Matrix,
     Picture,
     Shares,
     Values,
@@ -91,11 +91,10 @@ class _Page:
         """Yield the paragraphs of a block that is no formula, on lines of `room` pt."""
         if isinstance(block, Words):
             yield self.words(block)
-        elif isinstance(block, Column):
-            entries = r" \\ ".join(self.spell.inline(entry) for entry in block.entries)
-            vector = rf"= \begin{{bmatrix}} {entries} \end{{bmatrix}}"
+        elif isinstance(block, Matrix):
             tag = rf" \tag{{{block.number}}}" if block.number else ""
-            yield f"\\begin{{equation*}}\n  {self.spell.symbols[block.left]} {vector}{tag}\n\\end{{equation*}}"
+            line = self.spell.matrix(block).replace("&=", "=", 1)
+            yield f"\\begin{{equation*}}\n  {line}{tag}\n\\end{{equation*}}"
         elif isinstance(block, Picture):
             caption = rf"\small {self.words(block.caption)}"
             yield f"\\begin{{center}}\n{tex_picture(block.svg)}\n\n{caption}\n\\end{{center}}"

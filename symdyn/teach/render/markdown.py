@@ -11,10 +11,10 @@ from symdyn.teach.document import (
     Block,
     Box,
     Braced,
-    Column,
     Document,
     Fold,
     Formula,
+    Matrix,
     Picture,
     Shares,
     Values,
@@ -74,10 +74,8 @@ class Page:
         elif isinstance(block, (Formula, Braced)):
             left, right = self.spell.formula(block) if isinstance(block, Formula) else self.spell.braced(block)
             yield display(lines(left, right, ROOM), block.number)
-        elif isinstance(block, Column):
-            entries = r" \\ ".join(self.spell.inline(entry) for entry in block.entries)
-            vector = rf"= \begin{{bmatrix}} {entries} \end{{bmatrix}}"
-            yield display([f"{self.spell.symbols[block.left]} &{vector}"], block.number)
+        elif isinstance(block, Matrix):
+            yield display([self.spell.matrix(block)], block.number)
         elif isinstance(block, Picture):
             yield f"![{block.alt}]({self.document.scene.name}-{block.key}.svg)"
             yield f"*{self.words(block.caption)}*"
