@@ -38,7 +38,7 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "road
     if last >= 3 and (proof := roads_step(lesson, chosen)) is not None:
         sections.append(_section(lesson, "roads", [proof]))
     title = lesson.text("title.dalembert", scene=lesson.scene.name)
-    return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections))
+    return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "dalembert")
 
 
 def _section(lesson: Balance, key: str, steps: list[Step]) -> Section:

@@ -286,6 +286,7 @@ class Document:
         graph: where the values of names live.
         names: how keys in formulas are printed, and what they are worth.
         sections: in reading order.
+        road: "lagrange" or "dalembert".
     """
 
     title: str
@@ -294,6 +295,7 @@ class Document:
     graph: Graph
     names: Mapping[str, Name]
     sections: tuple[Section, ...]
+    road: str = "lagrange"
 
     def blocks(self) -> Iterator[tuple[Step, Block]]:
         """Yield every block with its step, those inside boxes, folds and solutions too."""

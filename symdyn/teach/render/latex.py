@@ -22,6 +22,7 @@ from symdyn.teach.document import (
     Values,
     Words,
 )
+from symdyn.teach.languages import LANGUAGES
 from symdyn.teach.render.drawing import tex_picture
 from symdyn.teach.render.markdown import number
 from symdyn.teach.render.spelling import Spelling, lines
@@ -63,6 +64,7 @@ class _Page:
 
     def __init__(self, document: Document) -> None:
         self.spell = Spelling(document)
+        self.hint = LANGUAGES[document.language]["exercise.hint"]
 
     def words(self, words: Words) -> str:
         return self.spell.words(words)
@@ -111,7 +113,7 @@ class _Page:
             yield f"{{\\small\n{body}\n\\par}}"
         elif isinstance(block, Blank):
             yield self.words(block.ask)
-            yield rf"\emph{{{self.words(block.hint)}}}"
+            yield rf"\emph{{{self.hint}: {self.words(block.hint)}}}"
 
     def _table(self, table: Values, room: float) -> str:
         """Return a table whose wide columns share what the narrow ones leave."""

@@ -20,6 +20,7 @@ from symdyn.teach.document import (
     Values,
     Words,
 )
+from symdyn.teach.languages import LANGUAGES
 from symdyn.teach.render.spelling import Spelling, lines
 
 ROOM = 620.0  # of a display, pt at 10 pt
@@ -94,7 +95,8 @@ class Page:
             yield "\n\n".join([summary, *inside, "</details>"])
         elif isinstance(block, Blank):
             yield self.words(block.ask)
-            yield f"<details><summary>?</summary>\n\n{self.words(block.hint)}\n\n</details>"
+            summary = LANGUAGES[self.document.language]["exercise.hint"]
+            yield f"<details><summary>{summary}</summary>\n\n{self.words(block.hint)}\n\n</details>"
 
     def _bars(self, shares: Shares) -> str:
         rows: list[Iterable[str]] = [(f"${self.spell.inline(shares.total)}$", shares.unit, "")]
