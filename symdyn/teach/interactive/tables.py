@@ -22,7 +22,8 @@ def force_tables(scene: Scene, computed: Live, words: Mapping[str, str]) -> list
     for i, velocity in enumerate(computed.rows):
         drive = scene.drives[velocity]
         if computed.held:
-            label, passive = rf"\tau_{{{i + 1}}}^{{*}}", False
+            label, drives = rf"\tau_{{{i + 1}}}^{{*}}", computed.held.drives
+            passive = velocity not in drives and set(drives) <= set(computed.rows)
         else:
             label, passive = symbols[drive] if drive else rf"\tau_{{{i + 1}}}", not drive
         terms = [(k, term) for k, term in enumerate(computed.terms) if term.row == i]
