@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from symdyn.algebra.form import Form, Power, Symbol, product_of, sum_of
 from symdyn.algebra.numeric import Floats
 from symdyn.draw import Wrench, picture, pose
-from symdyn.dynamics.state import State, vector
+from symdyn.dynamics import is_closed
+from symdyn.dynamics.state import State, state_symbols, vector
 from symdyn.emit.equations import Printable
 from symdyn.graph import Expr, Graph, evaluate, tangents
 from symdyn.scene import JOINTS, Scene
@@ -49,9 +50,12 @@ def choose(lesson: Lesson) -> Chosen:
 def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) -> Chosen:
     """Return the drawn position with values of all symbols; without `moving`, at rest."""
     given: dict[str, float] = {}
-    for parameter in scene.free_parameters if moving else ():
-        size = FALL if parameter.unit.replace("^", "") == "m/s2" else SIZES.get(parameter.unit, 1.0)
-        given[parameter.name] = size if size == FALL else round(size * 0.8 ** len(given), 3)
+    for parameter in scene.free_parameters:
+        falls = parameter.unit.replace("²", "2").replace("^", "") == "m/s2"
+        if falls:
+            given[parameter.name] = FALL
+        elif moving:
+            given[parameter.name] = round(SIZES.get(parameter.unit, 1.0) * 0.8 ** len(given), 3)
     q, parameters = pose(scene, parameters=given)
     values = dict(zip(state.q, map(float, q), strict=True))
     for k, (u, a) in enumerate(zip(state.qd, state.qdd, strict=True)):
@@ -59,6 +63,12 @@ def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) 
         values[a] = ACCELERATIONS[k % len(ACCELERATIONS)] if moving else 0.0
     values |= {graph.symbol(name): value for name, value in parameters.items()}
     return Chosen(values, tuple(float(x) for x in q), dict(parameters))
+
+
+def shown_state(scene: Scene) -> Chosen:
+    """Return the state at which lessons of a scene show numbers; a mechanism with loops or rows is at rest there."""
+    graph = Graph()
+    return choose_state(scene, state_symbols(scene, graph), graph, moving=not is_closed(scene))
 
 
 def written(value: float) -> str:
