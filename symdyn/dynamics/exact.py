@@ -47,8 +47,11 @@ def values_of(nodes: Sequence[Expr]) -> list[Fraction]:
     known = [rational(node) for node in nodes]
     if None not in known:
         return [value for value in known if value is not None]
+    seen = nodes[0].graph.found.setdefault("constants", {})
     try:
-        return [_fraction(value) for value in evaluate(nodes, _numbers(), {})]
+        fresh = reachable(nodes, seen)
+        seen.update(zip(fresh, evaluate(fresh, _numbers(), seen), strict=True))
+        return [_fraction(seen[node]) for node in nodes]
     except (ArithmeticError, ValueError, AttributeError) as fault:
         raise DerivationError("a constant of the scene's placements is no finite real number") from fault
 
@@ -104,7 +107,10 @@ def _is_compound(node: Expr) -> bool:
 
 def has_symbols(node: Expr) -> bool:
     """Return whether a node depends on anything."""
-    return any(inner.op is Op.SYMBOL for inner in reachable([node]))
+    seen = node.graph.found.setdefault("symbols", {})
+    for inner in reachable([node], seen):
+        seen[inner] = inner.op is Op.SYMBOL or any(seen[arg] for arg in inner.args)
+    return bool(seen[node])
 
 
 def _settled(node: Expr, value: Fraction) -> Expr:
