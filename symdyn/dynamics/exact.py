@@ -34,8 +34,10 @@ def settle(nodes: Sequence[Expr]) -> list[Expr]:
     hidden = [node for node in nodes if _is_compound(node) and not has_symbols(node)]
     if not hidden:
         return list(nodes)
-    seen = {node: _settled(node, value) for node, value in zip(hidden, values_of(hidden), strict=True)}
-    return [seen.get(node, node) for node in nodes]
+    settled = hidden[0].graph.found.setdefault("settled", {})
+    fresh = [node for node in hidden if node not in settled]
+    settled.update((node, _settled(node, value)) for node, value in zip(fresh, values_of(fresh), strict=True))
+    return [settled.get(node, node) for node in nodes]
 
 
 def values_of(nodes: Sequence[Expr]) -> list[Fraction]:
