@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
-from typing import Union
+from typing import Any, Union
 
 from symdyn.graph.ops import FUNCTIONS, Op
 
@@ -100,6 +100,7 @@ class Graph:
     def __init__(self) -> None:
         """Make a graph that holds only 0 and 1."""
         self.nodes: list[Expr] = []
+        self.found: dict[str, dict[Expr, Any]] = {}  # about nodes, by topic, so that no one looks twice
         self._tables: tuple[dict[Key, Expr], ...] = tuple({} for _ in Op)
         self.zero = self.constant(Fraction(0))
         self.one = self.constant(Fraction(1))
