@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
+from operator import attrgetter
 from typing import Any, Protocol, TypeVar
 
 from symdyn.graph.expression import Expr
@@ -49,7 +50,7 @@ def reachable(outputs: Iterable[Expr]) -> list[Expr]:
             if arg not in seen:
                 seen.add(arg)
                 stack.append(arg)
-    return sorted(seen, key=lambda node: node.index)
+    return sorted(seen, key=attrgetter("index"))
 
 
 def evaluate(outputs: Sequence[Expr], algebra: Algebra[T], values: Mapping[Expr, T]) -> list[T]:
