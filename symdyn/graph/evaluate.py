@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping, Sequence
 from fractions import Fraction
+from operator import attrgetter
 from typing import Any, Protocol, TypeVar
 
 from symdyn.graph.expression import Expr
@@ -50,7 +51,7 @@ def reachable(outputs: Iterable[Expr], known: Container[Expr] = ()) -> list[Expr
                 seen.add(arg)
                 if arg not in known:
                     stack.append(arg)
-    return sorted(seen, key=lambda node: node.index)
+    return sorted(seen, key=attrgetter("index"))
 
 
 def evaluate(outputs: Sequence[Expr], algebra: Algebra[T], values: Mapping[Expr, T]) -> list[T]:
