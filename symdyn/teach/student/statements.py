@@ -109,7 +109,9 @@ def _chunks(from_text: Source, found: Sequence[Token]) -> Iterator[list[Token]]:
         if token.kind == "row":
             row = token if row is None or token.text != "\n" else row
             continue
-        if token.kind == "stop" or (row and depth == 0 and _begins(from_text, row, found[i:]) and _is_whole(current)):
+        begins = row is not None and depth == 0 and _is_whole(current)
+        begins = begins and row is not None and (_vanishes(current) or _begins(from_text, row, found[i:]))
+        if token.kind == "stop" or begins:
             if current:
                 yield current
             current, depth = [], 0
@@ -144,6 +146,11 @@ def _is_whole(row: Sequence[Token]) -> bool:
     return bool(row) and row[-1].kind != "op" and any(t.kind == "op" and t.text == "=" for t in row)
 
 
+def _vanishes(row: Sequence[Token]) -> bool:
+    """Whether a statement ends with = 0, after which nothing is added."""
+    return len(row) > 1 and row[-1].text == "0" and row[-2].text == "="
+
+
 def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: Target | None) -> Statement | None:
     parts: list[list[Token]] = [[]]
     depth = 0
@@ -158,7 +165,7 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
     ends.append(chunk[-1].at + len(chunk[-1].text))
     line = from_text.line(chunk[0].at)
     given = [_target(part, names) for part in parts]
-    if from_text.marked and (len(parts) == 1 or (not any(given) and not _moves(chunk, names))):
+    if from_text.marked and (len(parts) == 1 or not (any(given) or _moves(chunk, names) or _ties(chunk, names))):
         return None  # mathematics in prose: a symbol, an abbreviation, a step on the way
     targets = [found for found in given if found is not None] if len(parts) > 1 else []
     if len(parts) == 1:
@@ -184,6 +191,13 @@ def _moves(chunk: Sequence[Token], names: Names) -> bool:
     """Whether an acceleration occurs, as in an equation of motion."""
     accelerations = {names.symbols.get(token.text) for token in chunk} & {a for _, a in names.dotted.values()}
     return bool(accelerations) or any(token.kind == "command" and token.text == "ddot" for token in chunk)
+
+
+def _ties(chunk: Sequence[Token], names: Names) -> bool:
+    """Whether coordinates of a closed mechanism are set in relation, and nothing but its symbols stands there."""
+    words = {token.text for token in chunk if token.kind == "word"}
+    coordinates = {words for words in words if names.symbols.get(words) in names.dotted}
+    return bool(names.others) and len(coordinates) > 1 and all(map(names.read, words))
 
 
 def _lone(part: Sequence[Token]) -> bool:
