@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from symdyn.algebra.form import Number
+from symdyn.algebra.form import Form, Number
 from symdyn.emit.formula_text import text_of
 from symdyn.teach.check import HOLDS, ROUNDED, Answer
 from symdyn.teach.differences import Difference
 from symdyn.verify.equality import PROVED, UNDEFINED
 
 MOST = 12  # differences told
+LONGEST = 600  # characters of a formula that is told
 
 SENTENCES: Mapping[str, Mapping[str, str]] = {
     "en": {
@@ -115,9 +116,14 @@ def _named(name: str, say: Mapping[str, str]) -> str:
     return f"{say[head]} {number}" if head in say else name
 
 
+def _short(form: Form | None) -> str:
+    """Return a form as text, the beginning of one that is very long."""
+    text = text_of(form) if form is not None else ""
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
+
+
 def _difference(difference: Difference, say: Mapping[str, str]) -> str:
-    found = text_of(difference.found) if difference.found is not None else ""
-    right = text_of(difference.right) if difference.right is not None else ""
+    found, right = _short(difference.found), _short(difference.right)
     symbols: Sequence[str] = [*difference.symbols, "", ""]
     return say[difference.kind].format(
         found=found,

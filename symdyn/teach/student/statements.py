@@ -127,18 +127,26 @@ def _chunks(from_text: Source, found: Sequence[Token]) -> Iterator[list[Token]]:
 def _begins(from_text: Source, row: Token, rest: Sequence[Token]) -> bool:
     """Whether what follows the end of a line may begin a statement.
 
-    It does not if it begins with a sign, unless it is a bare line with an "=" of its own. One that has none goes on if
-    it is indented; where LaTeX marks mathematics, the ends of lines mean nothing.
+    It does not if it begins with a sign, unless it has an "=" of its own. One that has none goes on if it is indented;
+    where LaTeX marks mathematics, only its own ends of lines mean something.
     """
-    if rest[0].kind == "close" or (rest[0].kind == "op" and (rest[0].text not in "+-" or row.text != "\n")):
+    if rest[0].kind == "close" or (rest[0].kind == "op" and rest[0].text not in "+-"):
         return False
-    if row.text != "\n":
-        return True
-    ends = next((i for i, token in enumerate(rest) if token.kind in ("row", "stop")), len(rest))
+    plain = row.text == "\n"  # its lines go on where they are indented
+    ends = next((i for i, token in enumerate(rest) if _ends(from_text, token, plain)), len(rest))
     has_equals = any(token.kind == "op" and token.text == "=" for token in rest[:ends])
-    indented = from_text.text[row.at + 1 : rest[0].at] != ""
     signed = rest[0].kind == "op"
+    if not plain:
+        return has_equals or not signed
+    indented = from_text.text[row.at + 1 : rest[0].at] != ""
     return not from_text.marked and (has_equals or not indented) and not (signed and (indented or not has_equals))
+
+
+def _ends(from_text: Source, token: Token, plain: bool) -> bool:
+    """Whether a line ends at a token, and does not go on indented."""
+    after = token.at + len(token.text)
+    goes_on = plain and token.text == "\n" and from_text.text[after : after + 1] == " "
+    return token.kind in ("row", "stop") and not goes_on
 
 
 def _is_whole(row: Sequence[Token]) -> bool:
