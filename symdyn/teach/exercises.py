@@ -29,6 +29,7 @@ ERRATA = "errata:"
 
 POINTS = 6
 LONGEST = 60  # symbols of an answer that anyone types
+MOST = 6  # coefficients of one kind that are asked for; the others are shown
 
 
 def with_exercises(document: Document) -> Document:
@@ -65,6 +66,7 @@ def _asked(document: Document, step: Step) -> Step | None:
         return None
     results = {block: answer for block in step.blocks if (answer := answer_of(document, block)) is not None}
     if kind == "coefficients":
+        results = dict(list(results.items())[:MOST])
         blocks = [
             _blank(document, step, block, results[block], (block,)) if block in results else block
             for block in step.blocks
