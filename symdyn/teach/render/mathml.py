@@ -63,7 +63,7 @@ def _whole(pieces: list[str]) -> list[str]:
 
 
 def _closing(pieces: list[str]) -> int:
-    """Return how many pieces, the last first, it takes to close a bracket that the last one opens; 0 if it opens none."""
+    """Return how many pieces, the last first, close a bracket that the last one opens; 0 where it opens none."""
     depth = inside = _depths(pieces[-1])[-1]
     if depth > 0:
         for count, piece in enumerate(reversed(pieces[:-1]), 2):
