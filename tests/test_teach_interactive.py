@@ -20,7 +20,7 @@ from symdyn.errors import DrawError, TeachError
 from symdyn.program import lower
 from symdyn.scene import Scene, read, read_text
 from symdyn.teach.interactive import WORDS, interactive, interactive_page
-from symdyn.teach.live import live
+from symdyn.teach.interactive.live import live
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

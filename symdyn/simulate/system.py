@@ -88,7 +88,7 @@ class System:
         """Number of velocities."""
         return len(self.scene.velocities)
 
-    @property
+    @cached_property
     def closed(self) -> bool:
         """Whether there are rows to hold; loops whose rows are all redundant have none."""
         return self.rows > 0

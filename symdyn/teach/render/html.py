@@ -20,10 +20,10 @@ from symdyn.teach.document import (
     Block,
     Box,
     Braced,
-    Column,
     Document,
     Fold,
     Formula,
+    Matrix,
     Picture,
     Shares,
     Values,
@@ -120,10 +120,8 @@ class _Page:
         elif isinstance(block, (Formula, Braced)):
             left, right = self.spell.formula(block) if isinstance(block, Formula) else self.spell.braced(block)
             yield self._formula(left, right, block.number)
-        elif isinstance(block, Column):
-            entries = r" \\ ".join(self.spell.inline(entry) for entry in block.entries)
-            line = rf"{self.spell.symbols[block.left]} &= \begin{{bmatrix}} {entries} \end{{bmatrix}}"
-            yield _numbered(display([line]), block.number)
+        elif isinstance(block, Matrix):
+            yield _numbered(display([self.spell.matrix(block)]), block.number)
         elif isinstance(block, Picture):
             svg = re.sub(r"<title>.*?</title>", f"<title>{escape(block.alt)}</title>", block.svg, count=1, flags=re.S)
             svg = re.sub(r'aria-label="[^"]*"', f'aria-label="{escape(block.alt)}"', svg, count=1)
