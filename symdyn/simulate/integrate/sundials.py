@@ -7,6 +7,7 @@ Reference: Hindmarsh et al., SUNDIALS: Suite of nonlinear and differential/algeb
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
@@ -65,6 +66,9 @@ def run_ida(problem: Problem) -> Iterator[Piece]:
 
 
 def _options(problem: Problem) -> dict[str, Any]:
+    """Return tolerances; SUNDIALS keeps its own warnings, which go to the standard output, to itself."""
+    for stream in ("WARNING", "ERROR"):
+        os.environ.setdefault(f"SUNLOGGER_{stream}_FILENAME", os.devnull)
     return {"rtol": max(problem.rtol, SMALLEST), "atol": problem.atol, "max_num_steps": 100_000}
 
 
@@ -93,7 +97,8 @@ def _followed(
             found = solver.step(problem.until, method="onestep", tstop=problem.until)
             again = again + 1 if found.t <= t else 0
             if not found.success or again > 1:
-                raise IntegrationError(f"{title} cannot go on after t = {t:g} s: {found.message}")
+                why = "its steps are too small to move the time" if found.success else found.message
+                raise IntegrationError(f"{title} cannot go on after t = {t:g} s: {why}")
             if again:  # after a look inside a step SUNDIALS first returns to its end
                 continue
             begin, t = t, float(found.t)

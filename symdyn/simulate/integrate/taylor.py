@@ -203,7 +203,8 @@ class Stretch:
         return states[np.searchsorted(grid, inside[inside <= grid[len(states) - 1]])], int(steps), ""
 
     def _step_by_step(self, inside: Array, goal: float) -> tuple[Array, int, str]:
-        ta, rows, steps = self.ta, [], 0
+        ta, steps = self.ta, 0
+        rows: list[Array] = []
         while ta.time < goal and steps < STRETCH:
             begin, start, before = float(ta.time), ta.state.copy(), len(self.found)
             ta.step(max_delta_t=min(goal - begin, self.longest), write_tc=True)
