@@ -1,4 +1,4 @@
-"""Pages of closed mechanisms and of quaternions in a real browser: loops stay closed, numbers are what Python computes."""
+"""Pages of closed mechanisms and of quaternions in a browser: loops stay closed, numbers are what Python computes."""
 
 from __future__ import annotations
 
@@ -65,16 +65,50 @@ def state_of(page: Any, scene: Scene, group: str) -> Array:
     return found
 
 
-def truth_of(scene: Scene) -> Any:
-    """Return the scene's functions by the other road, all parameters free."""
-    free = replace(scene, parameters=tuple(replace(one, value=None) for one in scene.parameters))
-    names = ["tree_forces", "kinetic_energy", "potential_energy", "mass_matrix"]
-    closing = Closing(parameters=tuple((p.name, float(value_of(p.value, {}) or 0)) for p in scene.parameters if p.value))
-    functions = [derive(free, [name], "lagrange", closing) for name in names]
-    functions += [derive(free, [n], "differentiation", closing) for n in ("constraint_jacobian", "constraint_bias")]
-    modules = [run_python(emit(lower(one))) for one in functions]
-    names += ["constraint_jacobian", "constraint_bias"]
-    return type("Truth", (), {n: staticmethod(getattr(m, n)) for n, m in zip(names, modules, strict=True)})
+class Truth:
+    """A closed scene's functions by the other road at values of all parameters, reduced to rows by hand."""
+
+    FUNCTIONS = ("tree_forces", "velocity_forces", "mass_matrix", "kinetic_energy", "potential_energy")
+    ROWS = ("constraint_jacobian", "constraint_bias")
+
+    def __init__(self, scene: Scene, params: Array) -> None:
+        free = replace(scene, parameters=tuple(replace(one, value=None) for one in scene.parameters))
+        given = {p.name: float(value_of(p.value, {}) or 0) for p in scene.parameters if p.value is not None}
+        closing, self.params = Closing(parameters=tuple(given.items())), [params] if len(params) else []
+        roads = dict.fromkeys(self.FUNCTIONS, "lagrange") | dict.fromkeys(self.ROWS, "differentiation")
+        self.calls = {
+            name: getattr(run_python(emit(lower(derive(free, [name], road, closing)))), name)
+            for name, road in roads.items()
+        }
+
+    def __call__(self, name: str, *state: Array) -> Any:
+        return self.calls[name](*state, *self.params)
+
+    def allowed(self, q: Array, rows: tuple[int, ...]) -> tuple[Array, Array, list[int]]:
+        """Return G, and T of u = T u_i, and the dependent velocities."""
+        G, i = self("constraint_jacobian", q), list(rows)
+        d = [k for k in range(G.shape[1]) if k not in i]
+        T = np.zeros((G.shape[1], len(i)))
+        T[i] = np.eye(len(i))
+        T[d] = -np.linalg.solve(G[:, d], G[:, i])
+        return G, T, d
+
+    def coefficients(self, q: Array, rows: tuple[int, ...]) -> dict[tuple[str, tuple[int, ...]], float]:
+        """Return k_z, k_D and k_C by name and indices."""
+        G, T, d = self.allowed(q, rows)
+        M, n = self("mass_matrix", q), range(len(rows))
+
+        def b(*moving: int) -> Array:
+            u, s = T[:, list(moving)].sum(axis=1), np.zeros(len(T))
+            s[d] = -np.linalg.solve(G[:, d], self("constraint_bias", q, u))
+            return np.asarray(T.T @ (M @ s + self("velocity_forces", q, u)))
+
+        found = {("k_z", place): float(x) for place, x in np.ndenumerate(T.T @ M @ T)}
+        for j in n:
+            found |= {("k_D", (i, j)): float(x) for i, x in enumerate(b(j))}
+        for j, k in combinations(n, 2):
+            found |= {("k_C", (i, j, k)): float(x) for i, x in enumerate(b(j, k) - b(j) - b(k))}
+        return found
 
 
 CASES = {  # positions of the sliders of q, rates of independent velocities, accelerations, a parameter to move
@@ -89,77 +123,51 @@ CASES = {  # positions of the sliders of q, rates of independent velocities, acc
 def test_closed_numbers_follow_the_sliders_and_are_what_python_computes(
     browser: Any, tmp_path: Path, name: str
 ) -> None:
-    """Loops closed and reduced by hand from the other road's tree forces and rows."""
     scene, path = saved(name, tmp_path)
     positions, rates, pulls, changed = CASES[name]
-    params = [p.name for p in scene.parameters]
-    computed = live(scene)
-    assert computed.held is not None
+    names, computed = [p.name for p in scene.parameters], live(scene)
     with opened(browser, path) as page:
-        start = page.evaluate("symdyn.NAME.constraint_residual ? 1 : 0".replace("NAME", name))
-        assert start
         if changed:
-            move(page, "params", params.index(changed[0]), changed[1])
+            move(page, "params", names.index(changed[0]), changed[1])
         for group, wanted in (("q", positions), ("qd", rates), ("qdd", pulls)):
             for k, x in wanted.items():
                 move(page, group, k, x)
         assert page.inner_text("[data-out=lost]") == ""
         q, qd, qdd = (state_of(page, scene, group) for group in ("q", "qd", "qdd"))
-        p = np.array([float(page.input_value(f"input[type=number][data-group=params][data-k='{k}']"))
-                      for k in range(len(params))])  # fmt: skip
+        typed = [page.input_value(f"input[type=number][data-group=params][data-k='{k}']") for k in range(len(names))]
         seen = {kind: values(page, kind) for kind in ("tau", "term", "coefficient", "exerted", "K", "P")}
+    params = np.array(typed, dtype=np.float64)
 
     free = replace(scene, parameters=tuple(replace(one, value=None) for one in scene.parameters))
-    numbers = with_parameters(numbers_of(free), dict(zip(params, p.tolist(), strict=True)))
+    numbers = with_parameters(numbers_of(free), dict(zip(names, params.tolist(), strict=True)))
     held = [k for k in range(len(scene.velocities)) if k in positions]
     np.testing.assert_allclose(closed_position(numbers, q, held).q, q, rtol=0, atol=1e-11)
-    assert np.allclose(q[list(positions)], list(positions.values()))
+    np.testing.assert_allclose(q[list(positions)], list(positions.values()))
 
-    truth, extra = truth_of(scene), [p] if params else []
-    kept = run_python(emit(computed.program)).constraint_residual  # same rows
-    assert np.abs(kept(q, *extra)).max() < 1e-11
-    G, i = truth.constraint_jacobian(q, *extra), list(computed.rows)
-    d = [k for k in range(len(qd)) if k not in i]
+    truth = Truth(scene, params)
+    G, T, _ = truth.allowed(q, computed.rows)
     np.testing.assert_allclose(G @ qd, 0, atol=1e-11)
-    np.testing.assert_allclose(G @ qdd + truth.constraint_bias(q, qd, *extra), 0, atol=1e-10)
-    T = np.zeros((len(qd), len(i)))
-    T[i] = np.eye(len(i))
-    T[d] = -np.linalg.solve(G[:, d], G[:, i])
-    tau = T.T @ truth.tree_forces(q, qd, qdd, *extra)
-    np.testing.assert_allclose(seen["tau"], tau, rtol=1e-11, atol=1e-11)
-    np.testing.assert_allclose([*seen["K"], *seen["P"]],
-                               [truth.kinetic_energy(q, qd, *extra), truth.potential_energy(q, *extra)], rtol=1e-11)  # fmt: skip
-    sums = np.zeros(len(i))
-    for term, x in zip(computed.terms, seen["term"], strict=True):
-        sums[term.row] += x
-    np.testing.assert_allclose(sums, tau, rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(G @ qdd + truth("constraint_bias", q, qd), 0, atol=1e-10)
+    forces = truth("tree_forces", q, qd, qdd)
+    np.testing.assert_allclose(seen["tau"], T.T @ forces, rtol=1e-11, atol=1e-11)
+    assert seen["K"] == pytest.approx([truth("kinetic_energy", q, qd)], rel=1e-11)
+    assert seen["P"] == pytest.approx([truth("potential_energy", q)], rel=1e-11)
+    sums = np.zeros(len(computed.rows))
+    np.add.at(sums, [term.row for term in computed.terms], seen["term"])
+    np.testing.assert_allclose(sums, T.T @ forces, rtol=1e-10, atol=1e-10)
 
-    def b(*moving: int) -> Array:
-        u = T[:, list(moving)].sum(axis=1)
-        s = np.zeros(len(qd))
-        s[d] = -np.linalg.solve(G[:, d], truth.constraint_bias(q, u, *extra))
-        still = np.zeros_like(u)
-        inertial = truth.tree_forces(q, u, s, *extra) - truth.tree_forces(q, still, still, *extra)
-        acting = truth.tree_forces(q, u, still, *extra) + truth.tree_forces(q, -u, still, *extra)  # c is even, forces may be odd
-        even = truth.tree_forces(q, still, still, *extra)
-        return T.T @ (inertial - truth.tree_forces(q, u, still, *extra) + even + acting / 2 - even)
-
-    wanted = {("k_z", (a, c)): x for (a, c), x in np.ndenumerate(T.T @ truth.mass_matrix(q, *extra) @ T)}
-    for j in range(len(i)):
-        wanted |= {("k_D", (a, j)): x for a, x in enumerate(b(j))}
-    for j, k in combinations(range(len(i)), 2):
-        wanted |= {("k_C", (a, j, k)): x for a, x in enumerate(b(j, k) - b(j) - b(k))}
+    wanted = truth.coefficients(q, computed.rows)
     shown = [term for term in computed.terms if term.function != "acting"]
     for term, x in zip(shown, seen["coefficient"], strict=True):
-        if (term.function, term.indices) in wanted:
-            assert x == pytest.approx(wanted.pop((term.function, term.indices)), rel=1e-9, abs=1e-10), term
+        if (key := (term.function, term.indices)) in wanted:
+            assert x == pytest.approx(wanted.pop(key), rel=1e-9, abs=1e-10), term
     assert all(abs(x) < 1e-9 for x in wanted.values()), "what is not shown vanishes"
 
-    drives, multipliers = computed.held.drives, seen["exerted"][len(computed.held.drives) :]
-    full = np.zeros(len(qd))
-    full[list(drives)] = seen["exerted"][: len(drives)]
-    passive = [k for k in i if k not in drives]  # what no drive moves takes a force that is not there
-    rest = truth.tree_forces(q, qd, qdd, *extra) - full - G.T @ multipliers
+    assert computed.held is not None
+    drives = list(computed.held.drives)
+    rest = forces - G.T @ seen["exerted"][len(drives) :]
+    rest[drives] -= seen["exerted"][: len(drives)]
+    passive = [k for k in computed.rows if k not in drives]  # what no drive moves takes a force that is not there
     np.testing.assert_allclose(np.delete(rest, passive), 0, atol=1e-9)
 
 

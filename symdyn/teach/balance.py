@@ -13,6 +13,7 @@ from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.loops.words import in_words
 from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium
+from symdyn.dynamics.reactions.hinges import power
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate
 from symdyn.spatial import dot
@@ -59,7 +60,8 @@ class Balance(Prose):
     def _solution(self) -> list[Expr]:
         """Return the unknowns of an open mechanism: its joints' wrenches, found from the tips to the ground, split.
 
-        Every reaction is a unit force or moment along an axis of its joint frame, so that its size is a component.
+        Every reaction is a unit force or moment along an axis of its joint frame, so that its size is a component; the
+        size of a drive is the power of the whole for its unit velocity, since axes of angles are not at right angles.
         """
         R = derive_one(self.workspace, "reactions").entries
         hinges = self.workspace.hanging.hinges
@@ -67,9 +69,11 @@ class Balance(Prose):
         for one in self.system.unknowns:
             h, (force, moment) = one.acts[0]
             here = hinges[h].in_joint_axes((R[6 * h : 6 * h + 3], R[6 * h + 3 : 6 * h + 6]))  # type: ignore[arg-type]
-            size = dot(force, here[0]) + dot(moment, here[1])
-            if one.kind == DRIVE and self.system.own[h]:
-                size = size - self.system.own[h][one.number]
+            if one.kind == DRIVE:
+                size = power(here, hinges[h].S[one.number])
+                size = size - self.system.own[h][one.number] if self.system.own[h] else size
+            else:
+                size = dot(force, here[0]) + dot(moment, here[1])
             sizes.append(size)
         return sizes
 

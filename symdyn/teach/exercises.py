@@ -17,6 +17,7 @@ from symdyn.errors import TeachError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.teach.document import Blank, Block, Braced, Document, Fold, Formula, Matrix, Section, Step, Words
 from symdyn.teach.languages import LANGUAGES, fill
+from symdyn.teach.numbers import shown_state
 from symdyn.teach.student.names import Names
 from symdyn.teach.student.statements import read_formula
 from symdyn.verify import NUMERICAL, PROVED, Claim, prove
@@ -32,6 +33,7 @@ ERRATA = "errata:"
 
 POINTS = 6
 LONGEST = 60  # symbols of an answer that anyone types
+MOST = 6  # coefficients of one kind that are asked for; the others are shown
 
 
 def with_exercises(document: Document) -> Document:
@@ -68,6 +70,8 @@ def _asked(document: Document, step: Step) -> Step | None:
     if kind not in CHOSEN:
         return None
     results = {block: answer for block in step.blocks if (answer := answer_of(document, block)) is not None}
+    if kind == "coefficients":
+        results = dict(list(results.items())[:MOST])
     if kind == "solved":  # of all reactions only the drives, which the scene names
         drives = {drive for drive in document.scene.drives if drive}
         results = {block: answer for block, answer in results.items() if answer[0] in drives}
@@ -158,7 +162,8 @@ def questions(document: Document) -> dict[str, Any]:
 
     Returns:
         symbols: the scene's name of every way to write one, dotted: velocity and acceleration of coordinates, short:
-        shorthands such as c12, points: values of all symbols, values: for each blank its value at every point, words.
+        shorthands such as c12, points: values of all symbols, at those behind the sixth of parameters as declared,
+        values: for each blank its value at every point, words.
     """
     blanks = {block.key: block for _, block in document.blocks() if isinstance(block, Blank)}
     if not blanks:
@@ -168,6 +173,9 @@ def questions(document: Document) -> dict[str, Any]:
     every = list(dict.fromkeys(names.symbols.values()))
     points = [dict(zip(every, _drawn(every, k), strict=True)) for k in range(POINTS)]
     symbols = [x for x in reachable(list(nodes.values())) if x.op is Op.SYMBOL]
+    given = shown_state(document.scene).parameters
+    bound = {p.name: given[p.name] for p in document.scene.parameters if p.value is not None and p.name in every}
+    points += [point | bound for point in points[:2]] if bound else []
     values = []
     for point in points:
         seeds = {x: point[str(x.value)] for x in symbols}
@@ -177,7 +185,7 @@ def questions(document: Document) -> dict[str, Any]:
         "dotted": {q: list(rates) for q, rates in names.dotted.items()},
         "short": {key: [form.op.name.lower(), symbols_of(form)] for key, form in names.shorthands.items()},  # type: ignore[union-attr]
         "points": points,
-        "values": {key: [value[i] for value in values] for i, key in enumerate(nodes)},
+        "values": {key: [float(f"{value[i]:.12g}") for value in values] for i, key in enumerate(nodes)},
         "words": {key: t for key, t in LANGUAGES[document.language].items() if key.startswith(("answer.", "fault."))},
     }
 

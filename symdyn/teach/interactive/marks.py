@@ -110,11 +110,14 @@ class Sheet:
             radius, graph = found[6], found[6].graph
             frame, axis = self._found["frame", row.place.body], unit(row.axis, graph)
             level = next((k for k in range(3) if axis[k].is_zero), None)  # a body axis across the wheel's
-            first = tuple(graph.one if k == level else graph.zero for k in range(3)) if level is not None else ()
-            across = first or cross(axis, (graph.zero, graph.zero, graph.sqrt(1 / (1 - axis[2] * axis[2]))))
+            one, zero = graph.one, graph.zero
+            if level is None:
+                across = cross(axis, (zero, zero, graph.sqrt(1 / (1 - axis[2] * axis[2]))))
+            else:
+                across = (one if level == 0 else zero, one if level == 1 else zero, one if level == 2 else zero)
             rim = [
-                [found[r] + radius * graph.total(frame[3 * r + c] * one[c] for c in range(3)) for r in range(3)]
-                for one in (across, cross(axis, across))
+                [found[r] + radius * graph.total(frame[3 * r + c] * way[c] for c in range(3)) for r in range(3)]
+                for way in (across, cross(axis, across))
             ]
             rows = (self._point(found[:3]), *map(self._point, rim))
             marks.append(self._made("wheel", rows, row.place.body, row.name))

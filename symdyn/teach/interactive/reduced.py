@@ -3,7 +3,7 @@
     u = T u_i,  u̇ = T u̇_i + s      what loops and rows allow, s quadratic in u
     tau*_i = Tᵀ (M u̇ + c + g + k_E - Q),  so with b(u) = Tᵀ (M s + c):
 
-    k_z* = Tᵀ M T    k_G* = Tᵀ g    k_E* = Tᵀ k_E    k_D*_j = b(T e_j)    k_C*_jk = b(T e_j + T e_k) - b(T e_j) - b(T e_k)
+    k_z* = Tᵀ M T,  k_G* = Tᵀ g,  k_E* = Tᵀ k_E,  k_D*_j = b(T e_j),  k_C*_jk = b(T e_j + T e_k) - b(T e_j) - b(T e_k)
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 3.2.
 """
@@ -78,7 +78,8 @@ def held(w: Workspace) -> Held:
 
 def _moved(w: Workspace, loose: Sequence[int]) -> dict[int, int]:
     """Return what `Held.moved` says."""
-    found, q, u = {}, 0, 0
+    found: dict[int, int] = {}
+    q, u = 0, 0
     for joint in w.scene.moving:
         size, count = len(joint.coordinates), len(joint.rates)
         if quaternion(joint) is None:
@@ -147,6 +148,7 @@ def _fitting(w: Workspace, tied: Held) -> list[Function]:
         functions.append(function(w, "nearest", "nearest velocities that the loops allow", nearest, ("q", "qd")))
     if part.dependent:
         step = closed.solve_dependent(G, part, [-r for r in residual])
+        steps = [step.get(k, zero) for k in range(w.state.n)]
         follow = closed.solve_dependent(
             G, part, [-w.graph.total(row[k] * w.state.qd[k] for k in part.independent) for row in G]
         )
@@ -154,7 +156,7 @@ def _fitting(w: Workspace, tied: Held) -> list[Function]:
         functions += [
             function(w, "constraint_residual", "residuals of the loops", residual, ("q",)),
             function(w, "shortest", "Newton's shortest step", _least(G, residual), ("q",)),
-            function(w, "correction", "Newton's step of dependent coordinates", [step.get(k, zero) for k in range(w.state.n)], ("q",)),
+            function(w, "correction", "Newton's step of dependent coordinates", steps, ("q",)),
             function(w, "carried", "velocities that close the loops", carried, ("q", "qd")),
         ]
     return functions
@@ -174,8 +176,8 @@ def _driving(w: Workspace, forces: list[Expr]) -> list[Function]:
     try:
         functions = [derive_one(w, "inverse_dynamics")]
     except DerivationError:
-        found = dict(zip(reduced.independent, reduced.gathered(forces), strict=True))
-        entries = [found.get(k, w.graph.zero) for k in range(w.state.n)]
+        alone = dict(zip(reduced.independent, reduced.gathered(forces), strict=True))
+        entries = [alone.get(k, w.graph.zero) for k in range(w.state.n)]
         functions = [function(w, "inverse_dynamics", "forces at independent velocities", entries, STATE)]
     if closure.kept:
         excess = [force - tau for force, tau in zip(forces, w.state.tau, strict=True)]

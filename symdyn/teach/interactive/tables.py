@@ -41,9 +41,7 @@ def force_tables(scene: Scene, computed: Live, words: Mapping[str, str]) -> list
     return tables
 
 
-def _term(
-    scene: Scene, term: Term, symbols: Mapping[str, str], words: Mapping[str, str], star: str
-) -> dict[str, str]:
+def _term(scene: Scene, term: Term, symbols: Mapping[str, str], words: Mapping[str, str], star: str) -> dict[str, str]:
     """Return how a term is printed: its coefficient and what that is multiplied by."""
     names = {"qd": scene.velocities, "qdd": tuple(acceleration_name(v) for v in scene.velocities)}
     factors = [symbols[names[kind][k]] for kind, k in term.rates]
@@ -62,7 +60,7 @@ def _grouped(latex: str) -> str:
 
 
 def exerted(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Return the rows of what drives and multipliers exert, () for a tree: name, words, unit, which result and entry."""
+    """Return rows of what drives and multipliers exert, none for a tree: name, words, unit, which result and entry."""
     if computed.held is None:
         return []
     symbols = latex_symbols(scene)

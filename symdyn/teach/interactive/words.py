@@ -28,8 +28,8 @@ WORDS: Mapping[str, Mapping[str, str]] = {
         "turned": "{joint}, turned about the fixed axes x, y, z in this order:",
         "torques": "What each driving force is made of",
         "reduced": "What each reduced force is made of",
-        "reduced_text": "Coordinates without a slider follow the loops. Forces and coefficients with a star are reduced to "
-        "the independent velocities: all that the whole mechanism does, at those alone.",
+        "reduced_text": "Coordinates without a slider follow the loops. Forces and coefficients with a star are "
+        "reduced to the independent velocities: all that the whole mechanism does, at those alone.",
         "carried": "What drives and loops exert",
         "drive": "drive at {joint}",
         "force along": "force along",

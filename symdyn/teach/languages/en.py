@@ -305,6 +305,8 @@ TEXTS = {
     "answer.right": "Right.",
     "answer.turned": "Not yet: all of it has the opposite sign.",
     "answer.factor": "Not yet: yours is {factor} times the result.",
+    "answer.rounded": "Not yet: it is right to some digits only; write numbers exactly.",
+    "answer.numbers": "Not yet: it is right for the numbers of this scene only; write the symbols in their place.",
     "answer.wrong": "Not yet: it has another value.",
     "answer.undefined": "This has no value: it divides by zero, or takes the root of a negative number.",
     "fault.empty": "Nothing is written here.",

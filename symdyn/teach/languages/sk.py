@@ -300,6 +300,8 @@ TEXTS = {
     "answer.right": "Správne.",
     "answer.turned": "Ešte nie: celý výraz má opačné znamienko.",
     "answer.factor": "Ešte nie: váš výraz je {factor}-násobok výsledku.",
+    "answer.rounded": "Ešte nie: výraz je správny len na niekoľko číslic; píšte presné čísla.",
+    "answer.numbers": "Ešte nie: výraz je správny len pre čísla tejto scény; namiesto nich píšte symboly.",
     "answer.wrong": "Ešte nie: výraz má inú hodnotu.",
     "answer.undefined": "Výraz nemá hodnotu: delí nulou alebo odmocňuje záporné číslo.",
     "fault.empty": "Nič tu nie je napísané.",
