@@ -94,12 +94,13 @@ def simulate(
     run = _integrated(problem, choice, progress)
     stopped = formulas[run.hits[-1].event] if run.stopped == STOPPED else run.stopped
     events = tuple(_event(system, formulas, flags, hit) for hit in run.hits)
-    columns, monitors = observe(system, run.t, run.x)
     q, u = run.x[:, : system.nq], run.x[:, system.nq : system.nq + system.nv]
-    qdd = system.tell("rates", run.t, run.x)[:, system.nq : system.nq + system.nv]
-    tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
-    if reactions:
-        columns |= reaction_columns(scene, run.t, q, u, qdd)
+    with np.errstate(all="ignore"):  # a motion that leaves what is real has its last row there
+        columns, monitors = observe(system, run.t, run.x)
+        qdd = system.tell("rates", run.t, run.x)[:, system.nq : system.nq + system.nv]
+        tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
+        if reactions:
+            columns |= reaction_columns(scene, run.t, q, u, qdd)
     return Trajectory(
         scene, run.t, q, u, qdd, tau, columns, monitors, events, stopped, choice.name, relative, absolute, run.steps,
         run.evaluations, run.preparing, run.wall, notes,

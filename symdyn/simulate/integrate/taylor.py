@@ -44,6 +44,9 @@ COMPACT = 250
 STRETCH = 200
 """Steps after which the caller hears of it."""
 
+SAMPLES = 20_000
+"""Samples of one stretch: of millions, only those near by are looked at."""
+
 UNSEEN = (Op.EXP, Op.TANH)
 """Functions that are flat to the last digit of a double where they do not turn."""
 
@@ -157,8 +160,8 @@ def run(problem: Problem) -> Iterator[Piece]:
     yield Piece(times[:1], problem.x[None], (), (0.0, problem.x), 0, 0)
     goal = min(_sure_step(ta), problem.until)
     while ta.time < problem.until:
-        inside = times[done : np.searchsorted(times, goal, side="right")]
-        x, steps, why = stretch.cover(inside, goal)
+        inside = times[done : np.searchsorted(times, goal, side="right")][:SAMPLES]
+        x, steps, why = stretch.cover(inside, min(goal, float(inside[-1])) if len(inside) == SAMPLES else goal)
         hits, found[:] = sorted(found, key=lambda one: one.t), []
         stop = next((one for one in hits if problem.stops[one.event]), None)
         now = (float(ta.time), ta.state.copy()) if stop is None else (stop.t, stop.x)
