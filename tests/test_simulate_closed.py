@@ -55,17 +55,16 @@ def test_multipliers_give_the_motion_of_reduced_coordinates(
     assert np.abs(found.q - reference.q).max() < 2e-7
     assert np.abs(found.q[-1] - found.q[0]).max() > 0.1
     assert found.monitors["energy"] < 1e-7 * found.monitors["energy_scale"]
-    for name, limit in (("loops", 1e-9), ("loop_rates", 1e-9), ("quaternions", 1e-9)):
-        assert found.monitors.get(name, 0.0) < limit
+    assert max(found.monitors.get(law, 0.0) for law in ("loops", "loop_rates", "quaternions")) < 1e-9
 
 
 @pytest.mark.usefixtures("_ida")
 def test_both_positions_and_velocities_are_held_without_projection(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Index 1 by differentiation alone would drift off the loops."""
+    """With G u = 0 alone the loops would open, by 6e-7 here."""
     monkeypatch.setattr("symdyn.simulate.constraints.Projection.__call__", lambda *_: None)
     found = simulate(read(EXAMPLES / "four_bar.toml"), until=5.0, method="ida", rtol=1e-8)
 
-    assert found.monitors["loops"] < 1e-6
+    assert found.monitors["loops"] < 6e-8
     assert found.monitors["loop_rates"] < 1e-6
 
 
