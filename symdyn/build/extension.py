@@ -45,8 +45,8 @@ def build_extension(
     name = module_name(sources.program.scene.name)
     suffix = EXTENSION_SUFFIXES[0]
     abi = (sys.version, suffix, np.__version__)
-    words = ("-I", _python_headers(), "-I", np.get_include())
-    words += ("-O1",) if lean else ()  # of several levels compilers take the last
+    level = ("-O1",) if lean else ()  # of several levels compilers take the last
+    words = ("-I", _python_headers(), "-I", np.get_include(), *level)
     if sys.platform == "darwin":
         words += ("-undefined", "dynamic_lookup")
     path, module = load(

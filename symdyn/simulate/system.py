@@ -111,11 +111,10 @@ class System:
 
     def rates(self, t: float, x: Array) -> Array:
         """Return ẋ of one state, shape (nx,)."""
-        tau = self.forces.tabulated(np.float64(t), self.nv) if self.forces.tables else self._nothing  # type: ignore[arg-type]
         q, u = x[: self.nq], x[self.nq : self.nq + self.nv]
         if self.closed and not self.linear:
             q, u = self.on_manifold(q, u)
-        found: Array = self._rates(q, u, tau, t)
+        found: Array = self._rates(q, u, self.tables(t), t)
         return found
 
     def on_manifold(self, q: Array, u: Array) -> tuple[Array, Array]:
@@ -134,11 +133,15 @@ class System:
     def _rates(self) -> Callable[..., Array]:
         return self.calls["rates"]
 
+    def tables(self, t: npt.ArrayLike) -> Array:
+        """Return what tables say about driving forces at times (...), shape (..., nv); zeros without tables."""
+        return self.forces.tabulated(np.asarray(t, dtype=np.float64), self.nv) if self.forces.tables else self._nothing
+
     def tell(self, name: str, t: npt.ArrayLike, x: Array) -> Array:
         """Return a function of the program at states x, shape (..., nx), and times (...)."""
         times = np.asarray(t, dtype=np.float64)
         known = {"q": x[..., : self.nq], "qd": x[..., self.nq : self.nq + self.nv], TIME: times}
-        known["tau"] = self.forces.tabulated(times, self.nv) if self.forces.tables else self._nothing
+        known["tau"] = self.tables(times)
         return np.asarray(self.calls[name](*(known[argument] for argument in self._takes[name])), dtype=np.float64)
 
     def jacobian(self, t: npt.ArrayLike, x: Array) -> Array:
@@ -164,7 +167,7 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
     if not scene.velocities:
         raise SimulateError(f"{scene.name}: nothing moves: no joint has a coordinate")
     w = Workspace(scene)
-    tau = [_drive(w, forces, k) for k in range(w.state.n)]
+    tau = [drive(w, forces, k) for k in range(w.state.n)]
     place = dict(zip(w.state.tau, tau, strict=True))
     linear = linear_loops(w) if scene.loops else None
     solved = forward_dynamics(w, linear) if linear else cheapest(w, "forward_dynamics").entries
@@ -175,16 +178,16 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
     momenta = conserved(w, accelerations, bool(forces.tables))
     rates = substitute(w.state.rates, followers(w, linear)) if linear else w.state.rates
     functions = [
-        _function(w, "rates", [*rates, *accelerations, *([] if power.is_zero else [power])]),
-        _function(w, "drives", drives),
-        _function(w, "power", powers),
-        _function(w, "kinetic", cheapest(w, "kinetic_energy").entries),
-        _function(w, "potential", cheapest(w, "potential_energy").entries),
+        function_of(w, "rates", [*rates, *accelerations, *([] if power.is_zero else [power])]),
+        function_of(w, "drives", drives),
+        function_of(w, "power", powers),
+        function_of(w, "kinetic", cheapest(w, "kinetic_energy").entries),
+        function_of(w, "potential", cheapest(w, "potential_energy").entries),
     ]
     if events:
-        functions.append(_function(w, "events", [express(event, w.graph) for event in events]))
+        functions.append(function_of(w, "events", [express(event, w.graph) for event in events]))
     if momenta:
-        functions.append(_function(w, "momenta", [p for _, p in momenta]))
+        functions.append(function_of(w, "momenta", [p for _, p in momenta]))
     rows, filled = 0, ()  # type: int, tuple[int, ...]
     if scene.loops or scene.rows:
         G = cheapest(w, "constraint_jacobian")
@@ -192,7 +195,7 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
         filled = tuple(k for k, entry in enumerate(G.entries) if not entry.is_zero)
         functions += [cheapest(w, "constraint_residual"), _row_rates(w, G), *_corrections(w, linear)]
         if not linear:
-            functions.append(_function(w, "slopes", [G.entries[k] for k in filled], ("q",)))
+            functions.append(function_of(w, "slopes", [G.entries[k] for k in filled], ("q",)))
     program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
     calls, compiled = load_program(program, lean=True)
     return System(
@@ -201,7 +204,7 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
     )  # fmt: skip
 
 
-def _drive(w: Workspace, forces: Forces, k: int) -> Expr:
+def drive(w: Workspace, forces: Forces, k: int) -> Expr:
     """Return the driving force of a velocity: its formula, or the argument that a table fills."""
     return w.state.tau[k] if k in forces.tables else express(forces.formula(k), w.graph)
 
@@ -210,7 +213,7 @@ def _row_rates(w: Workspace, G: Function) -> Function:
     """Return G u, what the rows make of the velocities."""
     rows, n = G.shape
     terms = [[G.entries[r * n + k] * w.state.qd[k] for k in range(n)] for r in range(rows)]
-    return _function(w, "row_rates", [w.graph.total(row) for row in terms], ("q", "qd"))
+    return function_of(w, "row_rates", [w.graph.total(row) for row in terms], ("q", "qd"))
 
 
 def _corrections(w: Workspace, linear: LinearLoops | None) -> list[Function]:
@@ -227,9 +230,9 @@ def _corrections(w: Workspace, linear: LinearLoops | None) -> list[Function]:
         moved = [-w.graph.total(row[k] * u[k] for k in partition.independent) for row in G]
         fitted = solve_dependent(G, partition, moved) if G else {}
     return [
-        _function(w, "correction", [step.get(k, zero) for k in range(w.state.n)], ("q", "qd")),
-        _function(w, "movement", w.state.rates, ("q", "qd")),
-        _function(w, "fitted", [fitted.get(k, x) for k, x in enumerate(u)], ("q", "qd")),
+        function_of(w, "correction", [step.get(k, zero) for k in range(w.state.n)], ("q", "qd")),
+        function_of(w, "movement", w.state.rates, ("q", "qd")),
+        function_of(w, "fitted", [fitted.get(k, x) for k, x in enumerate(u)], ("q", "qd")),
     ]
 
 
@@ -237,7 +240,7 @@ def _moved(scene: Scene) -> bool:
     return OUTPUTS["drive_forces"].exists(scene)
 
 
-def _function(w: Workspace, name: str, entries: Sequence[Expr], takes: Sequence[str] = EVERYTHING) -> Function:
+def function_of(w: Workspace, name: str, entries: Sequence[Expr], takes: Sequence[str] = EVERYTHING) -> Function:
     """Return entries as a function of everything, or of what it takes."""
     return Function(
         name=name,
