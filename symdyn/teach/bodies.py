@@ -143,7 +143,10 @@ def _matrix(
 def _errata(lesson: Balance, behind: str, numbers: Sequence[str]) -> Step:
     """Return boxes of words: what the text reads, what is right, the check."""
     titles = [lesson.say("erratum", number=number) for number in numbers]
-    boxes = [Box("erratum", t, (lesson.say(f"erratum.{n}"),)) for t, n in zip(titles, numbers, strict=True)]
+    reads = lesson.name("text:M", "M", "jyy", node=None)
+    right = lesson.name("text:M right", "M", "jjy", node=None)
+    said = [lesson.say(f"erratum.{number}", reads=reads, right=right) for number in numbers]
+    boxes = [Box("erratum", title, (words,)) for title, words in zip(titles, said, strict=True)]
     return Step(f"errata:{behind}", Words(()), tuple(boxes))
 
 
