@@ -31,7 +31,7 @@ LINE = 470.0  # pt: 170 mm less a little for what the estimate misses
 TAG = 55.0  # room for an equation number
 INSET = 24.0  # what a box takes from the line
 GAP = 16.0  # between columns of a table
-ROWS, TALL_ROWS = 40, 14  # of one table, and of one whose cells have several lines
+ROWS, TALL_ROWS = 40, 10  # of one table, and of one whose cells have several lines
 BAR = 150.0  # pt of a share of one
 
 COLOURS = {"erratum": "fff0ee", "remark": "eef4fb", "check": "eef8f0"}
@@ -92,7 +92,8 @@ class _Page:
     def block(self, block: Block, room: float) -> Iterator[str]:
         """Yield the paragraphs of a block that is no formula, on lines of `room` pt."""
         if isinstance(block, Words):
-            yield self.words(block)
+            text = self.words(block)
+            yield rf"{text}\withnext" if text.endswith(":") else text
         elif isinstance(block, Matrix):
             tag = rf" \tag{{{block.number}}}" if block.number else ""
             line = self.spell.matrix(block).replace("&=", "=", 1)
@@ -101,7 +102,7 @@ class _Page:
             caption = rf"\small {self.words(block.caption)}"
             yield f"\\begin{{center}}\n{tex_picture(block.svg)}\n\n{caption}\n\\end{{center}}"
         elif isinstance(block, Values):
-            yield self._table(block, room)
+            yield self._table(block, min(room, LINE))  # small print has no wider lines
         elif isinstance(block, Shares):
             yield self.words(block.caption)
             yield self._bars(block)
@@ -145,7 +146,7 @@ def _value(value: float) -> str:
 def _width(cell: str) -> float:
     """Return an estimate of the width of a cell, pt."""
     outside = "".join(cell.split("$")[::2])
-    return 5.2 * len(outside) + sum(latex_width(inside) for inside in cell.split("$")[1::2])
+    return 5.5 * len(outside) + sum(latex_width(inside) for inside in cell.split("$")[1::2])
 
 
 def _columns(widths: Sequence[float], room: float) -> str:
