@@ -19,6 +19,7 @@ from symdyn.teach.document import (
     Matrix,
     Picture,
     Shares,
+    Step,
     Values,
     Words,
 )
@@ -34,6 +35,9 @@ GAP = 16.0  # between columns of a table
 ROWS, TALL_ROWS = 40, 10  # of one table, and of one whose cells have several lines
 BAR = 150.0  # pt of a share of one
 
+DISPLAYS = (r"\begin{align*}", r"\begin{equation*}")
+WITH_NEXT = r"\withnext"
+
 COLOURS = {"erratum": "fff0ee", "remark": "eef4fb", "check": "eef8f0"}
 
 
@@ -41,18 +45,7 @@ def latex(document: Document) -> dict[str, str]:
     """Return the one file by name."""
     page = _Page(document)
     sections = [
-        {
-            "title": escape(section.title),
-            "steps": [
-                {
-                    "claim": page.words(step.claim),
-                    "reference": step.reference,
-                    "body": page.body(step.blocks, LINE),
-                    "reason": page.words(step.reason),
-                }
-                for step in section.steps
-            ],
-        }
+        {"title": escape(section.title), "steps": [page.step(step) for step in section.steps]}
         for section in document.sections
     ]
     values = {"title": escape(document.title), "comment": document.scene.name, "sections": sections}
@@ -66,6 +59,18 @@ class _Page:
         self.spell = Spelling(document)
         self.hint = LANGUAGES[document.language]["exercise.hint"]
 
+    def step(self, step: Step) -> dict[str, str]:
+        """Return the places of the template: a claim stays on the page of what it announces."""
+        body = self.body(step.blocks, LINE)
+        displayed = body.lstrip().startswith(DISPLAYS)
+        return {
+            "claim": self.words(step.claim),
+            "reference": step.reference,
+            "end": "}" if displayed else rf"\par}}{WITH_NEXT}" if body else "}",
+            "body": body.lstrip("\n") if displayed else body,
+            "reason": self.words(step.reason),
+        }
+
     def words(self, words: Words) -> str:
         return self.spell.words(words)
 
@@ -77,6 +82,8 @@ class _Page:
                 text += f"\n{self._display(list(group), room)}\n"
             else:
                 text += "".join(f"\n\n{one}" for block in group for one in self.block(block, room))
+        for display in DISPLAYS:  # belongs to the paragraph before it
+            text = text.replace(f"{WITH_NEXT}\n{display}", f"\n{display}").replace(f"\n\n{display}", f"\n{display}")
         return text
 
     def _display(self, group: Sequence[Block], room: float) -> str:
@@ -93,14 +100,14 @@ class _Page:
         """Yield the paragraphs of a block that is no formula, on lines of `room` pt."""
         if isinstance(block, Words):
             text = self.words(block)
-            yield rf"{text}\withnext" if text.endswith(":") else text
+            yield f"{text}{WITH_NEXT}" if text.endswith(":") else text
         elif isinstance(block, Matrix):
             tag = rf" \tag{{{block.number}}}" if block.number else ""
             line = self.spell.matrix(block).replace("&=", "=", 1)
             yield f"\\begin{{equation*}}\n  {line}{tag}\n\\end{{equation*}}"
         elif isinstance(block, Picture):
             caption = rf"\small {self.words(block.caption)}"
-            yield f"\\begin{{center}}\n{tex_picture(block.svg)}\n\n{caption}\n\\end{{center}}"
+            yield f"\\begin{{center}}\n{tex_picture(block.svg)}\n\n\\nopagebreak {caption}\n\\end{{center}}"
         elif isinstance(block, Values):
             yield self._table(block, min(room, LINE))  # small print has no wider lines
         elif isinstance(block, Shares):
