@@ -142,7 +142,7 @@ def _data(scene: Scene, computed: Live, seen: View, sentences: Mapping[str, str]
         "points": list(computed.points),
         "gravity": computed.gravity,
         "view": [_rounded(axis) for axis in (seen.right, seen.up, seen.toward)],
-        "words": {key: sentences[key] for key in ("play", "pause", "lost", "open")},
+        "words": {key: sentences[key] for key in ("play", "pause", "lost", "open", "point")},
     }
 
 
