@@ -114,7 +114,7 @@ def test_singular_positions_are_found():
     def stretched(q):  # singular where q2 is a multiple of pi, as the Jacobian of a planar arm
         return np.stack([np.stack([np.ones(len(q)), 0 * q[:, 0]], 1), np.stack([q[:, 0] * 0, np.sin(q[:, 1])], 1)], 1)
 
-    q = near_singular(("rad", "rad"), [stretched], seed=1)
+    q = near_singular(Positions(("rad", "rad"), np.empty((0, 2))), [stretched], seed=1)
 
     assert np.abs(np.sin(q[:, 1])).max() < 0.05
     assert np.abs(np.sin(q[0, 1])) < 1e-4

@@ -23,7 +23,7 @@ from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import number, read
 from symdyn.teach import walkthrough
 from symdyn.teach.document import Blank, Document
-from symdyn.teach.exercises import questions, with_exercises
+from symdyn.teach.exercises import judge, questions, with_exercises
 from symdyn.teach.languages import LANGUAGES
 from symdyn.teach.render.html import html_page
 from symdyn.teach.render.mathml import flow, inner
@@ -177,11 +177,22 @@ def test_the_page_does_not_hold_the_results(lesson: Document) -> None:
     assert "cos" not in str(asked["values"])
 
 
-def test_a_walkthrough_without_such_results_says_so() -> None:
-    lesson = walkthrough(read(EXAMPLES / "four_bar.toml"), road="dalembert")
+def test_exercises_of_the_other_road_ask_for_moments_of_inertia_and_drives() -> None:
+    closed = with_exercises(walkthrough(read(EXAMPLES / "four_bar.toml"), road="dalembert"))
+    assert [b.left for b in blanks(closed)] == ["MD:22:z", "MD:33:z", "MD:44:z"]
+    assert "<math" in html_page(closed)
+    assert len(closed.sections[-1].steps) == 3
 
-    assert "<math" in html_page(lesson)
-    with pytest.raises(TeachError, match="take Lagrange's road"):
+    arm = with_exercises(walkthrough(read(EXAMPLES / "two_link.toml"), road="dalembert"))
+    assert [b.left for b in blanks(arm)] == ["MD:22:z", "MD:33:z", "M1", "M2"]
+    assert judge(arm, "bivectors:link1:MD:22:z", "-m_1 h_1^2 \\ddot q_1") == "Right."
+    assert judge(arm, "bivectors:link1:MD:22:z", "m_1 h_1^2 \\ddot q_1").endswith("the opposite sign.")
+
+
+def test_a_walkthrough_without_such_results_says_so() -> None:
+    lesson = walkthrough(read(EXAMPLES / "four_bar.toml"), road="dalembert", until="count")
+
+    with pytest.raises(TeachError, match="give a later part with --until"):
         with_exercises(lesson)
 
 

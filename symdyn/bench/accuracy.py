@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import platform
 import tempfile
@@ -14,13 +13,13 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.balls import Balls
+from symdyn.bench.backward import Solve, linear
 from symdyn.bench.implementations import Implementation, implementations
-from symdyn.bench.model import Bench, Curve, Errors, Measured
-from symdyn.bench.reference import BITS, Reference, reference
-from symdyn.bench.states import REGIONS, Positions, draw, near_singular
+from symdyn.bench.model import Bench, Errors, Measured, unbeaten
+from symdyn.bench.reference import Reference, reference
+from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of
 from symdyn.bench.timing import Timed, nanoseconds
-from symdyn.bench.work_precision import curves
+from symdyn.bench.work_precision import motion
 from symdyn.build import run_python
 from symdyn.build.compiler import find_compiler
 from symdyn.build.library import CACHE_VARIABLE
@@ -56,7 +55,7 @@ def bench(
     Args:
         scene: the mechanism; free parameters are drawn from 0.5 … 1.5.
         functions: as for `derive`; None takes all that the scene has, with `quick` those of `QUICK`.
-        quick: few states, native code and no trajectories, for a first look.
+        quick: few states, native code, few tolerances, for a first look.
         trajectories: whether to add work against precision of a motion.
         seed: of the states.
         command: what makes the report again, for its head.
@@ -85,12 +84,12 @@ def bench(
         for name in functions:
             progress(f"measuring {name}")
             found += _function(scene, name, positions, machines, quick, seed)
-    moved: tuple[Curve, ...] = ()
-    if trajectories and not quick:
-        try:
-            moved = curves(scene, progress=progress)
-        except (SimulateError, DerivationError) as fault:
-            notes.append(f"no trajectories: {fault}")
+        moved = None
+        if trajectories:
+            try:
+                moved = motion(scene, quick, progress)
+            except (SimulateError, DerivationError) as fault:
+                notes.append(f"no trajectories: {fault}")
     return Bench(scene.name, command, tuple(about), REGIONS, tuple(found), moved, tuple(notes))
 
 
@@ -117,20 +116,22 @@ def _fresh_cache() -> Iterator[None]:
 
 
 def _positions(scene: Scene, seed: int) -> Positions:
-    """Return the units of the coordinates, and positions near which M or a Jacobian is singular."""
+    """Return the coordinates, and positions near which M, a Jacobian or the rows of loops are singular."""
     last = [f"jacobian:{point.name}" for point in scene.points] or [f"jacobian:{scene.bodies[-1].name}"]
-    program = lower(formulate(scene, ("mass_matrix", *last)))
+    rows = ["constraint_jacobian"] if is_closed(scene) else []
+    program = lower(formulate(scene, ("mass_matrix", *last, *rows)))
     module = run_python(emit(program, "numpy"))
+    anywhere = positions_of(scene, seed)
     matrices = []
-    units: tuple[str, ...] = ()
     for routine in program.routines:
         function = routine.function
-        units = next(a.units for a in function.arguments if a.name == "q")
-        given = draw(function.arguments, Positions(units, np.empty((0, len(units)))), "range", 1, seed, "double")
+        if not function.entries:
+            continue
+        given = draw(function.arguments, anywhere, "range", 1, seed, "double")
         others = [given[a.name] for a in function.arguments if a.name != "q"]
-        call = getattr(module, routine.function.name)
+        call = getattr(module, function.name)
         matrices.append(lambda q, call=call, others=others: call(q, *others))
-    return Positions(units, near_singular(units, matrices, seed))
+    return replace(anywhere, singular=near_singular(anywhere, matrices, seed))
 
 
 def _function(
@@ -180,29 +181,23 @@ def _times(made: Sequence[Implementation], positions: Positions, quick: bool, se
 
 @dataclass(frozen=True)
 class _Region:
-    """States of a region, the exact results there, and M and h = c + g - Q where accelerations are solved for."""
+    """States of a region, the exact results there, and the equations where accelerations are solved for."""
 
     states: Mapping[str, Array]
     known: Reference
-    solve: tuple[Reference, Reference] | None
+    solve: Solve | None
 
 
 def _references(
     made: Implementation, scene: Scene, name: str, positions: Positions, count: int, seed: int
 ) -> dict[str, _Region]:
     function = made.routine.function
-    solves = name == "forward_dynamics" and not is_closed(scene)
-    linear = lower(formulate(scene, ("mass_matrix", "inverse_dynamics"))).routines if solves else ()
+    solved = linear(scene) if name == "forward_dynamics" else ()
     found = {}
     for region in REGIONS:
         states = draw(function.arguments, positions, region, count, seed, made.real)
-        known = reference(function, states, count)
-        solve = None
-        if linear:
-            given = {**states, "qdd": np.zeros_like(states["qd"])}
-            M, h = (reference(routine.function, given, count) for routine in linear)
-            solve = (M, h) if len(M.kept) == len(h.kept) == count else None
-        found[region] = _Region(states, known, solve)
+        solve = Solve.at(solved, states, count) if solved else None
+        found[region] = _Region(states, reference(function, states, count), solve)
     return found
 
 
@@ -221,8 +216,9 @@ def _measured(one: Implementation, took: float, regions: Mapping[str, _Region]) 
         ulp = np.max(gap, axis=1) / (2 * unit * np.maximum(largest, TINIEST[one.real] / unit))
         own = known.bound * (unit / ROUNDOFF["double"]) + TINIEST[one.real]
         share = np.max(gap / own, axis=1)
-        backward = _spread(_backward(computed, here, unit)) if here.solve else None
-        errors.append(Errors(region, len(known.kept), _spread(ulp), _spread(share), backward))
+        solve, tau = here.solve, here.states.get("tau")
+        backward = solve.backward(computed, tau, known.kept, unit) if solve and tau is not None else None
+        errors.append(Errors(region, len(known.kept), _spread(ulp), _spread(share), _spread(backward) if backward else None))
         worst = max(worst, float(np.percentile(np.max(gap, axis=1) / scale, 99)))
     return Measured(
         function.name,
@@ -246,38 +242,7 @@ def _spread(values: Sequence[float] | Array) -> tuple[float, float, float]:
     return float(ordered[last // 2]), float(ordered[round(0.99 * last)]), float(ordered[-1])
 
 
-def _backward(computed: Array, here: _Region, unit: float) -> list[float]:
-    """Return |M qdd + h - tau| / (|M||qdd| + |h| + |tau|) of every kept state, in roundoffs."""
-    assert here.solve is not None, "asked for trees only"
-    M, h = here.solve
-    found = []
-    with Balls(BITS) as algebra:
-        for k in here.known.kept:
-            n = computed.shape[1]
-            tau = [algebra.number(float(x)) for x in here.states["tau"][k]]
-            if not np.isfinite(computed[k]).all():
-                found.append(np.inf)
-                continue
-            qdd = [algebra.number(float(x)) for x in computed[k]]
-            rows = [M.balls[k][i * n : (i + 1) * n] for i in range(n)]
-            residual = max(
-                abs(float(sum((m * x for m, x in zip(row, qdd, strict=True)), b - t)))
-                for row, b, t in zip(rows, h.balls[k], tau, strict=True)
-            )
-            norm = float(np.max(np.sum(np.abs(M.high[k].reshape(n, n)), axis=1)))
-            size = norm * float(np.max(np.abs(computed[k]))) + float(np.max(np.abs(h.high[k])))
-            found.append(residual / (unit * (size + float(np.max(np.abs(here.states["tau"][k]))) or 1.0)))
-    return found
-
-
-SAME = 1.25
-"""Errors that differ by less than this factor are the same: a few states tell no more."""
-
-
 def marked(measured: Sequence[Measured]) -> list[Measured]:
     """Return the same with those marked that no other one beats: as accurate or more so, and faster."""
-
-    def beaten(one: Measured) -> bool:
-        return any(other.call < one.call and other.relative <= SAME * one.relative for other in measured)
-
-    return [replace(one, best=not beaten(one) and math.isfinite(one.relative)) for one in measured]
+    best = unbeaten([(one.call, one.relative) for one in measured])
+    return [replace(one, best=mark) for one, mark in zip(measured, best, strict=True)]

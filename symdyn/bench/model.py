@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -70,6 +71,55 @@ class Measured:
 
 
 @dataclass(frozen=True)
+class Point:
+    """One trajectory.
+
+    Attributes:
+        tolerance: that was asked for.
+        seconds: processor time of the integration.
+        evaluations: of the right-hand side; steps where the method counts these.
+        error: of the end, or the drift of the energy.
+        best: whether no other point of any method is both as fast and as good.
+    """
+
+    tolerance: float
+    seconds: float
+    evaluations: int
+    error: float
+    best: bool = False
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Work and precision of one method, a point a tolerance."""
+
+    method: str
+    points: tuple[Point, ...]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Work and precision of a scene's motion.
+
+    Attributes:
+        until, later: seconds of the motions whose end and whose energy are looked at.
+        reference: how the end was found that all are judged by.
+        uncertain: how far that may be off; no smaller error is told.
+        precision: error of the end, a curve a method.
+        drift: largest drift of the energy over its size, a curve a method.
+        notes: what was left out and why.
+    """
+
+    until: float
+    later: float
+    reference: str
+    uncertain: float
+    precision: tuple[Curve, ...]
+    drift: tuple[Curve, ...]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Bench:
     """Run time against error of a scene's functions.
 
@@ -79,7 +129,7 @@ class Bench:
         about: the machine, in pairs of words.
         regions: what each region is, by name.
         measured: every function and implementation.
-        curves: work and precision of trajectories, one a method; () where none were computed.
+        motion: work and precision of trajectories; None where none were computed.
         notes: what was left out and why.
     """
 
@@ -88,7 +138,7 @@ class Bench:
     about: tuple[tuple[str, str], ...]
     regions: Mapping[str, str]
     measured: tuple[Measured, ...]
-    curves: tuple[Curve, ...] = ()
+    motion: Motion | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -101,20 +151,13 @@ class Bench:
         return asdict(self)
 
 
-@dataclass(frozen=True)
-class Point:
-    """One trajectory: the tolerance asked for, seconds it took, evaluations, error at the end, drift of the energy."""
-
-    tolerance: float
-    seconds: float
-    evaluations: int
-    error: float
-    drift: float
+SAME = 1.25
+"""Errors that differ by less than this factor are the same: a few states tell no more."""
 
 
-@dataclass(frozen=True)
-class Curve:
-    """Work and precision of one method, a point a tolerance."""
-
-    method: str
-    points: tuple[Point, ...]
+def unbeaten(pairs: Sequence[tuple[float, float]]) -> list[bool]:
+    """Return of each pair of time and error whether it is finite and no other one is faster and as accurate."""
+    return [
+        math.isfinite(error) and not any(other < time and off <= SAME * error for other, off in pairs)
+        for time, error in pairs
+    ]

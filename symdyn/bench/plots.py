@@ -11,11 +11,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-WIDTH, HEIGHT = 720, 380
-LEFT, RIGHT, TOP, BOTTOM = 70, 210, 30, 50
+WIDTH, HEIGHT = 540, 330
+LEFT, RIGHT, TOP, BOTTOM = 74, 16, 34, 48
+COLUMN, LINE = 230, 20
+"""Width and height of a word of the legend, which stands below, so that a narrow page shows all of it."""
 
 STYLE = """
-.plot { --ink: #222; --faint: #ddd; --paper: #fff; font: 12px system-ui, sans-serif; max-width: 100%; height: auto; }
+.plot { --ink: #222; --faint: #ddd; --paper: #fff; font: 14px system-ui, sans-serif;
+  display: block; width: 100%; max-width: 44rem; height: auto; }
 .plot text { fill: var(--ink); } .plot .axis { stroke: var(--ink); } .plot .grid { stroke: var(--faint); }
 .plot .ring { stroke: var(--ink); stroke-width: 1.5; }
 @media (prefers-color-scheme: dark) { .plot { --ink: #ddd; --faint: #3a3a3a; --paper: #1b1b1b; } }
@@ -58,21 +61,24 @@ def log_log(title: str, x_label: str, y_label: str, series: Sequence[Series], fl
     def up(value: float) -> float:
         return HEIGHT - BOTTOM - y.share(value) * (HEIGHT - TOP - BOTTOM)
 
-    lines = [f'<svg class="plot" role="img" viewBox="0 0 {WIDTH} {HEIGHT}" xmlns="http://www.w3.org/2000/svg">']
+    columns = (WIDTH - LEFT) // COLUMN
+    height = HEIGHT + LINE * -(-len(shown) // columns)
+    size = f'width="{WIDTH}" height="{height}" viewBox="0 0 {WIDTH} {height}"'
+    lines = [f'<svg class="plot" role="img" {size} xmlns="http://www.w3.org/2000/svg">']
     lines += [f"<title>{escape(title)}</title><style>{STYLE}</style>"]
-    lines += [f'<text x="{LEFT}" y="18" font-weight="bold">{escape(title)}</text>']
+    lines += [f'<text x="{LEFT}" y="20" font-weight="bold">{escape(title)}</text>']
     bottom, right = HEIGHT - BOTTOM, WIDTH - RIGHT
-    for k in x.ticks:
-        at = f"{across(10.0**k):.1f}"
+    for tick in x.ticks:
+        at = f"{across(tick):.1f}"
         lines.append(f'<line class="grid" x1="{at}" x2="{at}" y1="{TOP}" y2="{bottom}"/>')
-        lines.append(f'<text x="{at}" y="{bottom + 16}" text-anchor="middle">{_power(k)}</text>')
-    for k in y.ticks:
-        at = f"{up(10.0**k):.1f}"
+        lines.append(f'<text x="{at}" y="{bottom + 19}" text-anchor="middle">{_number(tick)}</text>')
+    for tick in y.ticks:
+        at = f"{up(tick):.1f}"
         lines.append(f'<line class="grid" y1="{at}" y2="{at}" x1="{LEFT}" x2="{right}"/>')
-        lines.append(f'<text x="{LEFT - 6}" y="{at}" dy="4" text-anchor="end">{_power(k)}</text>')
+        lines.append(f'<text x="{LEFT - 6}" y="{at}" dy="5" text-anchor="end">{_number(tick)}</text>')
     lines.append(f'<path class="axis" fill="none" d="M{LEFT} {TOP}V{bottom}H{right}"/>')
     middle = (LEFT + right) / 2
-    lines.append(f'<text x="{middle:.0f}" y="{HEIGHT - 12}" text-anchor="middle">{escape(x_label)}</text>')
+    lines.append(f'<text x="{middle:.0f}" y="{HEIGHT - 8}" text-anchor="middle">{escape(x_label)}</text>')
     turned = f"translate(16 {(TOP + bottom) / 2:.0f}) rotate(-90)"
     lines.append(f'<text transform="{turned}" text-anchor="middle">{escape(y_label)}</text>')
     for k, one in enumerate(shown):
@@ -81,8 +87,9 @@ def log_log(title: str, x_label: str, y_label: str, series: Sequence[Series], fl
             path = "L".join(f"{across(dot.x):.1f} {up(dot.y):.1f}" for dot in one.dots)
             lines.append(f'<path fill="none" stroke-width="1.5" stroke="{colour}" d="M{path}"/>')
         lines += [_circle(dot, across(dot.x), up(dot.y), colour) for dot in one.dots]
-        lines += [f'<circle cx="{right + 16}" cy="{TOP + 8 + 18 * k}" r="4" fill="{colour}"/>']
-        lines += [f'<text x="{right + 26}" y="{TOP + 12 + 18 * k}">{escape(one.name)}</text>']
+        left, top = LEFT + COLUMN * (k % columns), HEIGHT + LINE * (k // columns) + 8
+        lines += [f'<circle cx="{left}" cy="{top}" r="4" fill="{colour}"/>']
+        lines += [f'<text x="{left + 10}" y="{top + 5}">{escape(one.name)}</text>']
     return "\n".join([*lines, "</svg>"])
 
 
@@ -102,8 +109,14 @@ def _circle(dot: Dot, x: float, y: float, colour: str) -> str:
     return f"<g><title>{escape(dot.text)}</title>{ring}<circle {at} r='4' {fill}/></g>"
 
 
-def _power(k: int) -> str:
-    return "1" if k == 0 else "10" if k == 1 else f'10<tspan dy="-5" font-size="9">{k}</tspan>'
+def _number(value: float) -> str:
+    """Return a tick's label: plain digits near one, else a power of ten, which ticks out there are."""
+    if 1e-2 <= value <= 1e3:
+        return f"{value:g}"
+    power = math.floor(math.log10(value) + 1e-9)
+    factor = f"{value / 10.0**power:.0f}"
+    sign, size = ("\u2212" if power < 0 else ""), abs(power)
+    return f'{"" if factor == "1" else factor + "·"}10<tspan dy="-6" font-size="10">{sign}{size}</tspan>'
 
 
 @dataclass(frozen=True)
@@ -120,10 +133,13 @@ class _Axis:
         return _Axis(low, high)
 
     @property
-    def ticks(self) -> range:
-        """Powers of ten to label, ten at most."""
+    def ticks(self) -> list[float]:
+        """Powers of ten to label, ten at most; also twice and five times those where there are hardly any."""
         first, last = math.ceil(self.low), math.floor(self.high)
-        return range(first, last + 1, max(1, -(-(last - first + 1) // 10)))
+        if last - first >= 2:
+            return [10.0**k for k in range(first, last + 1, -(-(last - first + 1) // 10))]
+        finer = [factor * 10.0**k for k in range(first - 1, last + 1) for factor in (1, 2, 5)]
+        return [tick for tick in finer if self.low <= math.log10(tick) <= self.high]
 
     def share(self, value: float) -> float:
         """Return where a value stands, 0 at the low end and 1 at the high one."""

@@ -7,14 +7,24 @@ from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from typing import Any
 
-from symdyn.bench.model import Bench, Curve, Measured, Point
+from symdyn.bench.model import Bench, Curve, Measured, Motion, Point
 from symdyn.bench.plots import Dot, Series, log_log
 from symdyn.bench.stress.model import Stress
 from symdyn.emit.render import render
 from symdyn.verify.certificate import finite
 
 COLUMNS = ("implementation", "operations", "generate s", "compile s", "ns a state", "error 99 %", "best")
-DEEPER = ("implementation", "states", "ulp: median, 99 %, max", "of own bound: median, 99 %, max", "backward: max")
+DEEPER = ("implementation", "states", "ulp", "of own bound", "backward")
+ERRORS = (
+    "Errors are the 99th percentile over sampled states of the largest error of an entry, relative to the largest entry, "
+    "against the same graph at 50 digits, in the worst region. Rings mark what no other implementation beats in both "
+    "time and error; hollow points are float."
+)
+SPREADS = (
+    "Regions have median, 99 % and maximum over the states, of the error in ulps of the largest entry; of an entry's error over its "
+    "own running error bound, which knows the condition of the output: below 1 it is as good as rounding every "
+    "operation once allows; and of the backward error of accelerations in roundoffs."
+)
 
 
 def as_json(facts: Mapping[str, Any]) -> str:
@@ -25,9 +35,9 @@ def as_json(facts: Mapping[str, Any]) -> str:
 def pictures(bench: Bench) -> dict[str, str]:
     """Return a plot of time against error for every function, and work against precision, by name."""
     made = {function: time_against_error(bench, function) for function in bench.functions}
-    if bench.curves:
-        made["trajectory"] = work_against_precision(bench.curves)
-        made["energy"] = work_against_drift(bench.curves)
+    if bench.motion is not None:
+        made["trajectory"] = work_against_precision(bench.motion)
+        made["energy"] = work_against_drift(bench.motion)
     return {name: text for name, text in made.items() if text}
 
 
@@ -39,24 +49,29 @@ def time_against_error(bench: Bench, function: str) -> str:
             text = f"{one.label}: {one.call:.3g} ns, {one.relative:.1e}"
             groups.setdefault(one.way, []).append(Dot(one.call, one.relative, text, one.best, one.real == "float"))
     series = [Series(way, tuple(dots)) for way, dots in groups.items()]
-    return log_log(f"{bench.scene}: {function}", "ns a state", "relative error, 99th percentile", series)
+    return log_log(f"{bench.scene}: {function}", "ns a state", "relative error, 99 %", series)
 
 
-def work_against_precision(curves: Sequence[Curve]) -> str:
+def work_against_precision(motion: Motion) -> str:
     """Return the plot of the error of a trajectory's end against the time that it took."""
-    return log_log("work and precision", "seconds", "error at the end", _lines(curves, lambda point: point.error))
+    title = f"{motion.until:g} s of motion: work and precision"
+    return log_log(title, "seconds", "error at the end", _lines(motion.precision))
 
 
-def work_against_drift(curves: Sequence[Curve]) -> str:
+def work_against_drift(motion: Motion) -> str:
     """Return the plot of the drift of the energy against the time that it took."""
-    return log_log("drift of the energy", "seconds", "largest drift", _lines(curves, lambda point: point.drift))
+    title = f"{motion.later:g} s of motion: drift of the energy"
+    return log_log(title, "seconds", "largest drift over the energy", _lines(motion.drift))
 
 
-def _lines(curves: Sequence[Curve], of: Callable[[Point], float]) -> list[Series]:
+def _lines(curves: Sequence[Curve]) -> list[Series]:
     return [
         Series(
             curve.method,
-            tuple(Dot(p.seconds, of(p), f"{curve.method}, rtol {p.tolerance:.0e}: {of(p):.1e}") for p in curve.points),
+            tuple(
+                Dot(p.seconds, p.error, f"{curve.method}, rtol {p.tolerance:.0e}: {p.seconds:.2g} s, {p.error:.1e}", p.best)
+                for p in curve.points
+            ),
             joined=True,
         )
         for curve in curves
@@ -86,15 +101,19 @@ def regions(bench: Bench, function: str, region: str) -> list[tuple[str, ...]]:
     for one in bench.measured:
         for errors in one.errors:
             if (one.function, errors.region) == (function, region):
-                spreads = [" ".join(f"{x:.2g}" for x in spread) for spread in (errors.ulp, errors.condition)]
-                backward = "" if errors.backward is None else f"{errors.backward[2]:.2g}"
-                found.append((one.label, str(errors.states), *spreads, backward))
+                spreads = (errors.ulp, errors.condition, errors.backward or ())
+                found.append((one.label, str(errors.states), *(", ".join(f"{x:.2g}" for x in s) for s in spreads)))
     return found
 
 
 def best(bench: Bench, function: str) -> list[Measured]:
     """Return the Pareto-best implementations of a function, the fastest first."""
     return sorted((one for one in bench.measured if one.function == function and one.best), key=lambda one: one.call)
+
+
+def choices_of(curves: Sequence[Curve]) -> list[tuple[Curve, Point]]:
+    """Return the Pareto-best points of all curves, the fastest first."""
+    return sorted(((c, p) for c in curves for p in c.points if p.best), key=lambda pair: pair[1].seconds)
 
 
 def markdown(bench: Bench, links: Mapping[str, str] | None = None) -> str:
@@ -107,32 +126,49 @@ def markdown(bench: Bench, links: Mapping[str, str] | None = None) -> str:
     lines = [f"# {bench.scene}: run time against error", ""]
     lines += [f"    {bench.command}", ""] if bench.command else []
     lines += [f"{', '.join(f'{name} {value}' for name, value in bench.about)}.", ""]
-    lines += [
-        "Errors are relative to the largest entry of a result: the 99th percentile in the worst of these regions.",
-        "",
-    ]
+    lines += [ERRORS, "", SPREADS, ""]
     lines += [f"- *{name}*: {text}" for name, text in bench.regions.items()]
-    lines += ["", "Best are those that no other implementation beats in both time and error.", ""]
+    lines += [""]
     for function in bench.functions:
         lines += [f"## {function}", ""]
         lines += [f"![time against error of {function}]({links[function]})", ""] if links and function in links else []
         lines += table(COLUMNS, rows(bench, function), numbers=range(1, 6))
-    if bench.curves:
-        lines += ["## Trajectories", ""]
-        lines += [f"![{name}]({links[name]})" for name in ("trajectory", "energy") if links and name in links]
-        lines += [""] if links else []
-        lines += table(CURVE, curve_rows(bench.curves), numbers=range(1, 6))
+        for region in bench.regions:
+            lines += [f"In the region *{region}*:", "", *table(DEEPER, regions(bench, function, region), range(1, 5))]
+    if bench.motion is not None:
+        lines += ["## trajectories", "", *(f"{line}\n" for line in told(bench.motion))]
+        for name, heads, curves in _motions(bench.motion):
+            lines += [f"![{name}]({links[name]})", ""] if links and name in links else []
+            lines += table(heads, curve_rows(curves), numbers=range(1, 5))
     lines += [f"Note: {note}\n" for note in bench.notes]
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
-CURVE = ("method", "rtol", "seconds", "evaluations", "error at the end", "drift of the energy")
+PRECISION = ("method", "rtol", "seconds", "evaluations", "error at the end", "best")
+DRIFT = (*PRECISION[:4], "drift of the energy", "best")
+
+
+def told(motion: Motion) -> list[str]:
+    """Return what a reader of the trajectories has to know."""
+    doubt = f"which may be off by {motion.uncertain:.0e}; no smaller error is told" if motion.uncertain else "exact"
+    return [
+        f"{motion.until:g} s without drives; errors of the end over the largest entry of the state, at least 1. "
+        f"The truth is {motion.reference}, {doubt}.",
+        f"{motion.later:g} s without drives; the largest drift of the energy over its largest size, what takes it or "
+        "gives it counted.",
+        *motion.notes,
+    ]
+
+
+def _motions(motion: Motion) -> list[tuple[str, tuple[str, ...], tuple[Curve, ...]]]:
+    """Return name of the picture, columns and curves of both measures."""
+    return [("trajectory", PRECISION, motion.precision), ("energy", DRIFT, motion.drift)]
 
 
 def curve_rows(curves: Sequence[Curve]) -> list[tuple[str, ...]]:
     """Return the table of trajectories."""
     return [
-        (c.method, f"{p.tolerance:.0e}", f"{p.seconds:.3g}", str(p.evaluations), f"{p.error:.1e}", f"{p.drift:.1e}")
+        (c.method, f"{p.tolerance:.0e}", f"{p.seconds:.3g}", str(p.evaluations), f"{p.error:.1e}", "yes" if p.best else "")
         for c in curves
         for p in c.points
     ]
@@ -155,23 +191,39 @@ def html(bench: Bench) -> str:
             tables.append(_cells(f"{name}: {text}", DEEPER, regions(bench, function, name)))
         choices = [f"{one.label}: {one.call:.3g} ns, error {one.relative:.1e}" for one in best(bench, function)]
         shown = [drawn[function]] if function in drawn else []
-        sections.append({"title": function, "pictures": shown, "choices": choices, "tables": tables})
-    if bench.curves:
-        shown = [drawn[name] for name in ("trajectory", "energy") if name in drawn]
-        tables = [_cells("", CURVE, curve_rows(bench.curves))]
-        sections.append({"title": "trajectories", "pictures": shown, "choices": [], "tables": tables})
+        sections.append(
+            {"title": function, "words": [], "pictures": shown, "choices": choices, "tables": tables}
+        )
+    if bench.motion is not None:
+        shown = [drawn[name] for name, *_ in _motions(bench.motion) if name in drawn]
+        tables = [_cells("", heads, curve_rows(curves)) for _, heads, curves in _motions(bench.motion)]
+        choices = [
+            f"{c.method}, rtol {p.tolerance:.0e}: {p.seconds:.2g} s, error {p.error:.1e}"
+            for c, p in choices_of(bench.motion.precision)
+        ]
+        words = told(bench.motion)
+        sections.append(
+            {"title": "trajectories", "words": words, "pictures": shown, "choices": choices, "tables": tables}
+        )
     about = [f"{name}: {value}" for name, value in bench.about]
-    return page(f"{bench.scene}: run time against error", bench.command, about, sections, bench.notes)
+    title = f"{bench.scene}: run time against error"
+    return page(title, bench.command, about, sections, bench.notes, [ERRORS, SPREADS])
 
 
 def page(
-    title: str, command: str, about: Sequence[str], sections: Sequence[Mapping[str, Any]], notes: Sequence[str]
+    title: str,
+    command: str,
+    about: Sequence[str],
+    sections: Sequence[Mapping[str, Any]],
+    notes: Sequence[str],
+    words: Sequence[str] = (),
 ) -> str:
     """Return an HTML page; everything but pictures is escaped here."""
     safe = [
         {
             **section,
             "title": escape(section["title"]),
+            "words": [escape(line) for line in section["words"]],
             "choices": [escape(choice) for choice in section["choices"]],
         }
         for section in sections
@@ -180,6 +232,7 @@ def page(
         "title": escape(title),
         "command": escape(command),
         "about": [escape(line) for line in about],
+        "words": [escape(line) for line in words],
         "sections": safe,
         "notes": [escape(note) for note in notes],
     }
@@ -218,6 +271,6 @@ def stress_html(found: Stress) -> str:
     """Return the hard cases as one HTML page."""
     rows = [(*row[:5], row[6], row[5]) for row in stress_rows(found)]
     table = _cells("", (*HARD[:5], HARD[6], HARD[5]), rows)
-    section = {"title": "cases", "pictures": [], "choices": [], "tables": [table]}
+    section = {"title": "cases", "words": [], "pictures": [], "choices": [], "tables": [table]}
     about = [f"{len(found.cases)} cases, {sum(not c.passed for c in found.cases)} failed"]
     return page(f"{found.scene or 'built-in scenes'}: hard cases", found.command, about, [section], found.notes)

@@ -1,60 +1,84 @@
-"""Work against precision of a scene's motion: one point a tolerance and method, error against a finer reference.
+"""Work against precision of a scene's motion: a curve a method, a point a tolerance.
 
-The reference is the Taylor method at machine epsilon where it applies, else DOP853 at its finest. Its own error is seen
-from a second one, at a tolerance ten times as coarse, and no error is told that is smaller.
+Over a short time the error of the end is measured, against more digits than a double has; over a long one the drift of
+the energy, with the work of what takes it or gives it counted.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
-from symdyn.bench.model import Curve, Point
+from symdyn.bench.extended import truth
+from symdyn.bench.model import Curve, Motion, Point, unbeaten
 from symdyn.errors import SimulateError
 from symdyn.scene import JOINTS, Scene
-from symdyn.simulate import METHODS, Trajectory, simulate
-from symdyn.simulate.integrate import importable
+from symdyn.simulate.constraints import Projection
+from symdyn.simulate.initial import read_start
+from symdyn.simulate.integrate import METHODS, IntegrationError, Problem, importable
+from symdyn.simulate.monitors import observe
+from symdyn.simulate.system import System, build_system
 
-TOLERANCES = tuple(10.0**-k for k in range(3, 14))
-FINEST = {"taylor": (1e-15, 1e-14), "dop853": (2.3e-14, 2.3e-13)}
+Array = npt.NDArray[np.float64]
 
-LONGEST = 3.0
-"""Seconds of one method after which its finer tolerances are left out."""
+TOLERANCES, QUICK = tuple(10.0**-k for k in range(3, 14)), (1e-3, 1e-6, 1e-9, 1e-12)
+LONG, LONG_QUICK = (1e-6, 1e-9, 1e-12), (1e-6, 1e-9)
+UNTIL, LATER, LATER_QUICK = 2.0, 100.0, 10.0
+"""Seconds of the short motion and of the long one."""
+
+PATIENCE, PATIENCE_QUICK = 3.0, 0.08
+"""Seconds of one method after which its finer tolerances, and long runs, are left out."""
+
+AGAIN = 0.02
+"""Runs that are shorter, s, are timed three times."""
+
+ROUNDING, SAMPLES = 1e-14, 401
 
 
-def curves(
-    scene: Scene,
-    until: float = 2.0,
-    methods: Sequence[str] | None = None,
-    tolerances: Sequence[float] = TOLERANCES,
-    progress: Callable[[str], None] = lambda _: None,
-) -> tuple[Curve, ...]:
-    """Return work and precision of the motion without drives, a curve a method; see `lively` for its start.
+def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = lambda _: None) -> Motion:
+    """Return work and precision of the motion without drives, by every method whose library is installed.
 
     Args:
-        scene: the mechanism, its parameters bound.
-        until: seconds of motion.
-        methods: keys of `METHODS`; None takes all whose library is installed.
-        tolerances: relative, in falling order.
+        scene: the mechanism; it starts as `lively` says.
+        quick: few tolerances, and little patience.
         progress: told what is being done.
 
     Raises:
-        SimulateError: the scene cannot be simulated at all.
+        SimulateError: the scene cannot be simulated, or has parameters without values.
         DerivationError: there is no forward dynamics.
     """
     progress("a reference of the motion")
-    start = lively(scene)
-    reference, floor = _reference(scene, until, start)
-    found = []
+    system = build_system(scene)
+    begin = read_start(scene, lively(scene))
+    runs = Runs(system, np.concatenate([begin.q, begin.u, np.zeros(int(system.works))]))
+    known = truth(system, runs.x, UNTIL, lambda name, tolerance: runs.run(name, tolerance, UNTIL).x[-1])
+    if known.distance(runs.x) == 0:
+        raise SimulateError(f"{scene.name}: nothing moves from its start; give joints start or start_rates")
+    notes, slow, precise, drifts = [], [], [], []
+    tolerances, patience = (QUICK, PATIENCE_QUICK) if quick else (TOLERANCES, PATIENCE)
+    later = LATER_QUICK if quick else LATER
     for name, method in METHODS.items():
-        if not importable(method.module) or (methods is not None and name not in methods):
+        why = "" if importable(method.module) else f"{method.library} is not installed; pip install 'symdyn[{method.extra}]'"
+        why = why or method.refuses(system)
+        if why:
+            notes.append(f"{name} was not measured: {why}")
             continue
         progress(f"work and precision of {name}")
-        points = tuple(_points(scene, until, start, name, tolerances, reference, floor))
-        if points:
-            found.append(Curve(name, points))
-    return tuple(found)
+        points = tuple(_points(runs, name, tolerances, patience, known.distance, known.uncertain))
+        if len(points) < len(tolerances):
+            slow.append(f"{name} below {points[-1].tolerance:.0e}" if points else name)
+        precise.append(Curve(name, points))
+        wanted = [p for p in points if p.tolerance in (LONG_QUICK if quick else LONG)]
+        drifts.append(Curve(name, tuple(_drifts(runs, name, wanted, later, patience))))
+    if slow:
+        notes.append(f"left out, for they take over {patience:g} s or fail: {', '.join(slow)}")
+    return Motion(
+        UNTIL, later, known.how, known.uncertain, tuple(marked(precise)), tuple(marked(drifts)), tuple(notes)
+    )  # fmt: skip
 
 
 def lively(scene: Scene) -> dict[str, str]:
@@ -70,45 +94,82 @@ def lively(scene: Scene) -> dict[str, str]:
     }
 
 
-def _reference(scene: Scene, until: float, start: Mapping[str, str]) -> tuple[Trajectory, float]:
-    """Return the best motion that there is, and how far another one nearly as good is off."""
-    for name, (best, second) in FINEST.items():
-        try:
-            one, other = (simulate(scene, until=until, start=start, method=name, rtol=rtol) for rtol in (best, second))
-        except SimulateError:
-            if name == list(FINEST)[-1]:
-                raise
-            continue
-        return one, _distance(one, other)
-    raise AssertionError("the last reference returns or raises")
+def marked(curves: Sequence[Curve]) -> list[Curve]:
+    """Return the curves without empty ones, those points marked that no other one beats in both time and error."""
+    best = iter(unbeaten([(p.seconds, p.error) for curve in curves for p in curve.points]))
+    found = [replace(c, points=tuple(replace(p, best=next(best)) for p in c.points)) for c in curves]
+    return [curve for curve in found if curve.points]
+
+
+@dataclass(frozen=True)
+class Run:
+    """States of a run, the processor time of its integration in seconds, and its evaluations."""
+
+    x: Array
+    seconds: float
+    evaluations: int
+
+
+@dataclass(frozen=True)
+class Runs:
+    """A system and its start, ready to be run by any method."""
+
+    system: System
+    x: Array
+
+    def run(self, name: str, tolerance: float, until: float, samples: int = 2) -> Run:
+        """Return a run; what comes before the first step, such as compiling, is not in its time.
+
+        Raises:
+            IntegrationError: it does not reach its end.
+        """
+        times = np.linspace(0.0, until, samples)
+        project = Projection(self.system, max(ROUNDING, 1e-2 * tolerance))
+        problem = Problem(self.system, self.x, times, tolerance, tolerance, (), project)
+        pieces, begin = [], 0.0
+        for piece in METHODS[name].run(problem):
+            begin = begin if pieces else time.thread_time()
+            pieces.append(piece)
+        seconds = time.thread_time() - begin
+        return Run(np.concatenate([piece.x for piece in pieces]), seconds, sum(piece.evaluations for piece in pieces))
 
 
 def _points(
-    scene: Scene,
-    until: float,
-    start: Mapping[str, str],
+    runs: Runs,
     name: str,
     tolerances: Sequence[float],
-    reference: Trajectory,
-    floor: float,
+    patience: float,
+    distance: Callable[[Array], float],
+    least: float,
 ) -> Iterator[Point]:
-    spent = 0.0
+    """Yield a point a tolerance until they take too long; an error below what is known is told as that."""
+    spent = before = last = 0.0
     for tolerance in tolerances:
-        if spent > LONGEST:
+        expected = last * last / before if before else last
+        if spent + expected > patience:
             return
         try:
-            made = simulate(scene, until=until, start=start, method=name, rtol=tolerance)
-        except SimulateError:
+            made = runs.run(name, tolerance, UNTIL)
+            took = made.seconds
+            if took < AGAIN:
+                took = min(took, *(runs.run(name, tolerance, UNTIL).seconds for _ in range(2)))
+        except IntegrationError:
             return
-        spent += made.wall
-        if made.stopped != "end":
-            continue
-        error = max(_distance(made, reference), floor)
-        drift = made.monitors["energy"] / (made.monitors["energy_scale"] or 1.0)
-        yield Point(tolerance, made.wall, made.evaluations, error, drift)
+        spent, before, last = spent + took, last, took
+        yield Point(tolerance, took, made.evaluations, max(distance(made.x[-1]), least))
 
 
-def _distance(one: Trajectory, other: Trajectory) -> float:
-    """Return the largest difference of the states at the end, over the largest entry of either state, at least 1."""
-    a, b = (np.concatenate([x.q[-1], x.qd[-1]]) for x in (one, other))
-    return float(np.max(np.abs(a - b), initial=0.0) / max(1.0, np.abs(b).max(initial=0.0)))
+def _drifts(
+    runs: Runs, name: str, points: Sequence[Point], later: float, patience: float
+) -> Iterator[Point]:
+    """Yield the largest drift of the energy over a long run, at tolerances whose short runs say that it ends in time."""
+    for point in points:
+        if point.seconds * later / UNTIL > 2 * patience:
+            return
+        try:
+            made = runs.run(name, point.tolerance, later, SAMPLES)
+        except IntegrationError:
+            return
+        _, monitors = observe(runs.system, np.linspace(0.0, later, SAMPLES), made.x)
+        drift = monitors["energy"] / (monitors["energy_scale"] or 1.0)
+        yield Point(point.tolerance, made.seconds, made.evaluations, drift)

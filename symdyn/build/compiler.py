@@ -9,7 +9,9 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
@@ -138,20 +140,26 @@ def _run(command: Sequence[str], patience: float) -> tuple[int | None, str]:
             )
         except OSError as fault:
             raise BuildError(f"{shlex.join(command)} cannot be run ({fault.strerror}); {_ways_out()}") from fault
-        code: int | None
-        try:
-            code = process.wait(patience)
-        except subprocess.TimeoutExpired:
+        late = threading.Event()
+
+        def stop() -> None:
+            late.set()
             _stop(process)
-            code = None
+
+        timer = threading.Timer(patience, stop)  # wait(patience) would look only every 50 ms
+        timer.start()
+        try:
+            code = process.wait()
+        finally:
+            timer.cancel()
         words.seek(0)
-        return code, words.read().decode(errors="replace")
+        return None if late.is_set() else code, words.read().decode(errors="replace")
 
 
 def _stop(process: subprocess.Popen[bytes]) -> None:
     """End a process together with its children."""
-    if hasattr(os, "killpg"):
-        os.killpg(process.pid, signal.SIGKILL)
-    else:
-        process.kill()
-    process.wait()
+    with suppress(ProcessLookupError):
+        if hasattr(os, "killpg"):
+            os.killpg(process.pid, signal.SIGKILL)
+        else:
+            process.kill()

@@ -20,7 +20,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     verb = verbs.add_parser("bench", help="measure run time against error", description=__doc__)
     add_reading_options(verb)
     verb.add_argument("--functions", metavar="LIST", help="comma-separated; default: all, with --quick the main ones")
-    verb.add_argument("--quick", action="store_true", help="few states, native code, no trajectories")
+    verb.add_argument("--quick", action="store_true", help="few states, native code, few tolerances: under 20 s")
     verb.add_argument(
         "--no-trajectories", dest="trajectories", action="store_false", help="leave out work against precision"
     )
@@ -68,7 +68,7 @@ def _command(options: argparse.Namespace) -> str:
 
 def show(found: Bench) -> None:
     """Print the best choices of every function."""
-    from symdyn.bench.report import best
+    from symdyn.bench.report import best, choices_of
     from symdyn.cli.talk import print_table
 
     lines = [
@@ -79,7 +79,15 @@ def show(found: Bench) -> None:
     columns = ("function", "implementation", "ns a state ", "error 99 % ", "backward ")
     print_table(f"{found.scene}: the best choices, none beaten in both time and error", columns, lines)
     print("Errors are relative to the largest entry, in the worst region; backward errors in units of the roundoff.")
-    for note in found.notes:
+    if found.motion is not None:
+        ends = [
+            (c.method, f"{p.tolerance:.0e}", f"{p.seconds:.3g}", f"{p.error:.1e}")
+            for c, p in choices_of(found.motion.precision)
+        ]
+        print()
+        columns = ("method", "rtol ", "seconds ", "error at the end ")
+        print_table(f"{found.scene}: the best choices for {found.motion.until:g} s of motion", columns, ends)
+    for note in (*found.notes, *(found.motion.notes if found.motion is not None else ())):
         print(f"Note: {note}")
 
 

@@ -23,9 +23,10 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     verb.add_argument("--detail", choices=("brief", "full"), default="full", help="leave out or keep every small step")
     verb.add_argument(
         "--until",
-        choices=("energies", "lagrangian", "equations", "coefficients", "numbers"),
-        default="numbers",
-        help="the last part (default: numbers)",
+        metavar="PART",
+        default="",
+        help="the last part: energies, lagrangian, equations, coefficients, numbers; or, of D'Alembert's road, count, "
+        "bodies, reactions, roads (default: all)",
     )
     verb.add_argument("--language", choices=("en", "sk"), default="en", help="of the prose (default: en)")
     verb.add_argument(

@@ -139,7 +139,7 @@ class _Functions:
         functions.append(_function(w, "turning", turned, shape[:1]))
         self.program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
         self.closed = any(f.name == "constraint_jacobian" and f.entries for f in functions)
-        self.calls, _ = load_program(self.program)
+        self.calls, _ = load_program(self.program, lean=True)
 
     def __call__(self, name: str, t: Any, q: Array, u: Array, a: Array | None = None) -> Array:
         """Return a function's values, one a row."""

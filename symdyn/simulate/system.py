@@ -41,8 +41,6 @@ Array = npt.NDArray[np.float64]
 
 EVERYTHING = ("q", "qd", "tau", TIME)
 
-CLOSED = ("constraint_residual", "constraint_jacobian")
-
 CORRECTIONS = 2
 """Newton steps before a closed mechanism's accelerations; they converge quadratically."""
 
@@ -64,6 +62,8 @@ class System:
         works: whether W is the last entry of x.
         momenta: names of the momenta that are conserved.
         linear: whether the loops hold dependent coordinates in proportion, so that nothing is divided by what vanishes.
+        rows: number of rows that hold velocities.
+        filled: places of the entries of G that are not zero, row by row; where `linear`, G is not asked for.
     """
 
     scene: Scene
@@ -75,21 +75,23 @@ class System:
     works: bool
     momenta: tuple[str, ...]
     linear: bool = False
+    rows: int = 0
+    filled: tuple[int, ...] = ()
 
-    @property
+    @cached_property
     def nq(self) -> int:
         """Number of coordinates."""
         return len(self.scene.coordinates)
 
-    @property
+    @cached_property
     def nv(self) -> int:
         """Number of velocities."""
         return len(self.scene.velocities)
 
-    @property
+    @cached_property
     def closed(self) -> bool:
         """Whether there are rows to hold; loops whose rows are all redundant have none."""
-        return "constraint_jacobian" in self.calls
+        return self.rows > 0
 
     @cached_property
     def quaternions(self) -> tuple[slice, ...]:
@@ -111,12 +113,12 @@ class System:
         """Return ẋ of one state, shape (nx,)."""
         tau = self.forces.tabulated(np.float64(t), self.nv) if self.forces.tables else self._nothing  # type: ignore[arg-type]
         q, u = x[: self.nq], x[self.nq : self.nq + self.nv]
-        if self.closed:
-            q, u = self._on_manifold(q, u)
+        if self.closed and not self.linear:
+            q, u = self.on_manifold(q, u)
         found: Array = self._rates(q, u, tau, t)
         return found
 
-    def _on_manifold(self, q: Array, u: Array) -> tuple[Array, Array]:
+    def on_manifold(self, q: Array, u: Array) -> tuple[Array, Array]:
         """Return a state of a closed mechanism with its loops closed, the independent coordinates as they are."""
         for _ in range(CORRECTIONS):
             step = self.calls["correction"](q, u)
@@ -138,6 +140,12 @@ class System:
         known = {"q": x[..., : self.nq], "qd": x[..., self.nq : self.nq + self.nv], TIME: times}
         known["tau"] = self.forces.tabulated(times, self.nv) if self.forces.tables else self._nothing
         return np.asarray(self.calls[name](*(known[argument] for argument in self._takes[name])), dtype=np.float64)
+
+    def jacobian(self, t: npt.ArrayLike, x: Array) -> Array:
+        """Return G at states x, shape (..., rows, nv)."""
+        G = np.zeros((*x.shape[:-1], self.rows * self.nv))
+        G[..., self.filled] = self.tell("slopes", t, x)
+        return G.reshape(*x.shape[:-1], self.rows, self.nv)
 
 
 def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quantity] = ()) -> System:  # noqa: B008
@@ -177,18 +185,32 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
         functions.append(_function(w, "events", [express(event, w.graph) for event in events]))
     if momenta:
         functions.append(_function(w, "momenta", [p for _, p in momenta]))
+    rows, filled = 0, ()  # type: int, tuple[int, ...]
     if scene.loops or scene.rows:
-        functions += [cheapest(w, name) for name in CLOSED]
-        functions += _corrections(w, linear)
+        G = cheapest(w, "constraint_jacobian")
+        rows = G.shape[0]
+        filled = tuple(k for k, entry in enumerate(G.entries) if not entry.is_zero)
+        functions += [cheapest(w, "constraint_residual"), _row_rates(w, G), *_corrections(w, linear)]
+        if not linear:
+            functions.append(_function(w, "slopes", [G.entries[k] for k in filled], ("q",)))
     program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
-    calls, compiled = load_program(program)
-    names = tuple(name for name, _ in momenta)
-    return System(scene, forces, tuple(events), program, calls, compiled, not power.is_zero, names, linear is not None)
+    calls, compiled = load_program(program, lean=True)
+    return System(
+        scene, forces, tuple(events), program, calls, compiled, not power.is_zero, tuple(name for name, _ in momenta),
+        linear is not None, rows, filled,
+    )  # fmt: skip
 
 
 def _drive(w: Workspace, forces: Forces, k: int) -> Expr:
     """Return the driving force of a velocity: its formula, or the argument that a table fills."""
     return w.state.tau[k] if k in forces.tables else express(forces.formula(k), w.graph)
+
+
+def _row_rates(w: Workspace, G: Function) -> Function:
+    """Return G u, what the rows make of the velocities."""
+    rows, n = G.shape
+    terms = [[G.entries[r * n + k] * w.state.qd[k] for k in range(n)] for r in range(rows)]
+    return _function(w, "row_rates", [w.graph.total(row) for row in terms], ("q", "qd"))
 
 
 def _corrections(w: Workspace, linear: LinearLoops | None) -> list[Function]:

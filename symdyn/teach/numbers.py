@@ -13,6 +13,7 @@ from symdyn.dynamics.state import State, state_symbols, vector
 from symdyn.emit.equations import Printable
 from symdyn.graph import Expr, Graph, evaluate, tangents
 from symdyn.scene import JOINTS, Scene
+from symdyn.teach.balance import Balance
 from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step, Values, Words
 from symdyn.teach.equations import coefficient_key, node_of
 from symdyn.teach.forms import factors_of
@@ -79,12 +80,13 @@ def written(value: float) -> str:
 
 def number_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
     """Return the state, the coefficients' values, the torques with their shares, the power balance."""
-    steps = [_state(lesson, chosen), _values(lesson, page, chosen)]
+    steps = [state_step(lesson, chosen), _values(lesson, page, chosen)]
     steps += [_torque(lesson, page, chosen, i) for i in range(len(page.rows))]
     return steps
 
 
-def _state(lesson: Lesson, chosen: Chosen) -> Step:
+def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
+    """Return the table of the chosen state."""
     symbols = [*(lesson.graph.symbol(p.name) for p in lesson.scene.parameters)]
     symbols += [*lesson.state.q, *lesson.state.qd, *lesson.state.qdd]
     units = [parameter.unit for parameter in lesson.scene.parameters]
@@ -96,7 +98,9 @@ def _state(lesson: Lesson, chosen: Chosen) -> Step:
         for x, unit in zip(symbols, units, strict=True)
     ]
     head = (lesson.say("table.symbol"), lesson.say("table.value"), lesson.say("table.unit"))
-    return Step("state", lesson.say("state"), (Values(head, tuple(cells)),), lesson.say("state.reason"))
+    tied = lesson.scene.loops or lesson.scene.rows
+    reason = lesson.say("state.reason.closed" if tied else "state.reason")
+    return Step("state", lesson.say("state"), (Values(head, tuple(cells)),), reason)
 
 
 def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:

@@ -7,7 +7,6 @@ Reference: Biscani and Izzo, Revisiting high-order Taylor methods for astrodynam
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
@@ -41,25 +40,28 @@ COMPACT = 250
 PATIENCE = 0.05
 """Seconds that a stretch of steps may take before the caller hears of it."""
 
+PI = Fraction("3.14159265358979323846264338327950288419716939937510")
+
 SMALLEST = float(np.finfo(np.float64).eps)
 
 
 class Expressions(Arithmetic):
     """heyoka's expressions as an algebra."""
 
-    def __init__(self) -> None:
-        """Import heyoka."""
+    def __init__(self, real: Callable[[Fraction], Any] = float) -> None:
+        """Import heyoka; constants are rounded by `real`."""
         import heyoka
 
         self.heyoka: Any = heyoka
+        self.real = real
 
     def constant(self, value: Fraction) -> Any:
-        """Return the nearest double as an expression."""
-        return self.heyoka.expression(float(value))
+        """Return a rounded constant as an expression."""
+        return self.heyoka.expression(self.real(value))
 
     def pi(self) -> Any:
         """Return π as an expression."""
-        return self.heyoka.expression(math.pi)
+        return self.constant(PI)
 
     def function(self, node: Expr, args: Sequence[Any]) -> Any:
         """Return node.op(args)."""
@@ -84,12 +86,14 @@ def _nodes(system: System) -> list[Expr]:
     return reachable([entry for function in routines for entry in function.entries])
 
 
-def translate(system: System, name: str = "rates") -> tuple[list[Any], list[Any]]:
+def translate(
+    system: System, name: str = "rates", real: Callable[[Fraction], Any] = float
+) -> tuple[list[Any], list[Any]]:
     """Return the variables of the state and the entries of a function as heyoka's expressions.
 
-    W, the work, is a state that nothing depends on.
+    W, the work, is a state that nothing depends on. Constants are rounded by `real`.
     """
-    algebra = Expressions()
+    algebra = Expressions(real)
     function = system.program[name].function
     symbols = {argument.name: argument.symbols for argument in function.arguments}
     states = [*symbols["q"], *symbols["qd"]]

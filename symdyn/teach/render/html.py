@@ -19,10 +19,10 @@ from symdyn.teach.document import (
     Block,
     Box,
     Braced,
-    Column,
     Document,
     Fold,
     Formula,
+    Matrix,
     Picture,
     Shares,
     Values,
@@ -119,10 +119,9 @@ class _Page:
         elif isinstance(block, (Formula, Braced)):
             left, right = self.spell.formula(block) if isinstance(block, Formula) else self.spell.braced(block)
             yield _numbered(flow(left, right), block.number)
-        elif isinstance(block, Column):
-            entries = r" \\ ".join(self.spell.inline(entry) for entry in block.entries)
-            matrix = rf"= \begin{{bmatrix}} {entries} \end{{bmatrix}}"
-            yield _numbered(flow(self.spell.symbols[block.left], matrix), block.number)
+        elif isinstance(block, Matrix):
+            left, right = self.spell.matrix(block).split("&", maxsplit=1)
+            yield _numbered(flow(left.strip(), right), block.number)
         elif isinstance(block, Picture):
             svg = re.sub(r"<title>.*?</title>", f"<title>{escape(block.alt)}</title>", block.svg, count=1, flags=re.S)
             svg = re.sub(r'aria-label="[^"]*"', f'aria-label="{escape(block.alt)}"', svg, count=1)
