@@ -16,6 +16,7 @@ from symdyn.scene.formula import parse as formula
 from symdyn.simulate import Trajectory, inverse, read_forces, read_motion, simulate
 from symdyn.simulate.implicit import Implicit
 from symdyn.simulate.initial import read_start
+from symdyn.simulate.record import record
 from symdyn.simulate.system import build_system
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -215,6 +216,21 @@ parent = "cross"
 child = "bob"
 axis = [1, 0, 0]
 """
+
+
+def test_inverse_finds_the_forces_of_a_run_that_has_a_prescribed_motion(tmp_path: Path) -> None:
+    run = simulate(carried(), until=1.0, method="dop853", rtol=1e-12)
+    record(run, tmp_path / "run.csv")
+    found = inverse(carried(), read_motion(carried(), [str(tmp_path / "run.csv")]), run.t)
+
+    assert found.tau == pytest.approx(run.tau, abs=1e-8)
+    with pytest.raises(SimulateError, match="x has a prescribed motion in the scene"):
+        inverse(carried(), read_motion(carried(), ["x=t"]), [0.0])
+
+
+def test_too_many_samples_are_counted() -> None:
+    with pytest.raises(SimulateError, match=r"every = 1e-09 s makes 1e\+09 samples of 1 s; 2e\+07 are the most"):
+        simulate(carried(), until=1.0, every=1e-9)
 
 
 def test_a_start_where_a_velocity_moves_no_mass_is_told() -> None:

@@ -101,9 +101,11 @@ def motion_times(entries: Sequence[str], until: float | None, every: float | Non
 
 
 def _from_table(scene: Scene, table: Columns, laws: dict[str, Law], quasi: dict[str, Law], faults: Faults) -> None:
-    """Add the laws of the columns of a table; columns of other names, such as forces, are left alone."""
-    wanted = [name for name in scene.coordinates if name in table.values]
-    if not wanted:
+    """Add the laws of the columns of a table; those of forces, and of what the scene itself moves, are left alone."""
+    found = [name for name in scene.coordinates if name in table.values]
+    own = {name for joint in scene.joints if joint.motion is not None for name in joint.coordinates}
+    wanted = [name for name in found if name not in own]
+    if not found:
         faults.add(table.source, f"has no column of a coordinate; {scene.name} has {', '.join(scene.coordinates)}")
     for name in wanted:
         rate = velocity_name(name)

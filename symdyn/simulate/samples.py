@@ -25,8 +25,11 @@ def sample_times(until: float, every: float | None, faults: Faults) -> Array:
         return np.zeros(1)
     if every is None:
         return np.linspace(0.0, until, SAMPLES + 1)
-    if not (math.isfinite(every) and every > 0) or until / every > MOST:
-        faults.add("", f"every = {every:g} s is no spacing of samples for {until:g} s")
+    if not (math.isfinite(every) and every > 0):
+        faults.add("", f"every = {every:g} s is no spacing of samples; give a positive one")
+        return np.zeros(1)
+    if until / every > MOST:
+        faults.add("", f"every = {every:g} s makes {until / every:.3g} samples of {until:g} s; {MOST:.3g} are the most")
         return np.zeros(1)
     count = math.floor(until / every * (1 + 1e-12))
     times: Array = every * np.arange(count + 1, dtype=np.float64)
