@@ -72,7 +72,7 @@ EDITS = [
      "joints.elbow: axis = [0, 1] has 2 entries; three are needed, such as [0, 0, 1]"),
     ("axis = [0, 0, 1]\nforce", 'axis = "z"\nforce',
      'joints.elbow: axis = "z" is not a list of three; give one such as [0, 0, 1]'),
-    ('parent = "link1"', 'parent = "lnk1"', 'joints.elbow: parent = "lnk1" is not a body; did you mean link2?'),
+    ('parent = "link1"', 'parent = "lnk1"', 'joints.elbow: parent = "lnk1" is not a body; did you mean link1?'),
     ('child = "link2"', 'child = "forearm"', 'joints.elbow: child = "forearm" is not a body; known are link1, link2'),
     ('child = "link2"', 'child = "ground"',
      'bodies.link2: the body hangs on no joint; add one with child = "link2"'),
