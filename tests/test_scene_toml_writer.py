@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from arms import cart_pole, chain, spatial_arm, three_link
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mechanisms import coupled_tree, random_tree
 
@@ -127,6 +127,7 @@ def test_decimals(value, text):
     assert decimal(Fraction(value)) == text
 
 
+@settings(deadline=None)
 @given(
     st.fractions(max_denominator=10**12) | st.decimals(allow_nan=False, allow_infinity=False, places=30).map(Fraction)
 )
@@ -136,6 +137,7 @@ def test_every_number_comes_back_exactly(value):
     assert there_and_back(one).parameters[-1].value == number(value)
 
 
+@settings(deadline=None)
 @given(st.text(st.characters(exclude_categories=("C", "Z"), include_characters=" "), max_size=30))
 def test_every_printable_text_comes_back(text):
     one = replace(SCENES[0], parameters=(*SCENES[0].parameters, Parameter("extra", text=text, unit=text)))

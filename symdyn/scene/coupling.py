@@ -45,6 +45,8 @@ def read_mimic(table: Table) -> Mimic | None:
         inner.fault("joint and coordinate say the same thing twice; give one of them")
     coordinate = inner.text("coordinate") if "coordinate" in inner else ""
     leader = "" if "coordinate" in inner else inner.required("joint", ADVICE)
+    if not (coordinate or leader):
+        table.faults.nameless(table.entry.where, "mimic", "")
     return Mimic(leader, inner.quantity("ratio", ONE), inner.quantity("offset"), coordinate)
 
 

@@ -35,6 +35,7 @@ def expand(entry: Entry, faults: Faults) -> tuple[list[Entry], list[Entry]]:
     convention = table.required("convention", f'write convention = "{CONVENTIONS[0]}" or "{CONVENTIONS[1]}"')
     if convention and convention not in CONVENTIONS:
         table.fault(f'convention = "{convention}" is not known; write "{CONVENTIONS[0]}" or "{CONVENTIONS[1]}"')
+    faults.nameless(entry.where, "convention", convention)
     parent = table.text("parent", GROUND)
     rows = plain(entry.table.get("links", ()))
     if not isinstance(rows, (list, tuple)) or not rows:

@@ -79,6 +79,7 @@ def _type(table: Table) -> str:
         return kind
     if kind:
         table.fault(f'type = "{kind}" is not a joint; {choice(kind, JOINTS)}')
+    table.faults.nameless(table.entry.where, "type", kind)
     return "revolute"
 
 

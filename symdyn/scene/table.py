@@ -32,6 +32,11 @@ class Faults:
         if line not in self.lines:
             self.lines.append(line)
 
+    def nameless(self, where: str, key: str, name: str) -> None:
+        """Add a fault for an empty name; readers leave one behind where they have reported a fault already."""
+        if not name and not any(line.startswith(self._line(where, "") + ": ") for line in self.lines):
+            self.add(where, f'{key} = "" names nothing; write a name')
+
     def note(self, where: str, what: str) -> None:
         """Add a note: where, what was found, what became of it."""
         self.notes.append(self._line(where, what))

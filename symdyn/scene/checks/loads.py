@@ -50,7 +50,10 @@ def _ends(
         elif not joint.coordinate and joint.coupling is None:
             many = f"has {len(joint.coordinates)} coordinates" if joint.coordinates else "does not move"
             faults.add(where, f'joint = "{one.joint}" {many}; name one with one, or two points by from and to')
+    elif not one.ends:
+        faults.nameless(where, "joint", one.joint)
     for key, end in zip(("from", "to"), one.ends, strict=False):
+        faults.nameless(where, key, end.body)
         if end.body and end.body not in bodies:
             near = suggestion(end.body, [*bodies, *points])
             faults.add(where, f'{key} = "{end.body}" is neither a body nor a point; {near}')
@@ -59,6 +62,7 @@ def _ends(
 
 
 def _body(where: str, key: str, place: Place, bodies: Sequence[str], faults: Faults) -> None:
+    faults.nameless(where, key, place.body)
     if place.body and place.body not in bodies:
         faults.add(where, f'{key} = "{place.body}" is not a body; {suggestion(place.body, bodies)}')
 

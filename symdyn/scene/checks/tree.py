@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from symdyn.scene.draft import Draft, shown
 from symdyn.scene.folding import FormulaError
@@ -34,16 +34,23 @@ def check_tree(draft: Draft, faults: Faults) -> None:
             faults.add(where, f'{lost}; add one with child = "{body.name}"')
         else:
             faults.add(where, f'the body hangs on no joint; add one with child = "{body.name}"')
+    for where, point in zip(draft.where["points"], scene.points, strict=True):
+        _named(where, "body", point.body, [*bodies, GROUND], faults)
     _cycles(draft, carrier, faults)
     if not any(joint.moves for joint in scene.joints):
         faults.add("", "nothing moves; declare at least one body and a revolute or prismatic joint that carries it")
 
 
 def _ends(where: str, joint: Joint, bodies: Mapping[str, None], faults: Faults) -> None:
-    for key, name in (("parent", joint.parent), ("child", joint.child)):
-        if name and name not in bodies and name != GROUND:
-            near = suggestion(name, [*bodies, GROUND] if key == "parent" else bodies)
-            faults.add(where, f'{key} = "{name}" is not a body; {near}')
+    _named(where, "parent", joint.parent, [*bodies, GROUND], faults)
+    if joint.child != GROUND:  # reported by itself
+        _named(where, "child", joint.child, bodies, faults)
+
+
+def _named(where: str, key: str, name: str, bodies: Collection[str], faults: Faults) -> None:
+    faults.nameless(where, key, name)
+    if name and name not in bodies:
+        faults.add(where, f'{key} = "{name}" is not a body; {suggestion(name, bodies)}')
 
 
 def _company(scene: Scene, name: str) -> str:
@@ -56,7 +63,7 @@ def _company(scene: Scene, name: str) -> str:
         stack += [x for pair in ends for x in pair if x not in group]
         group.update(dict.fromkeys(stack))
     others = [x for x in group if x != name]
-    if not others:
+    if not others or GROUND in group:
         return ""
     ring = [joint.name for joint in joints if joint.parent in group and joint.child in group]
     shape = f" in a ring ({listed(ring)})" if len(ring) >= len(group) else ""
