@@ -18,6 +18,9 @@ HERE = Path(__file__).parent
 NATIVE = ("-O3", "-march=native", "-ffp-contract=fast", "-fPIC")
 """For everybody's code: ours and that of peers whose generators leave compiling to the user."""
 
+MORE: list[str] = []
+"""Flags that everything is compiled with after its own, ours and the peers'; `run.py --flags` fills them in."""
+
 
 class MissingError(Exception):
     """A peer cannot be measured here; the words say why."""
@@ -40,6 +43,7 @@ def compiled(
     """
     text = source if isinstance(source, str) else source.read_text("utf-8")
     headers = [] if isinstance(source, str) else sorted(source.parent.glob("*.hpp"))
+    flags = (*flags, *MORE)
     parts = [text, compiler, *flags, *more, *(path.read_text("utf-8") for path in headers)]
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:20]
     FOLDER.mkdir(parents=True, exist_ok=True)

@@ -1,7 +1,7 @@
 """Side by side: our generated code and what users would pick instead, on the same robots, states and machine.
 
     python benchmarks/run.py [--quick] [--robots arm7,chain8] [--outputs mass_matrix] [--peers ours_c,casadi_c]
-                             [--docs docs] [-o build/bench/results]
+                             [--flags=-mno-avx512f] [--docs docs] [-o build/bench/results]
 
 Peers that are not installed are skipped with a note (pip install symdyn[bench] brings them all). Every result is
 compared with ours before it is timed; they must agree to 1e-10. What peers have compiled is kept in build/bench.
@@ -24,7 +24,7 @@ import machine  # noqa: E402
 import report  # noqa: E402
 from cases import OUTPUTS, Case, cases  # noqa: E402
 from harness import CLOSE, Timed, measure  # noqa: E402
-from native import FOLDER, MissingError  # noqa: E402
+from native import FOLDER, MORE, MissingError  # noqa: E402
 from peers import PEERS  # noqa: E402
 
 from symdyn.errors import SymdynError  # noqa: E402
@@ -38,6 +38,7 @@ LARGEST_MATRIX = 32
 def main(arguments: list[str] | None = None) -> int:
     """Measure, and write results.json, results.md and the plots."""
     options = parser().parse_args(arguments)
+    MORE.extend(options.flags.split())
     start, known = time.monotonic(), cases()
     robots = options.robots.split(",") if options.robots else list(QUICK if options.quick else known)
     unknown = [name for name in robots if name not in known]
@@ -62,7 +63,8 @@ def main(arguments: list[str] | None = None) -> int:
         say("generation", start)
         generated = generation.measure_all(options.quick)
     about = machine.describe(opening, [(peer.NAME, peer.version()) for peer in peers])
-    about |= {"rounds": rounds, "command": "python benchmarks/run.py" + (" --quick" if options.quick else "")}
+    said = " --quick" * options.quick + (f" --flags={options.flags}" if options.flags else "")
+    about |= {"rounds": rounds, "command": f"python benchmarks/run.py{said}"}
     found = report.collect(about, known, measured, generated, list(notes))
     write(found, Path(options.output), Path(options.docs) if options.docs else None)
     say("done", start)
@@ -77,6 +79,7 @@ def parser() -> argparse.ArgumentParser:
     found.add_argument("--outputs", default=",".join(OUTPUTS), help="names, comma-separated; all by default")
     found.add_argument("--peers", default=",".join(PEERS), help="names, comma-separated; all by default")
     found.add_argument("--no-generation", dest="generation", action="store_false", help="leave generation times out")
+    found.add_argument("--flags", default="", help="more for the compilers, ours and the peers': --flags=-mno-avx512f")
     found.add_argument("--docs", help="folder whose performance.md gets the results, and the plots")
     found.add_argument("-o", "--output", default=str(FOLDER / "results"), help="folder for results")
     return found

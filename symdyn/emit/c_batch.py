@@ -19,14 +19,17 @@ from symdyn.program.assemble import PARAMS, shared
 LANES = 64
 """States in a block: enough to hide what starting a loop costs, few enough for the nearest cache."""
 
-FEWEST = 16
-"""States in the block of a long function: one vector of floats, two of doubles."""
+FEWEST = 32
+"""States in the block of a long function, even if it leaves the nearest cache: fewer are slower."""
 
 CACHE = 32 * 1024
 """Bytes that a block and its states should not exceed: the nearest cache."""
 
 STACK = 512 * 1024
-"""Bytes of stack that a block may take; functions that need more run state by state."""
+"""Bytes of stack that a block may take; functions that need more halve it, and at last run state by state."""
+
+VECTOR = 16
+"""States in the smallest block: one vector of floats, two of doubles."""
 
 ALIAS = 2048
 """Columns a multiple of so many bytes apart compete for few places of a cache."""
@@ -119,20 +122,27 @@ def cuts(program: Program, page: Page, printer: Printer) -> tuple[CutText | None
 
 
 def _cut(routine: Routine, text: FunctionText, program: Program, printer: Printer) -> CutText | None:
-    if routine.counts.multiplications + routine.counts.additions <= LONGEST:
+    if not _is_long(routine):
         return None
-    writer = _writer(routine, text, program, printer)
+    writer = _writer(routine, text, program, printer, short=False)
     parts = _parts(writer)
     if not parts:
         return None
     return CutText(prod(text.shape), writer.plan.rows, writer.scalar_calls(_by_address(text), together=False), parts)
 
 
-def _writer(routine: Routine, text: FunctionText, program: Program, printer: Printer) -> Writer:
+def _is_long(routine: Routine) -> bool:
+    return routine.counts.multiplications + routine.counts.additions > LONGEST
+
+
+def _writer(routine: Routine, text: FunctionText, program: Program, printer: Printer, short: bool) -> Writer:
     places = {symbol: (a.name, i) for a in routine.function.arguments for i, symbol in enumerate(a.symbols)}
-    made = plan(routine, program.constants)
-    same = len(made.names) == len(routine.inputs) + len(routine.steps)  # no name was added for a call
-    printed = {line.target: line.code for line in text.steps} if same else {}
+    made = plan(routine, program.constants, short)
+    if len(made.names) == len(routine.inputs) + len(routine.steps):  # no name was added
+        printed = {line.target: line.code for line in text.steps}
+    else:
+        lines = ((name, node) for node, name in made.names.items() if node not in places)
+        printed = {name: printer.definition(node, made.names, program.constants) for name, node in lines}
     return Writer(routine, program, printer, made, places, printed)
 
 
@@ -152,7 +162,7 @@ def _check_names(names: Sequence[str]) -> None:
 
 
 def _batch(routine: Routine, text: FunctionText, program: Program, printer: Printer, width: int) -> BatchText:
-    writer = _writer(routine, text, program, printer)
+    writer = _writer(routine, text, program, printer, _is_long(routine))
     made = writer.plan
     states, length = [], 0
     names = [argument.name for argument in text.arguments]
@@ -219,5 +229,7 @@ def _lanes(copied: int, work: int) -> int:
     """
     lanes = LANES
     while lanes > FEWEST and lanes * (2 * copied + work) > CACHE:
+        lanes //= 2
+    while lanes > VECTOR and lanes * (copied + work) > STACK:
         lanes //= 2
     return lanes if lanes * (copied + work) <= STACK else 0

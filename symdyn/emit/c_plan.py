@@ -83,14 +83,15 @@ class Plan:
     names: Mapping[Expr, str]
 
 
-def plan(routine: Routine, known: Constants) -> Plan:
+def plan(routine: Routine, known: Constants, short: bool = False) -> Plan:
     """Return the stages of `routine`.
 
     Args:
         routine: what to compute.
         known: nodes that are constants.
+        short: whether lines are cut up, so that fewer values wait between stages.
     """
-    steps = complete(routine, known)
+    steps = complete(routine, known, short)
     named = {step.node: step.name for step in (*routine.inputs, *steps)}
     needs = {step.node: needs_of(step.node.args, named, known) for step in steps}
     common = shared([argument.name for argument in routine.function.arguments])

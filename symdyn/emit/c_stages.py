@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import count
 
 from symdyn.graph import Expr, Op
 from symdyn.program import Routine, Step
@@ -18,10 +19,10 @@ Constants = Mapping[Expr, Fraction]
 
 LONGEST = 1200
 """Operations up to which a routine stays one loop. 7 axes need half of them."""
-PIECE = 150
+PIECE = 300
 """Operations of one loop of a longer routine: time to compile grows faster than its length.
 
-Of 70 to 800, 150 compiled fastest for 64 joints and ran as fast as any, with batch code and without.
+Of 100 to 600, all compiled 64 joints about as fast; 300 ran as fast as any, with batch code and without.
 """
 
 TRIGONOMETRIC = (Op.SIN, Op.COS)
@@ -38,31 +39,41 @@ class Stage:
     angle: Expr | None = None
 
 
-def complete(routine: Routine, known: Constants) -> list[Step]:
-    """Return the steps with a name for every call and for whatever is called with."""
+def complete(routine: Routine, known: Constants, short: bool = False) -> list[Step]:
+    """Return the steps with a name for every call and for whatever is called with.
+
+    Args:
+        routine: what to compute.
+        known: nodes that are constants.
+        short: whether every operation that reads several values gets a name, too. A long line keeps all that it
+            reads waiting for what comes last; short ones add up early what comes early.
+    """
     taken = {step.name for step in (*routine.inputs, *routine.steps)}
+    names = (f"y{number}" for number in count(1))
     named = {step.node for step in (*routine.inputs, *routine.steps)}
     steps: list[Step] = []
 
     def add(node: Expr) -> None:
-        number = 1 + sum(step.name not in taken for step in steps)
-        while f"y{number}" in taken:
-            number += 1
         named.add(node)
-        steps.append(Step(f"y{number}", node))
+        steps.append(Step(next(name for name in names if name not in taken), node))
 
-    def lift(node: Expr) -> None:  # as deep as a line is wide
+    def lift(node: Expr) -> int:  # as deep as a line is wide
+        """Return how many values the text of `node` reads, after naming what has to be."""
         if node in named or node in known:
-            return
-        below(node)
-        if node.op in CALLS:
+            return int(node in named)
+        read = below(node)
+        if node.op in CALLS or (short and read > 1):
             add(node)
+            return 1
+        return read
 
-    def below(node: Expr) -> None:
+    def below(node: Expr) -> int:
+        read = 0
         for arg in node.args:
-            lift(arg)
+            read += lift(arg)
             if node.op in CALLS and arg not in named and arg not in known:
                 add(arg)
+        return read
 
     for step in routine.steps:
         below(step.node)

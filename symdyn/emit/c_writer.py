@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import groupby
 
 from symdyn.emit.c_plan import Pass, Plan, SineCosine
@@ -72,14 +72,14 @@ SINGLE = Layout("{}[{}]", "w[{}]", ())
 
 @dataclass(frozen=True)
 class Writer:
-    """Prints the stages of one routine; `printed` holds what is printed already."""
+    """Prints the stages of one routine; `printed` holds what stands for each name."""
 
     routine: Routine
     program: Program
     printer: Printer
     plan: Plan
     places: Mapping[Expr, tuple[str, int]]
-    printed: Mapping[str, str] = field(default_factory=dict)
+    printed: Mapping[str, str]
 
     def row(self, stage: SineCosine) -> str:
         """Return where the angles of a stage stand."""
@@ -196,9 +196,7 @@ class Writer:
         """Return the line that gives a step its name."""
         if step.node.op is SYMBOL:
             return Line(step.name, SINGLE.entry.format(*self.places[step.node]))
-        if step.name in self.printed:
-            return Line(step.name, self.printed[step.name])
-        return Line(step.name, self.printer.definition(step.node, self.plan.names, self.program.constants))
+        return Line(step.name, self.printed[step.name])
 
     def entry(self, place: int) -> str:
         """Return one entry of the result."""
