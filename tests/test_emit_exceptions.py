@@ -110,7 +110,7 @@ def test_the_stress_case_sees_a_trap() -> None:
     real = np.random.default_rng
     cases = list(traps.builtin())
     assert all(case.passed for case in cases)
-    assert len(cases) == 6
+    assert len(cases) == 8
 
     class Infinite:
         def __init__(self, seed: int) -> None:

@@ -218,7 +218,9 @@ def _measured(one: Implementation, took: float, regions: Mapping[str, _Region]) 
         share = np.max(gap / own, axis=1)
         solve, tau = here.solve, here.states.get("tau")
         backward = solve.backward(computed, tau, known.kept, unit) if solve and tau is not None else None
-        errors.append(Errors(region, len(known.kept), _spread(ulp), _spread(share), _spread(backward) if backward else None))
+        errors.append(
+            Errors(region, len(known.kept), _spread(ulp), _spread(share), _spread(backward) if backward else None)
+        )
         worst = max(worst, float(np.percentile(np.max(gap, axis=1) / scale, 99)))
     return Measured(
         function.name,

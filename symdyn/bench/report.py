@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
@@ -16,14 +16,14 @@ from symdyn.verify.certificate import finite
 COLUMNS = ("implementation", "operations", "generate s", "compile s", "ns a state", "error 99 %", "best")
 DEEPER = ("implementation", "states", "ulp", "of own bound", "backward")
 ERRORS = (
-    "Errors are the 99th percentile over sampled states of the largest error of an entry, relative to the largest entry, "
-    "against the same graph at 50 digits, in the worst region. Rings mark what no other implementation beats in both "
-    "time and error; hollow points are float."
+    "Errors are the 99th percentile over sampled states of the largest error of an entry, relative to the largest "
+    "entry, against the same graph at 50 digits, in the worst region. Rings mark what no other implementation beats in "
+    "both time and error; hollow points are float."
 )
 SPREADS = (
-    "Regions have median, 99 % and maximum over the states, of the error in ulps of the largest entry; of an entry's error over its "
-    "own running error bound, which knows the condition of the output: below 1 it is as good as rounding every "
-    "operation once allows; and of the backward error of accelerations in roundoffs."
+    "For every region: median, 99 % and maximum over the states of the error in ulps of the largest entry; of an "
+    "entry's error over its own running error bound, which knows the condition of the output (below 1 the code is as "
+    "good as rounding every operation once allows); and of the backward error of accelerations, in roundoffs."
 )
 
 
@@ -69,7 +69,12 @@ def _lines(curves: Sequence[Curve]) -> list[Series]:
         Series(
             curve.method,
             tuple(
-                Dot(p.seconds, p.error, f"{curve.method}, rtol {p.tolerance:.0e}: {p.seconds:.2g} s, {p.error:.1e}", p.best)
+                Dot(
+                    p.seconds,
+                    p.error,
+                    f"{curve.method}, rtol {p.tolerance:.0e}: {p.seconds:.2g} s, {p.error:.1e}",
+                    p.best,
+                )
                 for p in curve.points
             ),
             joined=True,
@@ -168,7 +173,14 @@ def _motions(motion: Motion) -> list[tuple[str, tuple[str, ...], tuple[Curve, ..
 def curve_rows(curves: Sequence[Curve]) -> list[tuple[str, ...]]:
     """Return the table of trajectories."""
     return [
-        (c.method, f"{p.tolerance:.0e}", f"{p.seconds:.3g}", str(p.evaluations), f"{p.error:.1e}", "yes" if p.best else "")
+        (
+            c.method,
+            f"{p.tolerance:.0e}",
+            f"{p.seconds:.3g}",
+            str(p.evaluations),
+            f"{p.error:.1e}",
+            "yes" if p.best else "",
+        )
         for c in curves
         for p in c.points
     ]
@@ -191,9 +203,7 @@ def html(bench: Bench) -> str:
             tables.append(_cells(f"{name}: {text}", DEEPER, regions(bench, function, name)))
         choices = [f"{one.label}: {one.call:.3g} ns, error {one.relative:.1e}" for one in best(bench, function)]
         shown = [drawn[function]] if function in drawn else []
-        sections.append(
-            {"title": function, "words": [], "pictures": shown, "choices": choices, "tables": tables}
-        )
+        sections.append({"title": function, "words": [], "pictures": shown, "choices": choices, "tables": tables})
     if bench.motion is not None:
         shown = [drawn[name] for name, *_ in _motions(bench.motion) if name in drawn]
         tables = [_cells("", heads, curve_rows(curves)) for _, heads, curves in _motions(bench.motion)]

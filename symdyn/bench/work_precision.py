@@ -19,7 +19,7 @@ from symdyn.errors import SimulateError
 from symdyn.scene import JOINTS, Scene
 from symdyn.simulate.constraints import Projection
 from symdyn.simulate.initial import read_start
-from symdyn.simulate.integrate import METHODS, IntegrationError, Problem, importable
+from symdyn.simulate.integrate import METHODS, IntegrationError, Piece, Problem, importable
 from symdyn.simulate.monitors import observe
 from symdyn.simulate.system import System, build_system
 
@@ -62,7 +62,11 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
     tolerances, patience = (QUICK, PATIENCE_QUICK) if quick else (TOLERANCES, PATIENCE)
     later = LATER_QUICK if quick else LATER
     for name, method in METHODS.items():
-        why = "" if importable(method.module) else f"{method.library} is not installed; pip install 'symdyn[{method.extra}]'"
+        why = (
+            ""
+            if importable(method.module)
+            else f"{method.library} is not installed; pip install 'symdyn[{method.extra}]'"
+        )
         why = why or method.refuses(system)
         if why:
             notes.append(f"{name} was not measured: {why}")
@@ -126,7 +130,8 @@ class Runs:
         times = np.linspace(0.0, until, samples)
         project = Projection(self.system, max(ROUNDING, 1e-2 * tolerance))
         problem = Problem(self.system, self.x, times, tolerance, tolerance, (), project)
-        pieces, begin = [], 0.0
+        pieces: list[Piece] = []
+        begin = 0.0
         for piece in METHODS[name].run(problem):
             begin = begin if pieces else time.thread_time()
             pieces.append(piece)
@@ -159,10 +164,8 @@ def _points(
         yield Point(tolerance, took, made.evaluations, max(distance(made.x[-1]), least))
 
 
-def _drifts(
-    runs: Runs, name: str, points: Sequence[Point], later: float, patience: float
-) -> Iterator[Point]:
-    """Yield the largest drift of the energy over a long run, at tolerances whose short runs say that it ends in time."""
+def _drifts(runs: Runs, name: str, points: Sequence[Point], later: float, patience: float) -> Iterator[Point]:
+    """Yield the largest drift of the energy over a long run, where the short one says that it ends in time."""
     for point in points:
         if point.seconds * later / UNTIL > 2 * patience:
             return

@@ -14,6 +14,7 @@ from symdyn.scene import (
     damper,
     loop,
     number,
+    planar,
     point,
     prismatic,
     revolute,
@@ -123,6 +124,17 @@ def offset_pendulum() -> Scene:
         bodies=[body("b", particles=[{"mass": 1, "at": [0, -1, 0]}])],
         joints=[revolute("j", "ground", "b", origin=[0, 1, 0], coordinate="q1")],
         points=[point("bob", "b", [("Ty", -1)])],
+    )
+
+
+def pinned() -> Scene:
+    """Return a point mass on a massless link of 1 m, free in its plane and held by a pin: a pendulum as a loop."""
+    return scene(
+        "pinned",
+        gravity=[0, f"-{G}", 0],
+        bodies=[body("b", particles=[{"mass": 1, "at": [0, 0, 0]}])],
+        joints=[planar("j", "ground", "b", coordinates=["x", "y", "phi"], start=[1, 0, 0], drive=False)],
+        loops=[loop("pin", "revolute", "ground", "b", tip=[1, 0, 0])],
     )
 
 
