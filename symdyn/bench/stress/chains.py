@@ -31,7 +31,7 @@ INVERSE, FORWARD = (2, 10, 100), {False: (2, 10, 100), True: (2, 10, 30, 100)}
 """Links. M is not tree-sparse in absolute angles, and its elimination grows with the cube of their number."""
 
 COMPILED = 30
-"""Links beyond which elimination in absolute angles is run as a program: 400 000 lines of C take a compiler hours."""
+"""Links beyond which elimination in absolute angles is run as a program: no compiler likes 400 000 lines of C."""
 
 STATES = 3
 
