@@ -55,7 +55,7 @@ def bench(
     Args:
         scene: the mechanism; free parameters are drawn from 0.5 … 1.5.
         functions: as for `derive`; None takes all that the scene has, with `quick` those of `QUICK`.
-        quick: few states, native code, few tolerances, for a first look.
+        quick: few states, native code with batch code, few tolerances, for a first look.
         trajectories: whether to add work against precision of a motion.
         seed: of the states.
         command: what makes the report again, for its head.
@@ -146,7 +146,7 @@ def _function(
         return []
     equations = Equations(scene, workspace.graph, (chosen,))
     reals = ("double", "float")
-    made = list(implementations(equations, derived, machines, reals))
+    made = list(implementations(equations, derived, machines, reals, plain=not quick))
     for road in () if machines == () else candidates(workspace, name):
         if road != chosen.formulation:
             start = time.perf_counter()

@@ -25,6 +25,7 @@ from symdyn.simulate.system import System, build_system
 
 Array = npt.NDArray[np.float64]
 
+QUICK_METHODS = ("taylor", "dop853", "radau", "lsoda", "cvode")
 TOLERANCES, QUICK = tuple(10.0**-k for k in range(3, 14)), (1e-3, 1e-6, 1e-9, 1e-12)
 LONG, LONG_QUICK = (1e-6, 1e-9, 1e-12), (1e-6, 1e-9)
 UNTIL, LATER, LATER_QUICK = 2.0, 100.0, 10.0
@@ -44,7 +45,7 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
 
     Args:
         scene: the mechanism; it starts as `lively` says.
-        quick: few tolerances, and little patience.
+        quick: few methods and tolerances, and little patience.
         progress: told what is being done.
 
     Raises:
@@ -62,6 +63,8 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
     tolerances, patience = (QUICK, PATIENCE_QUICK) if quick else (TOLERANCES, PATIENCE)
     later = LATER_QUICK if quick else LATER
     for name, method in METHODS.items():
+        if quick and name not in QUICK_METHODS:
+            continue
         why = (
             ""
             if importable(method.module)
@@ -79,7 +82,7 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
         wanted = [p for p in points if p.tolerance in (LONG_QUICK if quick else LONG)]
         drifts.append(Curve(name, tuple(_drifts(runs, name, wanted, later, patience))))
     if slow:
-        notes.append(f"left out, for they take over {patience:g} s or fail: {', '.join(slow)}")
+        notes.append(f"Left out, for they take over {patience:g} s or fail: {', '.join(slow)}")
     return Motion(
         UNTIL, later, known.how, known.uncertain, tuple(marked(precise)), tuple(marked(drifts)), tuple(notes)
     )  # fmt: skip

@@ -69,11 +69,11 @@ def _command(options: argparse.Namespace) -> str:
 
 def show(found: Bench) -> None:
     """Print the best choices of every function."""
-    from symdyn.bench.report import best, choices_of
+    from symdyn.bench.report import best, choices_of, nanoseconds
     from symdyn.cli.talk import print_table
 
     lines = [
-        (one.function, one.label, f"{one.call:.3g}", f"{one.relative:.1e}", _worst(one.errors))
+        (one.function, one.label, nanoseconds(one.call), f"{one.relative:.1e}", _worst(one.errors))
         for function in found.functions
         for one in best(found, function)
     ]

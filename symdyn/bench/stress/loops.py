@@ -2,8 +2,8 @@
 
 The A02 benchmark of IFToMM (Gonzalez et al. 2006) turns N parallelograms in a row through their change point. Its angle
 θ from the upward vertical is that of a pendulum, I θ'' = c g sin θ with I = (N + 1)/3 + N and c = (N + 1)/2 + N; the
-references solve that to 40 digits. Problem A01 there is a pendulum in Cartesian coordinates: whichever of them is chosen
-as independent fails somewhere on its way.
+references solve that to 40 digits. Problem A01 there is a pendulum in Cartesian coordinates: whichever of them is
+chosen as independent fails somewhere on its way.
 """
 
 from __future__ import annotations
