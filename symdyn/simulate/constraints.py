@@ -4,7 +4,7 @@
     q̇ = H u     a step δ along the velocities moves q by H δ
 
 Positions first, by Newton's method with the shortest steps, δ = -G⁺ r; then velocities, u - G⁺ G u. What has a
-prescribed motion is not moved.
+prescribed motion is not moved. Coordinates that loops hold in proportion are put where their leaders say.
 
 Reference: Eich, Convergence results for a coordinate projection method applied to mechanical systems (1993).
 """
@@ -61,6 +61,10 @@ class Projection:
         if not self.system.closed:
             return x
         nq, nv = self.system.nq, self.system.nv
+        if self.system.linear:  # whatever G is: at a change point it says little
+            call, q, u = self.system.calls, x[:nq], self._u(x)
+            moved = q + call["movement"](q, call["correction"](q, u))
+            return np.concatenate([moved, call["fitted"](moved, u), x[nq + nv :]])
         for _ in range(STEPS):
             r, G = self._rows(x)
             if np.abs(r).max(initial=0.0) <= 0.01 * self.limit:
