@@ -215,6 +215,7 @@ def inverse_dynamics(q, qd, qdd, out=None):
         tau, shape (..., 1); N m (revolute) or N (prismatic).
 
     rnea; 3 mul, 2 add, 1 sincos.
+    A NaN in q, qd or qdd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _inverse_dynamics,
@@ -251,6 +252,7 @@ def forward_dynamics(q, qd, tau, out=None):
         qdd, shape (..., 1); rad/s^2 (revolute) or m/s^2 (prismatic).
 
     crba; 3 mul, 2 add, 1 sincos.
+    A NaN in q, qd or tau makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _forward_dynamics,
@@ -341,6 +343,7 @@ def gravity_forces(q, out=None):
         g, shape (..., 1); N m (revolute) or N (prismatic).
 
     lagrange; 1 mul, 0 add, 1 sincos.
+    A NaN in q makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _gravity_forces,
@@ -401,6 +404,7 @@ def momentum(q, qd, out=None):
         p, shape (..., 1); kg m^2/s or kg m/s.
 
     rnea; 1 mul, 0 add.
+    A NaN in qd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _momentum,
@@ -431,6 +435,7 @@ def kinetic_energy(q, qd, out=None):
         K, shape (...); J.
 
     rnea; 2 mul, 0 add.
+    A NaN in qd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _kinetic_energy,
@@ -460,6 +465,7 @@ def potential_energy(q, out=None):
         P, shape (...); J.
 
     recursive; 1 mul, 0 add, 1 sincos.
+    A NaN in q makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _potential_energy,
@@ -570,6 +576,7 @@ def k_G(q, out=None):
         k_G, shape (..., 1); N m (revolute) or N (prismatic).
 
     lagrange; 1 mul, 0 add, 1 sincos.
+    A NaN in q makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _k_G,
@@ -600,6 +607,7 @@ def pose_tip(q, out=None):
         T, shape (..., 3, 4); 1 and m.
 
     recursive; 2 mul, 0 add, 1 sincos.
+    A NaN in q makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _pose_tip,
@@ -643,6 +651,7 @@ def jacobian_tip(q, out=None):
         J, shape (..., 6, 1); m or 1, and 1.
 
     recursive; 2 mul, 0 add, 1 sincos.
+    A NaN in q makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _jacobian_tip,
@@ -681,6 +690,7 @@ def jdot_qdot_tip(q, qd, out=None):
         a, shape (..., 6); m/s^2 and rad/s^2.
 
     recursive; 4 mul, 0 add, 1 sincos.
+    A NaN in q or qd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _jdot_qdot_tip,
