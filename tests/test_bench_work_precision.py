@@ -11,7 +11,8 @@ from mpmath import mp
 from symdyn.bench import Bench, Curve, Motion, Point
 from symdyn.bench.extended import FINEST, Truth, truth
 from symdyn.bench.report import html, markdown, pictures
-from symdyn.bench.stress.scenes import offset_pendulum
+from symdyn.bench.stress.scenes import offset_pendulum, rubbing
+from symdyn.bench.stress.stiff import RUBBED
 from symdyn.bench.work_precision import UNTIL, Runs, lively, marked, motion
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
@@ -63,6 +64,18 @@ def test_the_truth_has_more_digits_than_a_double() -> None:
     assert runs.x[0] == 0.5
     assert found.uncertain < 1e-17
     assert gap < 1e-17
+
+
+def test_the_truth_sees_dry_friction_turn() -> None:
+    """A series of tanh is flat to the last digit and steps over the turn; three other methods agree with the truth."""
+    pytest.importorskip("heyoka", reason="needs heyoka, the extra taylor")
+    runs = runs_of(rubbing())
+    found = end_of(runs)
+
+    assert found.uncertain < 1e-15
+    assert found.x[0] == pytest.approx(RUBBED, abs=1e-16)
+    assert found.distance(runs.run("dop853", 1e-12, UNTIL).x[-1]) < 1e-12
+    assert found.distance(runs.run("radau", 1e-12, UNTIL).x[-1]) < 1e-12
 
 
 def test_the_truth_of_a_closed_mechanism_is_where_its_loops_are_closed() -> None:

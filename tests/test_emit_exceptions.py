@@ -14,7 +14,7 @@ from symdyn.build.compiler import find_compiler
 from symdyn.emit import emit
 from symdyn.emit.sources import write
 from symdyn.program import formulate, lower
-from symdyn.scene import Scene, body, read, revolute, scene
+from symdyn.scene import Scene, body, prismatic, read, revolute, scene
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -145,6 +145,22 @@ def _holds(word: str, name: str, place: int) -> bool:
     return head == name and (not rest or int(first) <= place < int(last or int(first) + 1))
 
 
+def test_an_exponential_that_would_be_denormal_is_zero_and_raises_nothing() -> None:
+    one = scene(
+        "fading",
+        bodies=[body("b", mass=1)],
+        joints=[prismatic("j", "ground", "b", axis=[1, 0, 0], coordinate="x", force="exp(x)")],
+    )
+    for real, exponents in (("double", [-700.0, -707.0, -709.0, -740.0, -1e6]), ("float", [-80.0, -86.0, -88.0, -1e3])):
+        module = build(lower(formulate(one, ("forward_dynamics",))), real=real)
+        with np.errstate(all="raise"):
+            found = [float(module.forward_dynamics([x], [0.0], [0.0])[0]) for x in exponents]
+        smallest = np.finfo({"double": np.float64, "float": np.float32}[real]).tiny
+        exact = [np.exp(x) if np.exp(x) >= smallest else 0.0 for x in exponents]
+        assert found == pytest.approx(exact, rel=1e-6, abs=0)
+        assert np.isnan(module.forward_dynamics([np.nan], [0.0], [0.0])).all()
+
+
 def test_the_stress_case_sees_a_trap() -> None:
     """An infinite angle raises invalid: the flags that the case reads are those of the compiled code."""
     from symdyn.bench.stress import traps
@@ -152,7 +168,7 @@ def test_the_stress_case_sees_a_trap() -> None:
     real = np.random.default_rng
     cases = list(traps.builtin())
     assert all(case.passed for case in cases)
-    assert len(cases) == 8
+    assert len(cases) == 12
 
     class Infinite:
         def __init__(self, seed: int) -> None:

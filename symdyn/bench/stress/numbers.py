@@ -11,7 +11,7 @@ from symdyn.bench.states import positions_of
 from symdyn.bench.stress.calls import Calls, calls
 from symdyn.bench.stress.chains import shares
 from symdyn.bench.stress.model import Case, worst
-from symdyn.bench.stress.scenes import arm, one_body
+from symdyn.bench.stress.scenes import arm, one_body, rubbing
 from symdyn.dynamics import Function, available
 from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.errors import SceneError
@@ -31,6 +31,7 @@ def builtin() -> Iterator[Case]:
     for one in (arm(), one_body(), one_body("prismatic")):
         kind = "6 axes" if one.name == "arm" else f"one body, {one.joints[0].type}"
         yield from _of(kind, one)
+    yield from _of("dry friction", rubbing())
     yield _weightless()
     yield _nothing()
 

@@ -168,6 +168,18 @@ def stiff_spring(stiffness: int, damping: int) -> Scene:
     )
 
 
+def rubbing() -> Scene:
+    """Return a mass of 1 kg on a slide with Stribeck's friction, a spring and a damper, half a metre out."""
+    friction: dict[str, int | str] = {"coulomb": 1, "static": "3/2", "stribeck": "1/20", "smoothing": "1/1000"}
+    return scene(
+        "rubbing",
+        bodies=[body("b", mass=1, com=[0, 0, 0])],
+        joints=[prismatic("j", "ground", "b", axis=[1, 0, 0], coordinate="x", start="1/2", friction=friction)],
+        springs=[spring("s", joint="j", stiffness=50)],
+        dampers=[damper("d", joint="j", damping="2/5")],
+    )
+
+
 def parallelogram(second: bool = False) -> Scene:
     """Return a parallelogram of unit rods, which meets its change point; with a second coupler loops are redundant.
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from symdyn.bench.stress.calls import Calls, calls
 from symdyn.bench.stress.model import Case, worst
-from symdyn.bench.stress.scenes import arm, one_body
+from symdyn.bench.stress.scenes import arm, one_body, rubbing
 from symdyn.dynamics import available
 from symdyn.scene import Scene
 
@@ -36,8 +36,8 @@ NAMES = ("invalid", "division by zero", "overflow", "underflow")
 
 def builtin() -> Iterator[Case]:
     """Yield the cases of the built-in scenes."""
-    for one in (arm(), one_body()):
-        yield from _of("6 axes" if one.name == "arm" else "one body", one)
+    for kind, one in (("6 axes", arm()), ("one body", one_body()), ("dry friction", rubbing())):
+        yield from _of(kind, one)
 
 
 def of_scene(scene: Scene) -> Iterator[Case]:
@@ -64,7 +64,7 @@ def _of(kind: str, one: Scene) -> Iterator[Case]:
             function = routine.function
             rng = np.random.default_rng(6)
             for count in (1, 70):
-                given = [rng.uniform(0.5, 1.5, (count, len(a.symbols))) for a in function.arguments]
+                given = [rng.uniform(0.5, 5.0, (count, len(a.symbols))) for a in function.arguments]
                 if value is not None and function.arguments[0].name == "q":
                     given[0][:, 0] = value
                 call = getattr(made.modules["C"], function.name)
