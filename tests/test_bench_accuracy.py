@@ -223,3 +223,14 @@ def test_without_a_compiler_the_rest_is_measured(monkeypatch, capsys, tmp_path):
     out = capsys.readouterr().out
     assert "C and ufunc were not measured" in out
     assert "NumPy module" in out
+
+
+def test_unknown_functions_are_told_together_and_none_is_no_list(capsys):
+    scene = str(EXAMPLES / "pendulum.toml")
+
+    assert main(["bench", scene, "--functions", "foo,inverse_dynamics,bar"]) == 1
+    told = capsys.readouterr().err
+    assert "there is no output 'foo'" in told
+    assert "there is no output 'bar'" in told
+    assert main(["bench", scene, "--functions", ""]) == 1
+    assert "pendulum: no function is asked for" in capsys.readouterr().err

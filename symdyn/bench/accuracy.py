@@ -23,7 +23,7 @@ from symdyn.bench.work_precision import motion
 from symdyn.build import run_python
 from symdyn.build.compiler import find_compiler
 from symdyn.build.library import CACHE_VARIABLE
-from symdyn.dynamics import Equations, Workspace, available, derive_one
+from symdyn.dynamics import Equations, Workspace, available, derive_one, roads
 from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.emit import emit
 from symdyn.errors import DerivationError, MissingCompiler, SimulateError
@@ -70,6 +70,7 @@ def bench(
     if functions is None:
         notes += left_out
         functions = [name for name in names if name in QUICK] if quick else names
+    _check(scene, functions)
     machines: tuple[str, ...] = ("native",) if quick else ("native", "portable")
     about = [("processor", _processor()), ("Python", platform.python_version()), ("NumPy", np.__version__)]
     try:
@@ -91,6 +92,20 @@ def bench(
             except (SimulateError, DerivationError) as fault:
                 notes.append(f"no trajectories: {fault}")
     return Bench(scene.name, command, tuple(about), REGIONS, tuple(found), moved, tuple(notes))
+
+
+def _check(scene: Scene, functions: Sequence[str]) -> None:
+    """Raise DerivationError, all at once, where functions do not exist, or none is asked for."""
+    if not functions:
+        raise DerivationError(f"{scene.name}: no function is asked for; name some, or leave --functions out")
+    faults = []
+    for name in functions:
+        try:
+            roads(name, scene)
+        except DerivationError as fault:
+            faults.append(str(fault))
+    if faults:
+        raise DerivationError("\n".join(dict.fromkeys(faults)))
 
 
 def _processor() -> str:
