@@ -14,7 +14,7 @@ demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 56
 	$(BIN)/symdyn verify examples/puma560.toml
 
 test: $(READY)  ## everything that must hold
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --maxprocesses 4
 
 slow: $(READY)  ## what takes minutes: every robot of example-robot-data against Pinocchio
 	$(BIN)/python -m pip install --quiet -e '.[dev,mjcf,robots]'

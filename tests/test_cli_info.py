@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
@@ -11,10 +11,15 @@ from arms import EXAMPLES, two_link
 
 from symdyn.cli import main
 from symdyn.dynamics import Workspace, available, derive_one
+from symdyn.dynamics.loops.assembly import with_parameters, witness
+from symdyn.dynamics.loops.numbers import numbers_of
+from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
 from symdyn.program import Counts, formulate, lower, prepare, skipped
 from symdyn.program.passes import DEFAULT
 from symdyn.scene import bind, body, fixed, point, read, revolute, scene
+from symdyn.scene.starters import starter
+from symdyn.scene.toml import read_text
 
 Capture = pytest.CaptureFixture[str]
 
@@ -198,3 +203,26 @@ def test_verify_proves_a_bound_scene(capsys: Capture) -> None:
 def test_a_binding_that_makes_no_sense_is_one_message(words: list[str], message: str, capsys: Capture) -> None:
     assert main(["info", str(EXAMPLES / "two_link.toml"), *words]) == 1
     assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("template", ["rr", "cart_pole", "four_bar", "slider_crank"])
+def test_starters_are_reported(template: str, tmp_path: Path, capsys: Capture) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text(starter(template, template))
+
+    assert main(["info", str(path)]) == 0
+    assert "Left out or merged" in capsys.readouterr().out
+
+
+def test_a_start_without_a_real_value_costs_a_draw_of_free_parameters_and_no_more() -> None:
+    """With r = 1.4 and l = 0.6, which a draw may give, sqrt(l**2 - (r*sin(pi/3))**2) is not real."""
+    free = read_text(starter("slider_crank", "slider_crank"))
+    free = replace(free, parameters=tuple(replace(one, value=None) for one in free.parameters))
+    numbers = numbers_of(free)
+    draw = dict.fromkeys([one.name for one in free.parameters], 1.0)
+
+    with pytest.raises(DerivationError, match="has no real value with these parameters"):
+        with_parameters(numbers, draw | {"r": 1.4, "l": 0.6}).start()
+    found, assembly = witness({}, numbers)
+    assert found.free["l"] > found.free["r"] * 3**0.5 / 2
+    assert assembly.residual < 1e-9

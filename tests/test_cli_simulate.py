@@ -85,9 +85,66 @@ def test_free_parameters_and_unknown_laws_are_told(tmp_path: Path, capsys: pytes
     assert "give --until" in err
 
 
-def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
+def test_animations_are_pages_and_pictures(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["simulate", DOUBLE, "--until", "1", "--start", "q1=1", "--method", "dop853", "--every", "0.1"]
+    assert main([*words, "--animate", str(tmp_path / "a.html")]) == 0
+    assert capsys.readouterr().out == f"{tmp_path / 'a.html'}\n"  # and no table
+    motion = ["inverse", DOUBLE, "--motion", "q1=quintic(0, 1, 1)", "--until", "1", "--every", "0.1"]
+    assert main([*motion, "--animate", str(tmp_path / "b.svg"), "-o", str(tmp_path / "b.csv")]) == 0
+
+    page, picture = (tmp_path / "a.html").read_text(), (tmp_path / "b.svg").read_text()
+    assert page.startswith("<!DOCTYPE html>")
+    assert len(json.loads(page.split('type="application/json">')[1].split("</script>")[0])["t"]) == 11
+    assert picture.startswith("<svg")
+    assert 'dur="1s"' in picture
+    assert main([*words, "--animate", str(tmp_path / "a.gif")]) == 1
+    assert "animations are written to .html or .svg files" in capsys.readouterr().err
+    assert main([*words, "--animate", str(tmp_path / "none" / "a.html")]) == 1
+    assert "there is no folder" in capsys.readouterr().err
+
+
+def test_what_is_odd_about_a_run_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    table = tmp_path / "f.csv"
+    table.write_text("t,F\n0,1\n1,2\n")
+    cart = str(EXAMPLES / "cart_pole.toml")
+    assert main(["simulate", cart, "--until", "2", "--forces", str(table), "--every", "1"]) == 0
+    assert (
+        "the table of F goes from 0 s to 1 s; outside, the force is that of its nearest row" in capsys.readouterr().err
+    )
+    assert main(["simulate", cart, "--until", "1", "--forces", str(table), "--every", "1"]) == 0
+    assert "the table of F" not in capsys.readouterr().err
+    assert main(["inverse", cart, "--motion", "x=0", "theta=t", "--until", "1", "--every", "1"]) == 0
+    assert "theta has no drive, and the motion takes up to " in capsys.readouterr().err
+    assert main(["simulate", cart, "--until", "9", "--forces", "F=-20*x-8*sign(x_dot)", "--start", "x=0.1"]) == 1
+    err = capsys.readouterr().err
+    assert "the motion sticks at t = " in err
+    assert "tanh(v/0.01)" in err
+    assert main(["simulate", cart, "--until", "1", "--rtol", "1e-30", "--start", "x="]) == 1
+    err = capsys.readouterr().err
+    assert "rtol = 1e-30 is not a tolerance; give one between 1e-16 and 1" in err
+    assert '--start: "x=" is not name=formula' in err
+
+
+def test_sundials_keeps_its_own_words_to_itself(capfd: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("sksundae", reason="needs scikit-sundae, the extra stiff")
+    cart = str(EXAMPLES / "cart_pole.toml")
+    words = ["simulate", cart, "--until", "9", "--forces", "F=1e5*x**3", "--start", "x=1", "--method", "cvode"]
+    assert main(words) == 1
+
+    out, err = capfd.readouterr()
+    assert out.startswith("t,x,theta")
+    assert "WARNING" not in out + err
+    assert "CVODE cannot go on after t = " in err
+    assert "Successful" not in err
+
+
+@pytest.mark.parametrize("method", ["dop853", "taylor"])
+def test_ctrl_c_keeps_what_was_computed(tmp_path: Path, method: str) -> None:
+    if method == "taylor":
+        pytest.importorskip("heyoka", reason="needs heyoka, the extra taylor")
     out = tmp_path / "long.csv"
-    words = ["simulate", DOUBLE, "--until", "10000", "--every", "0.001", "--start", "q1=1", "--method", "dop853"]
+    until = {"dop853": "10000", "taylor": "1000000"}[method]
+    words = ["simulate", DOUBLE, "--until", until, "--every", "0.1", "--start", "q1=1", "--method", method]
     process = subprocess.Popen(
         [
             sys.executable,
@@ -102,8 +159,8 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path: Path) -> None:
         env={**os.environ, "PYTHONUNBUFFERED": "1"},
     )
     assert process.stderr is not None
-    assert "method: dop853" in process.stderr.readline()
-    time.sleep(2.0)
+    assert f"method: {method}" in process.stderr.readline()
+    time.sleep(4.0)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=30)
 

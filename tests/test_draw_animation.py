@@ -15,7 +15,7 @@ import pytest
 from arms import EXAMPLES, two_link
 from mechanisms import jointed
 
-from symdyn.draw import animation, picture, pose
+from symdyn.draw import animation, moving_picture, picture, pose
 from symdyn.draw.animate import MOST
 from symdyn.errors import DrawError
 from symdyn.scene import read
@@ -146,3 +146,47 @@ def test_the_script_draws_the_first_moment_as_it_was_drawn(tmp_path: Path) -> No
 def test_faults_say_what_would_work(times, positions, message: str) -> None:
     with pytest.raises(DrawError, match=message):
         animation(two_link(), times, positions)
+
+
+def test_a_picture_that_moves_by_itself_is_where_the_page_is() -> None:
+    t, q = motion(2)
+    text = moving_picture(two_link(), t, q, {"h1": 2.0, "h2": 1.0})
+    elbow = moved(animation(two_link(), t, q, {"h1": 2.0, "h2": 1.0}), "joint-elbow", "dot")
+    root = ElementTree.fromstring(text)
+    space = "{http://www.w3.org/2000/svg}"
+    group = next(one for one in root.iter(f"{space}g") if one.get("id") == "joint-elbow")
+    tracks = {
+        one.get("attributeName"): [float(x) for x in one.get("values", "").split(";")]
+        for one in [*group.iter(f"{space}circle")][-1]
+    }
+
+    assert np.stack([tracks["cx"], tracks["cy"]], axis=1) == pytest.approx(elbow)
+    assert "<script" not in text
+    assert "data-" not in text
+    assert 'dur="2s"' in text
+    assert "keyTimes" not in text  # even steps
+
+
+def test_uneven_moments_have_their_times() -> None:
+    text = moving_picture(two_link(), [0.0, 0.5, 2.0], [[0, 0], [0.1, 0.2], [1, 0.5]])
+
+    assert 'keyTimes="0;0.25;1"' in text
+
+
+def test_what_never_moves_is_a_picture() -> None:
+    text = moving_picture(two_link(), [0.0], [[0.3, 0.2]])
+
+    assert "<animate" not in text
+    assert "data-" not in text
+
+
+@pytest.mark.parametrize("one", [jointed("free", "spherical"), closed_mechanisms.rssr(), read(EXAMPLES / "scara.toml")],
+                         ids=lambda one: one.name)  # fmt: skip
+def test_every_kind_of_shape_moves(one) -> None:
+    q, values = pose(one)
+    text = moving_picture(one, [0.0, 1.0], [q, q + 0.3], values, (-60, 30))
+    tags = [element.tag.split("}")[1] for element in ElementTree.fromstring(text).iter()]
+
+    assert "data-" not in text
+    assert tags.count("animateTransform") >= 2
+    assert tags.count("animate") >= 2

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from oracles import oracle
 
+import symdyn
 from symdyn.algebra.numeric import Floats
 from symdyn.bench.stress.scenes import parallelogram
 from symdyn.dynamics import Workspace, derive_one
@@ -16,6 +17,8 @@ from symdyn.graph import evaluate, substitute
 from symdyn.scene import Scene, read_text
 from symdyn.scene.starters import starter
 from symdyn.simulate import simulate
+from symdyn.simulate.initial import read_start
+from symdyn.simulate.system import build_system
 
 
 def row_of(n: int) -> Scene:
@@ -65,7 +68,6 @@ def test_two_four_bars_in_a_row_pass_their_change_point():
     assert np.abs(made["loop_rate_error"]).max() < 1e-12
 
 
-@pytest.mark.slow
 def test_forty_four_bars_in_a_row_take_less_than_a_second_for_twenty():
     case = oracle("iftomm_closed_form")["A02_N40"]
 
@@ -73,6 +75,28 @@ def test_forty_four_bars_in_a_row_take_less_than_a_second_for_twenty():
 
     assert made.q[-1, 0] == pytest.approx(float(case["rows"][-1]["theta"]), rel=1e-9)
     assert made.wall < 1
+
+
+def test_what_is_compiled_for_a_row_grows_as_its_length():
+    """Rows in proportion need no G, whose entries grow as the square."""
+    short, long = (build_system(row_of(n)).program.routines for n in (5, 10))
+    sizes = [sum(len(one.function.entries) + len(one.steps) for one in routines) for routines in (short, long)]
+
+    assert sizes[1] < 2.1 * sizes[0]
+    assert "slopes" not in [one.function.name for one in long]
+
+
+@pytest.mark.parametrize("template", ["four_bar", "slider_crank"])
+def test_the_rows_of_a_system_are_those_of_the_scene(template):
+    """G is put together of its entries that are not zero."""
+    scene = read_text(starter("one", template))
+    system, G = build_system(scene), symdyn.load(scene, "constraint_jacobian").constraint_jacobian
+    start = read_start(scene)
+    x = np.concatenate([start.q, start.u + 0.3, np.zeros(int(system.works))])
+
+    assert system.jacobian(0.0, x) == pytest.approx(G(start.q))
+    assert system.jacobian(0.0, np.stack([x, x]))[1] == pytest.approx(G(start.q))
+    assert system.tell("row_rates", 0.0, x) == pytest.approx(G(start.q) @ x[system.nq :][: system.nv])
 
 
 def test_a_redundant_coupler_changes_nothing_of_that():

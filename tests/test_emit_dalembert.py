@@ -13,6 +13,7 @@ from figure_5_39 import single_loop
 from symdyn.cli import main
 from symdyn.emit.dalembert_page import dalembert_text
 from symdyn.errors import EmitError
+from symdyn.scene import read
 
 
 def test_page_of_the_two_link_arm():
@@ -43,6 +44,13 @@ def test_a_spatial_mechanism_has_six_equations_a_body():
 
     assert "6(u-1) = 6 \\cdot 3 = 18" in text
     assert "18 = 1 + 17" in text
+
+
+def test_an_idle_spin_is_no_drive():
+    text = dalembert_text(read("examples/rssr.toml"))
+
+    assert "$n = 2$ unknown drives, 1 of them of freedoms that nothing drives, such as an idle spin (ball)" in text
+    assert "18 = 2 + 16" in text
 
 
 def test_the_same_page_twice():

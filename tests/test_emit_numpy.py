@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import re
 import subprocess
 import sys
+import tracemalloc
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from symdyn.build import run_python
 from symdyn.dynamics import derive
 from symdyn.dynamics.equations import Equations
 from symdyn.emit import emit, write
-from symdyn.emit.python import BLOCK, DEAD
+from symdyn.emit.python import BLOCK
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
@@ -164,16 +165,53 @@ def test_nothing_is_raised_or_warned_about_where_a_result_is_not_finite(name, va
     np.testing.assert_array_equal(result, np.full_like(result, wanted))
 
 
-def test_intermediate_results_are_given_back_once_they_are_dead():
-    scene = read(Path(__file__).parent.parent / "examples" / "puma560.toml")
-    text = emit(lower(derive(scene, ("inverse_dynamics",))))["puma560.py"]
-    body = text[text.index("def _inverse_dynamics") :]
-    freed = [name for line in re.findall(r"\n    del (.*)", body) for name in line.split(", ")]
-    assert len(freed) >= DEAD
-    assert len(set(freed)) == len(freed)
-    for line in re.finditer(r"\n    del (.*)", body):
-        rest = set(re.findall(r"\w+", body[line.end() :].replace("del ", "")))
-        assert rest.isdisjoint(line[1].split(", "))
+PUMA = Path(__file__).parent.parent / "examples" / "puma560.toml"
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize("common", range(7))
+def test_a_batch_is_to_the_bit_what_the_text_gives_for_arrays(real, common):
+    """Bit k of `common` says that all states share argument k, which then stays a number."""
+    module = run_python(emit(lower(every_op()), real=real))
+    given = [a.astype("f" if real == "float" else "d") for a in states(every_op(), "matrix", 9)]
+    given = [a[0] if common >> k & 1 else a for k, a in enumerate(given)]
+    for name in ("matrix", "scalar", "rotated"):
+        batch = getattr(module, name)(*given)
+        entries = getattr(module, f"_{name}")(module._Arrays, *[list(a.T) for a in given])
+        for place, entry in enumerate(entries):
+            np.testing.assert_array_equal(batch.reshape(-1, len(entries))[:, place], entry)
+
+
+def test_entries_that_are_arguments_constants_or_given_twice_come_out_of_a_batch():
+    g = Graph()
+    x, y = g.symbol("x"), g.symbol("y")
+    f = run_python(emit(lower(one([x, x * y, g.one / 3, x * y, y, -y], [x, y])))).f
+    np.testing.assert_array_equal(f([[2.0, 5.0], [3.0, 7.0]]), [[2, 10, 1 / 3, 10, 5, -5], [3, 21, 1 / 3, 21, 7, -7]])
+
+
+def test_a_batch_takes_one_work_space_and_leaves_nothing_behind():
+    module = run_python(emit(lower(derive(read(PUMA), ("inverse_dynamics",)))))
+    given = list(np.random.default_rng(1).uniform(-2, 2, (3, 4 * BLOCK, 6)))
+    out = module.inverse_dynamics(*given)
+    tape = module._record(module._inverse_dynamics, ((6, True),) * 3)
+    assert tape.rows < len(tape.each) / 4
+    tracemalloc.start()
+    try:
+        module.inverse_dynamics(*given, out=out)
+        left, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak < out.nbytes + 8 * BLOCK * (tape.rows + 1)
+    assert left < BLOCK
+
+
+def test_threads_do_not_share_a_work_space():
+    module = run_python(emit(lower(derive(read(PUMA), ("inverse_dynamics",)))))
+    given = list(np.random.default_rng(1).uniform(-2, 2, (3, 8, 2 * BLOCK, 6)))
+    wanted = [module.inverse_dynamics(*state) for state in zip(*given, strict=True)]
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(module.inverse_dynamics, *given))
+    np.testing.assert_array_equal(found, wanted)
 
 
 def test_the_header_tells_functions_counts_units_and_parameters():

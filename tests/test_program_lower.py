@@ -103,6 +103,30 @@ def test_a_tiny_constant_is_not_taken_for_zero():
     assert abs(float(value * 10**120) - 2**0.5) < 1e-15
 
 
+@pytest.mark.parametrize("turn", [Fraction(2, 9), Fraction(1, 7), Fraction(3, 11), Fraction(5, 13)])
+def test_functions_of_a_hidden_zero_are_those_of_zero(turn):
+    """In fixed precision s² + c² - 1 is sometimes above zero and sometimes below: no sign of it counts."""
+    g = Graph()
+    s, c = g.sin(g.pi * turn), g.cos(g.pi * turn)
+    zero = s * s + c * c - 1
+    half_turn = g.function(Op.ATAN2, zero, g.constant(-1))
+    found = constants([half_turn, g.function(Op.SIGN, zero), g.sqrt(zero), g.function(Op.ABS, zero)])
+
+    assert float(found[half_turn]) == np.pi
+    assert {node.op for node, value in found.items() if value == 0} >= {Op.SIGN, Op.SQRT, Op.ABS}
+
+
+@pytest.mark.parametrize("value", [Fraction(22, 7), Fraction(-1, 10**6), Fraction(999_999, 1_000_000), Fraction(10**9)])
+def test_a_simple_fraction_in_disguise_is_found(value):
+    g = Graph()
+    s, c = g.sin(g.pi * Fraction(2, 9)), g.cos(g.pi * Fraction(2, 9))
+    disguised, near = (s * s + c * c) * value, (s * s + c * c) * value + g.constant(Fraction(1, 10**70)) * s
+
+    found = constants([disguised, near])
+    assert found[disguised] == value
+    assert found[near].denominator > 10**60
+
+
 @pytest.mark.parametrize("bad", ["root", "logarithm", "hidden pole"])
 def test_a_constant_that_is_no_real_number_is_refused(bad):
     g = Graph()

@@ -32,7 +32,7 @@ from symdyn.scene import (
     with_symbolic_inertia,
 )
 from symdyn.scene.starters import STARTERS, starter
-from symdyn.scene.symbolic import INERTIAL
+from symdyn.scene.ten_parameters import INERTIAL
 from symdyn.spatial import elementary, unit_transform
 
 PENDULUM = """

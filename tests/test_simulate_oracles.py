@@ -9,7 +9,7 @@ from oracles import oracle
 from scenes_in_time import double_pendulum, free_top, heavy_top, pendulum
 
 from symdyn.bench.stress.scenes import pinned
-from symdyn.simulate import Trajectory, simulate
+from symdyn.simulate import Trajectory, inverse, read_motion, simulate
 from symdyn.simulate.system import build_system
 
 EPS = 2.3e-16
@@ -99,6 +99,26 @@ def _pull(found: Trajectory) -> np.ndarray:
     """Return gravity's part along the circle."""
     along = np.stack([-found.q[:, 1], found.q[:, 0]], axis=1)
     return -9.81 * found.q[:, :1] * along
+
+
+def test_the_motion_of_iftomm_a01_takes_no_force() -> None:
+    """The inverse direction: the exact motion at each of its times, φ̈ = -g sin φ, is free."""
+    for row in oracle("iftomm_closed_form")["A01"]["rows"]:
+        phi, rate = float(row["phi"]), float(row["phid"])
+        law = f"{phi!r} + {rate!r}*(t - 1) + {-9.81 * np.sin(phi) / 2!r}*(t - 1)**2".replace("np.float64", "")
+        found = inverse(pendulum(), read_motion(pendulum(), [f"q1={law}"]), [1.0])
+
+        assert abs(found.tau[0, 0]) < 1e-14 * 9.81 * 10
+        assert abs(found.qd[0, 0] - rate) < 1e-14
+
+
+def test_a_driven_motion_of_iftomm_a01_takes_what_the_formula_says() -> None:
+    """m L² φ̈ + m g L sin φ along twice the amplitude of the exact motion, which is not free any more."""
+    times = np.linspace(0, 2, 41)
+    found = inverse(pendulum(), read_motion(pendulum(), ["q1=pi*cos(3*t)"]), times)
+    phi = np.pi * np.cos(3 * times)
+
+    assert found.tau[:, 0] == pytest.approx(-9 * phi + 9.81 * np.sin(phi), abs=1e-12)
 
 
 def test_parallelogram_of_iftomm_a02_passes_its_change_points_on_the_right_branch() -> None:

@@ -19,6 +19,7 @@ CASES = [
     ("examples/two_link.toml", "two_link.html", ("--format", "html")),
     ("examples/two_link.toml", "two_link-sk.html", ("--format", "html", "--language", "sk")),
     ("examples/two_link.toml", "two_link-exercises.html", ("--format", "html", "--exercises")),
+    ("examples/four_bar.toml", "four_bar.html", ("--format", "sliders")),
     ("examples/two_link.toml", "two_link.ipynb", ("--format", "notebook")),
 ]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -16,16 +17,16 @@ from browser import OVERLAPS, chromium, opened
 from symdyn.algebra.form import express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
-from symdyn.emit.formula_text import text_of
+from symdyn.emit.formula_text import BREAK, text_of
 from symdyn.errors import TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import read
+from symdyn.scene import number, read
 from symdyn.teach import walkthrough
 from symdyn.teach.document import Blank, Document
-from symdyn.teach.exercises import questions, with_exercises
+from symdyn.teach.exercises import judge, questions, with_exercises
 from symdyn.teach.languages import LANGUAGES
 from symdyn.teach.render.html import html_page
-from symdyn.teach.render.mathml import display, inner
+from symdyn.teach.render.mathml import flow, inner
 from symdyn.teach.render.spelling import Spelling
 from symdyn.teach.student.statements import read_formula
 
@@ -58,7 +59,7 @@ class _Balanced(HTMLParser):
         self.open: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: object) -> None:
-        if tag not in ("meta", "input", "br"):
+        if tag not in ("meta", "input", "br", "wbr"):
             self.open.append(tag)
 
     def handle_startendtag(self, tag: str, attrs: object) -> None:
@@ -94,14 +95,22 @@ def test_every_formula_becomes_wellformed_mathml(lesson: Document) -> None:
         assert "\\" not in "".join(ElementTree.fromstring(text).itertext())
 
 
-def test_mathml_has_the_spaces_and_lines_of_the_formula() -> None:
+def test_mathml_has_the_spaces_of_the_formula() -> None:
     assert inner(r"h_1 \sin q_1") == (
-        '<msub><mi>h</mi><mn>1</mn></msub><mspace width="0.167em" /><mi>sin</mi><mspace width="0.167em" />'
-        "<msub><mi>q</mi><mn>1</mn></msub>"
+        "<msub><mi>h</mi><mn>1</mn></msub><mi>\u2009sin\u2009</mi><msub><mi>q</mi><mn>1</mn></msub>"
     )
     assert inner(r"\sin(q)") == '<mi>sin</mi><mo stretchy="false">(</mo><mi>q</mi><mo stretchy="false">)</mo>'
+    assert inner(r"\sin^2 q") == "<msup><mi>sin</mi><mn>2\u2005</mn></msup><mi>q</mi>"
     assert 'mover accent="true"' in inner(r"\dot q_1")
-    assert display(["a &= b", r"&\quad {}+ c"]).count("<mtr>") == 2
+
+
+def test_a_formula_may_part_at_its_terms_and_in_long_brackets_only() -> None:
+    short = flow("x", f"= a {BREAK}- (b {BREAK}+ c) d")
+    assert short.count("<wbr>") == 2
+    assert short.endswith("− <math>" + inner("(b + c) d") + "</math>")
+    long = flow("", f"a {BREAK}+ \\bigl({'b c ' * 20}{BREAK}- {'d e ' * 20}\\bigr) f")
+    assert long.count("<wbr>") == 2
+    assert re.search(r'<wbr><span class="term">\+ <math>.*</math> <wbr>− <math>.*</math></span>$', long)
 
 
 def test_the_page_is_the_same_in_every_run() -> None:
@@ -161,11 +170,22 @@ def test_the_page_does_not_hold_the_results(lesson: Document) -> None:
     assert "cos" not in str(asked["values"])
 
 
-def test_a_walkthrough_without_such_results_says_so() -> None:
-    lesson = walkthrough(read(EXAMPLES / "four_bar.toml"), road="dalembert")
+def test_exercises_of_the_other_road_ask_for_moments_of_inertia_and_drives() -> None:
+    closed = with_exercises(walkthrough(read(EXAMPLES / "four_bar.toml"), road="dalembert"))
+    assert [b.left for b in blanks(closed)] == ["MD:22:z", "MD:33:z", "MD:44:z"]
+    assert "<math" in html_page(closed)
+    assert len(closed.sections[-1].steps) == 3
 
-    assert "<math" in html_page(lesson)
-    with pytest.raises(TeachError, match="take Lagrange's road"):
+    arm = with_exercises(walkthrough(read(EXAMPLES / "two_link.toml"), road="dalembert"))
+    assert [b.left for b in blanks(arm)] == ["MD:22:z", "MD:33:z", "M1", "M2"]
+    assert judge(arm, "bivectors:link1:MD:22:z", "-m_1 h_1^2 \\ddot q_1") == "Right."
+    assert judge(arm, "bivectors:link1:MD:22:z", "m_1 h_1^2 \\ddot q_1").endswith("the opposite sign.")
+
+
+def test_a_walkthrough_without_such_results_says_so() -> None:
+    lesson = walkthrough(read(EXAMPLES / "four_bar.toml"), road="dalembert", until="count")
+
+    with pytest.raises(TeachError, match="give a later part with --until"):
         with_exercises(lesson)
 
 
@@ -246,6 +266,50 @@ def test_a_typed_answer_is_judged(text: str, says: str, browser: Any, lesson: Do
         assert form.locator(".verdict").inner_text() == says
 
 
+GARBAGE = "m1h2q_^{}()[]\\+-*/=.,;:'\"<>&|!?@#$%~`0123456789 \t\n\0\u0307\u202e\ud83d\ude00αθ½²₁∫∞−·\u200b"
+
+
+def test_garbage_is_answered_in_words(lesson: Document, browser: Any, tmp_path: Path) -> None:
+    path = tmp_path / "lesson.html"
+    path.write_text(html_page(lesson), encoding="utf-8")
+    rng = random.Random(3)
+    texts = ["".join(rng.choices(GARBAGE, k=rng.randint(0, 30))) for _ in range(3000)]
+    texts += [
+        "m1" * 3000,
+        "((((" * 500,
+        "1e999",
+        "m1^" * 50 + "2",
+        "--" * 999 + "1",
+        "\\frac" * 99,
+        "{" * 99,
+        "constructor.x",
+    ]
+    with opened(browser, path) as page:
+        told = page.evaluate("([key, texts]) => texts.map(x => Answers.judge(key, x))", [blanks(lesson)[0].key, texts])
+
+    assert all(isinstance(one["text"], str) and one["text"] for one in told)
+    assert not any(one["right"] for one in told)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("mc + mp", "Right."),
+        ("1 + 0.1", "right for the numbers of this scene only"),
+        ("(mc + mp) * 1.0000001", "right to some digits only"),
+        ("mc - mp", "another value"),
+    ],
+)
+def test_numbers_of_the_scene_and_rounded_ones_are_told(text: str, says: str, browser: Any, tmp_path: Path) -> None:
+    lesson = with_exercises(walkthrough(read(EXAMPLES / "cart_pole.toml")))
+    path = tmp_path / "lesson.html"
+    path.write_text(html_page(lesson), encoding="utf-8")
+    with opened(browser, path) as page:
+        verdict = page.evaluate("text => Answers.judge('coefficients:k_z:k_z:1,1', text)", text)
+
+    assert says in verdict["text"]
+
+
 def read_or_none(text: str, lesson: Document) -> Expr | None:
     try:
         return express_form(read_formula(text, lesson.scene), Graph())
@@ -287,6 +351,26 @@ def test_page_and_command_line_read_the_same_formulas(lesson: Document, browser:
                 continue
             assert value == pytest.approx(here, rel=1e-9, abs=1e-9), text
     assert accepted > 100
+
+
+def test_the_verb_writes_sliders_alone_for_scenes_without_formulas(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene, target = str(EXAMPLES / "heavy_top.toml"), tmp_path / "top.html"
+
+    assert main(["walkthrough", scene, "--format", "sliders", "--language", "sk", "-o", str(target)]) == 0
+    assert "klopenie" in target.read_text(encoding="utf-8")
+    assert main(["walkthrough", str(EXAMPLES / "quadruped.toml"), "--format", "sliders", "-o", str(target)]) == 1
+    assert "more than 8 velocities" in capsys.readouterr().err
+
+
+def test_a_page_without_sliders_says_why() -> None:
+    """The lesson of a mechanism with a prescribed motion."""
+    scene = read(EXAMPLES / "two_link.toml")
+    first, *others = scene.joints
+    led = replace(scene, joints=(replace(first, motion=number(1)), *others))
+
+    assert "its motions are prescribed" in html_page(replace(walkthrough(scene), scene=led))
 
 
 def test_the_verb_writes_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

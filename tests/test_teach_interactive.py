@@ -19,8 +19,9 @@ from symdyn.emit import emit
 from symdyn.errors import DrawError, TeachError
 from symdyn.program import lower
 from symdyn.scene import Scene, read, read_text
-from symdyn.teach.interactive import WORDS, interactive, interactive_page
-from symdyn.teach.live import live
+from symdyn.teach import walkthrough
+from symdyn.teach.interactive import WORDS, absence, interactive, interactive_page, live
+from symdyn.teach.render.html import html_page
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -219,7 +220,7 @@ def test_the_motion_is_forward_dynamics_and_its_energy_does_not_drift(
                 )
             ]
 
-        start, params = state("q"), state("params")
+        start, rates, params = state("q"), state("qd"), state("params")
         tau = values(page, "tau") if drives == "held" else [0.0] * len(start)
         page.select_option("[data-do=drives]", drives)
         page.click("[data-do=play]")
@@ -237,7 +238,7 @@ def test_the_motion_is_forward_dynamics_and_its_energy_does_not_drift(
         a, b = np.split(y, 2)
         return np.concatenate([b, module.forward_dynamics(a, b, tau, *([now] if takes_time else []), params)])
 
-    y, count = np.array([*start, *[0.0] * len(start)]), 2000
+    y, count = np.array([*start, *rates]), 2000
     h = t / count
     for k in range(count):
         a = slope(k * h, y)
@@ -316,13 +317,27 @@ def test_terms_that_cancel_are_left_out() -> None:
     assert not computed.program["k_D"].function.entries[0].is_zero
 
 
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [("four_bar", "loops or constraints"), ("rolling_disc", "loops or constraints"), ("heavy_top", "quaternion")],
-)
-def test_scenes_that_sliders_cannot_move_are_refused(name: str, message: str) -> None:
-    with pytest.raises(TeachError, match=message):
-        interactive(scene_of(name))
+def test_scenes_that_sliders_cannot_move_are_refused_in_words() -> None:
+    led = read_text(scene_text('motion = "sin(t)"'), "led.toml")
+    for scene, message in ((led, "motions are prescribed"), (read(EXAMPLES / "quadruped.toml"), "more than 8")):
+        with pytest.raises(TeachError, match=message):
+            interactive(scene)
+        assert message in absence(scene, "en")
+        assert absence(scene, "sk") not in ("", absence(scene, "en"))
+
+
+def scene_text(more: str) -> str:
+    return f"""
+    [bodies.arm]
+    mass = 1
+    com = [1, 0, 0]
+    [joints.a]
+    type = "revolute"
+    parent = "ground"
+    child = "arm"
+    axis = [0, 0, 1]
+    {more}
+    """
 
 
 def test_wrong_names_and_languages_are_refused() -> None:
@@ -330,6 +345,34 @@ def test_wrong_names_and_languages_are_refused() -> None:
         interactive(scene_of("two_link"), {"m3": 1.0})
     with pytest.raises(TeachError, match="there is no language 'de'; there are en, sk"):
         interactive(scene_of("two_link"), language="de")
+
+
+@pytest.mark.parametrize("name", ["two_link", "cart_pole"])
+def test_sliders_begin_at_the_state_of_the_lesson_and_come_back_to_it(browser: Any, tmp_path: Path, name: str) -> None:
+    """The numbers of the lesson's table of values, as it prints them."""
+    scene, path = scene_of(name), tmp_path / "lesson.html"
+    path.write_text(html_page(walkthrough(scene)), encoding="utf-8")
+    with opened(browser, path) as page:
+        told = page.eval_on_selector_all(
+            "#step-state tbody tr td:nth-child(2)", "all => all.map(x => x.textContent.replace('−', '-'))"
+        )
+        n = len(scene.parameters)
+
+        def shown() -> list[str]:
+            groups = ("params", "q", "qd", "qdd")
+            return [x for g in groups for x in page.eval_on_selector_all(
+                f"input[type=number][data-group={g}]", "all => all.map(x => x.value)")]  # fmt: skip
+
+        begun = shown()
+        assert [float(f"{float(x):.4g}") for x in begun] == [float(x) for x in told]
+        assert len(begun) == n + 3 * len(scene.coordinates)
+        for i, torque in enumerate(values(page, "tau") if name == "two_link" else (), 1):  # the lesson's are without Q
+            claim = page.inner_text(f"#step-torque-{i} .claim").replace("−", "-")
+            assert f"{torque:.4g}" in claim
+        move(page, "q", 0, 1.7)
+        assert shown() != begun
+        page.click("[data-do=reset]")
+        assert shown() == begun
 
 
 def test_parameters_begin_where_they_are_told() -> None:

@@ -6,6 +6,7 @@ import re
 import shutil
 from dataclasses import replace
 from functools import cache
+from math import cos, sin
 from pathlib import Path
 
 import pytest
@@ -14,15 +15,19 @@ from latex_reader import LatexReader, displays
 from symdyn.algebra.form import ZERO, terms_of
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
+from symdyn.dynamics import Workspace
+from symdyn.dynamics.loops.rows import differentiated
+from symdyn.dynamics.positions import body_placements
 from symdyn.errors import DerivationError, EmitError
-from symdyn.graph import Expr, Op, evaluate, reachable
-from symdyn.scene import JOINTS, Scene, number, read
+from symdyn.graph import Expr, Op, evaluate, reachable, tangents
+from symdyn.scene import JOINTS, Scene, express, number, read
 from symdyn.scene.starters import starter
 from symdyn.scene.toml import read_text
 from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach import meaning as meaning_room
 from symdyn.teach import reactions as reactions_room
-from symdyn.teach.document import Box, Braced, Column, Fold, Formula, Picture, Shares, Values, Words
+from symdyn.teach.dalembert import STAGES
+from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Values, Words
 from symdyn.teach.languages import LANGUAGES, PLACE
 from symdyn.teach.render.spelling import Spelling
 from symdyn.teach.textbook import NUMBERS, READS
@@ -57,7 +62,7 @@ to = { body = "rod", at = [0, "l/2", 0] }
 stiffness = "k"
 free = 0.5
 """
-CUT = ["two_link", "cart_pole", "spatial_3r", "four_bar", "slider_crank"]
+CUT = ["two_link", "cart_pole", "spatial_3r", "four_bar", "slider_crank", "governor"]
 SCENES = ["pendulum", "two_link", "cart_pole", "double_pendulum", "spatial_3r", "rrp", "sprung", "scara"]
 
 
@@ -122,24 +127,89 @@ def test_every_bivector_of_the_latex_has_the_value_of_the_graph(name: str) -> No
     document = lesson(name, road="dalembert")
     (tex,) = rendered(document, "latex").values()
     printed = re.findall(r"\\begin\{bmatrix\}(.*?)\\end\{bmatrix\}", str(tex), re.DOTALL)
-    columns = [block for _, block in document.blocks() if isinstance(block, Column)]
+    columns = [block for _, block in document.blocks() if isinstance(block, Matrix)]
     assert len(printed) == len(columns) >= 2 * len(document.scene.bodies)
     read_latex = reader(document)
     for text, column in zip(printed, columns, strict=True):
-        for entry, key in zip(text.split(r"\\"), column.names, strict=True):
+        for entry, key in zip(re.split(r"\\\\|&", text), column.names, strict=True):
             (value,) = read_latex.sides(entry)
             expected, shown = floats([document.names[key].node, value])
             assert shown == pytest.approx(expected, rel=1e-9, abs=1e-9), entry
 
 
-def test_reactions_in_numbers_hold_the_crank_at_rest() -> None:
-    section = next(s for s in lesson("four_bar", road="dalembert").sections if s.key == "reactions")
-    table = section.steps[-1].blocks[1]
-    assert isinstance(table, Values)
-    values = {row[0].parts[0].name: float(str(row[1].parts[0]).replace("−", "-")) for row in table.rows}
-    weight = (1 + 3 + 3.5) * 9.81
-    assert values["reaction:motor:1"] + values["reaction:pivot:1"] == pytest.approx(weight, rel=1e-3)
-    assert values["reaction:motor:0"] + values["reaction:pivot:0"] == pytest.approx(0, abs=1e-2)
+def table(name: str, key: str) -> dict[str, list[float]]:
+    """Return the numbers of the table in a step of D'Alembert's lesson, by symbol."""
+    step = next(s for section in lesson(name, road="dalembert").sections for s in section.steps if s.key == key)
+    (values,) = (block for block in step.blocks if isinstance(block, Values))
+    texts = {row[0].parts[0].name: [str(cell.parts[0]) for cell in row[1:]] for row in values.rows}
+    return {key: [float(x.replace("−", "-")) for x in cells if x[-1] in "0123456789"] for key, cells in texts.items()}
+
+
+def test_a_closed_mechanism_moves_as_its_loop_allows_and_the_ground_moves_its_momentum() -> None:
+    state = {key: value[0] for key, value in table("four_bar", "state").items()}
+    one = read(EXAMPLES / "four_bar.toml")
+    w = Workspace(one)
+    rows = differentiated(one, w.graph, w.state)
+    values = {w.graph.symbol(key): value for key, value in state.items()}
+    rates = [w.graph.total(g * u for g, u in zip(G, w.state.qd, strict=True)) for G in rows.G]
+    pushes = [w.graph.total(g * a for g, a in zip(G, w.state.qdd, strict=True)) for G in rows.G]
+    assert (state["phi_dot"], state["phi_ddot"]) == (1, 0.5)
+    assert evaluate(rates, Floats(), values) == pytest.approx([0] * 5, abs=2e-3)
+    assert evaluate([a + b for a, b in zip(pushes, rows.bias, strict=True)], Floats(), values) == pytest.approx(
+        [0] * 5, abs=5e-3
+    )
+
+    found = {key: value[0] for key, value in table("four_bar", "reactions").items()}
+    momentum = [w.graph.zero, w.graph.zero]
+    placed = body_placements(one, w.graph)
+    for body in one.bodies:
+        at = placed[body.name].point(tuple(express(x, w.graph) for x in body.com))
+        momentum = [p + express(body.mass, w.graph) * x for p, x in zip(momentum, at, strict=False)]
+    pushed = tangents(tangents(momentum, w.state.velocity), w.state.acceleration)
+    x, y = evaluate(pushed, Floats(), values)
+    assert found["reaction:motor:0"] + found["reaction:pivot:0"] == pytest.approx(x, abs=1e-2)
+    assert found["reaction:motor:1"] + found["reaction:pivot:1"] - 7.5 * 9.81 == pytest.approx(y, abs=2e-2)
+
+
+@pytest.mark.parametrize(
+    ("name", "drive"), [("four_bar", "M"), ("slider_crank", "M"), ("governor", "T"), ("rsup", "M")]
+)
+def test_both_roads_have_the_same_drives_in_numbers(name: str, drive: str) -> None:
+    (first, second) = table(name, "roads")[drive]
+    assert first == second != 0
+
+
+def test_a_freedom_that_nothing_drives_is_counted_and_needs_no_drive() -> None:
+    ball = "drive:ball:2"
+    step = next(s for s in lesson("spatial_slider_crank", road="dalembert").sections[1].steps if s.key == "count")
+    words = " ".join(str(part) for block in step.blocks if isinstance(block, Words) for part in block.parts)
+    assert "Freedoms that nothing drives: 1 (written in joint ball)" in words
+    assert "18 = 2 + 16" in words
+    idle = {key: value for key, value in table("spatial_slider_crank", "reactions").items() if key.startswith("drive")}
+    assert idle == {ball: [0]}
+
+
+def test_errata_of_the_other_road_say_what_is_right_and_check_it() -> None:
+    for name in ("two_link", "four_bar", "pendulum"):
+        boxes = [b for _, b in lesson(name, road="dalembert").blocks() if isinstance(b, Box)]
+        assert [re.findall(r"5\.\w+", str(box.title)) for box in boxes] == [["5.1b"], ["5.3"], ["5.16"]]
+    box = next(b for s, b in lesson("two_link", road="dalembert").blocks() if s.key == "errata:moved:link2")
+    told = re.findall(r"= (−?[0-9.]*[0-9])", " ".join(map(str, box.blocks[-1].parts)))
+    wrong, right = (float(x.replace("−", "-")) for x in told)
+    state = table("two_link", "state")
+    m, h1, h2, q2, u1, a1, a2 = (state[x][0] for x in ("m2", "h1", "h2", "q2", "q1_dot", "q1_ddot", "q2_ddot"))
+    spin = -m * h2 * h2 * (a1 + a2)
+    assert right == pytest.approx(spin - m * h2 * h1 * (a1 * cos(q2) + u1 * u1 * sin(q2)), rel=2e-3)
+    assert wrong == pytest.approx(spin + m * h2 * h1 * sin(q2), rel=5e-3)  # (h1 s q1, -h1 c q1) for an acceleration
+
+
+@pytest.mark.parametrize("name", ["two_link", "four_bar"])
+def test_parts_of_the_other_road(name: str) -> None:
+    parts = {until: walkthrough(scene(name), until=until, road="dalembert").sections for until in STAGES}
+    assert [len(sections) for sections in parts.values()] == [2, 3, 4, 5]
+    assert all(sections[-1].key == until for until, sections in parts.items())
+    with pytest.raises(EmitError, match="'energies' is no part of the road dalembert; give one of count, bodies"):
+        walkthrough(scene(name), until="energies", road="dalembert")
 
 
 def test_a_wrong_drive_stops_the_lesson(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -247,7 +317,7 @@ def test_until_and_detail_shorten() -> None:
     assert parts == ["energies", "lagrangian", "equations"]
     brief = walkthrough(arm, detail="brief")
     assert sum(len(s.steps) for s in brief.sections) < sum(len(s.steps) for s in lesson("two_link").sections)
-    with pytest.raises(EmitError, match="until 'now' is not known"):
+    with pytest.raises(EmitError, match="until 'now' is no part of the road lagrange"):
         walkthrough(arm, until="now")
 
 

@@ -13,15 +13,8 @@ from figure_5_39 import vector as exact
 from mechanisms import coupled_tree, jointed, random_tree
 
 from symdyn.dynamics import derive_one
-from symdyn.dynamics.reactions.dalembert import (
-    DRIVE,
-    REACTION,
-    equilibrium,
-    frames,
-    inertia_bivector,
-    shift,
-    turned,
-)
+from symdyn.dynamics.reactions.bivectors import frames, inertia_bivector, shift, turned
+from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, equilibrium
 from symdyn.dynamics.reactions.solution import solution
 from symdyn.dynamics.state import vector
 from symdyn.dynamics.tree import body_inertia

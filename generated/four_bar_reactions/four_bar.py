@@ -28,6 +28,8 @@ angle that is infinite; nothing is raised or warned about where a result is not 
 Needs NumPy and nothing else.
 """
 
+import collections
+import functools
 import math
 
 import numpy
@@ -106,21 +108,103 @@ def _one(compute, arrays, shape):
         entries = compute(_Floats, *[array.tolist() for array in arrays])
     except (ArithmeticError, ValueError):
         return None
-    return numpy.array(entries, dtype=numpy.float64).reshape(shape)
+    return numpy.fromiter(entries, numpy.float64).reshape(shape)
 
 
-def _blocks(compute, arrays, batch, rows):
-    """Put the result of every state into its row, 4096 states at a time; what all states share stays a number."""
+def _blocks(compute, arrays, batch, results):
+    """Put the result of every state into its row, 4096 states at a time, all through one work space."""
+    count = len(results)
     flat = [
-        a if a.ndim == 1 else numpy.broadcast_to(a, batch + a.shape[-1:]).reshape(len(rows), a.shape[-1])
-        for a in arrays
+        a if a.ndim == 1 else numpy.broadcast_to(a, batch + a.shape[-1:]).reshape(count, a.shape[-1]) for a in arrays
     ]
+    tape = _record(compute, tuple((a.shape[-1], a.ndim > 1) for a in flat))
+    shared = [numpy.empty((), numpy.float64) if number is None else number for number in tape.shared]
     with numpy.errstate(all="ignore"):
-        for start in range(0, len(rows), 4096):
+        for place, argument, entry in tape.given:
+            shared[place] = flat[argument][entry, ...]
+        _play(tape.once, shared)
+        work = numpy.empty((tape.rows, min(4096, count)), numpy.float64)
+        for start in range(0, count, 4096):
             here = slice(start, start + 4096)
-            entries = compute(_Arrays, *[list(a if a.ndim == 1 else a[here].T.copy()) for a in flat])
-            for place, entry in enumerate(entries):
-                rows[here, place] = entry
+            places = [*shared, *work[:, : count - start]]
+            for place, argument, entry in tape.read:
+                places[place][...] = flat[argument][here, entry]
+            _play(tape.each, places)
+            for column, place in enumerate(tape.results):
+                results[here, column] = places[place]
+
+
+def _play(calls, places):
+    """Make the calls of a tape: call(first, second, result), or call(first, result)."""
+    for call, first, second, result in calls:
+        if second is None:
+            call(places[first], places[result])
+        else:
+            call(places[first], places[second], places[result])
+
+
+_Tape = collections.namedtuple("_Tape", "shared given read once each results rows")
+"""What a function asks of NumPy, and the places where operands and results stand: first numbers, then rows of states.
+
+    shared       numbers that all states have in common: constants, and None for what a call brings or computes
+    given, read  (place, argument, entry) of the numbers that a call brings, and of the rows that a block starts with
+    once, each   the calls for what all states have in common, and for what differs, as `_play` takes them
+    results      places of the entries of the result
+    rows         how many there are; that of a value no longer needed is used again while it is near in the cache
+"""
+
+
+@functools.cache
+def _record(compute, arguments):
+    """Return the tape of a function; `arguments` says of each how long it is and whether it differs by state."""
+    lines = []
+    inputs = [[_Value(lines, differs) for _ in range(length)] for length, differs in arguments]
+    entries = [_value(lines, entry) for entry in compute(_Arrays, *inputs)]
+    for entry in entries:
+        entry.last = len(lines)
+    shared, given, read, once, each, free = [], [], [], [], [], []
+    for value in (*(x for _, operands, result in lines for x in (*operands, result)), *entries):
+        if not value.differs and value.place is None:
+            value.place = len(shared)
+            shared.append(value.number)
+    end = len(shared)
+    for argument, values in enumerate(inputs):
+        for entry, value in enumerate(values):
+            if value.last is not None and value.differs:
+                value.place, end = end, end + 1
+                read.append((value.place, argument, entry))
+            elif value.last is not None:
+                given.append((value.place, argument, entry))
+    for number, (call, operands, result) in enumerate(lines):
+        free += dict.fromkeys(x.place for x in operands if x.differs and x.last == number)
+        if result.differs and free:
+            result.place = free.pop()
+        elif result.differs:
+            result.place, end = end, end + 1
+        places = [*(x.place for x in operands), None][:2]
+        (each if result.differs else once).append((call, *places, result.place))
+    return _Tape(shared, given, read, once, each, [entry.place for entry in entries], end - len(shared))
+
+
+class _Value(numpy.lib.mixins.NDArrayOperatorsMixin):
+    """Stands for an array while a function is recorded: NumPy hands it the calls that it is in, each becomes a line."""
+
+    def __init__(self, lines, differs, number=None):
+        self.lines, self.differs, self.number = lines, differs, number
+        self.last = self.place = None
+
+    def __array_ufunc__(self, call, method, *operands):
+        operands = [_value(self.lines, x) for x in operands]
+        for x in operands:
+            x.last = len(self.lines)
+        result = _Value(self.lines, any(x.differs for x in operands))
+        self.lines.append((call, operands, result))
+        return result
+
+
+def _value(lines, x):
+    """Return `x`, a constant as a value that all states share."""
+    return x if isinstance(x, _Value) else _Value(lines, False, numpy.array(x, numpy.float64))
 
 
 def reactions(q, qd, qdd, out=None):
@@ -205,8 +289,6 @@ def _reactions(of, q, qd, qdd):
     x36 = x15 * x32 - x16 * x31
     x37 = x19 + x32
     x38 = x20 + x31
-    del q_1, q_2, q_3, qdd_2, qd_1, qd_2, x11, x12, x4, x5, x8, x6, x7, x14, x17, s1, x9, x10, x13, x18, x25, x28
-    del x26, x27, x29, x23, x24, x15, x16, x19, x32, x20, x31
     return (
         x1 - 0.5 * x2 + c2 * x37 - s2 * x38,  # 0, 0
         x35 + (x22 + (x3 + 0.5 * qdd_1)),  # 0, 1
@@ -329,8 +411,6 @@ def _forward_reactions_ground(of, q, qd, tau):
     x48 = (x46 + 4.5 * (s2 * x19 - c2 * x43)) / x47
     x49 = x3 + x48
     x50 = c2 * x49 - x5
-    del q_1, q_2, q_3, qd_1, x9, x10, x12, x16, x11, x18, qd_2, x6, x31, x15, x17, x30, x32, x33, x34, x20, x22
-    del x35, x36, x37, x38, x39, tau_1, x45, x41, x46, x47, x5
     x51 = x48 + (x43 + x40 * x48)
     x52 = x42 * x48 - x44
     x53 = 3.0 * (c2 * x4 + s2 * x49) - 4.5 * x19
@@ -350,8 +430,6 @@ def _forward_reactions_ground(of, q, qd, tau):
     x67 = x54 + x60
     x68 = x1 - 0.5 * x2 + c2 * x66 - s2 * x67
     x69 = x64 + (x56 + (x3 + 0.5 * x48))
-    del x40, x43, x42, x44, x4, x19, x49, x50, x51, x29, tau_2, tau_3, x24, x27, x25, x26, x28, x58, x59, x21, x23
-    del x13, x14, x53, x61, x54, x60, s2, c2, x1, x2, x3
     x70 = 34.335 * s3 - 6.125 * (qd_3 * qd_3) - x65
     x71 = 34.335 * c3 + 6.125 * x52 - x62
     return (

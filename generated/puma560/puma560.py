@@ -84,6 +84,8 @@ angle that is infinite; nothing is raised or warned about where a result is not 
 Needs NumPy and nothing else.
 """
 
+import collections
+import functools
 import math
 
 import numpy
@@ -176,21 +178,103 @@ def _one(compute, arrays, shape):
         entries = compute(_Floats, *[array.tolist() for array in arrays])
     except (ArithmeticError, ValueError):
         return None
-    return numpy.array(entries, dtype=numpy.float64).reshape(shape)
+    return numpy.fromiter(entries, numpy.float64).reshape(shape)
 
 
-def _blocks(compute, arrays, batch, rows):
-    """Put the result of every state into its row, 4096 states at a time; what all states share stays a number."""
+def _blocks(compute, arrays, batch, results):
+    """Put the result of every state into its row, 4096 states at a time, all through one work space."""
+    count = len(results)
     flat = [
-        a if a.ndim == 1 else numpy.broadcast_to(a, batch + a.shape[-1:]).reshape(len(rows), a.shape[-1])
-        for a in arrays
+        a if a.ndim == 1 else numpy.broadcast_to(a, batch + a.shape[-1:]).reshape(count, a.shape[-1]) for a in arrays
     ]
+    tape = _record(compute, tuple((a.shape[-1], a.ndim > 1) for a in flat))
+    shared = [numpy.empty((), numpy.float64) if number is None else number for number in tape.shared]
     with numpy.errstate(all="ignore"):
-        for start in range(0, len(rows), 4096):
+        for place, argument, entry in tape.given:
+            shared[place] = flat[argument][entry, ...]
+        _play(tape.once, shared)
+        work = numpy.empty((tape.rows, min(4096, count)), numpy.float64)
+        for start in range(0, count, 4096):
             here = slice(start, start + 4096)
-            entries = compute(_Arrays, *[list(a if a.ndim == 1 else a[here].T.copy()) for a in flat])
-            for place, entry in enumerate(entries):
-                rows[here, place] = entry
+            places = [*shared, *work[:, : count - start]]
+            for place, argument, entry in tape.read:
+                places[place][...] = flat[argument][here, entry]
+            _play(tape.each, places)
+            for column, place in enumerate(tape.results):
+                results[here, column] = places[place]
+
+
+def _play(calls, places):
+    """Make the calls of a tape: call(first, second, result), or call(first, result)."""
+    for call, first, second, result in calls:
+        if second is None:
+            call(places[first], places[result])
+        else:
+            call(places[first], places[second], places[result])
+
+
+_Tape = collections.namedtuple("_Tape", "shared given read once each results rows")
+"""What a function asks of NumPy, and the places where operands and results stand: first numbers, then rows of states.
+
+    shared       numbers that all states have in common: constants, and None for what a call brings or computes
+    given, read  (place, argument, entry) of the numbers that a call brings, and of the rows that a block starts with
+    once, each   the calls for what all states have in common, and for what differs, as `_play` takes them
+    results      places of the entries of the result
+    rows         how many there are; that of a value no longer needed is used again while it is near in the cache
+"""
+
+
+@functools.cache
+def _record(compute, arguments):
+    """Return the tape of a function; `arguments` says of each how long it is and whether it differs by state."""
+    lines = []
+    inputs = [[_Value(lines, differs) for _ in range(length)] for length, differs in arguments]
+    entries = [_value(lines, entry) for entry in compute(_Arrays, *inputs)]
+    for entry in entries:
+        entry.last = len(lines)
+    shared, given, read, once, each, free = [], [], [], [], [], []
+    for value in (*(x for _, operands, result in lines for x in (*operands, result)), *entries):
+        if not value.differs and value.place is None:
+            value.place = len(shared)
+            shared.append(value.number)
+    end = len(shared)
+    for argument, values in enumerate(inputs):
+        for entry, value in enumerate(values):
+            if value.last is not None and value.differs:
+                value.place, end = end, end + 1
+                read.append((value.place, argument, entry))
+            elif value.last is not None:
+                given.append((value.place, argument, entry))
+    for number, (call, operands, result) in enumerate(lines):
+        free += dict.fromkeys(x.place for x in operands if x.differs and x.last == number)
+        if result.differs and free:
+            result.place = free.pop()
+        elif result.differs:
+            result.place, end = end, end + 1
+        places = [*(x.place for x in operands), None][:2]
+        (each if result.differs else once).append((call, *places, result.place))
+    return _Tape(shared, given, read, once, each, [entry.place for entry in entries], end - len(shared))
+
+
+class _Value(numpy.lib.mixins.NDArrayOperatorsMixin):
+    """Stands for an array while a function is recorded: NumPy hands it the calls that it is in, each becomes a line."""
+
+    def __init__(self, lines, differs, number=None):
+        self.lines, self.differs, self.number = lines, differs, number
+        self.last = self.place = None
+
+    def __array_ufunc__(self, call, method, *operands):
+        operands = [_value(self.lines, x) for x in operands]
+        for x in operands:
+            x.last = len(self.lines)
+        result = _Value(self.lines, any(x.differs for x in operands))
+        self.lines.append((call, operands, result))
+        return result
+
+
+def _value(lines, x):
+    """Return `x`, a constant as a value that all states share."""
+    return x if isinstance(x, _Value) else _Value(lines, False, numpy.array(x, numpy.float64))
 
 
 def inverse_dynamics(q, qd, qdd, out=None):
@@ -312,8 +396,6 @@ def _inverse_dynamics(of, q, qd, qdd):
     x61 = c6 * x51 - s6 * x52
     x62 = s6 * x51 + c6 * x52
     x63 = 2.0 * (qd_6 + x53)
-    del q_2, q_3, q_4, q_5, q_6, qd_1, qd_2, qd_3, x1, qdd_3, x22, x13, x14, x3, x26, x27, x19, x20, x15, x16, qd_4
-    del x17, qdd_4, x23, x42, qd_5, x39, x38, x40, qdd_5, x54, qd_6, x53
     x64 = qdd_6 + x56
     x65 = x61 * x62
     x66 = x7 + x2 * x5
@@ -333,8 +415,6 @@ def _inverse_dynamics(of, q, qd, qdd):
     x80 = 0.00075 * x50 + (c5 * x73 - s5 * x74) + 0.001243584 * x60
     x81 = 0.4318 * x79 - (x78 + 0.00065 * (x44 - x45))
     x82 = 0.00288 * x60
-    del qdd_6, x2, x5, qdd_2, x10, x43, x62, x61, x63, x64, x65, x34, x35, x41, x72, x55, x56, x51, x52, x68, s6
-    del c6, x57, x58, x59, x69, x70, x77, x50, x44, x45, x60
     x83 = s4 * x79 - c4 * x82
     x84 = 0.00065 * (x46 - x47) + 0.00075 * x49 + (s5 * x73 + c5 * x74)
     x85 = s5 * x75 - c5 * x76
@@ -349,8 +429,6 @@ def _inverse_dynamics(of, q, qd, qdd):
     x94 = x93 + (0.0203 * x85 - (s4 * x80 + c4 * x81))
     x95 = 0.0070992 * x12 - 0.6903913435 * x11 + 0.023751 * (x8 - x9)
     x96 = 0.023751 * x67 - 0.0070992 * x66 + 0.6903913435 * (x4 - x8)
-    del x46, x47, x49, x73, x74, s5, c5, x75, x76, x48, x28, x79, x82, x24, x88, x33, x90, x18, x21, x25, x29, x31
-    del x32, x36, x92, s4, c4, x80, x81, x85, x93, x8
     x97 = s3 * x89 + c3 * x91 - 0.4318 * (0.025375 * x30 + 0.89133 * x37 - x83)
     x98 = s2 * (x95 + 0.0731264 * x66 + (c3 * x89 - s3 * x91))
     x99 = 0.0070992 * (x9 - x4) - (0.6903913435 * x7 + 0.023751 * x6)
@@ -479,8 +557,6 @@ def _forward_dynamics(of, q, qd, tau):
     x55 = c5 * (c4 * x44 - s4 * x45 + 0.4318 * x48)
     x56 = 2e-05 * (s6 * x53 + c6 * x54 - x35 * x36)
     x57 = 2e-05 * (x34 * x36 - (c6 * x53 - s6 * x54))
-    del q_2, q_3, q_4, q_5, q_6, qd_1, qd_2, qd_3, x1, x11, x12, qd_4, x13, qd_5, x22, x21, x23, qd_6, x30, x2, x5
-    del x28, x29, x10, x40, x3, x46, x24, x31, x48, x35, x34, x36
     x58 = 2e-05 * (x37 + x52 + (x52 - x37))
     x59 = 0.00042216 * x54 + 0.00288 * (s4 * x44 + c4 * x45 + 0.4318 * x47)
     x60 = x59 + (c6 * x56 + s6 * x57)
@@ -501,8 +577,6 @@ def _forward_dynamics(of, q, qd, tau):
     x75 = x74 + 0.89133 * x43 + (c4 * x66 - s4 * x67) - 0.15005 * x72
     x76 = 0.0047376 * x19 - 0.022546398 * x15 - 0.033530225 * x16
     x77 = x76 - 0.025375 * x43 + (x70 + 0.0203 * x69) + 0.15005 * x73
-    del x37, x44, x45, x47, x59, x32, x52, x55, s6, c6, x33, x53, x56, x57, x63, x51, x25, x49, x54, x26, x50, x60
-    del x61, x39, x62, x27, x20, x65, x68, x17, x74, x43, x76
     x78 = 0.011273199 * (x18 - x14) + 0.025375 * x42 - 0.89133 * x41
     x79 = x78 + 0.0203 * x71 - s4 * x66 - c4 * x67 - 0.3244698455 * x19
     x80 = 0.023751 * (x6 - x7) + (0.0070992 * x9 - 0.6903913435 * x8)
@@ -557,8 +631,6 @@ def _forward_dynamics(of, q, qd, tau):
     x129 = 1557.2443004858603 * x119
     x130 = x119 - 0.4318 * (c3 * x92) - x87 * x120
     x131 = x116 * (s4 * x84 + 0.000432144 * s5) - x118 * (0.0203 * x86 + 0.15005 * x87)
-    del x14, x18, x41, x42, x19, x66, x67, x71, x78, x6, x15, x16, x69, x88, x91, x89, x85, x96, x104, x105, x101
-    del x100, x112, x102, x103, x110, x111, c4, x83, x122, x92, s4, s5, x84, x87
     x132 = x131 - x86 * x121
     x133 = 1557.2443004858603 * x130
     x134 = 1557.2443004858603 * x132
@@ -584,8 +656,6 @@ def _forward_dynamics(of, q, qd, tau):
     x154 = tau_5 - x64
     x155 = tau_4 - x70 - c5 * x152
     x156 = tau_3 - x79 - x153 - x129 * x154 + x137 * x155
-    del x86, x131, x117, x99, x120, x123, x93, x94, x98, x116, x118, x121, x139, x106, x107, x119, x135, x108, x109
-    del x127, x148, x126, x130, x138, x143, tau_6, x58, tau_5, x64, tau_4, x70, tau_3
     x157 = 1.024164 * s2 + (tau_2 - 37.2347379 * c2) - 0.0070992 * (x7 - x4)
     x158 = x157 - x79 - 0.4318 * (s3 * x73 + c3 * x72) - x153 - x133 * x154 - x141 * x155
     x159 = x158 - x145 * x156 - 1.601861202 * x8
@@ -593,8 +663,6 @@ def _forward_dynamics(of, q, qd, tau):
     x161 = tau_1 - (x160 + c2 * (x81 - 1.674987602 * x9 + x82)) - x128 * x152
     x162 = x90 + (x114 + c2 * (c2 * (x113 - x114) - x115)) - x97 + 0.3001 * x95 - x124 * x128
     x163 = 1.461789571125 + (x162 - x132 * x134 - x140 * x142 - x146 * x147 - x149 * x151)
-    del tau_2, x4, x7, x72, x73, x79, x153, x157, x8, x158, s2, s3, c3, x38, x75, x77, x80, tau_1, x9, x81, x82
-    del x160, c2, x90, x95, x97, x113, x114, x115, x124, x132, x140, x146, x149, x162
     x164 = (x161 - x134 * x154 - x142 * x155 - x147 * x156 + x151 * x159) / x163
     x165 = x159 / x150 + x151 * x164
     x166 = x156 / x144 - x145 * x165 - x147 * x164
@@ -692,8 +760,6 @@ def _mass_matrix(of, q):
     x44 = x43 - x4 * x39
     x45 = x13 * x38 - x17
     x46 = x16 * x34 + x36 * (x12 - 0.0203 * x11 + 0.15005 * x13) - x11 * x39
-    del q_2, q_3, q_4, q_5, x6, x9, x7, x3, x14, x22, x23, x19, x18, x30, x20, x21, x28, x29, c5, s3, c4, x1, c3
-    del x10, s4, s5, x2, x5, x4, x43, x38, x11, x16, x34, x36, x39
     x47 = x25 + 0.4318 * x24
     x48 = s2 * x26 - c2 * x27
     x49 = s2 * (0.6903913435 + (0.4318 * x13 - x26)) + c2 * (0.023751 + x27)
@@ -841,8 +907,6 @@ def _velocity_forces(of, q, qd):
     x53 = 2e-05 * (x34 * x36 - (c6 * x50 - s6 * x51))
     x54 = 2e-05 * (x37 + x49 + (x49 - x37))
     x55 = x54 + 0.0002 * (x32 + x49)
-    del q_2, q_3, q_4, q_5, q_6, qd_1, qd_2, qd_3, x1, x11, x12, qd_4, x13, qd_5, x22, x21, x23, qd_6, x30, x2, x5
-    del x28, x29, x3, x43, x24, x31, x35, x34, x36, x37, x32, x49
     x56 = 0.00288 * x50
     x57 = s5 * x39 + c5 * x56
     x58 = 0.00288 * x51
@@ -865,8 +929,6 @@ def _velocity_forces(of, q, qd):
     x75 = 0.001243584 * x51 + (0.00075 * x48 + (s5 * x55 + c5 * x72))
     x76 = 0.4318 * x57 - (0.00065 * (x25 - x46) + x74)
     x77 = s5 * x72 - c5 * x55 - (0.00065 * (x16 + x26) + 0.00075 * x47)
-    del x39, x56, x58, x17, x6, x10, x40, x20, x45, x42, x44, x69, x71, x27, x70, s6, c6, x33, x50, x52, x53, x73
-    del x48, x51, x25, x46, x57, s5, c5, x26, x47, x55, x72
     x78 = x63 + 0.89133 * x41 + (c4 * x75 - s4 * x76) - 0.15005 * x61
     x79 = 0.15005 * x62 + (x64 - 0.025375 * x41 + (0.0203 * x59 + x77))
     x80 = 0.011273199 * (x18 - x14) + 0.025375 * x68 - 0.89133 * x67
@@ -1064,8 +1126,6 @@ def _coriolis_matrix(of, q, qd):
     x81 = x13 * x37
     x82 = 0.00020216 * s5
     x83 = x3 + (x9 - s5 * x82)
-    del q_2, q_3, q_4, q_5, x15, x19, x8, x43, x20, x23, x46, x51, x17, x18, x49, x10, x25, x50, x53, x27, x14, x21
-    del x16, x38, x39, x66, x68, x74, x22, x37, x3, x9
     x84 = x41 + c5 * x82
     x85 = c4 * x84
     x86 = c4 * x85
@@ -1103,8 +1163,6 @@ def _coriolis_matrix(of, q, qd):
     x118 = x31 * x40 + x29 * x30
     x119 = qd_6 * x118
     x120 = 2.0 * (qd_2 * (s2 * (0.023751 + x48) - c2 * (0.6903913435 + (x28 - x47))))
-    del x41, x82, x83, x35, x36, x85, x34, x91, x92, s5, x88, x89, x99, c3, x97, x98, x26, x54, x55, x24, x52, x59
-    del s3, x73, x67, x106, x86, x102, x12, x56, x6, c2, x28, x47, x48
     x121 = qd_1 * x105
     x122 = s2 * x71 - x72
     x123 = x58 + x122
@@ -1131,8 +1189,6 @@ def _coriolis_matrix(of, q, qd):
     x144 = x70 + 0.4318 * x69
     x145 = x143 + x144
     x146 = x11 * x32 - x7 * x63
-    del x71, x72, s2, x95, x96, x4, x64, x65, x78, x87, x45, c4, x31, c5, x29, x42, x80, x81, x112, x113, x115
-    del x116, x60, x62, x75, x76, x100, x101, x13, x69, x7, x11, x32
     x147 = x94 + 0.4318 * x93
     x148 = x146 + x147
     x149 = qd_2 * x140 - qd_1 * x137
@@ -1288,8 +1344,6 @@ def _momentum(of, q, qd):
     x35 = x34 + (c4 * x26 + s4 * x27) - 0.15005 * x32
     x36 = 0.0167651125 * x5 - (0.011273199 * x3 + 0.0047376 * x4)
     x37 = x36 + 0.010956925 * x2 + (x30 - 0.0203 * x29) + 0.15005 * x33
-    del q_2, q_3, q_4, q_5, q_6, qd_3, qd_4, qd_5, x12, qd_6, x15, x20, x11, s6, c6, x10, x16, x17, x18, x6, x7, x9
-    del c5, x8, x21, x22, s5, x23, x25, x28, x34, x36
     x38 = 0.025375 * x13 - 0.0047376 * x5 - 0.89133 * x14 - s4 * x26 + c4 * x27
     x39 = x38 - 0.0203 * x31 + 0.3580000705 * x4
     x40 = 0.0731264 * x1 - (0.0070992 * x2 + 0.6903913435 * qd_2)
@@ -1392,8 +1446,6 @@ def _kinetic_energy(of, q, qd):
     x36 = 0.0167651125 * x5 - (0.011273199 * x3 + 0.0047376 * x4)
     x37 = x36 + 0.010956925 * x2 + (x30 - 0.0203 * x29) + 0.15005 * x33
     x38 = 0.025375 * x13 - 0.0047376 * x5 - 0.89133 * x14 - s4 * x26 + c4 * x27
-    del q_2, q_3, q_4, q_5, q_6, x12, x15, x20, x11, s6, c6, x10, x16, x17, x18, x6, x7, x9, c5, x8, x21, x22, s5
-    del x23, x25, x28, x34, x36, s4, c4, x13, x14, x26, x27
     x39 = x38 - 0.0203 * x31 + 0.3580000705 * x4
     x40 = 0.0731264 * x1 - (0.0070992 * x2 + 0.6903913435 * qd_2)
     x41 = s3 * x35 + c3 * x37 - 0.4318 * (x29 + (0.89133 * x3 - 0.025375 * x5))
@@ -1533,8 +1585,6 @@ def _k_z(of, q):
     x44 = x43 - x4 * x39
     x45 = x13 * x38 - x17
     x46 = x16 * x34 + x36 * (x12 - 0.0203 * x11 + 0.15005 * x13) - x11 * x39
-    del q_2, q_3, q_4, q_5, x6, x9, x7, x3, x14, x22, x23, x19, x18, x30, x20, x21, x28, x29, c5, s3, c4, x1, c3
-    del x10, s4, s5, x2, x5, x4, x43, x38, x11, x16, x34, x36, x39
     x47 = x25 + 0.4318 * x24
     x48 = s2 * x26 - c2 * x27
     x49 = s2 * (0.6903913435 + (0.4318 * x13 - x26)) + c2 * (0.023751 + x27)
@@ -1687,8 +1737,6 @@ def _k_C(of, q):
     x69 = 0.00020216 * s5
     x70 = x2 + (x8 - s5 * x69)
     x71 = x36 + c5 * x69
-    del q_2, q_3, q_4, q_5, x4, x14, x18, x7, x37, x19, x43, x16, x17, x41, x9, x23, x42, x45, x24, x13, x20, x15
-    del x33, x34, x57, x38, x59, x65, x2, x8, c5, x36, x69
     x72 = c4 * x71
     x73 = c4 * x72
     x74 = c4 * x70
@@ -1734,8 +1782,6 @@ def _k_C(of, q):
     x114 = x29 - x77
     x115 = 0.4318 * (c2 * x6)
     x116 = x25 * (c4 * x3) - x27 * (x55 - x56) - x115
-    del x70, x31, x32, x72, x30, x78, x79, s5, x75, x76, x86, x84, x85, x39, x64, x48, x62, x63, x82, x83, x12, x60
-    del x10, x28, x54, x80, x68, s4, x26, x6, c4, x3
     x117 = x25 * x74 + x27 * (x56 + (x71 - x55)) - x115
     x118 = x117 - x116
     return (
@@ -1924,8 +1970,6 @@ def _k_D(of, q):
     x53 = x49 + c3 * x52
     x54 = 0.8636 * x14 + x53
     x55 = x41 + c4 * (s4 * x39)
-    del q_2, q_3, q_4, q_5, x3, x20, x10, x18, s5, x27, x34, x2, x5, x32, x33, x13, x4, x9, x11, x23, x42, x40, x47
-    del x8, x45, x24, x25, x46, x49, x14, c4, x39, x41
     x56 = 0.0406 * x7 - x55
     x57 = c3 * x56 - 2.0 * (s3 * x22)
     x58 = c3 * x57
@@ -2300,8 +2344,6 @@ def _jdot_qdot_tool(of, q, qd):
     x44 = 0.15005 * x2
     x45 = 0.15005 * x42 + (x2 * x13 + qd_2 * x43)
     x46 = x1 * x13 + qd_2 * x44 - 0.15005 * x41
-    del q_2, q_3, q_4, q_5, q_6, qd_1, q_1, c2, s2, x15, x17, x16, x18, s1, x19, c1, x20, x11, x26, x27, x21, x23
-    del x28, x29, x22, x24, x30, x31, x12, x25, qd_2, x13
     x47 = c3 * x41 - s3 * x42 + qd_3 * x5
     x48 = s3 * x41 + c3 * x42 + qd_3 * x3
     x49 = 0.4318 * x3 - 0.0203 * x5
@@ -2321,8 +2363,6 @@ def _jdot_qdot_tool(of, q, qd):
     x63 = c5 * x56 - s5 * x55
     x64 = c6 * x57 - s6 * x58 - qd_6 * (s6 * x9 + c6 * x10)
     x65 = qd_6 * (c6 * x9 - s6 * x10) + (s6 * x57 + c6 * x58)
-    del qd_3, x41, x1, x2, x5, x14, x43, x44, x42, x52, x7, s3, c3, x3, x4, x45, x46, x49, x50, x8, qd_4, x6, x47
-    del s4, c4, x51, x53, x59, x60, x55, x56, qd_6, s6, c6, x10, x57, x58
     x66 = qd_5 * x9 + (s5 * x54 + c5 * x48)
     return (
         x32 * x61 + x33 * x62 - x34 * x63,

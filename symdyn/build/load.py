@@ -133,12 +133,12 @@ def is_usual(name: str) -> bool:
 
 
 def load_program(
-    program: Program, compiler: str | None = None, machine: str = "native"
+    program: Program, compiler: str | None = None, machine: str = "native", lean: bool = False
 ) -> tuple[dict[str, Callable[..., Any]], bool]:
-    """Return the functions of a program by name, and whether they are compiled; see `load`."""
+    """Return the functions of a program by name, and whether they are compiled; see `load`, and for `lean` `emit`."""
     names = function_names([routine.function.name for routine in program.routines])
     try:
-        module = build_extension(emit(program, "ufunc"), compiler, machine=machine)[1]
+        module = build_extension(emit(program, "ufunc", lean=lean), compiler, machine=machine, lean=lean)[1]
     except MissingCompiler as fault:
         _warn(f"{fault}\nuntil then the functions are those of the NumPy module, which are slower")
         plain = run_python(emit(program, "numpy"))

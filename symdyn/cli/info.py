@@ -6,16 +6,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from itertools import groupby
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from symdyn.cli.reading import add_closing, add_formulation, add_reading_options, closing_of, read_scene
-
-if TYPE_CHECKING:
-    from symdyn.dynamics import Closing
-    from symdyn.scene import Joint, Scene
 
 
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -33,6 +28,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 
 def run(options: argparse.Namespace) -> int:
     """Print what is known about the scene."""
+    from symdyn.cli.facts import gather, parts
     from symdyn.cli.talk import Waiting, print_json, say
 
     scene = read_scene(options)
@@ -58,106 +54,6 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, Any], list[str]]:
-    """Return the facts for JSON, and why some functions are missing."""
-    from dataclasses import asdict
-
-    from symdyn.dynamics import available
-    from symdyn.program import formulate, lower, prepare, skipped
-    from symdyn.program.prepare import is_prepared
-    from symdyn.scene import JOINTS, spell
-
-    outputs, left_out = available(scene, closing)
-    equations = formulate(scene, outputs, road, closing)
-    program = lower(equations)
-    prepared = prepare(program)
-    first = prepared.routines[0] if is_prepared(prepared) else None
-    freedoms = _mobility(scene, closing)
-    facts = {
-        "name": scene.name,
-        "degrees_of_freedom": freedoms["by_rank"] if freedoms else len(scene.velocities),
-        "mobility": freedoms,
-        "chosen": closing.words,
-        "gravity": [spell(component) for component in scene.gravity],
-        "joints": [
-            {
-                "name": joint.name,
-                "type": joint.type,
-                "parent": joint.parent,
-                "child": joint.child,
-                "coordinate": joint.coordinate,
-                "unit": "".join(JOINTS[joint.type].coordinates(joint)) if joint.moves else "",
-                "drive": joint.drive,
-                "coordinates": _with_units(joint.coordinates, JOINTS[joint.type].coordinates(joint)),
-                "velocities": _with_units(joint.rates, JOINTS[joint.type].velocities(joint), per="s"),
-                "drives": list(joint.drives),
-                **_beside(joint),
-            }
-            for joint in scene.joints
-        ],
-        "acting": acting(scene),
-        "loops": [
-            {"name": joint.name, "type": joint.type, "parent": joint.parent, "child": joint.child}
-            for joint in scene.loops
-        ],
-        "points": [{"name": point.name, "body": point.body} for point in scene.points],
-        "parameters": [
-            {"name": p.name, "value": spell(p.value) if p.value else None, "unit": p.unit, "text": p.text}
-            for p in scene.parameters
-        ],
-        "functions": [
-            {
-                "name": routine.function.name,
-                "shape": routine.function.shape,
-                "road": routine.function.formulation,
-                "operations": asdict(routine.state_counts),
-                "prepare": asdict(routine.prepare),
-                "binding": {time: asdict(part) for time, part in routine.binding.items()},
-            }
-            for routine in program.routines
-        ],
-        "prepare": first and {"values": len(first.function.entries), "operations": asdict(first.counts)},
-        "skipped": [
-            {
-                "step": one.step,
-                "why": one.why,
-                "saved": None if one.saved is None else {name: asdict(part) for name, part in one.saved.items()},
-            }
-            for one in skipped(equations, outputs)
-        ],
-    }
-    return facts, left_out
-
-
-def _mobility(scene: Scene, closing: Closing) -> dict[str, Any] | None:
-    """Return the mobility of a scene with loops or rows; None for a tree, and where the loops cannot be closed."""
-    from dataclasses import asdict
-
-    from symdyn.dynamics import is_closed
-    from symdyn.dynamics.loops.mobility import mobility
-    from symdyn.errors import DerivationError
-
-    if not is_closed(scene):
-        return None
-    try:
-        return asdict(mobility(scene, closing))
-    except DerivationError:  # `available` has told why
-        return None
-
-
-def parts(scene: Scene, frames: bool, base_parameters: bool) -> dict[str, Any]:
-    """Return the chosen frames, the base parameters, or both."""
-    from symdyn.emit.base_parameters import base_parameter_texts
-    from symdyn.emit.frames import frame_texts
-
-    found: dict[str, Any] = {"name": scene.name}
-    if frames:
-        found["frames"] = frame_texts(scene)
-    if base_parameters:
-        found["base_parameters"] = base_parameter_texts(scene)
-    return found
-
-
 def show_parts(found: dict[str, Any]) -> None:
     """Print chosen frames and base parameters for people."""
     from symdyn.cli.talk import print_table
@@ -168,72 +64,6 @@ def show_parts(found: dict[str, Any]) -> None:
         print_table("Link frames, z along the joint's axis; lengths in m, angles in deg or rad", columns, rows)
     for parameter in found.get("base_parameters", ()):
         print(f"{parameter['name']} = {parameter['formula']}")
-
-
-def _with_units(names: tuple[str, ...], units: Sequence[str], per: str = "") -> list[dict[str, str]]:
-    """Return names of coordinates or velocities with their units; none where a joint follows another one."""
-    behind = f"/{per}" if per else ""
-    return [{"name": name, "unit": f"{unit}{behind}"} for name, unit in zip(names, units, strict=False)]
-
-
-def _beside(joint: Joint) -> dict[str, Any]:
-    """Return what a joint says beside its place and its motion."""
-    from dataclasses import asdict
-
-    from symdyn.scene import spell
-
-    follows = joint.coupling
-    limits = {key: getattr(joint.limits, key) for key in asdict(joint.limits)}
-    return {
-        "mimic": follows
-        and {"coordinate": follows.coordinate, "ratio": spell(follows.ratio), "offset": spell(follows.offset)},
-        "armature": spell(joint.armature),
-        "damping": spell(joint.damping),
-        "friction": spell(joint.friction),
-        "limits": {key: limit and spell(limit) for key, limit in limits.items()},
-    }
-
-
-def acting(scene: Scene) -> list[dict[str, str]]:
-    """Return what acts beside gravity, drives and damping: what it is, its name, where it acts, its law."""
-    from symdyn.scene import Place, Quantity, spell
-
-    def row(kind: str, name: str, where: str, law: str) -> dict[str, str]:
-        return {"kind": kind, "name": name, "where": where, "law": law}
-
-    def together(vector: tuple[Quantity, ...]) -> str:
-        return f"({', '.join(map(spell, vector))})"
-
-    def at(joint: str, ends: tuple[Place, ...]) -> str:
-        return f"joint {joint}" if joint else " and ".join(f"{end.body} {together(end.at)}" for end in ends)
-
-    rows = []
-    for spring in scene.springs:
-        law = [f"stiffness {', '.join(map(spell, spring.stiffness))}", f"free {spell(spring.free)}"]
-        rows.append(
-            row(
-                "spring",
-                spring.name,
-                at(spring.joint, spring.ends),
-                f"{', '.join(law)}, preload {spell(spring.preload)}",
-            )
-        )
-    for damper in scene.dampers:
-        law = [f"damping {', '.join(map(spell, damper.damping))}"]
-        rows.append(row("damper", damper.name, at(damper.joint, damper.ends), ", ".join(law)))
-    for joint in scene.joints:
-        if joint.dry is not None:
-            dry = joint.dry
-            law = [f"Coulomb {spell(dry.coulomb)}"]
-            law += [f"static {spell(dry.static)}, Stribeck {spell(dry.stribeck)}"] if dry.static is not None else []
-            law += [f"smoothing {spell(dry.smoothing)}"] if spell(dry.smoothing) != "0" else ["ideal sign"]
-            rows.append(row("friction", joint.name, at(joint.name, ()), ", ".join(law)))
-        if joint.motion is not None:
-            rows.append(row("motion", joint.name, at(joint.name, ()), f"{joint.coordinate} = {spell(joint.motion)}"))
-    for load in scene.loads:
-        law = [f"force {together(load.force)}, couple {together(load.couple)}, axes of the {load.frame}"]
-        rows.append(row("load", load.name, at("", (load.place,)), ", ".join(law)))
-    return rows
 
 
 def show(facts: dict[str, Any]) -> None:

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 CTRL_C = 130
 
+COARSE, NOTHING = 1e-3, 1e-12
+"""Part of the energy by which a balance may be off and still holds, and what is rounding, J."""
+
 
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the verb."""
@@ -33,7 +36,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     verb.add_argument(
         "--method",
         metavar="NAME",
-        help="taylor (heyoka), dop853, rk45, rk23, radau, bdf, lsoda (SciPy), cvode or adams (SUNDIALS); "
+        help="taylor (heyoka), dop853, rk45, rk23, radau, bdf, lsoda (SciPy), cvode, adams or ida (SUNDIALS); "
         "without this, the one that fits",
     )
     verb.add_argument("--rtol", type=float, metavar="TOL", help="relative tolerance of a step")
@@ -82,6 +85,7 @@ def run(options: argparse.Namespace) -> int:
 
 def told(trajectory: Trajectory) -> list[str]:
     """Return what is said about a run: events, its end, errors."""
+    from symdyn.simulate.columns import counted
     from symdyn.simulate.model import END, INTERRUPTED
 
     lines = [f"event: {event.formula} = 0 at t = {event.t!r} s" for event in trajectory.events if not event.stops]
@@ -92,7 +96,7 @@ def told(trajectory: Trajectory) -> list[str]:
         lines.append(f"stopped: {trajectory.stopped} = 0 at t = {trajectory.events[-1].t!r} s")
     elif trajectory.stopped != END:
         lines.append(trajectory.stopped)
-    times = f"{trajectory.steps} steps in {trajectory.wall:.3g} s, {trajectory.preparing:.3g} s to prepare"
+    times = f"{counted(trajectory.steps, 'step')} in {trajectory.wall:.3g} s, {trajectory.preparing:.3g} s to prepare"
     lines.append(f"{times}; {errors(trajectory)}")
     return lines
 
@@ -100,7 +104,9 @@ def told(trajectory: Trajectory) -> list[str]:
 def errors(trajectory: Trajectory) -> str:
     """Return the largest violations of the laws in words."""
     monitors = trajectory.monitors
-    parts = [f"energy balance holds to {monitors['energy']:.2g} J of {monitors['energy_scale']:.3g} J"]
+    off, scale = monitors["energy"], monitors["energy_scale"]
+    known = "holds to" if off <= max(NOTHING, COARSE * scale) else "is off by"
+    parts = [f"energy balance {known} {off:.2g} J of {scale:.3g} J"]
     if "loops" in monitors:
         parts.append(f"loops to {monitors['loops']:.2g}, their rates to {monitors['loop_rates']:.2g}")
     if "momenta" in monitors:

@@ -19,6 +19,7 @@ def add_output_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--reactions", action="store_true", help="columns of all joint reactions too, axes of the child")
     verb.add_argument("-o", "--output", metavar="FILE", help=".csv or .npz (default: CSV on stdout)")
     verb.add_argument("--plot", metavar="FILE", help="a plot: .svg, .png or .html")
+    verb.add_argument("--animate", metavar="FILE", help="the mechanism as it moves: .html, or .svg without buttons")
 
 
 def collected(*parts: Callable[[], object]) -> tuple[object, ...]:
@@ -44,6 +45,7 @@ def collected(*parts: Callable[[], object]) -> tuple[object, ...]:
 def check_outputs(options: argparse.Namespace) -> None:
     """Raise SimulateError for files that could not be written in the end, before anything is computed."""
     from symdyn.errors import SimulateError
+    from symdyn.simulate.film import check_film
     from symdyn.simulate.plot import check_plot
     from symdyn.simulate.record import writer_for
 
@@ -52,7 +54,9 @@ def check_outputs(options: argparse.Namespace) -> None:
         checks.append(lambda: writer_for(Path(options.output)))
     if options.plot:
         checks.append(lambda: check_plot(Path(options.plot)))
-    for name in (options.output, options.plot):
+    if options.animate:
+        checks.append(lambda: check_film(Path(options.animate)))
+    for name in (options.output, options.plot, options.animate):
         if name and not Path(name).parent.is_dir():
             folder = str(Path(name).parent)
 
@@ -67,17 +71,21 @@ def deliver(trajectory: Trajectory, options: argparse.Namespace) -> None:
     """Write the trajectory, or print it as CSV; the paths of files that were written go to stdout."""
     import sys
 
+    from symdyn.simulate.film import film
     from symdyn.simulate.plot import plot
     from symdyn.simulate.record import csv_text, record
 
     if options.output:
         record(trajectory, Path(options.output))
         print(options.output)
-    elif not options.plot:
+    elif not (options.plot or options.animate):
         sys.stdout.write(csv_text(trajectory))
     if options.plot:
         plot(trajectory, Path(options.plot))
         print(options.plot)
+    if options.animate:
+        film(trajectory, Path(options.animate))
+        print(options.animate)
 
 
 def pairs(text: str | None, option: str) -> dict[str, str]:

@@ -15,14 +15,18 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     verb = verbs.add_parser("walkthrough", help="write the derivation as a lesson", description=__doc__)
     add_reading_options(verb)
     verb.add_argument(
-        "--format", choices=tuple(ENDINGS.values()), help="default: what the ending of FILE says, else md"
+        "--format",
+        choices=(*ENDINGS.values(), "sliders"),
+        help="default: what the ending of FILE says, else md; sliders: the page's interactive part alone, which "
+        "needs no formulas in closed form",
     )
     verb.add_argument("--detail", choices=("brief", "full"), default="full", help="leave out or keep every small step")
     verb.add_argument(
         "--until",
-        choices=("energies", "lagrangian", "equations", "coefficients", "numbers"),
-        default="numbers",
-        help="the last part (default: numbers)",
+        metavar="PART",
+        default="",
+        help="the last part: energies, lagrangian, equations, coefficients, numbers; or, of D'Alembert's road, count, "
+        "bodies, reactions, roads (default: all)",
     )
     verb.add_argument("--language", choices=("en", "sk"), default="en", help="of the prose (default: en)")
     verb.add_argument(
@@ -45,10 +49,15 @@ def run(options: argparse.Namespace) -> int:
     from symdyn.cli.talk import Waiting
     from symdyn.teach import rendered, walkthrough
     from symdyn.teach.exercises import with_exercises
+    from symdyn.teach.interactive import interactive_page
 
     scene = read_scene(options)
     with Waiting() as progress:
         progress("deriving")
+        if options.format == "sliders":
+            page = interactive_page(scene, language=options.language)
+            print(*placed({f"{scene.name}.html": page}, options.output))
+            return 0
         document = walkthrough(scene, options.language, options.detail, options.until, options.road)
         document = with_exercises(document) if options.exercises else document
         progress("writing")

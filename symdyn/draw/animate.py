@@ -52,6 +52,29 @@ def animation(
     Raises:
         DrawError: shapes that do not fit, times that do not increase, or no real value at a position.
     """
+    drawing, t = moving(scene, times, positions, parameters, view)
+    text, table, depths = tagged(drawing, scheme, len(t))
+    data = {"t": [round(float(x - t[0]), 6) for x in t], "first": round(float(t[0]), 6), "x": table, "order": depths}
+    return render(
+        "draw/animation.html.jinja",
+        {
+            "title": escape(scene.name),
+            "picture": text,
+            "data": json.dumps(data, separators=(",", ":"), allow_nan=False),
+            "dark": scheme == "dark",
+            "auto": scheme == "auto",
+        },
+    )
+
+
+def moving(
+    scene: Scene,
+    times: Sequence[float] | Array,
+    positions: Sequence[Sequence[float]] | Array,
+    parameters: Mapping[str, float] | None,
+    view: tuple[float, float] | None,
+) -> tuple[Drawing, Array]:
+    """Return a motion as a drawing at the moments that are kept, and their times; see `animation`."""
     t, q = np.asarray(times, dtype=np.float64), np.asarray(positions, dtype=np.float64)
     _checked(scene, t, q)
     kept = _kept(t)
@@ -71,19 +94,7 @@ def animation(
     puts = put(few, segments)
     whole = {one.id: one for one in named}
     drawing = Drawing(scene.name, items, tuple(Put(whole[one.label.id], one.offset) for one in puts))
-    drawing = with_corner(drawing, scene, found, seen, segments)
-    text, moving, depths = _tagged(drawing, scheme, len(t))
-    data = {"t": [round(float(x - t[0]), 6) for x in t], "first": round(float(t[0]), 6), "x": moving, "order": depths}
-    return render(
-        "draw/animation.html.jinja",
-        {
-            "title": escape(scene.name),
-            "picture": text,
-            "data": json.dumps(data, separators=(",", ":"), allow_nan=False),
-            "dark": scheme == "dark",
-            "auto": scheme == "auto",
-        },
-    )
+    return with_corner(drawing, scene, found, seen, segments), t
 
 
 def _checked(scene: Scene, t: Array, q: Array) -> None:
@@ -120,7 +131,7 @@ def _traces(found: Places, view: View) -> tuple[Item, ...]:
     return tuple(items)
 
 
-def _tagged(drawing: Drawing, scheme: str, count: int) -> tuple[str, list[list[int]], list[list[Any]]]:
+def tagged(drawing: Drawing, scheme: str, count: int) -> tuple[str, list[list[int]], list[list[Any]]]:
     """Return the picture with numbered moving parts, their numbers at every moment, and changes of their order.
 
     Numbers are tenths of a unit: the points of a path, the middle of a dot or sign, of a disc middle, minor radius and

@@ -34,8 +34,10 @@ def settle(nodes: Sequence[Expr]) -> list[Expr]:
     hidden = [node for node in nodes if _is_compound(node) and not has_symbols(node)]
     if not hidden:
         return list(nodes)
-    seen = {node: _settled(node, value) for node, value in zip(hidden, values_of(hidden), strict=True)}
-    return [seen.get(node, node) for node in nodes]
+    settled = hidden[0].graph.found.setdefault("settled", {})
+    fresh = [node for node in hidden if node not in settled]
+    settled.update((node, _settled(node, value)) for node, value in zip(fresh, values_of(fresh), strict=True))
+    return [settled.get(node, node) for node in nodes]
 
 
 def values_of(nodes: Sequence[Expr]) -> list[Fraction]:
@@ -47,8 +49,11 @@ def values_of(nodes: Sequence[Expr]) -> list[Fraction]:
     known = [rational(node) for node in nodes]
     if None not in known:
         return [value for value in known if value is not None]
+    seen = nodes[0].graph.found.setdefault("constants", {})
     try:
-        return [_fraction(value) for value in evaluate(nodes, _numbers(), {})]
+        fresh = reachable(nodes, seen)
+        seen.update(zip(fresh, evaluate(fresh, _numbers(), seen), strict=True))
+        return [_fraction(seen[node]) for node in nodes]
     except (ArithmeticError, ValueError, AttributeError) as fault:
         raise DerivationError("a constant of the scene's placements is no finite real number") from fault
 
@@ -104,7 +109,10 @@ def _is_compound(node: Expr) -> bool:
 
 def has_symbols(node: Expr) -> bool:
     """Return whether a node depends on anything."""
-    return any(inner.op is Op.SYMBOL for inner in reachable([node]))
+    seen = node.graph.found.setdefault("symbols", {})
+    for inner in reachable([node], seen):
+        seen[inner] = inner.op is Op.SYMBOL or any(seen[arg] for arg in inner.args)
+    return bool(seen[node])
 
 
 def _settled(node: Expr, value: Fraction) -> Expr:

@@ -199,4 +199,4 @@ def _uniform(
         if node not in wanted:
             wanted.add(node)
             stack += needs.get(node, ())
-    return tuple(step for step in order if step.node in wanted)
+    return tuple(step for step in order if step.node in wanted) if wanted else ()

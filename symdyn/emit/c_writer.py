@@ -9,7 +9,8 @@ from itertools import groupby
 from symdyn.emit.c_plan import Pass, Plan, SineCosine
 from symdyn.emit.page import Line
 from symdyn.emit.spelling import Printer
-from symdyn.graph import Expr, Op
+from symdyn.graph import Expr
+from symdyn.graph.ops import SYMBOL
 from symdyn.program import Program, Routine, Step, identifier
 
 GROUP = 8
@@ -89,24 +90,25 @@ class Writer:
 
     def loop(self, stage: Pass, number: int, layout: Layout) -> PassText:
         """Return one pass as text, for the states of a block or for a single one."""
-        read = {self.places[step.node][0] for step in (*stage.inputs, *stage.uniform) if step.node.op is Op.SYMBOL}
+        read = {self.places[step.node][0] for step in (*stage.inputs, *stage.uniform) if step.node.op is SYMBOL}
         read |= {"stride"} if stage.inputs or stage.outputs else set()
         read |= {"w"} if stage.loads or stage.stores else set()
         read |= {"out"} if stage.outputs else set()
         handed = (*layout.common, *(argument.name for argument in self.routine.function.arguments), "w", "out")
-        loads, stores = dict(stage.loads), dict(stage.stores)
+        loads = {step.node: row for step, row in stage.loads}
+        stores = {step.node: row for step, row in stage.stores}
         lines: list[Line] = []
         for line in stage.order:
             if isinstance(line, int):
                 lines.append(Line(layout.entry.format("out", line), self.entry(line)))
-            elif line in loads:
-                lines.append(Line(line.name, layout.row.format(loads[line])))
-            elif line.node.op is Op.SYMBOL:
+            elif line.node in loads:
+                lines.append(Line(line.name, layout.row.format(loads[line.node])))
+            elif line.node.op is SYMBOL:
                 lines.append(Line(line.name, layout.entry.format(*self.places[line.node])))
             else:
                 lines.append(self._define(line))
-            if isinstance(line, Step) and line in stores:
-                lines.append(Line(layout.row.format(stores[line]), line.name))
+            if isinstance(line, Step) and line.node in stores:
+                lines.append(Line(layout.row.format(stores[line.node]), line.name))
         return PassText(
             number=number,
             vector=stage.plain,
@@ -192,7 +194,7 @@ class Writer:
 
     def _define(self, step: Step) -> Line:
         """Return the line that gives a step its name."""
-        if step.node.op is Op.SYMBOL:
+        if step.node.op is SYMBOL:
             return Line(step.name, SINGLE.entry.format(*self.places[step.node]))
         if step.name in self.printed:
             return Line(step.name, self.printed[step.name])

@@ -134,9 +134,20 @@ class _Page:
             f"{plane}The ground is body 1. Joints: {joints}. "
             rf"(5.18) gives ${a_body}(u-1) = {a_body} \cdot {len(system.bodies)} = {system.equations}$ equations; "
             rf"(5.19) counts $m_R = \sum t\,s_t = {system.reactions}$ reactions, and there are $n = {system.drives}$ "
-            rf"drives: ${system.equations} {'=' if system.equations == len(system.unknowns) else chr(92) + 'ne'} "
+            rf"unknown drives{self._passive()}: "
+            rf"${system.equations} {'=' if system.equations == len(system.unknowns) else chr(92) + 'ne'} "
             rf"{system.drives} + {system.reactions}$ (5.20)."
         )
+
+    def _passive(self) -> str:
+        """Return which unknown drives the scene does not have, "" for none."""
+        names = [one.joint for one in self.system.passive]
+        if not names:
+            return ""
+        where = ", ".join(map(escape, dict.fromkeys(names)))
+        closed = self.scene.loops or self.scene.rows
+        what = "freedoms that nothing drives, such as an idle spin" if closed else "joints without a drive"
+        return f", {len(names)} of them of {what} ({where}), where zero comes out for the motion that is free there"
 
     def unknown_vector(self) -> list[str]:
         """Return x."""

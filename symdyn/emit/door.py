@@ -22,7 +22,12 @@ TARGETS: Mapping[str, Emitter] = {"numpy": emit_numpy, "c": emit_c, "ufunc": emi
 
 
 def emit(
-    program: Program, target: str = "numpy", real: str = "double", command: str = "", batch: bool = False
+    program: Program,
+    target: str = "numpy",
+    real: str = "double",
+    command: str = "",
+    batch: bool = False,
+    lean: bool = False,
 ) -> Sources:
     """Return the files that compute `program`; the same program gives the same bytes.
 
@@ -32,6 +37,7 @@ def emit(
         real: "double" or "float".
         command: what the header says to run to make the files again; "" for the plain command line.
         batch: whether C gets functions over many states too; NumPy and ufuncs take batches anyway, JavaScript none.
+        lean: whether ufuncs are of double alone and take a batch state by state, to be compiled in a tenth of the time.
 
     Raises:
         EmitError: an unknown target, a real type that it does not have, batches of JavaScript, no function at all, two
@@ -46,6 +52,8 @@ def emit(
     again = command or _command(program, target, real, batch)
     if batch and target == "c":
         return Sources(program, target, real, emit_c(program, find_real(real), again, batch=True))
+    if lean and target == "ufunc":
+        return Sources(program, target, real, emit_ufunc(program, find_real(real), again, lean=True))
     return Sources(program, target, real, TARGETS[target](program, find_real(real), again))
 
 

@@ -1,15 +1,15 @@
 """The NumPy target: one module that runs with NumPy alone, for one state or a batch of them.
 
-Every function is written once, with bare `sin` and `cos`. The module runs that text over plain floats for one state,
-and for a batch over blocks of states that fit the cache; `del` gives the memory of a block's intermediate results
-back while it is still warm, so that the next ones lie there.
+Every function is written once, for people to read, with bare `sin` and `cos`. For one state the module runs that text
+over plain floats. For a batch it records, the first time, which NumPy calls the text comes to, and makes them on blocks
+of states with `out=`: all intermediate results share a few rows of one work space, used again and again while they lie
+in the cache. Nothing is allocated line by line, and no text is compiled.
 """
 
 from __future__ import annotations
 
 import re
-import textwrap
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import partial
 
 from symdyn.emit.names import stem
@@ -48,11 +48,6 @@ BRANCHES: Mapping[str, tuple[str, str]] = {
 BLOCK = 4096
 """States that are computed at a time: enough to hide the cost of a NumPy call, few enough for the cache."""
 
-DEAD = 32
-"""Intermediate results that are no longer needed before a line gives them back."""
-
-WIDTH = 116
-
 
 def emit_numpy(program: Program, real: Real, command: str) -> tuple[tuple[str, str], ...]:
     """Return the one file of the NumPy target, by name."""
@@ -66,7 +61,6 @@ def emit_numpy(program: Program, real: Real, command: str) -> tuple[tuple[str, s
         "block": BLOCK,
         "branches": [(name, *BRANCHES[name]) for name in every],
         "used": used,
-        "bodies": {function.name: _body(function) for function in page.functions},
     }
     return ((f"{stem(program.scene.name)}.py", render("numpy/module.py.jinja", values)),)
 
@@ -80,30 +74,3 @@ def _used(function: FunctionText) -> list[str]:
     """Return the mathematical functions that a function calls."""
     called = {word for line in function.steps + function.outputs for word in _words(line.code)}
     return [name for name in BRANCHES if name in called]
-
-
-def _body(function: FunctionText) -> list[str]:
-    """Return the steps as text, with lines that give back what is no longer needed."""
-    last: dict[str, int] = {}
-    for place, line in enumerate(function.steps):
-        last |= dict.fromkeys(_words(line.code), place)
-    last |= dict.fromkeys((word for line in function.outputs for word in _words(line.code)), len(function.steps))
-    names = [name for name, _, _ in function.inputs] + [line.target for line in function.steps]
-    ends: dict[int, list[str]] = {}
-    for name in names:
-        ends.setdefault(last[name], []).append(name)
-    text: list[str] = []
-    dead: list[str] = []
-    for place, line in enumerate(function.steps):
-        text.append(f"{line.target} = {line.code}")
-        dead += ends.get(place, [])
-        if len(dead) >= DEAD:
-            text += _deletion(dead)
-            dead = []
-    return text
-
-
-def _deletion(names: Iterable[str]) -> list[str]:
-    """Return statements that give `names` back, none too wide to read."""
-    lines = textwrap.wrap(", ".join(names), WIDTH - 4 - len("del "), break_long_words=False)
-    return [f"del {line.rstrip(',')}" for line in lines]

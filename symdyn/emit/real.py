@@ -51,6 +51,8 @@ def nearest(value: Fraction, real: Real) -> float:
     """
     if not value:
         return 0.0
+    if real is REALS["double"] and abs(value) < 2**1023:
+        return float(value)  # Python's own division is rounded correctly
     size = abs(value)
     exponent = size.numerator.bit_length() - size.denominator.bit_length()
     if size < Fraction(2) ** exponent:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.graph import Expr, Op
+from symdyn.graph.ops import CONSTANT, SYMBOL
 
 ANY, SUM, PRODUCT, SIGN, ATOM = range(5)
 
@@ -73,19 +74,17 @@ class Printer:
     def _bound(self, node: Expr, names: Mapping[Expr, str], constants: Mapping[Expr, Fraction]) -> tuple[str, int]:
         """Return the text of `node` and how tightly it binds."""
         if node in names:
-            return self.spellings[Op.SYMBOL].pattern.format(names[node]), ATOM
+            return self.spellings[SYMBOL].pattern.format(names[node]), ATOM
         if node in constants:
             digits = self.literal(constants[node])
-            return self.spellings[Op.CONSTANT].pattern.format(digits), SIGN if digits.startswith("-") else ATOM
+            return self.spellings[CONSTANT].pattern.format(digits), SIGN if digits.startswith("-") else ATOM
         return self._written(node, names, constants)
 
     def _written(self, node: Expr, names: Mapping[Expr, str], constants: Mapping[Expr, Fraction]) -> tuple[str, int]:
         """Return the operation of `node` with its operands, and how tightly it binds."""
         spelling = self.spellings[node.op]
-        operands = [
-            text if binds >= wanted else f"({text})"
-            for (text, binds), wanted in zip(
-                (self._bound(arg, names, constants) for arg in node.args), spelling.wants, strict=True
-            )
-        ]
+        operands = []
+        for arg, wanted in zip(node.args, spelling.wants, strict=True):
+            text, binds = self._bound(arg, names, constants)
+            operands.append(text if binds >= wanted else f"({text})")
         return spelling.pattern.format(*operands), spelling.binds

@@ -63,8 +63,14 @@ def module_name(scene: str) -> str:
     return f"{stem(scene)}_ufunc"
 
 
-def emit_ufunc(program: Program, real: Real, command: str) -> tuple[tuple[str, str], ...]:
+def emit_ufunc(program: Program, real: Real, command: str, lean: bool = False) -> tuple[tuple[str, str], ...]:
     """Return the extension module's source, then the C that it calls, by name.
+
+    Args:
+        program: what to compute.
+        real: double.
+        command: for the header.
+        lean: whether to leave out float and the entries for rows, which take compilers most of their time.
 
     Raises:
         EmitError: a real type other than double is asked for; the module has loops for both.
@@ -76,8 +82,10 @@ def emit_ufunc(program: Program, real: Real, command: str) -> tuple[tuple[str, s
     files: dict[str, str] = {}
     loops = []
     for name, tag in TAGS.items():
+        if lean and name != real.name:
+            continue
         try:
-            code = emit_c(_renamed(program, tag), REALS[name], command, batch=True)
+            code = emit_c(_renamed(program, tag), REALS[name], command, batch=not lean)
         except EmitError:
             if name == "double":
                 raise

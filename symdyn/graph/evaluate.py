@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from fractions import Fraction
+from operator import attrgetter
 from typing import Any, Protocol, TypeVar
 
 from symdyn.graph.expression import Expr
@@ -40,16 +41,17 @@ class Algebra(Protocol[T]):
         """Return node.op(args) for an operation of `FUNCTIONS`; the node itself tells an exact algebra its angle."""
 
 
-def reachable(outputs: Iterable[Expr]) -> list[Expr]:
-    """Return every node that `outputs` need, arguments first."""
+def reachable(outputs: Iterable[Expr], known: Container[Expr] = ()) -> list[Expr]:
+    """Return every node that `outputs` need, arguments first; nothing below those that are `known`."""
     seen = set(outputs)
-    stack = list(seen)
+    stack = [node for node in seen if node not in known]
     while stack:
         for arg in stack.pop().args:
             if arg not in seen:
                 seen.add(arg)
-                stack.append(arg)
-    return sorted(seen, key=lambda node: node.index)
+                if arg not in known:
+                    stack.append(arg)
+    return sorted(seen, key=attrgetter("index"))
 
 
 def evaluate(outputs: Sequence[Expr], algebra: Algebra[T], values: Mapping[Expr, T]) -> list[T]:
@@ -65,7 +67,7 @@ def evaluate(outputs: Sequence[Expr], algebra: Algebra[T], values: Mapping[Expr,
     """
     binary = {Op.ADD: algebra.add, Op.SUB: algebra.sub, Op.MUL: algebra.mul, Op.DIV: algebra.div}
     known: dict[Expr, Any] = {}
-    for node in reachable(outputs):
+    for node in reachable(outputs, values):
         op, args = node.op, node.args
         if node in values:
             known[node] = values[node]

@@ -16,17 +16,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
-from typing import Union
+from typing import Any, Union
 
-from symdyn.graph.ops import FUNCTIONS, Op
+from symdyn.graph.ops import ADD, CONSTANT, DIV, FUNCTIONS, MUL, NEG, PI, SUB, SYMBOL, Op
 
 Scalar = Union["Expr", int, Fraction]
 Key = Union[Fraction, str, tuple["Expr", ...], tuple[int, int]]
-
-# Members are looked up in their class at every use; plain names make a node in half the time.
-CONSTANT, PI, SYMBOL, ADD, SUB, MUL, DIV, NEG = (
-    Op.CONSTANT, Op.PI, Op.SYMBOL, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG,
-)  # fmt: skip
 
 
 class Expr:
@@ -100,6 +95,7 @@ class Graph:
     def __init__(self) -> None:
         """Make a graph that holds only 0 and 1."""
         self.nodes: list[Expr] = []
+        self.found: dict[str, dict[Expr, Any]] = {}  # about nodes, by topic, so that no one looks twice
         self._tables: tuple[dict[Key, Expr], ...] = tuple({} for _ in Op)
         self.zero = self.constant(Fraction(0))
         self.one = self.constant(Fraction(1))
@@ -109,7 +105,8 @@ class Graph:
     def constant(self, value: Fraction | int) -> Expr:
         """Return the node of an exact constant."""
         key = (value.numerator, value.denominator)
-        return self._tables[CONSTANT].get(key) or self._append(key, CONSTANT, (), Fraction(value))
+        found = self._tables[CONSTANT].get(key)
+        return found or self._append(key, CONSTANT, (), value if type(value) is Fraction else Fraction(value))
 
     def symbol(self, name: str) -> Expr:
         """Return the node of a named input."""

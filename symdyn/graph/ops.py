@@ -34,6 +34,9 @@ class Op(IntEnum):
     __hash__ = int.__hash__  # an enumeration's own is a Python function, and tables are read at every node
 
 
+CONSTANT, PI, SYMBOL, ADD, SUB, MUL, DIV, NEG = list(Op)[:8]
+"""Plain names for loops over nodes: Python 3.11 takes 100 ns to look a member up in its class."""
+
 LEAVES = frozenset({Op.CONSTANT, Op.PI, Op.SYMBOL})
 
 ARITY: dict[Op, int] = {

@@ -16,7 +16,8 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from symdyn.dynamics.equations import Argument, Function
-from symdyn.graph import Expr, Graph, Op, linear_form, reachable
+from symdyn.graph import FUNCTIONS, Expr, Graph, Op, linear_form, reachable
+from symdyn.graph.ops import NEG, SYMBOL
 from symdyn.program.constants import constants
 from symdyn.program.count import count_by_binding
 from symdyn.program.model import Program, Routine, Step
@@ -29,6 +30,9 @@ WIDEST = 100
 
 NAME, OPERATOR, CALL = 5, 3, 12
 """Estimated characters of a name, of an operator with its spaces, of a function with its parentheses."""
+
+ANGULAR = (Op.SIN, Op.COS)
+"""Operations that always get a name."""
 
 PARAMS, PREPARED = "params", "prepared"
 
@@ -52,7 +56,7 @@ def assemble(scene: Scene, graph: Graph, functions: tuple[Function, ...]) -> Pro
 def _routine(function: Function, known: Constants) -> Routine:
     """Return one function as named steps."""
     needed = [node for node in reachable(function.entries) if node not in known]
-    symbols = {node for node in needed if node.op is Op.SYMBOL}
+    symbols = {node for node in needed if node.op is SYMBOL}
     lines = _lines(function, needed, known)
     return Routine(
         function=function,
@@ -95,11 +99,11 @@ def _lines(function: Function, needed: list[Expr], known: Constants) -> list[Exp
     named: set[Expr] = set()
     width: dict[Expr, int] = {}
     for node in needed:
-        if node.op is Op.SYMBOL:
+        if node.op is SYMBOL:
             width[node] = NAME
             continue
         here = _shortened(node, width, named, known)
-        if node.op in (Op.SIN, Op.COS) or (uses[node] > 1 and node.op is not Op.NEG):
+        if node.op in ANGULAR or (uses[node] > 1 and node.op is not NEG):
             named.add(node)
         width[node] = NAME if node in named else here
     return [node for node in needed if node in named]
@@ -112,9 +116,10 @@ def _uses(function: Function, needed: list[Expr]) -> dict[Expr, int]:
         if entry in uses:
             uses[entry] += 1
     for node in reversed(needed):
+        more = uses[node] if node.op is NEG else 1
         for arg in node.args:
             if arg in uses:
-                uses[arg] += uses[node] if node.op is Op.NEG else 1
+                uses[arg] += more
     return uses
 
 
@@ -122,7 +127,7 @@ def _shortened(node: Expr, width: dict[Expr, int], named: set[Expr], known: Cons
     """Name operands of `node`, the widest first, until it fits a line; return how wide it is then."""
     while (here := _width(node, width, known)) > WIDEST:
         widest = max((arg for arg in node.args if arg in width), key=lambda arg: width[arg])
-        inner = widest.args[0] if widest.op is Op.NEG else widest
+        inner = widest.args[0] if widest.op is NEG else widest
         named.add(inner)
         width[inner] = NAME
         width[widest] = NAME
@@ -132,7 +137,7 @@ def _shortened(node: Expr, width: dict[Expr, int], named: set[Expr], known: Cons
 def _width(node: Expr, width: Mapping[Expr, int], known: Constants) -> int:
     """Return about how many characters `node` takes when it is printed in full."""
     parts = sum([_digits(known[arg]) if arg in known else width[arg] for arg in node.args])
-    return parts + (OPERATOR if node.op in (Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG) else CALL)
+    return parts + (CALL if node.op in FUNCTIONS else OPERATOR)
 
 
 def _digits(value: Fraction) -> int:
@@ -150,7 +155,7 @@ def _named(lines: list[Expr], function: Function) -> tuple[Step, ...]:
     steps: list[Step] = []
     plain = 0
     for node in lines:
-        if node.op in (Op.SIN, Op.COS):
+        if node.op in ANGULAR:
             angle = node.args[0]
             angles.setdefault(angle, _angle_label(angle, joints, angles))
             steps.append(Step(("s" if node.op is Op.SIN else "c") + angles[angle], node))

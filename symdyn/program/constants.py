@@ -1,22 +1,28 @@
 """Values of nodes without symbols, such as sqrt(2)/2 or sin(37°), once and to many digits.
 
-Each is computed with a bound of its rounding error, at a precision that doubles until 50 digits stand. One that is
-all rounding error even at 3200 digits is zero, which the graph could not see. A value that is a simple fraction to 80
-digits is that fraction, so that cos²(40°) + sin²(40°) no longer multiplies anything.
+Each is a ball that holds the true value, at a precision that grows until 90 digits stand. A ball below every double
+even at 3200 digits is zero, which the graph could not see; what depends on it, such as its sign, is computed again with
+that zero. A value that is a simple fraction to 80 digits is that fraction, so that cos²(40°) + sin²(40°) no longer
+multiplies anything.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
+from typing import Any
 
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.graph import Expr, evaluate, reachable
+from symdyn.graph.ops import CONSTANT, PI
 
-PRECISIONS = (110, 220, 800, 3200)
-WANTED = Fraction(1, 10**90)  # relative error of a value that stands
+PRECISIONS = (110, 220, 800, 3200)  # decimal digits
+BITS_OF_A_DIGIT = 3.33
+WANTED = 299  # bits that stand, 90 digits
+LARGEST_EXPONENT = 1_000_000  # of two
+SMALLEST_DOUBLE = 5e-324
 SIMPLE = 10**6
-SAME = Fraction(1, 10**80)
+SAME = 10**80
 
 
 def constants(outputs: Sequence[Expr]) -> dict[Expr, Fraction]:
@@ -28,17 +34,22 @@ def constants(outputs: Sequence[Expr]) -> dict[Expr, Fraction]:
     known: dict[Expr, Fraction] = {}
     inexact: list[Expr] = []
     for node in reachable(outputs):
-        if node.op is Op.CONSTANT:
+        if node.op is CONSTANT:
             assert isinstance(node.value, Fraction), "a constant is a fraction"
             known[node] = node.value
-        elif node.op is Op.PI or (node.args and node.args[0] in known and all(arg in known for arg in node.args)):
+        elif node.op is PI or (node.args and node.args[0] in known and all(arg in known for arg in node.args)):
             known[node] = Fraction(0)  # until it is computed below
             inexact.append(node)
+    nothing: list[Expr] = []
     for digits in PRECISIONS:
-        if not inexact:
-            break
-        inexact = _settle(inexact, known, digits)
-    known.update(dict.fromkeys(inexact, Fraction(0)))
+        if inexact:
+            inexact, nothing = _settle(inexact, known, digits, ())
+    zeros: dict[Expr, None] = {}
+    while inexact:
+        if not nothing:
+            raise DerivationError(NOT_REAL)
+        zeros.update(dict.fromkeys(nothing))
+        inexact, nothing = _settle([node for node in inexact if node not in zeros], known, PRECISIONS[-1], zeros)
     return known
 
 
@@ -47,39 +58,51 @@ def is_simple(value: Fraction) -> bool:
     return value.denominator <= SIMPLE
 
 
-def _settle(nodes: Sequence[Expr], known: dict[Expr, Fraction], digits: int) -> list[Expr]:
-    """Enter the values that stand at one precision into `known`, and return the nodes that need more digits."""
-    from symdyn.algebra.big import BigFloats
-    from symdyn.algebra.running_error import RunningErrors
+def _settle(
+    nodes: Sequence[Expr], known: dict[Expr, Fraction], digits: int, zeros: Iterable[Expr]
+) -> tuple[list[Expr], list[Expr]]:
+    """Enter the values that stand at one precision into `known`; return the other nodes, and those below any double.
 
-    numbers = BigFloats(digits)
-    roundoff = numbers.context.mpf(10) ** (1 - digits)
-    try:
-        values = evaluate(nodes, RunningErrors(numbers, roundoff, roundoff), {})
-        found = [(_exact(bounded.value), _exact(numbers.context.mpf(bounded.error))) for bounded in values]
-    except ZeroDivisionError as fault:
-        if digits < PRECISIONS[-1]:
-            return list(nodes)
-        raise DerivationError(NOT_REAL) from fault
-    except (ArithmeticError, ValueError, AttributeError) as fault:
-        raise DerivationError(NOT_REAL) from fault
-    rest = []
-    for node, (value, error) in zip(nodes, found, strict=True):
-        if error <= WANTED * abs(value):
-            simple = value.limit_denominator(SIMPLE)
-            known[node] = simple if abs(value - simple) <= SAME * abs(value) else value
-        else:
+    `zeros` are nodes that are known to be zero.
+    """
+    from symdyn.algebra.balls import Balls  # a scene of right angles has no such values
+
+    rest, nothing = [], []
+    with Balls(int(digits * BITS_OF_A_DIGIT)) as balls:
+        balls_of_nodes = evaluate(nodes, balls, dict.fromkeys(zeros, balls.number(0.0)))
+        for node, ball in zip(nodes, balls_of_nodes, strict=True):
+            if ball.is_finite() and ball.rel_accuracy_bits() >= WANTED:
+                known[node] = _simplest(_exact(ball.mid()))
+                continue
             rest.append(node)
-    return rest
+            if abs(ball) < SMALLEST_DOUBLE:
+                nothing.append(node)
+    return rest, nothing
 
 
-def _exact(value: object) -> Fraction:
-    """Return a big float as the fraction that it is; a complex one has no `_mpf_`, an infinite one no mantissa."""
-    negative, mantissa, exponent, _ = value._mpf_  # type: ignore[attr-defined]
-    if mantissa == 0 and exponent != 0:
-        raise ValueError(f"{value} is not finite")
-    size = Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
-    return -size if negative else size
+def _exact(midpoint: Any) -> Fraction:
+    """Return the midpoint of a ball as the fraction that it is."""
+    mantissa, exponent = (int(part) for part in midpoint.man_exp())
+    if abs(exponent) > LARGEST_EXPONENT:
+        raise DerivationError(NOT_REAL)
+    return Fraction(mantissa << exponent) if exponent >= 0 else Fraction(mantissa, 1 << -exponent)
+
+
+def _simplest(value: Fraction) -> Fraction:
+    """Return the simple fraction that the value is to 80 digits, or else the value.
+
+    Such a fraction is a convergent p/q of the value's continued fraction.
+    """
+    n, d = value.numerator, value.denominator
+    p, q, before_p, before_q = 1, 0, 0, 1
+    while d:
+        whole = n // d
+        n, d = d, n - whole * d
+        if before_q + whole * q > SIMPLE:
+            break
+        p, q, before_p, before_q = before_p + whole * p, before_q + whole * q, p, q
+    gap = abs(value.numerator * q - p * value.denominator)
+    return Fraction(p, q) if gap * SAME <= abs(value.numerator) * q else value
 
 
 NOT_REAL = "a constant of the scene is not a finite real number; look for 1/0, sqrt or log of a negative number"

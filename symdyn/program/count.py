@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 from symdyn.dynamics.cost import CATEGORY, WEIGHTS
 from symdyn.dynamics.equations import Function
-from symdyn.graph import Expr, Op, reachable
+from symdyn.graph import Expr, reachable
+from symdyn.graph.ops import MUL, SYMBOL
 
 BINDING: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("params", ("params", "prepared")),
@@ -70,18 +71,20 @@ def count_by_binding(function: Function) -> dict[str, Counts]:
     tallies = [dict.fromkeys(WEIGHTS, 0) for _ in BINDING]
     angles: set[Expr] = set()
     for node in reachable(function.entries):
-        if node.op is Op.SYMBOL:
+        if node.op is SYMBOL:
             times[node] = known.get(node.value, len(BINDING) - 1)
             continue
-        time = max([times.get(arg, -1) for arg in node.args], default=-1)
-        if time < 0:
+        found = [times[arg] for arg in node.args if arg in times]
+        if not found:
             continue
-        times[node] = time
+        times[node] = time = max(found)
         category = CATEGORY[node.op]
-        if category and not (category == "sincos" and node.args[0] in angles):
-            tallies[time][category] += 1
         if category == "sincos":
+            if node.args[0] in angles:
+                continue
             angles.add(node.args[0])
+        if category:
+            tallies[time][category] += 1
     return {name: Counts(**tally) for (name, _), tally in zip(BINDING, tallies, strict=True)}
 
 
@@ -105,7 +108,7 @@ def state_dependent_counts(function: Function) -> Counts:
         category = CATEGORY[node.op]
         if category == "sincos":
             angles.add(node.args[0])
-        elif node.op is Op.MUL and node.args[0].value == 2:
+        elif node.op is MUL and node.args[0].value == 2:
             tally["additions"] += 1
         elif category:
             tally[category] += 1

@@ -10,7 +10,8 @@ from dataclasses import replace
 
 from symdyn.dynamics.equations import Argument, Equations, Function
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, Op, reachable, substitute
+from symdyn.graph import Expr, Graph, reachable, substitute
+from symdyn.graph.ops import CONSTANT, SYMBOL
 from symdyn.program.assemble import assemble
 from symdyn.program.constants import constants, is_simple
 from symdyn.program.model import Program, check
@@ -45,12 +46,11 @@ def entries_of(functions: Functions) -> list[Expr]:
 def _bind(equations: Equations) -> Functions:
     """Return the functions with the values of parameters in their place; as they are if there are none."""
     scene, functions, graph = equations.scene, equations.functions, Graph()
-    values = {parameter.name: parameter.value for parameter in scene.parameters}
+    values = {parameter.name: parameter.value for parameter in scene.parameters if parameter.value is not None}
     bound: dict[Expr, Expr] = {}
-    for node in reachable(entries_of(functions)):
-        value = values.get(str(node.value)) if node.op is Op.SYMBOL else None
-        if value is not None:
-            bound[node] = express(value, graph)
+    for node in reachable(entries_of(functions)) if values else ():
+        if node.op is SYMBOL and node.value in values:
+            bound[node] = express(values[str(node.value)], graph)
     if not bound:
         return functions
     try:
@@ -63,7 +63,7 @@ def _bind(equations: Equations) -> Functions:
 def _fold(functions: Functions) -> Functions:
     """Return the functions with hidden fractions, zeros above all, in the open, so that their products simplify."""
     known = constants(entries_of(functions))
-    hidden = {node: value for node, value in known.items() if node.op is not Op.CONSTANT and is_simple(value)}
+    hidden = {node: value for node, value in known.items() if node.op is not CONSTANT and is_simple(value)}
     if not hidden:
         return functions
     target = Graph()

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.dynamics.equations import Function
-from symdyn.graph import Expr, Graph, Op
+from symdyn.graph import Expr, Graph
+from symdyn.graph.ops import SYMBOL
 from symdyn.program.count import Counts
 from symdyn.scene import Scene
 
@@ -122,7 +123,7 @@ def _undefined(node: Expr, defined: set[Expr]) -> list[Expr]:
         if here in defined or here in seen:
             continue
         seen.add(here)
-        if here.op is Op.SYMBOL:
+        if here.op is SYMBOL:
             found.append(here)
         stack += here.args
     return found

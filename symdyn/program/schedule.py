@@ -10,7 +10,7 @@ Reference: Goodman and Hsu, Code scheduling and register allocation in large bas
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Hashable, Sequence
 from heapq import heapify, heappop, heappush
 
@@ -29,49 +29,44 @@ def schedule(lines: Sequence[Line]) -> list[int]:
         [2, 0, 3, 1, 4]
     """
     makers = {made for made, _ in lines}
-    left = Counter(value for _, read in lines for value in read)
-    readers: dict[Hashable, list[int]] = defaultdict(list)
+    readers: dict[Hashable | None, list[int]] = defaultdict(list)
     for place, (_, read) in enumerate(lines):
         for value in read:
             readers[value].append(place)
-    missing = [sum(value in makers for value in read) for _, read in lines]
-    alive: set[Hashable] = set()
+    left = {value: len(places) for value, places in readers.items()}
+    weights = {value: int(count > 1) for value, count in left.items()}  # values more alive after a line has read it
+    prices = [int(made in left) + sum([weights[value] for value in read]) for made, read in lines]
+    missing = [sum([value in makers for value in read]) for _, read in lines]
     order: list[int] = []
     done = [False] * len(lines)
-
-    def weight(value: Hashable) -> int:
-        """Return how many more values are alive after a line has read this one."""
-        return int(left[value] > 1) - int(value in alive)
-
-    def price(place: int) -> int:
-        made, read = lines[place]
-        return int(left[made] > 0) + sum(map(weight, read))
-
-    prices: dict[int, int] = {place: price(place) for place, number in enumerate(missing) if not number}
-    ready = [(cost, place) for place, cost in prices.items()]
+    ready = [(prices[place], place) for place, number in enumerate(missing) if not number]
     heapify(ready)
+
+    def weigh(value: Hashable | None, weight: int) -> None:
+        """Change what it costs to read a value that is alive now."""
+        change, weights[value] = weight - weights[value], weight
+        for reader in readers[value]:
+            prices[reader] += change
+            changed[reader] = None
+
     while ready:
         cost, place = heappop(ready)
-        if prices.get(place) != cost:
-            continue  # it was pushed again when its price changed, or is done
-        del prices[place]
+        if done[place] or prices[place] != cost:
+            continue  # it was pushed again when its price changed
         done[place] = True
         order.append(place)
         made, read = lines[place]
         changed: dict[int, None] = {}
         for value in read:
-            before = weight(value)
             left[value] -= 1
-            (alive.add if left[value] else alive.discard)(value)
-            if weight(value) != before:
-                changed.update(dict.fromkeys(readers[value]))
-        if left[made]:
-            alive.add(made)
+            weight = -int(left[value] == 1)
+            if left[value] and weights[value] != weight:
+                weigh(value, weight)
+        if made in left:
+            weigh(made, -int(left[made] == 1))
             for reader in readers[made]:
                 missing[reader] -= 1
-            changed.update(dict.fromkeys(readers[made]))
         for reader in changed:
             if not missing[reader] and not done[reader]:
-                prices[reader] = price(reader)
                 heappush(ready, (prices[reader], reader))
     return order

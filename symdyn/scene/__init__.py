@@ -44,7 +44,8 @@ from symdyn.scene.quantity import Quantity, express, number, symbol
 from symdyn.scene.reading import Reading, ReadOptions, Written
 from symdyn.scene.spelling import spell
 from symdyn.scene.start import starting_position, starting_velocity
-from symdyn.scene.symbolic import with_symbolic_inertia, with_symbols
+from symdyn.scene.symbolic import with_symbols
+from symdyn.scene.ten_parameters import with_symbolic_inertia
 from symdyn.scene.toml import read_text
 
 __all__ = [

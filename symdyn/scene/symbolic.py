@@ -23,36 +23,20 @@ from dataclasses import replace
 from fractions import Fraction
 
 from symdyn.errors import SceneError
-from symdyn.graph import Graph
-from symdyn.scene.folding import add, mul, neg
+from symdyn.scene.folding import mul
 from symdyn.scene.loads import Damper, Friction, Place, Spring
-from symdyn.scene.mapping import quantities_in
-from symdyn.scene.model import Body, Joint, Parameter, Particle, Pose, Scene
+from symdyn.scene.made_names import Names, moving_names
+from symdyn.scene.model import Joint, Pose, Scene
 from symdyn.scene.names import suggestion
-from symdyn.scene.quantity import NULL, PI, ZERO, Quantity, Vector, express, number, symbol
+from symdyn.scene.quantity import PI, ZERO, Vector, number
 from symdyn.scene.table import compose
-from symdyn.scene.value import value_of
-
-INERTIAL = (
-    ("m", "kg", "mass"),
-    ("mx", "kg m", "first moment along x"),
-    ("my", "kg m", "first moment along y"),
-    ("mz", "kg m", "first moment along z"),
-    ("Ixx", "kg m^2", "inertia about the body frame, entry xx"),
-    ("Iyy", "kg m^2", "inertia about the body frame, entry yy"),
-    ("Izz", "kg m^2", "inertia about the body frame, entry zz"),
-    ("Ixy", "kg m^2", "inertia about the body frame, entry xy"),
-    ("Ixz", "kg m^2", "inertia about the body frame, entry xz"),
-    ("Iyz", "kg m^2", "inertia about the body frame, entry yz"),
-)
+from symdyn.scene.ten_parameters import named_body
 
 KINDS = ("inertia", "geometry", "all")
 
 STEPS = {"Tx": "a", "Ty": "b", "Tz": "d", "Rx": "alpha", "Ry": "beta", "Rz": "gamma"}
 
 RIGHT_ANGLES = tuple(mul(number(Fraction(k, 2)), PI) for k in range(-8, 9))
-
-Ten = tuple[Quantity, ...]
 
 
 def with_symbols(scene: Scene, what: str) -> Scene:
@@ -70,90 +54,19 @@ def with_symbols(scene: Scene, what: str) -> Scene:
     """
     if what not in KINDS:
         raise SceneError(f'symbols for "{what}" are not known; {suggestion(what, KINDS)}')
-    taken = {parameter.name for parameter in scene.parameters} | _moving_names(scene)
+    taken = {parameter.name for parameter in scene.parameters} | moving_names(scene)
     suffix = ""
     while True:
-        names = _Names(suffix)
+        names = Names(suffix)
         named = _named(scene, what, names)
         if not taken & {parameter.name for parameter in names.added}:
             return replace(named, parameters=scene.parameters + tuple(names.added))
         suffix += "_b"
 
 
-def with_symbolic_inertia(scene: Scene) -> Scene:
-    """Return the scene with mass, first moment and inertia of every body as free parameters.
-
-    Parameters that nothing uses any longer go.
-    """
-    used = _used(scene)
-    kept = tuple(parameter for parameter in scene.parameters if parameter.name in used)
-    taken = {parameter.name for parameter in kept} | _moving_names(scene)
-    suffix = ""
-    while taken & {f"{kind}{k}{suffix}" for kind, _, _ in INERTIAL for k in range(1, len(scene.bodies) + 1)}:
-        suffix += "_b"
-    bodies, added = [], []
-    for k, body in enumerate(scene.bodies, start=1):
-        names = [f"{kind}{k}{suffix}" for kind, _, _ in INERTIAL]
-        bodies.append(_open(body, names))
-        added += [
-            Parameter(name, positive=kind == "m", unit=unit, text=f"{text} of {body.name}")
-            for name, (kind, unit, text) in zip(names, INERTIAL, strict=True)
-        ]
-    return replace(scene, bodies=tuple(bodies), parameters=kept + tuple(added))
-
-
-def _open(body: Body, names: list[str]) -> Body:
-    mass, x, y, z, xx, yy, zz, xy, xz, yz = (symbol(name) for name in names)
-    return Body(body.name, mass, None, (x, y, z), (xx, yy, zz, xy, xz, yz), "frame")
-
-
-def _moving_names(scene: Scene) -> set[str]:
-    names = {*scene.coordinates, *scene.velocities}
-    return names | {drive for drive in scene.drives if drive}
-
-
-def _used(scene: Scene) -> set[str]:
-    """Return the symbols of everything but the bodies."""
-    rest = replace(scene, bodies=(), parameters=())
-    return {name for quantity in quantities_in(rest) for name in quantity.symbols}
-
-
-class _Names:
-    """Parameters as they are made up."""
-
-    def __init__(self, suffix: str) -> None:
-        self.suffix = suffix
-        self.added: list[Parameter] = []
-
-    def of(self, quantity: Quantity, name: str, unit: str, text: str, positive: bool = False) -> Quantity:
-        """Return a symbol for a number, and what is zero or a formula in symbols as it is.
-
-        Args:
-            quantity: what may be a number.
-            name: of the parameter; another one of that name is called <name>_2.
-            unit: of the parameter.
-            text: of the parameter.
-            positive: let the parameter be the magnitude of the number, and the sign stand in front of it.
-        """
-        if quantity.symbols:
-            return quantity
-        if express(quantity, Graph()).is_zero:
-            return ZERO
-        value = value_of(quantity, {})
-        negative = positive and value is not None and value < 0
-        quantity = neg(quantity) if negative else quantity
-        taken = {parameter.name for parameter in self.added}
-        unique, k = f"{name}{self.suffix}", 1
-        while unique in taken:
-            k += 1
-            unique = f"{name}_{k}{self.suffix}"
-        self.added.append(Parameter(unique, quantity, positive, unit, None, text))
-        return -symbol(unique) if negative else symbol(unique)
-
-
-def _named(scene: Scene, what: str, names: _Names) -> Scene:
+def _named(scene: Scene, what: str, names: Names) -> Scene:
     if what != "geometry":
-        bodies = tuple(_body(body, k, names) for k, body in enumerate(scene.bodies, start=1))
+        bodies = tuple(named_body(body, k, names) for k, body in enumerate(scene.bodies, start=1))
         joints = tuple(_rotor(joint, k, names) for k, joint in enumerate(scene.joints, start=1))
         scene = replace(scene, bodies=bodies, joints=joints)
     if what != "inertia":
@@ -163,7 +76,7 @@ def _named(scene: Scene, what: str, names: _Names) -> Scene:
     return scene
 
 
-def _placed(scene: Scene, names: _Names) -> Scene:
+def _placed(scene: Scene, names: Names) -> Scene:
     """Return the scene with its lengths and angles named."""
 
     def joint(one: Joint, place: str) -> Joint:
@@ -201,7 +114,7 @@ def _placed(scene: Scene, names: _Names) -> Scene:
     )
 
 
-def _acted_on(scene: Scene, names: _Names) -> Scene:
+def _acted_on(scene: Scene, names: Names) -> Scene:
     """Return the scene with the numbers of its loads named."""
     return replace(
         scene,
@@ -230,7 +143,7 @@ def _acted_on(scene: Scene, names: _Names) -> Scene:
     )
 
 
-def _three(vector: Vector, letters: Sequence[str], place: str, unit: str, text: str, names: _Names) -> Vector:
+def _three(vector: Vector, letters: Sequence[str], place: str, unit: str, text: str, names: Names) -> Vector:
     x, y, z = (
         names.of(entry, f"{letter}{place}", unit, f"{text}, along {axis}")
         for letter, axis, entry in zip(letters, "xyz", vector, strict=True)
@@ -238,12 +151,12 @@ def _three(vector: Vector, letters: Sequence[str], place: str, unit: str, text: 
     return (x, y, z)
 
 
-def _rotor(joint: Joint, k: int, names: _Names) -> Joint:
+def _rotor(joint: Joint, k: int, names: Names) -> Joint:
     unit = "kg" if joint.type == "prismatic" else "kg m^2"
     return replace(joint, armature=names.of(joint.armature, f"Ia{k}", unit, f"rotor inertia at {joint.name}", True))
 
 
-def _damper(joint: Joint, k: int, names: _Names) -> Joint:
+def _damper(joint: Joint, k: int, names: Names) -> Joint:
     force, rate = ("N", "m/s") if joint.type == "prismatic" else ("N m", "rad/s")
     unit = "N s/m" if joint.type == "prismatic" else "N m s/rad"
     damping = names.of(joint.damping, f"fv{k}", unit, f"damping of {joint.name}", True)
@@ -259,7 +172,7 @@ def _damper(joint: Joint, k: int, names: _Names) -> Joint:
     return replace(joint, damping=damping, dry=dry)
 
 
-def _pose(pose: Pose, place: str, of: str, names: _Names) -> Pose:
+def _pose(pose: Pose, place: str, of: str, names: Names) -> Pose:
     steps = []
     for kind, amount in pose.steps:
         shift = kind.startswith("T")
@@ -270,7 +183,7 @@ def _pose(pose: Pose, place: str, of: str, names: _Names) -> Pose:
     return compose(*steps)
 
 
-def _gravity(gravity: Vector, names: _Names) -> Vector:
+def _gravity(gravity: Vector, names: Names) -> Vector:
     several = sum(component != ZERO for component in gravity) > 1
     text, unit = "acceleration of free fall", "m/s^2"
     x, y, z = (
@@ -278,66 +191,3 @@ def _gravity(gravity: Vector, names: _Names) -> Vector:
         for axis, component in zip("xyz", gravity, strict=True)
     )
     return (x, y, z)
-
-
-def _body(body: Body, k: int, names: _Names) -> Body:
-    """Return the body with its numbers named: ten about its frame, or as they stand where some are formulas."""
-    extended = (body.mass, *(body.com or ()), *(body.first_moment or ()), *body.inertia)
-    if any(x.symbols for x in extended):
-        return _as_it_stands(body, k, names)
-    apart = tuple(p for p in body.particles if any(x.symbols for x in (p.mass, *p.at)))
-    ten = _ten(body.mass, body.com, body.first_moment, body.inertia, body.about)
-    for particle in body.particles:
-        if particle not in apart:
-            more = _ten(particle.mass, particle.at, None, (ZERO,) * 6, "com")
-            ten = tuple(add(a, b) for a, b in zip(ten, more, strict=True))
-    if not any(x != ZERO for x in ten):
-        return body
-    m, x, y, z, xx, yy, zz, xy, xz, yz = (
-        names.of(entry, f"{kind}{k}", unit, f"{text} of {body.name}", kind == "m")
-        for entry, (kind, unit, text) in zip(ten, INERTIAL, strict=True)
-    )
-    return Body(
-        body.name, m, None, (x, y, z), (xx, yy, zz, xy, xz, yz), "frame", apart, body.allow_invalid_inertia
-    )  # fmt: skip
-
-
-def _as_it_stands(body: Body, k: int, names: _Names) -> Body:
-    """Return the body with a name for every number, its centre of mass at (x<k>, y<k>, z<k>)."""
-
-    def mass(quantity: Quantity) -> Quantity:
-        return names.of(quantity, f"m{k}", "kg", f"mass of {body.name}", True)
-
-    def vector(quantities: Vector | None, kind: str, unit: str, what: str) -> Vector | None:
-        if quantities is None:
-            return None
-        x, y, z = (
-            names.of(quantity, f"{kind}{axis}{k}", unit, f"{what} along {axis} of {body.name}")
-            for axis, quantity in zip("xyz", quantities, strict=True)
-        )
-        return (x, y, z)
-
-    m = mass(body.mass)
-    com = vector(body.com, "", "m", "centre of mass")
-    first_moment = vector(body.first_moment, "m", "kg m", "first moment")
-    about = "frame" if body.about == "frame" else "centre of mass"
-    xx, yy, zz, xy, xz, yz = (
-        names.of(entry, f"{kind}{k}", unit, f"{text.replace('body frame', about)} of {body.name}")
-        for entry, (kind, unit, text) in zip(body.inertia, INERTIAL[4:], strict=True)
-    )
-    particles = tuple(Particle(mass(p.mass), vector(p.at, "", "m", "place") or NULL) for p in body.particles)
-    return replace(
-        body, mass=m, com=com, first_moment=first_moment, inertia=(xx, yy, zz, xy, xz, yz), particles=particles
-    )  # fmt: skip
-
-
-def _ten(mass: Quantity, com: Vector | None, first_moment: Vector | None, inertia: Ten, about: str) -> Ten:
-    """Return mass, first moment and inertia about the frame: I + m (r·r 1 - r rᵀ) if `inertia` is about the com."""
-    r = com or NULL
-    h = tuple(mul(mass, x) for x in r) if first_moment is None else first_moment
-    if about == "com":
-        x, y, z = (mul(h[i], r[i]) for i in range(3))
-        moved = [add(y, z), add(x, z), add(x, y)]
-        moved += [neg(mul(h[i], r[j])) for i, j in ((0, 1), (0, 2), (1, 2))]
-        inertia = tuple(add(entry, more) for entry, more in zip(inertia, moved, strict=True))
-    return (mass, *h, *inertia)

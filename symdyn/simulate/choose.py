@@ -14,7 +14,7 @@ import numpy.typing as npt
 from symdyn.errors import SimulateError
 from symdyn.scene.names import suggestion
 from symdyn.simulate.integrate import METHODS, Method, importable
-from symdyn.simulate.integrate.taylor import refuses, size
+from symdyn.simulate.integrate.taylor import overlooks, refuses, size
 from symdyn.simulate.system import System
 
 Array = npt.NDArray[np.float64]
@@ -53,6 +53,8 @@ def choose(system: System, x: Array, until: float, asked: str | None = None) -> 
         name = "cvode" if importable(METHODS["cvode"].module) else "radau"
         return Choice(name, METHODS[name], "the system is stiff")
     why = refuses(system) or ("the loops are kept by projection" if system.closed and not system.linear else "")
+    if not why and overlooks(system):
+        why = f"a series may overlook a turn of {overlooks(system)}"
     if not why and size(system) > LARGEST:
         why = f"{size(system)} operations would take heyoka long to compile"
     if not why and not importable(METHODS["taylor"].module):

@@ -50,7 +50,7 @@ def read_columns(path: Path) -> Columns:
     for name in dict.fromkeys(name for name in names if names.count(name) > 1):
         faults.add("", f"has the column {name} twice")
     if len(rows) < 3:
-        faults.add("", f"has {max(0, len(rows) - 1)} rows of numbers; at least two are needed")
+        faults.add("", f"has {counted(max(0, len(rows) - 1), 'row')} of numbers; at least two are needed")
     close(faults)
     table = np.array([_numbers(row, names, number, faults) for number, row in enumerate(rows[1:], start=2)])
     t = table[:, names.index(TIME)]
@@ -62,11 +62,16 @@ def read_columns(path: Path) -> Columns:
     return Columns(str(path), t, {name: table[:, k] for k, name in enumerate(names) if name != TIME})
 
 
+def counted(number: int, noun: str) -> str:
+    """Return "1 row", "2 rows"."""
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
 def _numbers(row: list[str], names: list[str], number: int, faults: Faults) -> list[Any]:
     """Return the cells of a row as numbers, NaN after a fault."""
     where = f"row {number}"
     if len(row) != len(names):
-        faults.add(where, f"has {len(row)} cells; the header names {len(names)} columns")
+        faults.add(where, f"has {counted(len(row), 'cell')}; the header names {counted(len(names), 'column')}")
         return [np.nan] * len(names)
     found = []
     for name, cell in zip(names, row, strict=True):

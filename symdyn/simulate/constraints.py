@@ -4,7 +4,7 @@
     q̇ = H u     a step δ along the velocities moves q by H δ
 
 Positions first, by Newton's method with the shortest steps, δ = -G⁺ r; then velocities, u - G⁺ G u. What has a
-prescribed motion is not moved. Coordinates that loops hold in proportion are put where their leaders say.
+prescribed motion is not moved. Where loops hold dependent coordinates in proportion, these follow the independent ones.
 
 Reference: Eich, Convergence results for a coordinate projection method applied to mechanical systems (1993).
 """
@@ -51,8 +51,8 @@ class Projection:
         lengths = [abs(float(x[part] @ x[part]) - 1.0) for part in self.system.quaternions]
         off = max(lengths, default=0.0)
         if self.system.closed:
-            r, G = self._rows(x)
-            off = max(off, np.abs(r).max(initial=0.0), np.abs(G @ self._u(x)).max(initial=0.0))
+            for name in ("constraint_residual", "row_rates"):
+                off = max(off, np.abs(self.system.tell(name, 0.0, x)).max(initial=0.0))
         return float(off)
 
     def projected(self, x: Array) -> Array:
@@ -62,9 +62,7 @@ class Projection:
             return x
         nq, nv = self.system.nq, self.system.nv
         if self.system.linear:  # whatever G is: at a change point it says little
-            call, q, u = self.system.calls, x[:nq], self._u(x)
-            moved = q + call["movement"](q, call["correction"](q, u))
-            return np.concatenate([moved, call["fitted"](moved, u), x[nq + nv :]])
+            return np.concatenate([*self.system.on_manifold(x[:nq], x[nq : nq + nv]), x[nq + nv :]])
         for _ in range(STEPS):
             r, G = self._rows(x)
             if np.abs(r).max(initial=0.0) <= 0.01 * self.limit:
@@ -79,13 +77,9 @@ class Projection:
             x[nq + self._loose] -= _least(G[:, self._loose], G @ x[nq : nq + nv])
         return x
 
-    def _u(self, x: Array) -> Array:
-        return x[self.system.nq : self.system.nq + self.system.nv]
-
     def _rows(self, x: Array) -> tuple[Array, Array]:
         """Return r, shape (m,), and G, shape (m, nv)."""
-        tell = self.system.tell
-        return tell("constraint_residual", 0.0, x), tell("constraint_jacobian", 0.0, x)
+        return self.system.tell("constraint_residual", 0.0, x), self.system.jacobian(0.0, x)
 
     def _normalised(self, x: Array) -> Array:
         x = x.copy()

@@ -34,10 +34,12 @@ class Forces:
     Attributes:
         formulas: by index of the velocity: formulas in t, coordinates, velocities and parameters.
         tables: by index of the velocity: functions of t.
+        spans: by index of the velocity: first and last time of its table.
     """
 
     formulas: Mapping[int, Quantity] = field(default_factory=dict)
     tables: Mapping[int, Callable[[Array], Array]] = field(default_factory=dict)
+    spans: Mapping[int, tuple[float, float]] = field(default_factory=dict)
 
     def formula(self, k: int) -> Quantity:
         """Return the formula of a velocity's driving force, zero where it has none."""
@@ -49,6 +51,16 @@ class Forces:
         for k, table in self.tables.items():
             found[..., k] = table(times)
         return found
+
+
+def held(scene: Scene, forces: Forces, until: float) -> tuple[str, ...]:
+    """Return what is to be said of tables that do not reach from 0 to `until`."""
+    names = drive_names(scene)
+    return tuple(
+        f"the table of {names[k]} goes from {first:g} s to {last:g} s; outside, the force is that of its nearest row"
+        for k, (first, last) in forces.spans.items()
+        if first > 0 or last < until
+    )
 
 
 def drive_names(scene: Scene) -> tuple[str, ...]:
@@ -74,6 +86,7 @@ def read_forces(scene: Scene, entries: Sequence[str]) -> Forces:
     faults = Faults("")
     formulas: dict[int, Quantity] = {}
     tables: dict[int, Callable[[Array], Array]] = {}
+    spans: dict[int, tuple[float, float]] = {}
     texts, columns = split_entries(entries, "forces", faults)
     places = _places(scene)
     allowed = (TIME, *scene.coordinates, *scene.velocities, *values)
@@ -85,9 +98,10 @@ def read_forces(scene: Scene, entries: Sequence[str]) -> Forces:
         if k is not None and formula is not None:
             formulas[k] = formula
     for table in columns:
-        _from_table(scene, table, places, formulas, tables, faults)
+        for k in _from_table(scene, table, places, formulas, tables, faults):
+            spans[k] = (float(table.t[0]), float(table.t[-1]))
     close(faults)
-    return Forces(formulas, tables)
+    return Forces(formulas, tables, spans)
 
 
 def _places(scene: Scene) -> dict[str, int]:
@@ -123,8 +137,13 @@ def _from_table(
     formulas: Mapping[int, Quantity],
     tables: dict[int, Callable[[Array], Array]],
     faults: Faults,
-) -> None:
-    """Add the columns of a table that are called like drives; without any, those called like coordinates."""
+) -> list[int]:
+    """Add the columns of a table that are called like drives; without any, those called like coordinates.
+
+    Returns:
+        The velocities whose forces they are.
+    """
+    found: list[int] = []
     drives = {drive: k for k, drive in enumerate(scene.drives) if drive}
     wanted = [name for name in table.values if name in drives] or [name for name in table.values if name in places]
     if not wanted:
@@ -135,6 +154,8 @@ def _from_table(
             faults.add(table.source, f"{name} has a force already")
         elif k is not None:
             tables[k] = _interpolant(table.t, table.values[name])
+            found.append(k)
+    return found
 
 
 def _interpolant(t: Array, x: Array) -> Callable[[Array], Array]:

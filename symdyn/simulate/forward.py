@@ -15,7 +15,7 @@ from symdyn.scene.names import suggestion
 from symdyn.scene.table import Faults
 from symdyn.simulate.choose import Choice, choose
 from symdyn.simulate.constraints import Projection
-from symdyn.simulate.forces import Forces
+from symdyn.simulate.forces import Forces, held
 from symdyn.simulate.initial import Start, read_start, singular
 from symdyn.simulate.integrate import METHODS, Hit, IntegrationError, Piece, Problem
 from symdyn.simulate.model import END, INTERRUPTED, Event, Trajectory
@@ -31,6 +31,9 @@ DRIFT = 1e-2
 """Constraints may be missed by this part of the tolerance before a state is projected, and by rounding at least."""
 
 ROUNDING = 1e-14
+
+FINEST, SMALLEST = 1e-16, 1e-300
+"""The finest relative tolerance that means anything in doubles, and the smallest absolute one."""
 
 
 def simulate(
@@ -75,7 +78,8 @@ def simulate(
     """
     formulas = (*stops, *reports)
     zeros, times, initial = _checked(scene, until, every, rtol, atol, formulas, method, start, start_rates)
-    for note in initial.notes:
+    notes = (*initial.notes, *held(scene, forces, until))
+    for note in notes:
         _tell(say, note)
     system = build_system(scene, forces, zeros)
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
@@ -90,15 +94,16 @@ def simulate(
     run = _integrated(problem, choice, progress)
     stopped = formulas[run.hits[-1].event] if run.stopped == STOPPED else run.stopped
     events = tuple(_event(system, formulas, flags, hit) for hit in run.hits)
-    columns, monitors = observe(system, run.t, run.x)
     q, u = run.x[:, : system.nq], run.x[:, system.nq : system.nq + system.nv]
-    qdd = system.tell("rates", run.t, run.x)[:, system.nq : system.nq + system.nv]
-    tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
-    if reactions:
-        columns |= reaction_columns(scene, run.t, q, u, qdd)
+    with np.errstate(all="ignore"):  # a motion that leaves what is real has its last row there
+        columns, monitors = observe(system, run.t, run.x)
+        qdd = system.tell("rates", run.t, run.x)[:, system.nq : system.nq + system.nv]
+        tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
+        if reactions:
+            columns |= reaction_columns(scene, run.t, q, u, qdd)
     return Trajectory(
         scene, run.t, q, u, qdd, tau, columns, monitors, events, stopped, choice.name, relative, absolute, run.steps,
-        run.evaluations, run.preparing, run.wall, initial.notes,
+        run.evaluations, run.preparing, run.wall, notes,
     )  # fmt: skip
 
 
@@ -125,12 +130,13 @@ def _integrated(problem: Problem, choice: Choice, progress: Callable[[float], No
     stopped = END
     begin = ready = time.perf_counter()
     try:
-        for piece in choice.method.run(problem):
-            if not pieces:
-                ready = time.perf_counter()
-            pieces.append(piece)
-            if progress is not None:
-                progress(piece.now[0] / problem.until)
+        with np.errstate(all="ignore"):  # what tells that a motion ends there is said in words
+            for piece in choice.method.run(problem):
+                if not pieces:
+                    ready = time.perf_counter()
+                pieces.append(piece)
+                if progress is not None:
+                    progress(piece.now[0] / problem.until)
     except KeyboardInterrupt:
         stopped = INTERRUPTED
     except IntegrationError as fault:
@@ -197,9 +203,9 @@ def check_run(
     for text, event in zip(formulas, events, strict=True):
         if event is not None and not event.symbols:
             faults.add("event", f'"{text}" is a constant, which crosses nothing')
-    for name, value in (("rtol", rtol), ("atol", atol)):
-        if value is not None and not 0 < value < 1:
-            faults.add("", f"{name} = {value:g} is not a tolerance; give one between 1e-15 and 1, such as 1e-9")
+    for name, value, least in (("rtol", rtol, FINEST), ("atol", atol, SMALLEST)):
+        if value is not None and not least <= value < 1:
+            faults.add("", f"{name} = {value:g} is not a tolerance; give one between {least:g} and 1, such as 1e-9")
     if method is not None and method.lower() not in METHODS:
         faults.add("", f"method {method} is not known; {suggestion(method, METHODS)}")
     times = sample_times(until, every, faults)

@@ -22,7 +22,7 @@ from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, tangents
 from symdyn.program import cheapest, lower
-from symdyn.scene import Scene, spell, velocity_name
+from symdyn.scene import JOINTS, Scene, spell, velocity_name
 from symdyn.scene.start import starting_position
 from symdyn.scene.table import Faults
 from symdyn.simulate.laws import Law, constant, formula_law
@@ -40,6 +40,9 @@ CLOSED = 1e-10
 """Largest residual, over the size of the numbers, of a position that follows from the others."""
 
 STEPS = 30
+
+NOTHING = 1e-7
+"""Force of a passive joint, over the largest, that is rounding."""
 
 
 def inverse(scene: Scene, motion: Motion, times: npt.ArrayLike, reactions: bool = False) -> Trajectory:
@@ -67,7 +70,7 @@ def inverse(scene: Scene, motion: Motion, times: npt.ArrayLike, reactions: bool 
         raise SimulateError(f"motion: {name}: {laws[name].text} has no finite value or derivative at t = {t[row]:g} s")
     free = [name for name in scene.coordinates if name not in motion.laws and name not in _own(scene)]
     if functions.closed and free:
-        q, u, a, off = _followed(scene, functions, q, rate, second, free)
+        q, u, a, off = _followed(scene, functions, t, q, rate, second, free)
     else:
         u, a = _velocities(scene, functions, motion, t, q, rate, second)
         off = np.zeros_like(t)
@@ -80,7 +83,20 @@ def inverse(scene: Scene, motion: Motion, times: npt.ArrayLike, reactions: bool 
     notes = []
     if free and not functions.closed:
         notes.append(f"no law is given for {', '.join(free)}: at rest")
+    notes += _impossible(scene, tau)
     return Trajectory(scene, t, q, u, a, tau, columns, notes=tuple(notes))
+
+
+def _impossible(scene: Scene, tau: Array) -> list[str]:
+    """Return what is to be said of forces that no drive gives."""
+    moved, largest = prescribed(scene, Graph()).place, np.abs(tau).max(axis=0)
+    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    return [
+        f"{name.removesuffix('_dot')} has no drive, and the motion takes up to {largest[k]:.3g} "
+        f"{'N m' if units[k] == 'rad' else 'N'} there"
+        for k, name in enumerate(scene.velocities)
+        if scene.drives[k] is None and k not in moved and largest[k] > NOTHING * max(1.0, float(largest.max()))
+    ]
 
 
 def _own(scene: Scene) -> dict[str, Law]:
@@ -139,7 +155,7 @@ class _Functions:
         functions.append(_function(w, "turning", turned, shape[:1]))
         self.program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
         self.closed = any(f.name == "constraint_jacobian" and f.entries for f in functions)
-        self.calls, _ = load_program(self.program)
+        self.calls, _ = load_program(self.program, lean=True)
 
     def __call__(self, name: str, t: Any, q: Array, u: Array, a: Array | None = None) -> Array:
         """Return a function's values, one a row."""
@@ -185,7 +201,7 @@ def _lengths(scene: Scene, q: Array) -> Array:
 
 
 def _followed(
-    scene: Scene, functions: _Functions, q: Array, rate: Array, second: Array, free: Sequence[str]
+    scene: Scene, functions: _Functions, t: Array, q: Array, rate: Array, second: Array, free: Sequence[str]
 ) -> tuple[Array, Array, Array, Array]:
     """Return q, u, u̇ that close the loops, and what is left of the residuals; `free` follow the other coordinates."""
     names, nv = list(scene.velocities), len(scene.velocities)
@@ -202,7 +218,7 @@ def _followed(
         guess, off = _assembled(functions, numbers, guess, loose, still)
         if off > CLOSED * max(1.0, float(np.abs(guess).max())):
             raise SimulateError(
-                f"motion: row {i + 1}: the loops cannot be closed with {', '.join(given)} = "
+                f"motion: t = {t[i]:g} s: the loops cannot be closed with {', '.join(given)} = "
                 f"{', '.join(f'{q[i, places[k]]:.6g}' for k in held)}; they miss by {off:.3g}"
             )
         u, a = found[1][i], found[2][i]
@@ -213,7 +229,7 @@ def _followed(
         bias = functions("constraint_bias", 0.0, guess, u)
         a[loose] = np.linalg.lstsq(G[:, loose], -bias - G[:, held] @ a[held], rcond=1e-12)[0]
         found[0][i], found[3][i] = guess, off
-        _agree(scene, G @ u, float(np.abs(u).max(initial=1.0)), given, i)
+        _agree(scene, G @ u, float(np.abs(u).max(initial=1.0)), given, float(t[i]))
     return found[0], found[1], found[2], found[3]
 
 
@@ -222,10 +238,10 @@ def _coordinate_of(scene: Scene, k: int) -> str:
     return next(name for name in scene.coordinates if velocity_name(name) == scene.velocities[k])
 
 
-def _agree(scene: Scene, against: Array, size: float, given: Sequence[str], row: int) -> None:
+def _agree(scene: Scene, against: Array, size: float, given: Sequence[str], t: float) -> None:
     if np.abs(against).max(initial=0.0) > 1e-7 * max(1.0, size):
         raise SimulateError(
-            f"motion: row {row + 1}: the loops do not allow the velocities of {', '.join(given)} together; "
+            f"motion: t = {t:g} s: the loops do not allow the velocities of {', '.join(given)} together; "
             f"give laws for fewer coordinates of {scene.name}"
         )
 

@@ -10,6 +10,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.dynamics.state import quaternions
 from symdyn.emit.render import render
 from symdyn.errors import SimulateError
 from symdyn.simulate.forces import drive_names
@@ -20,6 +21,16 @@ from symdyn.simulate.record import write_whole
 Array = npt.NDArray[np.float64]
 
 ENDINGS = (".svg", ".png", ".html")
+
+MONITORS = {
+    "energy": "largest error of the energy balance, J",
+    "energy_scale": "energy that moved, J",
+    "loops": "largest residual of the loops, m or 1",
+    "loop_rates": "largest velocity against the rows, m/s or rad/s",
+    "quaternions": "largest error of a squared length of a quaternion",
+    "momenta": "largest change of a conserved momentum",
+}
+"""What the monitors of a run tell, in words."""
 
 MOST_LINES = 12
 """Curves of one panel; further ones are left out, and the title says so."""
@@ -53,7 +64,10 @@ def panels(trajectory: Trajectory) -> list[tuple[str, list[tuple[str, Array]]]]:
     """Return title and curves of every panel."""
     scene, extra = trajectory.scene, trajectory.extra
     columns = [
-        ("coordinates, rad or m", list(zip(scene.coordinates, trajectory.q.T, strict=True))),
+        (
+            f"coordinates, {'rad, m, or 1 for quaternions' if quaternions(scene) else 'rad or m'}",
+            list(zip(scene.coordinates, trajectory.q.T, strict=True)),
+        ),
         ("velocities, per s", list(zip(scene.velocities, trajectory.qd.T, strict=True))),
         ("driving forces, N m or N", list(zip(drive_names(scene), trajectory.tau.T, strict=True))),
     ]
@@ -105,7 +119,7 @@ def _page(trajectory: Trajectory, svg: bytes) -> bytes:
             ("steps", f"{trajectory.steps}"),
             ("ended by", trajectory.stopped),
         ]
-    facts += [(f"largest error of {name}", f"{value:.3g}") for name, value in trajectory.monitors.items()]
+    facts += [(MONITORS[name], f"{value:.3g}") for name, value in trajectory.monitors.items()]
     facts += [(f"event {event.formula}", f"t = {event.t!r} s") for event in trajectory.events]
     safe = [(escape(name), escape(text)) for name, text in facts]
     title = escape(trajectory.scene.name)

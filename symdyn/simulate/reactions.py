@@ -18,7 +18,7 @@ COMPONENTS = ("fx", "fy", "fz", "mx", "my", "mz")
 def reaction_columns(scene: Scene, t: Array, q: Array, qd: Array, qdd: Array) -> dict[str, Array]:
     """Return force and moment of every joint and loop at the origin of its moved frame, drives included; N and N m."""
     program = lower(formulate(scene, ("reactions",)))
-    calls, _ = load_program(program)
+    calls, _ = load_program(program, lean=True)
     (routine,) = program.routines
     known = {"q": q, "qd": qd, "qdd": qdd, TIME: t}
     found = np.asarray(calls["reactions"](*(known[argument.name] for argument in routine.function.arguments)))

@@ -48,8 +48,6 @@ Array = npt.NDArray[np.float64]
 
 EVERYTHING = ("q", "qd", "tau", TIME)
 
-CLOSED = ("constraint_residual", "constraint_jacobian")
-
 CORRECTIONS = 2
 """Newton steps before a closed mechanism's accelerations; they converge quadratically."""
 
@@ -78,6 +76,8 @@ class System:
         momenta: names of the momenta that are conserved.
         dependent: the velocities that loops leave no choice, in the choice that was made; () if no other one may help.
         linear: whether the loops hold dependent coordinates in proportion, so that nothing is divided by what vanishes.
+        rows: number of rows that hold velocities.
+        filled: places of the entries of G that are not zero, row by row; where `linear`, G is not asked for.
     """
 
     scene: Scene
@@ -90,6 +90,8 @@ class System:
     momenta: tuple[str, ...]
     linear: bool = False
     dependent: tuple[int, ...] = ()
+    rows: int = 0
+    filled: tuple[int, ...] = ()
 
     @cached_property
     def nq(self) -> int:
@@ -104,7 +106,7 @@ class System:
     @cached_property
     def closed(self) -> bool:
         """Whether there are rows to hold; loops whose rows are all redundant have none."""
-        return "constraint_jacobian" in self.calls
+        return self.rows > 0
 
     @cached_property
     def quaternions(self) -> tuple[slice, ...]:
@@ -124,16 +126,15 @@ class System:
 
     def rates(self, t: float, x: Array) -> Array:
         """Return ẋ of one state, shape (nx,)."""
-        tau = self.forces.tabulated(np.float64(t), self.nv) if self.forces.tables else self._nothing  # type: ignore[arg-type]
         q, u = x[: self.nq], x[self.nq : self.nq + self.nv]
-        if self.closed:
+        if self.closed and not self.linear:
             if self._ill_chosen(q):
-                return self._together(q, u, tau, t)
-            q, u = self._on_manifold(q, u)
-        found: Array = self._rates(q, u, tau, t)
+                return self._together(q, u, t)
+            q, u = self.on_manifold(q, u)
+        found: Array = self._rates(q, u, self.tables(t), t)
         return found
 
-    def _on_manifold(self, q: Array, u: Array) -> tuple[Array, Array]:
+    def on_manifold(self, q: Array, u: Array) -> tuple[Array, Array]:
         """Return a state of a closed mechanism with its loops closed, the independent coordinates as they are."""
         for _ in range(CORRECTIONS):
             step = self.calls["correction"](q, u)
@@ -149,16 +150,17 @@ class System:
         """Tell whether G_d is nearly singular at q, and G is not."""
         if not self.dependent or not np.abs(self.calls["reach"](q)).max(initial=0.0) > LARGEST:
             return False
-        G = self.calls["constraint_jacobian"](q)
+        G = self.jacobian(0.0, q)
         chosen, all_rows = (np.linalg.svd(part, compute_uv=False)[-1] for part in (G[:, list(self.dependent)], G))
         return bool(all_rows > BETTER * chosen)
 
-    def _together(self, q: Array, u: Array, tau: Array, t: float) -> Array:
+    def _together(self, q: Array, u: Array, t: float) -> Array:
         """Return ẋ of one state by all rows of G at once."""
-        rows, n = self.calls["constraint_jacobian"], self.nv
+        n, tau = self.nv, self.tables(t)
         for _ in range(CORRECTIONS):
-            q = q - self.calls["movement"](q, np.linalg.lstsq(rows(q), self.calls["constraint_residual"](q))[0])
-        G = rows(q)
+            step = np.linalg.lstsq(self.jacobian(0.0, q), self.calls["constraint_residual"](q))[0]
+            q = q - self.calls["movement"](q, step)
+        G = self.jacobian(0.0, q)
         u = u - np.linalg.lstsq(G, G @ u)[0]
         saddle = np.zeros((n + len(G), n + len(G)))
         saddle[:n, :n] = self.calls["mass"](q, u, tau, t).reshape(n, n)
@@ -171,17 +173,27 @@ class System:
     def _rates(self) -> Callable[..., Array]:
         return self.calls["rates"]
 
+    def tables(self, t: npt.ArrayLike) -> Array:
+        """Return what tables say about driving forces at times (...), shape (..., nv); zeros without tables."""
+        return self.forces.tabulated(np.asarray(t, dtype=np.float64), self.nv) if self.forces.tables else self._nothing
+
     def tell(self, name: str, t: npt.ArrayLike, x: Array) -> Array:
         """Return a function of the program at states x, shape (..., nx), and times (...)."""
         times = np.asarray(t, dtype=np.float64)
         known = {"q": x[..., : self.nq], "qd": x[..., self.nq : self.nq + self.nv], TIME: times}
-        known["tau"] = self.forces.tabulated(times, self.nv) if self.forces.tables else self._nothing
+        known["tau"] = self.tables(times)
         found = np.asarray(self.calls[name](*(known[argument] for argument in self._takes[name])), dtype=np.float64)
         if name == "rates" and self.dependent and x.ndim == 2:
             reach = np.abs(self.calls["reach"](known["q"])).reshape(len(x), -1).max(axis=1, initial=0.0)
             for k in np.flatnonzero(~(reach <= LARGEST)):
                 found[k] = self.rates(float(times[k]), x[k])
         return found
+
+    def jacobian(self, t: npt.ArrayLike, x: Array) -> Array:
+        """Return G at states x, shape (..., rows, nv)."""
+        G = np.zeros((*x.shape[:-1], self.rows * self.nv))
+        G[..., self.filled] = self.tell("slopes", t, x)
+        return G.reshape(*x.shape[:-1], self.rows, self.nv)
 
 
 def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quantity] = ()) -> System:  # noqa: B008
@@ -200,7 +212,7 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
     if not scene.velocities:
         raise SimulateError(f"{scene.name}: nothing moves: no joint has a coordinate")
     w = Workspace(scene)
-    tau = [_drive(w, forces, k) for k in range(w.state.n)]
+    tau = [drive(w, forces, k) for k in range(w.state.n)]
     place = dict(zip(w.state.tau, tau, strict=True))
     linear = linear_loops(w) if scene.loops else None
     solved = forward_dynamics(w, linear) if linear else cheapest(w, "forward_dynamics").entries
@@ -211,34 +223,44 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
     momenta = conserved(w, accelerations, bool(forces.tables))
     rates = substitute(w.state.rates, followers(w, linear)) if linear else w.state.rates
     functions = [
-        _function(w, "rates", [*rates, *accelerations, *([] if power.is_zero else [power])]),
-        _function(w, "drives", drives),
-        _function(w, "power", powers),
-        _function(w, "kinetic", cheapest(w, "kinetic_energy").entries),
-        _function(w, "potential", cheapest(w, "potential_energy").entries),
+        function_of(w, "rates", [*rates, *accelerations, *([] if power.is_zero else [power])]),
+        function_of(w, "drives", drives),
+        function_of(w, "power", powers),
+        function_of(w, "kinetic", cheapest(w, "kinetic_energy").entries),
+        function_of(w, "potential", cheapest(w, "potential_energy").entries),
     ]
     if events:
-        functions.append(_function(w, "events", [express(event, w.graph) for event in events]))
+        functions.append(function_of(w, "events", [express(event, w.graph) for event in events]))
     if momenta:
-        functions.append(_function(w, "momenta", [p for _, p in momenta]))
+        functions.append(function_of(w, "momenta", [p for _, p in momenta]))
+    rows, filled = 0, ()  # type: int, tuple[int, ...]
     if scene.loops or scene.rows:
-        functions += [cheapest(w, name) for name in CLOSED]
-        functions += _corrections(w, linear)
+        G = cheapest(w, "constraint_jacobian")
+        rows = G.shape[0]
+        filled = tuple(k for k, entry in enumerate(G.entries) if not entry.is_zero)
+        functions += [cheapest(w, "constraint_residual"), _row_rates(w, G), *_corrections(w, linear)]
+        if not linear:
+            functions.append(function_of(w, "slopes", [G.entries[k] for k in filled], ("q",)))
     apart = _apart(w, tau) if (scene.loops or scene.rows) and not linear else []
-    functions += apart
-    program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
-    calls, compiled = load_program(program)
-    names = tuple(name for name, _ in momenta)
-    dependent = w.closed.closure.partition.dependent if apart else ()
-    works = not power.is_zero
+    program = lower(Equations(scene, w.graph, tuple(f for f in (*functions, *apart) if f.entries)))
+    calls, compiled = load_program(program, lean=True)
+    dependent = tuple(w.closed.closure.partition.dependent) if apart else ()
     return System(
-        scene, forces, tuple(events), program, calls, compiled, works, names, linear is not None, tuple(dependent)
-    )
+        scene, forces, tuple(events), program, calls, compiled, not power.is_zero, tuple(name for name, _ in momenta),
+        linear is not None, dependent, rows, filled,
+    )  # fmt: skip
 
 
-def _drive(w: Workspace, forces: Forces, k: int) -> Expr:
+def drive(w: Workspace, forces: Forces, k: int) -> Expr:
     """Return the driving force of a velocity: its formula, or the argument that a table fills."""
     return w.state.tau[k] if k in forces.tables else express(forces.formula(k), w.graph)
+
+
+def _row_rates(w: Workspace, G: Function) -> Function:
+    """Return G u, what the rows make of the velocities."""
+    rows, n = G.shape
+    terms = [[G.entries[r * n + k] * w.state.qd[k] for k in range(n)] for r in range(rows)]
+    return function_of(w, "row_rates", [w.graph.total(row) for row in terms], ("q", "qd"))
 
 
 def _corrections(w: Workspace, linear: LinearLoops | None) -> list[Function]:
@@ -255,9 +277,9 @@ def _corrections(w: Workspace, linear: LinearLoops | None) -> list[Function]:
         moved = [-w.graph.total(row[k] * u[k] for k in partition.independent) for row in G]
         fitted = solve_dependent(G, partition, moved) if G else {}
     return [
-        _function(w, "correction", [step.get(k, zero) for k in range(w.state.n)], ("q", "qd")),
-        _function(w, "movement", w.state.rates, ("q", "qd")),
-        _function(w, "fitted", [fitted.get(k, x) for k, x in enumerate(u)], ("q", "qd")),
+        function_of(w, "correction", [step.get(k, zero) for k in range(w.state.n)], ("q", "qd")),
+        function_of(w, "movement", w.state.rates, ("q", "qd")),
+        function_of(w, "fitted", [fitted.get(k, x) for k, x in enumerate(u)], ("q", "qd")),
     ]
 
 
@@ -270,9 +292,9 @@ def _apart(w: Workspace, tau: Sequence[Expr]) -> list[Function]:
     place = dict(zip(w.state.tau, tau, strict=True))
     rest = [drive - force for drive, force in zip(w.state.tau, w.forces(still), strict=True)]
     return [
-        _function(w, "reach", reach, ("q",)),
-        _function(w, "mass", [entry for row in w.composite_mass for entry in row]),
-        _function(w, "rest", [*substitute(rest, place), *(-x for x in w.closed.gamma(rows))]),
+        function_of(w, "reach", reach, ("q",)),
+        function_of(w, "mass", [entry for row in w.composite_mass for entry in row]),
+        function_of(w, "rest", [*substitute(rest, place), *(-x for x in w.closed.gamma(rows))]),
     ]
 
 
@@ -280,7 +302,7 @@ def _moved(scene: Scene) -> bool:
     return OUTPUTS["drive_forces"].exists(scene)
 
 
-def _function(w: Workspace, name: str, entries: Sequence[Expr], takes: Sequence[str] = EVERYTHING) -> Function:
+def function_of(w: Workspace, name: str, entries: Sequence[Expr], takes: Sequence[str] = EVERYTHING) -> Function:
     """Return entries as a function of everything, or of what it takes."""
     return Function(
         name=name,

@@ -48,8 +48,9 @@ class Inertia:
 
         With x' = R x + p:  h' = R h + m p,  I' = R I Rᵀ + (2 p·R h + m p²) 1 - p (R h)ᵀ - (R h) pᵀ - m p pᵀ.
         """
-        h, p, m = apply(T.R, self.h), T.p, self.m
-        turned = multiply(multiply(T.R, self.I), transpose(T.R))
+        h, turned, p, m = self.h, self.I, T.p, self.m
+        if not T.is_shift:
+            h, turned = apply(T.R, h), multiply(multiply(T.R, turned), transpose(T.R))
         spread = dot(p, h) * 2 + m * dot(p, p)
         mixed = outer(p, add(h, scale(m, p)))
         off = add_matrices(mixed, outer(h, p))

@@ -21,11 +21,18 @@ class Transform:
 
     def __matmul__(self, other: Transform) -> Transform:
         """Return the product T_AC = T_AB @ T_BC."""
-        return Transform(multiply(self.R, other.R), self.point(other.p))
+        R = other.R if self.is_shift else self.R if other.is_shift else multiply(self.R, other.R)
+        return Transform(R, self.point(other.p))
+
+    @property
+    def is_shift(self) -> bool:
+        """Whether nothing is turned; a rotation with ones on its diagonal is none."""
+        one = self.p[0].graph.one
+        return self.R[0][0] is one and self.R[1][1] is one and self.R[2][2] is one
 
     def point(self, x: Vec) -> Vec:
         """Return the point x_B in A."""
-        return add(apply(self.R, x), self.p)
+        return add(x if self.is_shift else apply(self.R, x), self.p)
 
     def inverse(self) -> Transform:
         """Return T_BA."""

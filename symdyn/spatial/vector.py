@@ -41,7 +41,8 @@ def scale(factor: Scalar, a: Vec) -> Vec:
 
 def dot(a: Vec, b: Vec) -> Expr:
     """Return a · b."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    mul, add = a[0].graph.mul, a[0].graph.add  # in half the time of the operators
+    return add(add(mul(a[0], b[0]), mul(a[1], b[1])), mul(a[2], b[2]))
 
 
 def cross(a: Vec, b: Vec) -> Vec:
@@ -65,7 +66,9 @@ def transpose(m: Mat) -> Mat:
 
 
 def apply(m: Mat, a: Vec) -> Vec:
-    """Return m a."""
+    """Return m a; most matrices of a mechanism are the unit matrix."""
+    if m == identity(a[0].graph):
+        return a
     return (dot(m[0], a), dot(m[1], a), dot(m[2], a))
 
 
@@ -75,7 +78,10 @@ def apply_transposed(m: Mat, a: Vec) -> Vec:
 
 
 def multiply(m: Mat, n: Mat) -> Mat:
-    """Return m n."""
+    """Return m n; most matrices of a mechanism are the unit matrix."""
+    unit = identity(m[0][0].graph)
+    if unit in (m, n):
+        return n if m == unit else m
     columns = transpose(n)
     return (
         (dot(m[0], columns[0]), dot(m[0], columns[1]), dot(m[0], columns[2])),

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 
-from symdyn.algebra.form import Number
+from symdyn.algebra.form import Form, Number
 from symdyn.emit.formula_text import text_of
-from symdyn.teach.check import ROUNDED, Answer
+from symdyn.teach.check import HOLDS, ROUNDED, Answer
 from symdyn.teach.differences import Difference
 from symdyn.verify.equality import PROVED, UNDEFINED
 
 MOST = 12  # differences told
+LONGEST = 600  # characters of a formula that is told
 
 SENTENCES: Mapping[str, Mapping[str, str]] = {
     "en": {
@@ -19,6 +21,7 @@ SENTENCES: Mapping[str, Mapping[str, str]] = {
         "numerical": " (equal at random points, in 50 digits)",
         "shifted": "{name}: right; your zero of potential energy lies elsewhere, which adds {shift} and is free",
         "scaled": "{name}: right; it is the scene's equation times a factor",
+        "holds": "{name}: right: it vanishes wherever the loops are closed (in numbers, at assembled positions)",
         "digits": "{name}: right to the digits written",
         "undefined": "{name}: not compared: no point is found where both formulas are real",
         "different": "{name}: different",
@@ -36,6 +39,13 @@ SENTENCES: Mapping[str, Mapping[str, str]] = {
         "missing": "missing: {right}",
         "extra": "does not belong here: {found}",
         "more": "and {count} more",
+        "equation": "equation",
+        "position row": "position row",
+        "velocity row": "velocity row",
+        "acceleration row": "acceleration row",
+        "position of": "position of {loop} along {axis}, axes of the ground",
+        "velocity of": "velocity of {loop} along {axis}, axes of the ground",
+        "acceleration of": "acceleration of {loop} along {axis}, axes of the ground",
     },
     "sk": {
         "right": "{name}: správne",
@@ -43,6 +53,7 @@ SENTENCES: Mapping[str, Mapping[str, str]] = {
         "numerical": " (rovné v náhodných bodoch, na 50 číslic)",
         "shifted": "{name}: správne; nula potenciálnej energie leží inde, čo pridáva {shift} a je voľné",
         "scaled": "{name}: správne; je to rovnica scény vynásobená činiteľom",
+        "holds": "{name}: správne: je nulový všade, kde sú slučky uzavreté (číselne, v zostavených polohách)",
         "digits": "{name}: správne na uvedený počet číslic",
         "undefined": "{name}: neporovnané: nenašiel sa bod, v ktorom sú oba výrazy reálne",
         "different": "{name}: nesúhlasí",
@@ -60,6 +71,13 @@ SENTENCES: Mapping[str, Mapping[str, str]] = {
         "missing": "chýba: {right}",
         "extra": "nepatrí sem: {found}",
         "more": "a ďalších {count}",
+        "equation": "rovnica",
+        "position row": "riadok polôh",
+        "velocity row": "riadok rýchlostí",
+        "acceleration row": "riadok zrýchlení",
+        "position of": "poloha spojenia {loop} v smere {axis}, osi rámu",
+        "velocity of": "rýchlosť v spojení {loop} v smere {axis}, osi rámu",
+        "acceleration of": "zrýchlenie v spojení {loop} v smere {axis}, osi rámu",
     },
 }
 
@@ -67,29 +85,45 @@ SENTENCES: Mapping[str, Mapping[str, str]] = {
 def in_words(answer: Answer, language: str = "en") -> list[str]:
     """Return an answer as lines: the verdict, then one indented line a difference."""
     say = SENTENCES[language]
+    name = _named(answer.name, say)
     if answer.right:
         if answer.shifted is not None:
-            return [say["shifted"].format(name=answer.name, shift=text_of(answer.shifted))]
+            return [say["shifted"].format(name=name, shift=text_of(answer.shifted))]
         if answer.scaled:
-            return [say["scaled"].format(name=answer.name)]
-        if answer.verdict == ROUNDED:
-            return [say["digits"].format(name=answer.name)]
+            return [say["scaled"].format(name=name)]
+        if answer.verdict in (ROUNDED, HOLDS):
+            return [say["digits" if answer.verdict == ROUNDED else "holds"].format(name=name)]
         how = say["proved"].format(log=f"{answer.error_log10:.0f}") if answer.verdict == PROVED else say["numerical"]
-        return [say["right"].format(name=answer.name) + how]
+        return [say["right"].format(name=name) + how]
     if answer.verdict == UNDEFINED:
-        return [say["undefined"].format(name=answer.name)]
+        return [say["undefined"].format(name=name)]
     if answer.turned:
         hint = say["book"] if answer.name.startswith(("k_C", "k_D")) else ""
-        return [say["turned"].format(name=answer.name) + hint]
+        return [say["turned"].format(name=name) + hint]
     told = [f"  {_difference(d, say)}" for d in answer.differences[:MOST]] or [f"  {say['unlisted']}"]
     if len(answer.differences) > MOST:
         told.append(f"  {say['more'].format(count=len(answer.differences) - MOST)}")
-    return [say["different"].format(name=answer.name), *told]
+    return [say["different"].format(name=name), *told]
+
+
+def _named(name: str, say: Mapping[str, str]) -> str:
+    """Return the name of an equation or a row in the language; that of a quantity as it is."""
+    if found := re.fullmatch(r"(\w+ of) (.+) along ([xyz])", name):
+        return say[found[1]].format(loop=found[2], axis=found[3])
+    head, _, number = name.rpartition(" ")
+    if name in say:
+        return say[name]
+    return f"{say[head]} {number}" if head in say else name
+
+
+def _short(form: Form | None) -> str:
+    """Return a form as text, the beginning of one that is very long."""
+    text = text_of(form) if form is not None else ""
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
 
 
 def _difference(difference: Difference, say: Mapping[str, str]) -> str:
-    found = text_of(difference.found) if difference.found is not None else ""
-    right = text_of(difference.right) if difference.right is not None else ""
+    found, right = _short(difference.found), _short(difference.right)
     symbols: Sequence[str] = [*difference.symbols, "", ""]
     return say[difference.kind].format(
         found=found,

@@ -13,9 +13,11 @@ from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.loops.words import in_words
 from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium
+from symdyn.dynamics.reactions.hinges import power
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate
 from symdyn.spatial import dot
+from symdyn.teach.cut import cut
 from symdyn.teach.document import Name
 from symdyn.teach.lesson import Prose
 
@@ -50,13 +52,16 @@ class Balance(Prose):
             )
         self.axes = [("F", "xyz"[k]) if k < 3 else ("M", "xyz"[k - 3]) for k in self.system.kept]
         self.solved = None if self.closed else self._solution()
-        self.short = _forms(self.system, self.solved or [])
+        self.cuts = [cut(self.workspace, self.system, j) for j in range(len(self.scene.bodies))]
+        written = [x for one in self.cuts if one is not None for x in one.nodes]
+        self.short = _forms(self.system, [written, [*written, *(self.solved or [])]])
         self.unknowns = [self._unknown(u, one) for u, one in enumerate(self.system.unknowns)]
 
     def _solution(self) -> list[Expr]:
         """Return the unknowns of an open mechanism: its joints' wrenches, found from the tips to the ground, split.
 
-        Every reaction is a unit force or moment along an axis of its joint frame, so that its size is a component.
+        Every reaction is a unit force or moment along an axis of its joint frame, so that its size is a component; the
+        size of a drive is the power of the whole for its unit velocity, since axes of angles are not at right angles.
         """
         R = derive_one(self.workspace, "reactions").entries
         hinges = self.workspace.hanging.hinges
@@ -64,9 +69,11 @@ class Balance(Prose):
         for one in self.system.unknowns:
             h, (force, moment) = one.acts[0]
             here = hinges[h].in_joint_axes((R[6 * h : 6 * h + 3], R[6 * h + 3 : 6 * h + 6]))  # type: ignore[arg-type]
-            size = dot(force, here[0]) + dot(moment, here[1])
-            if one.kind == DRIVE and self.system.own[h]:
-                size = size - self.system.own[h][one.number]
+            if one.kind == DRIVE:
+                size = power(here, hinges[h].S[one.number])
+                size = size - self.system.own[h][one.number] if self.system.own[h] else size
+            else:
+                size = dot(force, here[0]) + dot(moment, here[1])
             sizes.append(size)
         return sizes
 
@@ -98,16 +105,21 @@ class Balance(Prose):
         return [entries[k] for k in self.system.kept]
 
 
-def _forms(system: Equilibrium, solved: Sequence[Expr]) -> Callable[[Expr], Form]:
-    """Return what writes an entry: as short as the ring of sines can, as it stands where there is no such ring."""
+def _forms(system: Equilibrium, more: Sequence[Sequence[Expr]]) -> Callable[[Expr], Form]:
+    """Return what writes an entry: as short as the ring of sines can, as it stands where there is no such ring.
+
+    Args:
+        system: whose entries are written.
+        more: what else is written, fewer nodes first: a solution with a pivot that moves is no polynomial.
+    """
     state, graph = system.hanging.state, system.hanging.graph
     needed = [x for known in system.bodies for part in (*known.action, *known.inertia) for x in part]
     needed += [x for block in system.blocks.values() for part in block for x in part]
-    for more in (list(solved), []):  # a solution with a pivot that moves is no polynomial
+    for others in reversed(more):
         try:
             parallel = angle_groups(system.hanging.scene, graph)
-            ring = TrigonometricRing([*needed, *more], (*state.q, *state.qd, *state.qdd), total_angles(parallel))
-            nodes = list(dict.fromkeys([*needed, *more]))
+            nodes = list(dict.fromkeys([*needed, *others]))
+            ring = TrigonometricRing(nodes, (*state.q, *state.qd, *state.qdd), total_angles(parallel))
             values = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))
         except DerivationError:
             continue

@@ -6,7 +6,7 @@ Equality is decided by value over finite fields (`symdyn.verify.equality`); the 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.algebra.form import (
@@ -30,11 +30,12 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, gradient, reachable
 from symdyn.scene import Scene, acceleration_name
 from symdyn.teach.differences import Difference, differences
+from symdyn.teach.rows import LEVELS, ground_rows, holds, level_of, may_be_row, scene_rows
 from symdyn.teach.student.names import Names, Target
 from symdyn.teach.student.statements import Statement, read_statements
 from symdyn.verify import DIFFERENT, NUMERICAL, PROVED, Claim, Finding, prove
 
-ROUNDED = "rounded"
+ROUNDED, HOLDS = "rounded", "holds"
 MANY = 400  # differences, which no answer lists
 
 
@@ -44,8 +45,9 @@ class Answer:
 
     Attributes:
         line: where it stands, from 1.
-        name: of the quantity, such as "k_z12", or "equation 2".
-        verdict: PROVED, NUMERICAL, DIFFERENT or UNDEFINED, as of a finding; ROUNDED for equal to the digits written.
+        name: of the quantity, such as "k_z12", or "equation 2", "velocity row 1".
+        verdict: PROVED, NUMERICAL, DIFFERENT or UNDEFINED, as of a finding; ROUNDED for equal to the digits written;
+            HOLDS for a row that is none of the scene's, but true wherever the loops are closed.
         error_log10: log10 of the probability that a wrong formula would pass; 0 when not proved.
         differences: term by term; none where it is right or where no term can be told.
         turned: whether all of it has the opposite sign.
@@ -65,7 +67,7 @@ class Answer:
     @property
     def right(self) -> bool:
         """Whether the statement is true."""
-        return self.verdict in (PROVED, NUMERICAL, ROUNDED)
+        return self.verdict in (PROVED, NUMERICAL, ROUNDED, HOLDS)
 
 
 def check_derivation(
@@ -98,7 +100,7 @@ def check_derivation(
             forms = statement.forms or (known[str(statement.targets[0])],)
             answers += [_compared(statement.line, str(goal), form, right, scene, goal.kind) for form in forms]
         if not statement.targets:
-            answers.append(_equation(statement, page))
+            answers.append(_untitled(statement, page))
     return answers
 
 
@@ -178,7 +180,49 @@ def _free(form: Form, scene: Scene) -> Form | None:
     return sum_of(left) if not any(moving & set(symbols_of(term)) for term in left) else None
 
 
-# An equation of motion
+# An equation of motion, or a row of constraints
+
+
+def _untitled(statement: Statement, page: Printable) -> Answer:
+    """Return the answer to left = right: an equation of motion, or a row of constraints, where it could be either."""
+    left, other = statement.forms
+    if not may_be_row(sum_of((left, *_negative(other))), page):
+        return _equation(statement, page)
+    row = _row(statement, page)
+    level = level_of(sum_of((left, *_negative(other))), page.scene)
+    if row.right or level != LEVELS[-1]:
+        return row
+    motion = _equation(statement, page)
+    return motion if motion.right or 0 < len(motion.differences) < len(row.differences) else row
+
+
+def _row(statement: Statement, page: Printable) -> Answer:
+    """Return the answer to a row: the scene's row that it is, or the row in any axes that it comes nearest to."""
+    scene, (left, other) = page.scene, statement.forms
+    found = sum_of((left, *_negative(other)))
+    level = level_of(found, scene)
+    own = scene_rows(page, level)
+    for row in own:
+        finding = _equal(row.name, found, row.form, scene)
+        if finding.verdict in (PROVED, NUMERICAL):
+            return Answer(statement.line, row.name, finding.verdict, finding.error_log10)
+        rates = [Symbol(name) for u in scene.velocities for name in (acceleration_name(u), u)]
+        if level != LEVELS[0] and _proportional(found, row.form, page, rates):
+            return Answer(statement.line, row.name, PROVED, scaled=True)
+    if holds(found, scene):
+        return Answer(statement.line, f"{level} row", HOLDS)
+    best = Answer(statement.line, f"{level} row", DIFFERENT)
+    for row in (*own, *ground_rows(scene, level)):
+        for mine in (found, sum_of(_negative(found))):
+            answer = _compared(statement.line, row.name, mine, row.form, scene, "row")
+            if answer.differences and (not best.differences or _length(answer) < _length(best)):
+                best = answer
+    return best
+
+
+def _length(answer: Answer) -> int:
+    """Return how much there is to tell: what is missing or should be there, in terms."""
+    return sum(len(terms_of(form)) for d in answer.differences for form in (d.found, d.right) if form is not None)
 
 
 def _equation(statement: Statement, page: Printable) -> Answer:
@@ -198,7 +242,8 @@ def _equation(statement: Statement, page: Printable) -> Answer:
                 return answer
             if answer.turned:
                 continue
-            if _proportional(mine, right, page, i):
+            rates = [c.rate for c in page.rows[i] if c.kind == "k_z" and not c.vanishes]
+            if _proportional(mine, right, page, rates):
                 return Answer(statement.line, f"equation {i + 1}", PROVED, scaled=True)
             if best is None or len(answer.differences) < len(best.differences):
                 best = answer
@@ -206,16 +251,15 @@ def _equation(statement: Statement, page: Printable) -> Answer:
     return best
 
 
-def _proportional(found: Form, right: Form, page: Printable, i: int) -> bool:
-    """Whether found / right is free of rates and drives: cross-multiplied by what stands with the first q̈."""
+def _proportional(found: Form, right: Form, page: Printable, rates: Sequence[Form]) -> bool:
+    """Whether found / right is free of rates and drives: cross-multiplied by what stands with the first of `rates`."""
     graph = Graph()
     a, b = express_form(found, graph), express_form(right, graph)
     moving = {*page.scene.velocities, *(acceleration_name(u) for u in page.scene.velocities), *page.scene.drives}
     positive = [p.name for p in page.scene.parameters if p.positive]
-    rates = [c.rate for c in page.rows[i] if c.kind == "k_z" and not c.vanishes]
-    for rate in rates[:1]:
-        symbol = express_form(rate, graph)
-        (x,), (y,) = gradient(a, [symbol]), gradient(b, [symbol])
+    symbols = [express_form(rate, graph) for rate in rates]
+    pairs = [(x, y) for x, y in zip(gradient(a, symbols), gradient(b, symbols), strict=True) if not y.is_zero]
+    for x, y in pairs[:1]:
         if any(node.op is Op.SYMBOL and str(node.value) in moving for node in reachable([x])):
             return False
         nothing = Claim("no factor", "found", "0", (x,), (graph.zero,))

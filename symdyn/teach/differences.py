@@ -26,8 +26,10 @@ from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.state import state_symbols
+from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate
 from symdyn.scene import Scene
+from symdyn.teach.student.bounds import is_small
 
 KINDS = ("moved", "power", "sign", "factor", "rounded", "function", "angle", "other", "missing", "extra")
 
@@ -60,8 +62,10 @@ def differences(found: Form, right: Form, scene: Scene) -> list[Difference]:
     """Return how `found` differs from `right`; none if they are equal in the ring.
 
     Raises:
-        DerivationError: one of them is no trigonometric polynomial, such as 1/cos q.
+        DerivationError: one of them is no trigonometric polynomial, such as 1/cos q, or too large to be multiplied out.
     """
+    if not (is_small(found) and is_small(right)):
+        raise DerivationError(f"{scene.name}: the formula has too many terms to be compared one by one")
     return _Comparison(found, right, scene).run()
 
 

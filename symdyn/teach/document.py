@@ -131,19 +131,21 @@ class Braced:
 
 
 @dataclass(frozen=True)
-class Column:
-    """left = a column of entries, a vector or a bivector (force over moment).
+class Matrix:
+    """left = a matrix; of one column a vector or a bivector (force over moment).
 
     Attributes:
-        left: how the column is called; key of `Document.names`.
-        entries: forms.
+        left: how it is called; key of `Document.names`.
+        entries: forms, row by row.
         names: key of `Document.names` of each entry, in order.
+        width: number of columns.
     """
 
     left: str
     entries: tuple[Form, ...]
     names: tuple[str, ...]
     number: str = ""
+    width: int = 1
 
 
 @dataclass(frozen=True)
@@ -237,7 +239,7 @@ class Blank:
     solution: tuple[Block, ...]
 
 
-Block = Union[Words, Formula, Braced, Column, Picture, Values, Shares, Box, Fold, Blank]
+Block = Union[Words, Formula, Braced, Matrix, Picture, Values, Shares, Box, Fold, Blank]
 
 
 # The document
@@ -284,6 +286,7 @@ class Document:
         graph: where the values of names live.
         names: how keys in formulas are printed, and what they are worth.
         sections: in reading order.
+        road: "lagrange" or "dalembert".
     """
 
     title: str
@@ -292,6 +295,7 @@ class Document:
     graph: Graph
     names: Mapping[str, Name]
     sections: tuple[Section, ...]
+    road: str = "lagrange"
 
     def blocks(self) -> Iterator[tuple[Step, Block]]:
         """Yield every block with its step, those inside boxes, folds and solutions too."""

@@ -11,31 +11,36 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from symdyn.algebra.form import Form, Symbol, express_form, symbols_of
+from symdyn.algebra.form import ZERO, Form, Symbol, express_form, symbols_of
 from symdyn.algebra.numeric import Floats
 from symdyn.errors import TeachError
 from symdyn.graph import Graph, Op, evaluate, reachable
-from symdyn.teach.document import Blank, Block, Braced, Document, Fold, Formula, Section, Step, Words
+from symdyn.teach.document import Blank, Block, Braced, Document, Fold, Formula, Matrix, Section, Step, Words
 from symdyn.teach.languages import LANGUAGES, fill
+from symdyn.teach.numbers import shown_state
 from symdyn.teach.student.names import Names
 from symdyn.teach.student.statements import read_formula
 from symdyn.verify import NUMERICAL, PROVED, Claim, prove
 
-CHOSEN = ("square", "potential", "momentum", "slope", "equation", "coefficients")
+CHOSEN = ("square", "potential", "momentum", "slope", "equation", "coefficients", "bivectors", "solved")
 """Steps whose results are asked for: what stands before the colon of their keys."""
+
+EACH = ("coefficients", "bivectors", "solved")
+"""Those of which every result is asked for by itself, and the others only for the last one."""
 
 ERRATA = "errata:"
 """What stands before the key of a step that tells what the textbook has wrong in it."""
 
 POINTS = 6
 LONGEST = 60  # symbols of an answer that anyone types
+MOST = 6  # coefficients of one kind that are asked for; the others are shown
 
 
 def with_exercises(document: Document) -> Document:
     """Return the document with blanks in place of chosen results, and their solutions as its last section.
 
     Raises:
-        TeachError: there is no result that could be left out, as on D'Alembert's road.
+        TeachError: there is no result that could be left out.
     """
     solved: list[Step] = []
     sections = []
@@ -52,7 +57,8 @@ def with_exercises(document: Document) -> Document:
         sections.append(replace(section, steps=tuple(steps)))
     if not solved:
         raise TeachError(
-            f"{document.scene.name}: nothing in this walkthrough can be left out; take Lagrange's road, all of it"
+            f"{document.scene.name}: nothing in this walkthrough can be left out; give a later part with --until, "
+            "or leave --until out"
         )
     sections.append(Section("solutions", LANGUAGES[document.language]["section.solutions"], tuple(solved)))
     return replace(document, sections=tuple(sections))
@@ -65,41 +71,49 @@ def _asked(document: Document, step: Step) -> Step | None:
         return None
     results = {block: answer for block in step.blocks if (answer := answer_of(document, block)) is not None}
     if kind == "coefficients":
-        blocks = [
-            _blank(document, step, block, results[block], (block,)) if block in results else block
-            for block in step.blocks
-        ]
-        return replace(step, blocks=tuple(blocks)) if results else None
+        results = dict(list(results.items())[:MOST])
+    if kind == "solved":  # of all reactions only the drives, which the scene names
+        drives = {drive for drive in document.scene.drives if drive}
+        results = {block: answer for block, answer in results.items() if answer[0] in drives}
     if not results:
         return None
-    last, answer = list(results.items())[-1]
-    return replace(step, blocks=(_blank(document, step, last, answer, step.blocks),), reason=Words(()))
+    if kind in EACH:
+        blocks = [
+            _blank(document, step, results[block], (block,)) if block in results else block for block in step.blocks
+        ]
+        return replace(step, blocks=tuple(blocks))
+    return replace(step, blocks=(_blank(document, step, list(results.values())[-1], step.blocks),), reason=Words(()))
 
 
-def answer_of(document: Document, block: Block) -> Form | None:
-    """Return the result of a block whose name has a value, written in not too many symbols of the scene alone."""
+def answer_of(document: Document, block: Block) -> tuple[str, Form] | None:
+    """Return the name and the result of a block, if it is written in not too many symbols of the scene alone.
+
+    Of an inertia bivector (5.17) it is the last entry that is not zero.
+    """
+    if isinstance(block, Matrix):
+        found = [pair for pair in zip(block.names, block.entries, strict=True) if pair[1] != ZERO]
+        return found[-1] if found and block.number == "5.17" and _plain(document, found[-1][1]) else None
     if not isinstance(block, (Formula, Braced)):
         return None
-    name = document.names.get(_key(block))
+    key = block.value if isinstance(block, Braced) else block.left
+    name = document.names.get(key)
     if name is None or name.node is None:
         return None
-    known = set(Names(document.scene).symbols.values())
     forms = [block.form, *([block.right] if isinstance(block, Formula) and block.right is not None else [])]
-    plain = [form for form in forms if 0 < len(found := symbols_of(form)) <= LONGEST and set(found) <= known]
-    return plain[-1] if plain else None
+    plain = [form for form in forms if _plain(document, form)]
+    return (key, plain[-1]) if plain else None
 
 
-def _key(block: Formula | Braced) -> str:
-    return block.value if isinstance(block, Braced) else block.left
+def _plain(document: Document, form: Form) -> bool:
+    return 0 < len(found := symbols_of(form)) <= LONGEST and set(found) <= set(Names(document.scene).symbols.values())
 
 
-def _blank(document: Document, step: Step, block: Block, answer: Form, solution: Sequence[Block]) -> Blank:
-    assert isinstance(block, (Formula, Braced)), "only formulas have answers"
-    texts, key = LANGUAGES[document.language], _key(block)
+def _blank(document: Document, step: Step, result: tuple[str, Form], solution: Sequence[Block]) -> Blank:
+    texts, (key, answer) = LANGUAGES[document.language], result
     kind = step.key.partition(":")[0]
     ask = Words(fill(texts["exercise.ask"], {"left": Symbol(key)}))
     hint = Words((texts[f"exercise.hint.{kind}"],))
-    return Blank(f"{step.key}:{key}" if kind == "coefficients" else step.key, ask, key, answer, hint, tuple(solution))
+    return Blank(f"{step.key}:{key}" if kind in EACH else step.key, ask, key, answer, hint, tuple(solution))
 
 
 def _solution(document: Document, blank: Blank) -> Step:
@@ -148,7 +162,8 @@ def questions(document: Document) -> dict[str, Any]:
 
     Returns:
         symbols: the scene's name of every way to write one, dotted: velocity and acceleration of coordinates, short:
-        shorthands such as c12, points: values of all symbols, values: for each blank its value at every point, words.
+        shorthands such as c12, points: values of all symbols, at those behind the sixth of parameters as declared,
+        values: for each blank its value at every point, words.
     """
     blanks = {block.key: block for _, block in document.blocks() if isinstance(block, Blank)}
     if not blanks:
@@ -158,6 +173,9 @@ def questions(document: Document) -> dict[str, Any]:
     every = list(dict.fromkeys(names.symbols.values()))
     points = [dict(zip(every, _drawn(every, k), strict=True)) for k in range(POINTS)]
     symbols = [x for x in reachable(list(nodes.values())) if x.op is Op.SYMBOL]
+    given = shown_state(document.scene).parameters
+    bound = {p.name: given[p.name] for p in document.scene.parameters if p.value is not None and p.name in every}
+    points += [point | bound for point in points[:2]] if bound else []
     values = []
     for point in points:
         seeds = {x: point[str(x.value)] for x in symbols}
@@ -167,7 +185,7 @@ def questions(document: Document) -> dict[str, Any]:
         "dotted": {q: list(rates) for q, rates in names.dotted.items()},
         "short": {key: [form.op.name.lower(), symbols_of(form)] for key, form in names.shorthands.items()},  # type: ignore[union-attr]
         "points": points,
-        "values": {key: [value[i] for value in values] for i, key in enumerate(nodes)},
+        "values": {key: [float(f"{value[i]:.12g}") for value in values] for i, key in enumerate(nodes)},
         "words": {key: t for key, t in LANGUAGES[document.language].items() if key.startswith(("answer.", "fault."))},
     }
 

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from symdyn.algebra.form import Form, Power, Symbol, product_of, sum_of
 from symdyn.algebra.numeric import Floats
 from symdyn.draw import Wrench, picture, pose
-from symdyn.dynamics.state import State, vector
+from symdyn.dynamics import is_closed
+from symdyn.dynamics.state import State, state_symbols, vector
 from symdyn.emit.equations import Printable
 from symdyn.graph import Expr, Graph, evaluate, tangents
 from symdyn.scene import JOINTS, Scene
+from symdyn.teach.balance import Balance
 from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step, Values, Words
 from symdyn.teach.equations import coefficient_key, node_of
 from symdyn.teach.forms import factors_of
@@ -48,9 +50,12 @@ def choose(lesson: Lesson) -> Chosen:
 def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) -> Chosen:
     """Return the drawn position with values of all symbols; without `moving`, at rest."""
     given: dict[str, float] = {}
-    for parameter in scene.free_parameters if moving else ():
-        size = FALL if parameter.unit.replace("^", "") == "m/s2" else SIZES.get(parameter.unit, 1.0)
-        given[parameter.name] = size if size == FALL else round(size * 0.8 ** len(given), 3)
+    for parameter in scene.free_parameters:
+        falls = parameter.unit.replace("²", "2").replace("^", "") == "m/s2"
+        if falls:
+            given[parameter.name] = FALL
+        elif moving:
+            given[parameter.name] = round(SIZES.get(parameter.unit, 1.0) * 0.8 ** len(given), 3)
     q, parameters = pose(scene, parameters=given)
     values = dict(zip(state.q, map(float, q), strict=True))
     for k, (u, a) in enumerate(zip(state.qd, state.qdd, strict=True)):
@@ -58,6 +63,12 @@ def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) 
         values[a] = ACCELERATIONS[k % len(ACCELERATIONS)] if moving else 0.0
     values |= {graph.symbol(name): value for name, value in parameters.items()}
     return Chosen(values, tuple(float(x) for x in q), dict(parameters))
+
+
+def shown_state(scene: Scene) -> Chosen:
+    """Return the state at which lessons of a scene show numbers; a mechanism with loops or rows is at rest there."""
+    graph = Graph()
+    return choose_state(scene, state_symbols(scene, graph), graph, moving=not is_closed(scene))
 
 
 def written(value: float) -> str:
@@ -69,12 +80,13 @@ def written(value: float) -> str:
 
 def number_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
     """Return the state, the coefficients' values, the torques with their shares, the power balance."""
-    steps = [_state(lesson, chosen), _values(lesson, page, chosen)]
+    steps = [state_step(lesson, chosen), _values(lesson, page, chosen)]
     steps += [_torque(lesson, page, chosen, i) for i in range(len(page.rows))]
     return steps
 
 
-def _state(lesson: Lesson, chosen: Chosen) -> Step:
+def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
+    """Return the table of the chosen state."""
     symbols = [*(lesson.graph.symbol(p.name) for p in lesson.scene.parameters)]
     symbols += [*lesson.state.q, *lesson.state.qd, *lesson.state.qdd]
     units = [parameter.unit for parameter in lesson.scene.parameters]
@@ -86,7 +98,9 @@ def _state(lesson: Lesson, chosen: Chosen) -> Step:
         for x, unit in zip(symbols, units, strict=True)
     ]
     head = (lesson.say("table.symbol"), lesson.say("table.value"), lesson.say("table.unit"))
-    return Step("state", lesson.say("state"), (Values(head, tuple(cells)),), lesson.say("state.reason"))
+    tied = lesson.scene.loops or lesson.scene.rows
+    reason = lesson.say("state.reason.closed" if tied else "state.reason")
+    return Step("state", lesson.say("state"), (Values(head, tuple(cells)),), reason)
 
 
 def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:

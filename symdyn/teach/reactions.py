@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-import numpy as np
-
-from symdyn.algebra.form import Form, Number, power_of
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra.form import Number, power_of
+from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.lagrange import driving_forces
 from symdyn.dynamics.reactions.dalembert import DRIVE, Unknown
-from symdyn.graph import Expr, evaluate
+from symdyn.dynamics.reactions.solution import solution
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr
 from symdyn.teach.balance import Balance
 from symdyn.teach.document import (
     Block,
@@ -22,6 +22,7 @@ from symdyn.teach.document import (
     Words,
 )
 from symdyn.teach.lesson import together
+from symdyn.teach.motion import solved_at
 from symdyn.teach.numbers import Chosen, written
 from symdyn.teach.velocities import PAGE, length
 from symdyn.verify.equality import PROVED, Claim, prove
@@ -43,20 +44,13 @@ def solved_steps(lesson: Balance) -> list[Step]:
 
 def numbers_step(lesson: Balance, chosen: Chosen) -> Step:
     """Return every unknown at the chosen state, from A x + b = 0 in numbers."""
-    A, b = lesson.system.matrix(), lesson.system.right()
-    flat = [x for row in A for x in row]
-    found = evaluate([*flat, *b], Floats(), chosen.values)
-    size = (len(A), len(lesson.unknowns))
-    matrix, right = np.array(found[: len(flat)], dtype=float).reshape(size), np.array(found[len(flat) :], dtype=float)
-    x, _, rank, _ = np.linalg.lstsq(matrix, -right, rcond=1e-10)
-    x = np.where(np.abs(x) < 1e-9 * (np.abs(x).max() or 1.0), 0.0, x)
+    x, unique = solved_at(lesson, chosen)
     rows = []
     for symbol, one, value in zip(lesson.unknowns, lesson.system.unknowns, x, strict=True):
         unit = _unit(lesson, one)
         rows.append((Words((symbol,)), Words((written(float(value)),)), Words((unit,))))
     head = (lesson.say("table.symbol"), lesson.say("table.value"), lesson.say("table.unit"))
-    where = lesson.say("reactions.moving" if not lesson.closed else "reactions.rest")
-    unique = rank == len(x)
+    where = lesson.say("reactions.closed" if lesson.closed else "reactions.open")
     blocks: list[Block] = [where, Values(head, tuple(rows))]
     if not unique:
         blocks.append(lesson.say("reactions.least"))
@@ -69,29 +63,73 @@ def _unit(lesson: Balance, one: Unknown) -> str:
     return "N" if abs(force).max() > 1e-12 else "N m"
 
 
-def roads_step(lesson: Balance) -> Step:
-    """Return the proof that D'Alembert's drives are those of the other road, over finite fields."""
-    w = lesson.workspace
+def roads_step(lesson: Balance, chosen: Chosen) -> Step | None:
+    """Return the proof over finite fields that both roads give the same drives, and these in numbers; None without."""
+    drives = {u: one for u, one in enumerate(lesson.system.unknowns) if one.kind == DRIVE}
     if lesson.solved is not None:
-        drives = [x for x, one in zip(lesson.solved, lesson.system.unknowns, strict=True) if one.kind == DRIVE]
-        claims = [Claim("drives", "D'Alembert", "Lagrange", tuple(drives), tuple(_driven(lesson)))]
-        left = _left(lesson, lesson.solved)
-        claims.append(Claim("equilibrium", "A x + b", "0", tuple(left), (lesson.graph.zero,) * len(left)))
+        x, other, laws = lesson.solved, dict(zip(drives, _driven(lesson), strict=True)), {}
+        left = _left(lesson, x)
+        laws["roads.open"] = Claim("equilibrium", "A x + b", "0", tuple(left), (lesson.graph.zero,) * len(left))
     else:
-        claims = [claim for _, law in LAWS_OF_REACTIONS if (claim := law(w)) is not None]
+        laws = _laws(lesson.workspace)
+        try:
+            x, other = solution(lesson.system), _multiplied(lesson, drives)
+        except DerivationError:  # not all unknowns are unique, or the drives do not fit the loops
+            x, other = [], {}
+    if not other and not laws:
+        return None
+    same = Claim("drives", "D'Alembert", "Lagrange", tuple(x[u] for u in other), tuple(other.values()))
+    claims = [*([same] if other else []), *laws.values()]
+    said = [*(["roads.drives"] if other and lesson.closed else []), *laws]
     fields, findings = prove(claims, positive=[p.name for p in lesson.scene.parameters if p.positive])
     assert all(one.verdict == PROVED for one in findings), "the two roads differ, or cannot be compared exactly"
-    chance = max(one.error_log10 for one in findings)
-    key = "roads.open" if lesson.solved is not None else "roads.closed"
-    names: list[Form] = [s for s, one in zip(lesson.unknowns, lesson.system.unknowns, strict=True) if one.kind == DRIVE]
-    said = lesson.say(
-        key,
-        names=together(names),
+    how = lesson.say(
+        "roads.proved",
+        names=together([lesson.unknowns[u] for u in other]),
         points=str(fields.points),
         primes=str(len(fields.primes)),
-        chance=power_of(Number(Fraction(10)), int(chance)),
+        chance=power_of(Number(Fraction(10)), int(max(one.error_log10 for one in findings))),
     )
-    return Step("roads", lesson.say("roads"), (said,), lesson.say("roads.reason"), "(5.21)")
+    blocks: list[Block] = [*map(lesson.say, said), how]
+    if other:
+        blocks += [lesson.say("roads.numbers"), _compared(lesson, chosen, other)]
+    return Step("roads", lesson.say("roads"), tuple(blocks), lesson.say("roads.reason"), "(5.21)")
+
+
+def _compared(lesson: Balance, chosen: Chosen, other: Mapping[int, Expr]) -> Values:
+    """Return every drive at the chosen state by both roads."""
+    x, _ = solved_at(lesson, chosen)
+    values = chosen.of(*other.values())
+    worst = max(abs(x[u] - value) for u, value in zip(other, values, strict=True))
+    assert worst <= 1e-8 * (1 + max(map(abs, values))), "the two roads differ in numbers"
+    rows = [
+        (Words((lesson.unknowns[u],)), Words((written(float(x[u])),)), Words((written(value),)))
+        for u, value in zip(other, values, strict=True)
+    ]
+    return Values(tuple(map(lesson.say, ("table.symbol", "table.dalembert", "table.lagrange"))), tuple(rows))
+
+
+def _multiplied(lesson: Balance, drives: Mapping[int, Unknown]) -> dict[int, Expr]:
+    """Return what Lagrange's equations with multipliers ask of the drives that the scene has."""
+    scene = lesson.scene
+    tau = derive_one(lesson.workspace, "inverse_dynamics", "lagrange").entries
+    places = [(joint.name, k) for joint in scene.joints for k in range(len(joint.rates))]
+    found = dict(zip(places, tau, strict=True))
+    passive = lesson.system.passive
+    return {u: found[one.joint, one.number] for u, one in drives.items() if one not in passive}
+
+
+def _laws(w: Workspace) -> dict[str, Claim]:
+    """Return what can be claimed of all reactions of a closed mechanism, by the key of the sentence that says it."""
+    found = {}
+    for key, (_, law) in zip(("roads.joints", "roads.power", "roads.momentum"), LAWS_OF_REACTIONS, strict=True):
+        try:
+            claim = law(w)
+        except DerivationError:  # reactions are not unique
+            continue
+        if claim is not None:
+            found[key] = claim
+    return found
 
 
 def _driven(lesson: Balance) -> list[Expr]:

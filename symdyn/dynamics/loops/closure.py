@@ -6,7 +6,8 @@
 
 Rows and dependent velocities are chosen by pivots (Gram-Schmidt, the largest remainder first), so that the square
 matrix G_d is as far from singular as a choice can make it there. The choice is static: the generated code divides by
-determinants of blocks, which vanish where the dependent velocities are determined no more.
+determinants of blocks, which vanish where the dependent velocities are determined no more. Without loops any position
+can be come to, and velocities that are determined at all of them go first: a disc that rolls turns its axes through.
 
 Reference: Wehage and Haug, Generalized coordinate partitioning for dimension reduction in analysis of constrained
 dynamic systems, J. Mechanical Design 104 (1982).
@@ -16,6 +17,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
+from math import comb
 
 import numpy as np
 
@@ -28,6 +31,12 @@ from symdyn.scene import Scene
 
 EVEN = 0.9
 """Pivots this close to the largest are as good: of them the first is taken, so that rounding does not choose."""
+
+POSITIONS, SURE = 16, 0.2
+"""Random positions without loops, and the smallest singular value of G_d over the largest of G that will do at all."""
+
+CHOICES = 1000
+"""Sets of dependent velocities that are tried at all these positions."""
 
 WEAK = 0.02
 """Driven velocities become dependent where the others would leave a pivot this much below the largest."""
@@ -72,7 +81,7 @@ def close(numbers: Numbers, closing: Closing) -> tuple[Closure, Numbers]:
     some = [k for k in range(len(rows)) if k not in set(empty)]
     kept = tuple(sorted(some[i] for i in pivots(_unit_rows(G[some]), [list(range(len(some)))], assembly.rank)[0]))
     names = tuple(f"{one.owner}: {spoken(one, numbers, q)}" for one in numbers.constraints.labels)
-    partition = _partition(numbers, kept, G[list(kept)], closing.independent)
+    partition = _partition(numbers, kept, G[list(kept)], closing.independent, assembly.length)
     driven, fault = _driven(numbers, kept, G[list(kept)], partition)
     redundant = tuple(k for k in some if k not in kept)
     return Closure(assembly, kept, empty, redundant, names, partition, driven, fault), numbers
@@ -113,7 +122,7 @@ def _unit_rows(G: Array) -> Array:
 # Partitions
 
 
-def _partition(numbers: Numbers, kept: Sequence[int], G: Array, wanted: Sequence[str]) -> Partition:
+def _partition(numbers: Numbers, kept: Sequence[int], G: Array, wanted: Sequence[str], length: float) -> Partition:
     """Return the user's partition, or the one that conditioning chooses, driven velocities independent if they can."""
     scene, n, m = numbers.scene, numbers.state.n, len(kept)
     if wanted:
@@ -121,6 +130,9 @@ def _partition(numbers: Numbers, kept: Sequence[int], G: Array, wanted: Sequence
     led = led_velocities(scene)
     every = [k for k in reversed(range(n)) if k not in led]  # of equals, those near the ground stay independent
     passive = [k for k in every if not scene.drives[k]]
+    sure = _sure(numbers, kept, G, passive, length)
+    if sure:
+        return _made(numbers, kept, [k for k in range(n) if k not in sure])
     chosen, quality = pivots(G.T, [passive, every] if len(passive) < len(every) else [every], m)
     if quality <= NEGLIGIBLE:
         names = ", ".join(joint.name for joint in scene.joints if joint.motion is not None)
@@ -129,6 +141,27 @@ def _partition(numbers: Numbers, kept: Sequence[int], G: Array, wanted: Sequence
             f"leave {n - m} of them prescribed at most"
         )
     return _made(numbers, kept, [k for k in range(n) if k not in chosen])
+
+
+def _sure(numbers: Numbers, kept: Sequence[int], G: Array, among: Sequence[int], length: float) -> tuple[int, ...]:
+    """Return the dependent velocities that rows alone determine at every position best, () if none do it well."""
+    m = len(kept)
+    if numbers.scene.loops or not 0 < m <= len(among) or comb(len(among), m) > CHOICES:
+        return ()
+    try:
+        drawn = [dimensionless(numbers, numbers.drawn(seed), length)[list(kept)] for seed in range(POSITIONS)]
+    except DerivationError:  # a formula has no value somewhere
+        return ()
+    rows = np.stack([G, *drawn])
+    top = float(np.linalg.svd(rows, compute_uv=False).max())
+    choices = list(combinations(among, m))
+    worst = [float(np.linalg.svd(rows[:, :, list(one)], compute_uv=False).min()) for one in choices]
+    best = max(worst)
+    return (
+        next(one for one, value in zip(choices, worst, strict=True) if value >= EVEN * best)
+        if best > SURE * top
+        else ()
+    )
 
 
 def _wanted(scene: Scene, wanted: Sequence[str], G: Array) -> list[int]:

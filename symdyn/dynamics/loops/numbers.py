@@ -58,8 +58,15 @@ class Numbers:
         return values
 
     def value(self, quantity: Quantity) -> float:
-        """Return the value of a quantity in parameters."""
-        return float(evaluate([express(quantity, self.graph)], Floats(), self.parameters)[0])
+        """Return the value of a quantity in parameters.
+
+        Raises:
+            DerivationError: it has no real value with these parameters.
+        """
+        try:
+            return float(evaluate([express(quantity, self.graph)], Floats(), self.parameters)[0])
+        except (ArithmeticError, ValueError) as fault:
+            raise DerivationError(f"{self.scene.name}: {quantity} has no real value with these parameters") from fault
 
     def at(self, entries: Sequence[Expr], q: Array, others: Mapping[Expr, float] | None = None) -> Array:
         """Return the values of entries at q, and at values of other symbols.

@@ -22,29 +22,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from symdyn.dynamics.reactions.bivectors import Bivectors, exerted_on, known_bivectors
 from symdyn.dynamics.reactions.freedoms import drives, reactions_of
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import Hinge, about, plus, relative_twists, times
-from symdyn.dynamics.reactions.members import acting, inertias, motions, own_forces, placements
+from symdyn.dynamics.reactions.hinges import Hinge, plus, relative_twists, times
+from symdyn.dynamics.reactions.members import own_forces
 from symdyn.dynamics.reactions.ties import in_plane, plane, rows_of, telling, ties, undriven
-from symdyn.dynamics.state import vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.scene.joints import Wrench
 from symdyn.spatial import (
-    Inertia,
-    Transform,
     Vec,
-    add,
     apply,
-    apply_transposed,
     cross,
     dot,
-    identity,
-    neg,
-    scale,
-    skew,
-    zero_vector,
 )
 
 REACTION, DRIVE, COUPLING, ROW = "reaction", "drive", "coupling", "row"
@@ -65,14 +56,6 @@ class Unknown:
     joint: str
     number: int
     acts: tuple[tuple[int, Wrench], ...]
-
-
-@dataclass(frozen=True)
-class Bivectors:
-    """The known bivectors of one body, frame j: (5.1) and (5.17)."""
-
-    action: Wrench
-    inertia: Wrench
 
 
 @dataclass(frozen=True)
@@ -109,6 +92,13 @@ class Equilibrium:
     def drives(self) -> int:
         """N of (5.20): the number of unknown drives."""
         return len(self.unknowns) - self.reactions
+
+    @property
+    def passive(self) -> list[Unknown]:
+        """Unknown drives that the scene does not declare: of passive joints in a tree, of idle motions in loops."""
+        motors = {joint.name: joint.drives for joint in self.hanging.scene.joints if joint.motion is None}
+        drives = [one for one in self.unknowns if one.kind == DRIVE and one.joint in motors]
+        return [one for one in drives if not any(motors[one.joint][one.number : one.number + 1])]
 
     def matrix(self) -> list[list[Expr]]:
         """Return A, shape (equations, unknowns)."""
@@ -164,82 +154,6 @@ def _own(hanging: Hanging, hinge: Hinge, tau: Sequence[Expr] | None) -> list[Exp
     if tau is None or hinge.joint.coupling is not None:
         return forces
     return [force + tau[k] for force, k in zip(forces, hinge.velocities, strict=True)]
-
-
-# The bivectors
-
-
-def shift(way: Vec) -> tuple[tuple[Expr, ...], ...]:
-    """Return R̄ = [[1, 0], [r̃, 1]] of (5.3), which moves a bivector by r = `way`, with r̃ of (5.2)."""
-    graph = way[0].graph
-    one, r = identity(graph), skew(way)
-    return (*((*row, *zero_vector(graph)) for row in one), *((*r[k], *one[k]) for k in range(3)))
-
-
-def turned(P: Transform, bivector: Wrench) -> Wrench:
-    """Return F̄_1j = R̄_1j P̄_1j F̄_jj of (5.5): a bivector of frame j in frame 1, for the placement of j in 1."""
-    force = apply(P.R, bivector[0])
-    return force, add(apply(P.R, bivector[1]), cross(P.p, force))
-
-
-def frames(hanging: Hanging) -> list[Transform]:
-    """Return the placement of frame j in the ground for every moving body."""
-    shifted = [Transform(identity(hanging.graph), hinge.place_on_child) for hinge in hanging.joints]
-    return [T @ here for T, here in zip(placements(hanging.joints), shifted, strict=True)]
-
-
-def known_bivectors(hanging: Hanging, own: Sequence[Sequence[Expr]]) -> tuple[Bivectors, ...]:
-    """Return the actions (5.1), what joints do by themselves included, and the inertia bivectors (5.11)-(5.17)."""
-    scene, tree, state = hanging.scene, hanging.tree, hanging.state
-    graph = hanging.graph
-    moved = motions(scene, tree, state.qd, state.qdd, zero_vector(graph))
-    gravity, placed, loads = (
-        vector(scene.gravity, graph),
-        placements(hanging.joints),
-        acting(scene, hanging.joints, state),
-    )
-    actions, inertial = [], []
-    for hinge, body, motion, T, load in zip(hanging.joints, inertias(scene, tree), moved, placed, loads, strict=True):
-        r = hinge.place_on_child  # O_j in the body's frame
-        g = apply_transposed(T.R, gravity)
-        weight = (scale(body.m, g), cross(body.h, g))
-        actions.append(about(plus(weight, load), neg(r)))
-        a = add(motion.a, add(cross(motion.dw, r), cross(motion.w, cross(motion.w, r))))
-        inertial.append(inertia_bivector(_seen_from(body, r), motion.w, motion.dw, a))
-    for hinge, forces in zip(hanging.joints, own, strict=True):
-        for force, D in zip(forces, drives(hinge, hanging.samples), strict=True):
-            for j, exerted in exerted_on(hanging, hinge, times(force, D)).items():
-                actions[j] = plus(actions[j], exerted)
-    return tuple(Bivectors(a, d) for a, d in zip(actions, inertial, strict=True))
-
-
-def _seen_from(body: Inertia, r: Vec) -> Inertia:
-    """Return an inertia about the point r of its frame."""
-    return body.seen_from(Transform(identity(body.m.graph), neg(r)))
-
-
-def inertia_bivector(body: Inertia, w: Vec, dw: Vec, a: Vec) -> Wrench:
-    """Return F̄^D_jj of (5.17) for the acceleration a of O_j; all in frame j, the inertia about O_j.
-
-    F^D = -m (acceleration of the centre of mass) (5.11), M^D = -(I ω̇ + ω̃ I ω) + r̃_jT F*^D (5.14), F*^D = -m a (5.16);
-    m r_jT is the first moment.
-    """
-    force = neg(add(scale(body.m, a), add(cross(dw, body.h), cross(w, cross(w, body.h)))))
-    spin = neg(add(apply(body.I, dw), cross(w, apply(body.I, w))))
-    return force, add(spin, neg(cross(body.h, a)))
-
-
-def exerted_on(hanging: Hanging, hinge: Hinge, wrench: Wrench) -> dict[int, Wrench]:
-    """Return what a wrench W in a joint does to the bodies on both sides, frames j: (5.6) and (5.8)-(5.10)."""
-    found: dict[int, Wrench] = {}
-    if hinge.child >= 0:
-        way = add(hinge.place_on_child, neg(hanging.joints[hinge.child].place_on_child))
-        found[hinge.child] = about(hinge.on_child(wrench), way)
-    if hinge.parent >= 0:
-        way = add(hinge.place_on_parent, neg(hanging.joints[hinge.parent].place_on_child))
-        exerted = about(hinge.on_parent(wrench), way)
-        found[hinge.parent] = plus(found[hinge.parent], exerted) if hinge.parent in found else exerted
-    return found
 
 
 # The unknowns
@@ -308,6 +222,3 @@ def _stays(hanging: Hanging, hinge: Hinge, n: Vec) -> bool:
     still = all(abs(hanging.samples.at(entries, seed) - expected).max() < 1e-9 for seed in (2, 3))
     turning = [x for _, omega in hinge.S for x in cross(n, omega)] + [dot(n, v) for v, _ in hinge.S]
     return still and all(abs(x) < 1e-9 for seed in (2, 3) for x in hanging.samples.at(turning, seed))
-
-
-# The solution

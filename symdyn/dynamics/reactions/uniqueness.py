@@ -21,6 +21,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.loops.words import in_words
+from symdyn.dynamics.reactions.bivectors import frames
 from symdyn.dynamics.reactions.dalembert import (
     COUPLING,
     DRIVE,
@@ -28,7 +29,6 @@ from symdyn.dynamics.reactions.dalembert import (
     Equilibrium,
     Unknown,
     equilibrium,
-    frames,
 )
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.samples import Array

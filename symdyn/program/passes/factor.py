@@ -17,10 +17,9 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from symdyn.graph import Expr, Graph, Op
+from symdyn.graph import Expr, Graph
+from symdyn.graph.ops import ADD, MUL, NEG, SUB, SYMBOL
 from symdyn.program.passes.rebuild import Early, copy_node, use_counts
-
-MUL, ADD, SUB, NEG = Op.MUL, Op.ADD, Op.SUB, Op.NEG
 
 Term = tuple[bool, tuple[Expr, ...]]
 """Whether it is subtracted, and its factors."""
@@ -108,7 +107,7 @@ def _read(entries: Sequence[Expr], symbols: Collection[str]) -> tuple[list[Expr]
             a = operand(args[0])
             readings[node] = Reading(_flipped(a.terms), [*a.inside, node])
         else:
-            known = node.value in symbols if op is Op.SYMBOL else all(arg in early for arg in args)
+            known = node.value in symbols if op is SYMBOL else all(arg in early for arg in args)
             for arg in args:
                 settle(arg)
             settled.append(node)
@@ -132,12 +131,9 @@ def _is_worth_writing_otherwise(terms: list[Term], early: Collection[Expr]) -> b
 
 def _scattered(terms: list[Term], early: Collection[Expr]) -> bool:
     """Tell whether several terms, or several factors of one, are known early and others are not."""
-    known = [[one in early for one in factors] for _, factors in terms]
-    return _mixed([all(flags) for flags in known]) or any(_mixed(flags) for flags in known)
-
-
-def _mixed(known: list[bool]) -> bool:
-    return 1 < sum(known) < len(known)
+    known = [(sum([one in early for one in factors]), len(factors)) for _, factors in terms]
+    whole = sum([some == every for some, every in known])
+    return 1 < whole < len(terms) or any(1 < some < every for some, every in known)
 
 
 def _factored(terms: list[Term], graph: Graph, early: Early) -> Expr | None:
@@ -157,7 +153,7 @@ def _factored(terms: list[Term], graph: Graph, early: Early) -> Expr | None:
 def _most_common(terms: list[Term]) -> Expr | None:
     """Return the factor of most products, None if each is in one product only."""
     products = [factors for _, factors in terms if len(factors) > 1]
-    if len(products) < 2:
+    if len(products) < 2 or len({one for factors in products for one in factors}) == sum(map(len, products)):
         return None
     tally: dict[Expr, int] = {}
     for factors in products:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from symdyn.graph import Expr, Graph, Op, reachable
+from symdyn.graph import Expr, Graph, reachable
+from symdyn.graph.ops import ADD, CONSTANT, DIV, MUL, NEG, PI, SUB, SYMBOL
 
 
 def use_counts(entries: Sequence[Expr]) -> dict[Expr, int]:
@@ -17,8 +18,9 @@ def use_counts(entries: Sequence[Expr]) -> dict[Expr, int]:
     for entry in entries:
         uses[entry] += 1
     for node in reversed(needed):
+        more = uses[node] if node.op is NEG else 1
         for arg in node.args:
-            uses[arg] += uses[node] if node.op is Op.NEG else 1
+            uses[arg] += more
     return uses
 
 
@@ -26,7 +28,7 @@ def fixed(needed: Sequence[Expr]) -> set[Expr]:
     """Return the nodes without a symbol below them, which cost nothing; `needed` has arguments first."""
     found: set[Expr] = set()
     for node in needed:
-        if node.op is not Op.SYMBOL and all(arg in found for arg in node.args):
+        if node.op is not SYMBOL and all(arg in found for arg in node.args):
             found.add(node)
     return found
 
@@ -34,21 +36,21 @@ def fixed(needed: Sequence[Expr]) -> set[Expr]:
 def copy_node(node: Expr, args: Sequence[Expr], graph: Graph) -> Expr:
     """Return the operation of `node` on `graph`, with other operands; it simplifies as at birth."""
     op = node.op
-    if op is Op.MUL:
+    if op is MUL:
         return graph.mul(*args)
-    if op is Op.ADD:
+    if op is ADD:
         return graph.add(*args)
-    if op is Op.SUB:
+    if op is SUB:
         return graph.sub(*args)
-    if op is Op.NEG:
+    if op is NEG:
         return graph.neg(*args)
-    if op is Op.DIV:
+    if op is DIV:
         return graph.div(*args)
-    if op is Op.CONSTANT:
+    if op is CONSTANT:
         return graph.constant(node.value)  # type: ignore[arg-type]
-    if op is Op.SYMBOL:
+    if op is SYMBOL:
         return graph.symbol(str(node.value))
-    return graph.pi if op is Op.PI else graph.function(op, *args)
+    return graph.pi if op is PI else graph.function(op, *args)
 
 
 class Early:
@@ -65,5 +67,5 @@ class Early:
         known = self._known
         while len(known) <= node.index:
             new = self._nodes[len(known)]
-            known.append(new.value in self._symbols if new.op is Op.SYMBOL else all(known[a.index] for a in new.args))
+            known.append(new.value in self._symbols if new.op is SYMBOL else all(known[a.index] for a in new.args))
         return known[node.index]

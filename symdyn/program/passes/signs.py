@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
-from symdyn.graph import Expr, Graph, Op
+from symdyn.graph import Expr, Graph
+from symdyn.graph.ops import DIV, MUL, NEG, SUB
 from symdyn.program.passes.rebuild import copy_node, use_counts
 
 
@@ -22,16 +23,16 @@ def signs(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] = (
     uses = use_counts(entries)
     turned: set[Expr] = set()
     for node in uses:
-        if node.op is Op.NEG:
+        if node.op is NEG:
             turned.update(_path(node.args[0], uses))
     if not turned:
         return list(entries)
     new: dict[Expr, Expr] = {}
     for node in uses:
         args = [new[arg] for arg in node.args]
-        if node.op is Op.SUB and node in turned:
+        if node.op is SUB and node in turned:
             new[node] = graph.sub(args[1], args[0])
-        elif node.op is Op.NEG and node.args[0] in turned:
+        elif node.op is NEG and node.args[0] in turned:
             new[node] = args[0]
         else:
             new[node] = copy_node(node, args, graph)
@@ -43,10 +44,10 @@ def _path(node: Expr, uses: Mapping[Expr, int]) -> list[Expr]:
     path = []
     while uses[node] == 1:
         path.append(node)
-        if node.op is Op.SUB:
+        if node.op is SUB:
             return path
-        inner = [arg for arg in node.args if uses[arg] == 1 and arg.op in (Op.SUB, Op.MUL, Op.DIV)]
-        if node.op not in (Op.MUL, Op.DIV) or not inner:
+        inner = [arg for arg in node.args if uses[arg] == 1 and arg.op in (SUB, MUL, DIV)]
+        if node.op not in (MUL, DIV) or not inner:
             return []
         node = inner[0]
     return []

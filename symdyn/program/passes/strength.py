@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
-from symdyn.graph import Expr, Graph, Op
+from symdyn.graph import Expr, Graph
+from symdyn.graph.ops import DIV, MUL
 from symdyn.program.passes.rebuild import copy_node, fixed, use_counts
 
 
@@ -38,14 +39,14 @@ def strength(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] 
         args = [new[arg] for arg in node.args]
         if node in constant:
             new[node] = copy_node(node, args, graph)
-        elif node.op is Op.MUL:
+        elif node.op is MUL:
             factors = [one for one in node.args if one not in constant]
             held = [new[one] for one in node.args if one in constant]
             if held and factors[0] in split and uses[factors[0]] == 1:
                 factors = list(factors[0].args)
             split[node] = _joined([(c, graph.one) for c in held] + [parts(one, not held) for one in factors], graph)
             new[node] = graph.mul(*split[node])
-        elif node.op is Op.DIV and node.args[1] in constant:
+        elif node.op is DIV and node.args[1] in constant:
             new[node] = graph.mul(graph.div(graph.one, args[1]), args[0])
         else:
             new[node] = copy_node(node, args, graph)
@@ -56,16 +57,16 @@ def _meet(uses: Mapping[Expr, int], constant: Collection[Expr]) -> bool:
     """Tell whether any constants can be brought together, or a constant divides; `uses` has arguments first."""
     multiples: set[Expr] = set()  # of constants
     for node in uses:
-        if node.op is Op.DIV and node.args[1] in constant:
+        if node.op is DIV and node.args[1] in constant:
             return True
-        if node.op is not Op.MUL or node in constant:
+        if node.op is not MUL or node in constant:
             continue
         rest = [one for one in node.args if one not in constant]
         if len(rest) == 2:
             if any(one in multiples and uses[one] == 1 for one in rest):
                 return True
         else:
-            inner = rest[0].args if rest[0].op is Op.MUL and uses[rest[0]] == 1 else ()
+            inner = rest[0].args if rest[0].op is MUL and uses[rest[0]] == 1 else ()
             if not multiples.isdisjoint((*rest, *inner)):
                 return True
             multiples.add(node)

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.errors import SimulateError
+from symdyn.graph import Op, reachable
 from symdyn.simulate.constraints import Projection
 from symdyn.simulate.system import System
 
@@ -138,18 +139,19 @@ def follow(problem: Problem, steps: Iterator[Step], resume: Resume, slack: float
         resume: goes on from another state than that of the last step, which a projection has moved.
         slack: how many times its limit a projection waits for; multistep methods lose their past when they resume.
     """
-    events = Watch(problem)
+    events, pace = Watch(problem), Pace(problem)
     seen = 0
     if problem.times[0] == 0.0:
         yield Piece(problem.times[:1], problem.x[None], (), (0.0, problem.x), 0, 0)
     for step in steps:
         if not np.all(np.isfinite(step.x1)):
             raise IntegrationError(f"the motion leaves what doubles hold after t = {step.t0:g} s")
+        pace.check(step)
         hits = events.within(step)
         stop = next((hit for hit in hits if problem.stops[hit.event]), None)
         end = step.t1 if stop is None else stop.t
-        inside = problem.times[(problem.times > step.t0) & (problem.times <= end)]
-        inside = inside[inside > 0]
+        first, last = np.searchsorted(problem.times, (step.t0, end), side="right")
+        inside = problem.times[first:last]
         x = step.at(inside) if len(inside) else np.empty((0, len(problem.x)))
         if len(inside) and inside[-1] == step.t1:
             x[-1] = step.x1
@@ -164,6 +166,31 @@ def follow(problem: Problem, steps: Iterator[Step], resume: Resume, slack: float
             resume(step.t1, moved)
             events.restart(step.t1, moved)
         yield Piece(inside, kept, tuple(hits), (step.t1, step.x1 if moved is None else moved), 1, used)
+
+
+class Pace:
+    """Notices an integrator that gets nowhere: a force that jumps at rest, as dry friction does, holds it there."""
+
+    STEPS, MOST = 3000, 1e7
+    """After so many steps the rest of the way is estimated, which may take so many."""
+
+    def __init__(self, problem: Problem) -> None:
+        """Look whether anything jumps."""
+        rates = problem.system.program["rates"].function.entries
+        self.jumps = any(node.op is Op.SIGN for node in reachable(rates))
+        self.until, self.begin, self.steps = problem.until, 0.0, 0
+
+    def check(self, step: Step) -> None:
+        """Raise IntegrationError where the last steps lead nowhere."""
+        self.steps += 1
+        if not self.jumps or self.steps < self.STEPS:
+            return
+        if (self.until - step.t1) * self.steps > self.MOST * (step.t1 - self.begin):
+            raise IntegrationError(
+                f"the motion sticks at t = {step.t1:g} s, where a force with sign jumps to and fro; write a steep "
+                "tanh(v/0.01) in place of sign(v), or give the joint friction with smoothing"
+            )
+        self.begin, self.steps = step.t1, 0
 
 
 def _kept(problem: Problem, x: Array) -> Array:

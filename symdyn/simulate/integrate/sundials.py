@@ -1,18 +1,23 @@
-"""SUNDIALS through scikit-sundae: CVODE's multistep methods, BDF for stiff systems and Adams for others.
+"""SUNDIALS through scikit-sundae: CVODE's multistep methods, BDF for stiff systems and Adams for others, and IDA.
+
+IDA takes the equations with multipliers as they are, see `symdyn.simulate.implicit`.
 
 Reference: Hindmarsh et al., SUNDIALS: Suite of nonlinear and differential/algebraic equation solvers (2005).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.simulate.implicit import Implicit
 from symdyn.simulate.integrate.method import IntegrationError, Method, Piece, Problem, Step, follow
+from symdyn.simulate.system import System
 
 Array = npt.NDArray[np.float64]
 
@@ -37,8 +42,54 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
         count += 1
         out[:] = problem.system.rates(t, x)
 
-    solver: Any = CVODE(right, method=name, rtol=max(problem.rtol, SMALLEST), atol=problem.atol, max_num_steps=100_000)
-    solver.init_step(0.0, problem.x)
+    solver: Any = CVODE(right, method=name, **_options(problem))
+    return _followed(problem, solver, "CVODE", lambda t, x: (x,), lambda: count)
+
+
+def run_ida(problem: Problem) -> Iterator[Piece]:
+    """Yield the pieces of the motion by IDA's BDF methods.
+
+    Raises:
+        IntegrationError: IDA cannot go on; with its words.
+    """
+    from sksundae.ida import IDA
+
+    equations, count = Implicit(problem.system), 0
+
+    def residual(t: float, y: Array, rates: Array, out: Array) -> None:
+        nonlocal count
+        count += 1
+        out[:] = equations.residual(t, y, rates)
+
+    solver: Any = IDA(residual, **_options(problem))
+    return _followed(problem, solver, "IDA", equations.start, lambda: count)
+
+
+def _options(problem: Problem) -> dict[str, Any]:
+    """Return tolerances; SUNDIALS keeps its own warnings, which go to the standard output, to itself."""
+    for stream in ("WARNING", "ERROR"):
+        os.environ.setdefault(f"SUNLOGGER_{stream}_FILENAME", os.devnull)
+    return {"rtol": max(problem.rtol, SMALLEST), "atol": problem.atol, "max_num_steps": 100_000}
+
+
+def _followed(
+    problem: Problem,
+    solver: Any,
+    title: str,
+    whole: Callable[[float, Array], tuple[Array, ...]],
+    count: Callable[[], int],
+) -> Iterator[Piece]:
+    """Yield the pieces of a solver's steps.
+
+    Args:
+        problem: what is integrated.
+        solver: of CVODE or IDA.
+        title: its name.
+        whole: the solver's own state at time and state of the problem, which is the first part of it.
+        count: evaluations so far.
+    """
+    size = len(problem.x)
+    solver.init_step(0.0, *whole(0.0, problem.x))
 
     def steps() -> Iterator[Step]:
         t, again = 0.0, 0
@@ -46,23 +97,32 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
             found = solver.step(problem.until, method="onestep", tstop=problem.until)
             again = again + 1 if found.t <= t else 0
             if not found.success or again > 1:
-                raise IntegrationError(f"CVODE cannot go on after t = {t:g} s: {found.message}")
-            if again:  # after a look inside a step CVODE first returns to its end
+                why = "its steps are too small to move the time" if found.success else found.message
+                raise IntegrationError(f"{title} cannot go on after t = {t:g} s: {why}")
+            if again:  # after a look inside a step SUNDIALS first returns to its end
                 continue
             begin, t = t, float(found.t)
-            yield Step(begin, t, np.array(found.y, dtype=np.float64), inside, count)
+            yield Step(begin, t, np.array(found.y[:size], dtype=np.float64), inside, count())
 
     def inside(times: Array) -> Array:
         """Return the states inside the last step."""
-        return np.array([solver.step(float(t), method="normal").y for t in times])
+        return np.array([solver.step(float(t), method="normal").y[:size] for t in times])
 
     def resume(t: float, x: Array) -> None:
-        solver.init_step(t, x)
+        solver.init_step(t, *whole(t, x))
 
     return follow(problem, steps(), resume, SLACK)
+
+
+def proportional(system: System) -> str:
+    """Return why IDA does not apply to a system, "" if it does."""
+    return "the loops hold coordinates in proportion, and lose rank at their change points" if system.linear else ""
 
 
 METHODS = {
     "cvode": Method("SUNDIALS", "CVODE's BDF, for stiff systems", "sksundae", "stiff", 1e-8, partial(run, name="BDF")),
     "adams": Method("SUNDIALS", "CVODE's Adams methods", "sksundae", "stiff", 1e-9, partial(run, name="Adams")),
+    "ida": Method(
+        "SUNDIALS", "IDA's BDF, for loops with their multipliers", "sksundae", "stiff", 1e-8, run_ida, proportional
+    ),
 }

@@ -2,12 +2,16 @@
 
 Every operation of the graph has its row in `WORDS`; those that branch (abs, sign) have none, nor have tables.
 
+heyoka takes a step from the last two orders of the series, and believes it. Where tanh or exp is flat to the last
+digit, as smoothed friction is away from rest, no order of the series knows of the turn ahead. Equations with these are
+followed step by step, and a step is kept only if the series has the rates of the equations all along it.
+
 Reference: Biscani and Izzo, Revisiting high-order Taylor methods for astrodynamics and celestial mechanics (2021).
 """
 
 from __future__ import annotations
 
-import time
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
@@ -37,8 +41,14 @@ WORDS: Mapping[Op, str] = {
 COMPACT = 250
 """Operations from which on loops are compiled in place of straight code, which would take long."""
 
-PATIENCE = 0.05
-"""Seconds that a stretch of steps may take before the caller hears of it."""
+STRETCH = 200
+"""Steps after which the caller hears of it."""
+
+SAMPLES = 20_000
+"""Samples of one stretch: of millions, only those near by are looked at."""
+
+UNSEEN = (Op.EXP, Op.TANH)
+"""Functions that are flat to the last digit of a double where they do not turn."""
 
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")
 
@@ -76,6 +86,11 @@ def refuses(system: System) -> str:
     return f"{' and '.join(branches)} in the equations branch" if branches else ""
 
 
+def overlooks(system: System) -> str:
+    """Return which functions of the equations a series may overlook, "" if there are none."""
+    return " and ".join(sorted({node.op.name.lower() for node in _nodes(system) if node.op in UNSEEN}))
+
+
 def size(system: System) -> int:
     """Return how many operations are compiled."""
     return sum(bool(node.args) for node in _nodes(system))
@@ -110,7 +125,7 @@ def integrator(problem: Problem, hits: Callable[[int, float, Any], None] | None 
 
     Args:
         problem: what is integrated.
-        hits: called with the number of an event that does not stop, its time and the integrator.
+        hits: called with the number of an event, its time and the integrator at the end of the step that holds it.
     """
     import heyoka
 
@@ -119,24 +134,19 @@ def integrator(problem: Problem, hits: Callable[[int, float, Any], None] | None 
     options: dict[str, Any] = {"tol": max(problem.rtol, SMALLEST), "compact_mode": size(system) > COMPACT}
     if problem.stops:
         _, formulas = translate(system, "events")
-        pairs = list(enumerate(zip(formulas, problem.stops, strict=True)))
-        options["t_events"] = [heyoka.t_event(formula) for _, (formula, stop) in pairs if stop]
         options["nt_events"] = [
             heyoka.nt_event(formula, lambda ta, t, sign, k=k: hits and hits(k, t, ta))
-            for k, (formula, stop) in pairs
-            if not stop
+            for k, formula in enumerate(formulas)
         ]
     return heyoka.taylor_adaptive(list(zip(variables, entries, strict=True)), problem.x, **options)
 
 
 def run(problem: Problem) -> Iterator[Piece]:
-    """Yield the pieces of the motion by heyoka's Taylor method.
+    """Yield the pieces of the motion by heyoka's Taylor method, `STRETCH` steps each.
 
     Raises:
         IntegrationError: the motion leaves what doubles hold.
     """
-    import heyoka
-
     found: list[Hit] = []
 
     def hit(event: int, t: float, ta: Any) -> None:
@@ -145,39 +155,118 @@ def run(problem: Problem) -> Iterator[Piece]:
             found.append(Hit(event, t, ta.d_output.copy()))
 
     ta = integrator(problem, hit)
-    callback = {"callback": _Projection(problem)} if problem.project.active else {}
-    stopping = [k for k, stop in enumerate(problem.stops) if stop]
-    times, done = problem.times, 0
-    if times[0] == 0.0:
-        done = 1
-        yield Piece(times[:1], problem.x[None], (), (0.0, problem.x), 0, 0)
-    stretch = _sure_step(ta)
+    stretch = Stretch(ta, problem, found)
+    times, done = problem.times, 1
+    yield Piece(times[:1], problem.x[None], (), (0.0, problem.x), 0, 0)
+    goal = min(_sure_step(ta), problem.until)
     while ta.time < problem.until:
-        clock = time.perf_counter()
-        begin = float(ta.time)
-        goal = min(begin + stretch, problem.until)
-        inside = times[done : np.searchsorted(times, goal, side="right")]
-        grid = np.unique(np.concatenate([[begin], inside, [goal]]))
-        outcome, _, _, steps, _, states = ta.propagate_grid(grid, **callback)
-        stop = -int(outcome) - 1 if -LEAST_EVENT < int(outcome) < 0 else None
-        if stop is None and outcome != heyoka.taylor_outcome.time_limit:
-            raise IntegrationError(f"the motion leaves what doubles hold after t = {ta.time:g} s")
-        now = (float(ta.time), ta.state.copy())
-        if stop is not None:
-            found.append(Hit(stopping[stop], *now))
-        kept = inside[inside <= now[0]]
-        x = states[np.searchsorted(grid[: len(states)], kept)] if len(kept) else np.empty((0, len(problem.x)))
-        hits, found[:] = tuple(sorted(found, key=lambda one: one.t)), []
-        done += len(kept)
-        yield Piece(kept, x, hits, now, int(steps), int(steps), stop is not None)
+        inside = times[done : np.searchsorted(times, goal, side="right")][:SAMPLES]
+        x, steps, why = stretch.cover(inside, min(goal, float(inside[-1])) if len(inside) == SAMPLES else goal)
+        hits, found[:] = sorted(found, key=lambda one: one.t), []
+        stop = next((one for one in hits if problem.stops[one.event]), None)
+        now = (float(ta.time), ta.state.copy()) if stop is None else (stop.t, stop.x)
+        kept = inside[: len(x)][inside[: len(x)] <= now[0]]
+        yield Piece(
+            kept, x[: len(kept)], tuple(one for one in hits if one.t <= now[0]), now, steps, steps, stop is not None
+        )
         if stop is not None:
             return
-        spent = time.perf_counter() - clock
-        stretch = (goal - begin) * min(16.0, PATIENCE / max(spent, PATIENCE / 100))
+        if why:
+            raise IntegrationError(why)
+        done += len(kept)
+        goal = problem.until
 
 
-LEAST_EVENT = 1_000_000
-"""Outcomes from -1 down to this one, excluded, are events that stop; those below have other meanings."""
+class Stretch:
+    """Some steps of heyoka's, and the samples in them."""
+
+    def __init__(self, ta: Any, problem: Problem, found: list[Hit]) -> None:
+        """Take an integrator and where it puts the events that it finds."""
+        self.ta, self.problem, self.found = ta, problem, found
+        self.guard = Guard(problem) if overlooks(problem.system) else None
+        self.longest = math.inf
+
+    def cover(self, inside: Array, goal: float) -> tuple[Array, int, str]:
+        """Return the states at times `inside` as far as it came, shape (k, nx), its steps, and why it cannot go on.
+
+        It goes to `goal`, or `STRETCH` steps, or until an event stops it.
+        """
+        if self.guard is not None:
+            return self._step_by_step(inside, goal)
+        import heyoka
+
+        begin, start = float(self.ta.time), self.ta.state.copy()
+        grid = np.unique(np.concatenate([[begin], inside, [goal]]))
+        each = {"callback": self._after} if self.problem.project.active or any(self.problem.stops) else {}
+        outcome, _, _, steps, _, states = self.ta.propagate_grid(grid, max_steps=STRETCH, **each)
+        if outcome == heyoka.taylor_outcome.err_nf_state:  # once more, to stand where it was still finite
+            self.ta.time, self.ta.state[:] = begin, start
+            self.found.clear()
+            return self._step_by_step(inside, goal)
+        return states[np.searchsorted(grid, inside[inside <= grid[len(states) - 1]])], int(steps), ""
+
+    def _step_by_step(self, inside: Array, goal: float) -> tuple[Array, int, str]:
+        ta, steps = self.ta, 0
+        rows: list[Array] = []
+        while ta.time < goal and steps < STRETCH:
+            begin, start, before = float(ta.time), ta.state.copy(), len(self.found)
+            ta.step(max_delta_t=min(goal - begin, self.longest), write_tc=True)
+            finite = math.isfinite(ta.time) and bool(np.all(np.isfinite(ta.state)))
+            if not finite or (self.guard is not None and not self.guard.holds(ta.tc, begin, ta.time - begin)):
+                self.longest = (ta.time - begin) / 2 if finite else 0.0
+                ta.time, ta.state[:] = begin, start
+                del self.found[before:]
+                if self.longest <= SMALLEST * max(1.0, begin):
+                    return _states(rows, start), steps, _stuck(begin)
+                continue
+            self.longest *= 2
+            steps += 1
+            for t in inside[len(rows) : np.searchsorted(inside, ta.time, side="right")]:
+                ta.update_d_output(t)
+                rows.append(ta.d_output.copy())
+            if not self._after(ta):
+                break
+        return _states(rows, ta.state), steps, ""
+
+    def _after(self, ta: Any) -> bool:
+        """Bring the state back to its constraints after a step, where it has drifted; tell whether to go on."""
+        moved = self.problem.project(ta.state)
+        if moved is not None:
+            ta.state[:] = moved
+        return not any(self.problem.stops[one.event] for one in self.found)
+
+
+def _states(rows: list[Array], like: Array) -> Array:
+    return np.array(rows, dtype=np.float64).reshape(-1, len(like))
+
+
+def _stuck(t: float) -> str:
+    return f"the motion leaves what doubles hold, or a formula has no real value, after t = {t:g} s"
+
+
+class Guard:
+    """Looks whether the series of a step has the rates that the equations have."""
+
+    def __init__(self, problem: Problem) -> None:
+        """Take the tolerance of a problem."""
+        self.system, self.limit = problem.system, SLACK * max(problem.rtol, SMALLEST)
+
+    def holds(self, series: Array, t: float, h: float) -> bool:
+        """Tell whether a step of length h from t on is to be believed; series: (nx, orders + 1)."""
+        orders = np.arange(series.shape[1])
+        powers = (h * PLACES[:, None]) ** orders
+        states = powers @ series.T
+        slopes = powers[:, :-1] @ (series[:, 1:] * orders[1:]).T
+        with np.errstate(all="ignore"):
+            off = h * np.abs(slopes - self.system.tell("rates", t + h * PLACES, states))
+        return bool(np.all(off <= self.limit * np.maximum(1.0, np.abs(states).max(axis=1))[:, None]))
+
+
+PLACES = np.arange(1, 9) / 8
+"""Where in a step its rates are looked at, over its length."""
+
+SLACK = 30.0
+"""How many times the tolerance they may be off, times the step; of steps that are right, less than four were seen."""
 
 
 def _sure_step(ta: Any) -> float:
@@ -201,19 +290,6 @@ def _sure_step(ta: Any) -> float:
 
 SHORTEST = 1e-200
 """A step that changes nothing, s."""
-
-
-class _Projection:
-    """Brings the state back to its constraints after a step, where it has drifted."""
-
-    def __init__(self, problem: Problem) -> None:
-        self.problem = problem
-
-    def __call__(self, ta: Any) -> bool:
-        moved = self.problem.project(ta.state)
-        if moved is not None:
-            ta.state[:] = moved
-        return True
 
 
 METHODS = {

@@ -148,6 +148,8 @@ TEXTS = {
     # numbers
     "state": "Chosen: one state, and values of the parameters.",
     "state.reason": "Parameters without a value in the scene are given one here, no two alike.",
+    "state.reason.closed": "The loops allow these rates and accelerations; parameters without a value in the scene "
+    "are given one.",
     "values": "The coefficients at that position:",
     "torque": "In all, {total} = {value}.",
     "shares": "What adds up to {total}: each bar is one product, its length the share in the sum of the amounts.",
@@ -203,23 +205,51 @@ TEXTS = {
     "velocities are written.",
     "scene.closed.reason": "Some joints close loops: they carry no body and have no coordinate of their own.",
     "table.class": "class t",
+    "table.dalembert": "by D'Alembert",
+    "table.lagrange": "by Lagrange",
     "unknowns": "Every joint transmits what it does not leave free; a driven joint adds its drive.",
     "unknowns.reason": "A joint of class t has t unknown components; they are written along the axes of its own frame. "
     "The ground is body 1.",
     "unknown.drive": "drive of joint {joint}",
+    "unknown.idle": "drive that a freedom in joint {joint} would need; nothing drives it, it comes out as zero",
+    "unknown.passive": "what the motion of joint {joint} would need: nothing drives it",
     "unknown.force": "force in joint {joint} along its {axis} axis",
     "unknown.moment": "moment in joint {joint} about its {axis} axis",
     "unknown.other": "component of what joint {joint} transmits",
     "count": "There are {equations} equations.",
-    "count.sum": "{each} equations for each of {bodies} moving bodies make {equations}. The joints have {reactions} "
-    "unknown reactions in all; the number of drives is {drives}.",
-    "count.correct": "So there are as many equations as unknowns: the system is correct in the sense of (5.20).",
-    "count.over": "The numbers differ: the mechanism is overconstrained, or drives are more or fewer than freedoms.",
+    "count.sum": "(5.18): {each} · {bodies} = {equations} equations for {bodies} moving bodies. (5.19): the joints "
+    "have m_R = Σ t · s_t = {sum} = {reactions} unknown reactions. Unknown drives: n = {drives}.",
+    "count.idle": "Freedoms that nothing drives: {number} (written in joint {joints}), such as the idle spin of a rod "
+    "between two balls. n counts them, since it is the mobility; their drives come out as zero for the motion that "
+    "the mechanism makes there by itself.",
+    "count.passive": "Joints without a drive: {number} ({joints}). What comes out there is what the chosen motion "
+    "would need, and zero for the motion that the mechanism makes by itself.",
+    "count.correct": "(5.20): {equations} = {drives} + {reactions}, as many equations as unknowns: the system is "
+    "correct.",
+    "count.over": "(5.20) does not hold: {equations} is not {drives} + {reactions}. The mechanism is overconstrained, "
+    "or drives are more or fewer than freedoms.",
     "count.plane": "The mechanism moves in a plane: forces across it and moments about axes in it are left out, and "
     "the class counts what lies in the plane.",
     "free": "Body {number}, {body}, is cut free.",
     "free.caption": "{body}, cut free: every force and couple that acts on it.",
     "free.reason": "Its frame {number} has the axes of the body and its origin in its reference joint {joint}.",
+    "frame": "Frame {number} of {body} as seen from the ground.",
+    "frame.reason": "P holds the direction cosines of its axes, r with a tilde the position of its origin as a skew "
+    "matrix. With them every force and moment of the body goes to the ground, (5.5): the force is multiplied by P, "
+    "and so is the moment, to which r with a tilde times the force is added.",
+    "moved": "How {body} moves, and what that takes.",
+    "moved.reason": "The inertia force is minus mass times acceleration: of the centre of mass in (5.11), of the "
+    "origin of the frame in (5.16). P transposed turns (5.11) into the axes of the body, (5.12) and (5.13). The "
+    "moment (5.14) is minus the inertia times the angular acceleration, minus the gyroscopic term, plus the arm of "
+    "the centre of mass crossed with (5.16).",
+    "erratum.5.1b": "The second component of the moment reads M_jyy; it is M_jjy: the first index is the frame, the "
+    "second the body, the third the axis. Check: all other components of (5.1) begin with jj.",
+    "erratum.5.3": "One letter stands for the skew matrix (5.2) and for the shift of a bivector (5.3); they are r "
+    "with a tilde, three rows and columns, and R with a bar, six. Check: in (5.5) the shift multiplies a bivector, "
+    "which has six rows.",
+    "erratum.5.16": "The text has a position in place of an acceleration. (5.11) is right.",
+    "erratum.5.16.check": "Check in numbers, at the state that the section on reactions lists: put into (5.14), the "
+    "text gives {left} = {wrong}; the motion needs {left} = {right}.",
     "bivectors": "What acts on {body}, each force over its moment about the origin of its frame.",
     "bivectors.reason": "Actions A: weight, loads, springs, friction. Inertia D: minus mass times acceleration of the "
     "centre of mass, and the moment of (5.14). Reactions R in the reference joint, and with a star those in other "
@@ -229,16 +259,22 @@ TEXTS = {
     "solved": "The equations are solved for all reactions and drives.",
     "solved.reason": "From the tip to the ground: the last body's equations hold only what its own joint transmits.",
     "reactions": "In numbers:",
-    "reactions.moving": "At the position that is drawn, with rates and accelerations that are not all alike:",
-    "reactions.rest": "At rest in the position that is drawn:",
+    "reactions.open": "At the state above:",
+    "reactions.closed": "With loops all equations are coupled, and no body can be solved before the others; at the "
+    "state above, whose rates and accelerations the loops allow:",
     "reactions.least": "The values are not unique; these are the least ones.",
     "reactions.reason": "The same system, solved in numbers.",
     "roads": "Lagrange's road gives the same drives.",
-    "roads.open": "{names}: the solution above and Lagrange's equations are the same functions, proved at {points} "
-    "random points over {primes} random prime fields; the chance of error is below {chance}.",
-    "roads.closed": "{names}: the drives in the joints do what virtual work asks for, reactions have the power of the "
-    "drives, and the ground gives what changes the momentum; proved at {points} random points over {primes} random "
-    "prime fields; the chance of error is below {chance}.",
+    "roads.open": "The solution above and Lagrange's equations are the same functions, and put into (5.18) the "
+    "solution leaves nothing.",
+    "roads.drives": "(5.18), solved exactly for the drives, and Lagrange's equations with multipliers give the same "
+    "functions.",
+    "roads.joints": "What the reactions and drives do along the motion of each joint is what virtual work asks for.",
+    "roads.power": "All reactions together have the power of the drives and of what acts in the joints.",
+    "roads.momentum": "What the ground exerts, with weights and loads, is the rate of the momentum.",
+    "roads.proved": "Drives compared: {names}. Proved at {points} random points over {primes} random prime fields; "
+    "the chance of error is below {chance}.",
+    "roads.numbers": "In numbers, at the state above:",
     "roads.reason": "Lagrange's equations know no reactions, because these do no work; D'Alembert's find them all. "
     "Both share the scene, and nothing else.",
     # exercises and the page
@@ -263,9 +299,14 @@ TEXTS = {
     "exercise.hint.coefficients": "Read it off the equations of motion: it is what multiplies the accelerations or "
     "rates of its "
     "indices, with its sign.",
+    "exercise.hint.bivectors": "Put the motion of the body into (5.14); its inertia, angular velocity and (5.16) "
+    "stand above.",
+    "exercise.hint.solved": "Begin at the last body: its equation of moments about the axis holds the drive alone.",
     "answer.right": "Right.",
     "answer.turned": "Not yet: all of it has the opposite sign.",
     "answer.factor": "Not yet: yours is {factor} times the result.",
+    "answer.rounded": "Not yet: it is right to some digits only; write numbers exactly.",
+    "answer.numbers": "Not yet: it is right for the numbers of this scene only; write the symbols in their place.",
     "answer.wrong": "Not yet: it has another value.",
     "answer.undefined": "This has no value: it divides by zero, or takes the root of a negative number.",
     "fault.empty": "Nothing is written here.",

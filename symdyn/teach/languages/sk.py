@@ -146,6 +146,8 @@ TEXTS = {
     # numbers
     "state": "Zvolíme jeden stav a hodnoty parametrov.",
     "state.reason": "Parametre, ktoré v zadaní hodnotu nemajú, ju dostanú tu, každý inú.",
+    "state.reason.closed": "Slučky tieto rýchlosti a zrýchlenia dovoľujú; parametre, ktoré v zadaní hodnotu nemajú, "
+    "ju dostanú tu.",
     "values": "Koeficienty v tejto polohe:",
     "torque": "Spolu {total} = {value}.",
     "shares": "Z čoho sa skladá {total}: každý stĺpec je jeden súčin, jeho dĺžka je podiel na súčte veľkostí.",
@@ -199,23 +201,49 @@ TEXTS = {
     "počet zapísaných rýchlostí v spojeniach {freedoms}.",
     "scene.closed.reason": "Niektoré spojenia uzatvárajú slučky: nenesú člen a nemajú vlastnú súradnicu.",
     "table.class": "trieda t",
+    "table.dalembert": "podľa D'Alemberta",
+    "table.lagrange": "podľa Lagrangea",
     "unknowns": "Každé spojenie prenáša to, čo nenecháva voľné; poháňané spojenie pridáva hnací účinok.",
     "unknowns.reason": "Spojenie triedy t má t neznámych súradníc; píšu sa v osiach jeho vlastného súradnicového "
     "systému. Rám je člen 1.",
     "unknown.drive": "hnací účinok v spojení {joint}",
+    "unknown.idle": "hnací účinok, ktorý by potrebovala voľnosť v spojení {joint}; nič ju nepoháňa, vyjde nulový",
+    "unknown.passive": "čo by potreboval pohyb v spojení {joint}: nič ho nepoháňa",
     "unknown.force": "sila v spojení {joint} v smere jeho osi {axis}",
     "unknown.moment": "moment v spojení {joint} okolo jeho osi {axis}",
     "unknown.other": "zložka toho, čo prenáša spojenie {joint}",
     "count": "Počet rovníc je {equations}.",
-    "count.sum": "Počet rovníc na člen je {each}, počet pohyblivých členov {bodies}, spolu {equations}. Neznámych "
-    "reakcií v spojeniach je {reactions}, hnacích účinkov {drives}.",
-    "count.correct": "Počet rovníc sa teda rovná počtu neznámych: sústava je korektná v zmysle (5.20).",
-    "count.over": "Počty sa líšia: mechanizmus je preurčený, alebo je pohonov viac či menej než voľností.",
+    "count.sum": "(5.18): {each} · {bodies} = {equations} rovníc, počet pohyblivých členov je {bodies}. (5.19): v "
+    "spojeniach je m_R = Σ t · s_t = {sum} = {reactions} neznámych reakcií. Neznáme hnacie účinky: n = {drives}.",
+    "count.idle": "Voľnosti, ktoré nič nepoháňa: {number} (zapísané v spojení {joints}), napríklad voľné otáčanie "
+    "tyče medzi dvoma guľami. n ich zahŕňa, lebo je to pohyblivosť; pre pohyb, ktorý tam mechanizmus koná sám, vyjdú "
+    "ich hnacie účinky nulové.",
+    "count.passive": "Spojenia bez pohonu: {number} ({joints}). Vyjde tam to, čo by zvolený pohyb potreboval; pre "
+    "pohyb, ktorý mechanizmus koná sám, je to nula.",
+    "count.correct": "(5.20): {equations} = {drives} + {reactions}, rovníc je toľko ako neznámych: sústava je "
+    "korektná.",
+    "count.over": "(5.20) neplatí: {equations} sa nerovná {drives} + {reactions}. Mechanizmus je preurčený, alebo je "
+    "pohonov viac či menej než voľností.",
     "count.plane": "Mechanizmus sa pohybuje v rovine: sily kolmé na ňu a momenty okolo osí v nej sa vynechávajú a "
     "trieda počíta to, čo leží v rovine.",
     "free": "Člen {number}, {body}, uvoľníme.",
     "free.caption": "Uvoľnený člen {body}: všetky sily a dvojice, ktoré naň pôsobia.",
     "free.reason": "Jeho súradnicový systém {number} má osi člena a začiatok vo vzťažnom spojení {joint}.",
+    "frame": "Súradnicový systém {number} člena {body} vzhľadom na rám.",
+    "frame.reason": "P obsahuje smerové kosínusy jeho osí, r s vlnkou polohu jeho začiatku ako antisymetrickú maticu. "
+    "Nimi sa každá sila a moment člena prenesú do rámu podľa (5.5): sila sa násobí maticou P, moment tiež a pripočíta "
+    "sa k nemu r s vlnkou krát sila.",
+    "moved": "Ako sa člen {body} pohybuje a čo to vyžaduje.",
+    "moved.reason": "Zotrvačná sila je mínus hmotnosť krát zrýchlenie: ťažiska v (5.11), začiatku súradnicového "
+    "systému v (5.16). Transponovaná P otočí (5.11) do osí člena, (5.12) a (5.13). Moment (5.14) je mínus zotrvačnosť "
+    "krát uhlové zrýchlenie, mínus gyroskopický výraz, plus rameno ťažiska vektorovo krát (5.16).",
+    "erratum.5.1b": "Druhá zložka momentu je označená M_jyy; má byť M_jjy: prvý index je priestor, druhý člen, tretí "
+    "os. Kontrola: všetky ostatné zložky v (5.1) majú na začiatku jj.",
+    "erratum.5.3": "Jeden symbol označuje antisymetrickú maticu (5.2) aj prenos bivektora (5.3); sú to r s vlnkou, "
+    "tri riadky a stĺpce, a R s pruhom, šesť. Kontrola: v (5.5) prenos násobí bivektor, ktorý má šesť riadkov.",
+    "erratum.5.16": "V texte je poloha namiesto zrýchlenia. Vzťah (5.11) je správny.",
+    "erratum.5.16.check": "Kontrola v číslach, v stave uvedenom v časti o reakciách: po dosadení do (5.14) text dáva "
+    "{left} = {wrong}; pohyb vyžaduje {left} = {right}.",
     "bivectors": "Čo pôsobí na člen {body}: sila nad momentom k začiatku jeho súradnicového systému.",
     "bivectors.reason": "Akčné účinky A: tiaž, zaťaženia, pružiny, trenie. Zotrvačné účinky D: mínus hmotnosť krát "
     "zrýchlenie ťažiska a moment (5.14). Reakcie R vo vzťažnom spojení a s hviezdičkou v ostatných spojeniach, opačné "
@@ -225,17 +253,23 @@ TEXTS = {
     "solved": "Rovnice riešime pre všetky reakcie a hnacie účinky.",
     "solved.reason": "Od konca k rámu: rovnice posledného člena obsahujú len to, čo prenáša jeho vlastné spojenie.",
     "reactions": "V číslach:",
-    "reactions.moving": "V nakreslenej polohe, s rýchlosťami a zrýchleniami, ktoré nie sú všetky rovnaké:",
-    "reactions.rest": "V pokoji v nakreslenej polohe:",
+    "reactions.open": "V stave uvedenom vyššie:",
+    "reactions.closed": "V slučkách sú všetky rovnice zviazané a žiaden člen sa nedá riešiť pred ostatnými; v stave "
+    "uvedenom vyššie, ktorého rýchlosti a zrýchlenia slučky dovoľujú:",
     "reactions.least": "Hodnoty nie sú jednoznačné; toto sú najmenšie.",
     "reactions.reason": "Tá istá sústava, riešená numericky.",
     "roads": "Lagrangeova cesta dáva tie isté hnacie účinky.",
-    "roads.open": "{names}: riešenie uvedené vyššie a Lagrangeove rovnice sú tie isté funkcie, čo je dokázané v "
-    "náhodných bodoch (počet {points}) nad náhodnými konečnými poľami (počet {primes}); pravdepodobnosť omylu "
-    "je menšia než {chance}.",
-    "roads.closed": "{names}: hnacie účinky v spojeniach konajú to, čo žiada virtuálna práca, výkon reakcií je výkonom "
-    "pohonov a rám dodáva zmenu hybnosti; dokázané v náhodných bodoch (počet {points}) nad náhodnými konečnými poľami "
-    "(počet {primes}); pravdepodobnosť omylu je menšia než {chance}.",
+    "roads.open": "Riešenie uvedené vyššie a Lagrangeove rovnice sú tie isté funkcie a po dosadení riešenia do (5.18) "
+    "nezostane nič.",
+    "roads.drives": "Presné riešenie (5.18) pre hnacie účinky a Lagrangeove rovnice s multiplikátormi sú tie isté "
+    "funkcie.",
+    "roads.joints": "Čo reakcie a hnacie účinky konajú pozdĺž pohybu každého spojenia, je to, čo žiada virtuálna "
+    "práca.",
+    "roads.power": "Výkon všetkých reakcií spolu je výkonom pohonov a toho, čo pôsobí v spojeniach.",
+    "roads.momentum": "Účinok rámu spolu s tiažami a zaťaženiami je deriváciou hybnosti podľa času.",
+    "roads.proved": "Porovnané hnacie účinky: {names}. Dokázané v náhodných bodoch (počet {points}) nad náhodnými "
+    "konečnými poľami (počet {primes}); pravdepodobnosť omylu je menšia než {chance}.",
+    "roads.numbers": "V číslach, v stave uvedenom vyššie:",
     "roads.reason": "Lagrangeove rovnice reakcie nepoznajú, lebo reakcie nekonajú prácu; D'Alembertova metóda nájde "
     "všetky. Spoločné majú len zadanie.",
     # exercises and the page
@@ -260,9 +294,14 @@ TEXTS = {
     "exercise.hint.coefficients": "Prečítajte ho z pohybových rovníc: násobí zrýchlenia alebo rýchlosti svojich "
     "indexov, aj so "
     "znamienkom.",
+    "exercise.hint.bivectors": "Dosaďte pohyb člena do (5.14); jeho zotrvačnosť, uhlová rýchlosť a (5.16) sú uvedené "
+    "vyššie.",
+    "exercise.hint.solved": "Začnite posledným členom: jeho momentová rovnica k osi obsahuje len hnací účinok.",
     "answer.right": "Správne.",
     "answer.turned": "Ešte nie: celý výraz má opačné znamienko.",
     "answer.factor": "Ešte nie: váš výraz je {factor}-násobok výsledku.",
+    "answer.rounded": "Ešte nie: výraz je správny len na niekoľko číslic; píšte presné čísla.",
+    "answer.numbers": "Ešte nie: výraz je správny len pre čísla tejto scény; namiesto nich píšte symboly.",
     "answer.wrong": "Ešte nie: výraz má inú hodnotu.",
     "answer.undefined": "Výraz nemá hodnotu: delí nulou alebo odmocňuje záporné číslo.",
     "fault.empty": "Nič tu nie je napísané.",

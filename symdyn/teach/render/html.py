@@ -1,7 +1,6 @@
 """A document as one HTML page that needs nothing else: mathematics in MathML, pictures inside, exercises that answer.
 
-A formula that is wider than a phone is written twice, in long and in short lines; the style sheet shows one. A very
-long one is written once and scrolls.
+A formula is written in pieces, one a term, which the browser sets in lines of any width; what is wider scrolls.
 """
 
 from __future__ import annotations
@@ -20,24 +19,22 @@ from symdyn.teach.document import (
     Block,
     Box,
     Braced,
-    Column,
     Document,
     Fold,
     Formula,
+    Matrix,
     Picture,
     Shares,
     Values,
     Words,
 )
 from symdyn.teach.exercises import questions
-from symdyn.teach.interactive import Interactive, interactive
+from symdyn.teach.interactive import WORDS, Interactive, absence, interactive
 from symdyn.teach.languages import LANGUAGES
 from symdyn.teach.render.markdown import number
-from symdyn.teach.render.mathml import display, inline
-from symdyn.teach.render.spelling import Spelling, lines
+from symdyn.teach.render.mathml import flow, inline
+from symdyn.teach.render.spelling import Spelling
 
-WIDE, NARROW = 530.0, 195.0  # pt at 10 pt: a page, a phone
-LONG = 6  # lines on a page, from which on a formula scrolls on a phone
 SHORT = 150.0  # of a formula between words
 
 
@@ -66,7 +63,7 @@ def html_page(document: Document) -> str:
         }
         for section in document.sections
     ]
-    asked, live = questions(document), _live(document)
+    asked, (live, absent) = questions(document), _live(document)
     solutions = next((k for k, section in enumerate(document.sections) if section.key == "solutions"), len(sections))
     values = {
         "title": escape(document.title),
@@ -75,17 +72,19 @@ def html_page(document: Document) -> str:
         "sections": sections[:solutions],
         "solutions": sections[solutions:],
         "live": live,
+        "absent": absent,
         "questions": harmless(json.dumps(asked, ensure_ascii=False, separators=(",", ":"))) if asked else "",
     }
     return render("teach/walkthrough.html.jinja", values)
 
 
-def _live(document: Document) -> Interactive | None:
-    """Return the part with sliders; None for a mechanism that they cannot move."""
+def _live(document: Document) -> tuple[Interactive | None, str]:
+    """Return the part with sliders; for a mechanism that they cannot move None, and why."""
     try:
-        return interactive(document.scene, language=document.language)
-    except (TeachError, DerivationError):
-        return None
+        return interactive(document.scene, language=document.language), ""
+    except (TeachError, DerivationError) as fault:
+        why = absence(document.scene, document.language)
+        return None, escape(why or f"{WORDS[document.language]['absent']} {fault}")
 
 
 def harmless(text: str) -> str:
@@ -109,9 +108,9 @@ class _Page:
         return "".join(escape(x, quote=False) if isinstance(x, str) else self._inline(x) for x in words.parts)
 
     def _inline(self, form: Form) -> str:
-        """Return a formula in a line of text; one that a phone has no room for scrolls."""
+        """Return a formula in a line of text; a long one in pieces."""
         latex = self.spell.inline(form)
-        return inline(latex) if latex_width(latex) < SHORT else f'<span class="scroll">{inline(latex)}</span>'
+        return inline(latex) if latex_width(latex) < SHORT else f'<span class="run">{flow("", self.spell(form))}</span>'
 
     def block(self, block: Block) -> Iterator[str]:
         """Yield the elements of a block."""
@@ -119,11 +118,10 @@ class _Page:
             yield f"<p>{self.words(block)}</p>"
         elif isinstance(block, (Formula, Braced)):
             left, right = self.spell.formula(block) if isinstance(block, Formula) else self.spell.braced(block)
-            yield self._formula(left, right, block.number)
-        elif isinstance(block, Column):
-            entries = r" \\ ".join(self.spell.inline(entry) for entry in block.entries)
-            line = rf"{self.spell.symbols[block.left]} &= \begin{{bmatrix}} {entries} \end{{bmatrix}}"
-            yield _numbered(display([line]), block.number)
+            yield _numbered(flow(left, right), block.number)
+        elif isinstance(block, Matrix):
+            left, right = self.spell.matrix(block).split("&", maxsplit=1)
+            yield _numbered(flow(left.strip(), right), block.number)
         elif isinstance(block, Picture):
             svg = re.sub(r"<title>.*?</title>", f"<title>{escape(block.alt)}</title>", block.svg, count=1, flags=re.S)
             svg = re.sub(r'aria-label="[^"]*"', f'aria-label="{escape(block.alt)}"', svg, count=1)
@@ -140,13 +138,6 @@ class _Page:
             yield f"<details><summary>{self.words(block.summary)}</summary>\n{inside}</details>"
         elif isinstance(block, Blank):
             yield self._blank(block)
-
-    def _formula(self, left: str, right: str, number: str) -> str:
-        wide = lines(left, right, WIDE)
-        if len(wide) > LONG or max(latex_width(line) for line in wide) <= NARROW:
-            return _numbered(display(wide), number)
-        pair = f'<div class="wide">{display(wide)}</div><div class="narrow">{display(_short(left, right))}</div>'
-        return _numbered(pair, number)
 
     def _table(self, table: Values) -> str:
         head = "".join(f"<th>{self.words(cell)}</th>" for cell in table.head)
@@ -183,12 +174,6 @@ class _Page:
         return render("teach/blank.html.jinja", values)
 
 
-def _short(left: str, right: str) -> list[str]:
-    """Return a formula in short lines; what is left of the sign stands alone."""
-    first, *others = lines("", right, NARROW)
-    return [*([f"& {left}"] if left else []), first, *others]
-
-
 def _numbered(formula: str, number: str) -> str:
     tag = f'<span class="number">({escape(number)})</span>' if number else ""
-    return f'<div class="formula"><div class="scroll">{formula}</div>{tag}</div>'
+    return f'<div class="formula"><div class="flow">{formula}</div>{tag}</div>'

@@ -13,15 +13,16 @@ from symdyn.teach.document import (
     Block,
     Box,
     Braced,
-    Column,
     Document,
     Fold,
     Formula,
+    Matrix,
     Picture,
     Shares,
     Values,
     Words,
 )
+from symdyn.teach.languages import LANGUAGES
 from symdyn.teach.render.drawing import tex_picture
 from symdyn.teach.render.markdown import number
 from symdyn.teach.render.spelling import Spelling, lines
@@ -63,6 +64,7 @@ class _Page:
 
     def __init__(self, document: Document) -> None:
         self.spell = Spelling(document)
+        self.hint = LANGUAGES[document.language]["exercise.hint"]
 
     def words(self, words: Words) -> str:
         return self.spell.words(words)
@@ -91,11 +93,10 @@ class _Page:
         """Yield the paragraphs of a block that is no formula, on lines of `room` pt."""
         if isinstance(block, Words):
             yield self.words(block)
-        elif isinstance(block, Column):
-            entries = r" \\ ".join(self.spell.inline(entry) for entry in block.entries)
-            vector = rf"= \begin{{bmatrix}} {entries} \end{{bmatrix}}"
+        elif isinstance(block, Matrix):
             tag = rf" \tag{{{block.number}}}" if block.number else ""
-            yield f"\\begin{{equation*}}\n  {self.spell.symbols[block.left]} {vector}{tag}\n\\end{{equation*}}"
+            line = self.spell.matrix(block).replace("&=", "=", 1)
+            yield f"\\begin{{equation*}}\n  {line}{tag}\n\\end{{equation*}}"
         elif isinstance(block, Picture):
             caption = rf"\small {self.words(block.caption)}"
             yield f"\\begin{{center}}\n{tex_picture(block.svg)}\n\n{caption}\n\\end{{center}}"
@@ -112,7 +113,7 @@ class _Page:
             yield f"{{\\small\n{body}\n\\par}}"
         elif isinstance(block, Blank):
             yield self.words(block.ask)
-            yield rf"\emph{{{self.words(block.hint)}}}"
+            yield rf"\emph{{{self.hint}: {self.words(block.hint)}}}"
 
     def _table(self, table: Values, room: float) -> str:
         """Return a table whose wide columns share what the narrow ones leave."""

@@ -11,15 +11,16 @@ from symdyn.teach.document import (
     Block,
     Box,
     Braced,
-    Column,
     Document,
     Fold,
     Formula,
+    Matrix,
     Picture,
     Shares,
     Values,
     Words,
 )
+from symdyn.teach.languages import LANGUAGES
 from symdyn.teach.render.spelling import Spelling, lines
 
 ROOM = 620.0  # of a display, pt at 10 pt
@@ -74,10 +75,8 @@ class Page:
         elif isinstance(block, (Formula, Braced)):
             left, right = self.spell.formula(block) if isinstance(block, Formula) else self.spell.braced(block)
             yield display(lines(left, right, ROOM), block.number)
-        elif isinstance(block, Column):
-            entries = r" \\ ".join(self.spell.inline(entry) for entry in block.entries)
-            vector = rf"= \begin{{bmatrix}} {entries} \end{{bmatrix}}"
-            yield display([f"{self.spell.symbols[block.left]} &{vector}"], block.number)
+        elif isinstance(block, Matrix):
+            yield display([self.spell.matrix(block)], block.number)
         elif isinstance(block, Picture):
             yield f"![{block.alt}]({self.document.scene.name}-{block.key}.svg)"
             yield f"*{self.words(block.caption)}*"
@@ -96,7 +95,8 @@ class Page:
             yield "\n\n".join([summary, *inside, "</details>"])
         elif isinstance(block, Blank):
             yield self.words(block.ask)
-            yield f"<details><summary>?</summary>\n\n{self.words(block.hint)}\n\n</details>"
+            summary = LANGUAGES[self.document.language]["exercise.hint"]
+            yield f"<details><summary>{summary}</summary>\n\n{self.words(block.hint)}\n\n</details>"
 
     def _bars(self, shares: Shares) -> str:
         rows: list[Iterable[str]] = [(f"${self.spell.inline(shares.total)}$", shares.unit, "")]

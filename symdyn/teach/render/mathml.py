@@ -1,19 +1,32 @@
-r"""LaTeX as MathML, by latex2mathml, with what browsers need beside it: spaces around functions, low accents, lines."""
+r"""LaTeX as MathML, by latex2mathml, with what browsers need beside it: spaces around functions, low accents, lines.
+
+Lessons hold thousands of formulas, so the markup is short: thin spaces stand in the tokens beside them, as characters.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from functools import cache
+from itertools import accumulate
 
+from symdyn.emit.breaking import latex_width
+from symdyn.emit.formula_text import BREAK
 from symdyn.errors import EmitError
 
+BRACKET = 150.0  # pt at 10 pt: what is no longer stays in one line, which a phone has room for
+PART = " <wbr>"  # the space belongs to the line that ends
 NAMES = "sin|cos|tan|tanh|exp|ln|operatorname{[a-z]+}"
 _BEFORE = re.compile(rf"(?<=[\w}})]) (?=\\(?:{NAMES})(?![a-z]))")
 _AFTER = re.compile(rf"(\\(?:{NAMES})(?:\^(?:\d|{{\d+}}))?) (?=[\w\\])")
 _ACCENTED = re.compile(r"<mover>((?:(?!</?mover>).)*)<mo>([¨˙])</mo></mover>")
 _BRACED = re.compile(r"<munder><munder>(.*?)<mo>⏟</mo></munder>")
 _NUMBERED = re.compile(r"&#x0*([0-9A-Fa-f]+);")
+_OPERATOR = re.compile(r"\s*([=+-]?)\s*(.*?)\s*", re.DOTALL)
+_THIN = '<mspace width="0.167em" />'
+_THIN_AFTER = re.compile(rf"(<mn>[^<]*|<mi>[^<]{{2,}})(</m[in]>){_THIN}")
+_THIN_RAISED = re.compile(rf"(<mn>[^<]*)(</mn></m(?:sup|sub|subsup)>){_THIN}")
+_THIN_BEFORE = re.compile(rf"{_THIN}((?:<m(?:sup|row)>)*<mi>)(?=[a-z]{{2}})")
+_ALONE = re.compile(r"<mrow>(<m[ino]>[^<]*</m[ino]>)</mrow>")
 _WRAPPED = re.compile(r"<math[^>]*><mrow>(.*)</mrow></math>", re.DOTALL)
 
 
@@ -22,14 +35,48 @@ def inline(latex: str) -> str:
     return f"<math>{inner(latex)}</math>"
 
 
-def display(lines: Sequence[str]) -> str:
-    r"""Return lines "left &= right" as one formula, aligned at the & of each."""
-    rows = []
-    for line in lines:
-        left, _, right = line.partition("&")
-        cells = f'<mtd class="l">{inner(left)}</mtd><mtd class="r">{inner(right.replace("{}", "", 1))}</mtd>'
-        rows.append(f"<mtr>{cells}</mtr>")
-    return f'<math display="block" class="lines"><mtable displaystyle="true">{"".join(rows)}</mtable></math>'
+def flow(left: str, right: str) -> str:
+    r"""Return "left = right" in pieces, between which lines may part: terms, and terms in brackets that are long."""
+    shown = [inline(left)] if left else []
+    term: list[str] = []
+    depth = 0
+    for piece in _whole(right.split(BREAK)):
+        found = _OPERATOR.fullmatch(piece)
+        assert found is not None, "a pattern of any text"
+        sign, rest = found[1].replace("-", "−"), found[2]
+        term.append(f"{sign} {inline(rest)}" if sign else inline(rest))
+        depth += _depths(piece)[-1]
+        if depth <= 0:
+            shown.append(term[0] if len(term) == 1 else f'<span class="term">{PART.join(term)}</span>')
+            term = []
+    return PART.join([*shown, *term])
+
+
+def _whole(pieces: list[str]) -> list[str]:
+    """Return the pieces with short brackets put together."""
+    found = [pieces[-1]]
+    for piece in reversed(pieces[:-1]):
+        found.append(piece)
+        while (count := _closing(found)) and latex_width(whole := "".join(reversed(found[-count:]))) <= BRACKET:
+            found[-count:] = [whole]
+    return found[::-1]
+
+
+def _closing(pieces: list[str]) -> int:
+    """Return how many pieces, the last first, close a bracket that the last one opens; 0 where it opens none."""
+    depth = inside = _depths(pieces[-1])[-1]
+    if depth > 0:
+        for count, piece in enumerate(reversed(pieces[:-1]), 2):
+            depths = _depths(piece)
+            if inside + min(depths) < depth:
+                return count
+            inside += depths[-1]
+    return 0
+
+
+def _depths(piece: str) -> list[int]:
+    """Return the depth of brackets before and behind each of them."""
+    return [0, *accumulate(1 if x == "(" else -1 for x in piece if x in "()")]
 
 
 @cache
@@ -50,8 +97,11 @@ def inner(latex: str) -> str:
     assert found is not None, "latex2mathml writes one mrow in one math element"
     text = _NUMBERED.sub(_character, found[1])
     text = _BRACED.sub(r'<munder><mrow class="brace">\1</mrow>', text)  # a glyph that browsers stretch in part only
-    text = text.replace('<mo stretchy="true" fence="true" minsize', '<mo lspace="0" rspace="0" fence="true" minsize')
-    return _ACCENTED.sub(r'<mover accent="true">\1<mo stretchy="false">\2</mo></mover>', text)
+    text = text.replace('<mo stretchy="true" fence="true" minsize', "<mo minsize")
+    text = _ALONE.sub(r"\1", text)
+    text = _THIN_BEFORE.sub("\\1\u2009", _THIN_AFTER.sub("\\1\u2009\\2", text))
+    text = _THIN_RAISED.sub("\\1\u2005\\2", text)  # as wide, in smaller type
+    return _ACCENTED.sub(r'<mover accent="true">\1<mo>\2</mo></mover>', text)
 
 
 def _character(found: re.Match[str]) -> str:

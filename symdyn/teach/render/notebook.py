@@ -34,7 +34,7 @@ EXERCISES = """
 from symdyn.teach import walkthrough
 from symdyn.teach.exercises import judge, with_exercises
 
-lesson = with_exercises(walkthrough(scene, "{language}"))"""
+lesson = with_exercises(walkthrough(scene, "{language}", road="{road}"))"""
 
 
 def notebook(document: Document) -> dict[str, str]:
@@ -58,7 +58,7 @@ def _cells(document: Document) -> Iterator[Cell]:
     yield _text("title", f"# {document.title}")
     asked = any(isinstance(block, Blank) for _, block in document.blocks())
     setup = (SETUP + EXERCISES if asked else SETUP).format(
-        scene=write_text(document.scene, "toml").text, language=document.language
+        scene=write_text(document.scene, "toml").text, language=document.language, road=document.road
     )
     yield _code("setup", setup)
     for section in document.sections:
@@ -76,7 +76,7 @@ def _step(page: _Page, step: Step) -> Iterator[Cell]:
     yield _text(f"step-{step.key}", "\n\n".join(parts), pictures)
     if step.key.startswith("coefficients"):
         results = [block for block in step.blocks if isinstance(block, Formula)]
-        found = [(block.left, form) for block in results if (form := answer_of(page.document, block)) is not None]
+        found = [answer for block in results if (answer := answer_of(page.document, block)) is not None]
         if found:
             lines = [f"{page.spell.symbols[left]} = {page.spell.inline(form)}" for left, form in found]
             yield _code(f"check-{step.key}", 'check(r"""\n' + "\n".join(lines) + '\n""")')

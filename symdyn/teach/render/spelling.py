@@ -9,7 +9,7 @@ from symdyn.algebra.form import MINUS_ONE, Form, product_of, split_sign, sum_of,
 from symdyn.emit.breaking import break_lines, latex_width
 from symdyn.emit.formula_text import BREAK, Latex
 from symdyn.emit.symbols import GREEK, PrintName, escape, latex_symbols
-from symdyn.teach.document import Braced, Document, Formula, Letter, Name, Rate, Words
+from symdyn.teach.document import Braced, Document, Formula, Letter, Matrix, Name, Rate, Words
 
 INDENT = 20.0
 LARGEST = 60  # denominator of a fraction that no decimal writes: 1/24
@@ -82,6 +82,12 @@ class Spelling:
             sign = "-" if negative else "+"
             text += f" {BREAK}{sign} {shown}" if text else f"{'-' if negative else ''}{shown}"
         return self.inline(formula.left), f"= {text or '0'}"
+
+    def matrix(self, matrix: Matrix) -> str:
+        r"""Return left &= \begin{bmatrix} ... \end{bmatrix}."""
+        cells = [self.inline(entry) for entry in matrix.entries]
+        rows = r" \\ ".join(" & ".join(cells[k : k + matrix.width]) for k in range(0, len(cells), matrix.width))
+        return rf"{self.symbols[matrix.left]} &= \begin{{bmatrix}} {rows} \end{{bmatrix}}"
 
     def words(self, words: Words, plain: Callable[[str], str] = escape) -> str:
         """Return prose with forms between dollar signs."""

@@ -2,6 +2,7 @@ r"""What the names in a student's formulas mean: the scene's symbols however the
 
 m_1, m_{1}, m1              the parameter m1, by its name in code and by how it is printed
 \dot q_1, q_1', q1_dot, qd1, dq1           a velocity; two dots for an acceleration
+q_1, \theta_1              the first coordinate, where the scene has no such symbol
 c_{12}, s_2, \cos_{12}...   cos(q1 + q2), sin(q2), by joint number, where the scene has no such symbol
 m_2gh_2                     names without a space between them, where they can be read in one way only
 """
@@ -71,6 +72,10 @@ class Names:
                 head = plain.rstrip("0123456789")
                 found.setdefault(pattern.format(plain, head, plain[len(head) :]), velocity)
                 found.setdefault(pattern.replace("d", "dd", 1).format(plain, head, plain[len(head) :]), acceleration)
+        for number, coordinate in enumerate(self.scene.coordinates, 1):
+            if coordinate in self.dotted:
+                for letter in ("q", "theta"):
+                    found.setdefault(f"{letter}{number}", coordinate)
         found.setdefault("t", "t")
         return found
 

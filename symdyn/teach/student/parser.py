@@ -27,12 +27,14 @@ from symdyn.algebra.form import (
 )
 from symdyn.errors import TeachError
 from symdyn.graph import Op
+from symdyn.teach.student.bounds import numbers_of, too_large
 from symdyn.teach.student.names import Names
 from symdyn.teach.student.source import Source
 from symdyn.teach.student.tokens import OPENING, Token
 
 DEEPEST = 60
 LARGEST_POWER = 32
+TOO_LARGE = "a number beyond 1e60, or below 1e-60, has no place in a formula"
 UNARY = {name: Op[name.upper()] for name in ("sin", "cos", "sqrt", "exp", "log", "tanh", "abs", "sign")}
 UNARY |= {"tan": Op.SIN}
 
@@ -49,7 +51,10 @@ def parse(source: Source, tokens: Sequence[Token], names: Names, end: int) -> Fo
     Raises:
         TeachError: it is none.
     """
-    return _Parser(source, tokens, names, end).run()
+    form = _Parser(source, tokens, names, end).run()
+    if any(map(too_large, numbers_of(form))):
+        raise source.fault(tokens[0].at, TOO_LARGE)
+    return form
 
 
 class _Parser:
@@ -136,7 +141,7 @@ class _Parser:
     def factor(self) -> Form:
         token = self.take()
         if token.kind == "number":
-            return self.raised(Number(token.value))
+            return self.raised(self.checked(token, Number(token.value)))
         if token.kind == "word":
             return self.word(token, token.dots)
         if token.kind == "open":
@@ -295,9 +300,14 @@ class _Parser:
             if base == Number(Fraction(0)) and exponent < 0:
                 raise self.fault(caret, "division by zero")
             if isinstance(base, Number):
-                return Number(base.value**exponent)
+                return self.checked(caret, Number(self.checked(caret, base).value ** exponent))
             return power_of(base, exponent)
         return Function(Op.SQRT, (base,))
+
+    def checked(self, token: Token, number: Number) -> Number:
+        if too_large(number):
+            raise self.fault(token, TOO_LARGE)
+        return number
 
     def half_ahead(self) -> bool:
         """Take the exponent if it is one half."""

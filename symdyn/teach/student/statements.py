@@ -109,7 +109,9 @@ def _chunks(from_text: Source, found: Sequence[Token]) -> Iterator[list[Token]]:
         if token.kind == "row":
             row = token if row is None or token.text != "\n" else row
             continue
-        if token.kind == "stop" or (row and depth == 0 and _begins(from_text, row, found[i:]) and _is_whole(current)):
+        begins = row is not None and depth == 0 and _is_whole(current)
+        begins = begins and row is not None and (_vanishes(current) or _begins(from_text, row, found[i:]))
+        if token.kind == "stop" or begins:
             if current:
                 yield current
             current, depth = [], 0
@@ -125,23 +127,36 @@ def _chunks(from_text: Source, found: Sequence[Token]) -> Iterator[list[Token]]:
 def _begins(from_text: Source, row: Token, rest: Sequence[Token]) -> bool:
     """Whether what follows the end of a line may begin a statement.
 
-    It does not if it begins with a sign, unless it is a bare line with an "=" of its own. One that has none goes on if
-    it is indented; where LaTeX marks mathematics, the ends of lines mean nothing.
+    It does not if it begins with a sign, unless it has an "=" of its own. One that has none goes on if it is indented;
+    where LaTeX marks mathematics, only its own ends of lines mean something.
     """
-    if rest[0].kind == "close" or (rest[0].kind == "op" and (rest[0].text not in "+-" or row.text != "\n")):
+    if rest[0].kind == "close" or (rest[0].kind == "op" and rest[0].text not in "+-"):
         return False
-    if row.text != "\n":
-        return True
-    ends = next((i for i, token in enumerate(rest) if token.kind in ("row", "stop")), len(rest))
+    plain = row.text == "\n"  # its lines go on where they are indented
+    ends = next((i for i, token in enumerate(rest) if _ends(from_text, token, plain)), len(rest))
     has_equals = any(token.kind == "op" and token.text == "=" for token in rest[:ends])
-    indented = from_text.text[row.at + 1 : rest[0].at] != ""
     signed = rest[0].kind == "op"
+    if not plain:
+        return has_equals or not signed
+    indented = from_text.text[row.at + 1 : rest[0].at] != ""
     return not from_text.marked and (has_equals or not indented) and not (signed and (indented or not has_equals))
+
+
+def _ends(from_text: Source, token: Token, plain: bool) -> bool:
+    """Whether a line ends at a token, and does not go on indented."""
+    after = token.at + len(token.text)
+    goes_on = plain and token.text == "\n" and from_text.text[after : after + 1] == " "
+    return token.kind in ("row", "stop") and not goes_on
 
 
 def _is_whole(row: Sequence[Token]) -> bool:
     """Whether a statement may end here: it has an "=" and its end is no sign."""
     return bool(row) and row[-1].kind != "op" and any(t.kind == "op" and t.text == "=" for t in row)
+
+
+def _vanishes(row: Sequence[Token]) -> bool:
+    """Whether a statement ends with = 0, after which nothing is added."""
+    return len(row) > 1 and row[-1].text == "0" and row[-2].text == "="
 
 
 def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: Target | None) -> Statement | None:
@@ -158,7 +173,7 @@ def _statement(from_text: Source, chunk: Sequence[Token], names: Names, target: 
     ends.append(chunk[-1].at + len(chunk[-1].text))
     line = from_text.line(chunk[0].at)
     given = [_target(part, names) for part in parts]
-    if from_text.marked and (len(parts) == 1 or (not any(given) and not _moves(chunk, names))):
+    if from_text.marked and (len(parts) == 1 or not (any(given) or _moves(chunk, names) or _ties(chunk, names))):
         return None  # mathematics in prose: a symbol, an abbreviation, a step on the way
     targets = [found for found in given if found is not None] if len(parts) > 1 else []
     if len(parts) == 1:
@@ -184,6 +199,13 @@ def _moves(chunk: Sequence[Token], names: Names) -> bool:
     """Whether an acceleration occurs, as in an equation of motion."""
     accelerations = {names.symbols.get(token.text) for token in chunk} & {a for _, a in names.dotted.values()}
     return bool(accelerations) or any(token.kind == "command" and token.text == "ddot" for token in chunk)
+
+
+def _ties(chunk: Sequence[Token], names: Names) -> bool:
+    """Whether coordinates of a closed mechanism are set in relation, and nothing but its symbols stands there."""
+    words = {token.text for token in chunk if token.kind == "word"}
+    coordinates = {words for words in words if names.symbols.get(words) in names.dotted}
+    return bool(names.others) and len(coordinates) > 1 and all(map(names.read, words))
 
 
 def _lone(part: Sequence[Token]) -> bool:

@@ -27,7 +27,7 @@ OPENING = {"(": ")", "[": "]", "{": "}", "\\{": "\\}", "\\lvert": "\\rvert"}
 UPRIGHT = ("mathrm", "mathit", "mathbf", "mathsf", "mathtt", "text", "textrm", "operatorname", "textit", "boldsymbol")
 SAME = {"varphi": "phi", "vartheta": "theta", "varepsilon": "epsilon", "varrho": "rho", "dfrac": "frac"}
 SAME |= {"tfrac": "frac", "cfrac": "frac", "sgn": "sign", "ln": "log", "vert": "lvert"}
-MOST_DIGITS = 40
+MOST_DIGITS, MOST_LETTERS = 40, 200
 
 _SPACE = re.compile(r"[ ~&]+|\\[,;:! >]")
 _NUMBER = re.compile(r"\d+(?:(?:\.|\{,\}|,(?=\d))\d+)?(?:[eE][+-]?\d{1,3}(?![A-Za-z0-9_]))?|\.\d+")
@@ -124,6 +124,8 @@ class _Lexer:
             self._add("unknown", f"{text[at]!r} has no place in a formula", at + 1)
 
     def _word(self, name: str, end: int) -> None:
+        if len(name) > MOST_LETTERS:
+            raise self.source.fault(self.at, f"a name of {len(name)} characters; put spaces or * between factors")
         if name in FUNCTIONS and (end >= len(self.text) or self.text[end] != "_"):
             self._add("command", SAME.get(name, name), end)
             return

@@ -1,0 +1,257 @@
+"""Steps about one body that is cut free: its picture, frame and motion (5.2)-(5.16), bivectors, equilibrium (5.18).
+
+A, D, R, *R     actions, inertia, the reaction in the reference joint, reactions in other joints
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symdyn.algebra.form import MINUS_ONE, ZERO, Form, Symbol, form_of, product_of, sum_of
+from symdyn.draw import Wrench, free_body
+from symdyn.dynamics.kinematics import centre_of_mass
+from symdyn.dynamics.reactions.bivectors import frames
+from symdyn.emit.formula_text import text_of
+from symdyn.emit.symbols import latex_symbols
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr
+from symdyn.spatial import Mat, Vec, apply, cross, sub, zero_vector
+from symdyn.teach.balance import Balance
+from symdyn.teach.cut import Cut
+from symdyn.teach.document import Block, Box, Fold, Formula, Letter, Matrix, Name, Picture, Step, Words
+from symdyn.teach.numbers import Chosen, written
+from symdyn.teach.render.spelling import letter
+from symdyn.teach.velocities import length
+
+WIDEST = 130
+"""Characters of an entry, or a row, from which a matrix is folded."""
+
+
+def body_steps(lesson: Balance, j: int, chosen: Chosen) -> list[Step]:
+    """Return the free body, its frame and motion, its bivectors and its equilibrium."""
+    one = lesson.cuts[j]
+    steps = [_free(lesson, j, chosen)]
+    if one is not None:
+        steps.append(_frame(lesson, j, one))
+        if j == 0:
+            steps.append(_errata(lesson, f"frame:{lesson.scene.bodies[j].name}", ["5.1b", "5.3"]))
+        steps.append(_motion(lesson, j, one))
+        if j == _misread(lesson, chosen):
+            steps.append(_acceleration(lesson, j, one, chosen))
+    return [*steps, *_bivectors(lesson, j)]
+
+
+def numbered(first: int, j: int) -> tuple[str, ...]:
+    """Return the index of frame `first` and body j, which is number j + 2."""
+    return (f"{first}{j + 2}",) if j + 2 < 10 else (str(first), str(j + 2))
+
+
+def _free(lesson: Balance, j: int, chosen: Chosen) -> Step:
+    body, drawn = lesson.scene.bodies[j].name, _wrenches(lesson, j, chosen)
+    svg = free_body(lesson.scene, body, chosen.q, drawn, chosen.parameters, prefix=f"free{j + 2}-")
+    alt = lesson.text("free.caption", body=body)
+    picture = Picture(svg, lesson.say("free.caption", body=body), alt, f"free-{body}")
+    joint = lesson.system.hanging.joints[j].joint.name
+    reason = lesson.say("free.reason", joint=joint, number=str(j + 2))
+    return Step(f"free:{body}", lesson.say("free", body=body, number=str(j + 2)), (picture,), reason)
+
+
+def _wrenches(lesson: Balance, j: int, chosen: Chosen) -> list[Wrench]:
+    """Return what acts on body j, ground frame: A and D at the centre of mass, every unknown at its joint."""
+    hanging, body = lesson.workspace.hanging, lesson.scene.bodies[j]
+    T, origin = frames(hanging)[j], hanging.joints[j].place_on_child
+    try:
+        centre = sub(centre_of_mass(lesson.scene, body.name, lesson.graph), origin)
+    except DerivationError:  # no mass
+        centre = zero_vector(lesson.graph)
+    known = lesson.system.bodies[j]
+    spelled = latex_symbols(lesson.scene) | {
+        key: letter(name.look) for key, name in lesson.names.items() if isinstance(name.look, Letter)
+    }
+    acting = [("F^A", "M^A", centre, known.action), ("F^D", "M^D", centre, known.inertia)]
+    for u, one in enumerate(lesson.system.unknowns):
+        if (j, u) in lesson.system.blocks:
+            hinge, name = hanging.hinges[one.acts[0][0]], spelled[lesson.unknowns[u].name]
+            place = hinge.place_on_child if hinge.child == j else hinge.place_on_parent
+            acting.append((name, name, sub(place, origin), lesson.system.blocks[j, u]))
+    drawn = []
+    for name, couple_name, way, (force, moment) in acting:
+        couple = sub(moment, cross(way, force))
+        values = chosen.of(*T.point(way), *apply(T.R, force), *apply(T.R, couple))
+        values = [0.0 if abs(x) < 1e-9 * (1 + max(map(abs, values[3:]))) else x for x in values]
+        if any(values[3:]):
+            drawn.append(Wrench(name, values[:3], values[3:6], values[6:], couple_name))
+    return drawn
+
+
+def _once(lesson: Balance, j: int, key: str) -> Words:
+    """Return the reason of a step that every body has, for the first body only."""
+    return lesson.say(key) if j == 0 else Words(())
+
+
+# Frame and motion
+
+
+def _frame(lesson: Balance, j: int, one: Cut) -> Step:
+    """Return P_1j and r̃_1j, which take a bivector to the ground."""
+    body, index = lesson.scene.bodies[j].name, numbered(1, j)
+    blocks = (
+        _folded(lesson, _square(lesson, Letter("P", index), one.P, "5.4")),
+        _folded(lesson, _square(lesson, Letter("r", index, accent="tilde"), one.r, "5.2")),
+    )
+    claim = lesson.say("frame", body=body, number=str(j + 2))
+    return Step(f"frame:{body}", claim, blocks, _once(lesson, j, "frame.reason"), "(5.2)-(5.5)", "full")
+
+
+def _motion(lesson: Balance, j: int, one: Cut) -> Step:
+    """Return what the inertia forces are made of."""
+    body, index, here = lesson.scene.bodies[j].name, numbered(1, j), numbered(j + 2, j)
+    blocks = (
+        _folded(lesson, _vector(lesson, Letter("omega", index, accent="bar"), one.w, "")),
+        _folded(lesson, _square(lesson, Letter("I", here), one.I, "5.15")),
+        _folded(lesson, _vector(lesson, Letter("F", index, above="D", accent="bar"), one.F, "5.11")),
+        _folded(lesson, _vector(lesson, Letter("F", here, above="*D", accent="bar"), one.F_star, "5.16")),
+    )
+    claim, reason = lesson.say("moved", body=body), _once(lesson, j, "moved.reason")
+    return Step(f"moved:{body}", claim, blocks, reason, "(5.11)-(5.16)", "full")
+
+
+def _vector(lesson: Balance, look: Letter, entries: Vec, number: str) -> Matrix:
+    return _matrix(lesson, look, entries, [(axis,) for axis in "xyz"], number, 1)
+
+
+def _square(lesson: Balance, look: Letter, entries: Mat, number: str) -> Matrix:
+    places = [(f"{r}{c}",) for r in "123" for c in "123"]
+    return _matrix(lesson, look, [x for row in entries for x in row], places, number, 3)
+
+
+def _matrix(
+    lesson: Balance, look: Letter, entries: Sequence[Expr], places: Sequence[tuple[str, ...]], number: str, width: int
+) -> Matrix:
+    """Return a matrix of the graph, with a name for each entry."""
+    left, names = f"{look.letter}{look.above}{look.accent}:{','.join(look.index)}", []
+    lesson.names[left] = Name(look)
+    for place, node in zip(places, entries, strict=True):
+        names.append(f"{left}:{''.join(place)}")
+        lesson.names[names[-1]] = Name(Letter(look.letter, (*look.index, *place), above=look.above), node)
+    return Matrix(left, tuple(map(lesson.short, entries)), tuple(names), number, width)
+
+
+# Where the text is wrong
+
+
+def _errata(lesson: Balance, behind: str, numbers: Sequence[str]) -> Step:
+    """Return boxes of words: what the text reads, what is right, the check."""
+    titles = [lesson.say("erratum", number=number) for number in numbers]
+    boxes = [Box("erratum", t, (lesson.say(f"erratum.{n}"),)) for t, n in zip(titles, numbers, strict=True)]
+    return Step(f"errata:{behind}", Words(()), tuple(boxes))
+
+
+def _misread(lesson: Balance, chosen: Chosen) -> int:
+    """Return the first body for which (5.16) of the text changes the moment, else the first with a mass."""
+    with_mass = [j for j, one in enumerate(lesson.cuts) if one is not None]
+    for j in with_mass:
+        wrong, right = _moments(lesson, j, chosen)
+        if wrong != right:
+            return j
+    return with_mass[0] if with_mass else -1
+
+
+def _moments(lesson: Balance, j: int, chosen: Chosen) -> tuple[str, str]:
+    """Return the last moment of the inertia bivector that is written, by the text and as it is, in numbers."""
+    one = lesson.cuts[j]
+    assert one is not None, "a body with a mass"
+    wrong, right = chosen.of(lesson.kept(one.misread)[-1], lesson.kept(lesson.system.bodies[j].inertia)[-1])
+    return written(wrong), written(right)
+
+
+def _acceleration(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> Step:
+    """Return the box about (5.16), a position in place of an acceleration."""
+    body, number = lesson.scene.bodies[j].name, str(j + 2)
+    place = lesson.name(f"r:{number}", "r", number, f"O{number}", node=None)
+    here = ",".join(numbered(j + 2, j))
+    head, axis = lesson.axes[-1]
+    wrong, right = _moments(lesson, j, chosen)
+    blocks: list[Block] = [
+        lesson.say("erratum.5.16"),
+        lesson.say("erratum.reads", left=Symbol(f"F*Dbar:{here}"), form=product_of((MINUS_ONE, form_of(one.m), place))),
+    ]
+    if wrong != right:
+        moment = Symbol(f"{head}D:{here}:{axis}")
+        blocks.append(lesson.say("erratum.5.16.check", left=moment, wrong=wrong, right=right))
+    title = lesson.say("erratum", number="5.16")
+    return Step(f"errata:moved:{body}", Words(()), (Box("erratum", title, tuple(blocks)),))
+
+
+# Bivectors and equilibrium
+
+
+def _bivectors(lesson: Balance, j: int) -> list[Step]:
+    body, system, here = lesson.scene.bodies[j].name, lesson.system, numbered(j + 2, j)
+    known = system.bodies[j]
+    columns = [
+        _known(lesson, "A", here, lesson.kept(known.action), "5.1"),
+        _known(lesson, "D", here, lesson.kept(known.inertia), "5.17"),
+    ]
+    for h, hinge in enumerate(system.hanging.hinges):
+        own = h == j
+        present = [u for u, one in enumerate(system.unknowns) if (j, u) in system.blocks and one.acts[0][0] == h]
+        if present:
+            index = here if own else (str(j + 2), hinge.joint.name)
+            columns.append(_reaction(lesson, ("R" if own else "*R", index), j, present, "5.6" if own else "5.10"))
+    balance: list[Block] = []
+    for row in range(len(lesson.axes)):
+        parts = [Symbol(column.names[row]) for column in columns if column.entries[row] != ZERO]
+        if parts:
+            balance.append(Formula("", sum_of(parts), "5.18" if row == 0 else "", ZERO))
+    shown = tuple(_folded(lesson, column) for column in columns)
+    claim, reason = lesson.say("bivectors", body=body), _once(lesson, j, "bivectors.reason")
+    bivectors = Step(f"bivectors:{body}", claim, shown, reason, "(5.1)-(5.17)")
+    claim, reason = lesson.say("balance", body=body), _once(lesson, j, "balance.reason")
+    return [bivectors, Step(f"balance:{body}", claim, tuple(balance), reason, "(5.18)")]
+
+
+def _known(lesson: Balance, kind: str, index: tuple[str, ...], entries: Sequence[Expr], number: str) -> Matrix:
+    forms = tuple(lesson.short(entry) for entry in entries)
+    return _named(lesson, (kind, index), list(zip(forms, entries, strict=True)), number)
+
+
+def _reaction(
+    lesson: Balance, look: tuple[str, tuple[str, ...]], j: int, present: Sequence[int], number: str
+) -> Matrix:
+    """Return what the unknowns of one joint exert on body j."""
+    columns = [lesson.kept(lesson.system.blocks[j, u]) for u in present]
+    sizes = [lesson.unknowns[u] for u in present]
+    entries = []
+    for row in zip(*columns, strict=True):
+        form = sum_of(product_of((lesson.short(x), size)) for x, size in zip(row, sizes, strict=True))
+        values = [lesson.names[size.name].node for size in sizes]
+        node = lesson.graph.total(x * value for x, value in zip(row, values, strict=True) if value is not None)
+        entries.append((form, node))
+    return _named(lesson, look, entries, number)
+
+
+def _named(
+    lesson: Balance, look: tuple[str, tuple[str, ...]], entries: Sequence[tuple[Form, Expr]], number: str
+) -> Matrix:
+    kind, index = look
+    names = []
+    for (head, axis), (_, node) in zip(lesson.axes, entries, strict=True):
+        key = f"{head}{kind}:{','.join(index)}:{axis}"
+        lesson.names[key] = Name(Letter(head, (*index, axis), above=kind), node)
+        names.append(key)
+    left = f"F{kind}:{','.join(index)}"
+    lesson.names[left] = Name(Letter("F", index, above=kind, accent="bar"))
+    return Matrix(left, tuple(form for form, _ in entries), tuple(names), number)
+
+
+def _folded(lesson: Balance, matrix: Matrix) -> Block:
+    """Return a matrix, or its entries one below the other in a fold where they are long."""
+    cells = [len(text_of(entry)) for entry in matrix.entries]
+    rows = [sum(cells[k : k + matrix.width]) for k in range(0, len(cells), matrix.width)]
+    if max(rows) <= WIDEST:
+        return matrix
+    pairs = zip(matrix.names, matrix.entries, strict=True)
+    entries = tuple(Formula(name, form) for name, form in pairs)
+    terms = str(sum(map(length, matrix.entries)))
+    return Fold(lesson.say("long", name=Symbol(matrix.left), terms=terms), entries)

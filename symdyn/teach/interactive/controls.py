@@ -1,0 +1,142 @@
+"""Sliders: what of the state and the parameters can be moved by hand, in which range, and what follows.
+
+A quaternion is moved by roll, pitch and yaw: R = Rz(yaw) Ry(pitch) Rx(roll). In a mechanism with loops coordinates that
+follow have a number only.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from html import escape
+from typing import Any
+
+from symdyn.draw.lettering import from_latex
+from symdyn.emit.symbols import latex_symbols
+from symdyn.scene import JOINTS, Joint, Parameter, Scene, acceleration_name
+from symdyn.scene.start import quaternion
+from symdyn.scene.value import value_of
+from symdyn.teach.interactive.reduced import Held
+from symdyn.teach.render.mathml import inline
+
+RATES = {"rad": (8.0, 20.0), "m": (3.0, 10.0)}  # largest velocity and acceleration of a slider
+UNITS = {
+    "rad": ("rad", "rad/s", "rad/s^2", "N\u202fm"),
+    "m": ("m", "m/s", "m/s^2", "N"),
+    "1": ("", "1/s", "1/s^2", ""),
+}
+TURNS = (("roll", math.pi), ("pitch", math.pi / 2), ("yaw", math.pi))
+
+Row = dict[str, Any]
+
+
+def controls(
+    scene: Scene, values: Mapping[str, float], start: Mapping[str, list[float]], extent: float, tied: Held | None
+) -> list[dict[str, Any]]:
+    """Return groups of rows: positions, velocities, accelerations and parameters.
+
+    A row is a slider (label, unit, range, value), a number that follows (without a range), or a heading of rows.
+
+    Args:
+        scene: any scene.
+        values: of all parameters.
+        start: values of "q", "qd" and "qdd" where sliders begin.
+        extent: how far slides go, m.
+        tied: what loops and rows leave free; None for a tree.
+    """
+    symbols = latex_symbols(scene)
+    groups: list[dict[str, Any]] = [{"key": "q", "rows": _positions(scene, symbols, values, start["q"], extent, tied)}]
+    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    for k, names in ((1, scene.velocities), (2, tuple(acceleration_name(v) for v in scene.velocities))):
+        key, rows = ("qd", "qdd")[k - 1], []
+        for i, (name, unit) in enumerate(zip(names, units, strict=True)):
+            largest = RATES[unit][k - 1]
+            span = (-largest, largest) if tied is None or i in tied.velocities else None
+            rows.append(_row(key, i, name, symbols[name], UNITS[unit][k], span, start[key][i]))
+        groups.append({"key": key, "rows": rows})
+    if scene.parameters:
+        rows = [
+            _row("params", k, p.name, symbols[p.name], p.unit, _range(p, values[p.name]), values[p.name], p.text)
+            for k, p in enumerate(scene.parameters)
+        ]
+        groups.append({"key": "params", "rows": rows})
+    return groups
+
+
+def _positions(
+    scene: Scene,
+    symbols: Mapping[str, str],
+    values: Mapping[str, float],
+    q: list[float],
+    extent: float,
+    tied: Held | None,
+) -> list[Row]:
+    rows: list[Row] = []
+    first, turned = 0, 0
+    wide = {"rad": math.pi, "m": extent, "1": 1.0}
+    for joint in scene.moving:
+        ball, units = quaternion(joint), JOINTS[joint.type].coordinates(joint)
+        for k, (name, unit) in enumerate(zip(joint.coordinates, units, strict=True)):
+            at, free = q[first + k], tied is None or first + k in tied.moved
+            if ball is not None and k >= ball and free:
+                break
+            span = _span(joint, wide[unit], at, values) if free else None
+            rows.append(_row("q", first + k, name, symbols[name], UNITS[unit][0], span, at))
+        if ball is not None and (tied is None or first + ball in tied.moved):
+            rows.append({"heading": escape(joint.name)})
+            angles = roll_pitch_yaw(q[first + ball : first + ball + 4])
+            for k, ((word, size), angle) in enumerate(zip(TURNS, angles, strict=True)):
+                one = _row("turn", turned + k, word, "", "rad", (-size, size), angle)
+                rows.append({**one, "word": word, "joint": escape(joint.name)})
+            turned += 3
+        first += len(joint.coordinates)
+    return rows
+
+
+def roll_pitch_yaw(e: list[float]) -> tuple[float, float, float]:
+    """Return the angles of a unit quaternion (w, x, y, z), rad."""
+    w, x, y, z = e
+    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
+    return roll, pitch, math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+
+def _row(
+    group: str,
+    k: int,
+    name: str,
+    latex: str,
+    unit: str,
+    span: tuple[float, float] | None,
+    value: float,
+    text: str = "",
+) -> Row:
+    plain = from_latex(latex).plain if latex else name
+    row: Row = {
+        "group": group,
+        "k": k,
+        "label": inline(latex) if latex else "",
+        "spoken": escape(f"{plain}, {text}" if text else plain),
+        "text": escape(text),
+        "unit": re.sub(r"\^(\d)", r"<sup>\1</sup>", escape(unit)),
+        "value": value,
+    }
+    return row if span is None else {**row, "low": span[0], "high": span[1]}
+
+
+def _span(joint: Joint, wide: float, at: float, values: Mapping[str, float]) -> tuple[float, float]:
+    """Return the range of a coordinate: the joint's limits where it has them, else `wide` each way."""
+    low, high = min(-wide, at), max(wide, at)
+    if len(joint.coordinates) == 1:
+        bounds = [None if x is None else value_of(x, values) for x in (joint.limits.lower, joint.limits.upper)]
+        low = low if bounds[0] is None or not math.isfinite(bounds[0]) else min(float(bounds[0]), at)
+        high = high if bounds[1] is None or not math.isfinite(bounds[1]) else max(float(bounds[1]), at)
+    return low, high
+
+
+def _range(parameter: Parameter, value: float) -> tuple[float, float]:
+    """Return the range of a parameter's slider: a tenth to three times its value where it must be positive."""
+    if value == 0.0:
+        return (0.1, 1.0) if parameter.positive else (-1.0, 1.0)
+    return (value / 10, 3 * value) if parameter.positive else (-3 * abs(value), 3 * abs(value))

@@ -1,0 +1,175 @@
+"""What the interactive page computes: the scene's own functions, and where everything is that it draws, as one program.
+
+All parameters are arguments here, those with values too, so that each of them can be moved by hand. The textbook's
+equation (5.40), row i, with what else acts on the joint:
+
+    tau_i = Σ k_z,ij q̈_j + Σ k_C,i,jk q̇_j q̇_k + Σ k_D,ij q̇_j² + k_G,i + k_E,i - Q_i
+
+Of a closed mechanism the rows are those of its independent velocities, and all coefficients are reduced to them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+from symdyn.dynamics import Equations, Function, Workspace, is_closed
+from symdyn.dynamics.loops.partition import Closing
+from symdyn.errors import DerivationError, TeachError
+from symdyn.program import Program, choose, lower
+from symdyn.scene import Scene
+from symdyn.teach.interactive.function import function
+from symdyn.teach.interactive.marks import Mark, Sheet
+from symdyn.teach.interactive.reduced import ACTING, Held, held, reduced_functions
+from symdyn.teach.interactive.words import WORDS
+from symdyn.teach.numbers import shown_state
+from symdyn.verify.equality import DIFFERENT, UNDEFINED, Claim, prove
+
+COEFFICIENTS = ("k_z", "k_C", "k_D", "k_G")
+ENERGIES = ("kinetic_energy", "potential_energy")
+
+MOST = 8
+"""Velocities of the largest mechanism that is shown."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """One term of row i.
+
+    Attributes:
+        function: "k_z", "k_C", "k_D", "k_G", "k_E", "applied_forces" or, of a closed mechanism, "acting".
+        entry: of its result, row by row.
+        row: i, from 0.
+        indices: those of the coefficient's name after its letter, from 0.
+        rates: velocities, from 0, that it is multiplied by: ("qdd", k), or ("qd", k) once or twice.
+        sign: -1 for what acts beside the drives.
+    """
+
+    function: str
+    entry: int
+    row: int
+    indices: tuple[int, ...]
+    rates: tuple[tuple[str, int], ...]
+    sign: int = 1
+
+
+@dataclass(frozen=True)
+class Live:
+    """The functions of the page and what they are for.
+
+    Attributes:
+        program: coefficients of the rows; "inverse_dynamics", "forward_dynamics" and, where something acts beside
+            drives, "applied_forces", shape (nv,); the energies; "drawn_points", shape (K, 3); with quaternions
+            "coordinate_rates"; with loops or rows what `reduced_functions` says.
+        marks: in the order of drawing.
+        points: rows of `drawn_points` that are points and no directions.
+        gravity: row of `drawn_points` that is the acceleration of free fall.
+        rows: velocities that the rows are about.
+        terms: those that do not vanish.
+        held: how loops and rows tie the state together; None for a tree.
+        stuck: why the motion cannot be computed; "" where it can.
+    """
+
+    program: Program
+    marks: tuple[Mark, ...]
+    points: tuple[int, ...]
+    gravity: int
+    rows: tuple[int, ...]
+    terms: tuple[Term, ...]
+    held: Held | None
+    stuck: str
+
+
+def live(scene: Scene, parameters: Mapping[str, float] | None = None) -> Live:
+    """Return what the page of a scene computes.
+
+    Args:
+        scene: without prescribed motions, of not too many velocities.
+        parameters: values at which loops are assembled; None takes those that lessons show.
+
+    Raises:
+        TeachError: a scene that sliders cannot move.
+        DerivationError: no equation of motion exists.
+    """
+    why = unmovable(scene)
+    if why:
+        raise TeachError(f"{scene.name}: there is no interactive page, {WORDS['en'][why].format(most=MOST)}")
+    values = shown_state(scene).parameters if parameters is None else parameters
+    free = replace(scene, parameters=tuple(replace(parameter, value=None) for parameter in scene.parameters))
+    workspace = Workspace(free, Closing(parameters=tuple(values.items())))
+    functions, tied = _rows(workspace)
+    stuck = ""
+    try:
+        functions += choose(workspace, ("forward_dynamics",), "lagrange" if tied else None)  # with no partition
+    except DerivationError as fault:
+        stuck = str(fault)
+    functions += choose(workspace, ENERGIES)
+    if len(scene.coordinates) != len(scene.velocities):
+        functions += choose(workspace, ("coordinate_rates",))
+    if any(not force.is_zero for force in workspace.Q):
+        text = "generalized forces Q of loads, dampers, friction and declared forces"
+        functions.append(function(workspace, "applied_forces", text, workspace.Q, ("q", "qd")))
+    sheet = Sheet(free, workspace.graph)
+    text = "points and directions that are drawn, ground frame"
+    entries = [x for row in sheet.rows for x in row]
+    functions.append(function(workspace, "drawn_points", text, entries, ("q", "qd"), (len(sheet.rows), 3)))
+    equations = Equations(free, workspace.graph, tuple(functions))
+    rows = tied.velocities if tied else tuple(range(workspace.state.n))
+    terms = _lasting(equations, _terms(equations, rows))
+    return Live(lower(equations), tuple(sheet.marks), tuple(sheet.points), sheet.gravity, rows, terms, tied, stuck)
+
+
+def absence(scene: Scene, language: str) -> str:
+    """Return why a page has no sliders, in words; "" where it has."""
+    words = WORDS[language]
+    return f"{words['absent']} {words[why].format(most=MOST)}" if (why := unmovable(scene)) else ""
+
+
+def unmovable(scene: Scene) -> str:
+    """Return the key in `WORDS` of why sliders cannot move a scene; "" where they can."""
+    if any(joint.motion is not None for joint in scene.joints):
+        return "prescribed"
+    if not scene.coordinates:
+        return "still"
+    return "many" if len(scene.velocities) > MOST else ""
+
+
+def _rows(workspace: Workspace) -> tuple[list[Function], Held | None]:
+    """Return the functions that rows are made of, and how loops and rows of the scene tie its state together."""
+    if is_closed(workspace.scene):
+        tied = held(workspace)
+        if not tied.velocities:
+            raise TeachError(f"{workspace.scene.name}: there is no interactive page, {WORDS['en']['still']}")
+        return reduced_functions(workspace, tied), tied
+    names = (*COEFFICIENTS, *(["k_E"] if workspace.scene.springs else []), "inverse_dynamics")
+    return list(choose(workspace, names)), None
+
+
+def _terms(equations: Equations, rows: Sequence[int]) -> list[Term]:
+    """Return all terms of all rows, in the order of (5.40)."""
+    names = [function.name for function in equations.functions]
+    n = len(rows)
+    pairs, acting = list(combinations(range(n), 2)), ACTING if is_closed(equations.scene) else "applied_forces"
+    terms = []
+    for i in range(n):
+        terms += [Term("k_z", i * n + j, i, (i, j), (("qdd", rows[j]),)) for j in range(n)]
+        terms += [
+            Term("k_C", i * len(pairs) + p, i, (i, j, k), (("qd", rows[j]), ("qd", rows[k])))
+            for p, (j, k) in enumerate(pairs)
+        ]
+        terms += [Term("k_D", i * n + j, i, (i, j), (("qd", rows[j]), ("qd", rows[j]))) for j in range(n)]
+        terms.append(Term("k_G", i, i, (i,), ()))
+        terms += [Term("k_E", i, i, (i,), ())] if "k_E" in names else []
+        terms += [Term(name, i, i, (i,), (), -1) for name in names if name == acting]
+    return terms
+
+
+def _lasting(equations: Equations, terms: Sequence[Term]) -> tuple[Term, ...]:
+    """Return the terms whose coefficients do not vanish; sums that cancel are found by proof, not by their looks."""
+    entries = [equations[term.function].entries[term.entry] for term in terms]
+    claims = [Claim(str(k), "coefficient", "zero", (x,), (x.graph.zero,)) for k, x in enumerate(entries)]
+    _, findings = prove(claims)
+    return tuple(
+        term for term, finding in zip(terms, findings, strict=True) if finding.verdict in (DIFFERENT, UNDEFINED)
+    )

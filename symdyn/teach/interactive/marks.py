@@ -1,0 +1,159 @@
+"""What the page draws: points and directions as functions of the position, and the marks that use them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from symdyn.draw.places import drawn, elastic
+from symdyn.graph import Expr, Graph
+from symdyn.scene import GROUND, Scene, Spring
+from symdyn.scene.joints.blocks import unit
+from symdyn.spatial import Vec, cross
+
+ROUND = ("revolute", "helical", "cylindrical", "universal", "spherical", "planar", "custom")
+"""Joints that are drawn around an axis; the others slide, or hold."""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Something to draw.
+
+    Attributes:
+        kind: "link", "particle", "com" or "point"; "turn", "slide" or "weld", a joint; "support" or "rail", where one
+            stands on the ground; "frame", "spring", "damper", "load", or "wheel", the rim of what rolls.
+        rows: of `drawn_points` that it needs, points first, then directions.
+        body: number of the body that it belongs to, which is its colour; -1 for the ground.
+        text: its name.
+    """
+
+    kind: str
+    rows: tuple[int, ...]
+    body: int
+    text: str
+
+
+class Sheet:
+    """Rows of `drawn_points` and the marks that use them."""
+
+    def __init__(self, scene: Scene, graph: Graph) -> None:
+        """Collect everything of a scene; what is drawn is what pictures show."""
+        self.rows: list[Vec] = []
+        self.points: list[int] = []
+        self.marks: list[Mark] = []
+        self._found = drawn(scene, graph)
+        self._number = {body.name: k for k, body in enumerate(scene.bodies)} | {GROUND: -1}
+        self.gravity = self._direction(self._found["gravity",])
+        starts = {joint.child: self._point(self._found["moved", joint.name][9:]) for joint in scene.joints}
+        tips: dict[str, list[int]] = {name: [] for name in (GROUND, *(body.name for body in scene.bodies))}
+        joints, masses = self._joints(scene, starts, tips), [*self._wheels(scene), *self._masses(scene, starts, tips)]
+        acting = self._acting(scene, tips)
+        for body in scene.bodies:
+            for tip in tips[body.name]:
+                self._mark("link", (starts[body.name], tip), body.name, body.name)
+        self.marks += [*masses, *joints, *acting]
+
+    def _point(self, at: Sequence[Expr]) -> int:
+        """Return the row of a point."""
+        self.points.append(len(self.rows))
+        return self._direction(at)
+
+    def _direction(self, way: Sequence[Expr]) -> int:
+        """Return the row of a direction."""
+        x, y, z = way
+        self.rows.append((x, y, z))
+        return len(self.rows) - 1
+
+    def _axes(self, frame: Sequence[Expr]) -> tuple[int, ...]:
+        """Return the rows of the axes of a frame, the columns of R."""
+        return tuple(self._direction((frame[k], frame[3 + k], frame[6 + k])) for k in range(3))
+
+    def _made(self, kind: str, rows: tuple[int, ...], body: str, text: str) -> Mark:
+        return Mark(kind, rows, self._number[body], text)
+
+    def _mark(self, kind: str, rows: tuple[int, ...], body: str, text: str) -> None:
+        self.marks.append(self._made(kind, rows, body, text))
+
+    def _joints(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> list[Mark]:
+        """Return supports, symbols and frames of all joints; links reach to where joints begin."""
+        marks = []
+        for joint in (*scene.joints, *scene.loops):
+            fixed, axis = self._found["fixed", joint.name], self._found["axis", joint.name]
+            at = self._point(fixed[9:])
+            tips[joint.parent].append(at)
+            x, y, z = axis[:3]
+            way = self._direction([fixed[3 * k] * x + fixed[3 * k + 1] * y + fixed[3 * k + 2] * z for k in range(3)])
+            moved = self._found["moved", joint.name]
+            if closes := joint in scene.loops:
+                place = self._point(moved[9:])
+                tips[joint.child].append(place)
+            else:
+                place = starts[joint.child]
+            kind = "turn" if joint.type in ROUND else "weld" if joint.type == "fixed" else "slide"
+            if joint.type == "rod":
+                self._mark("link", (at, place), GROUND, joint.name)
+            elif joint.type != "free":
+                if joint.parent == GROUND:
+                    self._mark("rail" if kind == "slide" else "support", (at, way), GROUND, "")
+                marks.append(self._made(kind, (place, way), joint.child, ", ".join(joint.coordinates)))
+            if not closes:
+                marks.append(self._made("frame", (place, *self._axes(moved)), joint.child, joint.child))
+        return marks
+
+    def _wheels(self, scene: Scene) -> list[Mark]:
+        """Return the rims of what rolls: the centre, and two points a quarter turn apart that turn with the body."""
+        marks = []
+        for row in scene.rows:
+            found = self._found.get(("wheel", row.name))
+            if found is None or row.place is None:
+                continue
+            radius, graph = found[6], found[6].graph
+            frame, axis = self._found["frame", row.place.body], unit(row.axis, graph)
+            level = next((k for k in range(3) if axis[k].is_zero), None)  # a body axis across the wheel's
+            one, zero = graph.one, graph.zero
+            if level is None:
+                across = cross(axis, (zero, zero, graph.sqrt(1 / (1 - axis[2] * axis[2]))))
+            else:
+                across = (one if level == 0 else zero, one if level == 1 else zero, one if level == 2 else zero)
+            rim = [
+                [found[r] + radius * graph.total(frame[3 * r + c] * way[c] for c in range(3)) for r in range(3)]
+                for way in (across, cross(axis, across))
+            ]
+            rows = (self._point(found[:3]), *map(self._point, rim))
+            marks.append(self._made("wheel", rows, row.place.body, row.name))
+        return marks
+
+    def _masses(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> list[Mark]:
+        """Return centres of mass, particles and named points."""
+        marks = []
+        for body in scene.bodies:
+            for k in range(len(body.particles)):
+                at = self._point(self._found["particle", body.name, str(k)][1:])
+                tips[body.name].append(at)
+                marks.append(self._made("particle", (at,), body.name, body.name))
+            if ("com", body.name) in self._found:
+                at = self._point(self._found["com", body.name])
+                tips[body.name].append(at)
+                marks.append(self._made("com", (at,), body.name, body.name))
+        for point in scene.points:
+            at = self._point(self._found["point", point.name][9:])
+            tips[point.body].append(at)
+            marks.append(self._made("point", (at, starts.get(point.body, at)), point.body, point.name))
+        return marks
+
+    def _acting(self, scene: Scene, tips: dict[str, list[int]]) -> list[Mark]:
+        """Return springs, dampers and loads."""
+        marks = []
+        for one in elastic(scene):
+            if not one.ends:
+                continue
+            rows = tuple(self._point(self._found["end", one.name, str(k)]) for k in range(2))
+            for end, row in zip(one.ends, rows, strict=True):
+                tips[end.body].append(row)
+            marks.append(self._made("spring" if isinstance(one, Spring) else "damper", rows, GROUND, one.name))
+        for load in scene.loads:
+            found = self._found["load", load.name]
+            at = self._point(found[:3])
+            tips[load.place.body].append(at)
+            marks.append(self._made("load", (at, self._direction(found[3:6])), load.place.body, load.name))
+        return marks

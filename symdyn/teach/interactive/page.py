@@ -1,0 +1,155 @@
+"""The interactive part of a page: one piece of style, markup and script that needs nothing else.
+
+What it computes is the JavaScript that `symdyn generate --target js` writes; the script of the page only draws, closes
+loops by Newton's method and integrates the motion by Runge and Kutta.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from fractions import Fraction
+from html import escape
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from symdyn.draw.door import spread, watched
+from symdyn.draw.lettering import words
+from symdyn.draw.places import places
+from symdyn.draw.pose import pose
+from symdyn.draw.style import style
+from symdyn.draw.view import View
+from symdyn.dynamics import is_closed
+from symdyn.dynamics.state import quaternions
+from symdyn.emit import emit
+from symdyn.emit.names import stem
+from symdyn.emit.render import render
+from symdyn.errors import TeachError
+from symdyn.scene import Scene, acceleration_name
+from symdyn.scene.start import starting_velocity
+from symdyn.scene.value import value_of
+from symdyn.teach.interactive.controls import controls
+from symdyn.teach.interactive.live import Live, live
+from symdyn.teach.interactive.marks import Mark
+from symdyn.teach.interactive.tables import exerted, force_tables
+from symdyn.teach.interactive.words import WORDS
+from symdyn.teach.numbers import shown_state
+
+
+class Interactive(NamedTuple):
+    """The page in three pieces: rules for a `<style>`, markup, and text for a `<script>` after it."""
+
+    css: str
+    body: str
+    script: str
+
+
+def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, language: str = "en") -> Interactive:
+    """Return the interactive part of a lesson; several scenes may stand in one page.
+
+    Sliders begin where lessons show numbers; loops and rows that lessons show at rest, with velocities of their start.
+    Classes begin with "live" and ids with "live-" and the scene's name; the
+    picture has the class "symdyn" and the colours of pictures. The script adds to one global name, `symdyn`.
+
+    Args:
+        scene: any without prescribed motions, of not too many velocities.
+        parameters: where parameters begin instead.
+        language: "en" or "sk".
+
+    Raises:
+        TeachError: a scene that sliders cannot move, or an unknown language.
+        DrawError: a name that is no parameter, or loops that do not close.
+        DerivationError: equations that do not exist.
+        EmitError: latex2mathml is not installed.
+    """
+    if language not in WORDS:
+        raise TeachError(f"there is no language {language!r}; there are {', '.join(WORDS)}")
+    shown = shown_state(scene)
+    q, values = np.array(shown.q), dict(shown.parameters)
+    if parameters:
+        q, values = pose(scene, parameters={**values, **parameters})
+    computed = live(scene, values)
+    name, sentences = stem(scene.name), WORDS[language]
+    found = places(scene, q.reshape(1, -1), values)
+    seen = watched(scene, found, values, q, None)
+    extent = float(np.round(np.ptp(spread(found), axis=0).max(), 2)) or 1.0
+    numbers = {str(symbol.value): value for symbol, value in shown.values.items()}
+    rates = starting_velocity(scene) if any(joint.start_rates for joint in scene.joints) and is_closed(scene) else None
+    known = {name: Fraction(value) for name, value in values.items()}
+    start = {
+        "q": [float(x) for x in q],
+        "qd": [float(value_of(x, known) or 0) for x in rates] if rates else [numbers[u] for u in scene.velocities],
+        "qdd": [numbers[acceleration_name(u)] for u in scene.velocities],
+    }
+    body = {
+        "name": name,
+        "title": escape(scene.name),
+        "words": sentences,
+        "groups": controls(scene, values, start, extent, computed.held),
+        "rows": force_tables(scene, computed, sentences),
+        "exerted": exerted(scene, computed, sentences),
+        "closed": computed.held is not None,
+        "planar": seen.planar,
+        "stuck": escape(computed.stuck),
+        "undriven": escape(computed.held.undriven) if computed.held else "",
+    }
+    start["params"] = [values[p.name] for p in scene.parameters]
+    data = {"start": start, **_data(scene, computed, seen, sentences)}
+    command = f"symdyn walkthrough {scene.name}.toml --format html"
+    script = {
+        "code": _harmless(emit(computed.program, "js", command=command).files[1][1]),
+        "data": _harmless(json.dumps(data, ensure_ascii=False, separators=(",", ":"))),
+        "name": name,
+    }
+    return Interactive(
+        style("auto") + render("teach/interactive.css.jinja", {}),
+        render("teach/interactive.html.jinja", body),
+        render("teach/interactive.js.jinja", script),
+    )
+
+
+def interactive_page(scene: Scene, parameters: Mapping[str, float] | None = None, language: str = "en") -> str:
+    """Return the interactive part as a page of its own, which needs nothing else; see `interactive`."""
+    parts = interactive(scene, parameters, language)
+    values = {"title": escape(scene.name), "language": language, **parts._asdict()}
+    return render("teach/interactive_page.html.jinja", values)
+
+
+def _harmless(text: str) -> str:
+    """Return text that cannot end the script that it stands in: comments and strings alone hold such characters."""
+    return text.replace("</", "<\\/").replace("<!--", "<\\!--")
+
+
+# What the script is told
+
+
+def _data(scene: Scene, computed: Live, seen: View, sentences: Mapping[str, str]) -> dict[str, Any]:
+    calls = {
+        routine.function.name: [argument.name for argument in routine.function.arguments]
+        for routine in computed.program.routines
+    }
+    tied, names = computed.held, list(scene.coordinates)
+    balls = [names.index(group[0]) for group in quaternions(scene)]
+    return {
+        "calls": calls,
+        "balls": balls,
+        "turns": [first for first in balls if tied is None or first in tied.moved],
+        "loops": None if tied is None or not tied.partition.dependent else {str(k): v for k, v in tied.moved.items()},
+        "terms": [[t.function, t.entry, t.row, t.sign, *map(list, t.rates)] for t in computed.terms],
+        "total": "inverse_dynamics" if tied is None else "row_forces",
+        "marks": [[m.kind, list(m.rows), m.body, _letters(m)] for m in computed.marks],
+        "points": list(computed.points),
+        "gravity": computed.gravity,
+        "view": [_rounded(axis) for axis in (seen.right, seen.up, seen.toward)],
+        "words": {key: sentences[key] for key in ("play", "pause", "lost", "open")},
+    }
+
+
+def _letters(mark: Mark) -> str:
+    """Return the SVG of a mark's name."""
+    return words(mark.text).svg() if mark.kind in ("point", "load") else ""
+
+
+def _rounded(axis: Any) -> list[float]:
+    return [float(x) for x in np.round(axis, 9) + 0.0]

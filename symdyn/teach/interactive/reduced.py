@@ -1,0 +1,186 @@
+"""Closed mechanisms on the page: all coefficients reduced to the independent velocities, and what closes the loops.
+
+    u = T u_i,  u̇ = T u̇_i + s      what loops and rows allow, s quadratic in u
+    tau*_i = Tᵀ (M u̇ + c + g + k_E - Q),  so with b(u) = Tᵀ (M s + c):
+
+    k_z* = Tᵀ M T,  k_G* = Tᵀ g,  k_E* = Tᵀ k_E,  k_D*_j = b(T e_j),  k_C*_jk = b(T e_j + T e_k) - b(T e_j) - b(T e_k)
+
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 3.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from symdyn.dynamics import Function, Workspace
+from symdyn.dynamics.derive import derive_one
+from symdyn.dynamics.loops import closed
+from symdyn.dynamics.loops.closed import Reduction
+from symdyn.dynamics.loops.partition import Partition, driven_velocities
+from symdyn.dynamics.recursive.ldl import solve
+from symdyn.dynamics.recursive.rnea import rnea
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, substitute
+from symdyn.scene.start import quaternion
+from symdyn.teach.interactive.function import function
+
+ACTING = "acting"
+
+STATE = ("q", "qd", "qdd")
+
+
+@dataclass(frozen=True)
+class Held:
+    """How loops and rows of a scene tie its state together.
+
+    Attributes:
+        velocities: independent ones.
+        moved: by coordinate that may be moved by itself the velocity that is its rate, -1 where none is.
+        partition: of the velocities that close loops alone; none in it where rows hold velocities only.
+        drives: velocities with a drive.
+        multipliers: (owner, words) of each, such as ("hinge", "force along x").
+        undriven: why the drives are not determined; "" where they are.
+    """
+
+    velocities: tuple[int, ...]
+    moved: dict[int, int]
+    partition: Partition
+    drives: tuple[int, ...]
+    multipliers: tuple[tuple[str, str], ...]
+    undriven: str
+
+
+def held(w: Workspace) -> Held:
+    """Return what a scene's loops and rows decide.
+
+    Raises:
+        DerivationError: the loops cannot be assembled.
+    """
+    closure, labels = w.closed.closure, w.closed.recursive.labels
+    whole = closure.partition
+    closing = tuple(
+        block for block in whole.blocks if any(labels[closure.kept[row]].closes for row in block.rows)
+    )  # a row shares a block with a loop only where neither decides its velocities alone
+    dependent = tuple(sorted(k for block in closing for k in block.velocities))
+    loose = tuple(k for k in range(w.state.n) if k not in dependent)
+    words = tuple((labels[k].owner, closure.names[k].partition(": ")[2]) for k in closure.kept)
+    return Held(
+        whole.independent,
+        _moved(w, loose),
+        Partition(loose, dependent, closing),
+        tuple(driven_velocities(w.scene)) if closure.driven else (),
+        words,
+        "" if closure.driven else closure.fault,
+    )
+
+
+def _moved(w: Workspace, loose: Sequence[int]) -> dict[int, int]:
+    """Return what `Held.moved` says."""
+    found: dict[int, int] = {}
+    q, u = 0, 0
+    for joint in w.scene.moving:
+        size, count = len(joint.coordinates), len(joint.rates)
+        if quaternion(joint) is None:
+            found |= {q + k: u + k for k in range(size) if u + k in loose}
+        elif set(range(u, u + count)) <= set(loose):
+            found |= dict.fromkeys(range(q, q + size), -1)
+        q, u = q + size, u + count
+    return found
+
+
+def reduced_functions(w: Workspace, tied: Held) -> list[Function]:
+    """Return the functions of a closed mechanism's page.
+
+    These are the coefficients of its rows, "row_forces", their sums, and "acting", what acts beside drives, all shape
+    (independent,); "fitted_velocities" and "fitted_accelerations" of (q, qd), (q, qd, qdd), shape (nv,): independent
+    entries as they are, the others as loops and rows demand; "correction" of q, Newton's step that closes loops, and
+    "carried" of (q, qd), how dependent velocities of loops follow all others, shape (nv,); "constraint_residual";
+    "inverse_dynamics" and, of (q, qd, qdd, tau), "multipliers". A motion passes positions at which a partition is
+    singular, so it is kept on the loops by "nearest" velocities, (1 - G⁺ G) u, and "shortest" steps, -G⁺ r.
+    """
+    reduced, M, size = w.closed.reduction, w.composite_mass, len(tied.velocities)
+    forces = w.forces(list(w.state.qdd))
+    square, C, D = [x for row in reduced.mass(M) for x in row], *_velocity_coefficients(w, reduced)
+    rows = [
+        function(w, "k_z", "reduced k_z", square, ("q",), (size, size)),
+        function(w, "k_C", "reduced k_C", C, ("q",), (size, size * (size - 1) // 2)),
+        function(w, "k_D", "reduced k_D", D, ("q",), (size, size)),
+        function(w, "k_G", "reduced k_G", reduced.gathered(rnea(w.lean, w.still, w.still)), ("q",)),
+        function(w, "row_forces", "reduced forces", reduced.gathered(forces), STATE),
+    ]
+    if w.scene.springs:
+        rows.append(function(w, "k_E", "reduced k_E", reduced.gathered(w.elastic.forces), ("q",)))
+    if any(not force.is_zero for force in w.Q):
+        rows.append(function(w, ACTING, "reduced forces beside drives", reduced.gathered(w.Q), ("q", "qd")))
+    return [*(one for one in rows if one.entries), *_fitting(w, tied), *_driving(w, forces)]
+
+
+def _velocity_coefficients(w: Workspace, reduced: Reduction) -> tuple[list[Expr], list[Expr]]:
+    """Return k_C*, shape (independent, pairs), and k_D*, shape (independent, independent)."""
+    n = range(len(reduced.independent))
+
+    def b(*moving: int) -> list[Expr]:
+        u = [w.graph.total(row[reduced.independent[j]] for j in moving if reduced.independent[j] in row) for row in T]
+        s = substitute(reduced.s, dict(zip(w.state.qd, u, strict=True)))
+        return reduced.gathered(rnea(w.lean, u, s, gravity=False))
+
+    T = reduced.T
+    alone = [b(j) for j in n]
+    pairs = [(b(j, k), alone[j], alone[k]) for j, k in combinations(n, 2)]
+    return [both[i] - one[i] - other[i] for i in n for both, one, other in pairs], [alone[j][i] for i in n for j in n]
+
+
+def _fitting(w: Workspace, tied: Held) -> list[Function]:
+    """Return what makes a state fit the loops and rows."""
+    reduced, zero, rows = w.closed.reduction, w.graph.zero, w.closed.recursive
+    rates = [w.graph.total(t * w.state.qd[i] for i, t in row.items()) for row in reduced.T]
+    bent = reduced.spread([w.state.qdd[i] for i in reduced.independent])
+    functions = [
+        function(w, "fitted_velocities", "velocities that the loops allow", rates, ("q", "qd")),
+        function(w, "fitted_accelerations", "accelerations that the loops allow", bent, STATE),
+    ]
+    G, residual, part = w.closed.G(rows), w.closed.residual(rows), tied.partition
+    if G:
+        off = [w.graph.total(x * u for x, u in zip(row, w.state.qd, strict=True)) for row in G]
+        nearest = [u + x for u, x in zip(w.state.qd, _least(G, off), strict=True)]
+        functions.append(function(w, "nearest", "nearest velocities that the loops allow", nearest, ("q", "qd")))
+    if part.dependent:
+        step = closed.solve_dependent(G, part, [-r for r in residual])
+        steps = [step.get(k, zero) for k in range(w.state.n)]
+        follow = closed.solve_dependent(
+            G, part, [-w.graph.total(row[k] * w.state.qd[k] for k in part.independent) for row in G]
+        )
+        carried = [follow.get(k, u) for k, u in enumerate(w.state.qd)]
+        functions += [
+            function(w, "constraint_residual", "residuals of the loops", residual, ("q",)),
+            function(w, "shortest", "Newton's shortest step", _least(G, residual), ("q",)),
+            function(w, "correction", "Newton's step of dependent coordinates", steps, ("q",)),
+            function(w, "carried", "velocities that close the loops", carried, ("q", "qd")),
+        ]
+    return functions
+
+
+def _least(G: Sequence[Sequence[Expr]], b: Sequence[Expr]) -> list[Expr]:
+    """Return -G⁺ b, shape (nv,), for rows that are independent."""
+    graph = b[0].graph
+    square = [[graph.total(x * y for x, y in zip(one, other, strict=True)) for other in G] for one in G]
+    found = solve(range(-1, len(G)), square, b)
+    return [-graph.total(row[k] * x for row, x in zip(G, found, strict=True)) for k in range(len(G[0]))]
+
+
+def _driving(w: Workspace, forces: list[Expr]) -> list[Function]:
+    """Return inverse dynamics, at independent velocities where drives do not fit, and the multipliers."""
+    closure, reduced = w.closed.closure, w.closed.reduction
+    try:
+        functions = [derive_one(w, "inverse_dynamics")]
+    except DerivationError:
+        alone = dict(zip(reduced.independent, reduced.gathered(forces), strict=True))
+        entries = [alone.get(k, w.graph.zero) for k in range(w.state.n)]
+        functions = [function(w, "inverse_dynamics", "forces at independent velocities", entries, STATE)]
+    if closure.kept:
+        excess = [force - tau for force, tau in zip(forces, w.state.tau, strict=True)]
+        found = closed.multipliers(w.closed.G(w.closed.recursive), closure.partition, excess)
+        functions.append(function(w, "multipliers", "what loops and rows exert", found, (*STATE, "tau")))
+    return functions

@@ -1,0 +1,85 @@
+"""Tables: of what each force is made, and what drives, loops and rows of a closed mechanism exert."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+from typing import Any
+
+from symdyn.emit.latex_layout import together
+from symdyn.emit.symbols import latex_symbols
+from symdyn.scene import JOINTS, Scene, acceleration_name
+from symdyn.teach.interactive.controls import UNITS
+from symdyn.teach.interactive.live import Live, Term
+from symdyn.teach.render.mathml import inline
+
+
+def force_tables(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Return, row by row, its name, its unit and its terms."""
+    symbols = latex_symbols(scene)
+    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    tables = []
+    for i, velocity in enumerate(computed.rows):
+        drive = scene.drives[velocity]
+        if computed.held:
+            label, drives = rf"\tau_{{{i + 1}}}^{{*}}", computed.held.drives
+            passive = velocity not in drives and set(drives) <= set(computed.rows)
+        else:
+            label, passive = symbols[drive] if drive else rf"\tau_{{{i + 1}}}", not drive
+        terms = [(k, term) for k, term in enumerate(computed.terms) if term.row == i]
+        tables.append(
+            {
+                "label": inline(label),
+                "passive": passive,
+                "unit": UNITS[units[velocity]][3],
+                "terms": [
+                    {"number": k, **_term(scene, term, symbols, words, "*" if computed.held else "")}
+                    for k, term in terms
+                ],
+            }
+        )
+    return tables
+
+
+def _term(scene: Scene, term: Term, symbols: Mapping[str, str], words: Mapping[str, str], star: str) -> dict[str, str]:
+    """Return how a term is printed: its coefficient and what that is multiplied by."""
+    names = {"qd": scene.velocities, "qdd": tuple(acceleration_name(v) for v in scene.velocities)}
+    factors = [symbols[names[kind][k]] for kind, k in term.rates]
+    square = len(factors) == 2 and factors[0] == factors[1]
+    rate = inline(f"{_grouped(factors[0])}^{{2}}") if square else "\u00a0".join(inline(x) for x in factors)
+    above = f"^{{{star}}}" if star else ""
+    if term.function[:2] != "k_":
+        return {"coefficient": f"−{inline(f'Q_{{{term.row + 1}}}{above}')}", "rate": "", "text": words["Q"]}
+    letter, (first, *rest) = term.function[2:], [str(index + 1) for index in term.indices]
+    index = f"{letter},{first},{together(rest)}" if letter == "C" else f"{letter},{together([first, *rest])}"
+    return {"coefficient": inline(f"k_{{{index}}}{above}"), "rate": rate, "text": ""}
+
+
+def _grouped(latex: str) -> str:
+    return f"{{{latex}}}" if "^" in latex else latex
+
+
+def exerted(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Return rows of what drives and multipliers exert, none for a tree: name, words, unit, which result and entry."""
+    if computed.held is None:
+        return []
+    symbols = latex_symbols(scene)
+    owners = [(joint, unit) for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    rows = []
+    for k in computed.held.drives:
+        joint, unit = owners[k]
+        drive = scene.drives[k]
+        assert drive, "what has a drive is driven, for motions are not prescribed here"
+        text = words["drive"].format(joint=joint.name)
+        rows.append(_exerted(inline(symbols[drive]), text, UNITS[unit][3], "inverse_dynamics", k))
+    for k, (owner, wrench) in enumerate(computed.held.multipliers):
+        text = wrench.partition(" along (")[0].partition(" about (")[0]
+        for phrase in ("force along", "moment about", "with its moment", "row"):
+            text = text.replace(phrase, words[phrase])
+        unit = "N" if wrench.startswith("force") else UNITS["rad"][3] if wrench.startswith("moment") else ""
+        rows.append(_exerted(inline(rf"\lambda_{{{k + 1}}}"), f"{owner}: {text}", unit, "multipliers", k))
+    return rows
+
+
+def _exerted(label: str, text: str, unit: str, function: str, entry: int) -> dict[str, Any]:
+    return {"label": label, "text": escape(text), "unit": unit, "function": function, "entry": entry}

@@ -1,0 +1,149 @@
+"""A student's rows of constraints: whether they hold where loops are closed, and the rows that they come nearest to.
+
+    position        r(q) = 0            velocity    G u = 0            acceleration    G u̇ + Ġ u = 0
+
+A row may be written in many ways that are no multiple of the scene's: in the axes of the ground in place of those of a
+joint, as a sum of others. All of them vanish wherever the loops are closed, which is looked at in numbers: positions
+are assembled for parameters of all values near the scene's, then rates and accelerations drawn that the loops allow.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symdyn.algebra.form import Form, express_form, form_of, symbols_of
+from symdyn.dynamics import Workspace
+from symdyn.dynamics.loops.assembly import closed_position, free_motions, witness
+from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
+from symdyn.dynamics.positions import body_placements
+from symdyn.emit.equations import Printable
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, tangents
+from symdyn.scene import GROUND, Scene, acceleration_name
+from symdyn.spatial import sub, unit_transform
+
+LEVELS = ("position", "velocity", "acceleration")
+TOGETHER = ("revolute", "spherical", "universal")  # joints that keep two points together
+
+POSITIONS = 3
+SPREAD = 0.04  # of parameters, about the scene's values
+WAY = 0.4  # from the scene's start, rad or m
+HELD = 1e-8  # of what a formula is worth where the loops are open: what counts as zero
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row that a formula is compared with: its name, such as "velocity row 2", and what vanishes."""
+
+    name: str
+    form: Form
+
+
+def level_of(form: Form, scene: Scene) -> str:
+    """Return one of LEVELS for the highest derivative in a formula."""
+    named = set(symbols_of(form))
+    if named & {acceleration_name(u) for u in scene.velocities}:
+        return LEVELS[2]
+    return LEVELS[1] if named & set(scene.velocities) else LEVELS[0]
+
+
+def may_be_row(form: Form, page: Printable) -> bool:
+    """Whether a formula has nothing that only equations of motion have: drives, multipliers, masses, gravity."""
+    rows = page.constraints.rows
+    if not rows:
+        return False
+    scene = page.scene
+    geometry = {
+        name for row in rows for part in (*row.G, row.residual) if part is not None for name in symbols_of(part)
+    }
+    others = {name for row in page.rows for c in row for name in symbols_of(c.form)} - geometry - set(scene.coordinates)
+    others |= {name for right in page.right for name in symbols_of(right)} - set(scene.velocities) - geometry
+    others |= {row.multiplier for row in rows} | {drive for drive in scene.drives if drive}
+    return not others & set(symbols_of(form))
+
+
+def scene_rows(page: Printable, level: str) -> list[Row]:
+    """Return the scene's rows of a level, as `symdyn equations` prints them."""
+    found = page.constraints
+    rows = (found.positions, found.rates, found.accelerations)[LEVELS.index(level)]()
+    return [Row(f"{level} row {k}", form) for k, form in enumerate(rows, 1)]
+
+
+def ground_rows(scene: Scene, level: str) -> list[Row]:
+    """Return that the points of each loop's joint coincide, in the axes of the ground: what is written by hand."""
+    w = Workspace(scene)
+    placed = body_placements(scene, w.graph)
+    found = []
+    for hinge in w.hanging.loops:
+        if hinge.joint.type not in TOGETHER:
+            continue
+        on_parent = placed[hinge.joint.parent] if hinge.joint.parent != GROUND else unit_transform(w.graph)
+        on_child = placed[hinge.joint.child] if hinge.joint.child != GROUND else unit_transform(w.graph)
+        entries: list[Expr] = list(sub(on_parent.point(hinge.origin.p), on_child.point(hinge.place_on_child)))
+        if level != LEVELS[0]:
+            entries = tangents(entries, w.state.velocity)
+        if level == LEVELS[2]:
+            entries = tangents(entries, w.state.acceleration)
+        found += [
+            Row(f"{level} of {hinge.joint.name} along {axis}", form_of(x))
+            for axis, x in zip("xyz", entries, strict=True)
+            if not x.is_zero
+        ]
+    return found
+
+
+def holds(form: Form, scene: Scene) -> bool:
+    """Whether a formula vanishes wherever the loops are closed, and not everywhere.
+
+    Raises:
+        DerivationError: the loops cannot be assembled.
+    """
+    for seed in range(POSITIONS):
+        numbers, q = _assembled(scene, seed)
+        rng = random.Random(f"{scene.name}:{seed}:rates")
+        state = _moving(numbers, q, rng)
+        off = q + np.array([rng.uniform(-0.3, 0.3) for _ in q])
+        wild = {symbol: rng.uniform(0.5, 1.5) for symbol in state}
+        value, elsewhere = _value(form, numbers, q, state), _value(form, numbers, off, wild)
+        if elsewhere == 0 or abs(value) > HELD * abs(elsewhere):
+            return False
+    return True
+
+
+def _assembled(scene: Scene, seed: int) -> tuple[Numbers, Array]:
+    """Return the mechanism with parameters near the scene's, no two related, and a closed position near its start."""
+    rng = random.Random(f"{scene.name}:{seed}")
+    plain = numbers_of(scene)
+    values = {p.name: plain.value(p.value) for p in scene.parameters if p.value is not None}
+    near = {name: value * (1 + SPREAD * rng.uniform(-1, 1)) for name, value in values.items()}
+    freed = replace(scene, parameters=tuple(replace(p, value=None) for p in scene.parameters))
+    try:
+        numbers, assembly = witness(near, numbers_of(freed))
+    except DerivationError:  # a loop that closes for these values alone
+        numbers, assembly = witness({}, plain)
+    q = np.array(assembly.q)
+    free = free_motions(numbers.jacobian(q))
+    step = WAY * np.array([rng.uniform(-1, 1) for _ in free]) @ free
+    try:
+        return numbers, np.array(closed_position(numbers, numbers.moved(q, step), ()).q)
+    except DerivationError:
+        return numbers, q
+
+
+def _moving(numbers: Numbers, q: Array, rng: random.Random) -> Mapping[Expr, float]:
+    """Return random rates and accelerations that the loops allow."""
+    state, G = numbers.state, numbers.jacobian(q)
+    free = free_motions(G)
+    u = np.array([rng.uniform(0.5, 1.5) for _ in free]) @ free
+    rates = dict(zip(state.qd, u.tolist(), strict=True))
+    bias = numbers.at(numbers.constraints.bias, q, rates)
+    a = np.array([rng.uniform(0.5, 1.5) for _ in free]) @ free - np.linalg.pinv(G, rcond=1e-10) @ bias
+    return {**rates, **dict(zip(state.qdd, a.tolist(), strict=True))}
+
+
+def _value(form: Form, numbers: Numbers, q: Array, others: Mapping[Expr, float]) -> float:
+    return float(numbers.at([express_form(form, numbers.graph)], q, others)[0])

@@ -1,0 +1,251 @@
+"""Pages of closed mechanisms and of quaternions in a browser: loops stay closed, numbers are what Python computes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from browser import OVERLAPS, chromium, opened
+from scipy.integrate import solve_ivp
+
+from symdyn.build import run_python
+from symdyn.dynamics import derive
+from symdyn.dynamics.loops.assembly import closed_position, with_parameters
+from symdyn.dynamics.loops.numbers import numbers_of
+from symdyn.dynamics.loops.partition import Closing
+from symdyn.emit import emit
+from symdyn.program import lower
+from symdyn.scene import Scene, read
+from symdyn.scene.value import value_of
+from symdyn.teach.interactive import interactive_page, live
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as found:
+        yield found
+
+
+def saved(name: str, folder: Path, language: str = "en") -> tuple[Scene, Path]:
+    """Return a scene and its page on disk."""
+    scene, path = read(EXAMPLES / f"{name}.toml"), folder / f"{name}.html"
+    path.write_text(interactive_page(scene, language=language), encoding="utf-8")
+    return scene, path
+
+
+def values(page: Any, kind: str) -> list[float]:
+    """Return all values of one kind that the page shows, with all digits, in its order."""
+    found: list[str] = page.eval_on_selector_all(f"[data-out={kind}]", "all => all.map(x => x.dataset.value)")
+    return [float(x) for x in found]
+
+
+def move(page: Any, group: str, k: int, value: float) -> None:
+    page.fill(f"input[type=number][data-group={group}][data-k='{k}']", repr(value))
+
+
+def state_of(page: Any, scene: Scene, group: str) -> Array:
+    """Return q, qd or qdd: what was typed, and what follows with all digits."""
+    rows = page.evaluate(
+        "group => [...document.querySelectorAll(`[data-group=${group}][type=number], [data-out=${group}]`)]"
+        ".map(x => [Number(x.dataset.k), Number(x.dataset.value ?? x.value)])",
+        group,
+    )
+    found = np.full(len(scene.coordinates if group == "q" else scene.velocities), np.nan)
+    for k, x in rows:
+        found[k] = x
+    return found
+
+
+class Truth:
+    """A closed scene's functions by the other road at values of all parameters, reduced to rows by hand."""
+
+    FUNCTIONS = ("tree_forces", "velocity_forces", "mass_matrix", "kinetic_energy", "potential_energy")
+    ROWS = ("constraint_jacobian", "constraint_bias")
+
+    def __init__(self, scene: Scene, params: Array) -> None:
+        free = replace(scene, parameters=tuple(replace(one, value=None) for one in scene.parameters))
+        given = {p.name: float(value_of(p.value, {}) or 0) for p in scene.parameters if p.value is not None}
+        closing, self.params = Closing(parameters=tuple(given.items())), [params] if len(params) else []
+        roads = dict.fromkeys(self.FUNCTIONS, "lagrange") | dict.fromkeys(self.ROWS, "differentiation")
+        self.calls = {
+            name: getattr(run_python(emit(lower(derive(free, [name], road, closing)))), name)
+            for name, road in roads.items()
+        }
+
+    def __call__(self, name: str, *state: Array) -> Any:
+        return self.calls[name](*state, *self.params)
+
+    def allowed(self, q: Array, rows: tuple[int, ...]) -> tuple[Array, Array, list[int]]:
+        """Return G, and T of u = T u_i, and the dependent velocities."""
+        G, i = self("constraint_jacobian", q), list(rows)
+        d = [k for k in range(G.shape[1]) if k not in i]
+        T = np.zeros((G.shape[1], len(i)))
+        T[i] = np.eye(len(i))
+        T[d] = -np.linalg.solve(G[:, d], G[:, i])
+        return G, T, d
+
+    def coefficients(self, q: Array, rows: tuple[int, ...]) -> dict[tuple[str, tuple[int, ...]], float]:
+        """Return k_z, k_D and k_C by name and indices."""
+        G, T, d = self.allowed(q, rows)
+        M, n = self("mass_matrix", q), range(len(rows))
+
+        def b(*moving: int) -> Array:
+            u, s = T[:, list(moving)].sum(axis=1), np.zeros(len(T))
+            s[d] = -np.linalg.solve(G[:, d], self("constraint_bias", q, u))
+            return np.asarray(T.T @ (M @ s + self("velocity_forces", q, u)))
+
+        found = {("k_z", place): float(x) for place, x in np.ndenumerate(T.T @ M @ T)}
+        for j in n:
+            found |= {("k_D", (i, j)): float(x) for i, x in enumerate(b(j))}
+        for j, k in combinations(n, 2):
+            found |= {("k_C", (i, j, k)): float(x) for i, x in enumerate(b(j, k) - b(j) - b(k))}
+        return found
+
+
+CASES = {  # positions of the sliders of q, rates of independent velocities, accelerations, a parameter to move
+    "four_bar": ({0: 2.2}, {0: -1.7}, {0: 3.1}, ("c", 3.3)),
+    "slider_crank": ({0: -2.0}, {0: 4.0}, {0: -2.0}, None),
+    "governor": ({0: 0.7, 1: 0.9}, {0: 6.0, 1: -0.4}, {0: 1.0, 1: 2.0}, ("l", 0.16)),
+    "rssr": ({0: -1.1}, {0: 2.5, 2: -1.5}, {0: 0.5, 2: 1.5}, None),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_closed_numbers_follow_the_sliders_and_are_what_python_computes(
+    browser: Any, tmp_path: Path, name: str
+) -> None:
+    scene, path = saved(name, tmp_path)
+    positions, rates, pulls, changed = CASES[name]
+    names, computed = [p.name for p in scene.parameters], live(scene)
+    with opened(browser, path) as page:
+        if changed:
+            move(page, "params", names.index(changed[0]), changed[1])
+        for group, wanted in (("q", positions), ("qd", rates), ("qdd", pulls)):
+            for k, x in wanted.items():
+                move(page, group, k, x)
+        assert page.inner_text("[data-out=lost]") == ""
+        q, qd, qdd = (state_of(page, scene, group) for group in ("q", "qd", "qdd"))
+        typed = [page.input_value(f"input[type=number][data-group=params][data-k='{k}']") for k in range(len(names))]
+        seen = {kind: values(page, kind) for kind in ("tau", "term", "coefficient", "exerted", "K", "P")}
+    params = np.array(typed, dtype=np.float64)
+
+    free = replace(scene, parameters=tuple(replace(one, value=None) for one in scene.parameters))
+    numbers = with_parameters(numbers_of(free), dict(zip(names, params.tolist(), strict=True)))
+    held = [k for k in range(len(scene.velocities)) if k in positions]
+    np.testing.assert_allclose(closed_position(numbers, q, held).q, q, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(q[list(positions)], list(positions.values()))
+
+    truth = Truth(scene, params)
+    G, T, _ = truth.allowed(q, computed.rows)
+    np.testing.assert_allclose(G @ qd, 0, atol=1e-11)
+    np.testing.assert_allclose(G @ qdd + truth("constraint_bias", q, qd), 0, atol=1e-10)
+    forces = truth("tree_forces", q, qd, qdd)
+    np.testing.assert_allclose(seen["tau"], T.T @ forces, rtol=1e-11, atol=1e-11)
+    assert seen["K"] == pytest.approx([truth("kinetic_energy", q, qd)], rel=1e-11)
+    assert seen["P"] == pytest.approx([truth("potential_energy", q)], rel=1e-11)
+    sums = np.zeros(len(computed.rows))
+    np.add.at(sums, [term.row for term in computed.terms], seen["term"])
+    np.testing.assert_allclose(sums, T.T @ forces, rtol=1e-10, atol=1e-10)
+
+    wanted = truth.coefficients(q, computed.rows)
+    shown = [term for term in computed.terms if term.function != "acting"]
+    for term, x in zip(shown, seen["coefficient"], strict=True):
+        if (key := (term.function, term.indices)) in wanted:
+            assert x == pytest.approx(wanted.pop(key), rel=1e-9, abs=1e-10), term
+    assert all(abs(x) < 1e-9 for x in wanted.values()), "what is not shown vanishes"
+
+    assert computed.held is not None
+    drives = list(computed.held.drives)
+    rest = forces - G.T @ seen["exerted"][len(drives) :]
+    rest[drives] -= seen["exerted"][: len(drives)]
+    passive = [k for k in computed.rows if k not in drives]  # what no drive moves takes a force that is not there
+    np.testing.assert_allclose(np.delete(rest, passive), 0, atol=1e-9)
+
+
+def test_a_loop_that_cannot_close_stays_where_it_closes_last(browser: Any, tmp_path: Path) -> None:
+    """A rocker's crank: with a = 4 the four-bar no longer turns round; the slider stops at its limit, in words."""
+    scene, path = saved("four_bar", tmp_path)
+    a, b, c, d = 3.0, 1.5, 2.0, 4.0
+    with opened(browser, path) as page:
+        for k, x in ((0, a), (1, b), (2, c)):
+            move(page, "params", k, x)
+            assert page.inner_text("[data-out=lost]") == "", k
+        move(page, "q", 0, 3.0)
+        assert "do not close" in page.inner_text("[data-out=lost]")
+        reached = float(page.input_value("input[type=number][data-group=q]"))
+        residual = page.evaluate(
+            "([q, p]) => symdyn.four_bar.constraint_residual(q, p)",
+            [state_of(page, scene, "q").tolist(), [a, b, c, d, 1, 3, 3.5, 9.81]],
+        )
+        move(page, "q", 0, 0.2)
+        assert page.inner_text("[data-out=lost]") == ""
+    limit = np.arccos((a * a + d * d - (b + c) ** 2) / (2 * a * d))  # coupler and rocker in line
+    assert reached == pytest.approx(limit, abs=2e-3)
+    assert np.abs(list(residual.values()) if isinstance(residual, dict) else residual).max() < 1e-3  # five digits typed
+
+
+@pytest.mark.parametrize("name", ["four_bar", "rssr", "rolling_disc", "heavy_top"])
+def test_a_played_motion_is_that_of_the_equations(browser: Any, tmp_path: Path, name: str) -> None:
+    scene, path = saved(name, tmp_path)
+    module = run_python(emit(live(scene).program))
+    closed = live(scene).held is not None
+    with opened(browser, path) as page:
+        data = page.content().split("const data = ", 1)[1].split(";\n", 1)[0]
+        start = page.evaluate(f"() => ({data}).start")
+        page.evaluate("() => 0")
+        for k in range(len(start["qd"])):
+            if page.locator(f"input[type=number][data-group=qd][data-k='{k}']").count():
+                move(page, "qd", k, 0.5 + 0.4 * k)
+        qd = state_of(page, scene, "qd")
+        page.click("[data-do=play]")
+        page.wait_for_function("Number(document.querySelector('[data-out=t]').dataset.value) > 0.7")
+        page.click("[data-do=play]")
+        (t,), (drift,), (E,) = values(page, "t"), values(page, "drift"), values(page, "E")
+        end = state_of(page, scene, "qd")
+    params, n, nq = np.array(start["params"]), len(qd), len(start["q"])
+    extra = [params] if len(params) else []
+
+    def slope(_: float, y: Array) -> Array:
+        q, u = y[:nq], y[nq:]
+        way = module.coordinate_rates(q, u, *extra) if hasattr(module, "coordinate_rates") else u
+        return np.concatenate([way, module.forward_dynamics(q, u, np.zeros(n), *extra)])
+
+    found = solve_ivp(slope, (0, t), [*start["q"], *qd], method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+    np.testing.assert_allclose(end, found[nq:], rtol=2e-4, atol=1e-4)  # five digits are shown
+    assert abs(drift) < 1e-6 * max(1.0, abs(E))
+    if closed and hasattr(module, "constraint_residual"):
+        assert np.abs(module.constraint_residual(found[:nq], *extra)).max() < 1e-7
+
+
+def test_roll_pitch_and_yaw_turn_a_ball(browser: Any, tmp_path: Path) -> None:
+    from scipy.spatial.transform import Rotation
+
+    scene, path = saved("heavy_top", tmp_path)
+    angles = [0.7, -1.2, 2.5]
+    with opened(browser, path) as page:
+        for k, x in enumerate(angles):
+            move(page, "turn", k, x)
+        P = values(page, "P")
+        kept = [float(page.input_value(f"input[type=number][data-group=turn][data-k='{k}']")) for k in range(3)]
+    assert kept == pytest.approx(angles)
+    x, y, z, w = Rotation.from_euler("xyz", angles).as_quat()
+    module = run_python(emit(lower(derive(scene, ["potential_energy"]))))
+    extra = [np.array([])] if scene.free_parameters else []
+    assert P[0] == pytest.approx(float(module.potential_energy(np.array([w, x, y, z]), *extra)), rel=1e-12)
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize(("name", "language", "scheme"), [("four_bar", "sk", "dark"), ("rolling_disc", "en", "light")])
+def test_nothing_overlaps(browser: Any, tmp_path: Path, name: str, language: str, scheme: str, width: int) -> None:
+    _, path = saved(name, tmp_path, language)
+    with opened(browser, path, width, scheme) as page:
+        assert page.evaluate(OVERLAPS) == []
