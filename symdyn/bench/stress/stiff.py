@@ -8,7 +8,8 @@ import numpy as np
 
 from symdyn.bench.stress.model import Case
 from symdyn.bench.stress.scenes import rubbing, stiff_spring
-from symdyn.simulate import simulate
+from symdyn.simulate import METHODS, simulate
+from symdyn.simulate.integrate import importable
 
 FAMILY = "stiff"
 
@@ -31,6 +32,10 @@ def builtin() -> Iterator[Case]:
     yield Case(
         FAMILY, "dry friction, smooth within 1 mm/s, 2 s", "error of x, m, tolerance 1e-8", 1e-5, gap, made.method
     )
+    if importable(METHODS["taylor"].module):
+        made = simulate(rubbing(), until=2.0, method="taylor", rtol=1e-12)
+        gap = abs(float(made.q[-1, 0]) - RUBBED)
+        yield Case(FAMILY, "dry friction, by Taylor's method, 2 s", "error of x, m, tolerance 1e-12", 1e-10, gap)
     stiffness = 10**8
     made = simulate(stiff_spring(stiffness, 0), until=1.0, rtol=1e-15)
     gap = float(np.abs(made.q[:, 0] - np.cos(np.sqrt(stiffness) * made.t)).max())
