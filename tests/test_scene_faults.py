@@ -81,7 +81,8 @@ EDITS = [
     ('child = "link2"', 'child = "forearm"',
      'bodies.link2: the body hangs on no joint; add one with child = "link2"'),
     ('parent = "ground"', 'parent = "link2"',
-     'bodies.link1: no joint leads from ground to the body; add one with child = "link1"'),
+     'bodies.link1: no joint leads from ground to the body or to link2, which hangs together with it in a ring '
+     '(elbow, shoulder); add one with child = "link1"'),
     ('parent = "ground"\n', "", 'joints.shoulder: parent is missing; write the body that carries it, or "ground"'),
     ('child = "link2"\n', "", "joints.elbow: child is missing; write the body that it carries"),
     ('type = "prismatic"\n', "", "joints.elbow: type is missing; write one of revolute, prismatic, fixed, "
@@ -107,6 +108,10 @@ EDITS = [
     ("mass = 1\n", "mass = inf\n", "bodies.link2: mass = Infinity is not a finite number; give one such as 9.81"),
     ("mass = 1\n", "mass = 1e400\n",
      "bodies.link2: mass = 1E+400: a number is beyond the largest double, 1.8e308; choose units that keep it smaller"),
+    ("mass = 1\n", f"mass = 0.{'1' * 1200}\n",
+     f"bodies.link2: mass = 0.{'1' * 95}...: 0.{'1' * 18}... has 1202 digits; 1000 are allowed"),
+    ("mass = 1\n", f"mass = {'1' * 5000}\n",
+     "is not TOML that can be read: an integer has more digits than any number needs"),
     ("mass = 1\n", "mass = true\n",
      'bodies.link2: mass = true is true or false; give a number or a formula such as "m1*h1**2/12"'),
     ("mass = 1\n", 'mass = "m1*"\n',
@@ -304,7 +309,18 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
 
 @pytest.mark.parametrize(
     "value",
-    ["1e999999999", "-1e99999999999999999999999", "nan", "9" * 5000, "[" * 2000, "1979-05-27", "'x'", "[[[1]]]"],
+    [
+        "1e999999999",
+        "-1e99999999999999999999999",
+        "nan",
+        "9" * 5000,
+        "0." + "9" * 5000,
+        "'1." + "9" * 3000 + "'",
+        "[" * 2000,
+        "1979-05-27",
+        "'x'",
+        "[[[1]]]",
+    ],
 )
 def test_no_value_hangs_or_crashes_the_reader(value):
     with pytest.raises(SceneError, match=r"arm\.toml"):

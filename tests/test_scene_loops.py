@@ -215,7 +215,8 @@ def test_a_declared_loop_is_kept_as_it_is():
         (
             BODIES + joint("a", "crank", "coupler") + joint("b", "coupler", "crank") + joint("c", "ground", "rocker"),
             None,
-            'bodies.crank: no joint leads from ground to the body; add one with child = "crank"',
+            "bodies.crank: no joint leads from ground to the body or to coupler, which hangs together with it in a "
+            'ring (a, b); add one with child = "crank"',
         ),
     ],
 )  # fmt: skip

@@ -269,6 +269,40 @@ def test_the_keyboard_is_enough(browser: Any, tmp_path: Path) -> None:
         assert all(name.strip() for name in names)
 
 
+def test_what_is_no_number_changes_nothing_and_a_massless_body_is_told(browser: Any, tmp_path: Path) -> None:
+    with opened(browser, saved(scene_of("two_link"), tmp_path)) as page:
+        field = "input[type=number][data-group=q][data-k='0']"
+        before, shown = values(page, "tau"), page.input_value(field)
+        for typed, kept in (("", shown), ("1e400", "1e+40")):  # the last of 1, 1e4, 1e40 that is a number
+            page.focus(field)
+            page.keyboard.press("Control+A")
+            page.keyboard.press("Delete")
+            page.keyboard.type(typed)
+            page.keyboard.press("Tab")
+            assert page.input_value(field) == kept
+            assert (values(page, "tau") == before) == (kept == shown)
+        move(page, "params", 0, 0.0)
+        move(page, "params", 1, 0.0)
+        page.click("[data-do=play]")
+        page.wait_for_function("document.querySelector('[data-out=lost]').textContent")
+        assert page.inner_text("[data-do=play]") == "Play"
+
+
+def test_nothing_speaks_while_it_plays_but_faults(browser: Any, tmp_path: Path) -> None:
+    """Numbers change sixty times a second: none of them is a live region."""
+    with opened(browser, saved(scene_of("two_link"), tmp_path)) as page:
+        loud = "output, [aria-live], [role=status], [role=alert], [role=log]"
+        assert page.eval_on_selector_all(loud, "all => all.map(x => x.dataset.out)") == ["lost"]
+        order = "all => all.filter(x => x.tabIndex >= 0).map(x => x.dataset.do ?? x.dataset.group)"
+        reached = page.eval_on_selector_all(".live button, .live select, .live input", order)
+        assert reached[:2] == ["play", "reset"]
+        assert all(word in reached for word in ("q", "qd", "qdd", "params"))
+        page.focus("[data-do=play]")
+        page.keyboard.press("Tab")
+        assert page.evaluate("document.activeElement.dataset.do") == "reset"
+        assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") == "solid"
+
+
 def test_several_scenes_stand_in_one_page(browser: Any, tmp_path: Path) -> None:
     parts = [interactive(scene_of(name)) for name in ("two_link", "cart_pole")]
     text = f"<!DOCTYPE html><meta charset=utf-8><style>{parts[0].css}</style>"

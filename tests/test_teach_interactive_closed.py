@@ -22,7 +22,9 @@ from symdyn.emit import emit
 from symdyn.program import lower
 from symdyn.scene import Scene, read
 from symdyn.scene.value import value_of
+from symdyn.teach import walkthrough
 from symdyn.teach.interactive import interactive_page, live
+from symdyn.teach.render.html import html_page
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -171,6 +173,23 @@ def test_closed_numbers_follow_the_sliders_and_are_what_python_computes(
     np.testing.assert_allclose(np.delete(rest, passive), 0, atol=1e-9)
 
 
+@pytest.mark.parametrize("name", ["four_bar", "governor"])
+def test_sliders_of_closed_mechanisms_begin_where_the_lesson_shows_numbers(
+    browser: Any, tmp_path: Path, name: str
+) -> None:
+    scene, path = read(EXAMPLES / f"{name}.toml"), tmp_path / "lesson.html"
+    path.write_text(html_page(walkthrough(scene, road="dalembert")), encoding="utf-8")
+    with opened(browser, path) as page:
+        told = page.eval_on_selector_all(
+            "#step-state tbody tr td:nth-child(2)", "all => all.map(x => x.textContent.replace('−', '-'))"
+        )
+        seen = np.concatenate([state_of(page, scene, group) for group in ("q", "qd", "qdd")])
+
+    numbers = [float(x.replace(" · 10^", "e")) for x in told[len(scene.parameters) :]]
+    np.testing.assert_allclose(seen, numbers[: len(seen)], rtol=1e-3, atol=1e-9)
+    assert len(set(numbers)) > 4
+
+
 def test_a_loop_that_cannot_close_stays_where_it_closes_last(browser: Any, tmp_path: Path) -> None:
     """A rocker's crank: with a = 4 the four-bar no longer turns round; the slider stops at its limit, in words."""
     scene, path = saved("four_bar", tmp_path)
@@ -186,6 +205,7 @@ def test_a_loop_that_cannot_close_stays_where_it_closes_last(browser: Any, tmp_p
             "([q, p]) => symdyn.four_bar.constraint_residual(q, p)",
             [state_of(page, scene, "q").tolist(), [a, b, c, d, 1, 3, 3.5, 9.81]],
         )
+        move(page, "q", 0, 1e40)  # soon given up
         move(page, "q", 0, 0.2)
         assert page.inner_text("[data-out=lost]") == ""
     limit = np.arccos((a * a + d * d - (b + c) ** 2) / (2 * a * d))  # coupler and rocker in line

@@ -12,12 +12,13 @@ from pathlib import Path
 import pytest
 from latex_reader import LatexReader, displays
 
-from symdyn.algebra.form import ZERO, terms_of
+from symdyn.algebra.form import ZERO, Symbol, terms_of
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops.rows import differentiated
 from symdyn.dynamics.positions import body_placements
+from symdyn.emit.formula_text import text_of
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Op, evaluate, reachable, tangents
 from symdyn.scene import JOINTS, Scene, express, number, read
@@ -245,6 +246,64 @@ def test_bars_add_up_to_the_torque(name: str) -> None:
     for chart in charts:
         assert sum(bar.value for bar in chart.bars) == pytest.approx(chart.value)
         assert sum(bar.share for bar in chart.bars) == pytest.approx(1)
+
+
+def test_damping_is_a_bar_and_takes_its_power() -> None:
+    document = lesson("sprung")  # a damper in the joint, whose drive is M
+    (chart,) = (block for _, block in document.blocks() if isinstance(block, Shares))
+    labels = [text_of(bar.label) for bar in chart.bars]
+    assert "0.2*phi_dot" in labels
+    assert chart.total == Symbol("M")
+    assert chart.bars[labels.index("0.2*phi_dot")].value == pytest.approx(0.2)  # at 1 rad/s
+    power = next(b for s, b in document.blocks() if s.key == "power" and isinstance(b, Formula) and b.left == "d/dt W")
+    assert text_of(power.form) == "(M - 0.2*phi_dot)*phi_dot"
+    step = next(s for section in document.sections for s in section.steps if s.key == "acting")
+    kinds = [row[0].parts[0] for block in step.blocks if isinstance(block, Values) for row in block.rows]
+    assert kinds == ["viscous damping", "spring", "spring"]
+
+
+def test_a_passive_joint_is_told_what_its_motion_would_need() -> None:
+    step = next(s for section in lesson("cart_pole").sections for s in section.steps if s.key == "torque:2")
+    assert "Nothing drives" in "".join(map(str, step.claim.parts))
+
+
+BALL = """
+name = "ball"
+gravity = [0, 0, -9.81]
+[bodies.a]
+mass = 1
+com = [0.2, 0, 0.1]
+inertia = [0.1, 0.2, 0.3]
+inertia_about = "com"
+[bodies.b]
+mass = 2
+com = [0, 0.1, 0.3]
+inertia = [0.1, 0.2, 0.25]
+inertia_about = "com"
+[joints.c]
+type = "cylindrical"
+parent = "ground"
+child = "a"
+axis = [0, 0, 1]
+[joints.s]
+type = "spherical"
+orientation = "zyx"
+parent = "a"
+child = "b"
+origin = [0.5, 0, 0]
+"""
+
+
+def test_joints_of_several_freedoms_go_both_roads() -> None:
+    one = read_text(BALL, "ball")
+    document = walkthrough(one, road="dalembert")  # proves that both roads give the same drives
+    assert document.sections[-1].key == "roads"
+    drives = [key for key in document.names if key.startswith("tau")]
+    assert drives == [f"tau{i}" for i in range(1, 6)]
+
+    why = next(b for s, b in walkthrough(one).blocks() if s.key == "meaning:k_D" and isinstance(b, Values))
+    told = {row[0].parts[0].name: str(row[2].parts[0]) for row in why.rows}
+    assert told["k_D:1,2"] == told["k_D:2,2"] == "a slide is straight: "  # the way along the cylinder
 
 
 def test_languages_have_the_same_keys_and_places() -> None:

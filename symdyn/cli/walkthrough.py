@@ -51,6 +51,7 @@ def run(options: argparse.Namespace) -> int:
     from symdyn.teach.exercises import with_exercises
     from symdyn.teach.interactive import interactive_page
 
+    check_ending(options)
     scene = read_scene(options)
     with Waiting() as progress:
         progress("deriving")
@@ -65,6 +66,15 @@ def run(options: argparse.Namespace) -> int:
     for path in placed(files, options.output):
         print(path)
     return 0
+
+
+def check_ending(options: argparse.Namespace) -> None:
+    """Raise EmitError for a file whose ending is that of no format."""
+    from symdyn.errors import EmitError
+
+    target = Path(options.output)
+    if target.suffix and target.suffix.lower() not in ENDINGS and not options.format and not target.is_dir():
+        raise EmitError(f"{target.name}: {target.suffix} is no format; end with {', '.join(ENDINGS)}, or give --format")
 
 
 def placed(files: dict[str, str | bytes], output: str) -> list[Path]:

@@ -27,6 +27,7 @@ from symdyn.scene.quantity import PI, Quantity, number, symbol
 
 __all__ = ["FormulaError", "parse", "quantity"]
 
+LONGEST_NUMBER = 1000
 LONGEST_TEXT = 10_000
 DEEPEST = 150
 MOST_NODES = 20_000
@@ -213,6 +214,8 @@ def _size(part: Quantity) -> int:
 
 
 def _exact(digits: str) -> Fraction:
+    if len(digits) > LONGEST_NUMBER:
+        raise FormulaError(f"{digits[:20]}... has {len(digits)} digits; {LONGEST_NUMBER} are allowed")
     exponent = re.search(r"[eE]([+-]?\d+)$", digits)
     if exponent and (len(exponent[1]) > 6 or abs(int(exponent[1])) > LARGEST_EXPONENT):
         raise FormulaError(f"{digits} is beyond what a double can hold; the exponent may be {LARGEST_EXPONENT} at most")

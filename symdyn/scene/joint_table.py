@@ -16,7 +16,7 @@ from symdyn.scene.formula import quantity
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.loads import Friction
 from symdyn.scene.model import Joint, Limits, Pose, velocity_name
-from symdyn.scene.names import suggestion
+from symdyn.scene.names import choice
 from symdyn.scene.quantity import ONE, ZERO, Quantity, Vector, number
 from symdyn.scene.spelling import spell
 from symdyn.scene.table import Entry, Faults, Table, plain, show
@@ -78,7 +78,7 @@ def _type(table: Table) -> str:
         _refuse(table, strange, f"a {kind} joint")
         return kind
     if kind:
-        table.fault(f'type = "{kind}" is not a joint; {suggestion(kind, JOINTS)} (there are {", ".join(JOINTS)})')
+        table.fault(f'type = "{kind}" is not a joint; {choice(kind, JOINTS)}')
     return "revolute"
 
 

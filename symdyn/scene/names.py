@@ -90,3 +90,10 @@ def suggestion(name: str, known: Iterable[str]) -> str:
     every = list(known)
     near = nearest(name, every)
     return f"did you mean {near}?" if near else f"known are {listed(every)}"
+
+
+def choice(name: str, known: Iterable[str]) -> str:
+    """Return all known names, of which a user chooses one, and "did you mean X?" when one of them is near."""
+    every = list(known)
+    near, all_of_them = nearest(name, every), f"there are {', '.join(every)}"
+    return f"did you mean {near}? ({all_of_them})" if near else all_of_them

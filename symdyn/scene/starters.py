@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from symdyn.errors import SceneError
 from symdyn.resources import template_folder
-from symdyn.scene.names import check_name, suggestion
+from symdyn.scene.names import check_name, choice
 
 STARTERS: dict[str, str] = {
     "rr": "planar arm, two revolute joints",
@@ -38,8 +38,7 @@ def starter(name: str, template: str, n: int | None = None) -> str:
     if fault:
         raise SceneError(f'the name "{name}" {fault}')
     if template not in STARTERS:
-        known = ", ".join(STARTERS)
-        raise SceneError(f'there is no template "{template}"; {suggestion(template, STARTERS)} (there are {known})')
+        raise SceneError(f'there is no template "{template}"; {choice(template, STARTERS)}')
     if n is not None and template not in COUNTED:
         some = " and ".join(COUNTED)
         raise SceneError(f'n = {n} goes with the templates {some} only; "{template}" has a fixed number of joints')

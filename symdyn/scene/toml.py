@@ -76,7 +76,8 @@ def _parse(text: str, source: str) -> dict[str, object]:
     except tomllib.TOMLDecodeError as error:
         raise SceneError(f"{source}: {_reworded(str(error))}") from None
     except (ValueError, RecursionError) as error:
-        reason = "it nests too deep" if isinstance(error, RecursionError) else str(error)
+        long = "an integer has more digits than any number needs"  # int refuses it in words for programmers
+        reason = "it nests too deep" if isinstance(error, RecursionError) else long
         raise SceneError(f"{source}: is not TOML that can be read: {reason}") from None
 
 

@@ -23,8 +23,8 @@ from symdyn.teach.numbers import Chosen, written
 from symdyn.teach.render.spelling import letter
 from symdyn.teach.velocities import length
 
-WIDEST = 130
-"""Characters of an entry, or a row, from which a matrix is folded."""
+WIDEST, GAP = 130, 18
+"""Characters of a row from which a matrix is folded, and of the room between two of its columns."""
 
 
 def body_steps(lesson: Balance, j: int, chosen: Chosen) -> list[Step]:
@@ -143,7 +143,10 @@ def _matrix(
 def _errata(lesson: Balance, behind: str, numbers: Sequence[str]) -> Step:
     """Return boxes of words: what the text reads, what is right, the check."""
     titles = [lesson.say("erratum", number=number) for number in numbers]
-    boxes = [Box("erratum", t, (lesson.say(f"erratum.{n}"),)) for t, n in zip(titles, numbers, strict=True)]
+    reads = lesson.name("text:M", "M", "jyy", node=None)
+    right = lesson.name("text:M right", "M", "jjy", node=None)
+    said = [lesson.say(f"erratum.{number}", reads=reads, right=right) for number in numbers]
+    boxes = [Box("erratum", title, (words,)) for title, words in zip(titles, said, strict=True)]
     return Step(f"errata:{behind}", Words(()), tuple(boxes))
 
 
@@ -248,8 +251,8 @@ def _named(
 def _folded(lesson: Balance, matrix: Matrix) -> Block:
     """Return a matrix, or its entries one below the other in a fold where they are long."""
     cells = [len(text_of(entry)) for entry in matrix.entries]
-    rows = [sum(cells[k : k + matrix.width]) for k in range(0, len(cells), matrix.width)]
-    if max(rows) <= WIDEST:
+    columns = [max(cells[k :: matrix.width]) for k in range(matrix.width)]
+    if sum(columns) + GAP * (len(columns) - 1) <= WIDEST:
         return matrix
     pairs = zip(matrix.names, matrix.entries, strict=True)
     entries = tuple(Formula(name, form) for name, form in pairs)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from symdyn.algebra.form import Form
 from symdyn.dynamics.reactions.dalembert import DRIVE
 from symdyn.scene import Scene
 from symdyn.teach.balance import Balance
 from symdyn.teach.bodies import body_steps
 from symdyn.teach.document import Block, Document, Section, Step, Values, Words
 from symdyn.teach.motion import choose_motion
-from symdyn.teach.notation import notation_step, scene_step
+from symdyn.teach.notation import acting_steps, notation_step, scene_step
 from symdyn.teach.numbers import scene_picture, state_step
 from symdyn.teach.reactions import numbers_step, roads_step, solved_steps
 
@@ -23,7 +24,8 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "road
     """
     lesson = Balance(scene, language)
     chosen = choose_motion(lesson)
-    first = [scene_step(lesson, scene_picture(lesson, chosen)), notation_step(lesson), _unknown_table(lesson)]
+    shown = scene_step(lesson, scene_picture(lesson, chosen))
+    first = [shown, *acting_steps(lesson), notation_step(lesson), _unknown_table(lesson)]
     sections = [
         Section("scene", lesson.text("section.scene"), tuple(first)),
         _section(lesson, "count", [_count(lesson)]),
@@ -68,13 +70,14 @@ def _count(lesson: Balance) -> Step:
         rows.append((Words((joint.name,)), kind, Words((str(counts.count(joint.name)),))))
     head = (lesson.say("table.joint"), lesson.say("table.kind"), lesson.say("table.class"))
     classes = [counts.count(name) for name in dict.fromkeys(counts)]
-    places = {
+    places: dict[str, str | Form] = {
         "equations": str(system.equations),
         "each": str(len(system.kept)),
         "bodies": str(len(system.bodies)),
         "sum": " + ".join(f"{t} · {classes.count(t)}" for t in sorted(set(classes), reverse=True)) or "0",
         "reactions": str(system.reactions),
         "drives": str(system.drives),
+        "m": lesson.name("m_R", "m", "R", node=None),
     }
     correct = system.equations == len(system.unknowns)
     blocks: list[Block] = [Values(head, tuple(rows)), lesson.say("count.sum", **places)]

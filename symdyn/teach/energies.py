@@ -107,7 +107,7 @@ def _square(lesson: Lesson, mass: Mass) -> Step:
     for group in groups:
         sines = sum_of(group.sines)
         short = lesson.short(express_form(sines, lesson.graph))
-        if len(group.sines) > 1 or short != sines:
+        if set(terms_of(short)) != set(terms_of(sines)):
             identities += [_identity(lesson, sines, short), Formula("", sines, right=short)]
         if terms_of(short):
             simple.append(product_of((group.outer, short)))

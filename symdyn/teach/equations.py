@@ -52,7 +52,7 @@ def name_coefficients(lesson: Lesson) -> Printable:
         lesson.name(coefficient_key(c), "k", KINDS[c.kind], *index, node=node)
     acting = generalized_forces(lesson.scene, lesson.graph)
     for i, (drive, force) in enumerate(zip(lesson.drives, acting, strict=True)):
-        lesson.name(f"tau:{i + 1}", "tau", str(i + 1), node=drive + force)
+        lesson.name(f"tau:{i + 1}", "tau" if force.is_zero else "S", str(i + 1), node=drive + force)  # a sum
         named = lesson.scene.drives[i]
         if named:
             lesson.names[named] = Name(None, drive)
@@ -162,10 +162,14 @@ def _equation(lesson: Lesson, page: Printable, i: int) -> Step:
     claim = lesson.say("equation", left=left, right=page.right[i])
     passive = lesson.scene.drives[i] is None
     blocks: list[Block] = [Braced(page.right[i], tuple(terms), f"tau:{i + 1}", number)]
+    motion = lesson.number(f"motion:{i + 1}")
+    if motion:
+        blocks.insert(0, Formula("", left, motion, page.right[i]))
     if any(not brace.under for brace in terms):
         blocks.append(lesson.say("equation.named"))
     reason = lesson.say("equation.passive" if passive else "equation.reason", q=Symbol(str(q)))
-    return Step(f"equation:{i + 1}", claim, tuple(blocks), reason, f"({number})" if number else "")
+    numbers = [x for x in (motion, number) if x]
+    return Step(f"equation:{i + 1}", claim, tuple(blocks), reason, ", ".join(f"({x})" for x in numbers))
 
 
 def _M(lesson: Lesson, i: int, j: int) -> Form:

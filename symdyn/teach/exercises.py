@@ -111,7 +111,8 @@ def _plain(document: Document, form: Form) -> bool:
 def _blank(document: Document, step: Step, result: tuple[str, Form], solution: Sequence[Block]) -> Blank:
     texts, (key, answer) = LANGUAGES[document.language], result
     kind = step.key.partition(":")[0]
-    ask = Words(fill(texts["exercise.ask"], {"left": Symbol(key)}))
+    shown = next((b.left for b in solution if isinstance(b, Braced) and b.value == key and b.left != ZERO), Symbol(key))
+    ask = Words(fill(texts["exercise.ask"], {"left": shown}))
     hint = Words((texts[f"exercise.hint.{kind}"],))
     return Blank(f"{step.key}:{key}" if kind in EACH else step.key, ask, key, answer, hint, tuple(solution))
 

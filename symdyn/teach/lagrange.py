@@ -10,7 +10,7 @@ from symdyn.teach.equilibria import equilibrium_step
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.masses import masses
 from symdyn.teach.meaning import meaning_steps
-from symdyn.teach.notation import notation_step, scene_step
+from symdyn.teach.notation import acting_steps, notation_step, scene_step
 from symdyn.teach.numbers import Chosen, choose, number_steps, power_step, scene_picture, weights_picture
 from symdyn.teach.textbook import errata, numbers_for
 from symdyn.teach.velocities import position_steps, velocity_steps
@@ -30,7 +30,11 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     found = masses(lesson)
     chosen = choose(lesson)
     sections = [
-        _section(lesson, "scene", [scene_step(lesson, scene_picture(lesson, chosen)), notation_step(lesson)]),
+        _section(
+            lesson,
+            "scene",
+            [scene_step(lesson, scene_picture(lesson, chosen)), *acting_steps(lesson), notation_step(lesson)],
+        ),
         _section(lesson, "positions", position_steps(lesson, found)),
         _section(lesson, "velocities", velocity_steps(lesson, found)),
     ]
@@ -51,7 +55,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
         sections.append(_section(lesson, "coefficients", [*steps, *meanings]))
     if last >= 4:
         steps = number_steps(lesson, page, chosen)
-        steps += [equilibrium_step(lesson, chosen), power_step(lesson, chosen)]
+        steps += [equilibrium_step(lesson, chosen), power_step(lesson, page, chosen)]
         sections.append(_section(lesson, "numbers", steps))
     if lesson.numbers:
         sections = [_with_errata(lesson, section, chosen) for section in sections]

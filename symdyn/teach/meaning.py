@@ -15,7 +15,7 @@ from symdyn.dynamics.state import placement, vector
 from symdyn.emit.equations import Printable
 from symdyn.emit.formula_text import text_of
 from symdyn.graph import Expr
-from symdyn.scene import GROUND, Joint, express
+from symdyn.scene import GROUND, JOINTS, Joint, express
 from symdyn.scene.joints.blocks import unit
 from symdyn.spatial import Vec, apply, apply_transposed, cross, dot, sub, zero_vector
 from symdyn.teach.document import Block, Box, Formula, Step, Values, Words
@@ -80,15 +80,30 @@ def meaning_steps(lesson: Lesson, page: Printable, found: list[Mass]) -> list[St
     pairs = [(i, j) for i in range(len(axes)) for j in range(i + 1, len(axes))]
     for i, j in pairs:
         first, second = axes[i], axes[j]
-        if first is not None and second is not None and not lesson.vanishes(node_of(lesson, f"k_z:{i + 1},{j + 1}")):
+        if first is None or second is None:
+            continue
+        key = f"k_z:{i + 1},{j + 1}"
+        if lesson.vanishes(node_of(lesson, key)):
+            rate, way = Symbol(str(lesson.state.qdd[j].value)), "induced.none.slide" if first.slides else "induced.none"
+            said = lesson.say(way, name=Symbol(key), rate=rate, joint=first.joint.name)
+            steps.append(Step(f"meaning:{key}", said, ()))
+        else:
             steps.append(_induced(lesson, (i, j), (first, second), found))
     if len(axes) > 1:
-        steps.append(_velocities(lesson, page, axes, "k_D"))
-        steps.append(_velocities(lesson, page, axes, "k_C"))
+        steps.append(_velocities(lesson, page, "k_D"))
+        steps.append(_velocities(lesson, page, "k_C"))
     for i, axis in enumerate(axes):
         if axis is not None and not lesson.vanishes(node_of(lesson, f"k_G:{i + 1}")):
             steps.append(_weights(lesson, i, axis, found))
+    others = dict.fromkeys(j.name for j, axis in zip(_carriers(lesson), axes, strict=True) if axis is None)
+    if others:
+        steps.append(Step("meaning:others", lesson.say("meaning.others", joints=", ".join(others)), ()))
     return steps
+
+
+def _carriers(lesson: Lesson) -> list[Joint]:
+    """Return the joint of every coordinate."""
+    return [joint for joint in lesson.scene.moving for _ in joint.coordinates]
 
 
 # k_z
@@ -111,8 +126,10 @@ def _own_inertia(lesson: Lesson, i: int, axis: Axis, found: list[Mass]) -> Step:
         node, terms = node + rotor, [*terms, lesson.short(rotor)]
     lesson.name(key, "m" if axis.slides else "I", here, node=node)
     number = lesson.number(f"J:{here}")
-    blocks.append(Formula(key, sum_of(terms), number))
-    blocks.append(folded(lesson, Formula(key, lesson.short(node))))
+    named, written_out = sum_of(terms), lesson.short(node)
+    blocks.append(Formula(key, named, number))
+    if named != written_out:
+        blocks.append(folded(lesson, Formula(key, written_out)))
     blocks.append(_check(lesson, k_z, key))
     torque = f"Mz:{here},{here}"
     qdd = lesson.state.qdd[i]
@@ -221,14 +238,14 @@ def _coupled(lesson: Lesson, axes: tuple[Axis, Axis], mass: Mass) -> Expr:
 # k_C and k_D
 
 
-def _velocities(lesson: Lesson, page: Printable, axes: list[Axis | None], kind: str) -> Step:
+def _velocities(lesson: Lesson, page: Printable, kind: str) -> Step:
     """Return a table: each coefficient of a product of velocities, and why it is there or not."""
-    rows = []
+    rows, slides = [], [unit == "m" for j in lesson.scene.moving for unit in JOINTS[j.type].velocities(j)]
     for c in page.coefficients:
         if c.kind == kind:
             short = length(c.form) <= SHORT and len(text_of(c.form)) <= WIDEST
             value = Words((c.form,)) if short else lesson.say("long.short", terms=str(length(c.form)))
-            why = lesson.say(_why(lesson, c.indices, axes, c.vanishes, kind), **_places(lesson, c.indices))
+            why = lesson.say(_why(lesson, c.indices, slides, c.vanishes, kind), **_places(lesson, c.indices))
             rows.append((Words((Symbol(coefficient_key(c)),)), value, why))
     head = (lesson.say("table.coefficient"), lesson.say("table.value"), lesson.say("table.why"))
     blocks: list[Block] = [Values(head, tuple(rows))]
@@ -251,30 +268,28 @@ def _places(lesson: Lesson, indices: tuple[int, ...]) -> dict[str, str | Form | 
     return {"i": str(i), "j": qd[j - 1], "k": qd[k - 1], "axis": str(j)}
 
 
-def _why(lesson: Lesson, indices: tuple[int, ...], axes: list[Axis | None], vanishes: bool, kind: str) -> str:
+def _why(lesson: Lesson, indices: tuple[int, ...], slides: list[bool], vanishes: bool, kind: str) -> str:
     """Return the key of the sentence that says why a coefficient is there or not."""
     i, j, *rest = (x - 1 for x in indices)
-    closed = lesson.closed
+    closed, along = lesson.closed, ".slide" if slides[i] else ""
     if kind == "k_D":
-        axis = axes[j]
         if not vanishes:
-            return "k_D.acts"
-        if axis is not None and axis.slides:
+            return f"k_D.acts{along}"
+        if slides[j]:
             return "k_D.straight"
         if i == j:
             return "k_D.own"
         depends = closed.ring.derivative(closed.M[j][j], closed.state.q[i])
         depends_too = closed.ring.derivative(closed.M[i][j], closed.state.q[j])
-        return "k_D.cancel" if depends or depends_too else "k_D.meets"
+        return f"k_D.cancel{along}" if depends or depends_too else f"k_D.meets{along}"
     if not vanishes:
-        return "k_C.acts"
+        return f"k_C.acts{along}"
     k = rest[0]
-    carrier = axes[j]
-    if carrier is not None and carrier.slides:
+    if slides[j]:
         return "k_C.straight"
     parts = ((i, j, k), (i, k, j), (j, k, i))
     slopes = [closed.ring.derivative(closed.M[a][b], closed.state.q[c]) for a, b, c in parts]
-    return "k_C.cancel" if any(slopes) else "k_C.nothing"
+    return f"k_C.cancel{along}" if any(slopes) else "k_C.nothing"
 
 
 # k_G
@@ -294,4 +309,5 @@ def _weights(lesson: Lesson, i: int, axis: Axis, found: list[Mass]) -> Step:
     lesson.name(key, "F" if axis.slides else "M", "G", here, node=node)
     blocks: list[Block] = [folded(lesson, Formula(key, lesson.short(node))), _check(lesson, f"k_G:{here}", key)]
     claim = lesson.say("weights.slide" if axis.slides else "weights", name=Symbol(f"k_G:{here}"), joint=axis.joint.name)
-    return Step(f"meaning:k_G:{here}", claim, tuple(blocks), lesson.say("weights.reason", drive=here))
+    reason = lesson.say("weights.slide.reason" if axis.slides else "weights.reason", drive=here)
+    return Step(f"meaning:k_G:{here}", claim, tuple(blocks), reason)

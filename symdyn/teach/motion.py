@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.reactions.samples import Array
 from symdyn.graph import Expr, evaluate
 from symdyn.teach.balance import Balance
@@ -25,7 +24,6 @@ SMALL = 1e-9
 def choose_motion(lesson: Balance) -> Chosen:
     """Return the drawn position with rates and accelerations that are not all alike and that the loops allow."""
     chosen = choose_state(lesson.scene, lesson.state, lesson.graph, moving=not lesson.closed)
-    chosen = replace(chosen, values={**chosen.values, lesson.graph.symbol(TIME): 0.0})
     w, n = lesson.workspace, lesson.state.n
     led = w.prescribed
     if not lesson.closed and not led.place:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from symdyn.algebra.form import Symbol
-from symdyn.scene import JOINTS
+from symdyn.algebra.form import Form, Symbol, form_of
+from symdyn.graph import Graph
+from symdyn.scene import GROUND, JOINTS, express
+from symdyn.scene.quantity import ZERO
 from symdyn.scene.spelling import spell
 from symdyn.teach.document import Picture, Step, Values, Words
 from symdyn.teach.lesson import Prose
@@ -31,6 +33,34 @@ def scene_step(lesson: Prose, shown: Picture) -> Step:
         (shown, Values(head, tuple(rows))),
         lesson.say("scene.closed.reason" if closed != "scene" else "scene.reason"),
     )
+
+
+def acting_steps(lesson: Prose) -> list[Step]:
+    """Return the step that lists motions that are prescribed and what acts beside drives and weights; none without."""
+    scene, rows = lesson.scene, []
+    for joint in scene.joints:
+        where = lesson.text("acting.joint", joint=joint.name)
+        if joint.motion is not None:
+            motion = form_of(express(joint.motion, Graph()))
+            formula: tuple[str | Form, ...] = (f"{where}: ", Symbol(joint.coordinates[0]), " = ", motion)
+            rows.append((lesson.say("acting.motion"), Words(formula)))
+        present = {
+            "damping": joint.damping != ZERO,
+            "dry": joint.dry is not None,
+            "force": any(x != ZERO for x in joint.forces),
+        }
+        rows += [(lesson.say(f"acting.{kind}"), Words((where,))) for kind, there in present.items() if there]
+    for kind, found in (("spring", scene.springs), ("damper", scene.dampers)):
+        for one in found:
+            ends = " – ".join(lesson.text("ground") if end.body == GROUND else end.body for end in one.ends)
+            where = ends or lesson.text("acting.joint", joint=one.joint)
+            rows.append((lesson.say(f"acting.{kind}"), Words((f"{one.name}: {where}",))))
+    rows += [(lesson.say("acting.load"), Words((f"{one.name}: {one.place.body}",))) for one in scene.loads]
+    if not rows:
+        return []
+    head = (lesson.say("table.kind"), lesson.say("table.where"))
+    reason = lesson.say("acting.reason") if any(joint.motion is not None for joint in scene.joints) else Words(())
+    return [Step("acting", lesson.say("acting"), (Values(head, tuple(rows)),), reason)]
 
 
 def notation_step(lesson: Prose) -> Step:

@@ -5,16 +5,27 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from symdyn.algebra.form import Form, Power, Symbol, product_of, sum_of
+from symdyn.algebra.form import (
+    MINUS_ONE,
+    Form,
+    Power,
+    Symbol,
+    express_form,
+    product_of,
+    signed_product,
+    sum_of,
+    terms_of,
+)
 from symdyn.algebra.numeric import Floats
 from symdyn.draw import Wrench, picture, pose
 from symdyn.dynamics import is_closed
+from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.state import State, state_symbols, vector
 from symdyn.emit.equations import Printable
 from symdyn.graph import Expr, Graph, evaluate, tangents
 from symdyn.scene import JOINTS, Scene
 from symdyn.teach.balance import Balance
-from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step, Values, Words
+from symdyn.teach.document import Bar, Block, Formula, Name, Picture, Shares, Step, Values, Words
 from symdyn.teach.equations import coefficient_key, node_of
 from symdyn.teach.forms import factors_of
 from symdyn.teach.lesson import Lesson, Prose
@@ -62,6 +73,7 @@ def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) 
         values[u] = RATES[k % len(RATES)] if moving else 0.0
         values[a] = ACCELERATIONS[k % len(ACCELERATIONS)] if moving else 0.0
     values |= {graph.symbol(name): value for name, value in parameters.items()}
+    values[graph.symbol(TIME)] = 0.0
     return Chosen(values, tuple(float(x) for x in q), dict(parameters))
 
 
@@ -115,7 +127,7 @@ def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
 
 
 def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
-    """Return the bar chart of one equation: every product of coefficient and rates."""
+    """Return the bar chart of one equation, solved for the drive: products of coefficient and rates, other forces."""
     state = lesson.state
     named = {str(x.value): x for x in (*state.qd, *state.qdd)}
     labels, values = [], []
@@ -129,14 +141,33 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
         (value,) = chosen.of(node_of(lesson, key))
         labels.append(product_of((Symbol(key), c.rate)))
         values.append(value * factor)
+    for force in _others(lesson, page, i):
+        labels.append(product_of((MINUS_ONE, force)))
+        values.append(-chosen.of(express_form(force, lesson.graph))[0])
     whole = sum(map(abs, values)) or 1.0
     bars = tuple(Bar(label, value, abs(value) / whole) for label, value in zip(labels, values, strict=True))
     slides = [unit == "m" for joint in lesson.scene.moving for unit in JOINTS[joint.type].velocities(joint)]
-    total = Symbol(f"tau:{i + 1}")
+    total, unit = _drive(lesson, i), "N" if slides[i] else "N m"
     caption = lesson.say("shares", total=total)
-    block = Shares(caption, total, sum(values), "N" if slides[i] else "N m", bars)
-    claim = lesson.say("torque", total=total, value=f"{written(sum(values))} {'N' if slides[i] else 'N m'}")
+    block = Shares(caption, total, sum(values), unit, bars)
+    key = "torque" if lesson.scene.drives[i] else "torque.passive"
+    claim = lesson.say(key, total=total, value=f"{written(sum(values))} {unit}", q=Symbol(str(state.q[i].value)))
     return Step(f"torque:{i + 1}", claim, (block,))
+
+
+def _drive(lesson: Lesson, i: int) -> Symbol:
+    """Return the drive of a velocity; for a passive one the name of what its motion would need."""
+    drive, node = lesson.scene.drives[i], lesson.drives[i]
+    if drive is None:
+        return lesson.name(f"needed:{i + 1}", "tau", str(i + 1), node=node)
+    lesson.names[drive] = Name(None, node)
+    return Symbol(drive)
+
+
+def _others(lesson: Lesson, page: Printable, i: int) -> list[Form]:
+    """Return what acts beside the drive: friction, damping, loads; terms of Q_i."""
+    drive = lesson.scene.drives[i]
+    return [term for term in terms_of(page.right[i]) if drive is None or term != Symbol(drive)]
 
 
 def _rates(rate: Form) -> list[tuple[str, int]]:
@@ -149,15 +180,17 @@ def _rates(rate: Form) -> list[tuple[str, int]]:
     return found
 
 
-def power_step(lesson: Lesson, chosen: Chosen) -> Step:
-    """Return the check by energy: d/dt (K + P) = Σ τ_i q̇_i, decided on the graph, and in numbers."""
+def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
+    """Return the check by energy: d/dt (K + P) = Σ (τ_i + Q_i) q̇_i, decided on the graph, and in numbers."""
     state, n = lesson.state, range(lesson.state.n)
     total = lesson.energy.K + lesson.energy.P
     rate = tangents([total], state.acceleration)[0]
     lesson.name("W", "W", node=total)
     symbol = lesson.rate("W", rate)
-    power = [product_of((Symbol(f"tau:{i + 1}"), Symbol(str(state.qd[i].value)))) for i in n]
-    nodes = [node_of(lesson, f"tau:{i + 1}") * state.qd[i] for i in n]
+    forces = [[_drive(lesson, i), *_others(lesson, page, i)] for i in n]
+    power = [signed_product(sum_of(forces[i]), Symbol(str(state.qd[i].value))) for i in n]
+    acting = [lesson.drives[i] + express_form(sum_of(forces[i][1:]), lesson.graph) for i in n]
+    nodes = [force * u for force, u in zip(acting, state.qd, strict=True)]
     left, *parts = chosen.of(rate, *nodes)
     assert abs(left - sum(parts)) <= 1e-9 * (1 + sum(map(abs, parts))), (
         "the power of the drives is not the rate of K + P"

@@ -24,6 +24,7 @@ LAGRANGIAN = (
 """(5.35), by which the example is known."""
 
 NUMBERS = {
+    "motion:1": "5.36",
     "K:1": "5.24", "P:1": "5.25", "K.definition:2": "5.26", "v2.definition:2": "5.27", "x:2": "5.28", "y:2": "5.29",
     "dx:2": "5.30", "dy:2": "5.31", "v2:2": "5.32", "P.definition:2": "5.33", "P:2": "5.34", "L.definition": "5.23",
     "L": "5.35", "momentum:1": "5.37", "rate:1": "5.38", "slope:1": "5.39", "equation:1": "5.40", "momentum:2": "5.41",
@@ -111,7 +112,7 @@ def errata(lesson: Lesson, step: str, chosen: Chosen) -> list[Box]:
 
 def _box(lesson: Lesson, one: Erratum, chosen: Chosen) -> Box:
     """Return what the text reads, what is right, and the check: both in numbers at the lesson's state."""
-    title = lesson.say("erratum", number=one.number)
+    title = lesson.say("erratum.several" if "," in one.number else "erratum", number=one.number.replace(", ", "), ("))
     blocks: list[Block] = [lesson.say(one.words)]
     if one.left:
         printed = quoted(one.reads)

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from symdyn.scene.draft import Draft, shown
 from symdyn.scene.folding import FormulaError
-from symdyn.scene.model import GROUND, Joint
-from symdyn.scene.names import suggestion
+from symdyn.scene.model import GROUND, Joint, Scene
+from symdyn.scene.names import listed, suggestion
 from symdyn.scene.table import Faults
 from symdyn.scene.value import Value, value_of
 
@@ -30,7 +30,8 @@ def check_tree(draft: Draft, faults: Faults) -> None:
         if body.name in carrier or body.name == GROUND:
             continue
         if body.name in joined:
-            faults.add(where, f'no joint leads from {GROUND} to the body; add one with child = "{body.name}"')
+            lost = f"no joint leads from {GROUND} to the body{_company(scene, body.name)}"
+            faults.add(where, f'{lost}; add one with child = "{body.name}"')
         else:
             faults.add(where, f'the body hangs on no joint; add one with child = "{body.name}"')
     _cycles(draft, carrier, faults)
@@ -43,6 +44,23 @@ def _ends(where: str, joint: Joint, bodies: Mapping[str, None], faults: Faults) 
         if name and name not in bodies and name != GROUND:
             near = suggestion(name, [*bodies, GROUND] if key == "parent" else bodies)
             faults.add(where, f'{key} = "{name}" is not a body; {near}')
+
+
+def _company(scene: Scene, name: str) -> str:
+    """Return which bodies float together with one, and whether their joints form a ring, "" if there are none."""
+    joints = [joint for joint in (*scene.joints, *scene.loops) if joint.parent != joint.child]
+    group, stack = {name: None}, [name]
+    while stack:
+        here = stack.pop()
+        ends = [(joint.parent, joint.child) for joint in joints if here in (joint.parent, joint.child)]
+        stack += [x for pair in ends for x in pair if x not in group]
+        group.update(dict.fromkeys(stack))
+    others = [x for x in group if x != name]
+    if not others:
+        return ""
+    ring = [joint.name for joint in joints if joint.parent in group and joint.child in group]
+    shape = f" in a ring ({listed(ring)})" if len(ring) >= len(group) else ""
+    return f" or to {listed(others)}, which {'hangs' if len(others) == 1 else 'hang'} together with it{shape}"
 
 
 def _cycles(draft: Draft, carrier: Mapping[str, Joint], faults: Faults) -> None:

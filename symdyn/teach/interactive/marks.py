@@ -21,7 +21,8 @@ class Mark:
 
     Attributes:
         kind: "link", "particle", "com" or "point"; "turn", "slide" or "weld", a joint; "support" or "rail", where one
-            stands on the ground; "frame", "spring", "damper", "load", or "wheel", the rim of what rolls.
+            stands on the ground; "frame", "load", "spring" or "damper", "spring_turn" and the like for one in a joint,
+            or "wheel", the rim of what rolls.
         rows: of `drawn_points` that it needs, points first, then directions.
         body: number of the body that it belongs to, which is its colour; -1 for the ground.
         text: its name.
@@ -42,6 +43,7 @@ class Sheet:
         self.points: list[int] = []
         self.marks: list[Mark] = []
         self._found = drawn(scene, graph)
+        self._hinges: dict[str, tuple[tuple[int, ...], bool, str]] = {}
         self._number = {body.name: k for k, body in enumerate(scene.bodies)} | {GROUND: -1}
         self.gravity = self._direction(self._found["gravity",])
         starts = {joint.child: self._point(self._found["moved", joint.name][9:]) for joint in scene.joints}
@@ -90,12 +92,13 @@ class Sheet:
             else:
                 place = starts[joint.child]
             kind = "turn" if joint.type in ROUND else "weld" if joint.type == "fixed" else "slide"
+            self._hinges[joint.name] = ((at, place, way), kind == "slide", joint.child)
             if joint.type == "rod":
                 self._mark("link", (at, place), GROUND, joint.name)
             elif joint.type != "free":
                 if joint.parent == GROUND:
                     self._mark("rail" if kind == "slide" else "support", (at, way), GROUND, "")
-                marks.append(self._made(kind, (place, way), joint.child, ", ".join(joint.coordinates)))
+                marks.append(self._made(kind, (place, way, at), joint.child, ", ".join(joint.coordinates)))
             if not closes:
                 marks.append(self._made("frame", (place, *self._axes(moved)), joint.child, joint.child))
         return marks
@@ -145,12 +148,16 @@ class Sheet:
         """Return springs, dampers and loads."""
         marks = []
         for one in elastic(scene):
+            kind = "spring" if isinstance(one, Spring) else "damper"
             if not one.ends:
+                assert one.joint is not None, "what has no ends is in a joint"
+                rows, slides, child = self._hinges[one.joint]
+                marks.append(self._made(f"{kind}_{'slide' if slides else 'turn'}", rows, child, one.name))
                 continue
             rows = tuple(self._point(self._found["end", one.name, str(k)]) for k in range(2))
             for end, row in zip(one.ends, rows, strict=True):
                 tips[end.body].append(row)
-            marks.append(self._made("spring" if isinstance(one, Spring) else "damper", rows, GROUND, one.name))
+            marks.append(self._made(kind, rows, GROUND, one.name))
         for load in scene.loads:
             found = self._found["load", load.name]
             at = self._point(found[:3])

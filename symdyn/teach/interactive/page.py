@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from fractions import Fraction
 from html import escape
 from typing import Any, NamedTuple
 
@@ -20,21 +19,18 @@ from symdyn.draw.places import places
 from symdyn.draw.pose import pose
 from symdyn.draw.style import style
 from symdyn.draw.view import View
-from symdyn.dynamics import is_closed
 from symdyn.dynamics.state import quaternions
 from symdyn.emit import emit
 from symdyn.emit.names import stem
 from symdyn.emit.render import render
 from symdyn.errors import TeachError
-from symdyn.scene import Scene, acceleration_name
-from symdyn.scene.start import starting_velocity
-from symdyn.scene.value import value_of
+from symdyn.scene import Scene
 from symdyn.teach.interactive.controls import controls
 from symdyn.teach.interactive.live import Live, live
 from symdyn.teach.interactive.marks import Mark
+from symdyn.teach.interactive.start import start
 from symdyn.teach.interactive.tables import exerted, force_tables
 from symdyn.teach.interactive.words import WORDS
-from symdyn.teach.numbers import shown_state
 
 
 class Interactive(NamedTuple):
@@ -48,8 +44,7 @@ class Interactive(NamedTuple):
 def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, language: str = "en") -> Interactive:
     """Return the interactive part of a lesson; several scenes may stand in one page.
 
-    Sliders begin where lessons show numbers; loops and rows that lessons show at rest, with velocities of their start.
-    Classes begin with "live" and ids with "live-" and the scene's name; the
+    Sliders begin where lessons show numbers. Classes begin with "live" and ids with "live-" and the scene's name; the
     picture has the class "symdyn" and the colours of pictures. The script adds to one global name, `symdyn`.
 
     Args:
@@ -65,8 +60,8 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
     """
     if language not in WORDS:
         raise TeachError(f"there is no language {language!r}; there are {', '.join(WORDS)}")
-    shown = shown_state(scene)
-    q, values = np.array(shown.q), dict(shown.parameters)
+    begun = start(scene)
+    q, values = np.array(begun.q), begun.parameters
     if parameters:
         q, values = pose(scene, parameters={**values, **parameters})
     computed = live(scene, values)
@@ -74,19 +69,12 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
     found = places(scene, q.reshape(1, -1), values)
     seen = watched(scene, found, values, q, None)
     extent = float(np.round(np.ptp(spread(found), axis=0).max(), 2)) or 1.0
-    numbers = {str(symbol.value): value for symbol, value in shown.values.items()}
-    rates = starting_velocity(scene) if any(joint.start_rates for joint in scene.joints) and is_closed(scene) else None
-    known = {name: Fraction(value) for name, value in values.items()}
-    start = {
-        "q": [float(x) for x in q],
-        "qd": [float(value_of(x, known) or 0) for x in rates] if rates else [numbers[u] for u in scene.velocities],
-        "qdd": [numbers[acceleration_name(u)] for u in scene.velocities],
-    }
+    state = {"q": [float(x) for x in q], "qd": begun.qd, "qdd": begun.qdd}
     body = {
         "name": name,
         "title": escape(scene.name),
         "words": sentences,
-        "groups": controls(scene, values, start, extent, computed.held),
+        "groups": controls(scene, values, state, extent, computed.held),
         "rows": force_tables(scene, computed, sentences),
         "exerted": exerted(scene, computed, sentences),
         "closed": computed.held is not None,
@@ -94,8 +82,8 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
         "stuck": escape(computed.stuck),
         "undriven": escape(computed.held.undriven) if computed.held else "",
     }
-    start["params"] = [values[p.name] for p in scene.parameters]
-    data = {"start": start, **_data(scene, computed, seen, sentences)}
+    params = [values[p.name] for p in scene.parameters]
+    data = {"start": {**state, "params": params}, **_data(scene, computed, seen, sentences)}
     command = f"symdyn walkthrough {scene.name}.toml --format html"
     script = {
         "code": _harmless(emit(computed.program, "js", command=command).files[1][1]),
@@ -142,7 +130,7 @@ def _data(scene: Scene, computed: Live, seen: View, sentences: Mapping[str, str]
         "points": list(computed.points),
         "gravity": computed.gravity,
         "view": [_rounded(axis) for axis in (seen.right, seen.up, seen.toward)],
-        "words": {key: sentences[key] for key in ("play", "pause", "lost", "open")},
+        "words": {key: sentences[key] for key in ("play", "pause", "lost", "open", "point")},
     }
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 WORDS: Mapping[str, Mapping[str, str]] = {
     "en": {
+        "point": ".",
         "title": "Try it",
         "picture": "the mechanism",
         "frames": "frames",
@@ -61,6 +62,7 @@ WORDS: Mapping[str, Mapping[str, str]] = {
         "many": "it has more than {most} velocities, and its coefficients would fill many screens.",
     },
     "sk": {
+        "point": ",",
         "title": "Vyskúšajte",
         "picture": "mechanizmus",
         "frames": "súradnicové systémy",

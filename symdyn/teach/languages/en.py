@@ -22,6 +22,7 @@ TEXTS = {
     "table.value": "value",
     "table.coefficient": "coefficient",
     "table.why": "why",
+    "table.where": "where",
     "ground": "ground",
     "joint.revolute": "revolute (R)",
     "joint.prismatic": "prismatic (P)",
@@ -39,10 +40,21 @@ TEXTS = {
     # the mechanism
     "scene": "{scene} is an open mechanism. Moving bodies: {bodies}; degrees of freedom: {freedoms}.",
     "scene.reason": "Every moving body hangs on one joint, so the coordinates of the joints fix where everything is.",
+    "acting": "Beside drives and weights this acts:",
+    "acting.load": "load",
+    "acting.damper": "damper",
+    "acting.spring": "spring",
+    "acting.force": "a force beside the drive",
+    "acting.dry": "dry friction, smoothed",
+    "acting.damping": "viscous damping",
+    "acting.motion": "prescribed motion",
+    "acting.joint": "joint {joint}",
+    "acting.reason": "A coordinate whose motion is prescribed follows its formula; its drive is whatever that takes. "
+    "The equations hold for any motion; the numbers below are for the state that is listed there.",
     "picture.caption": "{scene}: coordinates, the frames of the joints, the direction of gravity.",
     "notation": "These symbols are used; a dot is a derivative with respect to time.",
     "notation.angle": "angle of joint {joint}",
-    "notation.way": "way of joint {joint}",
+    "notation.way": "displacement in joint {joint}",
     "notation.rate": "rate of {q}",
     "notation.torque": "driving torque of joint {joint}",
     "notation.force": "driving force of joint {joint}",
@@ -54,8 +66,9 @@ TEXTS = {
     "position.centre": "The centre of mass {tag} of {body} is, seen from the ground, at",
     "position.origin": "The origin of the frame of {body}, index {tag}, is, seen from the ground, at",
     "velocity": "The velocity of place {tag} is the derivative of its position.",
-    "velocity.reason": "Chain rule: the derivative of a sine is the cosine times the rate of the whole angle, that of "
-    "a cosine is minus the sine times that rate. Lengths are constant.",
+    "velocity.reason": "Product and chain rule: the derivative of a sine is the cosine times the rate of the whole "
+    "angle, that of a cosine is minus the sine times that rate, that of a displacement is its rate. Parameters are "
+    "constant.",
     "velocity.term": "term",
     "velocity.rate": "its derivative",
     "velocity.terms": "Differentiation, term by term",
@@ -124,26 +137,40 @@ TEXTS = {
     "induced.twin": "and both are one function:",
     "induced.reason": "The kinetic energy holds one term with the product of both rates. Differentiated by one rate "
     "and then by the other, in either order, it gives the same coefficient.",
+    "induced.none": "{name} is zero: the forces with which the masses resist {rate} have no moment about the axis of "
+    "joint {joint}.",
+    "induced.none.slide": "{name} is zero: the forces with which the masses resist {rate} have no component along "
+    "joint {joint}.",
     "meaning.k_D": "Squares of rates: centripetal acceleration and the force that it takes.",
     "meaning.k_D.reason": "A mass on a circle is accelerated towards the axis. The centrifugal force that answers has "
-    "a moment about another axis only if its line neither meets that axis nor is parallel to it.",
+    "a moment about another axis only if its line neither meets that axis nor is parallel to it, and a component "
+    "along a slide only if it is not at right angles to it.",
     "meaning.k_C": "Products of two different rates: Coriolis acceleration.",
     "meaning.k_C.reason": "What moves relative to a body that turns is accelerated by twice the angular velocity "
     "crossed with the relative velocity.",
+    "meaning.others": "Joints with several freedoms, or that others follow: {joints}. Their coefficients are not "
+    "derived a second time here.",
     "k_D.acts": "{j} presses the masses away from axis {axis}; this force has a moment about axis {i}",
+    "k_D.acts.slide": "{j} presses the masses away from axis {axis}; this force has a component along slide {i}",
     "k_D.own": "the line of the centrifugal force meets axis {i} itself",
     "k_D.straight": "a slide is straight: {j} alone causes no centripetal acceleration",
     "k_D.meets": "the centrifugal force of {j} has no moment about axis {i}: its line meets the axis or is parallel "
     "to it",
+    "k_D.meets.slide": "the centrifugal force of {j} is at right angles to slide {i}",
     "k_D.cancel": "the moments about axis {i} of the centrifugal forces of {j} cancel",
+    "k_D.cancel.slide": "the components along slide {i} of the centrifugal forces of {j} cancel",
     "k_C.acts": "{j} carries what moves with {k}: the Coriolis force has a moment about axis {i}",
+    "k_C.acts.slide": "{j} carries what moves with {k}: the Coriolis force has a component along slide {i}",
     "k_C.straight": "a slide does not turn what it carries: {j} and {k} together cause no Coriolis acceleration",
     "k_C.nothing": "no coefficient of the accelerations that counts here depends on a coordinate",
     "k_C.cancel": "the moments of the Coriolis forces about axis {i} add up to zero",
+    "k_C.cancel.slide": "the components of the Coriolis forces along slide {i} add up to zero",
     "weights": "{name} is the torque that holds joint {joint} at rest against the weights.",
     "weights.slide": "{name} is the force that holds joint {joint} at rest against the weights.",
     "weights.reason": "The moments of the weights beyond axis {drive}, added up without any energy, with the opposite "
     "sign.",
+    "weights.slide.reason": "The components of the weights beyond slide {drive} along it, added up without any "
+    "energy, with the opposite sign.",
     "weights.caption": "The weights, each at its centre of mass.",
     # numbers
     "state": "Chosen: one state, and values of the parameters.",
@@ -152,6 +179,8 @@ TEXTS = {
     "are given one.",
     "values": "The coefficients at that position:",
     "torque": "In all, {total} = {value}.",
+    "torque.passive": "The terms of the equation of {q} add up to {total} = {value}. Nothing drives {q}: this is what "
+    "the chosen motion would need there, and zero for the motion that the mechanism makes by itself.",
     "shares": "What adds up to {total}: each bar is one product, its length the share in the sum of the amounts.",
     "equilibria": "Where the mechanism rests without drives.",
     "equilibria.reason": "At rest only gravity, springs and constant forces act; they vanish where the potential "
@@ -176,6 +205,7 @@ TEXTS = {
     "textbook.signs": "Here each coefficient carries its own sign. The book writes the minus of the Coriolis and "
     "centrifugal terms in front, and so gives these coefficients with the opposite sign.",
     "erratum": "The text of ({number}) is wrong",
+    "erratum.several": "The text of ({number}) is wrong",
     "erratum.reads": "As transcribed, in the signs used here: {left} = {form}.",
     "erratum.right": "Right is:",
     "erratum.check": "Check at the state of the last section: the text gives {wrong}, the derivative taken on the "
@@ -201,8 +231,8 @@ TEXTS = {
     "section.bodies": "Body by body",
     "section.reactions": "Reactions and drives",
     "section.roads": "Both roads agree",
-    "scene.closed": "{scene} is a mechanism with loops or other constraints; {bodies} bodies move, {freedoms} joint "
-    "velocities are written.",
+    "scene.closed": "{scene} is a mechanism with loops or other constraints. Moving bodies: {bodies}; coordinates of "
+    "the joints before the constraints tie them: {freedoms}.",
     "scene.closed.reason": "Some joints close loops: they carry no body and have no coordinate of their own.",
     "table.class": "class t",
     "table.dalembert": "by D'Alembert",
@@ -217,8 +247,9 @@ TEXTS = {
     "unknown.moment": "moment in joint {joint} about its {axis} axis",
     "unknown.other": "component of what joint {joint} transmits",
     "count": "There are {equations} equations.",
-    "count.sum": "(5.18): {each} · {bodies} = {equations} equations for {bodies} moving bodies. (5.19): the joints "
-    "have m_R = Σ t · s_t = {sum} = {reactions} unknown reactions. Unknown drives: n = {drives}.",
+    "count.sum": "(5.18): {each} · {bodies} = {equations} equations for {bodies} moving bodies. (5.19), class times "
+    "number of joints, added up: the joints have {m} = {sum} = {reactions} unknown reactions. Unknown drives: n = "
+    "{drives}.",
     "count.idle": "Freedoms that nothing drives: {number} (written in joint {joints}), such as the idle spin of a rod "
     "between two balls. n counts them, since it is the mobility; their drives come out as zero for the motion that "
     "the mechanism makes there by itself.",
@@ -229,7 +260,7 @@ TEXTS = {
     "count.over": "(5.20) does not hold: {equations} is not {drives} + {reactions}. The mechanism is overconstrained, "
     "or drives are more or fewer than freedoms.",
     "count.plane": "The mechanism moves in a plane: forces across it and moments about axes in it are left out, and "
-    "the class counts what lies in the plane.",
+    "the class counts what lies in the plane (2 for a revolute or prismatic joint, which in space is of class 5).",
     "free": "Body {number}, {body}, is cut free.",
     "free.caption": "{body}, cut free: every force and couple that acts on it.",
     "free.reason": "Its frame {number} has the axes of the body and its origin in its reference joint {joint}.",
@@ -242,8 +273,8 @@ TEXTS = {
     "origin of the frame in (5.16). P transposed turns (5.11) into the axes of the body, (5.12) and (5.13). The "
     "moment (5.14) is minus the inertia times the angular acceleration, minus the gyroscopic term, plus the arm of "
     "the centre of mass crossed with (5.16).",
-    "erratum.5.1b": "The second component of the moment reads M_jyy; it is M_jjy: the first index is the frame, the "
-    "second the body, the third the axis. Check: all other components of (5.1) begin with jj.",
+    "erratum.5.1b": "The second component of the moment reads {reads}; it is {right}: the first index is the frame, "
+    "the second the body, the third the axis. Check: all other components of (5.1) begin with jj.",
     "erratum.5.3": "One letter stands for the skew matrix (5.2) and for the shift of a bivector (5.3); they are r "
     "with a tilde, three rows and columns, and R with a bar, six. Check: in (5.5) the shift multiplies a bivector, "
     "which has six rows.",

@@ -22,6 +22,7 @@ TEXTS = {
     "table.value": "hodnota",
     "table.coefficient": "koeficient",
     "table.why": "prečo",
+    "table.where": "kde",
     "ground": "rám",
     "joint.revolute": "rotačné (R)",
     "joint.prismatic": "posuvné (P)",
@@ -39,6 +40,17 @@ TEXTS = {
     # the mechanism
     "scene": "{scene} je otvorený mechanizmus (OM); počet pohyblivých členov je {bodies}, pohyblivosť {freedoms}.",
     "scene.reason": "Každý pohyblivý člen visí na jednom spojení, preto súradnice spojení určujú polohu všetkého.",
+    "acting": "Okrem pohonov a tiaží pôsobí:",
+    "acting.load": "zaťaženie",
+    "acting.damper": "tlmič",
+    "acting.spring": "pružina",
+    "acting.force": "sila popri pohone",
+    "acting.dry": "suché trenie, vyhladené",
+    "acting.damping": "viskózne tlmenie",
+    "acting.motion": "predpísaný pohyb",
+    "acting.joint": "spojenie {joint}",
+    "acting.reason": "Súradnica s predpísaným pohybom sleduje svoj vzorec; jej pohon je to, čo to vyžaduje. Rovnice "
+    "platia pre každý pohyb; čísla nižšie sú pre stav, ktorý je tam uvedený.",
     "picture.caption": "{scene}: súradnice, súradnicové systémy spojení, smer tiaže.",
     "notation": "Používame tieto symboly; bodka znamená deriváciu podľa času.",
     "notation.angle": "uhol v spojení {joint}",
@@ -54,8 +66,9 @@ TEXTS = {
     "position.centre": "Ťažisko {tag} člena {body} má v globálnom súradnicovom systéme polohu",
     "position.origin": "Začiatok súradnicového systému člena {body} s indexom {tag} má v globálnom systéme polohu",
     "velocity": "Rýchlosť miesta {tag} je deriváciou jeho polohy.",
-    "velocity.reason": "Derivácia zloženej funkcie: deriváciou sínusu je kosínus krát derivácia celého uhla, "
-    "deriváciou kosínusu je mínus sínus krát derivácia celého uhla. Dĺžky sú stále.",
+    "velocity.reason": "Derivácia súčinu a zloženej funkcie: deriváciou sínusu je kosínus krát derivácia celého uhla, "
+    "deriváciou kosínusu je mínus sínus krát derivácia celého uhla, deriváciou posunutia je jeho rýchlosť. Parametre "
+    "sú stále.",
     "velocity.term": "výraz",
     "velocity.rate": "jeho derivácia",
     "velocity.terms": "Derivácia po jednotlivých výrazoch",
@@ -124,24 +137,37 @@ TEXTS = {
     "induced.twin": "a oba koeficienty sú tou istou funkciou:",
     "induced.reason": "Kinetická energia obsahuje jeden výraz so súčinom oboch rýchlostí. Derivovaný podľa jednej a "
     "potom podľa druhej rýchlosti, v ľubovoľnom poradí, dá ten istý koeficient.",
+    "induced.none": "{name} je nula: sily, ktorými hmotnosti odporujú zrýchleniu {rate}, nemajú moment k osi spojenia "
+    "{joint}.",
+    "induced.none.slide": "{name} je nula: sily, ktorými hmotnosti odporujú zrýchleniu {rate}, nemajú zložku v smere "
+    "spojenia {joint}.",
     "meaning.k_D": "Druhé mocniny rýchlostí: dostredivé zrýchlenie a sila, ktorú vyžaduje.",
     "meaning.k_D.reason": "Hmotný bod na kružnici má dostredivé zrýchlenie. Reakčná odstredivá sila má k inej osi "
-    "moment, len ak jej nositeľka s touto osou nie je rôznobežná ani rovnobežná.",
+    "moment, len ak jej nositeľka s touto osou nie je rôznobežná ani rovnobežná, a zložku v smere posuvu, len ak naň "
+    "nie je kolmá.",
     "meaning.k_C": "Súčiny dvoch rôznych rýchlostí: Coriolisovo zrýchlenie.",
     "meaning.k_C.reason": "Čo sa pohybuje vzhľadom na otáčajúci sa člen, má zrýchlenie rovné dvojnásobku vektorového "
     "súčinu uhlovej a relatívnej rýchlosti.",
+    "meaning.others": "Spojenia s viacerými voľnosťami alebo také, ktoré iné spojenia nasledujú: {joints}. Ich "
+    "koeficienty tu druhýkrát neodvodzujeme.",
     "k_D.acts": "{j} odtláča hmotnosti od osi {axis}; táto sila má moment k osi {i}",
+    "k_D.acts.slide": "{j} odtláča hmotnosti od osi {axis}; táto sila má zložku v smere posuvu {i}",
     "k_D.own": "nositeľka odstredivej sily je s osou {i} rôznobežná",
     "k_D.straight": "posuv je priamočiary: {j} samo nespôsobuje dostredivé zrýchlenie",
     "k_D.meets": "odstredivá sila od {j} nemá moment k osi {i}: jej nositeľka je s osou rôznobežná alebo rovnobežná",
+    "k_D.meets.slide": "odstredivá sila od {j} je kolmá na posuv {i}",
     "k_D.cancel": "momenty odstredivých síl od {j} k osi {i} sa rušia",
+    "k_D.cancel.slide": "zložky odstredivých síl od {j} v smere posuvu {i} sa rušia",
     "k_C.acts": "{j} unáša to, čo sa pohybuje s {k}: Coriolisova sila má moment k osi {i}",
+    "k_C.acts.slide": "{j} unáša to, čo sa pohybuje s {k}: Coriolisova sila má zložku v smere posuvu {i}",
     "k_C.straight": "posuv neotáča to, čo unáša: {j} a {k} spolu nespôsobujú Coriolisovo zrýchlenie",
     "k_C.nothing": "žiaden z príslušných koeficientov pri zrýchleniach nezávisí od súradnice",
     "k_C.cancel": "momenty Coriolisových síl k osi {i} dajú v súčte nulu",
+    "k_C.cancel.slide": "zložky Coriolisových síl v smere posuvu {i} dajú v súčte nulu",
     "weights": "{name} je moment, ktorý drží spojenie {joint} v pokoji proti tiažam.",
     "weights.slide": "{name} je sila, ktorá drží spojenie {joint} v pokoji proti tiažam.",
     "weights.reason": "Momenty tiaží za osou {drive}, sčítané bez energie, s opačným znamienkom.",
+    "weights.slide.reason": "Zložky tiaží za posuvom {drive} v jeho smere, sčítané bez energie, s opačným znamienkom.",
     "weights.caption": "Tiaže, každá vo svojom ťažisku.",
     # numbers
     "state": "Zvolíme jeden stav a hodnoty parametrov.",
@@ -150,6 +176,8 @@ TEXTS = {
     "ju dostanú tu.",
     "values": "Koeficienty v tejto polohe:",
     "torque": "Spolu {total} = {value}.",
+    "torque.passive": "Členy rovnice súradnice {q} dajú v súčte {total} = {value}. Súradnicu {q} nič nepoháňa: toto "
+    "by tam zvolený pohyb potreboval; pre pohyb, ktorý mechanizmus koná sám, je to nula.",
     "shares": "Z čoho sa skladá {total}: každý stĺpec je jeden súčin, jeho dĺžka je podiel na súčte veľkostí.",
     "equilibria": "Kde mechanizmus zotrvá v pokoji bez pohonov.",
     "equilibria.reason": "V pokoji pôsobí len tiaž, pružiny a stále sily; zaniknú tam, kde je potenciálna energia "
@@ -174,6 +202,7 @@ TEXTS = {
     "textbook.signs": "Tu má každý koeficient svoje znamienko v sebe. Kniha píše mínus Coriolisových a odstredivých "
     "výrazov pred ne, a preto tieto koeficienty uvádza s opačným znamienkom.",
     "erratum": "Text vzťahu ({number}) je chybný",
+    "erratum.several": "Text vzťahov ({number}) je chybný",
     "erratum.reads": "V prepise stojí (v tu použitých znamienkach): {left} = {form}.",
     "erratum.right": "Správne je:",
     "erratum.check": "Kontrola v stave z poslednej časti: text dáva {wrong}, derivácia na grafe dáva {left} = {right}.",
@@ -197,8 +226,8 @@ TEXTS = {
     "section.bodies": "Člen po člene",
     "section.reactions": "Reakcie a hnacie účinky",
     "section.roads": "Obe cesty sa zhodujú",
-    "scene.closed": "{scene} je mechanizmus so slučkami alebo inými väzbami; počet pohyblivých členov je {bodies}, "
-    "počet zapísaných rýchlostí v spojeniach {freedoms}.",
+    "scene.closed": "{scene} je mechanizmus so slučkami alebo inými väzbami. Počet pohyblivých členov: {bodies}; "
+    "počet súradníc spojení, kým ich väzby nezviažu: {freedoms}.",
     "scene.closed.reason": "Niektoré spojenia uzatvárajú slučky: nenesú člen a nemajú vlastnú súradnicu.",
     "table.class": "trieda t",
     "table.dalembert": "podľa D'Alemberta",
@@ -213,8 +242,9 @@ TEXTS = {
     "unknown.moment": "moment v spojení {joint} okolo jeho osi {axis}",
     "unknown.other": "zložka toho, čo prenáša spojenie {joint}",
     "count": "Počet rovníc je {equations}.",
-    "count.sum": "(5.18): {each} · {bodies} = {equations} rovníc, počet pohyblivých členov je {bodies}. (5.19): v "
-    "spojeniach je m_R = Σ t · s_t = {sum} = {reactions} neznámych reakcií. Neznáme hnacie účinky: n = {drives}.",
+    "count.sum": "(5.18): {each} · {bodies} = {equations} rovníc, počet pohyblivých členov je {bodies}. (5.19), "
+    "trieda krát počet spojení v súčte: v spojeniach je {m} = {sum} = {reactions} neznámych reakcií. Neznáme hnacie "
+    "účinky: n = {drives}.",
     "count.idle": "Voľnosti, ktoré nič nepoháňa: {number} (zapísané v spojení {joints}), napríklad voľné otáčanie "
     "tyče medzi dvoma guľami. n ich zahŕňa, lebo je to pohyblivosť; pre pohyb, ktorý tam mechanizmus koná sám, vyjdú "
     "ich hnacie účinky nulové.",
@@ -225,7 +255,7 @@ TEXTS = {
     "count.over": "(5.20) neplatí: {equations} sa nerovná {drives} + {reactions}. Mechanizmus je preurčený, alebo je "
     "pohonov viac či menej než voľností.",
     "count.plane": "Mechanizmus sa pohybuje v rovine: sily kolmé na ňu a momenty okolo osí v nej sa vynechávajú a "
-    "trieda počíta to, čo leží v rovine.",
+    "trieda počíta to, čo leží v rovine (2 pre rotačné alebo posuvné spojenie, ktoré je v priestore triedy 5).",
     "free": "Člen {number}, {body}, uvoľníme.",
     "free.caption": "Uvoľnený člen {body}: všetky sily a dvojice, ktoré naň pôsobia.",
     "free.reason": "Jeho súradnicový systém {number} má osi člena a začiatok vo vzťažnom spojení {joint}.",
@@ -237,8 +267,8 @@ TEXTS = {
     "moved.reason": "Zotrvačná sila je mínus hmotnosť krát zrýchlenie: ťažiska v (5.11), začiatku súradnicového "
     "systému v (5.16). Transponovaná P otočí (5.11) do osí člena, (5.12) a (5.13). Moment (5.14) je mínus zotrvačnosť "
     "krát uhlové zrýchlenie, mínus gyroskopický výraz, plus rameno ťažiska vektorovo krát (5.16).",
-    "erratum.5.1b": "Druhá zložka momentu je označená M_jyy; má byť M_jjy: prvý index je priestor, druhý člen, tretí "
-    "os. Kontrola: všetky ostatné zložky v (5.1) majú na začiatku jj.",
+    "erratum.5.1b": "Druhá zložka momentu je označená {reads}; má byť {right}: prvý index je priestor, druhý člen, "
+    "tretí os. Kontrola: všetky ostatné zložky v (5.1) majú na začiatku jj.",
     "erratum.5.3": "Jeden symbol označuje antisymetrickú maticu (5.2) aj prenos bivektora (5.3); sú to r s vlnkou, "
     "tri riadky a stĺpce, a R s pruhom, šesť. Kontrola: v (5.5) prenos násobí bivektor, ktorý má šesť riadkov.",
     "erratum.5.16": "V texte je poloha namiesto zrýchlenia. Vzťah (5.11) je správny.",

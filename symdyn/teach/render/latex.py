@@ -19,6 +19,7 @@ from symdyn.teach.document import (
     Matrix,
     Picture,
     Shares,
+    Step,
     Values,
     Words,
 )
@@ -31,8 +32,11 @@ LINE = 470.0  # pt: 170 mm less a little for what the estimate misses
 TAG = 55.0  # room for an equation number
 INSET = 24.0  # what a box takes from the line
 GAP = 16.0  # between columns of a table
-ROWS, TALL_ROWS = 40, 14  # of one table, and of one whose cells have several lines
+ROWS, TALL_ROWS = 40, 10  # of one table, and of one whose cells have several lines
 BAR = 150.0  # pt of a share of one
+
+DISPLAYS = (r"\begin{align*}", r"\begin{equation*}")
+WITH_NEXT = r"\withnext"
 
 COLOURS = {"erratum": "fff0ee", "remark": "eef4fb", "check": "eef8f0"}
 
@@ -41,18 +45,7 @@ def latex(document: Document) -> dict[str, str]:
     """Return the one file by name."""
     page = _Page(document)
     sections = [
-        {
-            "title": escape(section.title),
-            "steps": [
-                {
-                    "claim": page.words(step.claim),
-                    "reference": step.reference,
-                    "body": page.body(step.blocks, LINE),
-                    "reason": page.words(step.reason),
-                }
-                for step in section.steps
-            ],
-        }
+        {"title": escape(section.title), "steps": [page.step(step) for step in section.steps]}
         for section in document.sections
     ]
     values = {"title": escape(document.title), "comment": document.scene.name, "sections": sections}
@@ -66,6 +59,18 @@ class _Page:
         self.spell = Spelling(document)
         self.hint = LANGUAGES[document.language]["exercise.hint"]
 
+    def step(self, step: Step) -> dict[str, str]:
+        """Return the places of the template: a claim stays on the page of what it announces."""
+        body = self.body(step.blocks, LINE)
+        displayed = body.lstrip().startswith(DISPLAYS)
+        return {
+            "claim": self.words(step.claim),
+            "reference": step.reference,
+            "end": "}" if displayed else rf"\par}}{WITH_NEXT}" if body else "}",
+            "body": body.lstrip("\n") if displayed else body,
+            "reason": self.words(step.reason),
+        }
+
     def words(self, words: Words) -> str:
         return self.spell.words(words)
 
@@ -77,6 +82,8 @@ class _Page:
                 text += f"\n{self._display(list(group), room)}\n"
             else:
                 text += "".join(f"\n\n{one}" for block in group for one in self.block(block, room))
+        for display in DISPLAYS:  # belongs to the paragraph before it
+            text = text.replace(f"{WITH_NEXT}\n{display}", f"\n{display}").replace(f"\n\n{display}", f"\n{display}")
         return text
 
     def _display(self, group: Sequence[Block], room: float) -> str:
@@ -92,16 +99,17 @@ class _Page:
     def block(self, block: Block, room: float) -> Iterator[str]:
         """Yield the paragraphs of a block that is no formula, on lines of `room` pt."""
         if isinstance(block, Words):
-            yield self.words(block)
+            text = self.words(block)
+            yield f"{text}{WITH_NEXT}" if text.endswith(":") else text
         elif isinstance(block, Matrix):
             tag = rf" \tag{{{block.number}}}" if block.number else ""
             line = self.spell.matrix(block).replace("&=", "=", 1)
             yield f"\\begin{{equation*}}\n  {line}{tag}\n\\end{{equation*}}"
         elif isinstance(block, Picture):
             caption = rf"\small {self.words(block.caption)}"
-            yield f"\\begin{{center}}\n{tex_picture(block.svg)}\n\n{caption}\n\\end{{center}}"
+            yield f"\\begin{{center}}\n{tex_picture(block.svg)}\n\n\\nopagebreak {caption}\n\\end{{center}}"
         elif isinstance(block, Values):
-            yield self._table(block, room)
+            yield self._table(block, min(room, LINE))  # small print has no wider lines
         elif isinstance(block, Shares):
             yield self.words(block.caption)
             yield self._bars(block)
@@ -145,7 +153,7 @@ def _value(value: float) -> str:
 def _width(cell: str) -> float:
     """Return an estimate of the width of a cell, pt."""
     outside = "".join(cell.split("$")[::2])
-    return 5.2 * len(outside) + sum(latex_width(inside) for inside in cell.split("$")[1::2])
+    return 5.5 * len(outside) + sum(latex_width(inside) for inside in cell.split("$")[1::2])
 
 
 def _columns(widths: Sequence[float], room: float) -> str:

@@ -1,0 +1,46 @@
+"""Where sliders begin: at the state of the lesson's numbers, or where the scene starts."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+from fractions import Fraction
+
+from symdyn.dynamics import is_closed
+from symdyn.dynamics.state import quaternions
+from symdyn.errors import SymdynError
+from symdyn.scene import Scene, acceleration_name, without_zeros
+from symdyn.scene.start import starting_velocity
+from symdyn.scene.value import value_of
+from symdyn.teach.balance import Balance
+from symdyn.teach.motion import choose_motion
+from symdyn.teach.numbers import shown_state
+
+
+@dataclass(frozen=True)
+class Start:
+    """A state: q, shape (nq,), qd and qdd, shape (nv,), and values of all parameters."""
+
+    q: list[float]
+    qd: list[float]
+    qdd: list[float]
+    parameters: dict[str, float]
+
+
+def start(scene: Scene) -> Start:
+    """Return the state at which the scene's lesson shows numbers.
+
+    Of closed mechanisms that is D'Alembert's lesson. There is none for quaternions: those begin with the velocities
+    of the scene's start, if it gives any.
+    """
+    chosen, still = shown_state(scene), is_closed(scene)
+    if still and not quaternions(scene):
+        with suppress(SymdynError):  # too large for a lesson
+            chosen, still = choose_motion(Balance(without_zeros(scene), "en")), False
+    numbers = {str(symbol.value): value for symbol, value in chosen.values.items()}
+    rates = [numbers.get(u, 0.0) for u in scene.velocities]
+    if still:
+        known = {name: Fraction(value) for name, value in chosen.parameters.items()}
+        rates = [float(value_of(x, known) or 0) for x in starting_velocity(scene)]
+    accelerations = [numbers.get(acceleration_name(u), 0.0) for u in scene.velocities]
+    return Start(list(chosen.q), rates, accelerations, dict(chosen.parameters))
