@@ -13,15 +13,17 @@ import pytest
 from arms import puma560, spatial_arm
 
 from symdyn.algebra.big import BigFloats
-from symdyn.bench import Measured
+from symdyn.bench import Measured, bench
 from symdyn.bench.accuracy import marked
+from symdyn.bench.backward import Solve, linear
 from symdyn.bench.implementations import implementations
 from symdyn.bench.plots import Dot, Series, log_log
 from symdyn.bench.reference import reference
-from symdyn.bench.states import REGIONS, Positions, draw, near_singular, quaternions
+from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of, quaternions
 from symdyn.cli import main
 from symdyn.graph import evaluate
 from symdyn.program import formulate, lower
+from symdyn.scene import read
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 ARM = Positions(("rad",) * 6, np.empty((0, 6)))
@@ -163,11 +165,53 @@ def test_the_command_writes_a_page_that_needs_nothing_else(tmp_path, capsys):
         assert all(e["backward"][2] < 40 for e in m["errors"]), m["way"]
     page = (tmp_path / "bench.html").read_text("utf-8")
     assert "symdyn bench double_pendulum.toml --functions forward_dynamics --quick" in page
-    assert page.count("<svg") == 1
+    assert page.count("<svg") == 3  # the function, the end of the motion, its energy
     assert "src=" not in page
     assert "href=" not in page
     HTMLParser().feed(page)
-    assert "| C batch" in (tmp_path / "bench.md").read_text("utf-8")
+    text = (tmp_path / "bench.md").read_text("utf-8")
+    assert "| C batch" in text
+    assert "In the region *singular*" in text
+    motion = facts["motion"]
+    assert motion["uncertain"] < 1e-14
+    assert {curve["method"] for curve in motion["precision"]} >= {"dop853", "lsoda"}
+    for curves in (motion["precision"], motion["drift"]):
+        assert any(point["best"] for curve in curves for point in curve["points"])
+
+
+@pytest.mark.parametrize("name", ["four_bar", "slider_crank", "rssr", "heavy_top"])
+def test_closed_mechanisms_and_quaternions_have_states_of_their_own_and_backward_errors(name):
+    scene = read(EXAMPLES / f"{name}.toml")
+    found = bench(scene, ["forward_dynamics"], quick=True, trajectories=False)
+    positions = positions_of(scene)
+
+    for region in ("range", "large angles"):
+        q = positions.draw(region, 5, np.random.default_rng(1))
+        if positions.loops is not None:
+            off = [np.abs(positions.loops.numbers.residual(row)).max() for row in q]
+            assert max(off) <= 1e-12 * max(1, np.abs(q).max())
+    recursive = [one for one in found.measured if one.road == "crba"]
+    assert recursive
+    for one in recursive:
+        assert one.errors
+        assert all(e.backward[2] < 20 for e in one.errors), one.label
+
+
+def test_the_backward_error_of_a_closed_mechanism_sees_wrong_accelerations_and_open_loops():
+    scene = read(EXAMPLES / "four_bar.toml")
+    (routine,) = lower(formulate(scene, ("forward_dynamics",))).routines
+    states = draw(routine.function.arguments, positions_of(scene), "range", 4, 1, "double")
+    known = reference(routine.function, states, 4)
+    solve = Solve.at(linear(scene), states, 4)
+
+    def backward(qdd):
+        return max(solve.backward(qdd, states["tau"], known.kept, 2.0**-53))
+
+    assert backward(known.high) < 2
+    for k in range(3):
+        off = known.high.copy()
+        off[1, k] *= 1 + 1e-10
+        assert backward(off) > 1e4
 
 
 def test_without_a_compiler_the_rest_is_measured(monkeypatch, capsys, tmp_path):
@@ -179,3 +223,14 @@ def test_without_a_compiler_the_rest_is_measured(monkeypatch, capsys, tmp_path):
     out = capsys.readouterr().out
     assert "C and ufunc were not measured" in out
     assert "NumPy module" in out
+
+
+def test_unknown_functions_are_told_together_and_none_is_no_list(capsys):
+    scene = str(EXAMPLES / "pendulum.toml")
+
+    assert main(["bench", scene, "--functions", "foo,inverse_dynamics,bar"]) == 1
+    told = capsys.readouterr().err
+    assert "there is no output 'foo'" in told
+    assert "there is no output 'bar'" in told
+    assert main(["bench", scene, "--functions", ""]) == 1
+    assert "pendulum: no function is asked for" in capsys.readouterr().err

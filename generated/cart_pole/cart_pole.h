@@ -99,6 +99,7 @@ extern "C" {
  *   qd[2]
  *   qdd[2]
  *   out[2]  tau
+ * A NaN in q[1], qd or qdd makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_inverse_dynamics(const double *q, const double *qd, const double *qdd, double *out);
 
@@ -108,6 +109,7 @@ void cart_pole_inverse_dynamics(const double *q, const double *qd, const double 
  *   qd[2]
  *   tau[2]
  *   out[2]  qdd
+ * A NaN in q[1], qd or tau makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_forward_dynamics(const double *q, const double *qd, const double *tau, double *out);
 
@@ -115,6 +117,7 @@ void cart_pole_forward_dynamics(const double *q, const double *qd, const double 
  * mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2 [kg m^2, kg m or kg]
  *   q[2]
  *   out[4]  M, shape (2, 2)
+ * A NaN in q[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_mass_matrix(const double *q, double *out);
 
@@ -123,6 +126,7 @@ void cart_pole_mass_matrix(const double *q, double *out);
  *   q[2]
  *   qd[2]
  *   out[2]  c
+ * A NaN in q[1] or qd[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_velocity_forces(const double *q, const double *qd, double *out);
 
@@ -130,6 +134,7 @@ void cart_pole_velocity_forces(const double *q, const double *qd, double *out);
  * gravity forces g(q) = dP/dq [N m (revolute) or N (prismatic)]
  *   q[2]
  *   out[2]  g
+ * A NaN in q[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_gravity_forces(const double *q, double *out);
 
@@ -138,6 +143,7 @@ void cart_pole_gravity_forces(const double *q, double *out);
  *   q[2]
  *   qd[2]
  *   out[4]  C, shape (2, 2)
+ * A NaN in q[1] or qd[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_coriolis_matrix(const double *q, const double *qd, double *out);
 
@@ -146,6 +152,7 @@ void cart_pole_coriolis_matrix(const double *q, const double *qd, double *out);
  *   q[2]
  *   qd[2]
  *   out[2]  p
+ * A NaN in q[1] or qd makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_momentum(const double *q, const double *qd, double *out);
 
@@ -154,6 +161,7 @@ void cart_pole_momentum(const double *q, const double *qd, double *out);
  *   q[2]
  *   qd[2]
  *   out[1]  K
+ * A NaN in q[1] or qd makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_kinetic_energy(const double *q, const double *qd, double *out);
 
@@ -161,6 +169,7 @@ void cart_pole_kinetic_energy(const double *q, const double *qd, double *out);
  * potential energy P(q) = -sum m g.r, zero at the origin of the ground frame [J]
  *   q[2]
  *   out[1]  P
+ * A NaN in q[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_potential_energy(const double *q, double *out);
 
@@ -168,6 +177,7 @@ void cart_pole_potential_energy(const double *q, double *out);
  * inertia coefficients k_z of qdd_j, which is M(q) [kg m^2, kg m or kg]
  *   q[2]
  *   out[4]  k_z, shape (2, 2)
+ * A NaN in q[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_k_z(const double *q, double *out);
 
@@ -182,6 +192,7 @@ void cart_pole_k_C(const double *q, double *out);
  * centrifugal coefficients k_D of qd_j^2 [N m or N per unit of velocity squared]
  *   q[2]
  *   out[4]  k_D, shape (2, 2)
+ * A NaN in q[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_k_D(const double *q, double *out);
 
@@ -189,6 +200,7 @@ void cart_pole_k_D(const double *q, double *out);
  * gravity coefficients k_G, which is g(q) [N m (revolute) or N (prismatic)]
  *   q[2]
  *   out[2]  k_G
+ * A NaN in q[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_k_G(const double *q, double *out);
 
@@ -196,6 +208,7 @@ void cart_pole_k_G(const double *q, double *out);
  * placement [R | p] of tip in the ground frame [1 and m]
  *   q[2]
  *   out[12]  T, shape (3, 4)
+ * A NaN in q makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_pose_tip(const double *q, double *out);
 
@@ -203,6 +216,7 @@ void cart_pole_pose_tip(const double *q, double *out);
  * Jacobian J of tip: [velocity of its origin; angular velocity] = J qd, ground frame [m or 1, and 1]
  *   q[2]
  *   out[12]  J, shape (6, 2)
+ * A NaN in q makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_jacobian_tip(const double *q, double *out);
 
@@ -211,6 +225,7 @@ void cart_pole_jacobian_tip(const double *q, double *out);
  *   q[2]
  *   qd[2]
  *   out[6]  a
+ * A NaN in q[1] or qd[1] makes what depends on it NaN, and raises nothing.
  */
 void cart_pole_jdot_qdot_tip(const double *q, const double *qd, double *out);
 

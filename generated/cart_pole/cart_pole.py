@@ -291,6 +291,7 @@ def inverse_dynamics(q, qd, qdd, out=None):
         tau, shape (..., 2); N m (revolute) or N (prismatic).
 
     rnea; 10 mul, 5 add, 1 sincos.
+    A NaN in q[1], qd or qdd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _inverse_dynamics,
@@ -332,6 +333,7 @@ def forward_dynamics(q, qd, tau, out=None):
         qdd, shape (..., 2); rad/s^2 (revolute) or m/s^2 (prismatic).
 
     crba; 11 mul, 6 add, 1 div, 1 sincos.
+    A NaN in q[1], qd or tau makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _forward_dynamics,
@@ -374,6 +376,7 @@ def mass_matrix(q, out=None):
         M, shape (..., 2, 2); kg m^2, kg m or kg.
 
     crba; 1 mul, 0 add, 1 sincos.
+    A NaN in q[1] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _mass_matrix,
@@ -409,6 +412,7 @@ def velocity_forces(q, qd, out=None):
         c, shape (..., 2); N m (revolute) or N (prismatic).
 
     rnea; 3 mul, 0 add, 1 sincos.
+    A NaN in q[1] or qd[1] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _velocity_forces,
@@ -442,6 +446,7 @@ def gravity_forces(q, out=None):
         g, shape (..., 2); N m (revolute) or N (prismatic).
 
     lagrange; 1 mul, 0 add, 1 sincos.
+    A NaN in q[1] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _gravity_forces,
@@ -474,6 +479,7 @@ def coriolis_matrix(q, qd, out=None):
         C, shape (..., 2, 2); N m or N per unit of velocity.
 
     crba; 2 mul, 0 add, 1 sincos.
+    A NaN in q[1] or qd[1] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _coriolis_matrix,
@@ -510,6 +516,7 @@ def momentum(q, qd, out=None):
         p, shape (..., 2); kg m^2/s or kg m/s.
 
     rnea; 6 mul, 2 add, 1 sincos.
+    A NaN in q[1] or qd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _momentum,
@@ -545,6 +552,7 @@ def kinetic_energy(q, qd, out=None):
         K, shape (...); J.
 
     rnea; 9 mul, 3 add, 1 sincos.
+    A NaN in q[1] or qd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _kinetic_energy,
@@ -578,6 +586,7 @@ def potential_energy(q, out=None):
         P, shape (...); J.
 
     recursive; 1 mul, 0 add, 1 sincos.
+    A NaN in q[1] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _potential_energy,
@@ -608,6 +617,7 @@ def k_z(q, out=None):
         k_z, shape (..., 2, 2); kg m^2, kg m or kg.
 
     crba; 1 mul, 0 add, 1 sincos.
+    A NaN in q[1] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _k_z,
@@ -670,6 +680,7 @@ def k_D(q, out=None):
         k_D, shape (..., 2, 2); N m or N per unit of velocity squared.
 
     crba; 1 mul, 0 add, 1 sincos.
+    A NaN in q[1] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _k_D,
@@ -703,6 +714,7 @@ def k_G(q, out=None):
         k_G, shape (..., 2); N m (revolute) or N (prismatic).
 
     lagrange; 1 mul, 0 add, 1 sincos.
+    A NaN in q[1] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _k_G,
@@ -734,6 +746,7 @@ def pose_tip(q, out=None):
         T, shape (..., 3, 4); 1 and m.
 
     recursive; 2 mul, 1 add, 1 sincos.
+    A NaN in q makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _pose_tip,
@@ -778,6 +791,7 @@ def jacobian_tip(q, out=None):
         J, shape (..., 6, 2); m or 1, and 1.
 
     recursive; 2 mul, 2 add, 1 sincos.
+    A NaN in q makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _jacobian_tip,
@@ -823,6 +837,7 @@ def jdot_qdot_tip(q, qd, out=None):
         a, shape (..., 6); m/s^2 and rad/s^2.
 
     recursive; 4 mul, 0 add, 1 sincos.
+    A NaN in q[1] or qd[1] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _jdot_qdot_tip,

@@ -220,6 +220,7 @@ def reactions(q, qd, qdd, out=None):
         R, shape (..., 2, 6); N and N m.
 
     recursive; 15 mul, 9 add, 1 sincos.
+    A NaN in q[1], qd[1] or qdd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _reactions,
@@ -274,6 +275,7 @@ def forward_reactions_ground(q, qd, tau, out=None):
         R, shape (..., 2, 6); N and N m.
 
     recursive; 25 mul, 15 add, 1 div, 1 sincos.
+    A NaN in q[1], qd or tau makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _forward_reactions_ground,

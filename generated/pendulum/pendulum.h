@@ -107,6 +107,7 @@ extern "C" {
  *   qd[1]
  *   qdd[1]
  *   out[1]  tau
+ * A NaN in q, qd or qdd makes what depends on it NaN, and raises nothing.
  */
 void pendulum_inverse_dynamics(const double *q, const double *qd, const double *qdd, double *out);
 
@@ -116,6 +117,7 @@ void pendulum_inverse_dynamics(const double *q, const double *qd, const double *
  *   qd[1]
  *   tau[1]
  *   out[1]  qdd
+ * A NaN in q, qd or tau makes what depends on it NaN, and raises nothing.
  */
 void pendulum_forward_dynamics(const double *q, const double *qd, const double *tau, double *out);
 
@@ -138,6 +140,7 @@ void pendulum_velocity_forces(const double *q, const double *qd, double *out);
  * gravity forces g(q) = dP/dq [N m (revolute) or N (prismatic)]
  *   q[1]
  *   out[1]  g
+ * A NaN in q makes what depends on it NaN, and raises nothing.
  */
 void pendulum_gravity_forces(const double *q, double *out);
 
@@ -154,6 +157,7 @@ void pendulum_coriolis_matrix(const double *q, const double *qd, double *out);
  *   q[1]  not used
  *   qd[1]
  *   out[1]  p
+ * A NaN in qd makes what depends on it NaN, and raises nothing.
  */
 void pendulum_momentum(const double *q, const double *qd, double *out);
 
@@ -162,6 +166,7 @@ void pendulum_momentum(const double *q, const double *qd, double *out);
  *   q[1]  not used
  *   qd[1]
  *   out[1]  K
+ * A NaN in qd makes what depends on it NaN, and raises nothing.
  */
 void pendulum_kinetic_energy(const double *q, const double *qd, double *out);
 
@@ -169,6 +174,7 @@ void pendulum_kinetic_energy(const double *q, const double *qd, double *out);
  * potential energy P(q) = -sum m g.r, zero at the origin of the ground frame [J]
  *   q[1]
  *   out[1]  P
+ * A NaN in q makes what depends on it NaN, and raises nothing.
  */
 void pendulum_potential_energy(const double *q, double *out);
 
@@ -197,6 +203,7 @@ void pendulum_k_D(const double *q, double *out);
  * gravity coefficients k_G, which is g(q) [N m (revolute) or N (prismatic)]
  *   q[1]
  *   out[1]  k_G
+ * A NaN in q makes what depends on it NaN, and raises nothing.
  */
 void pendulum_k_G(const double *q, double *out);
 
@@ -204,6 +211,7 @@ void pendulum_k_G(const double *q, double *out);
  * placement [R | p] of tip in the ground frame [1 and m]
  *   q[1]
  *   out[12]  T, shape (3, 4)
+ * A NaN in q makes what depends on it NaN, and raises nothing.
  */
 void pendulum_pose_tip(const double *q, double *out);
 
@@ -211,6 +219,7 @@ void pendulum_pose_tip(const double *q, double *out);
  * Jacobian J of tip: [velocity of its origin; angular velocity] = J qd, ground frame [m or 1, and 1]
  *   q[1]
  *   out[6]  J, shape (6, 1)
+ * A NaN in q makes what depends on it NaN, and raises nothing.
  */
 void pendulum_jacobian_tip(const double *q, double *out);
 
@@ -219,6 +228,7 @@ void pendulum_jacobian_tip(const double *q, double *out);
  *   q[1]
  *   qd[1]
  *   out[6]  a
+ * A NaN in q or qd makes what depends on it NaN, and raises nothing.
  */
 void pendulum_jdot_qdot_tip(const double *q, const double *qd, double *out);
 

@@ -299,6 +299,7 @@ def inverse_dynamics(q, qd, qdd, out=None):
         tau, shape (..., 1); N m (revolute) or N (prismatic).
 
     rnea; 3 mul, 2 add, 1 sincos.
+    A NaN in q, qd or qdd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _inverse_dynamics,
@@ -335,6 +336,7 @@ def forward_dynamics(q, qd, tau, out=None):
         qdd, shape (..., 1); rad/s^2 (revolute) or m/s^2 (prismatic).
 
     crba; 3 mul, 2 add, 1 sincos.
+    A NaN in q, qd or tau makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _forward_dynamics,
@@ -425,6 +427,7 @@ def gravity_forces(q, out=None):
         g, shape (..., 1); N m (revolute) or N (prismatic).
 
     lagrange; 1 mul, 0 add, 1 sincos.
+    A NaN in q makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _gravity_forces,
@@ -485,6 +488,7 @@ def momentum(q, qd, out=None):
         p, shape (..., 1); kg m^2/s or kg m/s.
 
     rnea; 1 mul, 0 add.
+    A NaN in qd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _momentum,
@@ -515,6 +519,7 @@ def kinetic_energy(q, qd, out=None):
         K, shape (...); J.
 
     rnea; 2 mul, 0 add.
+    A NaN in qd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _kinetic_energy,
@@ -544,6 +549,7 @@ def potential_energy(q, out=None):
         P, shape (...); J.
 
     recursive; 1 mul, 0 add, 1 sincos.
+    A NaN in q makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _potential_energy,
@@ -654,6 +660,7 @@ def k_G(q, out=None):
         k_G, shape (..., 1); N m (revolute) or N (prismatic).
 
     lagrange; 1 mul, 0 add, 1 sincos.
+    A NaN in q makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _k_G,
@@ -684,6 +691,7 @@ def pose_tip(q, out=None):
         T, shape (..., 3, 4); 1 and m.
 
     recursive; 2 mul, 0 add, 1 sincos.
+    A NaN in q makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _pose_tip,
@@ -727,6 +735,7 @@ def jacobian_tip(q, out=None):
         J, shape (..., 6, 1); m or 1, and 1.
 
     recursive; 2 mul, 0 add, 1 sincos.
+    A NaN in q makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _jacobian_tip,
@@ -765,6 +774,7 @@ def jdot_qdot_tip(q, qd, out=None):
         a, shape (..., 6); m/s^2 and rad/s^2.
 
     recursive; 4 mul, 0 add, 1 sincos.
+    A NaN in q or qd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _jdot_qdot_tip,

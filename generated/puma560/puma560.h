@@ -98,6 +98,7 @@ extern "C" {
  *   qd[6]
  *   qdd[6]
  *   out[6]  tau
+ * A NaN in q[1:6], qd or qdd makes what depends on it NaN, and raises nothing.
  */
 void puma560_inverse_dynamics(const double *q, const double *qd, const double *qdd, double *out);
 
@@ -107,6 +108,7 @@ void puma560_inverse_dynamics(const double *q, const double *qd, const double *q
  *   qd[6]
  *   tau[6]
  *   out[6]  qdd
+ * A NaN in q[1:6], qd or tau makes what depends on it NaN, and raises nothing.
  */
 void puma560_forward_dynamics(const double *q, const double *qd, const double *tau, double *out);
 
@@ -114,6 +116,7 @@ void puma560_forward_dynamics(const double *q, const double *qd, const double *t
  * mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2 [kg m^2, kg m or kg]
  *   q[6]
  *   out[36]  M, shape (6, 6)
+ * A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
  */
 void puma560_mass_matrix(const double *q, double *out);
 
@@ -122,6 +125,7 @@ void puma560_mass_matrix(const double *q, double *out);
  *   q[6]
  *   qd[6]
  *   out[6]  c
+ * A NaN in q[1:6] or qd makes what depends on it NaN, and raises nothing.
  */
 void puma560_velocity_forces(const double *q, const double *qd, double *out);
 
@@ -129,6 +133,7 @@ void puma560_velocity_forces(const double *q, const double *qd, double *out);
  * gravity forces g(q) = dP/dq [N m (revolute) or N (prismatic)]
  *   q[6]
  *   out[6]  g
+ * A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
  */
 void puma560_gravity_forces(const double *q, double *out);
 
@@ -137,6 +142,7 @@ void puma560_gravity_forces(const double *q, double *out);
  *   q[6]
  *   qd[6]
  *   out[36]  C, shape (6, 6)
+ * A NaN in q[1:5] or qd makes what depends on it NaN, and raises nothing.
  */
 void puma560_coriolis_matrix(const double *q, const double *qd, double *out);
 
@@ -145,6 +151,7 @@ void puma560_coriolis_matrix(const double *q, const double *qd, double *out);
  *   q[6]
  *   qd[6]
  *   out[6]  p
+ * A NaN in q[1:6] or qd makes what depends on it NaN, and raises nothing.
  */
 void puma560_momentum(const double *q, const double *qd, double *out);
 
@@ -153,6 +160,7 @@ void puma560_momentum(const double *q, const double *qd, double *out);
  *   q[6]
  *   qd[6]
  *   out[1]  K
+ * A NaN in q[1:6] or qd makes what depends on it NaN, and raises nothing.
  */
 void puma560_kinetic_energy(const double *q, const double *qd, double *out);
 
@@ -160,6 +168,7 @@ void puma560_kinetic_energy(const double *q, const double *qd, double *out);
  * potential energy P(q) = -sum m g.r, zero at the origin of the ground frame [J]
  *   q[6]
  *   out[1]  P
+ * A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
  */
 void puma560_potential_energy(const double *q, double *out);
 
@@ -167,6 +176,7 @@ void puma560_potential_energy(const double *q, double *out);
  * inertia coefficients k_z of qdd_j, which is M(q) [kg m^2, kg m or kg]
  *   q[6]
  *   out[36]  k_z, shape (6, 6)
+ * A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
  */
 void puma560_k_z(const double *q, double *out);
 
@@ -174,6 +184,7 @@ void puma560_k_z(const double *q, double *out);
  * Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order [N m or N per unit of velocity squared]
  *   q[6]
  *   out[90]  k_C, shape (6, 15)
+ * A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
  */
 void puma560_k_C(const double *q, double *out);
 
@@ -181,6 +192,7 @@ void puma560_k_C(const double *q, double *out);
  * centrifugal coefficients k_D of qd_j^2 [N m or N per unit of velocity squared]
  *   q[6]
  *   out[36]  k_D, shape (6, 6)
+ * A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
  */
 void puma560_k_D(const double *q, double *out);
 
@@ -188,6 +200,7 @@ void puma560_k_D(const double *q, double *out);
  * gravity coefficients k_G, which is g(q) [N m (revolute) or N (prismatic)]
  *   q[6]
  *   out[6]  k_G
+ * A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
  */
 void puma560_k_G(const double *q, double *out);
 
@@ -195,6 +208,7 @@ void puma560_k_G(const double *q, double *out);
  * placement [R | p] of tool in the ground frame [1 and m]
  *   q[6]
  *   out[12]  T, shape (3, 4)
+ * A NaN in q makes what depends on it NaN, and raises nothing.
  */
 void puma560_pose_tool(const double *q, double *out);
 
@@ -202,6 +216,7 @@ void puma560_pose_tool(const double *q, double *out);
  * Jacobian J of tool: [velocity of its origin; angular velocity] = J qd, ground frame [m or 1, and 1]
  *   q[6]
  *   out[36]  J, shape (6, 6)
+ * A NaN in q[0:5] makes what depends on it NaN, and raises nothing.
  */
 void puma560_jacobian_tool(const double *q, double *out);
 
@@ -210,6 +225,7 @@ void puma560_jacobian_tool(const double *q, double *out);
  *   q[6]
  *   qd[6]
  *   out[6]  a
+ * A NaN in q or qd makes what depends on it NaN, and raises nothing.
  */
 void puma560_jdot_qdot_tool(const double *q, const double *qd, double *out);
 

@@ -290,6 +290,7 @@ def inverse_dynamics(q, qd, qdd, out=None):
         tau, shape (..., 6); N m (revolute) or N (prismatic).
 
     rnea; 172 mul, 146 add, 5 sincos.
+    A NaN in q[1:6], qd or qdd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _inverse_dynamics,
@@ -456,6 +457,7 @@ def forward_dynamics(q, qd, tau, out=None):
         qdd, shape (..., 6); rad/s^2 (revolute) or m/s^2 (prismatic).
 
     crba; 289 mul, 241 add, 10 div, 5 sincos.
+    A NaN in q[1:6], qd or tau makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _forward_dynamics,
@@ -686,6 +688,7 @@ def mass_matrix(q, out=None):
         M, shape (..., 6, 6); kg m^2, kg m or kg.
 
     crba; 77 mul, 61 add, 4 sincos.
+    A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _mass_matrix,
@@ -813,6 +816,7 @@ def velocity_forces(q, qd, out=None):
         c, shape (..., 6); N m (revolute) or N (prismatic).
 
     rnea; 155 mul, 118 add, 5 sincos.
+    A NaN in q[1:6] or qd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _velocity_forces,
@@ -953,6 +957,7 @@ def gravity_forces(q, out=None):
         g, shape (..., 6); N m (revolute) or N (prismatic).
 
     lagrange; 25 mul, 13 add, 4 sincos.
+    A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _gravity_forces,
@@ -1005,6 +1010,7 @@ def coriolis_matrix(q, qd, out=None):
         C, shape (..., 6, 6); N m or N per unit of velocity.
 
     crba; 303 mul, 243 add, 4 sincos.
+    A NaN in q[1:5] or qd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _coriolis_matrix,
@@ -1265,6 +1271,7 @@ def momentum(q, qd, out=None):
         p, shape (..., 6); kg m^2/s or kg m/s.
 
     rnea; 106 mul, 74 add, 5 sincos.
+    A NaN in q[1:6] or qd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _momentum,
@@ -1365,6 +1372,7 @@ def kinetic_energy(q, qd, out=None):
         K, shape (...); J.
 
     rnea; 113 mul, 79 add, 5 sincos.
+    A NaN in q[1:6] or qd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _kinetic_energy,
@@ -1461,6 +1469,7 @@ def potential_energy(q, out=None):
         P, shape (...); J.
 
     recursive; 10 mul, 7 add, 4 sincos.
+    A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _potential_energy,
@@ -1504,6 +1513,7 @@ def k_z(q, out=None):
         k_z, shape (..., 6, 6); kg m^2, kg m or kg.
 
     crba; 77 mul, 61 add, 4 sincos.
+    A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _k_z,
@@ -1630,6 +1640,7 @@ def k_C(q, out=None):
         k_C, shape (..., 6, 15); N m or N per unit of velocity squared.
 
     crba; 162 mul, 138 add, 4 sincos.
+    A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _k_C,
@@ -1878,6 +1889,7 @@ def k_D(q, out=None):
         k_D, shape (..., 6, 6); N m or N per unit of velocity squared.
 
     crba; 126 mul, 93 add, 4 sincos.
+    A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _k_D,
@@ -2019,6 +2031,7 @@ def k_G(q, out=None):
         k_G, shape (..., 6); N m (revolute) or N (prismatic).
 
     lagrange; 25 mul, 13 add, 4 sincos.
+    A NaN in q[1:5] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _k_G,
@@ -2070,6 +2083,7 @@ def pose_tool(q, out=None):
         T, shape (..., 3, 4); 1 and m.
 
     recursive; 58 mul, 30 add, 6 sincos.
+    A NaN in q makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _pose_tool,
@@ -2147,6 +2161,7 @@ def jacobian_tool(q, out=None):
         J, shape (..., 6, 6); m or 1, and 1.
 
     recursive; 51 mul, 26 add, 5 sincos.
+    A NaN in q[0:5] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _jacobian_tool,
@@ -2244,6 +2259,7 @@ def jdot_qdot_tool(q, qd, out=None):
         a, shape (..., 6); m/s^2 and rad/s^2.
 
     recursive; 150 mul, 83 add, 6 sincos.
+    A NaN in q or qd makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _jdot_qdot_tool,

@@ -300,6 +300,7 @@ def inverse_dynamics(q, qd, qdd, params, out=None):
         tau, shape (..., 2); N m (revolute) or N (prismatic).
 
     rnea; 17 mul, 10 add, 2 sincos.
+    A NaN in q, qd, qdd or params makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _inverse_dynamics,
@@ -356,6 +357,7 @@ def forward_dynamics(q, qd, tau, params, out=None):
         qdd, shape (..., 2); rad/s^2 (revolute) or m/s^2 (prismatic).
 
     crba; 22 mul, 14 add, 3 div, 2 sincos.
+    A NaN in q, qd, tau or params makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _forward_dynamics,
@@ -418,6 +420,7 @@ def mass_matrix(q, params, out=None):
         M, shape (..., 2, 2); kg m^2, kg m or kg.
 
     crba; 11 mul, 4 add, 1 sincos.
+    A NaN in q[1] or params[0:4] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _mass_matrix,
@@ -461,6 +464,7 @@ def velocity_forces(q, qd, params, out=None):
         c, shape (..., 2); N m (revolute) or N (prismatic).
 
     rnea; 7 mul, 2 add, 1 sincos.
+    A NaN in q[1], qd or params[1:4] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _velocity_forces,
@@ -503,6 +507,7 @@ def gravity_forces(q, params, out=None):
         g, shape (..., 2); N m (revolute) or N (prismatic).
 
     rnea; 8 mul, 3 add, 2 sincos.
+    A NaN in q or params makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _gravity_forces,
@@ -549,6 +554,7 @@ def coriolis_matrix(q, qd, params, out=None):
         C, shape (..., 2, 2); N m or N per unit of velocity.
 
     crba; 5 mul, 1 add, 1 sincos.
+    A NaN in q[1], qd or params[1:4] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _coriolis_matrix,
@@ -594,6 +600,7 @@ def momentum(q, qd, params, out=None):
         p, shape (..., 2); kg m^2/s or kg m/s.
 
     rnea; 10 mul, 5 add, 1 sincos.
+    A NaN in q[1], qd or params[0:4] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _momentum,
@@ -639,6 +646,7 @@ def kinetic_energy(q, qd, params, out=None):
         K, shape (...); J.
 
     rnea; 13 mul, 6 add, 1 sincos.
+    A NaN in q[1], qd or params[0:4] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _kinetic_energy,
@@ -682,6 +690,7 @@ def potential_energy(q, params, out=None):
         P, shape (...); J.
 
     recursive; 7 mul, 3 add, 2 sincos.
+    A NaN in q or params makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _potential_energy,
@@ -725,6 +734,7 @@ def k_z(q, params, out=None):
         k_z, shape (..., 2, 2); kg m^2, kg m or kg.
 
     crba; 11 mul, 4 add, 1 sincos.
+    A NaN in q[1] or params[0:4] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _k_z,
@@ -767,6 +777,7 @@ def k_C(q, params, out=None):
         k_C, shape (..., 2, 1); N m or N per unit of velocity squared.
 
     crba; 4 mul, 0 add, 1 sincos.
+    A NaN in q[1] or params[1:4] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _k_C,
@@ -803,6 +814,7 @@ def k_D(q, params, out=None):
         k_D, shape (..., 2, 2); N m or N per unit of velocity squared.
 
     crba; 3 mul, 0 add, 1 sincos.
+    A NaN in q[1] or params[1:4] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _k_D,
@@ -842,6 +854,7 @@ def k_G(q, params, out=None):
         k_G, shape (..., 2); N m (revolute) or N (prismatic).
 
     rnea; 8 mul, 3 add, 2 sincos.
+    A NaN in q or params makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _k_G,
@@ -887,6 +900,7 @@ def pose_tool(q, params, out=None):
         T, shape (..., 3, 4); 1 and m.
 
     recursive; 8 mul, 4 add, 2 sincos.
+    A NaN in q or params[2:4] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _pose_tool,
@@ -939,6 +953,7 @@ def jacobian_tool(q, params, out=None):
         J, shape (..., 6, 2); m or 1, and 1.
 
     recursive; 8 mul, 6 add, 2 sincos.
+    A NaN in q or params[2:4] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _jacobian_tool,
@@ -994,6 +1009,7 @@ def jdot_qdot_tool(q, qd, params, out=None):
         a, shape (..., 6); m/s^2 and rad/s^2.
 
     recursive; 14 mul, 6 add, 2 sincos.
+    A NaN in q, qd or params[2:4] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _jdot_qdot_tool,

@@ -108,6 +108,7 @@ extern "C" {
  *   qdd[2]
  *   params[5]
  *   out[2]  tau
+ * A NaN in q, qd, qdd or params makes what depends on it NaN, and raises nothing.
  */
 void two_link_inverse_dynamics(const float *q, const float *qd, const float *qdd, const float *params, float *out);
 
@@ -118,6 +119,7 @@ void two_link_inverse_dynamics(const float *q, const float *qd, const float *qdd
  *   tau[2]
  *   params[5]
  *   out[2]  qdd
+ * A NaN in q, qd, tau or params makes what depends on it NaN, and raises nothing.
  */
 void two_link_forward_dynamics(const float *q, const float *qd, const float *tau, const float *params, float *out);
 
@@ -126,6 +128,7 @@ void two_link_forward_dynamics(const float *q, const float *qd, const float *tau
  *   q[2]
  *   params[5]
  *   out[4]  M, shape (2, 2)
+ * A NaN in q[1] or params[0:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_mass_matrix(const float *q, const float *params, float *out);
 
@@ -135,6 +138,7 @@ void two_link_mass_matrix(const float *q, const float *params, float *out);
  *   qd[2]
  *   params[5]
  *   out[2]  c
+ * A NaN in q[1], qd or params[1:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_velocity_forces(const float *q, const float *qd, const float *params, float *out);
 
@@ -143,6 +147,7 @@ void two_link_velocity_forces(const float *q, const float *qd, const float *para
  *   q[2]
  *   params[5]
  *   out[2]  g
+ * A NaN in q or params makes what depends on it NaN, and raises nothing.
  */
 void two_link_gravity_forces(const float *q, const float *params, float *out);
 
@@ -152,6 +157,7 @@ void two_link_gravity_forces(const float *q, const float *params, float *out);
  *   qd[2]
  *   params[5]
  *   out[4]  C, shape (2, 2)
+ * A NaN in q[1], qd or params[1:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_coriolis_matrix(const float *q, const float *qd, const float *params, float *out);
 
@@ -161,6 +167,7 @@ void two_link_coriolis_matrix(const float *q, const float *qd, const float *para
  *   qd[2]
  *   params[5]
  *   out[2]  p
+ * A NaN in q[1], qd or params[0:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_momentum(const float *q, const float *qd, const float *params, float *out);
 
@@ -170,6 +177,7 @@ void two_link_momentum(const float *q, const float *qd, const float *params, flo
  *   qd[2]
  *   params[5]
  *   out[1]  K
+ * A NaN in q[1], qd or params[0:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_kinetic_energy(const float *q, const float *qd, const float *params, float *out);
 
@@ -178,6 +186,7 @@ void two_link_kinetic_energy(const float *q, const float *qd, const float *param
  *   q[2]
  *   params[5]
  *   out[1]  P
+ * A NaN in q or params makes what depends on it NaN, and raises nothing.
  */
 void two_link_potential_energy(const float *q, const float *params, float *out);
 
@@ -186,6 +195,7 @@ void two_link_potential_energy(const float *q, const float *params, float *out);
  *   q[2]
  *   params[5]
  *   out[4]  k_z, shape (2, 2)
+ * A NaN in q[1] or params[0:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_k_z(const float *q, const float *params, float *out);
 
@@ -194,6 +204,7 @@ void two_link_k_z(const float *q, const float *params, float *out);
  *   q[2]
  *   params[5]
  *   out[2]  k_C, shape (2, 1)
+ * A NaN in q[1] or params[1:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_k_C(const float *q, const float *params, float *out);
 
@@ -202,6 +213,7 @@ void two_link_k_C(const float *q, const float *params, float *out);
  *   q[2]
  *   params[5]
  *   out[4]  k_D, shape (2, 2)
+ * A NaN in q[1] or params[1:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_k_D(const float *q, const float *params, float *out);
 
@@ -210,6 +222,7 @@ void two_link_k_D(const float *q, const float *params, float *out);
  *   q[2]
  *   params[5]
  *   out[2]  k_G
+ * A NaN in q or params makes what depends on it NaN, and raises nothing.
  */
 void two_link_k_G(const float *q, const float *params, float *out);
 
@@ -218,6 +231,7 @@ void two_link_k_G(const float *q, const float *params, float *out);
  *   q[2]
  *   params[5]
  *   out[12]  T, shape (3, 4)
+ * A NaN in q or params[2:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_pose_tool(const float *q, const float *params, float *out);
 
@@ -226,6 +240,7 @@ void two_link_pose_tool(const float *q, const float *params, float *out);
  *   q[2]
  *   params[5]
  *   out[12]  J, shape (6, 2)
+ * A NaN in q or params[2:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_jacobian_tool(const float *q, const float *params, float *out);
 
@@ -235,6 +250,7 @@ void two_link_jacobian_tool(const float *q, const float *params, float *out);
  *   qd[2]
  *   params[5]
  *   out[6]  a
+ * A NaN in q, qd or params[2:4] makes what depends on it NaN, and raises nothing.
  */
 void two_link_jdot_qdot_tool(const float *q, const float *qd, const float *params, float *out);
 

@@ -58,6 +58,7 @@ extern "C" {
  * values that depend on parameters alone, the argument prepared of all other functions
  *   params[5]
  *   out[11]  prepared
+ * A NaN in params makes what depends on it NaN, and raises nothing.
  */
 void two_link_prepare(const double *params, double *out);
 
@@ -68,6 +69,7 @@ void two_link_prepare(const double *params, double *out);
  *   qdd[2]
  *   prepared[11]
  *   out[2]  tau
+ * A NaN in q, qd, qdd or prepared[0:6] makes what depends on it NaN, and raises nothing.
  */
 void two_link_inverse_dynamics(const double *q, const double *qd, const double *qdd, const double *prepared, double *out);
 
@@ -78,6 +80,7 @@ void two_link_inverse_dynamics(const double *q, const double *qd, const double *
  *   tau[2]
  *   prepared[11]
  *   out[2]  qdd
+ * A NaN in q, qd, tau, prepared[0] or prepared[2:8] makes what depends on it NaN, and raises nothing.
  */
 void two_link_forward_dynamics(const double *q, const double *qd, const double *tau, const double *prepared, double *out);
 
@@ -86,6 +89,7 @@ void two_link_forward_dynamics(const double *q, const double *qd, const double *
  *   q[2]
  *   prepared[11]
  *   out[4]  M, shape (2, 2)
+ * A NaN in q[1], prepared[0], prepared[4], prepared[6] or prepared[8:11] makes what depends on it NaN, and raises nothing.
  */
 void two_link_mass_matrix(const double *q, const double *prepared, double *out);
 

@@ -238,6 +238,7 @@ def prepare(params, out=None):
         prepared, shape (..., 11).
 
     hoisted; 11 mul, 3 add.
+    A NaN in params makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _prepare,
@@ -286,6 +287,7 @@ def inverse_dynamics(q, qd, qdd, prepared, out=None):
         tau, shape (..., 2); N m (revolute) or N (prismatic).
 
     rnea; 14 mul, 9 add, 2 sincos.
+    A NaN in q, qd, qdd or prepared[0:6] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _inverse_dynamics,
@@ -342,6 +344,7 @@ def forward_dynamics(q, qd, tau, prepared, out=None):
         qdd, shape (..., 2); rad/s^2 (revolute) or m/s^2 (prismatic).
 
     crba; 16 mul, 12 add, 3 div, 2 sincos.
+    A NaN in q, qd, tau, prepared[0] or prepared[2:8] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _forward_dynamics,
@@ -402,6 +405,7 @@ def mass_matrix(q, prepared, out=None):
         M, shape (..., 2, 2); kg m^2, kg m or kg.
 
     crba; 3 mul, 3 add, 1 sincos.
+    A NaN in q[1], prepared[0], prepared[4], prepared[6] or prepared[8:11] makes what depends on it NaN, and raises nothing.
     """
     return _run(
         _mass_matrix,

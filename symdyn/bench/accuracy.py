@@ -23,7 +23,7 @@ from symdyn.bench.work_precision import motion
 from symdyn.build import run_python
 from symdyn.build.compiler import find_compiler
 from symdyn.build.library import CACHE_VARIABLE
-from symdyn.dynamics import Equations, Workspace, available, derive_one
+from symdyn.dynamics import Equations, Workspace, available, derive_one, roads
 from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.emit import emit
 from symdyn.errors import DerivationError, MissingCompiler, SimulateError
@@ -55,7 +55,7 @@ def bench(
     Args:
         scene: the mechanism; free parameters are drawn from 0.5 … 1.5.
         functions: as for `derive`; None takes all that the scene has, with `quick` those of `QUICK`.
-        quick: few states, native code, few tolerances, for a first look.
+        quick: few states, native code with batch code, few tolerances, for a first look.
         trajectories: whether to add work against precision of a motion.
         seed: of the states.
         command: what makes the report again, for its head.
@@ -70,6 +70,7 @@ def bench(
     if functions is None:
         notes += left_out
         functions = [name for name in names if name in QUICK] if quick else names
+    _check(scene, functions)
     machines: tuple[str, ...] = ("native",) if quick else ("native", "portable")
     about = [("processor", _processor()), ("Python", platform.python_version()), ("NumPy", np.__version__)]
     try:
@@ -91,6 +92,20 @@ def bench(
             except (SimulateError, DerivationError) as fault:
                 notes.append(f"no trajectories: {fault}")
     return Bench(scene.name, command, tuple(about), REGIONS, tuple(found), moved, tuple(notes))
+
+
+def _check(scene: Scene, functions: Sequence[str]) -> None:
+    """Raise DerivationError, all at once, where functions do not exist, or none is asked for."""
+    if not functions:
+        raise DerivationError(f"{scene.name}: no function is asked for; name some, or leave --functions out")
+    faults = []
+    for name in functions:
+        try:
+            roads(name, scene)
+        except DerivationError as fault:
+            faults.append(str(fault))
+    if faults:
+        raise DerivationError("\n".join(dict.fromkeys(faults)))
 
 
 def _processor() -> str:
@@ -146,7 +161,7 @@ def _function(
         return []
     equations = Equations(scene, workspace.graph, (chosen,))
     reals = ("double", "float")
-    made = list(implementations(equations, derived, machines, reals))
+    made = list(implementations(equations, derived, machines, reals, plain=not quick))
     for road in () if machines == () else candidates(workspace, name):
         if road != chosen.formulation:
             start = time.perf_counter()
@@ -218,7 +233,9 @@ def _measured(one: Implementation, took: float, regions: Mapping[str, _Region]) 
         share = np.max(gap / own, axis=1)
         solve, tau = here.solve, here.states.get("tau")
         backward = solve.backward(computed, tau, known.kept, unit) if solve and tau is not None else None
-        errors.append(Errors(region, len(known.kept), _spread(ulp), _spread(share), _spread(backward) if backward else None))
+        errors.append(
+            Errors(region, len(known.kept), _spread(ulp), _spread(share), _spread(backward) if backward else None)
+        )
         worst = max(worst, float(np.percentile(np.max(gap, axis=1) / scale, 99)))
     return Measured(
         function.name,

@@ -72,7 +72,12 @@ def _row(value: Array, k: int) -> Array:
 
 
 def implementations(
-    equations: Equations, derived: float, machines: Sequence[str], reals: Sequence[str], everything: bool = True
+    equations: Equations,
+    derived: float,
+    machines: Sequence[str],
+    reals: Sequence[str],
+    everything: bool = True,
+    plain: bool = True,
 ) -> Iterator[Implementation]:
     """Yield every implementation of the one function of `equations`.
 
@@ -82,6 +87,7 @@ def implementations(
         machines: "native", "portable", or both; () where there is no compiler.
         reals: "double", "float", or both.
         everything: whether to add what is no other way than C, such as the NumPy module.
+        plain: whether to add C files without batch code.
 
     Raises:
         BuildError: the compiler refuses.
@@ -95,7 +101,7 @@ def implementations(
     for machine in machines:
         for real in reals if machine == "native" else reals[:1]:
             yield from _c(program, real, machine, derived)
-            if everything and machine == "native":
+            if everything and plain and machine == "native":
                 yield from _plain(program, real, machine, derived)
         if everything and machine == "native":
             yield from _ufunc(program, reals, machine, derived)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 
 WIDTH, HEIGHT = 540, 330
@@ -40,11 +40,12 @@ class Dot:
 
 @dataclass(frozen=True)
 class Series:
-    """Points of one colour, joined by a line or not."""
+    """Points of one colour, joined by a line or not; the colour is that of its place if none is said."""
 
     name: str
     dots: tuple[Dot, ...]
     joined: bool = False
+    colour: int | None = None
 
 
 def log_log(title: str, x_label: str, y_label: str, series: Sequence[Series], floor: float = 1e-17) -> str:
@@ -82,7 +83,7 @@ def log_log(title: str, x_label: str, y_label: str, series: Sequence[Series], fl
     turned = f"translate(16 {(TOP + bottom) / 2:.0f}) rotate(-90)"
     lines.append(f'<text transform="{turned}" text-anchor="middle">{escape(y_label)}</text>')
     for k, one in enumerate(shown):
-        colour = COLOURS[k % len(COLOURS)]
+        colour = COLOURS[(k if one.colour is None else one.colour) % len(COLOURS)]
         if one.joined:
             path = "L".join(f"{across(dot.x):.1f} {up(dot.y):.1f}" for dot in one.dots)
             lines.append(f'<path fill="none" stroke-width="1.5" stroke="{colour}" d="M{path}"/>')
@@ -99,7 +100,7 @@ def _placed(series: Series, floor: float) -> Series:
         for dot in series.dots
         if math.isfinite(dot.x) and math.isfinite(dot.y)
     )
-    return Series(series.name, dots, series.joined)
+    return replace(series, dots=dots)
 
 
 def _circle(dot: Dot, x: float, y: float, colour: str) -> str:

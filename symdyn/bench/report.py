@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
@@ -16,14 +16,14 @@ from symdyn.verify.certificate import finite
 COLUMNS = ("implementation", "operations", "generate s", "compile s", "ns a state", "error 99 %", "best")
 DEEPER = ("implementation", "states", "ulp", "of own bound", "backward")
 ERRORS = (
-    "Errors are the 99th percentile over sampled states of the largest error of an entry, relative to the largest entry, "
-    "against the same graph at 50 digits, in the worst region. Rings mark what no other implementation beats in both "
-    "time and error; hollow points are float."
+    "Errors are the 99th percentile over sampled states of the largest error of an entry, relative to the largest "
+    "entry, against the same graph at 50 digits, in the worst region. Rings mark what no other implementation beats in "
+    "both time and error; hollow points are float."
 )
 SPREADS = (
-    "Regions have median, 99 % and maximum over the states, of the error in ulps of the largest entry; of an entry's error over its "
-    "own running error bound, which knows the condition of the output: below 1 it is as good as rounding every "
-    "operation once allows; and of the backward error of accelerations in roundoffs."
+    "For every region: median, 99 % and maximum over the states of the error in ulps of the largest entry; of an "
+    "entry's error over its own running error bound, which knows the condition of the output (below 1 the code is as "
+    "good as rounding every operation once allows); and of the backward error of accelerations, in roundoffs."
 )
 
 
@@ -46,7 +46,7 @@ def time_against_error(bench: Bench, function: str) -> str:
     groups: dict[str, list[Dot]] = {}
     for one in bench.measured:
         if one.function == function:
-            text = f"{one.label}: {one.call:.3g} ns, {one.relative:.1e}"
+            text = f"{one.label}: {nanoseconds(one.call)} ns, {one.relative:.1e}"
             groups.setdefault(one.way, []).append(Dot(one.call, one.relative, text, one.best, one.real == "float"))
     series = [Series(way, tuple(dots)) for way, dots in groups.items()]
     return log_log(f"{bench.scene}: {function}", "ns a state", "relative error, 99 %", series)
@@ -55,27 +55,40 @@ def time_against_error(bench: Bench, function: str) -> str:
 def work_against_precision(motion: Motion) -> str:
     """Return the plot of the error of a trajectory's end against the time that it took."""
     title = f"{motion.until:g} s of motion: work and precision"
-    return log_log(title, "seconds", "error at the end", _lines(motion.precision))
+    return log_log(title, "seconds", "error at the end", _lines(motion.precision, motion))
 
 
 def work_against_drift(motion: Motion) -> str:
     """Return the plot of the drift of the energy against the time that it took."""
     title = f"{motion.later:g} s of motion: drift of the energy"
-    return log_log(title, "seconds", "largest drift over the energy", _lines(motion.drift))
+    return log_log(title, "seconds", "largest drift over the energy", _lines(motion.drift, motion))
 
 
-def _lines(curves: Sequence[Curve]) -> list[Series]:
+def _lines(curves: Sequence[Curve], motion: Motion) -> list[Series]:
+    """Return lines whose colours are the same in both pictures."""
+    methods = [curve.method for curve in motion.precision]
     return [
         Series(
             curve.method,
             tuple(
-                Dot(p.seconds, p.error, f"{curve.method}, rtol {p.tolerance:.0e}: {p.seconds:.2g} s, {p.error:.1e}", p.best)
+                Dot(
+                    p.seconds,
+                    p.error,
+                    f"{curve.method}, rtol {p.tolerance:.0e}: {p.seconds:.2g} s, {p.error:.1e}",
+                    p.best,
+                )
                 for p in curve.points
             ),
             joined=True,
+            colour=methods.index(curve.method),
         )
         for curve in curves
     ]
+
+
+def nanoseconds(time: float) -> str:
+    """Return a time with three digits, without an exponent."""
+    return f"{time:.3g}" if time < 1000 else f"{time:.0f}"
 
 
 def rows(bench: Bench, function: str) -> list[tuple[str, ...]]:
@@ -86,7 +99,7 @@ def rows(bench: Bench, function: str) -> list[tuple[str, ...]]:
             str(sum(one.operations.values())),
             f"{one.generate:.2f}",
             "" if one.compile is None else f"{one.compile:.2f}",
-            f"{one.call:.3g}",
+            nanoseconds(one.call),
             f"{one.relative:.1e}",
             "yes" if one.best else "",
         )
@@ -168,7 +181,14 @@ def _motions(motion: Motion) -> list[tuple[str, tuple[str, ...], tuple[Curve, ..
 def curve_rows(curves: Sequence[Curve]) -> list[tuple[str, ...]]:
     """Return the table of trajectories."""
     return [
-        (c.method, f"{p.tolerance:.0e}", f"{p.seconds:.3g}", str(p.evaluations), f"{p.error:.1e}", "yes" if p.best else "")
+        (
+            c.method,
+            f"{p.tolerance:.0e}",
+            f"{p.seconds:.3g}",
+            str(p.evaluations),
+            f"{p.error:.1e}",
+            "yes" if p.best else "",
+        )
         for c in curves
         for p in c.points
     ]
@@ -189,11 +209,11 @@ def html(bench: Bench) -> str:
         tables = [_cells("", COLUMNS, rows(bench, function))]
         for name, text in bench.regions.items():
             tables.append(_cells(f"{name}: {text}", DEEPER, regions(bench, function, name)))
-        choices = [f"{one.label}: {one.call:.3g} ns, error {one.relative:.1e}" for one in best(bench, function)]
+        choices = [
+            f"{one.label}: {nanoseconds(one.call)} ns, error {one.relative:.1e}" for one in best(bench, function)
+        ]
         shown = [drawn[function]] if function in drawn else []
-        sections.append(
-            {"title": function, "words": [], "pictures": shown, "choices": choices, "tables": tables}
-        )
+        sections.append({"title": function, "words": [], "pictures": shown, "choices": choices, "tables": tables})
     if bench.motion is not None:
         shown = [drawn[name] for name, *_ in _motions(bench.motion) if name in drawn]
         tables = [_cells("", heads, curve_rows(curves)) for _, heads, curves in _motions(bench.motion)]
@@ -241,6 +261,7 @@ def page(
 
 def _cells(caption: str, columns: Sequence[str], cells: Sequence[Sequence[str]]) -> dict[str, Any]:
     return {
+        "words": False,
         "caption": escape(caption),
         "columns": [escape(column) for column in columns],
         "rows": [[escape(cell) for cell in row] for row in cells],
@@ -270,7 +291,7 @@ def stress_markdown(found: Stress) -> str:
 def stress_html(found: Stress) -> str:
     """Return the hard cases as one HTML page."""
     rows = [(*row[:5], row[6], row[5]) for row in stress_rows(found)]
-    table = _cells("", (*HARD[:5], HARD[6], HARD[5]), rows)
+    table = {**_cells("", (*HARD[:5], HARD[6], HARD[5]), rows), "words": True}
     section = {"title": "cases", "words": [], "pictures": [], "choices": [], "tables": [table]}
     about = [f"{len(found.cases)} cases, {sum(not c.passed for c in found.cases)} failed"]
     return page(f"{found.scene or 'built-in scenes'}: hard cases", found.command, about, [section], found.notes)

@@ -23,9 +23,9 @@ from symdyn.scene import JOINTS, Scene
 Array = npt.NDArray[np.float64]
 
 REGIONS = {
-    "near zero": "all of the state between 1e-9 and 1e-1 in size",
+    "near zero": "all of the state between 1e-9 and 1e-1 in size, then loops closed",
     "range": "turns within ±pi, slides within ±1 m, velocities and accelerations within ±2, forces within ±5",
-    "singular": "as before, at positions found by sampling where M or a Jacobian is nearest to singular",
+    "singular": "as before, at positions found by sampling where M, a Jacobian or loops are nearest to singular",
     "large angles": "turns of 1e3 to 1e6 rad",
 }
 

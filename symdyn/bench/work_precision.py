@@ -19,12 +19,13 @@ from symdyn.errors import SimulateError
 from symdyn.scene import JOINTS, Scene
 from symdyn.simulate.constraints import Projection
 from symdyn.simulate.initial import read_start
-from symdyn.simulate.integrate import METHODS, IntegrationError, Problem, importable
+from symdyn.simulate.integrate import METHODS, IntegrationError, Piece, Problem, importable
 from symdyn.simulate.monitors import observe
 from symdyn.simulate.system import System, build_system
 
 Array = npt.NDArray[np.float64]
 
+QUICK_METHODS = ("taylor", "dop853", "radau", "lsoda", "cvode")
 TOLERANCES, QUICK = tuple(10.0**-k for k in range(3, 14)), (1e-3, 1e-6, 1e-9, 1e-12)
 LONG, LONG_QUICK = (1e-6, 1e-9, 1e-12), (1e-6, 1e-9)
 UNTIL, LATER, LATER_QUICK = 2.0, 100.0, 10.0
@@ -44,7 +45,7 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
 
     Args:
         scene: the mechanism; it starts as `lively` says.
-        quick: few tolerances, and little patience.
+        quick: few methods and tolerances, and little patience.
         progress: told what is being done.
 
     Raises:
@@ -62,7 +63,13 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
     tolerances, patience = (QUICK, PATIENCE_QUICK) if quick else (TOLERANCES, PATIENCE)
     later = LATER_QUICK if quick else LATER
     for name, method in METHODS.items():
-        why = "" if importable(method.module) else f"{method.library} is not installed; pip install 'symdyn[{method.extra}]'"
+        if quick and name not in QUICK_METHODS:
+            continue
+        why = (
+            ""
+            if importable(method.module)
+            else f"{method.library} is not installed; pip install 'symdyn[{method.extra}]'"
+        )
         why = why or method.refuses(system)
         if why:
             notes.append(f"{name} was not measured: {why}")
@@ -75,7 +82,7 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
         wanted = [p for p in points if p.tolerance in (LONG_QUICK if quick else LONG)]
         drifts.append(Curve(name, tuple(_drifts(runs, name, wanted, later, patience))))
     if slow:
-        notes.append(f"left out, for they take over {patience:g} s or fail: {', '.join(slow)}")
+        notes.append(f"Left out, for they take over {patience:g} s or fail: {', '.join(slow)}")
     return Motion(
         UNTIL, later, known.how, known.uncertain, tuple(marked(precise)), tuple(marked(drifts)), tuple(notes)
     )  # fmt: skip
@@ -126,7 +133,8 @@ class Runs:
         times = np.linspace(0.0, until, samples)
         project = Projection(self.system, max(ROUNDING, 1e-2 * tolerance))
         problem = Problem(self.system, self.x, times, tolerance, tolerance, (), project)
-        pieces, begin = [], 0.0
+        pieces: list[Piece] = []
+        begin = 0.0
         for piece in METHODS[name].run(problem):
             begin = begin if pieces else time.thread_time()
             pieces.append(piece)
@@ -159,10 +167,8 @@ def _points(
         yield Point(tolerance, took, made.evaluations, max(distance(made.x[-1]), least))
 
 
-def _drifts(
-    runs: Runs, name: str, points: Sequence[Point], later: float, patience: float
-) -> Iterator[Point]:
-    """Yield the largest drift of the energy over a long run, at tolerances whose short runs say that it ends in time."""
+def _drifts(runs: Runs, name: str, points: Sequence[Point], later: float, patience: float) -> Iterator[Point]:
+    """Yield the largest drift of the energy over a long run, where the short one says that it ends in time."""
     for point in points:
         if point.seconds * later / UNTIL > 2 * patience:
             return

@@ -63,16 +63,17 @@ def _command(options: argparse.Namespace) -> str:
     words += ["--quick"] if options.quick else []
     words += [] if options.trajectories else ["--no-trajectories"]
     words += ["--seed", str(options.seed)] if options.seed != 1 else []
+    words += ["-o", "DIR"] if options.output is not None else []
     return " ".join(words)
 
 
 def show(found: Bench) -> None:
     """Print the best choices of every function."""
-    from symdyn.bench.report import best, choices_of
+    from symdyn.bench.report import best, choices_of, nanoseconds
     from symdyn.cli.talk import print_table
 
     lines = [
-        (one.function, one.label, f"{one.call:.3g}", f"{one.relative:.1e}", _worst(one.errors))
+        (one.function, one.label, nanoseconds(one.call), f"{one.relative:.1e}", _worst(one.errors))
         for function in found.functions
         for one in best(found, function)
     ]
@@ -85,8 +86,8 @@ def show(found: Bench) -> None:
             for c, p in choices_of(found.motion.precision)
         ]
         print()
-        columns = ("method", "rtol ", "seconds ", "error at the end ")
-        print_table(f"{found.scene}: the best choices for {found.motion.until:g} s of motion", columns, ends)
+        heads = ("method", "rtol ", "seconds ", "error at the end ")
+        print_table(f"{found.scene}: the best choices for {found.motion.until:g} s of motion", heads, ends)
     for note in (*found.notes, *(found.motion.notes if found.motion is not None else ())):
         print(f"Note: {note}")
 

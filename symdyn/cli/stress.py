@@ -59,6 +59,7 @@ def run(options: argparse.Namespace) -> int:
 def _command(options: argparse.Namespace) -> str:
     words = ["symdyn", "stress", *(reading_words(options) if options.scene is not None else ())]
     words += ["--families", options.families.replace(" ", "")] if options.families else []
+    words += ["-o", "DIR"] if options.output is not None else []
     return " ".join(words)
 
 

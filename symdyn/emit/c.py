@@ -38,7 +38,7 @@ def spellings(real: Real) -> Mapping[Op, Spelling]:
         Op.SIN: call(f"sin{real.suffix}"),
         Op.COS: call(f"cos{real.suffix}"),
         Op.SQRT: call(f"sqrt{real.suffix}"),
-        Op.EXP: call(f"exp{real.suffix}"),
+        Op.EXP: call(EXP_HELPER),
         Op.LOG: call(f"log{real.suffix}"),
         Op.TANH: call(f"tanh{real.suffix}"),
         Op.ABS: call(f"fabs{real.suffix}"),
@@ -47,8 +47,11 @@ def spellings(real: Real) -> Mapping[Op, Spelling]:
     }
 
 
-SIGN_HELPER = "sign_of"
-"""A function of our own in the source file, written there when it is called."""
+SIGN_HELPER, EXP_HELPER = "sign_of", "exp_of"
+"""Functions of our own in the source file, written there when they are called."""
+
+FLAT = {"double": -708, "float": -87}
+"""Exponents below which an exponential would be denormal, and raise underflow: it is zero there."""
 
 
 def emit_c(program: Program, real: Real, command: str, batch: bool = False) -> tuple[tuple[str, str], ...]:
@@ -75,6 +78,8 @@ def emit_c(program: Program, real: Real, command: str, batch: bool = False) -> t
         "zero": literal(Fraction(0)),
         "one": literal(Fraction(1)),
         "uses_sign": any(SIGN_HELPER in line.code for f in page.functions for line in f.steps + f.outputs),
+        "uses_exp": any(EXP_HELPER in line.code for f in page.functions for line in f.steps + f.outputs),
+        "flat": literal(Fraction(FLAT[real.name])),
         "suffix": real.suffix,
         "lanes": LANES,
         "common": PREPARED if is_prepared(program) else PARAMS,

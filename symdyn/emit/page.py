@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics.equations import Argument
@@ -75,6 +75,20 @@ class FunctionText:
         """Names of the arguments that are one number."""
         return tuple(argument.name for argument in self.arguments if argument.scalar)
 
+    @property
+    def propagation(self) -> str:
+        """What a NaN in an argument does, in a sentence; "" where no argument is read."""
+        needed = []
+        for argument in self.arguments:
+            places = sorted(place for _, name, place in self.inputs if name == argument.name)
+            whole = argument.scalar or len(places) == argument.length
+            needed += [argument.name if whole else f"{argument.name}[{part}]" for part in _ranges(places) if places]
+            needed = list(dict.fromkeys(needed))
+        if not needed:
+            return ""
+        listed = " or ".join([", ".join(needed[:-1]), needed[-1]] if len(needed) > 1 else needed)
+        return f"A NaN in {listed} makes what depends on it NaN, and raises nothing."
+
 
 @dataclass(frozen=True)
 class Page:
@@ -128,6 +142,17 @@ def _function(program: Program, routine: Routine, name: str, printer: Printer) -
         unused=routine.unused,
         counts=str(routine.counts),
     )
+
+
+def _ranges(places: Sequence[int]) -> list[str]:
+    """Return ascending places as single ones and ranges, such as 0, 3:7."""
+    parts: list[list[int]] = []
+    for place in places:
+        if parts and place == parts[-1][-1] + 1:
+            parts[-1].append(place)
+        else:
+            parts.append([place])
+    return [f"{part[0]}:{part[-1] + 1}" if len(part) > 1 else str(part[0]) for part in parts]
 
 
 def _argument(argument: Argument) -> ArgumentText:

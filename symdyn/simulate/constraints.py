@@ -61,17 +61,16 @@ class Projection:
         if not self.system.closed:
             return x
         nq, nv = self.system.nq, self.system.nv
-        if self.system.linear:
+        if self.system.linear:  # whatever G is: at a change point it says little
             return np.concatenate([*self.system.on_manifold(x[:nq], x[nq : nq + nv]), x[nq + nv :]])
         for _ in range(STEPS):
             r, G = self._rows(x)
             if np.abs(r).max(initial=0.0) <= 0.01 * self.limit:
                 break
-            step = np.zeros_like(x)
-            step[:nq] = x[:nq]
-            step[nq + self._loose] = -_least(G[:, self._loose], r)
+            step = np.zeros(nv)
+            step[self._loose] = -_least(G[:, self._loose], r)
             x = x.copy()
-            x[:nq] += self.system.rates(0.0, step)[:nq]
+            x[:nq] += self.system.calls["movement"](x[:nq], step)
             x = self._normalised(x)
         _, G = self._rows(x)
         for _ in range(2):  # once more for what rounding has left

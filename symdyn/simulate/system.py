@@ -8,6 +8,13 @@ The accelerations of a closed mechanism exist on its manifold only: near a chang
 a state that misses it by e is off by e / σ² in u̇. The stages of a Runge-Kutta step miss it by far more than its result
 does. So a state is brought back before it is looked at, q_d by Newton steps -G_d⁻¹ r, u_d from u_i, both compiled.
 
+Where G_d is nearly singular and G is not, it is the choice of independent velocities that fails, as the height of a
+pendulum does at its lowest point. There the state is brought back by the shortest steps, -G⁺ r, and u̇ is solved for
+together with λ:
+
+    M u̇ - Gᵀ λ = τ - h
+    G u̇        = -γ
+
 All of it is one program: the formulas of the driving forces and of the events stand on the graph of the equations.
 """
 
@@ -47,6 +54,12 @@ CORRECTIONS = 2
 FARTHEST = 0.05
 """Newton steps that are longer, rad or m, are not taken: the state is where G_d has no inverse."""
 
+LARGEST = 30.0
+"""Entries of ∂u/∂u_i, those of G_d⁻¹ G_i, beyond which G_d may be nearly singular."""
+
+BETTER = 3.0
+"""How many times as far from singular as G_d all of G has to be for the choice to be at fault."""
+
 
 @dataclass(frozen=True)
 class System:
@@ -61,6 +74,7 @@ class System:
         compiled: whether they are C.
         works: whether W is the last entry of x.
         momenta: names of the momenta that are conserved.
+        dependent: the velocities that loops leave no choice, in the choice that was made; () if no other one may help.
         linear: whether the loops hold dependent coordinates in proportion, so that nothing is divided by what vanishes.
         rows: number of rows that hold velocities.
         filled: places of the entries of G that are not zero, row by row; where `linear`, G is not asked for.
@@ -75,6 +89,7 @@ class System:
     works: bool
     momenta: tuple[str, ...]
     linear: bool = False
+    dependent: tuple[int, ...] = ()
     rows: int = 0
     filled: tuple[int, ...] = ()
 
@@ -113,6 +128,8 @@ class System:
         """Return ẋ of one state, shape (nx,)."""
         q, u = x[: self.nq], x[self.nq : self.nq + self.nv]
         if self.closed and not self.linear:
+            if self._ill_chosen(q):
+                return self._together(q, u, t)
             q, u = self.on_manifold(q, u)
         found: Array = self._rates(q, u, self.tables(t), t)
         return found
@@ -129,6 +146,29 @@ class System:
         off = np.abs(fitted - u).max(initial=0.0)
         return q, fitted if off <= FARTHEST * max(1.0, np.abs(u).max(initial=0.0)) else u
 
+    def _ill_chosen(self, q: Array) -> bool:
+        """Tell whether G_d is nearly singular at q, and G is not."""
+        if not self.dependent or not np.abs(self.calls["reach"](q)).max(initial=0.0) > LARGEST:
+            return False
+        G = self.jacobian(0.0, q)
+        chosen, all_rows = (np.linalg.svd(part, compute_uv=False)[-1] for part in (G[:, list(self.dependent)], G))
+        return bool(all_rows > BETTER * chosen)
+
+    def _together(self, q: Array, u: Array, t: float) -> Array:
+        """Return ẋ of one state by all rows of G at once."""
+        n, tau = self.nv, self.tables(t)
+        for _ in range(CORRECTIONS):
+            step = np.linalg.lstsq(self.jacobian(0.0, q), self.calls["constraint_residual"](q))[0]
+            q = q - self.calls["movement"](q, step)
+        G = self.jacobian(0.0, q)
+        u = u - np.linalg.lstsq(G, G @ u)[0]
+        saddle = np.zeros((n + len(G), n + len(G)))
+        saddle[:n, :n] = self.calls["mass"](q, u, tau, t).reshape(n, n)
+        saddle[:n, n:], saddle[n:, :n] = -G.T, G
+        solved = np.linalg.solve(saddle, self.calls["rest"](q, u, tau, t))[:n]
+        power = [self.calls["power"](q, u, tau, t).sum()] if self.works else []
+        return np.concatenate([self.calls["movement"](q, u), solved, power])
+
     @cached_property
     def _rates(self) -> Callable[..., Array]:
         return self.calls["rates"]
@@ -142,7 +182,12 @@ class System:
         times = np.asarray(t, dtype=np.float64)
         known = {"q": x[..., : self.nq], "qd": x[..., self.nq : self.nq + self.nv], TIME: times}
         known["tau"] = self.tables(times)
-        return np.asarray(self.calls[name](*(known[argument] for argument in self._takes[name])), dtype=np.float64)
+        found = np.asarray(self.calls[name](*(known[argument] for argument in self._takes[name])), dtype=np.float64)
+        if name == "rates" and self.dependent and x.ndim == 2:
+            reach = np.abs(self.calls["reach"](known["q"])).reshape(len(x), -1).max(axis=1, initial=0.0)
+            for k in np.flatnonzero(~(reach <= LARGEST)):
+                found[k] = self.rates(float(times[k]), x[k])
+        return found
 
     def jacobian(self, t: npt.ArrayLike, x: Array) -> Array:
         """Return G at states x, shape (..., rows, nv)."""
@@ -196,11 +241,13 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
         functions += [cheapest(w, "constraint_residual"), _row_rates(w, G), *_corrections(w, linear)]
         if not linear:
             functions.append(function_of(w, "slopes", [G.entries[k] for k in filled], ("q",)))
-    program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
+    apart = _apart(w, tau) if (scene.loops or scene.rows) and not linear else []
+    program = lower(Equations(scene, w.graph, tuple(f for f in (*functions, *apart) if f.entries)))
     calls, compiled = load_program(program, lean=True)
+    dependent = tuple(w.closed.closure.partition.dependent) if apart else ()
     return System(
         scene, forces, tuple(events), program, calls, compiled, not power.is_zero, tuple(name for name, _ in momenta),
-        linear is not None, rows, filled,
+        linear is not None, dependent, rows, filled,
     )  # fmt: skip
 
 
@@ -233,6 +280,21 @@ def _corrections(w: Workspace, linear: LinearLoops | None) -> list[Function]:
         function_of(w, "correction", [step.get(k, zero) for k in range(w.state.n)], ("q", "qd")),
         function_of(w, "movement", w.state.rates, ("q", "qd")),
         function_of(w, "fitted", [fitted.get(k, x) for k, x in enumerate(u)], ("q", "qd")),
+    ]
+
+
+def _apart(w: Workspace, tau: Sequence[Expr]) -> list[Function]:
+    """Return ∂u/∂u_i, M, and [τ - h; -γ]; nothing where forces are no matter, or a motion is prescribed."""
+    reach = [x for row in w.closed.reduction.T for x in row.values() if x is not w.graph.one]
+    if not reach or not w.closed.reduction.independent or _moved(w.scene):
+        return []
+    rows, still = w.closed.recursive, [w.graph.zero] * w.state.n
+    place = dict(zip(w.state.tau, tau, strict=True))
+    rest = [drive - force for drive, force in zip(w.state.tau, w.forces(still), strict=True)]
+    return [
+        function_of(w, "reach", reach, ("q",)),
+        function_of(w, "mass", [entry for row in w.composite_mass for entry in row]),
+        function_of(w, "rest", [*substitute(rest, place), *(-x for x in w.closed.gamma(rows))]),
     ]
 
 

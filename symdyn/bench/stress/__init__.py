@@ -79,6 +79,9 @@ def stress(
             notes.append(f"{name}: {fault}")
             continue
         cases += found
-        if not found:
+        if family.of_scene is not None and not found:
             notes.append(f"{name}: no case is about such a scene")
+    of_built_in = [name for name in wanted if scene is not None and FAMILIES[name].of_scene is None]
+    if of_built_in:
+        notes.append(f"{', '.join(of_built_in)}: all cases are about built-in scenes")
     return Stress("" if scene is None else scene.name, command, tuple(cases), tuple(notes))

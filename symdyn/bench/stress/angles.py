@@ -7,13 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.bench.states import Positions
+from symdyn.bench.states import Positions, positions_of
 from symdyn.bench.stress.calls import calls
 from symdyn.bench.stress.chains import shares
 from symdyn.bench.stress.model import Case, worst
 from symdyn.bench.stress.scenes import chain, offset_pendulum, one_body, two_link
 from symdyn.dynamics import available
-from symdyn.scene import JOINTS, Scene
+from symdyn.scene import Scene
+from symdyn.simulate.reading import parameter_values
 from symdyn.verify.accuracy import ALLOWED
 
 Array = npt.NDArray[np.float64]
@@ -34,12 +35,14 @@ def builtin() -> Iterator[Case]:
 
 def of_scene(scene: Scene) -> Iterator[Case]:
     """Yield what functions of the scene's position lose at turns of 1e6 to 1e15 rad."""
-    units = tuple(unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint))
+    parameter_values(scene)
+    anywhere = Positions(positions_of(scene).units, np.empty((0, len(scene.coordinates))))
+    units = anywhere.units
     names = [name for name in ("mass_matrix", "gravity_forces") if name in available(scene)[0]]
-    if "rad" not in units or not names or any(p.value is None for p in scene.parameters):
+    if "rad" not in units or not names:
         return
     rng = np.random.default_rng(1)
-    q = Positions(units, np.empty((0, len(units)))).draw("range", 8, rng)
+    q = anywhere.draw("range", 8, rng)
     q = np.where([unit == "rad" for unit in units], np.sign(q) * 10 ** rng.uniform(6, 15, q.shape), q)
     made = calls(scene, names)
     for name in names:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +12,7 @@ import numpy.typing as npt
 from flint import arb_mat
 
 from symdyn.algebra.balls import Balls
+from symdyn.algebra.numeric import Floats
 from symdyn.bench.reference import Reference, reference
 from symdyn.build import build, run_python
 from symdyn.dynamics import Equations, Function, Workspace, derive_one
@@ -70,8 +71,39 @@ class Calls:
         return reference(self.function(name), states, count)
 
 
+class Interpreted:
+    """A program's functions by name, run operation by operation in doubles: for those too long to be compiled."""
+
+    def __init__(self, program: Program) -> None:
+        """Take the functions of a program."""
+        self.functions = {routine.function.name: routine.function for routine in program.routines}
+
+    def __getattr__(self, name: str) -> Callable[..., Array]:
+        """Return a function by name, of one state or of many."""
+        if name.startswith("_") or name not in self.functions:
+            raise AttributeError(name)
+        function = self.functions[name]
+
+        def call(*given: Array) -> Array:
+            if given[0].ndim > len(function.arguments[0].shape):
+                return np.array([call(*one) for one in zip(*given, strict=True)])
+            values = {
+                symbol: value
+                for argument, one in zip(function.arguments, given, strict=True)
+                for symbol, value in zip(argument.symbols, np.ravel(one).tolist(), strict=True)
+            }
+            return np.array(evaluate(function.entries, Floats(), values)).reshape(function.shape)
+
+        return call
+
+
 def calls(
-    scene: Scene, outputs: Sequence[str], real: str = "double", road: str | None = None, beside: Sequence[str] = ()
+    scene: Scene,
+    outputs: Sequence[str],
+    real: str = "double",
+    road: str | None = None,
+    beside: Sequence[str] = (),
+    compiled: bool = True,
 ) -> Calls:
     """Return functions of a scene in NumPy and in C with batch code.
 
@@ -81,11 +113,14 @@ def calls(
         real: "double" or "float".
         road: of the first output; None takes the cheapest.
         beside: outputs whose true values are needed and no code.
+        compiled: False runs the program operation by operation in place of both.
     """
     w = Workspace(scene)
     functions = choose(w, outputs) if road is None else tuple(derive_one(w, name, road) for name in outputs)
     program = lower(Equations(scene, w.graph, functions))
     others = lower(Equations(scene, w.graph, tuple(derive_one(w, name) for name in beside)), passes=())
+    if not compiled:
+        return Calls(program, others, {"program": Interpreted(program)})
     modules: dict[str, Any] = {"NumPy": run_python(emit(program, "numpy", real))}
     with suppress(MissingCompiler):
         modules["C"] = build(program, real=real)

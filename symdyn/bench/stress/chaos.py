@@ -11,12 +11,15 @@ import math
 from collections.abc import Iterator
 
 from symdyn.bench.stress.model import Case
-from symdyn.bench.stress.scenes import two_link
+from symdyn.bench.stress.scenes import offset_pendulum, two_link
 from symdyn.scene import Scene
 from symdyn.simulate import simulate
 
 FAMILY = "chaos"
 TIGHTEST = 1e-15
+
+LONG, PATIENCE = 1e4, 30.0
+"""Seconds of a long motion of a user's scene, and how long it may take to compute."""
 
 ENDS = (  # name, start of q1 and q2, absolute angles at t = 10 s, bound
     ("regular, from 0.5 and 1 rad", ("1/2", "1/2"), (-0.24973260979313797, -0.09914901262953989), 1e-13),
@@ -24,14 +27,27 @@ ENDS = (  # name, start of q1 and q2, absolute angles at t = 10 s, bound
     ("chaotic, from high up", ("3", "-1/2"), (-33.4146116944758, -19.01151728022292), 1e-6),
 )
 
+A01 = {
+    10.0: 0.2786806735699829600484367747371447713460745,
+    100.0: 0.1825251484957908510583110767935097325818,
+    1000.0: -0.7521772168905752958481428714011651424977,
+    2000.0: -0.9520445234156831972724167263908190548778,
+}
+"""Time, and the angle from the downward vertical in Jacobi's elliptic functions: A01 of Gonzalez et al. (2006)."""
+
 
 def builtin() -> Iterator[Case]:
-    """Yield the double pendulum from three starts, and its energy over a long time."""
+    """Yield the double pendulum from three starts, a pendulum, and the energy over a long time."""
     for name, (q1, q2), ends, bound in ENDS:
         made = simulate(two_link(), until=10.0, start={"q1": q1, "q2": q2}, rtol=TIGHTEST)
         last = made.q[-1]
         gap = max(abs(last[0] - ends[0]), abs(last[0] + last[1] - ends[1]))
         yield Case(FAMILY, f"double pendulum, {name}, 10 s", "error of the angles, rad", bound, float(gap), made.method)
+    made = simulate(offset_pendulum(), until=2000.0, every=10.0, start={"q1": "pi/2"}, rtol=TIGHTEST)
+    last = max(A01, key=lambda t: abs(made.q[round(t / 10), 0] - A01[t]))
+    gap = abs(float(made.q[round(last / 10), 0]) - A01[last])
+    name = "simple pendulum from level, A01, 2000 s"
+    yield Case(FAMILY, name, "error of the angle, rad", 1e-9, gap, f"{made.method}, t = {last:g} s")
     for name, (q1, q2) in (("regular", ("1/2", "1/2")), ("chaotic", ("pi/2", "0"))):
         made = simulate(two_link(), until=1e4, every=10.0, start={"q1": q1, "q2": q2}, rtol=TIGHTEST)
         drift = made.monitors["energy"] / made.monitors["energy_scale"]
@@ -42,8 +58,6 @@ def builtin() -> Iterator[Case]:
 
 def of_scene(scene: Scene) -> Iterator[Case]:
     """Yield the balance of energy and the loops of the scene's own motion, 10 s without drives."""
-    if not scene.velocities or any(p.value is None for p in scene.parameters):
-        return
     made = simulate(scene, until=10.0)
     ended = made.stopped == "end"
     where = made.method if ended else made.stopped
@@ -54,3 +68,10 @@ def of_scene(scene: Scene) -> Iterator[Case]:
     if "loops" in made.monitors:
         loops = made.monitors["loops"] if ended else math.inf
         yield Case(FAMILY, "10 s without drives", "residual of the loops, m", 1e-8, loops, where)
+    if not ended or made.wall * LONG / 10.0 > PATIENCE:
+        return
+    made = simulate(scene, until=LONG, every=LONG / 1000, rtol=1e-13)
+    ended = made.stopped == "end"
+    energy = made.monitors["energy"] / (made.monitors["energy_scale"] or 1.0) if ended else math.inf
+    where = made.method if ended else made.stopped
+    yield Case(FAMILY, f"{LONG:g} s without drives", "balance of energy over its size", 1e-8, energy, where)

@@ -7,14 +7,16 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.bench.states import Positions
+from symdyn.bench.states import positions_of
 from symdyn.bench.stress.calls import Calls, calls
 from symdyn.bench.stress.chains import shares
 from symdyn.bench.stress.model import Case, worst
-from symdyn.bench.stress.scenes import arm, one_body
+from symdyn.bench.stress.scenes import arm, one_body, rubbing
 from symdyn.dynamics import Function, available
+from symdyn.dynamics.loops.outputs import is_closed
+from symdyn.errors import SceneError
 from symdyn.graph import reachable
-from symdyn.scene import JOINTS, Scene, body, revolute, scene
+from symdyn.scene import Scene, body, fixed, revolute, scene
 from symdyn.verify.accuracy import ALLOWED, ROUNDOFF
 
 Array = npt.NDArray[np.float64]
@@ -29,7 +31,9 @@ def builtin() -> Iterator[Case]:
     for one in (arm(), one_body(), one_body("prismatic")):
         kind = "6 axes" if one.name == "arm" else f"one body, {one.joints[0].type}"
         yield from _of(kind, one)
-    yield _empty()
+    yield from _of("dry friction", rubbing())
+    yield _weightless()
+    yield _nothing()
 
 
 def of_scene(one: Scene) -> Iterator[Case]:
@@ -49,13 +53,8 @@ def _of(kind: str, one: Scene) -> Iterator[Case]:
         0.0,
         *_hidden(made, given, np.nan),
     )
-    yield Case(
-        FAMILY,
-        f"infinity in one entry, {kind}",
-        "finite results of a sine of infinity",
-        0.0,
-        *_hidden(made, given, np.inf),
-    )
+    infinite = worst([_hidden(made, given, np.inf), _hidden(made, given, -np.inf)])
+    yield Case(FAMILY, f"±infinity in one entry, {kind}", "finite results of a sine of infinity", 0.0, *infinite)
     yield Case(
         FAMILY, f"-0 for 0, {kind}", "results that differ, ulps of the largest entry", 4.0, *_minus_zero(made, given)
     )
@@ -63,6 +62,9 @@ def _of(kind: str, one: Scene) -> Iterator[Case]:
     tiny["q"] = given["q"]
     metric = "error / running error bound"
     yield Case(FAMILY, f"denormal rates and forces, {kind}", metric, ALLOWED, *_worst_share(made, names, tiny))
+    if not is_closed(one) and "1" not in positions_of(one).units:
+        tiny["q"] = given["q"] * 1e-310
+        yield Case(FAMILY, f"denormal states, {kind}", metric, ALLOWED, *_worst_share(made, names, tiny))
     singles = calls(one, names, real="float")
     rounded = {name: value.astype(np.float32).astype(float) for name, value in given.items()}
     yield Case(FAMILY, f"float, {kind}", metric, ALLOWED, *_worst_share(singles, names, rounded, ROUNDOFF["float"]))
@@ -70,8 +72,7 @@ def _of(kind: str, one: Scene) -> Iterator[Case]:
 
 def _states(one: Scene, made: Calls, names: tuple[str, ...]) -> dict[str, Array]:
     rng = np.random.default_rng(5)
-    units = tuple(unit for joint in one.moving for unit in JOINTS[joint.type].coordinates(joint))
-    given = {"q": Positions(units, np.empty((0, len(units)))).draw("range", STATES, rng)}
+    given = {"q": positions_of(one).draw("range", STATES, rng)}
     for name in names:
         for argument in made.function(name).arguments:
             if argument.name not in given:
@@ -128,9 +129,9 @@ def _minus_zero(made: Calls, given: dict[str, Array]) -> tuple[float, str]:
         minus = {name: np.where(value == 0, -0.0, value) for name, value in zeros.items()}
         plain = made.results(function.name, zeros)
         for way, computed in made.results(function.name, minus).items():
-            size = np.max(np.abs(plain[way])) or 1.0
-            with np.errstate(all="ignore"):
-                gap = np.abs(computed - plain[way])
+            known = np.isfinite(plain[way])  # what a singular position makes of zero is no number
+            size = np.max(np.abs(plain[way]), where=known, initial=0.0) or 1.0
+            gap = np.abs(np.where(np.isfinite(computed), computed, np.inf) - np.where(known, plain[way], 0.0))[known]
             found.append((float(np.max(gap, initial=0.0)) / (2.0**-52 * size), f"{function.name}, {way}"))
     return worst(found)
 
@@ -139,7 +140,23 @@ def _units(function: Function) -> tuple[str, ...]:
     return next((a.units for a in function.arguments if a.name == "q"), ())
 
 
-def _empty() -> Case:
+def _nothing() -> Case:
+    """Return how many scenes in which nothing can move are taken, and not refused in one line."""
+    found = []
+    for kind, bodies, joints in (
+        ("no bodies", [], []),
+        ("one fixed body", [body("b", mass=1)], [fixed("f", "ground", "b")]),
+    ):
+        try:
+            scene("nothing", bodies=bodies, joints=joints)
+        except SceneError as fault:
+            found.append((float(len(fault.faults) - 1), kind))
+        else:
+            found.append((1.0, kind))
+    return Case(FAMILY, "no bodies, or none that moves", "scenes that are taken without a word", 0.0, *worst(found))
+
+
+def _weightless() -> Case:
     """Return how many functions of a mechanism of one joint without anything to move it fail to be zero or empty."""
     weightless = scene("weightless", bodies=[body("b")], joints=[revolute("j", "ground", "b")])
     made = calls(weightless, ("inverse_dynamics", "mass_matrix", "gravity_forces"))

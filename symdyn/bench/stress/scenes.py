@@ -14,6 +14,7 @@ from symdyn.scene import (
     damper,
     loop,
     number,
+    planar,
     point,
     prismatic,
     revolute,
@@ -126,6 +127,17 @@ def offset_pendulum() -> Scene:
     )
 
 
+def pinned() -> Scene:
+    """Return a point mass on a massless link of 1 m, free in its plane and held by a pin: a pendulum as a loop."""
+    return scene(
+        "pinned",
+        gravity=[0, f"-{G}", 0],
+        bodies=[body("b", particles=[{"mass": 1, "at": [0, 0, 0]}])],
+        joints=[planar("j", "ground", "b", coordinates=["x", "y", "phi"], start=[1, 0, 0], drive=False)],
+        loops=[loop("pin", "revolute", "ground", "b", tip=[1, 0, 0])],
+    )
+
+
 def heavy_top() -> Scene:
     """Return the heavy top of Geradin and Cardona: m = 15, J = diag(15/64, 15/32, 15/64), 1 m from the fixed point."""
     return scene(
@@ -153,6 +165,18 @@ def stiff_spring(stiffness: int, damping: int) -> Scene:
         joints=[prismatic("j", "ground", "b", axis=[1, 0, 0], coordinate="x", start=1)],
         springs=[spring("s", joint="j", stiffness=stiffness)],
         dampers=[damper("d", joint="j", damping=damping)],
+    )
+
+
+def rubbing() -> Scene:
+    """Return a mass of 1 kg on a slide with Stribeck's friction, a spring and a damper, half a metre out."""
+    friction: dict[str, int | str] = {"coulomb": 1, "static": "3/2", "stribeck": "1/20", "smoothing": "1/1000"}
+    return scene(
+        "rubbing",
+        bodies=[body("b", mass=1, com=[0, 0, 0])],
+        joints=[prismatic("j", "ground", "b", axis=[1, 0, 0], coordinate="x", start="1/2", friction=friction)],
+        springs=[spring("s", joint="j", stiffness=50)],
+        dampers=[damper("d", joint="j", damping="2/5")],
     )
 
 

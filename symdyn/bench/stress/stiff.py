@@ -7,10 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from symdyn.bench.stress.model import Case
-from symdyn.bench.stress.scenes import stiff_spring
-from symdyn.simulate import simulate
+from symdyn.bench.stress.scenes import rubbing, stiff_spring
+from symdyn.simulate import METHODS, simulate
+from symdyn.simulate.integrate import importable
 
 FAMILY = "stiff"
+
+RUBBED = 0.02567383074505579027
+"""Where the rubbing mass is after 2 s, by Taylor's method in 64 bits with steps that are short enough."""
 
 
 def builtin() -> Iterator[Case]:
@@ -23,6 +27,15 @@ def builtin() -> Iterator[Case]:
         gap = float(np.abs(made.q[:, 0] - x).max())
         name = f"rates {-slow:.3g} and {-fast:.3g} per second, 1 s"
         yield Case(FAMILY, name, "error of x, m, tolerance 1e-8", 1e-6, gap, made.method)
+    made = simulate(rubbing(), until=2.0)
+    gap = abs(float(made.q[-1, 0]) - RUBBED)
+    yield Case(
+        FAMILY, "dry friction, smooth within 1 mm/s, 2 s", "error of x, m, tolerance 1e-8", 1e-5, gap, made.method
+    )
+    if importable(METHODS["taylor"].module):
+        made = simulate(rubbing(), until=2.0, method="taylor", rtol=1e-12)
+        gap = abs(float(made.q[-1, 0]) - RUBBED)
+        yield Case(FAMILY, "dry friction, by Taylor's method, 2 s", "error of x, m, tolerance 1e-12", 1e-10, gap)
     stiffness = 10**8
     made = simulate(stiff_spring(stiffness, 0), until=1.0, rtol=1e-15)
     gap = float(np.abs(made.q[:, 0] - np.cos(np.sqrt(stiffness) * made.t)).max())

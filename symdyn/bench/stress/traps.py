@@ -9,14 +9,15 @@ from __future__ import annotations
 import ctypes
 import ctypes.util
 import platform
+import warnings
 from collections.abc import Iterator
 
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.bench.stress.calls import calls
+from symdyn.bench.stress.calls import Calls, calls
 from symdyn.bench.stress.model import Case, worst
-from symdyn.bench.stress.scenes import arm, one_body
+from symdyn.bench.stress.scenes import arm, one_body, rubbing
 from symdyn.dynamics import available
 from symdyn.scene import Scene
 
@@ -35,8 +36,8 @@ NAMES = ("invalid", "division by zero", "overflow", "underflow")
 
 def builtin() -> Iterator[Case]:
     """Yield the cases of the built-in scenes."""
-    for one in (arm(), one_body()):
-        yield from _of("6 axes" if one.name == "arm" else "one body", one)
+    for kind, one in (("6 axes", arm()), ("one body", one_body()), ("dry friction", rubbing())):
+        yield from _of(kind, one)
 
 
 def of_scene(scene: Scene) -> Iterator[Case]:
@@ -63,7 +64,7 @@ def _of(kind: str, one: Scene) -> Iterator[Case]:
             function = routine.function
             rng = np.random.default_rng(6)
             for count in (1, 70):
-                given = [rng.uniform(0.5, 1.5, (count, len(a.symbols))) for a in function.arguments]
+                given = [rng.uniform(0.5, 5.0, (count, len(a.symbols))) for a in function.arguments]
                 if value is not None and function.arguments[0].name == "q":
                     given[0][:, 0] = value
                 call = getattr(made.modules["C"], function.name)
@@ -73,3 +74,24 @@ def _of(kind: str, one: Scene) -> Iterator[Case]:
                 words = [name for name, mask in zip(NAMES, masks, strict=True) if raised & mask and name not in allowed]
                 found.append((float(len(words)), f"{function.name}, {count} states: {', '.join(words) or 'none'}"))
         yield Case(FAMILY, f"{text}, {kind}", "exceptions that C functions raise", 0.0, *worst(found))
+    yield Case(FAMILY, f"a NaN and ordinary states, {kind}", "exceptions in NumPy", 0.0, *worst(_in_numpy(made)))
+
+
+def _in_numpy(made: Calls) -> list[tuple[float, str]]:
+    """Return which functions of the NumPy module raise where the caller has made an exception of every flag."""
+    found = []
+    for routine in made.program.routines:
+        function = routine.function
+        rng = np.random.default_rng(6)
+        for count, value in ((1, None), (70, None), (1, np.nan), (70, np.nan)):
+            given = [rng.uniform(0.5, 1.5, (count, len(a.symbols))) for a in function.arguments]
+            if value is not None:
+                given[0][:, 0] = value
+            call = getattr(made.modules["NumPy"], function.name)
+            with np.errstate(all="raise"), warnings.catch_warnings():
+                warnings.simplefilter("error")
+                try:
+                    call(*given) if count > 1 else call(*[x[0] for x in given])
+                except (ArithmeticError, ValueError, Warning) as fault:
+                    found.append((1.0, f"{function.name}, {count} states: {fault}"))
+    return found or [(0.0, "none")]
