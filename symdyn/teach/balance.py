@@ -18,8 +18,8 @@ from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate
 from symdyn.spatial import dot
 from symdyn.teach.cut import cut
-from symdyn.teach.document import Name
 from symdyn.teach.lesson import Prose
+from symdyn.teach.looks import Name
 
 MOST_UNKNOWNS = 40
 """Beyond which nobody reads the lesson."""

@@ -24,10 +24,11 @@ from symdyn.emit.equations import Printable
 from symdyn.graph import Expr, Graph, evaluate, tangents
 from symdyn.scene import JOINTS, Scene
 from symdyn.teach.balance import Balance
-from symdyn.teach.document import Bar, Block, Formula, Name, Picture, Shares, Step, Values, Words
+from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step, Values, Words
 from symdyn.teach.equations import coefficient_key, node_of
 from symdyn.teach.forms import factors_of
 from symdyn.teach.lesson import Lesson, Prose
+from symdyn.teach.looks import Name
 from symdyn.teach.masses import Mass
 
 RATES = (1.0, -0.6, 0.8, 0.5, -0.4, 0.3)
