@@ -164,6 +164,15 @@ def test_an_equation_without_drive_is_found() -> None:
     assert told(text, scene) == "equation 2: right; it is the scene's equation times a factor"
 
 
+def test_numbers_of_the_scene_are_right_in_place_of_their_symbols() -> None:
+    cart = read(EXAMPLES / "cart_pole.toml")  # g = 9.81
+    right = told("k_G2 = -1/2 m_p g l sin(theta)", cart)
+    assert right.startswith("k_G2: right (proved")
+    assert told("k_G2 = -1/2 m_p 9.81 l sin(theta)", cart) == "k_G2: right, with the scene's number for g"
+    assert told("k_G2 = -1/2 m_p 9.82 l sin(theta)", cart).startswith("k_G2: different")
+    assert told("k_G2 = -1/2 m_c g l sin(theta)", cart).startswith("k_G2: different")
+
+
 # Rows of constraints
 
 

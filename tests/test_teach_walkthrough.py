@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from latex_reader import LatexReader, displays
+from mechanisms import jointed
 
 from symdyn.algebra.form import ZERO, Symbol, terms_of
 from symdyn.algebra.numeric import Floats
@@ -30,6 +31,7 @@ from symdyn.teach import reactions as reactions_room
 from symdyn.teach.dalembert import STAGES
 from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Values, Words
 from symdyn.teach.languages import LANGUAGES, PLACE
+from symdyn.teach.numbers import written
 from symdyn.teach.render.spelling import Spelling
 from symdyn.teach.textbook import NUMBERS, READS
 
@@ -304,6 +306,49 @@ def test_joints_of_several_freedoms_go_both_roads() -> None:
     why = next(b for s, b in walkthrough(one).blocks() if s.key == "meaning:k_D" and isinstance(b, Values))
     told = {row[0].parts[0].name: str(row[2].parts[0]) for row in why.rows}
     assert told["k_D:1,2"] == told["k_D:2,2"] == "a slide is straight: "  # the way along the cylinder
+
+
+@pytest.mark.parametrize("kind", [kind for kind in JOINTS if kind != "fixed"])
+def test_every_type_of_joint_goes_dalemberts_road(kind: str) -> None:
+    document = walkthrough(jointed(kind, orientation="zyx"), road="dalembert")  # which proves itself
+    assert [section.key for section in document.sections] == ["scene", "count", "bodies", "reactions", "roads"]
+
+
+COUPLED = """
+name = "coupled"
+gravity = [0, -9.81, 0]
+[bodies.a]
+mass = 1
+com = [1, 0, 0]
+[bodies.b]
+mass = 2
+com = [1, 0, 0]
+[joints.j1]
+type = "revolute"
+parent = "ground"
+child = "a"
+axis = [0, 0, 1]
+coordinate = "phi"
+drive = "M"
+force = "sin(3*t)"
+[joints.j2]
+type = "revolute"
+parent = "a"
+child = "b"
+axis = [0, 0, 1]
+origin = [2, 0, 0]
+mimic = { joint = "j1", ratio = -2 }
+"""
+
+
+def test_coupled_joints_and_forces_in_time_go_both_roads() -> None:
+    one = read_text(COUPLED, "coupled")
+    first, second = walkthrough(one), walkthrough(one, road="dalembert")
+    state = {row[0].parts[0]: row[1].parts[0] for s, b in first.blocks() if s.key == "state" for row in b.rows}
+    assert state[Symbol("t")] == "0.4"
+    chart = next(block for _, block in first.blocks() if isinstance(block, Shares))
+    (drive,) = (row for s, b in second.blocks() if s.key == "roads" and isinstance(b, Values) for row in b.rows)
+    assert [cell.parts[0] for cell in drive[1:]] == [written(chart.value)] * 2
 
 
 def test_languages_have_the_same_keys_and_places() -> None:

@@ -21,6 +21,7 @@ SENTENCES: Mapping[str, Mapping[str, str]] = {
         "numerical": " (equal at random points, in 50 digits)",
         "shifted": "{name}: right; your zero of potential energy lies elsewhere, which adds {shift} and is free",
         "scaled": "{name}: right; it is the scene's equation times a factor",
+        "valued": "{name}: right, with the scene's number for {symbols}",
         "holds": "{name}: right: it vanishes wherever the loops are closed (in numbers, at assembled positions)",
         "digits": "{name}: right to the digits written",
         "undefined": "{name}: not compared: no point is found where both formulas are real",
@@ -53,6 +54,7 @@ SENTENCES: Mapping[str, Mapping[str, str]] = {
         "numerical": " (rovné v náhodných bodoch, na 50 číslic)",
         "shifted": "{name}: správne; nula potenciálnej energie leží inde, čo pridáva {shift} a je voľné",
         "scaled": "{name}: správne; je to rovnica scény vynásobená činiteľom",
+        "valued": "{name}: správne, s číslom scény za {symbols}",
         "holds": "{name}: správne: je nulový všade, kde sú slučky uzavreté (číselne, v zostavených polohách)",
         "digits": "{name}: správne na uvedený počet číslic",
         "undefined": "{name}: neporovnané: nenašiel sa bod, v ktorom sú oba výrazy reálne",
@@ -89,6 +91,8 @@ def in_words(answer: Answer, language: str = "en") -> list[str]:
     if answer.right:
         if answer.shifted is not None:
             return [say["shifted"].format(name=name, shift=text_of(answer.shifted))]
+        if answer.valued:
+            return [say["valued"].format(name=name, symbols=", ".join(answer.valued))]
         if answer.scaled:
             return [say["scaled"].format(name=name)]
         if answer.verdict in (ROUNDED, HOLDS):

@@ -12,14 +12,14 @@ from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.loops.words import in_words
-from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium
-from symdyn.dynamics.reactions.hinges import power
+from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, REACTION, Equilibrium, Unknown, equilibrium
+from symdyn.dynamics.reactions.freedoms import drives
+from symdyn.dynamics.reactions.hinges import plus, power, times
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate
-from symdyn.spatial import dot
 from symdyn.teach.cut import cut
-from symdyn.teach.document import Name
 from symdyn.teach.lesson import Prose
+from symdyn.teach.looks import Name
 
 MOST_UNKNOWNS = 40
 """Beyond which nobody reads the lesson."""
@@ -60,22 +60,34 @@ class Balance(Prose):
     def _solution(self) -> list[Expr]:
         """Return the unknowns of an open mechanism: its joints' wrenches, found from the tips to the ground, split.
 
-        Every reaction is a unit force or moment along an axis of its joint frame, so that its size is a component; the
-        size of a drive is the power of the whole for its unit velocity, since axes of angles are not at right angles.
+        What is left of a joint's wrench along its motions (D, with D_i · S_j = 1 for i = j, else 0) are drive, elements
+        and couplings; the rest is split along reactions, which are at right angles.
         """
-        R = derive_one(self.workspace, "reactions").entries
-        hinges = self.workspace.hanging.hinges
-        sizes = []
-        for one in self.system.unknowns:
-            h, (force, moment) = one.acts[0]
-            here = hinges[h].in_joint_axes((R[6 * h : 6 * h + 3], R[6 * h + 3 : 6 * h + 6]))  # type: ignore[arg-type]
+        R, hanging = derive_one(self.workspace, "reactions").entries, self.workspace.hanging
+        along, rest = [], []
+        for h, hinge in enumerate(hanging.joints):
+            here = hinge.in_joint_axes((R[6 * h : 6 * h + 3], R[6 * h + 3 : 6 * h + 6]))  # type: ignore[arg-type]
+            along.append([power(here, S) for S in hinge.S])
+            for size, D in zip(along[-1], drives(hinge, hanging.samples), strict=True):
+                here = plus(here, times(-size, D))
+            rest.append(here)
+            along[-1] = [size - own for size, own in zip(along[-1], self.system.own[h], strict=True)]
+        sizes: dict[int, Expr] = {}
+        for u, one in enumerate(self.system.unknowns):
+            h, wrench = one.acts[0]
+            if one.kind == COUPLING:
+                sizes[u] = along[h][0]
+                for other, against in one.acts[1:]:  # what the coupling takes from the leader is no drive of its
+                    leading = hanging.joints[other].S
+                    along[other] = [
+                        x - power(against, S) * sizes[u] for x, S in zip(along[other], leading, strict=True)
+                    ]
+            elif one.kind == REACTION:
+                sizes[u] = power(rest[h], wrench) / power(wrench, wrench)
+        for u, one in enumerate(self.system.unknowns):
             if one.kind == DRIVE:
-                size = power(here, hinges[h].S[one.number])
-                size = size - self.system.own[h][one.number] if self.system.own[h] else size
-            else:
-                size = dot(force, here[0]) + dot(moment, here[1])
-            sizes.append(size)
-        return sizes
+                sizes[u] = along[one.acts[0][0]][one.number]
+        return [sizes[u] for u in range(len(sizes))]
 
     def _unknown(self, u: int, one: Unknown) -> Symbol:
         """Name an unknown; its value is the solution, or the symbol itself where loops leave only numbers."""

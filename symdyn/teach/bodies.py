@@ -18,7 +18,8 @@ from symdyn.graph import Expr
 from symdyn.spatial import Mat, Vec, apply, cross, sub, zero_vector
 from symdyn.teach.balance import Balance
 from symdyn.teach.cut import Cut
-from symdyn.teach.document import Block, Box, Fold, Formula, Letter, Matrix, Name, Picture, Step, Words
+from symdyn.teach.document import Block, Box, Fold, Formula, Matrix, Picture, Step, Words
+from symdyn.teach.looks import Letter, Name
 from symdyn.teach.numbers import Chosen, written
 from symdyn.teach.render.spelling import letter
 from symdyn.teach.velocities import length

@@ -19,6 +19,7 @@ from symdyn.algebra.form import (
     Sum,
     Symbol,
     express_form,
+    form_of,
     power_of,
     product_of,
     sum_of,
@@ -28,7 +29,7 @@ from symdyn.algebra.form import (
 from symdyn.emit.equations import Printable, printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, gradient, reachable
-from symdyn.scene import Scene, acceleration_name
+from symdyn.scene import Scene, acceleration_name, express
 from symdyn.teach.differences import Difference, differences
 from symdyn.teach.rows import LEVELS, ground_rows, holds, level_of, may_be_row, scene_rows
 from symdyn.teach.student.names import Names, Target
@@ -53,6 +54,7 @@ class Answer:
         turned: whether all of it has the opposite sign.
         shifted: by how much a potential energy lies elsewhere, which is free; None for not at all.
         scaled: whether an equation is the scene's times a factor.
+        valued: parameters in whose place the formula has the scene's numbers.
     """
 
     line: int
@@ -63,6 +65,7 @@ class Answer:
     turned: bool = False
     shifted: Form | None = None
     scaled: bool = False
+    valued: tuple[str, ...] = ()
 
     @property
     def right(self) -> bool:
@@ -151,6 +154,9 @@ def _compared(line: int, name: str, found: Form, right: Form, scene: Scene, kind
         shift = sum_of((found, *_negative(right)))
         if (constant := _free(shift, scene)) is not None:
             return Answer(line, name, PROVED, finding.error_log10, shifted=constant)
+    values = _values(found, right, scene)
+    if values and _equal(name, found, in_place(right, values), scene).verdict in (PROVED, NUMERICAL):
+        return Answer(line, name, PROVED, valued=tuple(values))
     if _equal(name, found, sum_of(_negative(right)), scene).verdict in (PROVED, NUMERICAL):
         return Answer(line, name, DIFFERENT, turned=True)
     try:
@@ -160,6 +166,13 @@ def _compared(line: int, name: str, found: Form, right: Form, scene: Scene, kind
     if listed and all(d.kind == "rounded" for d in listed):
         return Answer(line, name, ROUNDED, differences=tuple(listed))
     return Answer(line, name, DIFFERENT, differences=tuple(listed[:MANY]))
+
+
+def _values(found: Form, right: Form, scene: Scene) -> dict[str, Form]:
+    """Return the numbers of parameters that only the right formula names."""
+    absent = set(symbols_of(right)) - set(symbols_of(found))
+    values = {p.name: p.value for p in scene.parameters if p.name in absent and p.value is not None}
+    return {name: form_of(express(value, Graph())) for name, value in values.items()}
 
 
 def _equal(name: str, found: Form, right: Form, scene: Scene) -> Finding:

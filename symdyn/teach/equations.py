@@ -13,8 +13,9 @@ from symdyn.dynamics.loads import generalized_forces
 from symdyn.emit.equations import ALONE, Coefficient, Printable, printable
 from symdyn.emit.formula_text import text_of
 from symdyn.graph import Expr
-from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Values, Words
+from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Step, Values, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, together
+from symdyn.teach.looks import Name
 from symdyn.teach.velocities import MOST_TERMS, folded, length
 
 KINDS = {"k_z": "z", "k_C": "C", "k_D": "D", "k_G": "G", "k_E": "E"}

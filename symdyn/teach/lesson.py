@@ -19,8 +19,9 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
 from symdyn.scene import Scene
 from symdyn.spatial import Transform
-from symdyn.teach.document import Letter, Name, Rate, Slope, Words
+from symdyn.teach.document import Words
 from symdyn.teach.languages import LANGUAGES, fill
+from symdyn.teach.looks import Letter, Name, Rate, Slope
 
 SMALL_SCENE = 3
 """Degrees of freedom up to which everything is shown in full."""

@@ -25,10 +25,11 @@ from symdyn.emit.equations import Printable
 from symdyn.graph import Expr, Graph, evaluate, tangents
 from symdyn.scene import JOINTS, Scene
 from symdyn.teach.balance import Balance
-from symdyn.teach.document import Bar, Block, Formula, Name, Picture, Shares, Step, Values, Words
+from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step, Values, Words
 from symdyn.teach.equations import coefficient_key, node_of
 from symdyn.teach.forms import factors_of
 from symdyn.teach.lesson import Lesson, Prose
+from symdyn.teach.looks import Name
 from symdyn.teach.masses import Mass
 
 RATES = (1.0, -0.6, 0.8, 0.5, -0.4, 0.3)
@@ -37,6 +38,8 @@ FALL = 9.81
 """m/s^2: for an acceleration of free fall without a value."""
 SIZES = {"kg": 2.0, "m": 1.0}
 """What other parameters without a value start from; each is 0.8 of the one before, so that no two are alike."""
+MOMENT = 0.4
+"""s: time, where a formula depends on it."""
 DIGITS = 4
 
 
@@ -73,7 +76,7 @@ def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) 
         values[u] = RATES[k % len(RATES)] if moving else 0.0
         values[a] = ACCELERATIONS[k % len(ACCELERATIONS)] if moving else 0.0
     values |= {graph.symbol(name): value for name, value in parameters.items()}
-    values[graph.symbol(TIME)] = 0.0
+    values[graph.symbol(TIME)] = MOMENT
     return Chosen(values, tuple(float(x) for x in q), dict(parameters))
 
 
@@ -109,10 +112,19 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
         (Words((Symbol(str(x.value)),)), Words((written(chosen.values[x]),)), Words((unit.replace("^2", "²"),)))
         for x, unit in zip(symbols, units, strict=True)
     ]
+    if _timed(lesson.scene):
+        cells.append((Words((Symbol(TIME),)), Words((written(MOMENT),)), Words(("s",))))
     head = (lesson.say("table.symbol"), lesson.say("table.value"), lesson.say("table.unit"))
     tied = lesson.scene.loops or lesson.scene.rows
     reason = lesson.say("state.reason.closed" if tied else "state.reason")
     return Step("state", lesson.say("state"), (Values(head, tuple(cells)),), reason)
+
+
+def _timed(scene: Scene) -> bool:
+    """Whether a force or a prescribed motion is a formula in time."""
+    formulas = [x for joint in scene.joints for x in (*joint.forces, joint.motion) if x is not None]
+    formulas += [x for load in scene.loads for x in (*load.force, *load.couple)]
+    return any(TIME in x.symbols for x in formulas)
 
 
 def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:

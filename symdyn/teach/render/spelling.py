@@ -9,7 +9,8 @@ from symdyn.algebra.form import MINUS_ONE, Form, product_of, split_sign, sum_of,
 from symdyn.emit.breaking import break_lines, latex_width
 from symdyn.emit.formula_text import BREAK, Latex
 from symdyn.emit.symbols import GREEK, PrintName, escape, latex_symbols
-from symdyn.teach.document import Braced, Document, Formula, Letter, Matrix, Name, Rate, Words
+from symdyn.teach.document import Braced, Document, Formula, Matrix, Words
+from symdyn.teach.looks import Letter, Name, Rate
 
 INDENT = 20.0
 LARGEST = 60  # denominator of a fraction that no decimal writes: 1/24

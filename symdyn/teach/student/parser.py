@@ -25,9 +25,9 @@ from symdyn.algebra.form import (
     product_of,
     sum_of,
 )
-from symdyn.errors import TeachError
 from symdyn.graph import Op
 from symdyn.teach.student.bounds import numbers_of, too_large
+from symdyn.teach.student.cursor import Cursor
 from symdyn.teach.student.names import Names
 from symdyn.teach.student.source import Source
 from symdyn.teach.student.tokens import OPENING, Token
@@ -57,10 +57,10 @@ def parse(source: Source, tokens: Sequence[Token], names: Names, end: int) -> Fo
     return form
 
 
-class _Parser:
+class _Parser(Cursor):
     def __init__(self, source: Source, tokens: Sequence[Token], names: Names, end: int) -> None:
-        self.source, self.tokens, self.names, self.end = source, tokens, names, end
-        self.next, self.depth = 0, 0
+        super().__init__(source, tokens, end)
+        self.names, self.depth = names, 0
 
     def run(self) -> Form:
         form = self.sum()
@@ -68,27 +68,6 @@ class _Parser:
             token = self.take()
             raise self.fault(token, f"{token.text} does not fit here")
         return form
-
-    # Looking at tokens
-
-    def peek(self) -> Token | None:
-        return self.tokens[self.next] if self.next < len(self.tokens) else None
-
-    def sees(self, kind: str, *texts: str) -> bool:
-        token = self.peek()
-        return token is not None and token.kind == kind and (not texts or token.text in texts)
-
-    def take(self) -> Token:
-        token = self.peek()
-        if token is None:
-            raise self.source.fault(self.end, "the formula breaks off; something is missing here")
-        if token.kind == "unknown":
-            raise self.fault(token, token.text)
-        self.next += 1
-        return token
-
-    def fault(self, token: Token, message: str) -> TeachError:
-        return self.source.fault(token.at, message)
 
     # The grammar
 
