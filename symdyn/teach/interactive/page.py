@@ -85,8 +85,9 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
     params = [values[p.name] for p in scene.parameters]
     data = {"start": {**state, "params": params}, **_data(scene, computed, seen, sentences)}
     command = f"symdyn walkthrough {scene.name}.toml --format html"
+    code = emit(computed.program, "js", command=command).files[1][1]
     script = {
-        "code": _harmless(emit(computed.program, "js", command=command).files[1][1]),
+        "code": _harmless("\n".join(line.lstrip() for line in code.splitlines())),
         "data": _harmless(json.dumps(data, ensure_ascii=False, separators=(",", ":"))),
         "name": name,
     }
