@@ -46,6 +46,7 @@ class Numbers:
         self.scene, self.graph, self.state, self.tree = scene, graph, state, tree
         self.constraints, self.directions = constraints, directions
         self.free = dict(free)
+        self._orders: dict[tuple[Expr, ...], list[Expr]] = {}  # Newton's method asks for the same entries many times
 
     @cached_property
     def parameters(self) -> dict[Expr, float]:
@@ -75,8 +76,10 @@ class Numbers:
             DerivationError: a formula has no real value there.
         """
         values = self.parameters | dict(zip(self.state.q, q.tolist(), strict=True)) | dict(others or {})
+        wanted = tuple(entries)
+        order = self._orders.get(wanted) or self._orders.setdefault(wanted, reachable(wanted))
         try:
-            return np.array(evaluate(entries, Floats(), values), dtype=np.float64)
+            return np.array(evaluate(wanted, Floats(), values, order), dtype=np.float64)
         except (ArithmeticError, ValueError) as fault:
             raise DerivationError(f"{self.scene.name}: a formula has no real value at q = {q.tolist()}") from fault
 

@@ -29,12 +29,21 @@ class Closed:
 
     # Decisions
 
-    @cached_property
+    @property
     def _decided(self) -> tuple[Closure, Numbers]:
+        if isinstance(self._outcome, DerivationError):
+            raise self._outcome
+        return self._outcome
+
+    @cached_property
+    def _outcome(self) -> tuple[Closure, Numbers] | DerivationError:
         from symdyn.dynamics.loops.closure import close  # with NumPy, which trees can do without
         from symdyn.dynamics.loops.numbers import numbers_of
 
-        return close(numbers_of(self.w.scene), self.w.closing)
+        try:
+            return close(numbers_of(self.w.scene), self.w.closing)
+        except DerivationError as fault:  # every output would try again, and all in vain
+            return fault
 
     @property
     def closure(self) -> Closure:
