@@ -14,6 +14,7 @@ from symdyn.bench.states import positions_of
 from symdyn.bench.stress import FAMILIES, stress
 from symdyn.bench.stress.calls import calls, solved
 from symdyn.bench.stress.chains import shares
+from symdyn.bench.stress.chaos import of_scene
 from symdyn.bench.stress.model import Case, Stress, worst
 from symdyn.bench.stress.numbers import _hidden, _minus_zero
 from symdyn.bench.stress.scenes import arm, chain, gimbal, heavier, two_link
@@ -21,7 +22,7 @@ from symdyn.bench.stress.solving import BESIDE, FORWARD, states
 from symdyn.bench.stress.traps import _in_numpy
 from symdyn.cli import main
 from symdyn.errors import SimulateError
-from symdyn.scene import read
+from symdyn.scene import read, read_text
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -189,3 +190,31 @@ def test_families_are_listed_and_misspelt_ones_told(capsys):
     assert "change points" in capsys.readouterr().out
     with pytest.raises(SimulateError, match="family angels is not known; did you mean angles"):
         stress(read(EXAMPLES / "pendulum.toml"), ["angels"])
+
+
+def test_the_motion_of_a_scene_with_dry_friction_is_judged_by_its_equations():
+    found = read_text(DRY, "block.toml")
+
+    assert [case for case in of_scene(found) if not case.passed] == []
+
+
+DRY = """
+gravity = "none"
+
+[bodies.block]
+mass = 2
+
+[joints.slide]
+type = "prismatic"
+parent = "ground"
+child = "block"
+axis = [1, 0, 0]
+coordinate = "x"
+start = 0.5
+friction = { coulomb = 1.0, smoothing = 0.001 }
+
+[springs.coil]
+joint = "slide"
+stiffness = 50
+free = 0
+"""

@@ -18,6 +18,9 @@ from symdyn.simulate import simulate
 FAMILY = "chaos"
 TIGHTEST = 1e-15
 
+TIGHT = 1e-12
+"""Tolerance of a user's scene: what is judged is its equations, and stiff ones default to coarse steps."""
+
 LONG, PATIENCE = 1e4, 30.0
 """Seconds of a long motion of a user's scene, and how long it may take to compute."""
 
@@ -58,7 +61,7 @@ def builtin() -> Iterator[Case]:
 
 def of_scene(scene: Scene) -> Iterator[Case]:
     """Yield the balance of energy and the loops of the scene's own motion, 10 s without drives."""
-    made = simulate(scene, until=10.0)
+    made = simulate(scene, until=10.0, rtol=TIGHT)
     ended = made.stopped == "end"
     where = made.method if ended else made.stopped
     energy = made.monitors["energy"] / (made.monitors["energy_scale"] or 1.0)
