@@ -138,6 +138,14 @@ def test_sundials_keeps_its_own_words_to_itself(capfd: pytest.CaptureFixture[str
     assert "Successful" not in err
 
 
+LISTENING = """
+import signal, sys
+from symdyn.cli import main
+signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell starts in the background ignores Ctrl-C
+sys.exit(main(sys.argv[1:]))
+"""
+
+
 @pytest.mark.parametrize("method", ["dop853", "taylor"])
 def test_ctrl_c_keeps_what_was_computed(tmp_path: Path, method: str) -> None:
     if method == "taylor":
@@ -149,7 +157,7 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path: Path, method: str) -> None:
         [
             sys.executable,
             "-c",
-            "import sys; from symdyn.cli import main; sys.exit(main(sys.argv[1:]))",
+            LISTENING,
             *words,
             "-o",
             out,
