@@ -17,10 +17,12 @@ from symdyn.scene import Joint, Scene, read
 from symdyn.scene.formula import parse as formula
 from symdyn.scene.table import Faults
 from symdyn.simulate import METHODS, Motion, Trajectory, inverse, read_forces, read_motion, simulate
+from symdyn.simulate.choose import is_stiff, jacobian
 from symdyn.simulate.initial import read_start
 from symdyn.simulate.integrate import importable
 from symdyn.simulate.laws import Law, read_law
 from symdyn.simulate.record import csv_text, record
+from symdyn.simulate.system import build_system
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -185,6 +187,19 @@ def test_a_stiff_system_gets_an_implicit_method() -> None:
 
     assert found.method in ("cvode", "radau")
     assert "stiff" in lines[0]
+
+
+@pytest.mark.parametrize("name", ["four_bar", "pendulum"])
+def test_a_saddle_is_not_stiff_however_long_the_motion(name: str) -> None:
+    system = build_system(read(EXAMPLES / f"{name}.toml"))
+    x = np.zeros(system.nq + system.nv + system.works)
+    if name == "pendulum":
+        x[0] = np.pi
+    else:
+        x[: system.nq] = simulate(system.scene, until=0.1).q[0]
+
+    assert np.linalg.eigvals(jacobian(system, x, 1e-6)).real.min() < -1.0
+    assert not is_stiff(system, x, 1e9)
 
 
 def test_branches_are_no_case_for_taylor() -> None:
