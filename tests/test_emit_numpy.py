@@ -134,6 +134,9 @@ def test_the_result_goes_where_out_says(module, count):
     np.testing.assert_array_equal(q, turned)
     with pytest.raises(ValueError, match=r"matrix: out has shape \(3, 2\); it must have shape \((3, )?2, 3\)"):
         module.matrix(q, qd, params, out=np.empty((3, 2)))
+    out.flags.writeable = False
+    with pytest.raises(ValueError, match="matrix: out is read-only"):
+        module.matrix(q, qd, params, out=out)
 
 
 UNREAL = [  # where math raises: sin inf, log 0, sqrt of less than 0, overflow of exp, 1/0, 0/0

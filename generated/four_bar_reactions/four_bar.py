@@ -88,6 +88,8 @@ def _check_out(name, out, shape):
         raise TypeError(f"{name}: out has type {out.dtype}; it must hold float64")
     if out.shape != shape:
         raise ValueError(f"{name}: out has shape {out.shape}; it must have shape {shape}")
+    if not out.flags.writeable:
+        raise ValueError(f"{name}: out is read-only; give an array that can be written to")
 
 
 def _batch(name, arrays, arguments):
