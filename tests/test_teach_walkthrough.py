@@ -491,6 +491,16 @@ def test_a_constant_force_turns_the_stable_position_round() -> None:
         assert "over a whole turn" in said
 
 
+def test_a_position_where_a_spring_has_no_length_is_no_equilibrium() -> None:
+    cord = '[springs.cord]\nfrom = { body = "ground", at = [1, 0, 0] }\nto = { body = "rod", at = [1, 0, 0] }\n'
+    (table,), _ = equilibria(WOUND.split("[springs", maxsplit=1)[0] + cord + "stiffness = 40\nfree = 0.5\n")
+    places = [float(str(row[0].parts[0]).replace("−", "-")) for row in table.rows]
+    assert len(places) == 3  # between the first two the force jumps
+    for q in places:  # 9.81 cos q + k (d - 0.5) dd/dq with d = 2 |sin(q/2)|
+        way = 1 if q > 0 else -1
+        assert abs(9.81 * cos(q) + 40 * (2 * way * sin(q / 2) - 0.5) * way * cos(q / 2)) < 0.03
+
+
 FOLLOWING = WOUND.replace(
     "[springs",
     """[bodies.second]

@@ -109,7 +109,11 @@ def _exact(lesson: Lesson, rest: list[Expr], moving: list[Expr]) -> list[tuple[i
     found = []
     for one in candidates:
         at = {q: graph.pi * Fraction(k, 2) if k else graph.zero for q, k in zip(moving, one, strict=True)}
-        if all(node.is_zero or _zero(lesson, node) for node in substitute(rest, at)):
+        try:
+            left = substitute(rest, at)
+        except ZeroDivisionError:  # a spring of no length pulls nowhere
+            continue
+        if all(node.is_zero or _zero(lesson, node) for node in left):
             found.append(one)
     return found
 
