@@ -404,7 +404,8 @@ def test_textbook_mode_numbers_every_equation() -> None:
 
 def test_equilibria_of_the_double_arm_are_its_four_vertical_positions() -> None:
     section = lesson("two_link").sections[-1]
-    (table,) = next(step for step in section.steps if step.key == "equilibria").blocks
+    table, search = next(step for step in section.steps if step.key == "equilibria").blocks
+    assert "Newton's method looked from 60 starts" in str(search.parts[0])
     stable = [row for row in table.rows if "stable" in row[2].parts]
     assert len(table.rows) == 4
     assert [row[0].parts + row[1].parts for row in stable] == [(ZERO, ZERO)]
@@ -422,6 +423,116 @@ def test_equilibria_with_springs_are_where_no_force_is_left() -> None:
         (left,) = evaluate([force], Floats(), {**values, graph.symbol("phi"): angle})
         assert abs(left) < 0.02  # four digits of the angle
     assert len(table.rows) >= 1
+
+
+def equilibria(text: str) -> tuple[list[Values], str]:
+    """Return the tables of equilibria of a scene, and what is said about them."""
+    found = walkthrough(read_text(text, "scene"))
+    step = next(step for step in found.sections[-1].steps if step.key == "equilibria")
+    said = " ".join(str(part) for block in step.blocks if isinstance(block, Words) for part in block.parts)
+    return [block for block in step.blocks if isinstance(block, Values)], said
+
+
+@pytest.mark.parametrize("acting", ['force = "sin(t)"', 'motion = "0.3*sin(2*t)"', "motion = 0.3"])
+def test_what_is_driven_in_time_has_no_equilibria(acting: str) -> None:
+    tables, said = equilibria(SPRUNG.replace('drive = "M"', acting))
+    assert not tables
+    assert "the mechanism is driven, and no equilibria are listed" in said
+
+
+def test_a_force_that_vanishes_at_rest_at_all_times_leaves_the_equilibria() -> None:
+    tables, _ = equilibria(SPRUNG.replace('drive = "M"', 'force = "-phi_dot*t**2"'))
+    assert tables == equilibria(SPRUNG)[0]
+    assert tables
+
+
+WOUND = """
+name = "wound"
+gravity = [0, "-g", 0]
+[parameters]
+g = 9.81
+[bodies.rod]
+particles = [{ mass = 1, at = [1, 0, 0] }]
+[joints.pivot]
+type = "revolute"
+parent = "ground"
+child = "rod"
+axis = [0, 0, 1]
+coordinate = "phi"
+[springs.coil]
+joint = "pivot"
+stiffness = 0.5
+"""
+
+
+def test_all_equilibria_of_a_wound_spring_are_listed() -> None:
+    (table,), said = equilibria(WOUND)
+    found = [float(str(row[0].parts[0]).replace("−", "-")) for row in table.rows]
+    # by hand: 0.5 phi + 9.81 cos(phi) = 0 has its roots in |phi| <= 19.62, and they are alternately stable
+    fine = [-20 + 40 * (k + 0.5) / 40_001 for k in range(40_001)]
+    signs = [0.5 * x + 9.81 * cos(x) > 0 for x in fine]
+    expected = [a for a, before, after in zip(fine, signs, signs[1:], strict=False) if before != after]
+    assert len(expected) > 10
+    assert found == pytest.approx(expected, abs=6e-3)
+    kinds = [str(row[1].parts[0]) for row in table.rows]
+    assert kinds == ["stable", "unstable"] * (len(kinds) // 2) + ["stable"]
+    assert "outside there may be others" in said
+
+
+def test_a_constant_force_turns_the_stable_position_round() -> None:
+    plain = WOUND.split("[springs", maxsplit=1)[0]
+    up = '[loads.up]\nbody = "rod"\nat = [1, 0, 0]\nforce = [0, 20, 0]\n'
+    for text, kinds in ((plain, {-1: "stable", 1: "unstable"}), (plain + up, {-1: "unstable", 1: "stable"})):
+        (table,), said = equilibria(text)
+        places = [text_of(row[0].parts[0]) for row in table.rows]
+        assert sorted(places) == ["-pi/2", "pi/2"]
+        for place, row in zip(places, table.rows, strict=True):
+            assert row[1].parts == (kinds[-1 if place.startswith("-") else 1],)
+        assert "over a whole turn" in said
+
+
+def test_a_position_where_a_spring_has_no_length_is_no_equilibrium() -> None:
+    cord = '[springs.cord]\nfrom = { body = "ground", at = [1, 0, 0] }\nto = { body = "rod", at = [1, 0, 0] }\n'
+    (table,), _ = equilibria(WOUND.split("[springs", maxsplit=1)[0] + cord + "stiffness = 40\nfree = 0.5\n")
+    places = [float(str(row[0].parts[0]).replace("−", "-")) for row in table.rows]
+    assert len(places) == 3  # between the first two the force jumps
+    for q in places:  # 9.81 cos q + k (d - 0.5) dd/dq with d = 2 |sin(q/2)|
+        way = 1 if q > 0 else -1
+        assert abs(9.81 * cos(q) + 40 * (2 * way * sin(q / 2) - 0.5) * way * cos(q / 2)) < 0.03
+
+
+FOLLOWING = WOUND.replace(
+    "[springs",
+    """[bodies.second]
+mass = 1
+[joints.elbow]
+type = "revolute"
+parent = "rod"
+child = "second"
+axis = [0, 0, 1]
+origin = [2, 0, 0]
+mimic = { joint = "pivot", ratio = -2, offset = 0.5 }
+[springs""",
+)
+
+
+@pytest.mark.parametrize("road", ["lagrange", "dalembert"])
+def test_a_joint_that_follows_another_one_says_so(road: str) -> None:
+    until = "energies" if road == "lagrange" else "count"
+    document = walkthrough(read_text(FOLLOWING, "following"), until=until, road=road)
+    steps = {step.key: step for section in document.sections for step in section.steps}
+    joints = next(block for block in steps["scene"].blocks if isinstance(block, Values))
+    position = "0.5 - 2*phi"
+    assert [text_of(row[4].parts[0]) for row in joints.rows] == ["phi", position]
+    (table,) = steps["acting"].blocks
+    (row,) = [row for row in table.rows if row[0].parts == ("coupling",)]
+    assert row[1].parts[0] == "joint elbow follows joint pivot: its coordinate is "
+    assert text_of(row[1].parts[1]) == position
+    if road == "dalembert":
+        words = [str(block.parts[0]) for block in steps["count"].blocks if isinstance(block, Words)]
+        assert any("A joint that follows another one (elbow)" in text for text in words)
+        meanings = [row[1].parts for row in steps["unknowns"].blocks[0].rows]
+        assert ("what keeps joint elbow coupled to joint pivot",) in meanings
 
 
 def test_a_wrong_moment_of_inertia_stops_the_lesson(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from symdyn.algebra.form import Form
-from symdyn.dynamics.reactions.dalembert import DRIVE
+from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE
 from symdyn.scene import Scene
 from symdyn.teach.balance import Balance
 from symdyn.teach.bodies import body_steps
 from symdyn.teach.document import Block, Document, Section, Step, Values, Words
 from symdyn.teach.motion import choose_motion
-from symdyn.teach.notation import acting_steps, notation_step, scene_step
+from symdyn.teach.notation import acting_steps, leader, notation_step, scene_step
 from symdyn.teach.numbers import scene_picture, state_step
 from symdyn.teach.reactions import numbers_step, roads_step, solved_steps
 
@@ -55,7 +55,11 @@ def _unknown_table(lesson: Balance) -> Step:
         kind = f"unknown.{words.split(' ')[0]}" if words else "unknown.other"
         if one.kind == DRIVE:
             kind = "unknown.drive" if one not in passive else "unknown.idle" if lesson.closed else "unknown.passive"
-        rows.append((Words((symbol,)), lesson.say(kind, joint=one.joint, axis=words[-1:])))
+        places = {"joint": one.joint, "axis": words[-1:]}
+        if one.kind == COUPLING:
+            joint = next(joint for joint in lesson.scene.joints if joint.name == one.joint)
+            kind, places["leader"] = "unknown.coupling", leader(lesson.scene, joint)
+        rows.append((Words((symbol,)), lesson.say(kind, **places)))
     head = (lesson.say("table.symbol"), lesson.say("table.meaning"))
     reason = lesson.say("unknowns.reason")
     return Step("unknowns", lesson.say("unknowns"), (Values(head, tuple(rows)),), reason, "(5.6), (5.7)")
@@ -81,6 +85,9 @@ def _count(lesson: Balance) -> Step:
     }
     correct = system.equations == len(system.unknowns)
     blocks: list[Block] = [Values(head, tuple(rows)), lesson.say("count.sum", **places)]
+    coupled = ", ".join(one.joint for one in system.unknowns if one.kind == COUPLING)
+    if coupled:
+        blocks.append(lesson.say("count.coupled", joints=coupled))
     if system.passive:
         names = ", ".join(dict.fromkeys(one.joint for one in system.passive))
         key = "count.idle" if lesson.closed else "count.passive"

@@ -1,6 +1,9 @@
-"""Step: where the mechanism stays at rest without drives. Quarter turns are decided exactly, others by Newton's method.
+"""Step: where the mechanism stays at rest without drives.
 
-At rest k_G + k_E = Q. A position is stable where P has a minimum there: all eigenvalues of ∂²P/∂q² are positive.
+At rest k_G + k_E = Q. Quarter turns are decided exactly. Where one angle alone matters, the others are the sign changes
+of k_G + k_E - Q in small steps; elsewhere they are what Newton's method finds, and the lesson says so. A position is
+stable where the potential of gravity, springs and constant forces has a minimum: all eigenvalues of
+∂(k_G + k_E - Q)/∂q are positive.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ import numpy as np
 
 from symdyn.algebra.form import Form, Number, Pi, Symbol, power_of, product_of
 from symdyn.dynamics.loads import generalized_forces
+from symdyn.dynamics.prescribed import TIME
 from symdyn.graph import Expr, gradient, reachable, substitute
 from symdyn.scene import JOINTS
 from symdyn.teach.document import Block, Step, Values, Words
@@ -20,36 +24,41 @@ from symdyn.teach.lesson import Lesson, together
 from symdyn.teach.numbers import Chosen, written
 
 STARTS = 60
+STEPS = 720  # of a turn
+MOST_TURNS = 8  # to either side, where a spring counts turns
 MOST_EXACT = 256  # candidates that are decided exactly
 CLOSE = 1e-7
 
 
 def equilibrium_step(lesson: Lesson, chosen: Chosen) -> Step:
-    """Return the table of equilibria, or a sentence where every position is one or none is."""
+    """Return the table of equilibria, or a sentence where every position is one, none is, or time decides."""
     rest = _at_rest(lesson)
     moving = _variables(lesson, rest)
+    driven = any(joint.motion is not None for joint in lesson.scene.joints)
+    if driven or lesson.graph.symbol(TIME) in reachable(rest):
+        return Step("equilibria", lesson.say("equilibria"), (lesson.say("equilibria.driven"),))
     if not moving:
-        free = all(node.is_zero for node in rest)
-        said = lesson.say("equilibria.all" if free else "equilibria.none")
+        free = all(node.is_zero or _zero(lesson, node) for node in rest)
+        said = lesson.say("equilibria.all" if free else "equilibria.never")
         return Step("equilibria", lesson.say("equilibria"), (said,))
     exact = _exact(lesson, rest, moving)
     turns = _whole_turns(lesson, rest, moving, chosen)
-    found = _numeric(rest, moving, turns, chosen)
+    found, search = _searched(lesson, rest, moving, turns, chosen)
     known = [np.array([float(exact_turn) * np.pi / 2 for exact_turn in one]) for one in exact]
     others = [x for x in found if not any(_same(x, y, moving, turns) for y in known)]
     rows = []
     for one, place in zip(exact, known, strict=True):
-        rows.append(_row(lesson, [_quarter(k) for k in one], "exact", _stable(lesson, moving, place, chosen)))
+        rows.append(_row(lesson, [_quarter(k) for k in one], "exact", _stable(lesson, rest, moving, place, chosen)))
     for place in others:
-        rows.append(_row(lesson, [written(x) for x in place], "numeric", _stable(lesson, moving, place, chosen)))
+        rows.append(_row(lesson, [written(x) for x in place], "numeric", _stable(lesson, rest, moving, place, chosen)))
     if not rows:
-        return Step("equilibria", lesson.say("equilibria"), (lesson.say("equilibria.none"),))
+        return Step("equilibria", lesson.say("equilibria"), (lesson.say("equilibria.none"), search))
     head = (
         *(Words((Symbol(str(q.value)),)) for q in moving),
         lesson.say("equilibria.kind"),
         lesson.say("equilibria.how"),
     )
-    blocks: list[Block] = [Values(head, tuple(rows))]
+    blocks: list[Block] = [Values(head, tuple(rows)), search]
     idle = [Symbol(str(q.value)) for q in lesson.state.q if q not in moving]
     if idle:
         blocks.append(lesson.say("equilibria.idle", names=together(list(idle))))
@@ -100,7 +109,11 @@ def _exact(lesson: Lesson, rest: list[Expr], moving: list[Expr]) -> list[tuple[i
     found = []
     for one in candidates:
         at = {q: graph.pi * Fraction(k, 2) if k else graph.zero for q, k in zip(moving, one, strict=True)}
-        if all(node.is_zero or _zero(lesson, node) for node in substitute(rest, at)):
+        try:
+            left = substitute(rest, at)
+        except ZeroDivisionError:  # a spring of no length pulls nowhere
+            continue
+        if all(node.is_zero or _zero(lesson, node) for node in left):
             found.append(one)
     return found
 
@@ -111,7 +124,55 @@ def _zero(lesson: Lesson, node: Expr) -> bool:
     return not any(q in set(reachable([node])) for q in lesson.state.q) and vanishes(node)
 
 
-def _numeric(rest: list[Expr], moving: list[Expr], turns: dict[Expr, bool], chosen: Chosen) -> list[np.ndarray]:
+def _searched(
+    lesson: Lesson, rest: list[Expr], moving: list[Expr], turns: dict[Expr, bool], chosen: Chosen
+) -> tuple[list[np.ndarray], Words]:
+    """Return the roots of the forces at rest that were found, and the sentence that says how they were looked for."""
+    if len(moving) > 1 or not _turns(lesson)[moving[0]]:
+        found = _newton(rest, moving, turns, chosen)
+        return found, lesson.say("equilibria.newton", starts=str(STARTS))
+    (q,) = moving
+    if turns[q]:
+        return _crossings(rest, q, -np.pi, 1, chosen), lesson.say("equilibria.turn")
+    known = [float(x[0]) for x in _newton(rest, moving, turns, chosen)]
+    known = [x for x in known if abs(x) < 2 * np.pi * MOST_TURNS]
+    first, last = (int(np.floor((x + np.pi) / (2 * np.pi))) for x in (min(known, default=0.0), max(known, default=0.0)))
+    found = _crossings(rest, q, (2 * first - 1) * np.pi, last - first + 1, chosen)
+    while first > -MOST_TURNS and (more := _crossings(rest, q, (2 * first - 3) * np.pi, 1, chosen)):
+        first, found = first - 1, more + found
+    while last < MOST_TURNS and (more := _crossings(rest, q, (2 * last + 1) * np.pi, 1, chosen)):
+        last, found = last + 1, found + more
+    ends = {"least": _multiple(2 * first - 1), "most": _multiple(2 * last + 1)}
+    return found, lesson.say("equilibria.turns", q=Symbol(str(q.value)), **ends)
+
+
+def _crossings(rest: list[Expr], q: Expr, start: float, turns: int, chosen: Chosen) -> list[np.ndarray]:
+    """Return where the forces at rest change sign and vanish in start < q <= start + 2π turns, ascending."""
+    g = next(node for node in rest if q in set(reachable([node])))
+
+    def at(x: float) -> float:
+        try:
+            return float(_evaluate(chosen, [q], np.array([x]), [g], [])[0][0])
+        except (ArithmeticError, ValueError):  # a spring of no length, a pole
+            return float("nan")
+
+    grid = start + 2 * np.pi / STEPS * np.arange(STEPS * turns + 1)
+    sizes = [at(x) for x in grid]
+    most, found = max((abs(x) for x in sizes if np.isfinite(x)), default=0.0), []
+    for a, b, at_a, at_b in zip(grid[:-1], grid[1:], sizes[:-1], sizes[1:], strict=True):
+        low, high = float(a), float(b)
+        if at_b != 0 and not at_a * at_b < 0:
+            continue
+        while at_b != 0 and low < (middle := (low + high) / 2) < high:
+            low, high = (middle, high) if at(middle) * at_b < 0 else (low, middle)
+        if not abs(at(high)) <= 1e-9 * (1 + min(most, max(abs(at_a), abs(at_b)))):  # a pole
+            continue
+        if np.abs(_evaluate(chosen, [q], np.array([high]), rest, [])[0]).max() <= 1e-9 * (1 + most):
+            found.append(np.array([high]))
+    return found
+
+
+def _newton(rest: list[Expr], moving: list[Expr], turns: dict[Expr, bool], chosen: Chosen) -> list[np.ndarray]:
     """Return roots of the forces at rest that Newton's method finds from many starts, whole turns within (-π, π]."""
     rng = random.Random(1)
     rows = [gradient(node, moving) for node in rest]
@@ -155,13 +216,15 @@ def _same(x: np.ndarray, y: np.ndarray, moving: list[Expr], turns: dict[Expr, bo
     return max(apart) < 1e-6
 
 
-def _stable(lesson: Lesson, moving: list[Expr], place: np.ndarray, chosen: Chosen) -> str:
-    """Return the key of what P says: a minimum, none, or undecided."""
-    slopes = gradient(lesson.energy.P, moving)
+def _stable(lesson: Lesson, rest: list[Expr], moving: list[Expr], place: np.ndarray, chosen: Chosen) -> str:
+    """Return the key of what the potential says: a minimum, none, or undecided, as where forces have no potential."""
+    slopes = [node for q, node in zip(lesson.state.q, rest, strict=True) if q in moving]
     rows = [gradient(node, moving) for node in slopes]
     _, curvature = _evaluate(chosen, moving, place, slopes, rows)
+    size = np.abs(curvature).max() or 1.0
+    if np.abs(curvature - curvature.T).max() > 1e-9 * size:
+        return "undecided"
     eigenvalues = np.linalg.eigvalsh(curvature)
-    size = np.abs(eigenvalues).max() or 1.0
     if eigenvalues.min() > 1e-9 * size:
         return "stable"
     return "unstable" if eigenvalues.min() < -1e-9 * size else "undecided"
@@ -170,6 +233,11 @@ def _stable(lesson: Lesson, moving: list[Expr], place: np.ndarray, chosen: Chose
 def _row(lesson: Lesson, place: list[str | Form], how: str, kind: str) -> tuple[Words, ...]:
     cells = [Words((x,)) for x in place]
     return (*cells, lesson.say(f"equilibria.{kind}"), lesson.say(f"equilibria.{how}"))
+
+
+def _multiple(k: int) -> Form:
+    """Return k π as a form."""
+    return _quarter(2 * k)
 
 
 def _quarter(k: int) -> Form:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from symdyn.algebra.form import Form, Symbol, form_of
+from symdyn.dynamics.state import joint_position
 from symdyn.graph import Graph
-from symdyn.scene import GROUND, JOINTS, express
+from symdyn.scene import GROUND, JOINTS, Joint, Scene, express
 from symdyn.scene.quantity import ZERO
 from symdyn.scene.spelling import spell
 from symdyn.teach.document import Picture, Step, Values, Words
-from symdyn.teach.lesson import Prose
+from symdyn.teach.lesson import Prose, together
 
 
 def scene_step(lesson: Prose, shown: Picture) -> Step:
@@ -16,13 +17,12 @@ def scene_step(lesson: Prose, shown: Picture) -> Step:
     scene = lesson.scene
     rows = []
     for joint in (*scene.joints, *scene.loops):
-        names = joint.coordinates or ((joint.coupling.coordinate,) if joint.coupling else ())
         parent = lesson.text("ground") if joint.parent == "ground" else joint.parent
-        cells: list[str | Symbol] = []
-        for name in names:
-            cells += [", ", Symbol(name)] if cells else [Symbol(name)]
+        places: list[Form] = [Symbol(q) for q in joint.coordinates]
+        if joint.coupling:
+            places = [form_of(joint_position(joint, Graph()))]
         kind = lesson.say(f"joint.{joint.type}")
-        rows.append((Words((joint.name,)), kind, Words((parent,)), Words((joint.child,)), Words(tuple(cells))))
+        rows.append((Words((joint.name,)), kind, Words((parent,)), Words((joint.child,)), together(places)))
     keys = ("joint", "kind", "parent", "child", "coordinate")
     head = tuple(lesson.say(f"table.{key}") for key in keys)
     closed = "scene.closed" if scene.loops or scene.rows else "scene"
@@ -44,6 +44,10 @@ def acting_steps(lesson: Prose) -> list[Step]:
             motion = form_of(express(joint.motion, Graph()))
             formula: tuple[str | Form, ...] = (f"{where}: ", Symbol(joint.coordinates[0]), " = ", motion)
             rows.append((lesson.say("acting.motion"), Words(formula)))
+        if joint.coupling is not None:
+            position = form_of(joint_position(joint, Graph()))
+            said = lesson.say("acting.follows", joint=joint.name, leader=leader(scene, joint), position=position)
+            rows.append((lesson.say("acting.coupling"), said))
         present = {
             "damping": joint.damping != ZERO,
             "dry": joint.dry is not None,
@@ -61,6 +65,12 @@ def acting_steps(lesson: Prose) -> list[Step]:
     head = (lesson.say("table.kind"), lesson.say("table.where"))
     reason = lesson.say("acting.reason") if any(joint.motion is not None for joint in scene.joints) else Words(())
     return [Step("acting", lesson.say("acting"), (Values(head, tuple(rows)),), reason)]
+
+
+def leader(scene: Scene, joint: Joint) -> str:
+    """Return the name of the joint whose coordinate a joint follows at the end of its chain; "" for none."""
+    followed = joint.coupling.coordinate if joint.coupling else None
+    return next((one.name for one in scene.joints if followed in one.coordinates), "")
 
 
 def notation_step(lesson: Prose) -> Step:

@@ -48,6 +48,8 @@ TEXTS = {
     "acting.dry": "dry friction, smoothed",
     "acting.damping": "viscous damping",
     "acting.motion": "prescribed motion",
+    "acting.coupling": "coupling",
+    "acting.follows": "joint {joint} follows joint {leader}: its coordinate is {position}",
     "acting.joint": "joint {joint}",
     "acting.reason": "A coordinate whose motion is prescribed follows its formula; its drive is whatever that takes. "
     "The equations hold for any motion; the numbers below are for the state that is listed there.",
@@ -183,11 +185,19 @@ TEXTS = {
     "the chosen motion would need there, and zero for the motion that the mechanism makes by itself.",
     "shares": "What adds up to {total}: each bar is one product, its length the share in the sum of the amounts.",
     "equilibria": "Where the mechanism rests without drives.",
-    "equilibria.reason": "At rest only gravity, springs and constant forces act; they vanish where the potential "
-    "energy is level. It is stable where the potential energy is least. What is exact holds for all values of the "
-    "parameters; the rest was found by Newton's method for the values above.",
+    "equilibria.reason": "At rest only gravity, springs and constant forces act; they cancel where their potential "
+    "energy is level. It is stable where that energy is least. What is exact holds for all values of the parameters.",
+    "equilibria.newton": "Beyond what is exact, Newton's method looked from {starts} starts, for the values above; it "
+    "may have missed some.",
+    "equilibria.turn": "Beyond what is exact, sign changes of the forces were looked for over a whole turn, in steps "
+    "of half a degree, for the values above.",
+    "equilibria.turns": "Beyond what is exact, sign changes of the forces were looked for from {q} = {least} to "
+    "{most}, in steps of half a degree, for the values above; outside there may be others.",
+    "equilibria.driven": "A motion is prescribed here, or a force depends on time: the mechanism is driven, and no "
+    "equilibria are listed.",
     "equilibria.all": "Every position is an equilibrium: no force depends on the position.",
-    "equilibria.none": "There is none, or none that Newton's method finds.",
+    "equilibria.never": "There is none: what acts at rest depends on no position and is not zero.",
+    "equilibria.none": "None was found.",
     "equilibria.idle": "These coordinates do not matter: {names}.",
     "equilibria.kind": "kind",
     "equilibria.how": "found",
@@ -245,11 +255,14 @@ TEXTS = {
     "unknown.passive": "what the motion of joint {joint} would need: nothing drives it",
     "unknown.force": "force in joint {joint} along its {axis} axis",
     "unknown.moment": "moment in joint {joint} about its {axis} axis",
+    "unknown.coupling": "what keeps joint {joint} coupled to joint {leader}",
     "unknown.other": "component of what joint {joint} transmits",
     "count": "There are {equations} equations.",
     "count.sum": "(5.18): {each} · {bodies} = {equations} equations for {bodies} moving bodies. (5.19), class times "
     "number of joints, added up: the joints have {m} = {sum} = {reactions} unknown reactions. Unknown drives: n = "
     "{drives}.",
+    "count.coupled": "A joint that follows another one ({joints}) transmits one component more, that of its coupling; "
+    "its class counts it.",
     "count.idle": "Freedoms that nothing drives: {number} (written in joint {joints}), such as the idle spin of a rod "
     "between two balls. n counts them, since it is the mobility; their drives come out as zero for the motion that "
     "the mechanism makes there by itself.",

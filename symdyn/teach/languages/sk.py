@@ -48,6 +48,8 @@ TEXTS = {
     "acting.dry": "suché trenie, vyhladené",
     "acting.damping": "viskózne tlmenie",
     "acting.motion": "predpísaný pohyb",
+    "acting.coupling": "spriahnutie",
+    "acting.follows": "spojenie {joint} nasleduje spojenie {leader}: jeho súradnica je {position}",
     "acting.joint": "spojenie {joint}",
     "acting.reason": "Súradnica s predpísaným pohybom sleduje svoj vzorec; jej pohon je to, čo to vyžaduje. Rovnice "
     "platia pre každý pohyb; čísla nižšie sú pre stav, ktorý je tam uvedený.",
@@ -180,11 +182,19 @@ TEXTS = {
     "by tam zvolený pohyb potreboval; pre pohyb, ktorý mechanizmus koná sám, je to nula.",
     "shares": "Z čoho sa skladá {total}: každý stĺpec je jeden súčin, jeho dĺžka je podiel na súčte veľkostí.",
     "equilibria": "Kde mechanizmus zotrvá v pokoji bez pohonov.",
-    "equilibria.reason": "V pokoji pôsobí len tiaž, pružiny a stále sily; zaniknú tam, kde je potenciálna energia "
-    "stacionárna. Rovnováha je stabilná v jej minime. Čo je presné, platí pre všetky hodnoty parametrov; ostatné našla "
-    "Newtonova metóda pre hodnoty uvedené vyššie.",
+    "equilibria.reason": "V pokoji pôsobí len tiaž, pružiny a stále sily; rušia sa tam, kde je ich potenciálna energia "
+    "stacionárna. Rovnováha je stabilná v jej minime. Čo je presné, platí pre všetky hodnoty parametrov.",
+    "equilibria.newton": "Okrem presných polôh hľadala ďalšie Newtonova metóda pre hodnoty uvedené vyššie (počet "
+    "začiatočných odhadov: {starts}); niektoré mohla vynechať.",
+    "equilibria.turn": "Okrem presných polôh sa hľadali zmeny znamienka síl v celej otáčke, s krokom pol stupňa, pre "
+    "hodnoty uvedené vyššie.",
+    "equilibria.turns": "Okrem presných polôh sa hľadali zmeny znamienka síl od {q} = {least} po {most}, s krokom pol "
+    "stupňa, pre hodnoty uvedené vyššie; mimo týchto hraníc môžu existovať ďalšie.",
+    "equilibria.driven": "Niektorý pohyb je tu predpísaný alebo niektorá sila závisí od času: mechanizmus je budený, a "
+    "rovnovážne polohy sa preto neuvádzajú.",
     "equilibria.all": "Každá poloha je rovnovážna: žiadna sila nezávisí od polohy.",
-    "equilibria.none": "Rovnovážna poloha nie je, alebo ju Newtonova metóda nenašla.",
+    "equilibria.never": "Rovnovážna poloha nie je: čo pôsobí v pokoji, nezávisí od polohy a nie je nulové.",
+    "equilibria.none": "Žiadna sa nenašla.",
     "equilibria.idle": "Na týchto súradniciach nezáleží: {names}.",
     "equilibria.kind": "druh",
     "equilibria.how": "nájdená",
@@ -240,11 +250,14 @@ TEXTS = {
     "unknown.passive": "čo by potreboval pohyb v spojení {joint}: nič ho nepoháňa",
     "unknown.force": "sila v spojení {joint} v smere jeho osi {axis}",
     "unknown.moment": "moment v spojení {joint} okolo jeho osi {axis}",
+    "unknown.coupling": "čo drží spojenie {joint} spriahnuté so spojením {leader}",
     "unknown.other": "zložka toho, čo prenáša spojenie {joint}",
     "count": "Počet rovníc je {equations}.",
     "count.sum": "(5.18): {each} · {bodies} = {equations} rovníc, počet pohyblivých členov je {bodies}. (5.19), "
     "trieda krát počet spojení v súčte: v spojeniach je {m} = {sum} = {reactions} neznámych reakcií. Neznáme hnacie "
     "účinky: n = {drives}.",
+    "count.coupled": "Spojenie, ktoré nasleduje iné ({joints}), prenáša o jednu zložku viac, a to zo spriahnutia; jeho "
+    "trieda ju počíta.",
     "count.idle": "Voľnosti, ktoré nič nepoháňa: {number} (zapísané v spojení {joints}), napríklad voľné otáčanie "
     "tyče medzi dvoma guľami. n ich zahŕňa, lebo je to pohyblivosť; pre pohyb, ktorý tam mechanizmus koná sám, vyjdú "
     "ich hnacie účinky nulové.",
