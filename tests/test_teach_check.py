@@ -19,7 +19,7 @@ from symdyn.emit.formula_text import Latex, text_of
 from symdyn.emit.symbols import latex_symbols
 from symdyn.errors import TeachError
 from symdyn.graph import Graph, Op
-from symdyn.scene import Scene, number, read
+from symdyn.scene import Scene, number, read, read_text
 from symdyn.teach.answers import SENTENCES, in_words
 from symdyn.teach.check import check_derivation
 from symdyn.teach.differences import KINDS
@@ -77,6 +77,45 @@ def test_decimals_that_are_rounded_are_right_to_their_digits() -> None:
 
     assert all(answer.right for answer in answers)
     assert "k_z11: right to the digits written" in [line for answer in answers for line in in_words(answer)]
+
+
+@pytest.mark.parametrize(
+    ("written", "right"),
+    [
+        ("1.33", True),
+        ("1.3333", True),
+        ("1.3332", False),
+        ("1.34", False),
+        ("1.3", True),
+        ("1", False),
+        ("1.0001", False),
+    ],
+)
+def test_the_digits_decide_whether_a_decimal_is_right(written: str, right: bool) -> None:
+    scene = read_text(ROD, "rod.toml")
+
+    (answer,) = check_derivation(f"k_z11 = {written}*m*a^2", scene)
+
+    assert answer.right is right
+
+
+ROD = """
+[parameters]
+m = { positive = true }
+a = { positive = true }
+
+[bodies.rod]
+mass = "m"
+com = ["a", 0, 0]
+inertia = [0, "m*a**2/3", "m*a**2/3"]
+inertia_about = "com"
+
+[joints.hinge]
+type = "revolute"
+parent = "ground"
+child = "rod"
+axis = [0, 0, 1]
+"""
 
 
 def test_the_textbooks_own_notation_is_read(two_link: Scene) -> None:

@@ -8,7 +8,7 @@ The ring decides exactly which polynomials are equal. What is left is told in th
 
     moved     b's polynomial stands with a monomial that is off by one symbol:  m1 h2 g sin q1 for m2 h2 g sin q1
     sign      a = -b          factor    a = r b, r a number
-              "rounded" where r is 1 within 3 digits
+    rounded   every number of a is b's, rounded to the decimals of a: 1.33 for 4/3, two digits or more
     other     both are there, with other sines and cosines
     missing   only b          extra     only a
 """
@@ -33,7 +33,8 @@ from symdyn.teach.student.bounds import is_small
 
 KINDS = ("moved", "power", "sign", "factor", "rounded", "function", "angle", "other", "missing", "extra")
 
-ROUND = Fraction(1, 2000)
+PLACES = 20
+"""Decimals that a student may write."""
 
 Monomial = tuple[tuple[int, int], ...]  # ((generator, power), …) without sines and cosines
 Buckets = dict[Monomial, Polynomial]
@@ -87,6 +88,8 @@ class _Comparison:
         result = self._moved()
         signs: list[tuple[Monomial, Polynomial]] = []
         factors: dict[Fraction, list[tuple[Monomial, Polynomial]]] = {}
+        rounded: list[tuple[Monomial, Polynomial]] = []
+        exact: list[tuple[Monomial, Polynomial]] = []
         others: list[Difference] = []
         missing: list[tuple[Monomial, Polynomial]] = []
         extra: list[tuple[Monomial, Polynomial]] = []
@@ -98,7 +101,10 @@ class _Comparison:
                 extra.append((monomial, a))
             elif a is not None and b is not None:
                 ratio = _ratio(a, b)
-                if ratio == -1:
+                if ratio != 1 and self._is_rounded(a, b):
+                    rounded.append((monomial, a))
+                    exact.append((monomial, b))
+                elif ratio == -1:
                     signs.append((monomial, b))
                 elif ratio is not None:
                     factors.setdefault(ratio, []).append((monomial, b))
@@ -106,13 +112,20 @@ class _Comparison:
                     others += self._other(monomial, a, b)
         if signs:
             result.append(Difference("sign", self._form(signs, -1), self._form(signs)))
+        if rounded:
+            result.append(Difference("rounded", self._form(rounded), self._form(exact)))
         for ratio, terms in factors.items():
-            kind = "rounded" if abs(ratio - 1) < ROUND else "factor"
-            result.append(Difference(kind, self._form(terms, ratio), self._form(terms), factor=ratio))
+            result.append(Difference("factor", self._form(terms, ratio), self._form(terms), factor=ratio))
         result += others
         result += [Difference("missing", right=term) for term in self._terms(missing)]
         result += [Difference("extra", term) for term in self._terms(extra)]
         return result
+
+    def _is_rounded(self, a: Polynomial, b: Polynomial) -> bool:
+        found, right = self.ring.terms(a), self.ring.terms(b)
+        if [powers for powers, _ in found] != [powers for powers, _ in right]:
+            return False
+        return all(x == y or _rounds(x, y) for (_, x), (_, y) in zip(found, right, strict=True))
 
     # Monomials
 
@@ -204,6 +217,20 @@ def _ratio(a: Polynomial, b: Polynomial) -> Fraction | None:
     x, y = a.leading_coefficient(), b.leading_coefficient()
     r = x / y
     return Fraction(int(r.p), int(r.q)) if a == b * r else None
+
+
+def _rounds(found: Fraction, right: Fraction) -> bool:
+    """Whether `right` lies within half a unit of the last digit of `found`, a decimal of two digits or more.
+
+    The zeros at the end of a large number, three digits or more before them, are places that were not written.
+    """
+    places = next((k for k in range(PLACES) if (found * 10**k).denominator == 1), PLACES)
+    if places == PLACES or not found:
+        return False
+    while places <= 0 and (found * Fraction(10) ** (places - 1)).denominator == 1:
+        places -= 1
+    unit = Fraction(1, 10) ** places
+    return places != 0 and abs(found) >= (10 if places > 0 else 100) * unit and 2 * abs(found - right) <= unit
 
 
 def _functions(form: Form) -> list[Function]:
