@@ -6,6 +6,7 @@ of the ratios inside a round. The order turns by one place each round, so that n
 
 from __future__ import annotations
 
+import random
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -15,6 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
+
+PAGE, LINE = 4096, 64
+"""Bytes of a page of memory and of a line of the cache."""
 
 CLOSE = 1e-10
 """Largest relative difference between implementations of one function that are timed together."""
@@ -63,6 +67,19 @@ class Measured:
             return self.samples[0], self.samples[0]
         low, _, high = quantiles(self.samples, n=4, method="inclusive")
         return low, high
+
+
+def moved(array: Array, to: random.Random) -> Array:
+    """Return a copy at another place in memory, at any cache line of a page.
+
+    Columns at power-of-two strides fall on the same lines of the first cache, and how many of them do depends on where
+    each array begins: a place that is left to the allocator is luck for a whole run. Every sample draws new ones.
+    """
+    room = np.empty(array.nbytes + 2 * PAGE, dtype=np.uint8)
+    start = -room.ctypes.data % PAGE + LINE * to.randrange(PAGE // LINE)
+    found = room[start : start + array.nbytes].view(np.float64).reshape(array.shape)
+    found[...] = array
+    return found
 
 
 def python_sweep(call: Callable[[], object]) -> Callable[[int], float]:

@@ -6,13 +6,14 @@ operations run. A batch is one call on arrays of shape (arguments, states), its 
 
 from __future__ import annotations
 
+import random
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 from cases import Case
-from harness import Timed, python_sweep
+from harness import Timed, moved, python_sweep
 from native import MissingError
 
 from peers.ours_c import BATCH
@@ -73,9 +74,14 @@ def timed(case: Case, output: str) -> list[Timed]:
     inputs = np.ascontiguousarray(np.vstack(stacked))
     out = np.zeros((len(entries), BATCH))
 
+    to = random.Random(0)
+
     def result() -> np.ndarray:
         function(inputs=inputs, outputs=out)
         return out.T[:states]
 
-    call = python_sweep(lambda: function(inputs=inputs, outputs=out))
+    def call(sweeps: int) -> float:
+        here, there = moved(inputs, to), moved(out, to)
+        return python_sweep(lambda: function(inputs=here, outputs=there))(sweeps)
+
     return [Timed(case.name, output, NAME, "batch", BATCH, call, result)]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import random
 
 import numpy as np
 from cases import Case
-from harness import Timed
+from harness import Timed, moved
 from native import address, compiled, loops
 
 from symdyn.build.compiler import FLAGS, find_compiler
@@ -70,17 +71,24 @@ def timed(case: Case, output: str) -> list[Timed]:
     columns = padded([np.ascontiguousarray(many[a].T) for a in case.arguments(output)])
     wide, tall = np.zeros((BATCH, size)), np.zeros((size, BATCH))
     batch, row = getattr(code, f"{name}_batch"), getattr(code, f"{name}_rows")
+    to = random.Random(0)
 
     def in_columns(sweeps: int) -> float:
-        where = [address(a) for a in columns]
+        nonlocal tall
+        here, tall = [moved(a, to) for a in columns], moved(tall, to)
+        where = [address(a) for a in here]
         return clock.time_batch(batch, len(arguments), *longs(BATCH, sweeps), *where, address(tall))
 
     def in_rows(sweeps: int) -> float:
-        where = [address(a) for a in rows]
+        nonlocal wide
+        here, wide = [moved(a, to) for a in rows], moved(wide, to)
+        where = [address(a) for a in here]
         return clock.time_batch(row, len(arguments), *longs(BATCH, sweeps), *where, address(wide))
 
     def on_two(sweeps: int) -> float:
-        where = [address(a) for a in rows]
+        nonlocal wide
+        here, wide = [moved(a, to) for a in rows], moved(wide, to)
+        where = [address(a) for a in here]
         return clock.time_threads(row, len(arguments), *longs(BATCH, sweeps, n, size), *where, address(wide))
 
     def columns_result() -> np.ndarray:
