@@ -66,3 +66,27 @@ def free_top() -> Scene:
         start_rates = [0.1, -0.2, 0.3, 1e-3, 10, 1e-3]
         """
     )
+
+
+def block(friction: str = "", start: float = 0.5) -> Scene:
+    return read_text(
+        f"""
+        name = "block"
+        gravity = "none"
+        [bodies.block]
+        mass = 2
+        [joints.slide]
+        type = "prismatic"
+        parent = "ground"
+        child = "block"
+        axis = [1, 0, 0]
+        coordinate = "x"
+        drive = "F"
+        start = {start}
+        {friction}
+        [springs.coil]
+        joint = "slide"
+        stiffness = 50
+        free = 0
+        """
+    )

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scenes_in_time import block
 
 from symdyn.bench.states import positions_of
 from symdyn.bench.stress import FAMILIES, stress
@@ -22,7 +23,7 @@ from symdyn.bench.stress.solving import BESIDE, FORWARD, states
 from symdyn.bench.stress.traps import _in_numpy
 from symdyn.cli import main
 from symdyn.errors import SimulateError
-from symdyn.scene import read, read_text
+from symdyn.scene import read
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -193,28 +194,6 @@ def test_families_are_listed_and_misspelt_ones_told(capsys):
 
 
 def test_the_motion_of_a_scene_with_dry_friction_is_judged_by_its_equations():
-    found = read_text(DRY, "block.toml")
+    found = block("friction = { coulomb = 1.0, smoothing = 0.001 }")
 
     assert [case for case in of_scene(found) if not case.passed] == []
-
-
-DRY = """
-gravity = "none"
-
-[bodies.block]
-mass = 2
-
-[joints.slide]
-type = "prismatic"
-parent = "ground"
-child = "block"
-axis = [1, 0, 0]
-coordinate = "x"
-start = 0.5
-friction = { coulomb = 1.0, smoothing = 0.001 }
-
-[springs.coil]
-joint = "slide"
-stiffness = 50
-free = 0
-"""

@@ -6,38 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from scenes_in_time import pendulum
+from scenes_in_time import block, pendulum
 
-from symdyn.scene import Scene, read_text
+from symdyn.scene import Scene
 from symdyn.simulate import Trajectory, read_forces, simulate
 from symdyn.simulate.integrate.taylor import SAMPLES, STRETCH, Guard
 from symdyn.simulate.record import csv_text
 
 pytest.importorskip("heyoka", reason="needs heyoka, the extra taylor")
-
-
-def block(friction: str = "", start: float = 0.5) -> Scene:
-    return read_text(
-        f"""
-        name = "block"
-        gravity = "none"
-        [bodies.block]
-        mass = 2
-        [joints.slide]
-        type = "prismatic"
-        parent = "ground"
-        child = "block"
-        axis = [1, 0, 0]
-        coordinate = "x"
-        drive = "F"
-        start = {start}
-        {friction}
-        [springs.coil]
-        joint = "slide"
-        stiffness = 50
-        free = 0
-        """
-    )
 
 
 RUBBING = block("friction = { coulomb = 1.0, smoothing = 0.001 }")

@@ -6,7 +6,7 @@ The graph shares and orders for machines; a form keeps the brackets, the order o
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Union
@@ -199,3 +199,16 @@ def express_form(form: Form, graph: Graph) -> Expr:
     for factor in form.factors:
         result = graph.mul(result, express_form(factor, graph))
     return result
+
+
+def in_place(form: Form, known: Mapping[str, Form]) -> Form:
+    """Return a form with other forms in place of symbols."""
+    if isinstance(form, Symbol):
+        return known.get(form.name, form)
+    if isinstance(form, Sum):
+        return sum_of(in_place(term, known) for term in form.terms)
+    if isinstance(form, Product):
+        return product_of(in_place(factor, known) for factor in form.factors)
+    if isinstance(form, Power):
+        return power_of(in_place(form.base, known), form.exponent)
+    return Function(form.op, tuple(in_place(x, known) for x in form.args)) if isinstance(form, Function) else form

@@ -6,21 +6,17 @@ Equality is decided by value over finite fields (`symdyn.verify.equality`); the 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.algebra.form import (
     MINUS_ONE,
     ZERO,
     Form,
-    Function,
-    Power,
-    Product,
-    Sum,
     Symbol,
     express_form,
     form_of,
-    power_of,
+    in_place,
     product_of,
     sum_of,
     symbols_of,
@@ -124,19 +120,6 @@ def _loads(page: Printable, i: int) -> Form:
     """Return the right-hand side of an equation without its drive."""
     drive = page.scene.drives[i]
     return sum_of(term for term in terms_of(page.driving(i)) if not (drive and term == Symbol(drive)))
-
-
-def in_place(form: Form, known: Mapping[str, Form]) -> Form:
-    """Return a form with other forms in place of symbols."""
-    if isinstance(form, Symbol):
-        return known.get(form.name, form)
-    if isinstance(form, Sum):
-        return sum_of(in_place(term, known) for term in form.terms)
-    if isinstance(form, Product):
-        return product_of(in_place(factor, known) for factor in form.factors)
-    if isinstance(form, Power):
-        return power_of(in_place(form.base, known), form.exponent)
-    return Function(form.op, tuple(in_place(x, known) for x in form.args)) if isinstance(form, Function) else form
 
 
 def _negative(form: Form) -> tuple[Form, ...]:

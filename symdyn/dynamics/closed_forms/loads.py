@@ -17,9 +17,9 @@ from symdyn.algebra.form import (
     Function,
     Power,
     Product,
-    Sum,
     Symbol,
     form_of,
+    in_place,
     power_of,
     product_of,
     sum_of,
@@ -130,7 +130,7 @@ class ClosedLoads:
 
     def _law(self, law: Callable[[Expr], Expr], way: Form) -> Form:
         """Return a law of force or energy at a way."""
-        return _replaced(form_of(law(_ordered(self.scene).symbol(WAY))), way)
+        return in_place(form_of(law(_ordered(self.scene).symbol(WAY))), {WAY: way})
 
     def _way(self, element: Spring | Damper, compact: Compactor) -> Form:
         """Return the position of a joint or the distance of two points."""
@@ -211,16 +211,3 @@ def _product(*parts: Form) -> Form:
         else:
             factors.append(power_of(base, exponent))
     return product_of(factors)
-
-
-def _replaced(form: Form, way: Form) -> Form:
-    """Return a form with `way` in place of the symbol `WAY`."""
-    if isinstance(form, Symbol):
-        return way if form.name == WAY else form
-    if isinstance(form, Sum):
-        return sum_of(_replaced(term, way) for term in form.terms)
-    if isinstance(form, Product):
-        return product_of(_replaced(factor, way) for factor in form.factors)
-    if isinstance(form, Power):
-        return power_of(_replaced(form.base, way), form.exponent)
-    return Function(form.op, tuple(_replaced(arg, way) for arg in form.args)) if isinstance(form, Function) else form
