@@ -19,7 +19,7 @@ from symdyn.errors import SimulateError
 from symdyn.scene import JOINTS, Scene
 from symdyn.simulate.constraints import Projection
 from symdyn.simulate.initial import read_start
-from symdyn.simulate.integrate import METHODS, IntegrationError, Piece, Problem, importable
+from symdyn.simulate.integrate import METHODS, IntegrationError, Piece, Problem, importable, integrate
 from symdyn.simulate.monitors import observe
 from symdyn.simulate.system import System, build_system
 
@@ -135,7 +135,7 @@ class Runs:
         problem = Problem(self.system, self.x, times, tolerance, tolerance, (), project)
         pieces: list[Piece] = []
         begin = 0.0
-        for piece in METHODS[name].run(problem):
+        for piece in integrate(METHODS[name], problem):
             begin = begin if pieces else time.thread_time()
             pieces.append(piece)
         seconds = time.thread_time() - begin

@@ -16,6 +16,7 @@ from symdyn.errors import SimulateError
 from symdyn.scene.names import suggestion
 from symdyn.simulate.integrate import METHODS, Method, importable
 from symdyn.simulate.integrate.taylor import overlooks, refuses, size
+from symdyn.simulate.slopes import differences
 from symdyn.simulate.system import System
 
 Array = npt.NDArray[np.float64]
@@ -82,22 +83,10 @@ def is_stiff(system: System, x: Array, until: float) -> bool:
     """Tell whether a system is stiff at the start; a jump there, which looks infinitely steep, is no stiffness."""
     decays = []
     for step in (1e-5, 1e-6):
-        eigenvalues = np.linalg.eigvals(jacobian(system, x, step))
+        eigenvalues = np.linalg.eigvals(differences(system, 0.0, x, step))
         decay = float(np.max(-eigenvalues.real, initial=0.0))
         lively = float(np.max(np.maximum(np.abs(eigenvalues.imag), eigenvalues.real), initial=0.0))
         if not (decay * until > STIFF_STEPS and decay > STIFF_RATIO * lively):
             return False
         decays.append(decay)
     return decays[1] < 2 * decays[0]
-
-
-def jacobian(system: System, x: Array, relative: float) -> Array:
-    """Return ∂f/∂x at t = 0 by central differences of that relative size, (nx, nx); zeros where it is not finite."""
-    J = np.empty((len(x), len(x)))
-    for k in range(len(x)):
-        step = relative * max(1.0, abs(float(x[k])))
-        ahead, behind = x.copy(), x.copy()
-        ahead[k] += step
-        behind[k] -= step
-        J[:, k] = (system.rates(0.0, ahead) - system.rates(0.0, behind)) / (2 * step)
-    return np.where(np.isfinite(J), J, 0.0)

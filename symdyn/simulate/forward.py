@@ -17,7 +17,7 @@ from symdyn.simulate.choose import Choice, choose
 from symdyn.simulate.constraints import Projection
 from symdyn.simulate.forces import Forces, held, read_forces
 from symdyn.simulate.initial import Start, read_start, singular
-from symdyn.simulate.integrate import METHODS, Hit, IntegrationError, Piece, Problem
+from symdyn.simulate.integrate import METHODS, Hit, IntegrationError, Piece, Problem, integrate
 from symdyn.simulate.model import END, INTERRUPTED, Event, Trajectory
 from symdyn.simulate.monitors import observe
 from symdyn.simulate.reactions import reaction_columns
@@ -131,13 +131,12 @@ def _integrated(problem: Problem, choice: Choice, progress: Callable[[float], No
     stopped = END
     begin = ready = time.perf_counter()
     try:
-        with np.errstate(all="ignore"):  # what tells that a motion ends there is said in words
-            for piece in choice.method.run(problem):
-                if not pieces:
-                    ready = time.perf_counter()
-                pieces.append(piece)
-                if progress is not None:
-                    progress(piece.now[0] / problem.until)
+        for piece in integrate(choice.method, problem):
+            if not pieces:
+                ready = time.perf_counter()
+            pieces.append(piece)
+            if progress is not None:
+                progress(piece.now[0] / problem.until)
     except KeyboardInterrupt:
         stopped = INTERRUPTED
     except IntegrationError as fault:

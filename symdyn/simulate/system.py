@@ -128,7 +128,7 @@ class System:
         """Return ẋ of one state, shape (nx,)."""
         q, u = x[: self.nq], x[self.nq : self.nq + self.nv]
         if self.closed and not self.linear:
-            if self._ill_chosen(q):
+            if self.ill_chosen(q):
                 return self._together(q, u, t)
             q, u = self.on_manifold(q, u)
         found: Array = self._rates(q, u, self.tables(t), t)
@@ -146,8 +146,8 @@ class System:
         off = np.abs(fitted - u).max(initial=0.0)
         return q, fitted if off <= FARTHEST * max(1.0, np.abs(u).max(initial=0.0)) else u
 
-    def _ill_chosen(self, q: Array) -> bool:
-        """Tell whether G_d is nearly singular at q, and G is not."""
+    def ill_chosen(self, q: Array) -> bool:
+        """Tell whether G_d is nearly singular at a position of a closed mechanism, and G is not."""
         if not self.dependent or not np.abs(self.calls["reach"](q)).max(initial=0.0) > LARGEST:
             return False
         G = self.jacobian(0.0, q)
@@ -165,9 +165,19 @@ class System:
         saddle = np.zeros((n + len(G), n + len(G)))
         saddle[:n, :n] = self.calls["mass"](q, u, tau, t).reshape(n, n)
         saddle[:n, n:], saddle[n:, :n] = -G.T, G
-        solved = np.linalg.solve(saddle, self.calls["rest"](q, u, tau, t))[:n]
+        try:
+            solved = np.linalg.solve(saddle, self.calls["rest"](q, u, tau, t))[:n]
+        except np.linalg.LinAlgError:  # masses and rows say nothing about some acceleration here
+            solved = np.full(n, np.nan)
         power = [self.calls["power"](q, u, tau, t).sum()] if self.works else []
         return np.concatenate([self.calls["movement"](q, u), solved, power])
+
+    @cached_property
+    def slope(self) -> Callable[[float, Array], Array]:
+        """∂f/∂x of one state as a function of t and x, shape (nx, nx); compiled when it is first asked for."""
+        from symdyn.simulate.slopes import slopes
+
+        return slopes(self)
 
     @cached_property
     def _rates(self) -> Callable[..., Array]:

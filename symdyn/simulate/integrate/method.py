@@ -127,6 +127,26 @@ class Step:
     evaluations: int
 
 
+LIBRARIES_RAISE = (ArithmeticError, ValueError, RuntimeError, MemoryError)
+"""What integrators and linear algebra of others end with, where a state is not finite or a matrix is singular."""
+
+
+def integrate(method: Method, problem: Problem) -> Iterator[Piece]:
+    """Yield the pieces of a motion; whatever a library ends with is told in words, and what came before it stands.
+
+    Raises:
+        IntegrationError: the integrator cannot go on.
+    """
+    t = 0.0
+    try:
+        with np.errstate(all="ignore"):  # what tells that a motion ends there is said in words
+            for piece in method.run(problem):
+                t = piece.now[0]
+                yield piece
+    except LIBRARIES_RAISE as fault:
+        raise IntegrationError(f"{method.library} cannot go on after t = {t:g} s: {fault}") from fault
+
+
 Resume = Callable[[float, Array], None]
 
 
@@ -169,10 +189,16 @@ def follow(problem: Problem, steps: Iterator[Step], resume: Resume, slack: float
 
 
 class Pace:
-    """Notices an integrator that gets nowhere: a force that jumps at rest, as dry friction does, holds it there."""
+    """Notices an integrator that gets nowhere, by how far the last steps have come."""
 
-    STEPS, MOST = 3000, 1e7
-    """After so many steps the rest of the way is estimated, which may take so many."""
+    STEPS = 3000
+    """After so many steps it is looked."""
+
+    MOST = 1e7
+    """Steps that the rest of the way may take where a force jumps: at rest, as in dry friction, it holds the state."""
+
+    LEAST = 1e-9
+    """Part of the time by which so many steps must advance it: less is a motion that goes beyond all bounds."""
 
     def __init__(self, problem: Problem) -> None:
         """Look whether anything jumps."""
@@ -183,12 +209,18 @@ class Pace:
     def check(self, step: Step) -> None:
         """Raise IntegrationError where the last steps lead nowhere."""
         self.steps += 1
-        if not self.jumps or self.steps < self.STEPS:
+        if self.steps < self.STEPS:
             return
-        if (self.until - step.t1) * self.steps > self.MOST * (step.t1 - self.begin):
+        way = step.t1 - self.begin
+        if self.jumps and (self.until - step.t1) * self.steps > self.MOST * way:
             raise IntegrationError(
                 f"the motion sticks at t = {step.t1:g} s, where a force with sign jumps to and fro; write a steep "
                 "tanh(v/0.01) in place of sign(v), or give the joint friction with smoothing"
+            )
+        if way <= self.LEAST * step.t1:
+            raise IntegrationError(
+                f"the motion goes beyond all bounds, or a formula has no real value, after t = {step.t1:.9g} s: "
+                f"{self.steps} steps have advanced the time by {way:.1g} s"
             )
         self.begin, self.steps = step.t1, 0
 

@@ -17,6 +17,9 @@ from symdyn.simulate.integrate.method import IntegrationError, Method, Piece, Pr
 
 Array = npt.NDArray[np.float64]
 
+IMPLICIT = ("Radau", "BDF", "LSODA")
+"""Those that ask for the derivative of the rates."""
+
 SMALLEST = 100 * np.finfo(np.float64).eps
 """The smallest relative tolerance that SciPy takes."""
 
@@ -30,7 +33,9 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
     from scipy import integrate
 
     kind = getattr(integrate, name)
-    options = {"rtol": max(problem.rtol, SMALLEST), "atol": problem.atol}
+    options: dict[str, Any] = {"rtol": max(problem.rtol, SMALLEST), "atol": problem.atol}
+    if name in IMPLICIT:
+        options["jac"] = problem.system.slope
     solver: Any = kind(problem.system.rates, 0.0, problem.x, problem.until, **options)
     spent = 0
 

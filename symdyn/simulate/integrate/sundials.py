@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from contextlib import redirect_stdout
 from functools import partial
+from io import StringIO
 from typing import Any
 
 import numpy as np
@@ -42,7 +44,10 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
         count += 1
         out[:] = problem.system.rates(t, x)
 
-    solver: Any = CVODE(right, method=name, **_options(problem))
+    def slope(t: float, x: Array, rates: Array, out: Array) -> None:
+        out[:] = problem.system.slope(t, x)
+
+    solver: Any = CVODE(right, method=name, jacfn=slope, **_options(problem))
     return _followed(problem, solver, "CVODE", lambda t, x: (x,), lambda: count)
 
 
@@ -94,7 +99,8 @@ def _followed(
     def steps() -> Iterator[Step]:
         t, again = 0.0, 0
         while t < problem.until:
-            found = solver.step(problem.until, method="onestep", tstop=problem.until)
+            with redirect_stdout(StringIO()):  # where scikit-sundae prints why a step failed, beside returning it
+                found = solver.step(problem.until, method="onestep", tstop=problem.until)
             again = again + 1 if found.t <= t else 0
             if not found.success or again > 1:
                 why = "its steps are too small to move the time" if found.success else found.message
