@@ -17,11 +17,12 @@ from symdyn.scene import Joint, Scene, read
 from symdyn.scene.formula import parse as formula
 from symdyn.scene.table import Faults
 from symdyn.simulate import METHODS, Motion, Trajectory, inverse, read_forces, read_motion, simulate
-from symdyn.simulate.choose import is_stiff, jacobian
+from symdyn.simulate.choose import is_stiff
 from symdyn.simulate.initial import read_start
 from symdyn.simulate.integrate import importable
 from symdyn.simulate.laws import Law, read_law
 from symdyn.simulate.record import csv_text, record
+from symdyn.simulate.slopes import differences
 from symdyn.simulate.system import build_system
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
