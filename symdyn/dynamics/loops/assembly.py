@@ -216,7 +216,7 @@ def _open(numbers: Numbers, q: Array) -> str | None:
     rows = [k for k, row in enumerate(numbers.constraints.G) if not all(entry.is_zero for entry in row)]
     smallest = np.linalg.svd(G[rows], compute_uv=False).min(initial=np.inf if rows else 0.0)
     return (
-        f"the loop {label.owner} cannot be assembled from this start: {missed(label, numbers, q, r[k])}, the smallest "
+        f"{label.words} cannot be assembled from this start: {missed(label, numbers, q, r[k])}, the smallest "
         f"singular value of the constraints there is {smallest:.3g}; give another start, or other lengths"
     )
 
@@ -228,7 +228,7 @@ def _reversed(numbers: Numbers, q: Array) -> str | None:
     allowed = 1e-4 * max(1.0, _size(numbers, q))
     for k in range(count):
         label = numbers.constraints.labels[k]
-        if label.closes and off[k] > allowed:
+        if label.loop and off[k] > allowed:
             return (
                 f"the loop {label.owner} closes the wrong way round from this start: its axis, or its frame, is "
                 "reversed; give a start on the other branch, or turn one of its frames by 180 deg"
@@ -249,7 +249,7 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
     if rank and values[rank - 1] < NEAR * values[0]:
         where, then = ("near", "lose that many digits") if here == rank else ("at", "are not unique there")
         notes.append(
-            f"the loop {_weakest(numbers, q, length)} is {where} a change point: the smallest singular value of its "
+            f"{_weakest(numbers, q, length)} is {where} a change point: the smallest singular value of its "
             f"constraints is {values[rank - 1]:.3g}, the largest {values[0]:.3g}; accelerations and reactions {then}"
         )
     notes += [
@@ -275,7 +275,7 @@ def _idle_loops(numbers: Numbers, positions: Sequence[Array]) -> list[str]:
     """Return the loops whose rows all vanish at closed positions."""
     G = np.hstack([dimensionless(numbers, q, _size(numbers, q)) for q in positions])
     working = np.abs(G).max(axis=1, initial=0.0) > NEGLIGIBLE
-    owners = {one.owner for one, works in zip(numbers.constraints.labels, working, strict=True) if one.closes and works}
+    owners = {one.owner for one, works in zip(numbers.constraints.labels, working, strict=True) if one.loop and works}
     return [joint.name for joint in numbers.scene.loops if joint.name not in owners]
 
 
@@ -308,10 +308,10 @@ def free_motions(G: Array) -> Array:
 
 
 def _weakest(numbers: Numbers, q: Array, length: float) -> str:
-    """Return the owner of the rows that come closest to being dependent."""
+    """Return in words the owner of the rows that come closest to being dependent."""
     G = dimensionless(numbers, q, length)
     U, values, _ = np.linalg.svd(G)
     mixed = np.abs(U[:, max(0, _rank(values) - 1)])
     if _rank(values) < min(G.shape):
         mixed = np.abs(U[:, _rank(values)]) * (np.abs(G).max(axis=1, initial=0.0) > 0)
-    return numbers.constraints.labels[int(mixed.argmax())].owner
+    return numbers.constraints.labels[int(mixed.argmax())].words

@@ -77,7 +77,7 @@ def mobility(scene: Scene, closing: Closing = Closing()) -> Mobility:  # noqa: B
     q = np.array(closure.assembly.typical)
     planar = tuple(joint.name for joint in scene.loops if _is_planar(numbers, joint, q))
     free = numbers.state.n - len(closure.kept)
-    forbidden = sum(not label.closes for label in numbers.constraints.labels)
+    forbidden = sum(not label.loop for label in numbers.constraints.labels)
     counted = numbers.state.n - forbidden
     for joint in scene.loops:
         counted -= JOINTS[joint.type].class_t(joint) - (3 if joint.name in planar else 0)
@@ -127,7 +127,7 @@ def _is_planar(numbers: Numbers, joint: Joint, q: Array) -> bool:
     """Whether all relative motions of a loop, those that the cut joint allows included, lie in one plane."""
     columns = numbers.constraints.columns[joint.name].values()
     moving = numbers.at([x for z, s in columns for part in (z, s) for x in part], q).reshape(-1, 6)
-    labels = [one for one in numbers.constraints.labels if one.owner == joint.name and one.closes]
+    labels = [one for one in numbers.constraints.labels if one.owner == joint.name and one.loop]
     wrenches = numbers.at([x for one in labels for part in one.wrench or () for x in part], q).reshape(-1, 6)
     allowed = free_motions(wrenches) if len(wrenches) else np.eye(6)
     twists = np.vstack([moving, np.hstack([allowed[:, 3:], allowed[:, :3]])])  # angular part first
