@@ -74,6 +74,18 @@ def close(numbers: Numbers, closing: Closing) -> tuple[Closure, Numbers]:
         DerivationError: the loops cannot be assembled, or the user's independent coordinates do not fit.
     """
     numbers, assembly = witness(dict(closing.parameters), numbers)
+    return decided(numbers, assembly, closing), numbers
+
+
+def decided(numbers: Numbers, assembly: Assembly, closing: Closing) -> Closure:
+    """Return the decisions at an assembled position.
+
+    Raises:
+        DerivationError: angles are singular at every position, or the user's independent coordinates do not fit.
+    """
+    singular = numbers.singular_angles(np.array(assembly.typical), held=True)
+    if singular:
+        raise DerivationError(f"{numbers.scene.name}: {singular}")
     rows = numbers.constraints.G
     empty = tuple(k for k, row in enumerate(rows) if all(entry.is_zero for entry in row))
     q = np.array(assembly.typical)
@@ -84,7 +96,7 @@ def close(numbers: Numbers, closing: Closing) -> tuple[Closure, Numbers]:
     partition = _partition(numbers, kept, G[list(kept)], closing.independent, assembly.length)
     driven, fault = _driven(numbers, kept, G[list(kept)], partition)
     redundant = tuple(k for k in some if k not in kept)
-    return Closure(assembly, kept, empty, redundant, names, partition, driven, fault), numbers
+    return Closure(assembly, kept, empty, redundant, names, partition, driven, fault)
 
 
 def pivots(rows: Array, stages: Sequence[Sequence[int]], count: int) -> tuple[list[int], float]:
