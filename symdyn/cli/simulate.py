@@ -116,9 +116,8 @@ def errors(trajectory: Trajectory) -> str:
 
 def status(trajectory: Trajectory) -> int:
     """Return the exit status: 130 after Ctrl-C, 1 where the integrator gave up."""
-    from symdyn.simulate.model import END, INTERRUPTED
+    from symdyn.simulate.model import INTERRUPTED
 
     if trajectory.stopped == INTERRUPTED:
         return CTRL_C
-    stopped = bool(trajectory.events) and trajectory.events[-1].stops
-    return 0 if stopped or trajectory.stopped == END else 1
+    return 0 if trajectory.complete else 1

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
+import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -18,11 +17,12 @@ from symdyn.simulate.choose import Choice, choose
 from symdyn.simulate.constraints import Projection
 from symdyn.simulate.forces import Forces, held, read_forces
 from symdyn.simulate.initial import Start, no_equations, read_start, singular
-from symdyn.simulate.integrate import METHODS, Hit, IntegrationError, Piece, Problem, integrate
-from symdyn.simulate.model import END, INTERRUPTED, Event, Trajectory
+from symdyn.simulate.integrate import METHODS, Hit, Problem
+from symdyn.simulate.model import INTERRUPTED, Event, Trajectory
 from symdyn.simulate.monitors import observe
 from symdyn.simulate.reactions import reaction_columns
 from symdyn.simulate.reading import TIME, close, parameter_values, read_formula
+from symdyn.simulate.run import STOPPED, integrated
 from symdyn.simulate.samples import sample_times
 from symdyn.simulate.system import System, build_system
 
@@ -55,7 +55,8 @@ def simulate(
 ) -> Trajectory:
     """Return the motion that forces give a scene from t = 0 on.
 
-    An interrupt (Ctrl-C) while it integrates returns what was computed so far; `Trajectory.stopped` says so.
+    A run that cannot go on, or is interrupted (Ctrl-C), returns what was computed so far. `Trajectory.stopped` says
+    why, and of the first so does a RuntimeWarning unless somebody listens (`say`).
 
     Args:
         scene: the mechanism, its parameters bound.
@@ -94,7 +95,7 @@ def simulate(
     flags = tuple(k < len(stops) for k in range(len(formulas)))
     looked_for = (*flags, *(True for _ in system.ends))
     problem = Problem(system, x, times, relative, absolute, looked_for, projection)
-    run = _whole(system, _integrated(problem, choice, progress))
+    run = integrated(problem, choice.method, progress, say)
     stopped = _why(system, formulas, run.hits[-1]) if run.stopped == STOPPED else run.stopped
     events = tuple(_event(system, formulas, flags, hit) for hit in run.hits if hit.event < len(formulas))
     q, u = run.x[:, : system.nq], run.x[:, system.nq : system.nq + system.nv]
@@ -104,56 +105,13 @@ def simulate(
         tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
         if reactions:
             columns |= reaction_columns(scene, run.t, q, u, qdd)
-    return Trajectory(
+    found = Trajectory(
         scene, run.t, q, u, qdd, tau, columns, monitors, events, stopped, choice.name, relative, absolute, run.steps,
         run.evaluations, run.preparing, run.wall, notes,
     )  # fmt: skip
-
-
-STOPPED = "stopped by an event"
-
-
-@dataclass(frozen=True)
-class _Run:
-    """What an integrator has found until it ended, and why it ended; see `Trajectory`."""
-
-    t: Array
-    x: Array
-    hits: tuple[Hit, ...]
-    stopped: str
-    steps: int
-    evaluations: int
-    preparing: float
-    wall: float
-
-
-def _integrated(problem: Problem, choice: Choice, progress: Callable[[float], None] | None) -> _Run:
-    """Return what the integrator finds until its end, an event, an interrupt or a failure."""
-    pieces: list[Piece] = []
-    stopped = END
-    begin = ready = time.perf_counter()
-    try:
-        for piece in integrate(choice.method, problem):
-            if not pieces:
-                ready = time.perf_counter()
-            pieces.append(piece)
-            if progress is not None:
-                progress(piece.now[0] / problem.until)
-    except KeyboardInterrupt:
-        stopped = INTERRUPTED
-    except IntegrationError as fault:
-        stopped = str(fault)
-    wall = time.perf_counter() - ready
-    now = pieces[-1].now if pieces else (0.0, problem.x)
-    t = np.concatenate([np.empty(0), *(piece.t for piece in pieces)])
-    x = np.concatenate([np.empty((0, len(problem.x))), *(piece.x for piece in pieces)])
-    if not len(t) or now[0] > t[-1]:  # where it stands when it ends between two samples
-        t, x = np.append(t, now[0]), np.vstack([x, now[1]])
-    hits = tuple(hit for piece in pieces for hit in piece.hits)
-    if pieces and pieces[-1].stopped:
-        stopped = STOPPED
-    steps, evaluations = (sum(getattr(piece, name) for piece in pieces) for name in ("steps", "evaluations"))
-    return _Run(t, x, hits, stopped, steps, evaluations, ready - begin, wall)
+    if say is None and not found.complete and stopped != INTERRUPTED:
+        warnings.warn(f"{scene.name}: {stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)
+    return found
 
 
 def _checked(
@@ -235,15 +193,6 @@ def _method(choice: Choice, rtol: float, atol: float) -> str:
     tolerance = f"tolerance {rtol:g}" if rtol == atol else f"tolerances {rtol:g} relative, {atol:g} absolute"
     reason = f" ({choice.reason})" if choice.reason else ""
     return f"method: {choice.name} ({choice.method.library}), {tolerance}{reason}"
-
-
-def _whole(system: System, run: _Run) -> _Run:
-    """Return a run without its last row where that is a place without accelerations."""
-    if run.stopped != STOPPED or len(run.t) < 2:
-        return run
-    with np.errstate(all="ignore"):
-        last = system.tell("rates", run.t[-1:], run.x[-1:])
-    return run if np.all(np.isfinite(last)) else replace(run, t=run.t[:-1], x=run.x[:-1])
 
 
 def _why(system: System, formulas: Sequence[str], hit: Hit) -> str:

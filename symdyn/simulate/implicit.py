@@ -19,20 +19,26 @@ Differential-algebraic equation index transformations (1988).
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
 from symdyn.build.load import load_program
 from symdyn.dynamics.equations import Equations
 from symdyn.dynamics.workspace import Workspace
+from symdyn.graph import Expr, substitute, tangents
 from symdyn.program import lower
-from symdyn.simulate.system import System, drive, function_of
+from symdyn.scene import acceleration_name
+from symdyn.simulate.slopes import argument, plain
+from symdyn.simulate.system import System, drive
 
 Array = npt.NDArray[np.float64]
 
 
 class Implicit:
-    """F of a system.
+    """F of a system and its derivatives by the graph.
 
     Attributes:
         system: the mechanism under its forces.
@@ -40,62 +46,80 @@ class Implicit:
     """
 
     def __init__(self, system: System) -> None:
-        """Compile M u̇ + h - τ."""
-        self.system, w = system, Workspace(system.scene)
-        excess = w.forces(list(w.state.qdd))
-        excess = [force - drive(w, system.forces, k) for k, force in enumerate(excess)]
-        for k, acceleration in zip(w.prescribed.place, w.prescribed.acceleration, strict=True):
-            excess[k] = w.state.qdd[k] - acceleration
-        functions = (
-            function_of(w, "excess", excess, ("q", "qd", "qdd", "tau", "t")),
-            function_of(w, "movement", w.state.rates, ("q", "qd")),
-        )
-        self._calls, _ = load_program(lower(Equations(system.scene, w.graph, functions)), lean=True)
-        self._loose = np.array(w.prescribed.free, dtype=int)
-        self._holding = np.array(_holding(system), dtype=int)
-        lengths = [system.nq, system.nv, int(system.works), system.rows, len(self._holding), len(system.quaternions)]
+        """Write F on the graph of the system's program, differentiate it, compile both."""
+        self.system = system
+        residual = [] if not system.rows else system.program["constraint_residual"].function.entries
+        self._holding = [k for k, entry in enumerate(residual) if not entry.is_zero]
+        lengths = (system.nq, system.nv, int(system.works), system.rows, len(self._holding), len(system.quaternions))
         self._ends = np.cumsum(lengths)
         self.size = int(self._ends[-1])
+        known = system.program["rates"].function.arguments
+        graph = system.program.graph
+        rates, way, turn = (argument(graph, name, self.size) for name in ("rates", "way", "turn"))
+        entries = self._entries({one.name: one.symbols for one in known}, rates.symbols)
+        moving = (*known[0].symbols, *known[1].symbols)
+        ways = dict(zip((*moving, *rates.symbols), (*way.symbols[: len(moving)], *turn.symbols), strict=True))
+        functions = (
+            plain("residual", entries, (*known, rates)),
+            plain("along", tangents(entries, ways), (*known, rates, way, turn)),
+        )
+        self._calls, _ = load_program(lower(Equations(system.scene, graph, functions)), lean=True)
+
+    def _entries(self, state: dict[str, tuple[Expr, ...]], rates: Sequence[Expr]) -> list[Expr]:
+        """Return the entries of F in terms of q, u, τ, t and ẏ."""
+        system, program = self.system, self.system.program
+        graph, w = program.graph, Workspace(self.system.scene)
+        cuts = [0, *self._ends]
+        speed, acceleration, work, multipliers, nu, rho = (rates[i:j] for i, j in itertools.pairwise(cuts))
+        moving = list(state["qd"])
+        balance = w.forces(list(w.state.qdd))
+        balance = [force - drive(w, system.forces, k) for k, force in enumerate(balance)]
+        for k, given in zip(w.prescribed.place, w.prescribed.acceleration, strict=True):
+            balance[k] = w.state.qdd[k] - given
+        places = [graph.symbol(acceleration_name(name)) for name in system.scene.velocities]
+        balance = substitute(substitute(balance, {}, graph), dict(zip(places, acceleration, strict=True)))
+        held: list[Expr] = []
+        if system.rows:
+            G = np.full(system.rows * system.nv, graph.zero, dtype=object)
+            G[list(system.filled)] = program["slopes"].function.entries
+            rows = G.reshape(system.rows, system.nv)
+            for k in w.prescribed.free:
+                balance[k] = balance[k] - graph.total(row[k] * x for row, x in zip(rows, multipliers, strict=True))
+                moving[k] = moving[k] + graph.total(rows[r][k] * x for r, x in zip(self._holding, nu, strict=True))
+            residual = program["constraint_residual"].function.entries
+            held = [*program["row_rates"].function.entries, *(residual[r] for r in self._holding)]
+        moved = substitute(substitute(w.state.rates, {}, graph), dict(zip(state["qd"], moving, strict=True)))
+        found = [one - other for one, other in zip(speed, moved, strict=True)]
+        lengths = []
+        for part, stretch in zip(system.quaternions, rho, strict=True):
+            e = state["q"][part]
+            found[part] = [one - x * stretch for one, x in zip(found[part], e, strict=True)]
+            lengths.append(graph.total(x * x for x in e) - graph.one)
+        power = [one - graph.total(program["power"].function.entries) for one in work]
+        return [*found, *balance, *power, *held, *lengths]
 
     def start(self, t: float, x: Array) -> tuple[Array, Array]:
         """Return y and ẏ at a state that keeps its constraints, shape (nx,)."""
         y, rates = np.zeros(self.size), np.zeros(self.size)
         y[: len(x)], rates[: len(x)] = x, self.system.rates(t, x)
         if self.system.rows:
-            _, _, _, multipliers, *_ = np.split(rates, self._ends)
-            push = self.system.jacobian(t, x)[:, self._loose].T
-            multipliers[:] = np.linalg.lstsq(push, self._excess(t, y, rates)[self._loose], rcond=None)[0]
+            nq, nv = self.system.nq, self.system.nv
+            excess = self.residual(t, y, rates)[nq : nq + nv]  # as the multipliers are zero yet
+            push = self.slope(t, y, rates, 1.0)[nq : nq + nv, self._ends[2] : self._ends[3]]  # -Gᵀ
+            rates[self._ends[2] : self._ends[3]] = np.linalg.lstsq(push, -excess, rcond=None)[0]
         return y, rates
 
     def residual(self, t: float, y: Array, rates: Array) -> Array:
         """Return F, shape (size,)."""
-        system = self.system
-        q, u, *_ = np.split(y, self._ends)
-        speed, _, power, multipliers, nu, rho, _ = np.split(rates, self._ends)
-        x, moving, balance = y[: self._ends[2]], u.copy(), self._excess(t, y, rates)
-        held = [np.empty(0)] * 2
-        if system.rows:
-            push = system.jacobian(t, x)[:, self._loose].T
-            balance[self._loose] -= push @ multipliers
-            moving[self._loose] += push[:, self._holding] @ nu
-            held = [system.tell("row_rates", t, x), system.tell("constraint_residual", t, x)[self._holding]]
-        found = speed - self._calls["movement"](q, moving)
-        for part, stretch in zip(system.quaternions, rho, strict=True):
-            found[part] -= q[part] * stretch
-        power = power - system.tell("power", t, x).sum() if system.works else power
-        lengths = [q[part] @ q[part] - 1.0 for part in system.quaternions]
-        return np.concatenate([found, balance, power, *held, lengths])
-
-    def _excess(self, t: float, y: Array, rates: Array) -> Array:
-        """Return M u̇ + h - τ, and u̇ - p̈ for a prescribed motion, shape (nv,)."""
-        (q, u, *_), (_, accelerations, *_) = np.split(y, self._ends), np.split(rates, self._ends)
-        found: Array = self._calls["excess"](q, u, accelerations, self.system.tables(t), t)
+        found: Array = self._calls["residual"](*self._state(t, y), rates)
         return found
 
+    def slope(self, t: float, y: Array, rates: Array, c: float) -> Array:
+        """Return ∂F/∂y + c ∂F/∂ẏ, shape (size, size)."""
+        every = np.eye(self.size)
+        found: Array = self._calls["along"](*self._state(t, y), rates, every, c * every).T
+        return found
 
-def _holding(system: System) -> list[int]:
-    """Return the rows that hold a position."""
-    if not system.rows:
-        return []
-    residual = system.program["constraint_residual"].function
-    return [k for k, entry in enumerate(residual.entries) if not entry.is_zero]
+    def _state(self, t: float, y: Array) -> tuple[Array, Array, Array, float]:
+        nq, nv = self.system.nq, self.system.nv
+        return y[:nq], y[nq : nq + nv], self.system.tables(t), t

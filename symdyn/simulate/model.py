@@ -79,6 +79,11 @@ class Trajectory:
     notes: tuple[str, ...] = ()
 
     @property
+    def complete(self) -> bool:
+        """Whether it reached its end, or an event that was to stop it; else `stopped` says why it did not."""
+        return self.stopped == END or (bool(self.events) and self.events[-1].stops)
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Names of the columns of `table`."""
         rates = self.scene.velocities

@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from symdyn.build.load import load_program
 from symdyn.dynamics.equations import Argument, Equations, Function
-from symdyn.graph import Expr, substitute, tangents
+from symdyn.graph import Expr, Graph, substitute, tangents
 from symdyn.program import lower
 
 if TYPE_CHECKING:
@@ -31,39 +31,34 @@ RELATIVE = 1e-6
 """Size of a difference, over that of the coordinate or 1: where the graph has no value."""
 
 
+def argument(graph: Graph, name: str, count: int) -> Argument:
+    """Return an argument of so many numbers, such as a direction."""
+    return Argument(name, tuple(graph.symbol(f"{name}[{k}]") for k in range(count)), name, ())
+
+
+def plain(name: str, entries: Sequence[Expr], takes: Sequence[Argument]) -> Function:
+    """Return entries as a function of its arguments."""
+    return Function(name, name, tuple(takes), "out", (len(entries),), tuple(entries), units="", formulation="")
+
+
 def slopes(system: System) -> Callable[[float, Array], Array]:
     """Return the function of (t, x) whose value is ∂f/∂x, shape (nx, nx)."""
     program, nq, nv = system.program, system.nq, system.nv
     rates = program["rates"].function
-    graph = program.graph
-    symbols = {argument.name: argument.symbols for argument in rates.arguments}
-    dq = [graph.symbol(f"dq[{k}]") for k in range(nq)]
-    du = [graph.symbol(f"du[{k}]") for k in range(nv)]
-    along_q: Sequence[Expr] = dq
-    along_u: Sequence[Expr] = du
+    q, u = (one.symbols for one in rates.arguments[:2])
+    dq, du = argument(program.graph, "dq", nq), argument(program.graph, "du", nv)
+    along = (dq.symbols, du.symbols)
     if system.closed and not system.linear:
-        correction, movement, fitted = (program[name].function.entries for name in ("correction", "movement", "fitted"))
-        step = tangents(correction, dict(zip(symbols["q"], dq, strict=True)))
-        moved = substitute(movement, dict(zip(symbols["qd"], step, strict=True)))
-        along_q = [a + b for a, b in zip(dq, moved, strict=True)]
-        along_u = tangents(fitted, _seeds(symbols, along_q, du))
-    entries = tangents(rates.entries, _seeds(symbols, along_q, along_u))
-    directions = (
-        Argument("dq", tuple(dq), "direction of the positions", ()),
-        Argument("du", tuple(du), "direction of the velocities", ()),
-    )
-    function = Function(
-        name="along",
-        text="rates along a direction",
-        arguments=(*rates.arguments, *directions),
-        result="out",
-        shape=(len(entries),),
-        entries=tuple(entries),
-        units="",
-        formulation="",
-    )
-    calls, _ = load_program(lower(Equations(system.scene, graph, (function,))), lean=True)
-    every_q, every_u = np.eye(nq + nv)[:, :nq].copy(), np.eye(nq + nv)[:, nq:].copy()
+        names = ("correction", "movement", "fitted")
+        correction, movement, fitted = (program[name].function.entries for name in names)
+        step = tangents(correction, dict(zip(q, dq.symbols, strict=True)))
+        moved = substitute(movement, dict(zip(u, step, strict=True)))
+        ways = tuple(a + b for a, b in zip(dq.symbols, moved, strict=True))
+        along = (ways, tuple(tangents(fitted, dict(zip((*q, *u), (*ways, *du.symbols), strict=True)))))
+    entries = tangents(rates.entries, dict(zip((*q, *u), (*along[0], *along[1]), strict=True)))
+    function = plain("along", entries, (*rates.arguments, dq, du))
+    calls, _ = load_program(lower(Equations(system.scene, program.graph, (function,))), lean=True)
+    every_q, every_u = (np.ascontiguousarray(part) for part in np.split(np.eye(nq + nv), [nq], axis=1))
 
     def slope(t: float, x: Array) -> Array:
         J = np.zeros((len(x), len(x)))
@@ -75,10 +70,6 @@ def slopes(system: System) -> Callable[[float, Array], Array]:
         return differences(system, t, x, RELATIVE)
 
     return slope
-
-
-def _seeds(symbols: dict[str, tuple[Expr, ...]], q: Sequence[Expr], u: Sequence[Expr]) -> dict[Expr, Expr]:
-    return dict(zip((*symbols["q"], *symbols["qd"]), (*q, *u), strict=True))
 
 
 def differences(system: System, t: float, x: Array, relative: float) -> Array:

@@ -85,6 +85,9 @@ class Piece:
 
 Run = Callable[[Problem], Iterator[Piece]]
 
+SHARE = 0.1
+"""Part of the tolerance that multistep methods are given for a step: the errors of theirs add up, to ten and more."""
+
 
 @dataclass(frozen=True)
 class Method:

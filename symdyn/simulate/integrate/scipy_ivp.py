@@ -13,11 +13,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.simulate.integrate.method import IntegrationError, Method, Piece, Problem, Step, follow
+from symdyn.simulate.integrate.method import SHARE, IntegrationError, Method, Piece, Problem, Step, follow
 
 Array = npt.NDArray[np.float64]
 
-IMPLICIT = ("Radau", "BDF", "LSODA")
+MULTISTEP = ("BDF", "LSODA")
+
+IMPLICIT = ("Radau", *MULTISTEP)
 """Those that ask for the derivative of the rates."""
 
 SMALLEST = 100 * np.finfo(np.float64).eps
@@ -33,7 +35,8 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
     from scipy import integrate
 
     kind = getattr(integrate, name)
-    options: dict[str, Any] = {"rtol": max(problem.rtol, SMALLEST), "atol": problem.atol}
+    share = SHARE if name in MULTISTEP else 1.0
+    options: dict[str, Any] = {"rtol": max(share * problem.rtol, SMALLEST), "atol": share * problem.atol}
     if name in IMPLICIT:
         options["jac"] = problem.system.slope
     solver: Any = kind(problem.system.rates, 0.0, problem.x, problem.until, **options)
@@ -52,7 +55,7 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
         size = min(getattr(solver, "h_abs", None) or solver.step_size, problem.until - t)
         solver = kind(problem.system.rates, t, x, problem.until, first_step=size, **options)
 
-    return follow(problem, steps(), resume, 1e5 if name in ("BDF", "LSODA") else 1.0)
+    return follow(problem, steps(), resume, 1e5 if name in MULTISTEP else 1.0)
 
 
 class _Interpolant:

@@ -18,12 +18,13 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.simulate.implicit import Implicit
-from symdyn.simulate.integrate.method import IntegrationError, Method, Piece, Problem, Step, follow
+from symdyn.simulate.integrate.method import SHARE, IntegrationError, Method, Piece, Problem, Step, follow
 from symdyn.simulate.system import System
 
 Array = npt.NDArray[np.float64]
 
-SMALLEST = 1e-15
+SMALLEST, SMALLEST_IDA = 1e-15, 1e-12
+"""The finest tolerances that the methods get along with; below, IDA's equations are not solved to it."""
 
 SLACK = 1e5
 """A projection makes CVODE begin at order one again: it waits until it is worth that."""
@@ -47,7 +48,7 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
     def slope(t: float, x: Array, rates: Array, out: Array) -> None:
         out[:] = problem.system.slope(t, x)
 
-    solver: Any = CVODE(right, method=name, jacfn=slope, **_options(problem))
+    solver: Any = CVODE(right, method=name, jacfn=slope, **_options(problem, SMALLEST))
     return _followed(problem, solver, "CVODE", lambda t, x: (x,), lambda: count)
 
 
@@ -66,15 +67,19 @@ def run_ida(problem: Problem) -> Iterator[Piece]:
         count += 1
         out[:] = equations.residual(t, y, rates)
 
-    solver: Any = IDA(residual, **_options(problem))
+    def slope(t: float, y: Array, rates: Array, found: Array, c: float, out: Array) -> None:
+        out[:] = equations.slope(t, y, rates, c)
+
+    solver: Any = IDA(residual, jacfn=slope, **_options(problem, SMALLEST_IDA))
     return _followed(problem, solver, "IDA", equations.start, lambda: count)
 
 
-def _options(problem: Problem) -> dict[str, Any]:
+def _options(problem: Problem, least: float) -> dict[str, Any]:
     """Return tolerances; SUNDIALS keeps its own warnings, which go to the standard output, to itself."""
     for stream in ("WARNING", "ERROR"):
         os.environ.setdefault(f"SUNLOGGER_{stream}_FILENAME", os.devnull)
-    return {"rtol": max(problem.rtol, SMALLEST), "atol": problem.atol, "max_num_steps": 100_000}
+    rtol = max(SHARE * problem.rtol, least)
+    return {"rtol": rtol, "atol": problem.atol * (rtol / problem.rtol), "max_num_steps": 100_000}
 
 
 def _followed(
