@@ -29,7 +29,8 @@ class Projection:
     """Returns the nearest state that keeps all constraints, None where they are kept well enough.
 
     Attributes:
-        limit: of residuals, of velocities against rows, and of the squared length of quaternions less one.
+        limit: of residuals, of velocities against rows over the fastest one or 1, and of the squared length of
+            quaternions less one.
         active: whether there is anything to keep.
     """
 
@@ -47,12 +48,13 @@ class Projection:
         return self.projected(x)
 
     def drift(self, x: Array) -> float:
-        """Return how far the constraints are missed."""
+        """Return how far the constraints are missed, velocities over the fastest one or 1."""
         lengths = [abs(float(x[part] @ x[part]) - 1.0) for part in self.system.quaternions]
         off = max(lengths, default=0.0)
         if self.system.closed:
-            for name in ("constraint_residual", "row_rates"):
-                off = max(off, np.abs(self.system.tell(name, 0.0, x)).max(initial=0.0))
+            missed = self.system.tell("constraint_residual", 0.0, x), self.system.tell("row_rates", 0.0, x)
+            fastest = max(1.0, float(np.abs(x[self.system.nq : self.system.nq + self.system.nv]).max(initial=0.0)))
+            off = max(off, np.abs(missed[0]).max(initial=0.0), np.abs(missed[1]).max(initial=0.0) / fastest)
         return float(off)
 
     def projected(self, x: Array) -> Array:

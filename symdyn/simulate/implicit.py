@@ -31,8 +31,8 @@ from symdyn.dynamics.workspace import Workspace
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.program import lower
 from symdyn.scene import acceleration_name
-from symdyn.simulate.slopes import argument, plain
-from symdyn.simulate.system import System, drive
+from symdyn.simulate.functions import argument, drive, plain
+from symdyn.simulate.system import System
 
 Array = npt.NDArray[np.float64]
 

@@ -11,16 +11,17 @@ nothing depends on, as of a shaft that turns freely, has a column of zeros.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from symdyn.build.load import load_program
-from symdyn.dynamics.equations import Argument, Equations, Function
-from symdyn.graph import Expr, Graph, substitute, tangents
+from symdyn.dynamics.equations import Equations
+from symdyn.graph import substitute, tangents
 from symdyn.program import lower
+from symdyn.simulate.functions import argument, plain
 
 if TYPE_CHECKING:
     from symdyn.simulate.system import System
@@ -29,16 +30,6 @@ Array = npt.NDArray[np.float64]
 
 RELATIVE = 1e-6
 """Size of a difference, over that of the coordinate or 1: where the graph has no value."""
-
-
-def argument(graph: Graph, name: str, count: int) -> Argument:
-    """Return an argument of so many numbers, such as a direction."""
-    return Argument(name, tuple(graph.symbol(f"{name}[{k}]") for k in range(count)), name, ())
-
-
-def plain(name: str, entries: Sequence[Expr], takes: Sequence[Argument]) -> Function:
-    """Return entries as a function of its arguments."""
-    return Function(name, name, tuple(takes), "out", (len(entries),), tuple(entries), units="", formulation="")
 
 
 def slopes(system: System) -> Callable[[float, Array], Array]:

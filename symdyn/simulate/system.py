@@ -10,10 +10,7 @@ does. So a state is brought back before it is looked at, q_d by Newton steps -G_
 
 Where G_d is nearly singular and G is not, it is the choice of independent velocities that fails, as the height of a
 pendulum does at its lowest point. There the state is brought back by the shortest steps, -G⁺ r, and u̇ is solved for
-together with λ:
-
-    M u̇ - Gᵀ λ = τ - h
-    G u̇        = -γ
+together with multipliers, see `closed`.
 
 All of it is one program: the formulas of the driving forces and of the events stand on the graph of the equations.
 """
@@ -29,25 +26,24 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.build.load import load_program
-from symdyn.dynamics.derive import arguments, derive_one
+from symdyn.dynamics.derive import derive_one
 from symdyn.dynamics.equations import Equations, Function
-from symdyn.dynamics.loops.closed import solve_dependent
-from symdyn.dynamics.loops.linear import LinearLoops, followers, forward_dynamics, linear_loops
+from symdyn.dynamics.loops.linear import followers, forward_dynamics, linear_loops
 from symdyn.dynamics.outputs import OUTPUTS
 from symdyn.dynamics.state import quaternions
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import SimulateError
-from symdyn.graph import Expr, substitute
+from symdyn.graph import substitute
 from symdyn.program import Program, cheapest, lower
 from symdyn.scene import Quantity, Scene, express
+from symdyn.simulate.closed import corrections, reach, row_rates, together
 from symdyn.simulate.conserved import conserved
 from symdyn.simulate.ends import ends
 from symdyn.simulate.forces import Forces
+from symdyn.simulate.functions import drive, function_of
 from symdyn.simulate.reading import TIME, parameter_values
 
 Array = npt.NDArray[np.float64]
-
-EVERYTHING = ("q", "qd", "tau", TIME)
 
 CORRECTIONS = 2
 """Newton steps before a closed mechanism's accelerations; they converge quadratically."""
@@ -57,6 +53,9 @@ FARTHEST = 0.05
 
 LARGEST = 30.0
 """Entries of ∂u/∂u_i, those of G_d⁻¹ G_i, beyond which G_d may be nearly singular."""
+
+NEAR = 0.03
+"""Smallest singular value of G over the largest, below which a change point is near."""
 
 BETTER = 3.0
 """How many times as far from singular as G_d all of G has to be for the choice to be at fault."""
@@ -95,6 +94,7 @@ class System:
     rows: int = 0
     filled: tuple[int, ...] = ()
     ends: tuple[str, ...] = ()
+    _by_rows: Callable[[], Function | None] = field(default=lambda: None, repr=False)
 
     @cached_property
     def nq(self) -> int:
@@ -132,7 +132,7 @@ class System:
         q, u = x[: self.nq], x[self.nq : self.nq + self.nv]
         if self.closed and not self.linear:
             if self.ill_chosen(q):
-                return self._together(q, u, t)
+                return self._at_once(q, u, t)
             q, u = self.on_manifold(q, u)
         found: Array = self._rates(q, u, self.tables(t), t)
         return found
@@ -157,23 +157,32 @@ class System:
         chosen, all_rows = (np.linalg.svd(part, compute_uv=False)[-1] for part in (G[:, list(self.dependent)], G))
         return bool(all_rows > BETTER * chosen)
 
-    def _together(self, q: Array, u: Array, t: float) -> Array:
+    def changes(self, q: Array) -> bool:
+        """Tell whether a position of a closed mechanism is near a change point, where G loses rank."""
+        if not self.dependent:
+            return False
+        values = np.linalg.svd(self.jacobian(0.0, q), compute_uv=False)
+        return bool(values[-1] < NEAR * values[0])
+
+    def _at_once(self, q: Array, u: Array, t: float) -> Array:
         """Return ẋ of one state by all rows of G at once."""
-        n, tau = self.nv, self.tables(t)
         for _ in range(CORRECTIONS):
             step = np.linalg.lstsq(self.jacobian(0.0, q), self.calls["constraint_residual"](q))[0]
             q = q - self.calls["movement"](q, step)
         G = self.jacobian(0.0, q)
         u = u - np.linalg.lstsq(G, G @ u)[0]
-        saddle = np.zeros((n + len(G), n + len(G)))
-        saddle[:n, :n] = self.calls["mass"](q, u, tau, t).reshape(n, n)
-        saddle[:n, n:], saddle[n:, :n] = -G.T, G
-        try:
-            solved = np.linalg.solve(saddle, self.calls["rest"](q, u, tau, t))[:n]
-        except np.linalg.LinAlgError:  # masses and rows say nothing about some acceleration here
-            solved = np.full(n, np.nan)
-        power = [self.calls["power"](q, u, tau, t).sum()] if self.works else []
-        return np.concatenate([self.calls["movement"](q, u), solved, power])
+        found: Array = self._together(q, u, self.tables(t), t)
+        return found
+
+    @cached_property
+    def together(self) -> Program | None:
+        """The rates of a closed mechanism by all rows at once; None where they do not exist."""
+        function = self._by_rows()
+        return None if function is None else lower(Equations(self.scene, function.entries[0].graph, (function,)))
+
+    @cached_property
+    def _together(self) -> Callable[..., Array]:
+        return self._rates if self.together is None else load_program(self.together, lean=True)[0]["together"]
 
     @cached_property
     def slope(self) -> Callable[[float, Array], Array]:
@@ -248,84 +257,23 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
         functions.append(function_of(w, "events", looked_for))
     if momenta:
         functions.append(function_of(w, "momenta", [p for _, p in momenta]))
-    rows, filled = 0, ()  # type: int, tuple[int, ...]
+    rows, filled, dependent = 0, (), ()  # type: int, tuple[int, ...], tuple[int, ...]
     if scene.loops or scene.rows:
         G = cheapest(w, "constraint_jacobian")
         rows = G.shape[0]
         filled = tuple(k for k, entry in enumerate(G.entries) if not entry.is_zero)
-        functions += [cheapest(w, "constraint_residual"), _row_rates(w, G), *_corrections(w, linear)]
+        functions += [cheapest(w, "constraint_residual"), row_rates(w, G), *corrections(w, linear)]
         if not linear:
             functions.append(function_of(w, "slopes", [G.entries[k] for k in filled], ("q",)))
-    apart = _apart(w, tau) if (scene.loops or scene.rows) and not linear else []
-    program = lower(Equations(scene, w.graph, tuple(f for f in (*functions, *apart) if f.entries)))
+            functions.append(function_of(w, "reach", reach(w), ("q",)))
+            dependent = tuple(w.closed.closure.partition.dependent) if functions[-1].entries else ()
+    program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
     calls, compiled = load_program(program, lean=True)
-    dependent = tuple(w.closed.closure.partition.dependent) if apart else ()
     return System(
         scene, forces, tuple(events), program, calls, compiled, not power.is_zero, tuple(name for name, _ in momenta),
-        linear is not None, dependent, rows, filled, tuple(words for _, words in last),
+        linear is not None, dependent, rows, filled, tuple(words for _, words in last), lambda: together(w, tau, power),
     )  # fmt: skip
-
-
-def drive(w: Workspace, forces: Forces, k: int) -> Expr:
-    """Return the driving force of a velocity: its formula, or the argument that a table fills."""
-    return w.state.tau[k] if k in forces.tables else express(forces.formula(k), w.graph)
-
-
-def _row_rates(w: Workspace, G: Function) -> Function:
-    """Return G u, what the rows make of the velocities."""
-    rows, n = G.shape
-    terms = [[G.entries[r * n + k] * w.state.qd[k] for k in range(n)] for r in range(rows)]
-    return function_of(w, "row_rates", [w.graph.total(row) for row in terms], ("q", "qd"))
-
-
-def _corrections(w: Workspace, linear: LinearLoops | None) -> list[Function]:
-    """Return what brings a state of a closed mechanism back: Newton's step, its way in q, and fitting velocities."""
-    zero, u = w.graph.zero, w.state.qd
-    if linear:
-        values = followers(w, linear)
-        step = {k: values[w.state.q[k]] - w.state.q[k] for k in linear.dependent}
-        fitted = {k: values[u[k]] for k in linear.dependent}
-    else:
-        rows, partition = w.closed.recursive, w.closed.closure.partition
-        G = w.closed.G(rows)
-        step = solve_dependent(G, partition, [-r for r in w.closed.residual(rows)]) if G else {}
-        moved = [-w.graph.total(row[k] * u[k] for k in partition.independent) for row in G]
-        fitted = solve_dependent(G, partition, moved) if G else {}
-    return [
-        function_of(w, "correction", [step.get(k, zero) for k in range(w.state.n)], ("q", "qd")),
-        function_of(w, "movement", w.state.rates, ("q", "qd")),
-        function_of(w, "fitted", [fitted.get(k, x) for k, x in enumerate(u)], ("q", "qd")),
-    ]
-
-
-def _apart(w: Workspace, tau: Sequence[Expr]) -> list[Function]:
-    """Return ∂u/∂u_i, M, and [τ - h; -γ]; nothing where forces are no matter, or a motion is prescribed."""
-    reach = [x for row in w.closed.reduction.T for x in row.values() if x is not w.graph.one]
-    if not reach or not w.closed.reduction.independent or _moved(w.scene):
-        return []
-    rows, still = w.closed.recursive, [w.graph.zero] * w.state.n
-    place = dict(zip(w.state.tau, tau, strict=True))
-    rest = [drive - force for drive, force in zip(w.state.tau, w.forces(still), strict=True)]
-    return [
-        function_of(w, "reach", reach, ("q",)),
-        function_of(w, "mass", [entry for row in w.composite_mass for entry in row]),
-        function_of(w, "rest", [*substitute(rest, place), *(-x for x in w.closed.gamma(rows))]),
-    ]
 
 
 def _moved(scene: Scene) -> bool:
     return OUTPUTS["drive_forces"].exists(scene)
-
-
-def function_of(w: Workspace, name: str, entries: Sequence[Expr], takes: Sequence[str] = EVERYTHING) -> Function:
-    """Return entries as a function of everything, or of what it takes."""
-    return Function(
-        name=name,
-        text=name,
-        arguments=arguments(w, takes),
-        result="out",
-        shape=(len(entries),),
-        entries=tuple(entries),
-        units="",
-        formulation="",
-    )

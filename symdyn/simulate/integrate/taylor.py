@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra.numeric import Arithmetic
+from symdyn.dynamics.equations import Function
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.simulate.integrate.method import Hit, IntegrationError, Method, Piece, Problem
 from symdyn.simulate.reading import TIME
@@ -51,6 +52,9 @@ UNSEEN = (Op.EXP, Op.TANH)
 """Functions that are flat to the last digit of a double where they do not turn."""
 
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")
+
+PATIENT = 10.0
+"""How many times its limit a projection waits for: it takes as long as a hundred steps."""
 
 SMALLEST = float(np.finfo(np.float64).eps)
 
@@ -96,9 +100,18 @@ def size(system: System) -> int:
     return sum(bool(node.args) for node in _nodes(system))
 
 
+def equations(system: System, name: str = "rates") -> Function:
+    """Return what series are made of: rates, of a closed mechanism by all rows at once, or events.
+
+    What fails where a choice of independent velocities does would end the series there.
+    """
+    closed = system.together if name == "rates" and system.closed and not system.linear else None
+    return system.program[name].function if closed is None else closed["together"].function
+
+
 def _nodes(system: System) -> list[Expr]:
-    routines = [r.function for r in system.program.routines if r.function.name in ("rates", "events")]
-    return reachable([entry for function in routines for entry in function.entries])
+    names = [name for name in ("rates", "events") if name in system.calls]
+    return reachable([entry for name in names for entry in equations(system, name).entries])
 
 
 def translate(
@@ -109,7 +122,7 @@ def translate(
     W, the work, is a state that nothing depends on. Constants are rounded by `real`.
     """
     algebra = Expressions(real)
-    function = system.program[name].function
+    function = equations(system, name)
     symbols = {argument.name: argument.symbols for argument in function.arguments}
     states = [*symbols["q"], *symbols["qd"]]
     names = [str(symbol.value) for symbol in states] + (["work of forces"] if system.works else [])
@@ -230,7 +243,7 @@ class Stretch:
 
     def _after(self, ta: Any) -> bool:
         """Bring the state back to its constraints after a step, where it has drifted; tell whether to go on."""
-        moved = self.problem.project(ta.state)
+        moved = self.problem.project(ta.state, PATIENT)
         if moved is not None:
             ta.state[:] = moved
         return not any(self.problem.stops[one.event] for one in self.found)
