@@ -24,17 +24,28 @@ Array = npt.NDArray[np.float64]
 STIFF_STEPS, STIFF_RATIO = 3000.0, 50.0
 """Beyond both a system is stiff: steps that stability asks of an explicit method, decay over oscillation or growth."""
 
+OTHERWISE = "dop853"
+"""What steps over a change point of loops, where series end."""
+
 LARGEST = 3000
 """Operations that heyoka compiles within a few seconds."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """An integrator and why it was taken."""
+    """An integrator and why it was taken.
+
+    Attributes:
+        name: its key in `METHODS`.
+        method: the integrator.
+        reason: in words, "" for none.
+        otherwise: the one to take where it cannot go on, if nobody asked for it; None for none.
+    """
 
     name: str
     method: Method
     reason: str
+    otherwise: str | None = None
 
 
 def choose(system: System, x: Array, until: float, asked: str | None = None) -> Choice:
@@ -54,7 +65,7 @@ def choose(system: System, x: Array, until: float, asked: str | None = None) -> 
     if is_stiff(system, x, until):
         name = "cvode" if importable(METHODS["cvode"].module) else "radau"
         return Choice(name, METHODS[name], "the system is stiff")
-    why = refuses(system) or ("the loops are kept by projection" if system.closed and not system.linear else "")
+    why = refuses(system)
     if not why and overlooks(system):
         why = f"a series may overlook a turn of {overlooks(system)}"
     if not why and size(system) > LARGEST:
@@ -62,7 +73,7 @@ def choose(system: System, x: Array, until: float, asked: str | None = None) -> 
     if not why and not importable(METHODS["taylor"].module):
         why = "heyoka is not installed; pip install 'symdyn[taylor]'"
     if not why:
-        return Choice("taylor", METHODS["taylor"], "")
+        return Choice("taylor", METHODS["taylor"], "", OTHERWISE if system.closed else None)
     return Choice("dop853", METHODS["dop853"], f"no Taylor method: {why}")
 
 

@@ -18,7 +18,7 @@ from symdyn.simulate.constraints import Projection
 from symdyn.simulate.forces import Forces, held, read_forces
 from symdyn.simulate.initial import Start, no_equations, read_start, singular
 from symdyn.simulate.integrate import METHODS, Hit, Problem
-from symdyn.simulate.model import INTERRUPTED, Event, Trajectory
+from symdyn.simulate.model import END, INTERRUPTED, Event, Trajectory
 from symdyn.simulate.monitors import observe
 from symdyn.simulate.reactions import reaction_columns
 from symdyn.simulate.reading import TIME, close, parameter_values, read_formula
@@ -87,15 +87,20 @@ def simulate(
     system = build_system(scene, forces, zeros)
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
     _ready(system, x)
-    choice = choose(system, x, until, method)
-    relative = choice.method.rtol if rtol is None else rtol
-    absolute = relative if atol is None else atol
-    _tell(say, _method(choice, relative, absolute))
-    projection = Projection(system, max(ROUNDING, DRIFT * relative))
     flags = tuple(k < len(stops) for k in range(len(formulas)))
-    looked_for = (*flags, *(True for _ in system.ends))
-    problem = Problem(system, x, times, relative, absolute, looked_for, projection)
-    run = integrated(problem, choice.method, progress, say)
+    choice = choose(system, x, until, method)
+    while True:
+        relative = choice.method.rtol if rtol is None else rtol
+        absolute = relative if atol is None else atol
+        _tell(say, _method(choice, relative, absolute))
+        projection = Projection(system, max(ROUNDING, DRIFT * relative))
+        looked_for = (*flags, *(True for _ in system.ends))
+        run = integrated(
+            Problem(system, x, times, relative, absolute, looked_for, projection), choice.method, progress, say
+        )
+        if choice.otherwise is None or run.stopped in (END, STOPPED, INTERRUPTED):
+            break
+        choice = Choice(choice.otherwise, METHODS[choice.otherwise], f"{choice.name}: {run.stopped}")
     stopped = _why(system, formulas, run.hits[-1]) if run.stopped == STOPPED else run.stopped
     events = tuple(_event(system, formulas, flags, hit) for hit in run.hits if hit.event < len(formulas))
     q, u = run.x[:, : system.nq], run.x[:, system.nq : system.nq + system.nv]

@@ -42,6 +42,9 @@ WORDS: Mapping[Op, str] = {
 COMPACT = 250
 """Operations from which on loops are compiled in place of straight code, which would take long."""
 
+COMPACT_SOON = 700
+"""The same where code is compiled without optimisation, which takes a tenth of the time."""
+
 STRETCH = 200
 """Steps after which the caller hears of it."""
 
@@ -55,6 +58,9 @@ PI = Fraction("3.14159265358979323846264338327950288419716939937510")
 
 PATIENT = 10.0
 """How many times its limit a projection waits for: it takes as long as a hundred steps."""
+
+LOST = 1e3
+"""How many times its limit a step that is right never misses: ten times the tolerance."""
 
 SMALLEST = float(np.finfo(np.float64).eps)
 
@@ -144,7 +150,10 @@ def integrator(problem: Problem, hits: Callable[[int, float, Any], None] | None 
 
     system = problem.system
     variables, entries = translate(system)
-    options: dict[str, Any] = {"tol": max(problem.rtol, SMALLEST), "compact_mode": size(system) > COMPACT}
+    compact = size(system) > (COMPACT_SOON if system.closed else COMPACT)
+    options: dict[str, Any] = {"tol": max(problem.rtol, SMALLEST), "compact_mode": compact}
+    if system.closed and not compact:  # where each step is looked at, its code is not worth more than it costs
+        options["opt_level"] = 0
     if problem.stops:
         _, formulas = translate(system, "events")
         options["nt_events"] = [
@@ -198,6 +207,7 @@ class Stretch:
         self.ta, self.problem, self.found = ta, problem, found
         self.guard = Guard(problem) if overlooks(problem.system) else None
         self.longest = math.inf
+        self.why = ""
 
     def cover(self, inside: Array, goal: float) -> tuple[Array, int, str]:
         """Return the states at times `inside` as far as it came, shape (k, nx), its steps, and why it cannot go on.
@@ -216,7 +226,7 @@ class Stretch:
             self.ta.time, self.ta.state[:] = begin, start
             self.found.clear()
             return self._step_by_step(inside, goal)
-        return states[np.searchsorted(grid, inside[inside <= grid[len(states) - 1]])], int(steps), ""
+        return states[np.searchsorted(grid, inside[inside <= grid[len(states) - 1]])], int(steps), self.why
 
     def _step_by_step(self, inside: Array, goal: float) -> tuple[Array, int, str]:
         ta, steps = self.ta, 0
@@ -239,13 +249,17 @@ class Stretch:
                 rows.append(ta.d_output.copy())
             if not self._after(ta):
                 break
-        return _states(rows, ta.state), steps, ""
+        return _states(rows, ta.state), steps, self.why
 
     def _after(self, ta: Any) -> bool:
         """Bring the state back to its constraints after a step, where it has drifted; tell whether to go on."""
-        moved = self.problem.project(ta.state, PATIENT)
-        if moved is not None:
-            ta.state[:] = moved
+        project = self.problem.project
+        drift = project.drift(ta.state) if project.active else 0.0
+        if drift > LOST * project.limit:
+            self.why = f"the series leave the constraints after t = {ta.time:g} s, as near a change point of the loops"
+            return False
+        if drift > PATIENT * project.limit:
+            ta.state[:] = project.projected(ta.state)
         return not any(self.problem.stops[one.event] for one in self.found)
 
 
