@@ -16,6 +16,7 @@ from symdyn.scene.names import suggestion
 from symdyn.scene.table import Faults
 from symdyn.simulate.choose import Choice, choose
 from symdyn.simulate.constraints import Projection
+from symdyn.simulate.contacts import needed
 from symdyn.simulate.forces import Forces, held
 from symdyn.simulate.initial import Start, no_equations, read_start, singular
 from symdyn.simulate.integrate import METHODS, Hit, IntegrationError, Piece, Problem
@@ -103,6 +104,13 @@ def simulate(
         tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
         if reactions:
             columns |= reaction_columns(scene, run.t, q, u, qdd)
+        contacts, found = needed(scene, run.t, q, u, qdd, tau)
+    for one in contacts:
+        monitors[f"normal_force {one.row.name}"] = float(one.normal.min())
+        monitors[f"friction_coefficient {one.row.name}"] = float(one.friction.max())
+    for note in found:
+        _tell(say, note)
+    notes = (*notes, *found)
     return Trajectory(
         scene, run.t, q, u, qdd, tau, columns, monitors, events, stopped, choice.name, relative, absolute, run.steps,
         run.evaluations, run.preparing, run.wall, notes,
