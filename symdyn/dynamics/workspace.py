@@ -97,12 +97,8 @@ class Workspace:
         """The declared bodies and joints, nothing merged or regrouped, for reactions."""
         from symdyn.dynamics.reactions.hanging import Hanging  # with NumPy, which printing can do without
 
-        assembled: dict[str, float] = {}
-        if self.scene.loops:
-            numbers, q = self.closed.numbers, self.closed.closure.assembly.typical
-            assembled = {str(node.value): value for node, value in numbers.parameters.items()}
-            assembled |= dict(zip(self.scene.coordinates, map(float, q), strict=True))
-        return Hanging(self.scene, self.tree, self.state, assembled)
+        closed = self.scene.loops or self.scene.rows
+        return Hanging(self.scene, self.tree, self.state, self.closed.closure if closed else None)
 
     @cached_property
     def elastic(self) -> Elastic:
