@@ -35,6 +35,7 @@ from symdyn.scene import Scene, express
 from symdyn.verify.accuracy import Accuracy, measure, sample
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Claim, Fields, Finding, prove
 from symdyn.verify.laws import laws
+from symdyn.verify.natural import natural_findings
 from symdyn.verify.quaternions import on_unit_sphere
 
 STATES = 50  # at which positive definiteness is looked at
@@ -123,6 +124,11 @@ def certify(
     progress("proving over finite fields")
     claims = on_unit_sphere(scene, [claim for claim in claims if claim.left])  # k_C of one coordinate has no entries
     fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
+    if is_closed(scene):
+        progress("looking at natural positions")
+        found, undefined = natural_findings(workspace, outputs)
+        findings += found
+        notes += undefined
     progress("building")
     modules, refused = modules_of(code, real, notes)
     if is_prepared(code):

@@ -84,6 +84,22 @@ class InNumbers:
         found = np.hypot(np.linalg.norm(acts[:, :3], axis=1), np.linalg.norm(acts[:, 3:], axis=1) / length)
         return acts, np.where(found > 0, found, 1.0)
 
+    def missed(self, values: Mapping[Expr, float], R: Array, length: float) -> float:
+        """Return by how much reactions are no solution, whatever sizes the unknowns have, over the largest load.
+
+        Args:
+            values: of all symbols.
+            R: the reactions, row by row, shape (6 joints,).
+            length: a characteristic length, m.
+        """
+        A, b, T, still = self.matrices(values)
+        _, scales = self.sizes(values, length)
+        rows = np.tile([1.0] * 3 + [1.0 / length] * 3, (len(b) + len(R)) // 6)
+        whole = np.vstack([A, T]) * rows[:, None] / scales
+        right = np.concatenate([-b, R - still]) * rows
+        left = whole @ np.linalg.lstsq(whole, right, rcond=RANK)[0] - right
+        return float(np.abs(left).max(initial=0.0)) / (float(np.abs(right).max(initial=0.0)) or 1.0)
+
     def least(self, values: Mapping[Expr, float], length: float) -> Least:
         """Return the least solution at values of all symbols, for a characteristic length."""
         A, b, T, still = self.matrices(values)
