@@ -110,23 +110,23 @@ def natural_places(w: Workspace) -> list[tuple[str, Array]]:
 
 def _guesses(w: Workspace) -> Iterator[tuple[str, Array]]:
     """Yield the positions to begin with."""
-    start = np.array(w.closed.closure.assembly.q)
+    closure = w.closed.closure
     units = [unit for joint in w.scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
     angles = [k for k, unit in enumerate(units) if unit == "rad"]
 
-    def turned(angle: float, some: Sequence[int] = angles) -> Array:
-        """Return the start with some angles set."""
-        q = start.copy()
-        q[list(some)] = angle
-        return q
+    def turned(q: Sequence[float], angle: float, some: Sequence[int] = angles) -> Array:
+        """Return a position with some angles set."""
+        result = np.array(q)
+        result[list(some)] = angle
+        return result
 
-    yield "the start", start
+    yield "the start", np.array(closure.assembly.q)
     yield "zeros", np.zeros(len(units))
-    yield "the start with all angles zero", turned(0.0)
-    yield "equal angles", turned(0.5)
-    yield "right angles", turned(np.pi / 2)
+    yield "all angles zero", turned(closure.assembly.q, 0.0)
+    yield "equal angles", turned(closure.assembly.q, 0.5)
+    yield "right angles", turned(closure.assembly.q, np.pi / 2)
     for k in angles[:SINGLE]:
-        yield f"the start with {w.scene.coordinates[k]} = 0", turned(0.0, [k])
+        yield f"{w.scene.coordinates[k]} = 0", turned(closure.places[0], 0.0, [k])
 
 
 # States
