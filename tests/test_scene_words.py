@@ -110,7 +110,7 @@ def test_the_checks_look_at_every_quantity():
     """All but parameter values and the directions of axes, which are checked by themselves."""
     for one in (WIDE, with_symbols(WIDE, "all")):
         axes = {x for joint in (*one.joints, *one.loops) for x in (*joint.axis, *joint.second_axis)}
-        axes |= {x for row in one.rows for x in (*row.axis, *row.normal)}
+        axes |= {x for row in one.rows for x in (*(row.axis or ()), *row.plane.normal)}
         seen = {use.quantity for use in uses(Draft(one, _places(one)))}
         held = set(quantities_in(replace(one, parameters=())))
         assert held - axes <= seen <= held

@@ -104,7 +104,7 @@ def _row(scene: Scene, k: int, row: ClosedRow, write: Callable[[Form], Form], ta
 
 def _text(scene: Scene, row: ClosedRow) -> str:
     """Return what a multiplier is, such as "force along x of loop hinge, exerted by coupler on rocker"."""
-    if not row.closes:
+    if not row.loop:
         return f"of row {row.owner}" if row.words == "row" else f"{row.words} of row {row.owner}"
     loop = next(joint for joint in scene.loops if joint.name == row.owner)
     return f"{row.words} of loop {row.owner}, exerted by {loop.parent} on {loop.child}"

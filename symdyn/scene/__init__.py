@@ -23,7 +23,7 @@ from symdyn.scene.build_loads import damper, knife_edge, load, rolling, row, spr
 from symdyn.scene.door import read, read_noting, write_text
 from symdyn.scene.formula import FormulaError, parse
 from symdyn.scene.joints import JOINTS, JointKind, Motion, Move
-from symdyn.scene.loads import Damper, Friction, Load, Place, Row, Spring
+from symdyn.scene.loads import Damper, Friction, Load, Place, Plane, Row, Spring
 from symdyn.scene.locking import lock
 from symdyn.scene.model import (
     GROUND,
@@ -65,6 +65,7 @@ __all__ = [
     "Parameter",
     "Particle",
     "Place",
+    "Plane",
     "Point",
     "Pose",
     "Quantity",

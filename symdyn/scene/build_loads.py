@@ -75,10 +75,20 @@ def row(name: str, formula: str | Quantity) -> Entry:
 
 
 def knife_edge(
-    name: str, *, body: str | None = None, at: Three | None = None, point: str | None = None, axis: Three
+    name: str,
+    *,
+    body: str | None = None,
+    at: Three | None = None,
+    point: str | None = None,
+    axis: Three,
+    plane: Mapping[str, object] | None = None,
 ) -> Entry:
-    """Declare a point of a body that has no velocity along an axis of the body, the one across the blade."""
-    return entry("rows", name, type="knife_edge", body=body, at=at, point=point, axis=axis)
+    """Declare a point of a body that has no velocity along an axis of the body, the one across the blade.
+
+    With a plane {"body": name, "at": [x, y, z], "normal": [x, y, z]} the velocity is relative to the body that carries
+    it, the ground when left out.
+    """
+    return entry("rows", name, type="knife_edge", body=body, at=at, point=point, axis=axis, plane=plane)
 
 
 def rolling(
@@ -87,28 +97,30 @@ def rolling(
     body: str | None = None,
     at: Three | None = None,
     point: str | None = None,
-    axis: Three,
+    axis: Three | None = None,
     radius: Number,
+    plane: Mapping[str, object] | None = None,
     normal: Three | None = None,
     components: Sequence[str] | None = None,
 ) -> Entry:
-    """Declare a wheel or disc that rolls without slip, see `Row`.
+    """Declare a wheel, disc or ball that rolls on a plane without slip, see `Row`.
 
     Args:
         name: of the constraint.
         body: the wheel.
         at: its centre in body coordinates, m; the origin when left out.
         point: its centre, in place of body and place.
-        axis: of the wheel, body axes.
+        axis: of the wheel, body axes; left out for a ball.
         radius: of the wheel, m.
-        normal: of the plane that it rolls on, ground axes; z when left out.
-        components: of the velocity of its lowest point, those that vanish: of "along", "across" and "normal"; the
-            first two when left out.
+        plane: {"body": name, "at": [x, y, z], "normal": [x, y, z]}, in coordinates of that body; what is left out is
+            the ground, its origin, and the direction against gravity.
+        normal: of the plane, in place of `plane`: then the scene does not say where it lies.
+        components: of the velocity of its lowest point, those that vanish: of "along", "across" and "normal", the last
+            of which holds it at its height too; for a wheel the first two when left out, for a ball all.
     """
     where = {"body": body, "at": at, "point": point}
-    return entry(
-        "rows", name, type="rolling", **where, axis=axis, radius=radius, normal=normal, components=components
-    )  # fmt: skip
+    more = {"plane": plane, "normal": normal, "components": components}
+    return entry("rows", name, type="rolling", **where, axis=axis, radius=radius, **more)
 
 
 def _ends(ends: tuple[End, End] | None) -> dict[str, object]:

@@ -10,10 +10,11 @@ from symdyn.scene.check import check
 from symdyn.scene.dh import expand
 from symdyn.scene.draft import Draft
 from symdyn.scene.joint_table import read_joints, read_loops
-from symdyn.scene.load_table import read_damper, read_load, read_row, read_spring
+from symdyn.scene.load_table import read_damper, read_load, read_spring
 from symdyn.scene.locking import lock, read_locks
 from symdyn.scene.model import STANDARD_GRAVITY, Parameter, Point, Scene
 from symdyn.scene.quantity import NULL, ZERO, Vector
+from symdyn.scene.row_table import level_normal, read_row
 from symdyn.scene.spanning import span
 from symdyn.scene.table import Entry, Faults, Table, show
 from symdyn.scene.turning import turned
@@ -78,10 +79,13 @@ def assemble(
     points = tuple(_point(entry, faults) for entry in declaration.points)
     named = {point.name: point for point in points}
     loops = (*declaration.loops, *spanned.cut)
+    parameters = tuple(_parameter(entry, faults) for entry in declaration.parameters)
+    gravity = _gravity(declaration.gravity, faults)
+    level = level_normal(gravity, parameters) if declaration.rows else ""
     scene = Scene(
         name=declaration.name,
-        parameters=tuple(_parameter(entry, faults) for entry in declaration.parameters),
-        gravity=_gravity(declaration.gravity, faults),
+        parameters=parameters,
+        gravity=gravity,
         bodies=tuple(read_body(entry, faults) for entry in bodies),
         joints=tuple(
             turned(joint) if joint.name in spanned.turned else joint for joint in read_joints(spanned.joints, faults)
@@ -91,7 +95,7 @@ def assemble(
         springs=tuple(read_spring(entry, named, faults) for entry in declaration.springs),
         dampers=tuple(read_damper(entry, named, faults) for entry in declaration.dampers),
         loads=tuple(read_load(entry, named, faults) for entry in declaration.loads),
-        rows=tuple(read_row(entry, named, faults) for entry in declaration.rows),
+        rows=tuple(read_row(entry, named, level, faults) for entry in declaration.rows),
         source=source,
     )
     places = {"bodies": bodies, "joints": spanned.joints, "loops": loops}

@@ -68,6 +68,7 @@ def uses(draft: Draft) -> Iterator[Use]:
         yield Use(place, "formula", row.formula, moving)
         yield from _vector(place, "at", row.place.at if row.place else ())
         yield Use(place, "radius", row.radius)
+        yield from _vector(place, "plane.at", row.plane.at)
 
 
 def joint_numbers(joint: Joint) -> Iterator[tuple[str, Quantity]]:

@@ -1,4 +1,4 @@
-"""Springs, dampers, loads and rows as tables: raw keys to nouns, every fault collected."""
+"""Springs, dampers and loads as tables: raw keys to nouns, every fault collected."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fractions import Fraction
 from symdyn.graph import Op
 from symdyn.scene.folding import FormulaError, add, function, mul, neg
 from symdyn.scene.formula import quantity
-from symdyn.scene.loads import Damper, Load, Place, Row, Spring
+from symdyn.scene.loads import Damper, Load, Place, Spring
 from symdyn.scene.model import Point, Pose
 from symdyn.scene.names import suggestion
 from symdyn.scene.quantity import NULL, ONE, PI, ZERO, Quantity, Vector, number
@@ -21,14 +21,6 @@ SPRING_KEYS = (*END_KEYS, "stiffness", "free", "preload")
 DAMPER_KEYS = (*END_KEYS, "damping")
 
 LOAD_KEYS = ("body", "point", "at", "force", "couple", "frame")
-
-ROW_KEYS = {
-    "formula": ("type", "formula"),
-    "knife_edge": ("type", "body", "point", "at", "axis"),
-    "rolling": ("type", "body", "point", "at", "axis", "radius", "normal", "components"),
-}
-
-COMPONENTS = ("along", "across", "normal")
 
 ENDS = 'write joint = "NAME", or from and to, each the name of a body or point or { body = "NAME", at = [0, 0, 0] }'
 
@@ -63,42 +55,7 @@ def read_load(entry: Entry, points: Points, faults: Faults) -> Load:
         frame = "ground"
     if "force" not in table and "couple" not in table:
         table.fault("has neither force nor couple; write one, such as force = [0, 0, 10]")
-    return Load(entry.name, _place(table, points), table.vector("force"), table.vector("couple"), frame)
-
-
-def read_row(entry: Entry, points: Points, faults: Faults) -> Row:
-    """Return a declared constraint on velocities."""
-    kind = entry.table.get("type", "formula")
-    if not isinstance(kind, str) or kind not in ROW_KEYS:
-        faults.add(entry.where, f"type = {show(kind)} is not a constraint; {suggestion(str(kind), ROW_KEYS)}")
-        return Row(entry.name, place=Place(""))
-    table = Table(entry, faults, ROW_KEYS[kind])
-    if kind == "formula":
-        if "formula" not in table:
-            table.fault('formula is missing; write what vanishes, such as formula = "x_dot - r*phi_dot"')
-        return Row(entry.name, formula=table.quantity("formula"))
-    usual = Row(entry.name)
-    for key in ("axis", "radius") if kind == "rolling" else ("axis",):
-        if key not in table:
-            table.fault(f"{key} is missing; write {'axis = [0, 1, 0]' if key == 'axis' else 'radius = 0.1'}")
-    return Row(
-        entry.name,
-        type=kind,
-        place=_place(table, points),
-        axis=table.vector("axis", usual.axis),
-        radius=table.quantity("radius"),
-        normal=table.vector("normal", usual.normal),
-        components=_components(table, usual.components) if kind == "rolling" else usual.components,
-    )
-
-
-def _components(table: Table, usual: tuple[str, ...]) -> tuple[str, ...]:
-    raw = plain(table.raw.get("components", usual))
-    some = isinstance(raw, (list, tuple)) and raw and all(one in COMPONENTS for one in raw)
-    if not isinstance(raw, (list, tuple)) or not some or len(set(raw)) < len(raw):
-        table.fault(f'components = {show(raw)} is not a list of "along", "across" and "normal"; leave it out for both')
-        return usual
-    return tuple(raw)
+    return Load(entry.name, place_of(table, points), table.vector("force"), table.vector("couple"), frame)
 
 
 def _coefficients(table: Table, key: str) -> tuple[Quantity, ...]:
@@ -136,10 +93,10 @@ def _end(table: Table, key: str, points: Points) -> Place:
     if not isinstance(raw, Mapping):
         table.fault(f"{key} = {show(raw)} is no end; {ENDS}")
         return Place("")
-    return _place(table.inner(key, ("body", "point", "at"), ENDS), points)
+    return place_of(table.inner(key, ("body", "point", "at"), ENDS), points)
 
 
-def _place(table: Table, points: Points) -> Place:
+def place_of(table: Table, points: Points) -> Place:
     """Return the point of a body that `body` and `at`, or `point`, name."""
     if ("body" in table) == ("point" in table):
         table.fault('give body and at, or point; write body = "NAME" and at = [0, 0, 0]')

@@ -1,4 +1,4 @@
-"""What acts on the bodies of a scene, beside gravity and drives; and constraints on velocities."""
+"""What acts on the bodies of a scene, beside gravity and drives; contacts, and constraints on velocities."""
 
 from __future__ import annotations
 
@@ -93,33 +93,60 @@ class Load:
 
 
 @dataclass(frozen=True)
+class Plane:
+    """The plane that a wheel, a ball or a blade touches.
+
+    Attributes:
+        body: that carries it, the ground as a rule.
+        at: a point of it, axes of that body, m.
+        normal: towards what touches it, axes of that body; any length but zero, free of symbols.
+        declared: whether the scene says where it lies; else it passes through the origin of the ground.
+    """
+
+    body: str = "ground"
+    at: Vector = NULL
+    normal: Vector = (ZERO, ZERO, ONE)
+    declared: bool = False
+
+
+@dataclass(frozen=True)
 class Row:
-    """A constraint on velocities, nonholonomic: one that no placement can tell.
+    """A constraint on velocities, which may hold a position too.
 
         formula     Σ a_k(q) u_k = 0, one row
         knife_edge  a point of a body has no velocity along an axis of the body, the one across the blade: one row
-        rolling     the lowest point C of the rim of a wheel or disc has no velocity: one row a component
+        rolling     the point C of a wheel or a ball that is lowest has no velocity: one row a component
 
-    With the wheel's axis a, its centre O and the normal n of the ground, unit vectors, and w = |a × n|,
+    Velocities are relative to the body that carries the plane. With the wheel's axis a, its centre O, a point p of the
+    plane and its normal n, a and n unit vectors, and w = |a × n|,
 
         C = O - r (n - (n·a) a) / w        along  v_C·(a × n) / w = (v_O·(a × n)) / w - r ω·a
                                            across v_C·(n × (a × n)) / w        normal v_C·n
+
+    The last is the rate of n·(O - p) - r w, how high C is, which vanishes where the row is kept. Without an axis the
+    body is a ball, C = O - r n, and "along" and "across" are two directions of the plane.
 
     Attributes:
         type: "formula", "knife_edge" or "rolling".
         formula: its left side, linear in the velocities; of a formula.
         place: the point of the blade, or the centre of the wheel.
         axis: the direction across the blade, or the wheel's axis; body axes, any length but zero, free of symbols.
+            None for a ball.
         radius: of the wheel, m.
-        normal: of the ground that a wheel rolls on; ground axes, any length but zero, free of symbols.
-        components: of the velocity of a wheel's lowest point, those that vanish: of "along", "across", "normal".
+        plane: what the wheel rolls on, or the blade cuts.
+        components: of the velocity of C, those that vanish: of "along", "across", "normal".
     """
 
     name: str
     type: str = "formula"
     formula: Quantity = ZERO
     place: Place | None = None
-    axis: Vector = (ZERO, ONE, ZERO)
+    axis: Vector | None = (ZERO, ONE, ZERO)
     radius: Quantity = ZERO
-    normal: Vector = (ZERO, ZERO, ONE)
+    plane: Plane = Plane()
     components: tuple[str, ...] = ("along", "across")
+
+    @property
+    def touches(self) -> bool:
+        """Whether it holds a position too: that of a wheel or a ball on its plane."""
+        return self.type == "rolling" and "normal" in self.components

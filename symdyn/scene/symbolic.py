@@ -107,6 +107,7 @@ def _placed(scene: Scene, names: Names) -> Scene:
             replace(
                 one,
                 place=at(one.place, one.name, f"_r{k}") if one.place else None,
+                plane=replace(one.plane, at=_three(one.plane.at, "abd", f"_g{k}", "m", f"plane of {one.name}", names)),
                 radius=names.of(one.radius, f"r{k}", "m", f"radius of {one.name}", True),
             )
             for k, one in enumerate(scene.rows, start=1)

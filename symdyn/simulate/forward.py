@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.dynamics.loops.numbers import numbers_of
 from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene
 from symdyn.scene.names import suggestion
@@ -16,7 +17,7 @@ from symdyn.scene.table import Faults
 from symdyn.simulate.choose import Choice, choose
 from symdyn.simulate.constraints import Projection
 from symdyn.simulate.forces import Forces, held
-from symdyn.simulate.initial import Start, read_start, singular
+from symdyn.simulate.initial import Start, no_equations, read_start, singular
 from symdyn.simulate.integrate import METHODS, Hit, IntegrationError, Piece, Problem
 from symdyn.simulate.model import END, INTERRUPTED, Event, Trajectory
 from symdyn.simulate.monitors import observe
@@ -90,10 +91,11 @@ def simulate(
     _tell(say, _method(choice, relative, absolute))
     projection = Projection(system, max(ROUNDING, DRIFT * relative))
     flags = tuple(k < len(stops) for k in range(len(formulas)))
-    problem = Problem(system, x, times, relative, absolute, flags, projection)
-    run = _integrated(problem, choice, progress)
-    stopped = formulas[run.hits[-1].event] if run.stopped == STOPPED else run.stopped
-    events = tuple(_event(system, formulas, flags, hit) for hit in run.hits)
+    looked_for = (*flags, *(True for _ in system.ends))
+    problem = Problem(system, x, times, relative, absolute, looked_for, projection)
+    run = _whole(system, _integrated(problem, choice, progress))
+    stopped = _why(system, formulas, run.hits[-1]) if run.stopped == STOPPED else run.stopped
+    events = tuple(_event(system, formulas, flags, hit) for hit in run.hits if hit.event < len(formulas))
     q, u = run.x[:, : system.nq], run.x[:, system.nq : system.nq + system.nv]
     with np.errstate(all="ignore"):  # a motion that leaves what is real has its last row there
         columns, monitors = observe(system, run.t, run.x)
@@ -169,7 +171,11 @@ def _checked(
     faults: list[str] = []
     initial = None
     try:
-        initial = start if isinstance(start, Start) else read_start(scene, start, start_rates)
+        if isinstance(start, Start):
+            no_equations(numbers_of(scene), start.q)
+            initial = start
+        else:
+            initial = read_start(scene, start, start_rates)
     except SimulateError as error:
         faults += error.faults
     try:
@@ -229,6 +235,22 @@ def _method(choice: Choice, rtol: float, atol: float) -> str:
     tolerance = f"tolerance {rtol:g}" if rtol == atol else f"tolerances {rtol:g} relative, {atol:g} absolute"
     reason = f" ({choice.reason})" if choice.reason else ""
     return f"method: {choice.name} ({choice.method.library}), {tolerance}{reason}"
+
+
+def _whole(system: System, run: _Run) -> _Run:
+    """Return a run without its last row where that is a place without accelerations."""
+    if run.stopped != STOPPED or len(run.t) < 2:
+        return run
+    with np.errstate(all="ignore"):
+        last = system.tell("rates", run.t[-1:], run.x[-1:])
+    return run if np.all(np.isfinite(last)) else replace(run, t=run.t[:-1], x=run.x[:-1])
+
+
+def _why(system: System, formulas: Sequence[str], hit: Hit) -> str:
+    """Return what ended a run: a formula of the user, or a place where the equations end."""
+    if hit.event < len(formulas):
+        return formulas[hit.event]
+    return f"t = {hit.t:.9g} s: {system.ends[hit.event - len(formulas)]}"
 
 
 def _event(system: System, formulas: Sequence[str], flags: Sequence[bool], hit: Hit) -> Event:

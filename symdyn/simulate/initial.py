@@ -14,7 +14,7 @@ from symdyn.dynamics.loops.assembly import closed_position
 from symdyn.dynamics.loops.continuation import declared_rates, fitting
 from symdyn.dynamics.loops.numbers import Numbers, numbers_of
 from symdyn.dynamics.prescribed import TIME, prescribed
-from symdyn.errors import DerivationError
+from symdyn.errors import DerivationError, SimulateError
 from symdyn.graph import Graph, evaluate, substitute
 from symdyn.scene import Scene, express, velocity_name
 from symdyn.scene.names import suggestion
@@ -55,7 +55,7 @@ def read_start(scene: Scene, start: Mapping[str, str] | None = None, rates: Mapp
         rates: likewise by velocity, or by coordinate where the velocity is its rate.
 
     Raises:
-        SimulateError: with every fault, one line each.
+        SimulateError: with every fault, one line each; also where angles are singular there, or a wheel lies flat.
     """
     values = parameter_values(scene)
     faults = Faults("")
@@ -96,7 +96,19 @@ def read_start(scene: Scene, start: Mapping[str, str] | None = None, rates: Mapp
         q, u, more = _closed(numbers, q, u, given_q, given_u, faults)
         notes += more
         close(faults)
+    no_equations(numbers, q)
     return Start(q, u, tuple(notes))
+
+
+def no_equations(numbers: Numbers, q: Array) -> None:
+    """Refuse a start at which equations of motion say nothing.
+
+    Raises:
+        SimulateError: angles are singular there, or a wheel lies flat.
+    """
+    why = numbers.singular_angles(q) or numbers.lying_flat(q)
+    if why:
+        raise SimulateError(f"start: {why}")
 
 
 def _index(name: str, names: Sequence[str], where: str, faults: Faults) -> int | None:

@@ -41,6 +41,7 @@ from symdyn.graph import Expr, substitute
 from symdyn.program import Program, cheapest, lower
 from symdyn.scene import Quantity, Scene, express
 from symdyn.simulate.conserved import conserved
+from symdyn.simulate.ends import ends
 from symdyn.simulate.forces import Forces
 from symdyn.simulate.reading import TIME, parameter_values
 
@@ -78,6 +79,7 @@ class System:
         linear: whether the loops hold dependent coordinates in proportion, so that nothing is divided by what vanishes.
         rows: number of rows that hold velocities.
         filled: places of the entries of G that are not zero, row by row; where `linear`, G is not asked for.
+        ends: what is said where the equations end; such places are the last entries of "events".
     """
 
     scene: Scene
@@ -92,6 +94,7 @@ class System:
     dependent: tuple[int, ...] = ()
     rows: int = 0
     filled: tuple[int, ...] = ()
+    ends: tuple[str, ...] = ()
 
     @cached_property
     def nq(self) -> int:
@@ -229,8 +232,10 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
         function_of(w, "kinetic", cheapest(w, "kinetic_energy").entries),
         function_of(w, "potential", cheapest(w, "potential_energy").entries),
     ]
-    if events:
-        functions.append(function_of(w, "events", [express(event, w.graph) for event in events]))
+    last = ends(scene, w.graph)
+    if events or last:
+        looked_for = [*(express(event, w.graph) for event in events), *(formula for formula, _ in last)]
+        functions.append(function_of(w, "events", looked_for))
     if momenta:
         functions.append(function_of(w, "momenta", [p for _, p in momenta]))
     rows, filled = 0, ()  # type: int, tuple[int, ...]
@@ -247,7 +252,7 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
     dependent = tuple(w.closed.closure.partition.dependent) if apart else ()
     return System(
         scene, forces, tuple(events), program, calls, compiled, not power.is_zero, tuple(name for name, _ in momenta),
-        linear is not None, dependent, rows, filled,
+        linear is not None, dependent, rows, filled, tuple(words for _, words in last),
     )  # fmt: skip
 
 

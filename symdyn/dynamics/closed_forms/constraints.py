@@ -33,7 +33,8 @@ class ClosedRow:
 
     Attributes:
         owner: name of the loop, or of the scene's row.
-        closes: whether it closes a loop, so that its residual vanishes too.
+        loop: whether that is a loop.
+        closes: whether it holds a position, so that its residual vanishes too.
         words: what it forbids, such as "force along x".
         uses: for each velocity whether its entry of G may differ from zero.
         residual: what vanishes where the loop is closed; None without a closed form.
@@ -42,6 +43,7 @@ class ClosedRow:
     """
 
     owner: str
+    loop: bool
     closes: bool
     words: str
     uses: tuple[bool, ...]
@@ -78,7 +80,8 @@ def closed_constraints(scene: Scene) -> ClosedConstraints:
     rows = []
     for k in closure.kept:
         label, uses = found.labels[k], tuple(not entry.is_zero for entry in found.G[k])
-        rows.append(ClosedRow(label.owner, label.closes, _words(scene, label, state, closure.names[k]), uses))
+        words = _words(scene, label, state, closure.names[k])
+        rows.append(ClosedRow(label.owner, label.loop, label.closes, words, uses))
     try:
         return ClosedConstraints(_written(rows, found, closure.kept, state, graph, scene))
     except DerivationError as fault:
@@ -93,7 +96,7 @@ def _words(scene: Scene, label: Label, state: State, name: str) -> str:
     if not set(state.q).intersection(reachable([*force, *moment])):
         return name.removeprefix(f"{label.owner}: ")
     kind = "moment" if all(x.is_zero for x in force) else "force"
-    contact = next((row for row in scene.rows if row.name == label.owner and not label.closes), None)
+    contact = next((row for row in scene.rows if row.name == label.owner and not label.loop), None)
     return f"{kind} {contact.components[label.number]}" if contact and contact.type == "rolling" else kind
 
 
@@ -120,6 +123,7 @@ def _written(
         written.append(
             ClosedRow(
                 row.owner,
+                row.loop,
                 row.closes,
                 row.words,
                 tuple(bool(entry) for entry in G),

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -79,25 +79,27 @@ def closed_position(numbers: Numbers, guess: Array | None = None, held: Sequence
         guess: coordinates to begin with; None takes those of the scene, and random ones where it gives none.
         held: velocities whose coordinates must not move; None holds driven ones as long as the loops close so.
     """
-    scene, declared = numbers.scene, any(joint.start for joint in numbers.scene.moving)
+    scene = numbers.scene
+    given = guess is not None or any(joint.start for joint in scene.moving)
     first = numbers.start() if guess is None else numbers.normalised(guess)
-    driven = [k for k, drive in enumerate(scene.drives) if drive] if declared or guess is not None else []
+    driven = [k for k, drive in enumerate(scene.drives) if drive] if given else []
     attempts = [tuple(held)] if held is not None else [tuple(driven), ()] if driven else [()]
-    notes: list[str] = []
-    for fixed in attempts:
+    fault, notes = numbers.lying_flat(first), list[str]()
+    for fixed in attempts if not fault else ():
         q = newton(numbers, first, fixed)
+        if not seen_closed(numbers, q) and not fixed:
+            q = _without_angles(numbers, first)
         if seen_closed(numbers, q):
             if fixed != attempts[0]:
                 names = ", ".join(scene.velocities[k].removesuffix("_dot") for k in attempts[0])
                 notes.append(f"the loops do not close at the start of {names}, which had to move")
             return _looked_at(numbers, q, notes)
-    if guess is None and not declared:
-        for seed in range(GUESSES):
-            q = newton(numbers, numbers.drawn(seed), ())
-            if seen_closed(numbers, q):
-                notes.append("no joint has a start: a closed position was found from a random guess; give start")
-                return _looked_at(numbers, q, notes)
-    fault = _open(numbers, q) or _reversed(numbers, q)
+        fault = _open(numbers, q) or _reversed(numbers, q) or ""
+    for seed in range(GUESSES) if not given else ():
+        q = newton(numbers, numbers.drawn(seed), ())
+        if seen_closed(numbers, q):
+            notes.append("no joint has a start: a closed position was found from a random guess; give start")
+            return _looked_at(numbers, q, notes)
     raise DerivationError(f"{scene.name}: {fault}")
 
 
@@ -138,6 +140,12 @@ def with_parameters(numbers: Numbers, free: Mapping[str, float]) -> Numbers:
 
 
 # Newton
+
+
+def _without_angles(numbers: Numbers, q: Array) -> Array:
+    """Return where Newton's method ends that angles do not hinder: where they are singular, they hold a body."""
+    plain = numbers.plain
+    return numbers.turned_back(newton(plain, numbers.turned(q), ()), q)
 
 
 def newton(numbers: Numbers, q: Array, held: Sequence[int]) -> Array:
@@ -216,7 +224,7 @@ def _open(numbers: Numbers, q: Array) -> str | None:
     rows = [k for k, row in enumerate(numbers.constraints.G) if not all(entry.is_zero for entry in row)]
     smallest = np.linalg.svd(G[rows], compute_uv=False).min(initial=np.inf if rows else 0.0)
     return (
-        f"the loop {label.owner} cannot be assembled from this start: {missed(label, numbers, q, r[k])}, the smallest "
+        f"{label.words} cannot be assembled from this start: {missed(label, numbers, q, r[k])}, the smallest "
         f"singular value of the constraints there is {smallest:.3g}; give another start, or other lengths"
     )
 
@@ -228,7 +236,7 @@ def _reversed(numbers: Numbers, q: Array) -> str | None:
     allowed = 1e-4 * max(1.0, _size(numbers, q))
     for k in range(count):
         label = numbers.constraints.labels[k]
-        if label.closes and off[k] > allowed:
+        if label.loop and off[k] > allowed:
             return (
                 f"the loop {label.owner} closes the wrong way round from this start: its axis, or its frame, is "
                 "reversed; give a start on the other branch, or turn one of its frames by 180 deg"
@@ -238,25 +246,26 @@ def _reversed(numbers: Numbers, q: Array) -> str | None:
 
 def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
     """Return a closed position with its singular values, compared with those of its neighbours."""
-    length = _size(numbers, q)
-    values = _singular_values(numbers, q, length)
-    here = rank = _rank(values)
-    typical = q
-    for near in _neighbours(numbers, q, length):
-        other = _rank(_singular_values(numbers, near, length))
-        if other > rank:
-            rank, typical = other, near
+    plain, at = numbers.plain, numbers.turned(q)
+    length = _size(plain, at)
+    values = _singular_values(plain, at, length)
+    near = list(_neighbours(plain, at, length))
+    ranks = [_rank(one) for one in (values, *(_singular_values(plain, one, length) for one in near))]
+    here, rank = ranks[0], max(ranks)
+    best = [one for one, r in zip((at, *near), ranks, strict=True) if r == rank]
+    typical = _clearest(numbers, [q if one is at else numbers.turned_back(one, q) for one in best])
     if rank and values[rank - 1] < NEAR * values[0]:
         where, then = ("near", "lose that many digits") if here == rank else ("at", "are not unique there")
         notes.append(
-            f"the loop {_weakest(numbers, q, length)} is {where} a change point: the smallest singular value of its "
+            f"{_weakest(plain, at, length)} is {where} a change point: the smallest singular value of its "
             f"constraints is {values[rank - 1]:.3g}, the largest {values[0]:.3g}; accelerations and reactions {then}"
         )
     notes += [
         f"the loop {name} forbids nothing that the other joints of the loop do not forbid already: it has no length, "
         "or its joint repeats another one; give lengths by origin and tip, or leave it out"
-        for name in _idle_loops(numbers, [q, typical])
+        for name in _idle_loops(plain, [at, numbers.turned(typical)])
     ]
+    notes += _off_planes(numbers, q)
     residual = float(np.max(np.abs(numbers.residual(q)), initial=0.0))
     return Assembly(
         tuple(q.tolist()),
@@ -271,11 +280,34 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
     )
 
 
+def seen_plain(numbers: Numbers, assembly: Assembly) -> Assembly:
+    """Return an assembled position as one of the mechanism without angles."""
+    q, typical = (tuple(numbers.turned(np.array(one)).tolist()) for one in (assembly.q, assembly.typical))
+    return replace(assembly, q=q, typical=typical)
+
+
+def _clearest(numbers: Numbers, positions: Sequence[Array]) -> Array:
+    """Return the first position, or where its angles are nearly singular, the one at which they are so least."""
+    clear = [float(numbers.clearances(q).min(initial=1.0)) for q in positions]
+    return positions[0 if clear[0] > NEAR else int(np.argmax(clear))]
+
+
+def _off_planes(numbers: Numbers, q: Array) -> list[str]:
+    """Return which contacts are off the plane that their scene declares, and do not hold it."""
+    heights = numbers.at([one.height for one in numbers.gauges], q).tolist()
+    return [
+        f"contact {one.row.name}: {one.row.place.body if one.row.place else ''} is {abs(h):.3g} m "
+        f"{'above' if h > 0 else 'below'} its plane, and no component of the contact holds it there"
+        for one, h in zip(numbers.gauges, heights, strict=True)
+        if one.row.plane.declared and not one.row.touches and abs(h) > CLOSED * max(1.0, _size(numbers, q))
+    ]
+
+
 def _idle_loops(numbers: Numbers, positions: Sequence[Array]) -> list[str]:
     """Return the loops whose rows all vanish at closed positions."""
     G = np.hstack([dimensionless(numbers, q, _size(numbers, q)) for q in positions])
     working = np.abs(G).max(axis=1, initial=0.0) > NEGLIGIBLE
-    owners = {one.owner for one, works in zip(numbers.constraints.labels, working, strict=True) if one.closes and works}
+    owners = {one.owner for one, works in zip(numbers.constraints.labels, working, strict=True) if one.loop and works}
     return [joint.name for joint in numbers.scene.loops if joint.name not in owners]
 
 
@@ -308,10 +340,10 @@ def free_motions(G: Array) -> Array:
 
 
 def _weakest(numbers: Numbers, q: Array, length: float) -> str:
-    """Return the owner of the rows that come closest to being dependent."""
+    """Return in words the owner of the rows that come closest to being dependent."""
     G = dimensionless(numbers, q, length)
     U, values, _ = np.linalg.svd(G)
     mixed = np.abs(U[:, max(0, _rank(values) - 1)])
     if _rank(values) < min(G.shape):
         mixed = np.abs(U[:, _rank(values)]) * (np.abs(G).max(axis=1, initial=0.0) > 0)
-    return numbers.constraints.labels[int(mixed.argmax())].owner
+    return numbers.constraints.labels[int(mixed.argmax())].words

@@ -90,8 +90,20 @@ def close(numbers: Numbers, closing: Closing) -> tuple[Closure, Numbers]:
         DerivationError: the loops cannot be assembled, or the user's independent coordinates do not fit.
     """
     numbers, assembly = witness(dict(closing.parameters), numbers)
+    return decided(numbers, assembly, closing), numbers
+
+
+def decided(numbers: Numbers, assembly: Assembly, closing: Closing) -> Closure:
+    """Return the decisions at an assembled position.
+
+    Raises:
+        DerivationError: angles are singular at every position, or the user's independent coordinates do not fit.
+    """
     places = generic_places(numbers, np.array(assembly.typical), assembly.length)
     assembly = _compared(numbers, assembly, places)
+    singular = numbers.singular_angles(np.array(assembly.typical), held=True)
+    if singular:
+        raise DerivationError(f"{numbers.scene.name}: {singular}")
     found = [dimensionless(numbers, q, assembly.length) for q in (np.array(assembly.typical), *places)]
     sizes = np.max([np.abs(G).max(axis=1, initial=0.0) for G in found], axis=0)
     empty = tuple(k for k, size in enumerate(sizes) if size <= NOTHING * sizes.max())
@@ -105,13 +117,13 @@ def close(numbers: Numbers, closing: Closing) -> tuple[Closure, Numbers]:
     driven, fault = _driven(numbers, kept, choices, partition)
     redundant = tuple(k for k in some if k not in kept)
     here = tuple(tuple(q.tolist()) for q in places)
-    return Closure(assembly, here, kept, empty, redundant, names, partition, driven, fault), numbers
+    return Closure(assembly, here, kept, empty, redundant, names, partition, driven, fault)
 
 
 def _compared(numbers: Numbers, assembly: Assembly, places: Sequence[Array]) -> Assembly:
     """Return the assembly with the rank that generic positions show, and one of them as typical where it has less."""
-    n = numbers.state.n
-    ranks = [n - len(free_motions(dimensionless(numbers, q, assembly.length))) for q in places]
+    plain, n = numbers.plain, numbers.state.n
+    ranks = [n - len(free_motions(dimensionless(plain, numbers.turned(q), assembly.length))) for q in places]
     most = max(ranks, default=assembly.rank)
     if most <= assembly.rank:
         return assembly

@@ -1,13 +1,13 @@
-"""Where a tree is cut: joints that close loops, and contacts that forbid velocities only.
+"""Where a tree is cut: joints that close loops, and contacts of blades, wheels and balls with a plane.
 
-    J     joint frame on the parent; the ground frame for a contact
-    X     placement of the frame at P, on the child, in J
+    J     joint frame on the parent; for a contact it stands in a point of the plane, axes of the body that carries it
+    X     placement of the frame at P, on the child, in J; P is the blade's point, or the centre O of a wheel
     a     axis of a wheel, or direction across a blade, axes of J
-    n     normal of the ground       w    |a × n|, the sine of the angle between them
-    d     from the centre O of a wheel to the lowest point of its rim
+    n     normal of the plane        w    |a × n|, the sine of the angle between them
+    d     from O to the point of the rim that is lowest; -r n for a ball
 
-A wrench (force, moment) acts at P, axes of J. A contact's wrenches are the forces at the lowest point of the rim, moved
-to O; its residual is zero, since it says nothing about places.
+A wrench (force, moment) acts at P, axes of J. A contact's wrenches are the forces at the lowest point, moved to O. The
+one along n has a residual, the height of that point, n·p - r w, whose rate it is; the others say nothing about places.
 
 Reference: Neimark and Fufaev, Dynamics of Nonholonomic Systems (1972), chapter 1.
 """
@@ -21,10 +21,10 @@ from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics.state import placement, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import GROUND, JOINTS, Joint, Row, Scene, express
+from symdyn.scene import JOINTS, Joint, Row, Scene, express
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.constraints import forces
-from symdyn.spatial import Transform, Vec, apply, cross, dot, identity, scale, sub, unit_transform
+from symdyn.spatial import Transform, Vec, apply, cross, dot, identity, scale, sub
 
 Wrench = tuple[Vec, Vec]
 
@@ -35,11 +35,13 @@ class Cut:
 
     Attributes:
         owner: name of the loop or of the row.
-        parent, child: bodies.
+        parent, child: bodies; what carries the plane is the parent of a contact.
         before: placement of J in the parent.
         behind: placement of the frame at P in the child.
-        wrenches, residual: as functions of X.
-        closes: whether it is a joint, so that its residual means something.
+        wrenches: what the parent can exert on the child without working, as functions of X.
+        residual: likewise what vanishes where the row is kept; zero for a row that does not close.
+        closes: for each wrench whether it holds a position, so that its residual means something.
+        joint: the joint that closes the loop; None for a contact.
     """
 
     owner: str
@@ -49,12 +51,13 @@ class Cut:
     behind: Transform
     wrenches: Callable[[Transform], tuple[Wrench, ...]]
     residual: Callable[[Transform], tuple[Expr, ...]]
-    closes: bool
+    closes: tuple[bool, ...]
+    joint: Joint | None
 
 
 def cuts(scene: Scene, graph: Graph) -> list[Cut]:
     """Return the cut joints of a scene, and its contacts."""
-    contacts = [_contact(row, graph) for row in scene.rows if row.type != "formula"]
+    contacts = [contact(row, graph) for row in scene.rows if row.type != "formula"]
     return [_joint(joint, graph) for joint in scene.loops] + contacts
 
 
@@ -68,34 +71,42 @@ def _joint(joint: Joint, graph: Graph) -> Cut:
         placement(joint.tip, graph).inverse(),
         lambda X: kind.wrenches(joint, X),
         lambda X: kind.residual(joint, X),
-        True,
+        (True,) * kind.class_t(joint),
+        joint,
     )
 
 
-def _contact(row: Row, graph: Graph) -> Cut:
+def contact(row: Row, graph: Graph) -> Cut:
+    """Return the cut that a blade, a wheel or a ball makes."""
     assert row.place is not None, "a contact is at a place"
-    wrenches = _blade if row.type == "knife_edge" else _rolling
-    behind = Transform(identity(graph), vector(row.place.at, graph))
-    count = 1 if row.type == "knife_edge" else len(row.components)
+    rolls = row.type == "rolling"
+    closes = tuple(one == "normal" for one in row.components) if rolls else (False,)
     return Cut(
         row.name,
-        GROUND,
-        unit_transform(graph),
+        row.plane.body,
+        Transform(identity(graph), vector(row.plane.at, graph)),
         row.place.body,
-        behind,
-        lambda X: wrenches(row, X),
-        lambda X: (graph.zero,) * count,
-        False,
+        Transform(identity(graph), vector(row.place.at, graph)),
+        lambda X: (_rolling if rolls else _blade)(row, X),
+        lambda X: tuple(height(row, X) if one else graph.zero for one in closes),
+        closes,
+        None,
     )
 
 
 def _blade(row: Row, X: Transform) -> tuple[Wrench, ...]:
+    assert row.axis is not None, "a blade has a direction across it"
     return forces(apply(X.R, unit(row.axis, X.p[0].graph)))
 
 
 def _rolling(row: Row, X: Transform) -> tuple[Wrench, ...]:
     graph = X.p[0].graph
-    a, n, r = apply(X.R, unit(row.axis, graph)), unit(row.normal, graph), express(row.radius, graph)
+    n, r = unit(row.plane.normal, graph), express(row.radius, graph)
+    if row.axis is None:
+        along, d = _in_plane(n), scale(-r, n)
+        ways = {"along": _at_rim(along, d), "across": _at_rim(cross(n, along), d), "normal": forces(n)[0]}
+        return tuple(ways[component] for component in row.components)
+    a = apply(X.R, unit(row.axis, graph))
     w = _sine(a, n)
     d = scale(-r / w, sub(n, scale(dot(n, a), a)))
     ways = {
@@ -104,6 +115,31 @@ def _rolling(row: Row, X: Transform) -> tuple[Wrench, ...]:
         "normal": _at_rim(n, d),
     }
     return tuple(ways[component] for component in row.components)
+
+
+def height(row: Row, X: Transform) -> Expr:
+    """Return how far the lowest point of a wheel or a ball, or the point of a blade, is off its plane, m."""
+    graph = X.p[0].graph
+    n = unit(row.plane.normal, graph)
+    rise = dot(n, X.p)
+    return rise - express(row.radius, graph) * sine(row, X) if row.type == "rolling" else rise
+
+
+def sine(row: Row, X: Transform) -> Expr:
+    """Return w of a wheel; 1 for a ball."""
+    graph = X.p[0].graph
+    if row.axis is None:
+        return graph.one
+    return _sine(apply(X.R, unit(row.axis, graph)), unit(row.plane.normal, graph))
+
+
+def _in_plane(n: Vec) -> Vec:
+    """Return a unit vector of a plane: its x, unless the normal is along it."""
+    graph = n[0].graph
+    x, y = (graph.one, graph.zero, graph.zero), (graph.zero, graph.one, graph.zero)
+    axis = y if n[1].is_zero and n[2].is_zero else x
+    way = sub(axis, scale(dot(axis, n), n))
+    return scale(graph.one / graph.sqrt(dot(way, way)), way)
 
 
 def _at_rim(force: Vec, d: Vec) -> Wrench:

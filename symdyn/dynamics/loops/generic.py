@@ -32,7 +32,8 @@ def generic_places(numbers: Numbers, q: Array, length: float) -> tuple[Array, ..
         q: a closed position.
         length: the characteristic length, m.
     """
-    return tuple(_wandered(numbers, q, length, seed) for seed in range(PLACES))
+    plain, at = numbers.plain, numbers.turned(q)  # angles would hinder where they are singular
+    return tuple(numbers.turned_back(_wandered(plain, at, length, seed), q) for seed in range(PLACES))
 
 
 def _wandered(numbers: Numbers, q: Array, length: float, seed: int) -> Array:

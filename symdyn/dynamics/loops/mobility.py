@@ -5,7 +5,8 @@
               for every component of a row, of which a rolling contact has up to three
     by loops  n = nv - Σ (d - f), f the freedoms of a cut joint; d = 6, and 3 for a planar loop. Where all loops are
               planar that is 3 (u - 1) = n + Σ (t - 3) s_t
-    rank      n = nv - rank G, at the assembled position, or round about it at a change point
+    rank      n = nv - rank G, at the assembled position, or round about it at a change point; in angular velocities,
+              since rates of angles are dependent where these are singular, and bodies are not
 
 A planar loop counted in space has three reactions too many: those out of its plane, which no rigid body can tell.
 
@@ -15,13 +16,13 @@ Theory 40 (2005), for where counting fails.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symdyn.dynamics.kinematics import tree_placements
-from symdyn.dynamics.loops.assembly import dimensionless, free_motions
-from symdyn.dynamics.loops.closure import Closure, close
+from symdyn.dynamics.loops.assembly import dimensionless, free_motions, seen_plain, witness
+from symdyn.dynamics.loops.closure import Closure, decided
 from symdyn.dynamics.loops.continuation import declared_rates, fitting
 from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
 from symdyn.dynamics.loops.partition import Closing
@@ -73,11 +74,14 @@ def mobility(scene: Scene, closing: Closing = Closing()) -> Mobility:  # noqa: B
     Raises:
         DerivationError: the loops cannot be assembled.
     """
-    closure, numbers = close(numbers_of(scene), closing)
-    q = np.array(closure.assembly.typical)
+    whole, assembly = witness(dict(closing.parameters), numbers_of(scene))
+    held = whole.singular_angles(np.array(assembly.typical), held=True)
+    numbers, seen = whole.plain, seen_plain(whole, assembly)
+    closure = decided(numbers, seen, Closing()) if held else decided(whole, assembly, closing)
+    q = np.array(seen.typical)
     planar = tuple(joint.name for joint in scene.loops if _is_planar(numbers, joint, q))
     free = numbers.state.n - len(closure.kept)
-    forbidden = sum(not label.closes for label in numbers.constraints.labels)
+    forbidden = sum(not label.loop for label in numbers.constraints.labels)
     counted = numbers.state.n - forbidden
     for joint in scene.loops:
         counted -= JOINTS[joint.type].class_t(joint) - (3 if joint.name in planar else 0)
@@ -88,7 +92,7 @@ def mobility(scene: Scene, closing: Closing = Closing()) -> Mobility:  # noqa: B
         by_rank=free,
         here=numbers.state.n - closure.assembly.here,
         planar=planar,
-        independent=tuple(scene.velocities[k] for k in closure.partition.independent),
+        independent=() if held else tuple(scene.velocities[k] for k in closure.partition.independent),
         drives=tuple(drive for drive in scene.drives if drive),
         idle=tuple(_idle(numbers, G, q)),
         redundant=tuple(closure.names[k] for k in sorted((*closure.empty, *closure.redundant))),
@@ -96,7 +100,8 @@ def mobility(scene: Scene, closing: Closing = Closing()) -> Mobility:  # noqa: B
         smallest=closure.assembly.smallest,
         notes=(),
     )
-    return Mobility(**{**vars(found), "notes": (*_notes(scene, closure, found), *_start(numbers, closure))})
+    notes = [*_notes(scene, closure, found), *([held] if held else _start(whole, closure))]
+    return replace(found, notes=tuple(notes))
 
 
 def _spatial(scene: Scene) -> int:
@@ -127,7 +132,7 @@ def _is_planar(numbers: Numbers, joint: Joint, q: Array) -> bool:
     """Whether all relative motions of a loop, those that the cut joint allows included, lie in one plane."""
     columns = numbers.constraints.columns[joint.name].values()
     moving = numbers.at([x for z, s in columns for part in (z, s) for x in part], q).reshape(-1, 6)
-    labels = [one for one in numbers.constraints.labels if one.owner == joint.name and one.closes]
+    labels = [one for one in numbers.constraints.labels if one.owner == joint.name and one.loop]
     wrenches = numbers.at([x for one in labels for part in one.wrench or () for x in part], q).reshape(-1, 6)
     allowed = free_motions(wrenches) if len(wrenches) else np.eye(6)
     twists = np.vstack([moving, np.hstack([allowed[:, 3:], allowed[:, :3]])])  # angular part first

@@ -3,8 +3,10 @@
     r(q), R      residuals of all loops and their rates R u
     G(q)         rows of all loops and of the scene
     H(q)         q̇ = H u
+    h, w         of contacts: how high the lowest point is, and the sine of the angle between axis and normal
 
-A step δ along the velocities moves q by H δ, quaternions stay of unit length.
+A step δ along the velocities moves q by H δ, quaternions stay of unit length. What must not depend on how orientations
+are described (ranks, and what bodies can do) is asked of the mechanism without angles.
 """
 
 from __future__ import annotations
@@ -17,8 +19,11 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
+from symdyn.dynamics.angles import Angles, angles_of, without_angles
 from symdyn.dynamics.directions import Directions, directions
+from symdyn.dynamics.loops.contacts import Gauge, gauges
 from symdyn.dynamics.loops.rows import Constraints, recursive
+from symdyn.dynamics.loops.turned import with_angles, with_quaternions
 from symdyn.dynamics.state import State, quaternions, state_symbols
 from symdyn.dynamics.tree import Tree, build_tree
 from symdyn.errors import DerivationError
@@ -27,6 +32,12 @@ from symdyn.scene import Quantity, Scene, express
 from symdyn.scene.start import starting_position
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+
+SINGULAR = 1e-6
+"""Sine of the angle between axes that are parallel as far as digits go: so many are lost in accelerations, twice."""
+
+FLAT = 1e-3
+"""Sine of the angle between axis and normal of a wheel that lies flat."""
 
 
 class Numbers:
@@ -112,6 +123,49 @@ class Numbers:
             first = names.index(group[0])
             result[first : first + 4] /= np.linalg.norm(result[first : first + 4])
         return result
+
+    @cached_property
+    def plain(self) -> Numbers:
+        """The mechanism without angles, velocities in their places; itself where it has none."""
+        scene = without_angles(self.scene)
+        if scene is self.scene:
+            return self
+        found = numbers_of(scene)
+        found.free = self.free
+        return found
+
+    def turned(self, q: Array) -> Array:
+        """Return q as a position of the mechanism without angles."""
+        return q if self.plain is self else with_quaternions(self.scene, self.plain.scene, q)
+
+    def turned_back(self, q: Array, near: Array) -> Array:
+        """Return a position of the mechanism without angles as one of this, with angles near those of another."""
+        return q if self.plain is self else with_angles(self.scene, self.plain.scene, q, near)
+
+    @cached_property
+    def angles(self) -> tuple[Angles, ...]:
+        """The angles that are singular somewhere."""
+        return tuple(angles_of(self.scene))
+
+    def clearances(self, q: Array) -> Array:
+        """Return how far the angles are from singular: 0 where they are, 1 at most, shape (angles,)."""
+        return np.abs(self.at([one.clearance(self.graph) for one in self.angles], q))
+
+    def singular_angles(self, q: Array, held: bool = False) -> str:
+        """Return which angles are singular at q and what helps, "" if none are; `held` if they are so everywhere."""
+        found = zip(self.angles, self.clearances(q).tolist(), strict=True)
+        return next((one.singular(float(q[one.middle]), held) for one, clear in found if clear < SINGULAR), "")
+
+    @cached_property
+    def gauges(self) -> tuple[Gauge, ...]:
+        """What is measured at contacts."""
+        return gauges(self.scene, self.graph)
+
+    def lying_flat(self, q: Array) -> str:
+        """Return which wheel lies flat at q, so that it has no lowest point, "" if none does."""
+        sines = self.at([one.sine for one in self.gauges], q).tolist()
+        found = zip(self.gauges, sines, strict=True)
+        return next((one.flat for one, sine in found if sine < FLAT), "")
 
     def start(self) -> Array:
         """Return where the scene says that it starts; zeros, and unit quaternions, where it says nothing."""

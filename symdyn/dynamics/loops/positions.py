@@ -56,13 +56,14 @@ def positions(w: Workspace) -> list[Expr]:
     """
     values: dict[Expr, Expr] = {}
     kept, labels = w.closed.closure.kept, w.closed.recursive.labels
-    by_name = {cut.owner: cut for cut in cuts(w.scene, w.graph) if cut.closes}
+    by_name = {cut.owner: cut for cut in cuts(w.scene, w.graph) if cut.joint}
     if any(q not in w.state.q for q in w.closed.coordinates) or w.state.n != len(w.state.q):
         raise _none(w, "a joint of it is described by a quaternion")
     for block in w.closed.closure.partition.blocks:
         rows = [labels[kept[r]] for r in block.rows]
-        owners = {label.owner for label in rows if label.closes}
-        if len(block.rows) != 2 or len(owners) != 1 or any(not _is_force(label.wrench) for label in rows):
+        owners = {label.owner for label in rows}
+        planar = len(block.rows) == 2 and len(owners) == 1 and all(one.loop and _is_force(one.wrench) for one in rows)
+        if not planar:
             raise _none(w, "it is no planar loop with two unknowns")
         found = _solve(w, by_name[owners.pop()], block, values)
         values |= found

@@ -1,4 +1,4 @@
-"""Rows that close loops, G u = 0 at constant time, and what each of them forbids; twice, like everything else.
+"""Rows that close loops and keep contacts, G u = 0, and what each of them forbids; twice, like everything else.
 
     J        joint frame of the cut joint, on its parent
     X        placement of the moved joint frame, on the child, in J; P is its origin
@@ -40,13 +40,21 @@ class Label:
         owner: name of the loop, or of the scene's row.
         number: of the wrench among the owner's.
         wrench: (force, moment) that the parent can exert, axes of J; None for a formula of the user.
-        closes: whether it closes a loop, so that its residual vanishes too.
+        closes: whether it holds a position, so that its residual vanishes too.
+        loop: whether it belongs to a joint that closes a loop; else to a row of the scene.
     """
 
     owner: str
     number: int
     wrench: tuple[Vec, Vec] | None
     closes: bool
+    loop: bool
+
+    @property
+    def words(self) -> str:
+        """Its owner in words: "the loop cut", "the contact wheel", "the row slip"."""
+        kind = "loop" if self.loop else "contact" if self.wrench else "row"
+        return f"the {kind} {self.owner}"
 
 
 @dataclass(frozen=True)
@@ -55,7 +63,7 @@ class Constraints:
 
     Attributes:
         labels: what each row is, shape (m,).
-        residual: what vanishes where the loop is closed, shape (m,); 0 for a row, which says nothing about q.
+        residual: what vanishes where the row is kept, shape (m,); 0 for one that says nothing about q.
         G: shape (m, nv).
         bias: Ġ u, shape (m,).
         columns: by loop the relative twists (angular, linear at P, axes of J) of unit velocities, by velocity.
@@ -108,7 +116,7 @@ def recursive(scene: Scene, tree: Tree, state: State) -> Constraints:
     for cut in cuts(scene, tree.graph):
         relative = _walk(tree, cut, state.qd)
         entries += _of_cut(cut, relative, state)
-        if cut.closes:
+        if cut.joint:
             columns[cut.owner] = relative.columns
     formulas = [_polarised(row, scene, state, tree.graph) for row in scene.rows if row.type == "formula"]
     return _gathered(_in_order(scene, entries + formulas), columns)
@@ -116,8 +124,8 @@ def recursive(scene: Scene, tree: Tree, state: State) -> Constraints:
 
 def _in_order(scene: Scene, entries: Sequence[Entry]) -> list[Entry]:
     """Return the entries in the order of the scene: loops, then rows."""
-    order = {(name, closes): k for k, (name, closes) in enumerate(_owners(scene))}
-    return sorted(entries, key=lambda entry: order[entry[0].owner, entry[0].closes])
+    order = {owner: k for k, owner in enumerate(_owners(scene))}
+    return sorted(entries, key=lambda entry: order[entry[0].owner, entry[0].loop])
 
 
 def _owners(scene: Scene) -> list[tuple[str, bool]]:
@@ -211,8 +219,12 @@ def _of_cut(cut: Cut, relative: _Relative, state: State) -> list[Entry]:
         for i, (z, s) in relative.columns.items():
             row[i] = dot(F, s) + dot(N, z)
         bias = dot(F, a) + dot(N, alpha) + dot(dF, v) + dot(dN, omega)
-        rows.append((Label(cut.owner, k, (F, N), cut.closes), residual[k], tuple(row), bias))
+        rows.append((_label(cut, k, (F, N)), residual[k], tuple(row), bias))
     return rows
+
+
+def _label(cut: Cut, k: int, wrench: tuple[Vec, Vec]) -> Label:
+    return Label(cut.owner, k, wrench, cut.closes[k], cut.joint is not None)
 
 
 def _wrench_rates(cut: Cut, relative: _Relative, state: State) -> list[tuple[Vec, Vec]]:
@@ -221,7 +233,7 @@ def _wrench_rates(cut: Cut, relative: _Relative, state: State) -> list[tuple[Vec
     A contact's are differentiated along q̇, for the simplifications that its axis allows are lost on symbols for R.
     """
     X = relative.X
-    if not cut.closes:
+    if not cut.joint:
         return _paired(tangents(_entries(cut, X), state.velocity))
     graph = X.p[0].graph
     R = tuple(tuple(graph.symbol(f"R[{r},{c}]") for c in range(3)) for r in range(3))
@@ -264,7 +276,7 @@ def _polarised(row: Row, scene: Scene, state: State, graph: Graph) -> Entry:
             "write a sum of terms coefficient * velocity, without a term of its own"
         )
     bias = graph.total(rate * qd for rate, qd in zip(tangents(entries, state.velocity), state.qd, strict=True))
-    return Label(row.name, 0, None, False), graph.zero, entries, bias
+    return Label(row.name, 0, None, False, False), graph.zero, entries, bias
 
 
 # By differentiation
@@ -282,10 +294,10 @@ def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
         residual = cut.residual(X)
         for k, (F, N) in enumerate(cut.wrenches(X)):
             power = graph.total(a * b for a, b in zip((*F, *N), (*velocity, *spin), strict=True))
-            entries.append((Label(cut.owner, k, (F, N), cut.closes), residual[k], *_slopes(power, state)))
+            entries.append((_label(cut, k, (F, N)), residual[k], *_slopes(power, state)))
     for row in scene.rows:
         if row.type == "formula":
-            label = Label(row.name, 0, None, False)
+            label = Label(row.name, 0, None, False, False)
             entries.append((label, graph.zero, *_slopes(express(row.formula, graph), state)))
     return _gathered(_in_order(scene, entries), {})
 

@@ -35,7 +35,7 @@ from symdyn.spatial import (
 )
 
 CONTACT = "contact"
-"""Type of the joint that stands for a wheel or a blade on the ground."""
+"""Type of the joint that stands for a wheel, a ball or a blade on its plane."""
 
 
 @dataclass(frozen=True)
@@ -131,11 +131,7 @@ def hinges(scene: Scene, graph: Graph) -> tuple[Hinge, ...]:
     number = {GROUND: -1} | {body.name: k for k, body in enumerate(scene.bodies)}
     velocities = {name: k for k, name in enumerate(scene.velocities)}
     tree = [_of_tree(joint, number, velocities, graph) for joint in scene.joints]
-    loops = {joint.name: joint for joint in scene.loops}
-    closing = [
-        (cut, loops[cut.owner] if cut.closes else Joint(cut.owner, CONTACT, cut.parent, cut.child))
-        for cut in cuts(scene, graph)
-    ]
+    closing = [(cut, cut.joint or Joint(cut.owner, CONTACT, cut.parent, cut.child)) for cut in cuts(scene, graph)]
     return (*tree, *(_of_cut(cut, joint, number, tree, graph) for cut, joint in closing))
 
 

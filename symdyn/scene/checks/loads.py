@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from symdyn.graph import Graph, Op
-from symdyn.scene.checks.joints import direction
+from symdyn.scene.checks.contacts import check_contact
 from symdyn.scene.draft import Draft, shown
 from symdyn.scene.folding import FormulaError, add, div, mul, neg, sub
-from symdyn.scene.loads import Damper, Place, Row, Spring
+from symdyn.scene.loads import Damper, Place, Spring
 from symdyn.scene.model import GROUND, Joint
 from symdyn.scene.names import suggestion
 from symdyn.scene.quantity import ONE, ZERO, Quantity, express
@@ -32,7 +32,10 @@ def check_loads(draft: Draft, values: Mapping[str, Value], faults: Faults) -> No
         if load.place.body == GROUND:
             faults.add(place, f"acts on {GROUND}, which does not move; name a body")
     for place, row in zip(where["rows"], scene.rows, strict=True):
-        _row(place, row, bodies, scene.velocities, values, faults)
+        if row.type == "formula":
+            _linear(place, row.formula, scene.velocities, faults)
+        else:
+            check_contact(place, row, bodies, values, faults)
 
 
 def _ends(
@@ -65,27 +68,6 @@ def _body(where: str, key: str, place: Place, bodies: Sequence[str], faults: Fau
     faults.nameless(where, key, place.body)
     if place.body and place.body not in bodies:
         faults.add(where, f'{key} = "{place.body}" is not a body; {suggestion(place.body, bodies)}')
-
-
-def _row(
-    where: str, row: Row, bodies: Sequence[str], velocities: Sequence[str], values: Mapping[str, Value], faults: Faults
-) -> None:
-    if row.type == "formula":
-        _linear(where, row.formula, velocities, faults)
-        return
-    if row.place is not None:
-        _body(where, "body", row.place, bodies, faults)
-        if row.place.body == GROUND:
-            faults.add(where, f"is about {GROUND}, which does not move; name a body")
-    direction(where, "axis", row.axis, faults)
-    if row.type == "rolling":
-        direction(where, "normal", row.normal, faults)
-        try:
-            radius = value_of(row.radius, values)
-        except FormulaError:
-            return  # reported as a formula without a value
-        if radius is not None and radius <= 0:
-            faults.add(where, f"radius = {shown(row.radius)} is that of no wheel; give one above zero")
 
 
 def _linear(where: str, formula: Quantity, velocities: Sequence[str], faults: Faults) -> None:

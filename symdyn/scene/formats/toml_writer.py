@@ -12,10 +12,11 @@ from fractions import Fraction
 from symdyn.scene.body_table import INERTIA_KEYS
 from symdyn.scene.joint_table import LIMIT_KEYS
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.loads import Damper, Friction, Load, Place, Row, Spring
-from symdyn.scene.model import STANDARD_GRAVITY, Body, Coupling, Joint, Parameter, Point, Pose, Scene
+from symdyn.scene.loads import Damper, Friction, Load, Place, Plane, Row, Spring
+from symdyn.scene.model import GROUND, STANDARD_GRAVITY, Body, Coupling, Joint, Parameter, Point, Pose, Scene
 from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector
 from symdyn.scene.reading import Written
+from symdyn.scene.row_table import COMPONENTS, level_normal
 from symdyn.scene.spelling import spell
 from symdyn.scene.table import compose
 
@@ -40,7 +41,8 @@ def write_text(scene: Scene) -> Written:
     blocks += [_block(f"springs.{spring.name}", _spring(spring)) for spring in scene.springs]
     blocks += [_block(f"dampers.{damper.name}", _damper(damper)) for damper in scene.dampers]
     blocks += [_block(f"loads.{load.name}", _load(load)) for load in scene.loads]
-    blocks += [_block(f"rows.{row.name}", _row(row)) for row in scene.rows]
+    level = level_normal(scene.gravity, scene.parameters) if scene.rows else ""
+    blocks += [_block(f"rows.{row.name}", _row(row, level)) for row in scene.rows]
     return Written("\n".join(blocks))
 
 
@@ -201,21 +203,32 @@ def _load(load: Load) -> Iterator[tuple[str, str]]:
         yield "frame", _text(load.frame)
 
 
-def _row(row: Row) -> Iterator[tuple[str, str]]:
+def _row(row: Row, level: Vector | str) -> Iterator[tuple[str, str]]:
+    """Yield the keys of a row; `level` is the normal that it has without saying so."""
     if row.type == "formula":
         yield "formula", _number(row.formula)
         return
     yield "type", _text(row.type)
     if row.place is not None:
         yield from _place(row.place)
-    yield "axis", _vector(row.axis)
+    if row.axis is not None:
+        yield "axis", _vector(row.axis)
     if row.type == "rolling":
-        usual = Row("")
         yield "radius", _number(row.radius)
-        if row.normal != usual.normal:
-            yield "normal", _vector(row.normal)
-        if row.components != usual.components:
-            yield "components", f"[{', '.join(map(_text, row.components))}]"
+    if row.plane.declared:
+        yield "plane", _plane(row.plane, level)
+    elif row.type == "rolling" and row.plane.normal != level:
+        yield "normal", _vector(row.plane.normal)
+    if row.type == "rolling" and row.components != (Row("").components if row.axis else COMPONENTS):
+        yield "components", f"[{', '.join(map(_text, row.components))}]"
+
+
+def _plane(plane: Plane, level: Vector | str) -> str:
+    fixed = plane.body == GROUND
+    pairs = [] if fixed else [("body", _text(plane.body))]
+    pairs += [("at", _vector(plane.at))] if plane.at != NULL else []
+    pairs += [] if fixed and plane.normal == level else [("normal", _vector(plane.normal))]
+    return _inline(pairs)
 
 
 def _mimic(coupling: Coupling, leaders: dict[str, str]) -> str:

@@ -68,7 +68,7 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
     name, sentences = stem(scene.name), WORDS[language]
     found = places(scene, q.reshape(1, -1), values)
     seen = watched(scene, found, values, q, None)
-    extent = float(np.round(np.ptp(spread(found), axis=0).max(), 2)) or 1.0
+    extent = float(np.round(np.ptp(spread(scene, found), axis=0).max(), 2)) or 1.0
     state = {"q": [float(x) for x in q], "qd": begun.qd, "qdd": begun.qdd}
     body = {
         "name": name,
