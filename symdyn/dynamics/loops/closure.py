@@ -32,7 +32,7 @@ from symdyn.dynamics.loops.partition import (
     Partition,
     blocks,
     driven_velocities,
-    joints_of,
+    drives_of,
     led_velocities,
     over_driven,
 )
@@ -272,7 +272,7 @@ def _driven(
     if chosen is None:
         freedoms = f"{free} degree{'s' * (free != 1)} of freedom"
         return None, (
-            f"inverse dynamics is not unique: the drives of {joints_of(scene, driven)} work against each other, where "
+            f"inverse dynamics is not unique: the drives {drives_of(scene, driven)} work against each other, where "
             f"{freedoms} remain{'s' * (free == 1)}; drive other joints"
         )
     return _made(numbers, kept, [k for k in range(n) if k not in chosen]), ""

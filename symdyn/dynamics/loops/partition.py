@@ -75,15 +75,16 @@ def over_driven(scene: Scene, free: int) -> str:
     """Return what is said of more drives than degrees of freedom, which is `free`."""
     driven = driven_velocities(scene)
     return (
-        f"over-driven, {len(driven)} drive{'s' * (len(driven) != 1)} (of {joints_of(scene, driven)}) for {free} "
+        f"over-driven, {len(driven)} drive{'s' * (len(driven) != 1)} ({drives_of(scene, driven)}) for {free} "
         f"degree{'s' * (free != 1)} of freedom; leave {len(driven) - free} of them passive (drive = false)"
     )
 
 
-def joints_of(scene: Scene, velocities: Sequence[int]) -> str:
-    """Return the joints that velocities belong to, by name and where they stand first: "A, B and C"."""
-    names = [joint.name for joint in scene.joints if any(scene.velocities[k] in joint.rates for k in velocities)]
-    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
+def drives_of(scene: Scene, velocities: Sequence[int]) -> str:
+    """Return what drives velocities and in which joint, since a reader gives names such as tau7: "tau7 of hip"."""
+    owners = {rate: joint.name for joint in scene.joints for rate in joint.rates}
+    names = [(scene.drives[k] or scene.velocities[k], owners[scene.velocities[k]]) for k in velocities]
+    return ", ".join(f"{drive} of {owner}" for drive, owner in names)
 
 
 # Block triangular form
