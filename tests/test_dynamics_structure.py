@@ -1,4 +1,4 @@
-"""What a mechanism is in general decides its reactions: planes, redundancy, natural positions, drives that are given."""
+"""What a mechanism is in general decides its reactions: planes, redundancy, natural positions, given drives."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_two_motors_with_given_torques_determine_all_reactions():
     at = symdyn.lambdify(scene, "com_acceleration:c")(q, u, a)
     np.testing.assert_allclose(R[2, :3] + R[3, :3] + [0, -9.81, 0], at, atol=1e-9)
     np.testing.assert_allclose(R[[0, 2], 5], tau[[0, 2]], atol=1e-9)
-    with pytest.raises(DerivationError, match="over-driven, 2 drives .* of ja.* of jc"):
+    with pytest.raises(DerivationError, match=r"over-driven, 2 drives .* of ja.* of jc"):
         derive(scene, ["reactions"])
 
 

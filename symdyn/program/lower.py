@@ -58,8 +58,8 @@ def _bind(equations: Equations) -> Functions:
     except ZeroDivisionError as fault:
         names = ", ".join(function.name for function in functions if _divides_by_zero(function, bound))
         raise DerivationError(
-            f"{scene.name}: with its parameters' values {names} would divide by zero: a mass matrix that it solves with "
-            "is singular then, or a formula has no value; give another value, or none to keep the parameter free"
+            f"{scene.name}: with its parameters' values {names} would divide by zero: a mass matrix is singular then, "
+            "or a formula has no value; give another value, or none to keep the parameter free"
         ) from fault
 
 

@@ -102,7 +102,7 @@ def simulate(
         qdd = system.tell("rates", run.t, run.x)[:, system.nq : system.nq + system.nv]
         tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
         if reactions:
-            columns |= reaction_columns(scene, run.t, q, u, qdd)
+            columns |= reaction_columns(scene, run.t, q, u, qdd, tau, given=True)
     return Trajectory(
         scene, run.t, q, u, qdd, tau, columns, monitors, events, stopped, choice.name, relative, absolute, run.steps,
         run.evaluations, run.preparing, run.wall, notes,

@@ -79,7 +79,7 @@ def inverse(scene: Scene, motion: Motion, times: npt.ArrayLike, reactions: bool 
     power = np.einsum("ni,ni->n", tau, u)
     columns["drive_power"] = power
     if reactions:
-        columns |= reaction_columns(scene, t, q, u, a)
+        columns |= reaction_columns(scene, t, q, u, a, tau, given=False)
     notes = []
     if free and not functions.closed:
         notes.append(f"no law is given for {', '.join(free)}: at rest")

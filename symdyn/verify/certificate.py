@@ -109,7 +109,7 @@ def certify(
         notes += left_out
     preferred = choose(workspace, outputs, road)
     claims = [
-        Claim(name, one.formulation, road, one.entries, derive_one(workspace, name, road).entries)
+        _agreement(workspace, one, derive_one(workspace, name, road))
         for name, one in zip(outputs, preferred, strict=True)
         for road in roads(name, scene)
         if road != one.formulation
@@ -155,6 +155,19 @@ def everything(
     except DerivationError as fault:
         left_out.append(str(fault))
     return outputs + tuple(extra), left_out
+
+
+def _agreement(w: Workspace, one: Function, other: Function) -> Claim:
+    """Return that two derivations agree; multipliers are compared as the force Gᵀ λ that they make."""
+    sides = [one.entries, other.entries]
+    name = one.name
+    if name == "multipliers":
+        rows, name = w.closed.G(w.closed.recursive), f"G^T {name}"
+        sides = [
+            tuple(w.graph.total(row[k] * x for row, x in zip(rows, side, strict=True)) for k in range(w.state.n))
+            for side in sides
+        ]
+    return Claim(name, one.formulation, other.formulation, sides[0], sides[1])
 
 
 def _program_claims(scene: Scene, functions: Sequence[Function], program: Program) -> list[Claim]:

@@ -198,16 +198,17 @@ def _forward(w: Workspace, states: Sequence[_State]) -> tuple[Finding, list[str]
     moved, multipliers = derive_one(w, "forward_dynamics").entries, derive_one(w, "multipliers").entries
     pairs = list(zip(w.closed.G(w.closed.recursive), multipliers, strict=True))
     pulled = [w.graph.total(row[k] * x for row, x in pairs) for k in range(w.state.n)]
-    compared, undefined, where = 0, [], -1
+    compared: list[str] = []
+    undefined, wrong = [], []
     for state in states:
         found = _at([*moved, *pulled], state.values)
         if found is None:
             undefined.append(state.where)
             continue
-        compared += 1
+        compared.append(state.where)
         apart = [_apart(found[: w.state.n], state.moved), _apart(found[w.state.n :], state.pulled)]
-        where = compared - 1 if where < 0 and max(apart) > SAME else where
-    return _finding("forward dynamics and G^T lambda", "M qdd + h = tau + G^T lambda", compared, where), undefined
+        wrong += [state.where] if max(apart) > SAME else []
+    return _finding("forward dynamics", "M qdd + h = tau + G^T lambda in numbers", compared, wrong), undefined
 
 
 def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> Finding:
@@ -216,7 +217,8 @@ def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> Finding:
     length, closure = w.closed.closure.assembly.length, w.closed.closure
     forward = name == "forward_reactions"
     system = InNumbers(equilibrium(w.hanging, tau=w.state.tau if forward else None, whole=True))
-    compared, where, general = 0, -1, 0
+    compared: list[str] = []
+    wrong, general = [], 0
     for place in closure.places if states else ():
         values = states[0].values | dict(zip(w.state.q, place, strict=True))
         general = max(general, system.least(values, length).rank)
@@ -224,10 +226,10 @@ def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> Finding:
         if system.least(state.values, length).rank < general:
             continue  # a change point
         found = _at(R, state.values)
-        compared += 1
-        if where < 0 and (found is None or system.missed(state.values, found, length) > SAME):
-            where = compared - 1
-    return _finding(name, "equilibrium (5.18) of every body", compared, where)
+        compared.append(state.where)
+        off = found is None or system.missed(state.values, found, length) > SAME
+        wrong += [state.where] if off else []
+    return _finding(name, "equilibrium (5.18) in numbers", compared, wrong)
 
 
 def _apart(found: Array, expected: Array) -> float:
@@ -235,7 +237,9 @@ def _apart(found: Array, expected: Array) -> float:
     return float(np.abs(found - expected).max(initial=0.0)) / (1.0 + float(np.abs(expected).max(initial=0.0)))
 
 
-def _finding(name: str, other: str, compared: int, where: int) -> Finding:
-    """Return a finding about positions: how many were compared, and the first of them where something is off."""
-    verdict = DIFFERENT if where >= 0 else NUMERICAL if compared else UNDEFINED
-    return Finding(f"{name} at natural positions: recursive = {other}", verdict, compared, 0, 0.0, where)
+def _finding(name: str, other: str, compared: Sequence[str], wrong: Sequence[str]) -> Finding:
+    """Return a finding about positions, by name: those that were compared, and at which of them something is off."""
+    verdict = DIFFERENT if wrong else NUMERICAL if compared else UNDEFINED
+    where = compared.index(wrong[0]) if wrong else -1
+    title = f"{name}: at {', '.join(wrong) or 'natural positions'} = {other}"
+    return Finding(title, verdict, len(compared), 0, 0.0, where)

@@ -12,8 +12,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from symdyn.dynamics.loops.partition import Closing
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.hinges import nothing
+from symdyn.dynamics.reactions.least import Flags
 from symdyn.dynamics.reactions.recursion import with_loops
 from symdyn.dynamics.reactions.ties import all_ties
 from symdyn.dynamics.workspace import Workspace
@@ -24,6 +26,26 @@ LOOSE = 1e-7
 
 COMPONENTS = ("fx", "fy", "fz", "mx", "my", "mz")
 """Entries of a reaction, by the names that tables and headers have for them."""
+
+
+def unique_reactions(
+    scene: Scene,
+    axes: str = "body",
+    closing: Closing = Closing(),  # noqa: B008  frozen
+) -> Flags:
+    """Return which entries of `reactions` rigid bodies determine, shape (joints + loops, 6), [force; moment] by joint.
+
+    Args:
+        scene: the mechanism.
+        axes: "body", "joint" or "ground"; in other axes other entries are.
+        closing: what to choose about closed loops.
+
+    Raises:
+        DerivationError: the loops cannot be assembled.
+    """
+    count = len(scene.joints) + len(scene.loops)
+    found = unique_entries(Workspace(scene, closing), axes) or (True,) * (6 * count)
+    return np.array(found).reshape(count, 6)
 
 
 def unique_entries(w: Workspace, axes: str = "body") -> tuple[bool, ...]:
