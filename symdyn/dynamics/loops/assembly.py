@@ -249,7 +249,7 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
     plain, at = numbers.plain, numbers.turned(q)
     length = _size(plain, at)
     values = _singular_values(plain, at, length)
-    near = list(_neighbours(plain, at, length))
+    near = list(neighbours(plain, at, length))
     ranks = [_rank(one) for one in (values, *(_singular_values(plain, one, length) for one in near))]
     here, rank = ranks[0], max(ranks)
     best = [one for one, r in zip((at, *near), ranks, strict=True) if r == rank]
@@ -265,7 +265,7 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
         "or its joint repeats another one; give lengths by origin and tip, or leave it out"
         for name in _idle_loops(plain, [at, numbers.turned(typical)])
     ]
-    notes += _off_planes(numbers, q)
+    notes += off_planes(numbers, q)
     residual = float(np.max(np.abs(numbers.residual(q)), initial=0.0))
     return Assembly(
         tuple(q.tolist()),
@@ -292,7 +292,7 @@ def _clearest(numbers: Numbers, positions: Sequence[Array]) -> Array:
     return positions[0 if clear[0] > NEAR else int(np.argmax(clear))]
 
 
-def _off_planes(numbers: Numbers, q: Array) -> list[str]:
+def off_planes(numbers: Numbers, q: Array) -> list[str]:
     """Return which contacts are off the plane that their scene declares, and do not hold it."""
     heights = numbers.at([one.height for one in numbers.gauges], q).tolist()
     return [
@@ -320,7 +320,7 @@ def _rank(values: Array) -> int:
     return int(np.sum(values > NEGLIGIBLE * values.max(initial=0.0))) if len(values) else 0
 
 
-def _neighbours(numbers: Numbers, q: Array, length: float) -> Iterator[Array]:
+def neighbours(numbers: Numbers, q: Array, length: float) -> Iterator[Array]:
     """Yield closed positions near by, reached along the motions that the loops leave free."""
     free = free_motions(dimensionless(numbers, q, length))
     rng = random.Random(numbers.scene.name)

@@ -16,12 +16,13 @@ Theory 40 (2005), for where counting fails.
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symdyn.dynamics.kinematics import tree_placements
-from symdyn.dynamics.loops.assembly import dimensionless, free_motions, seen_plain, witness
+from symdyn.dynamics.loops.assembly import Assembly, dimensionless, free_motions, neighbours, seen_plain, witness
 from symdyn.dynamics.loops.closure import Closure, decided
 from symdyn.dynamics.loops.continuation import declared_rates, fitting
 from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
@@ -94,7 +95,7 @@ def mobility(scene: Scene, closing: Closing = Closing()) -> Mobility:  # noqa: B
         planar=planar,
         independent=() if held else tuple(scene.velocities[k] for k in closure.partition.independent),
         drives=tuple(drive for drive in scene.drives if drive),
-        idle=tuple(_idle(numbers, G, q)),
+        idle=tuple(dict.fromkeys(_idle(numbers, seen, closure.empty))),
         redundant=tuple(closure.names[k] for k in sorted((*closure.empty, *closure.redundant))),
         not_unique=tuple(_not_unique(closure, G)),
         smallest=closure.assembly.smallest,
@@ -144,8 +145,27 @@ def _is_planar(numbers: Numbers, joint: Joint, q: Array) -> bool:
     return bool(max(leaning, np.abs(twists[:, 3:] @ normal).max()) < NOTHING)
 
 
-def _idle(numbers: Numbers, G: Array, q: Array) -> list[str]:
-    """Return the bodies on loops that can move while everything else, and every drive, rests."""
+def _idle(numbers: Numbers, seen: Assembly, empty: Container[int]) -> list[str]:
+    """Return the idle motions, in words: what is one at this position and no longer at the next is none."""
+    q = np.array(seen.typical)
+    words: list[str] = []
+    for k, at in enumerate((q, *neighbours(numbers, q, seen.length))):
+        G = dimensionless(numbers, at, seen.length)[[i for i in range(len(numbers.constraints.G)) if i not in empty]]
+        here = [one for one, _ in idle_motions(numbers, G, at)]
+        words = here if k == 0 else [one for one in words if one in here]
+        if not words:
+            break
+    return words
+
+
+def idle_motions(numbers: Numbers, G: Array, q: Array) -> list[tuple[str, Array]]:
+    """Return the motions of bodies on loops while everything else and every drive rests: words, and velocities (nv,).
+
+    Args:
+        numbers: the mechanism.
+        G: the rows there, shape (rows, nv).
+        q: a closed position.
+    """
     scene, jacobians = numbers.scene, _body_jacobians(numbers, q)
     on_loops = {name: None for joint in scene.loops for name in _between(numbers, joint)}
     driven = [k for k, drive in enumerate(scene.drives) if drive]
@@ -153,13 +173,11 @@ def _idle(numbers: Numbers, G: Array, q: Array) -> list[str]:
     for name in on_loops:
         others = [J for other, J in jacobians.items() if other != name]
         rest = np.vstack([G, *others, np.eye(numbers.state.n)[driven]])
-        motions = free_motions(rest)
-        if not len(motions):
-            continue
-        twist = jacobians[name] @ motions[0]
-        if np.abs(twist).max() > NOTHING:
-            how = "spins about the line of its joints" if np.abs(twist[:3]).max() > NOTHING else "slides"
-            found.append(f"{name} {how}")
+        for way in free_motions(rest):
+            twist = jacobians[name] @ way
+            if np.abs(twist).max() > NOTHING:
+                how = "spins about the line of its joints" if np.abs(twist[:3]).max() > NOTHING else "slides"
+                found.append((f"{name} {how}", way))
     return found
 
 

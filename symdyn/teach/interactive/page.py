@@ -124,7 +124,7 @@ def _data(scene: Scene, computed: Live, seen: View, sentences: Mapping[str, str]
         "calls": calls,
         "balls": balls,
         "turns": [first for first in balls if tied is None or first in tied.moved],
-        "loops": None if tied is None or not tied.partition.dependent else {str(k): v for k, v in tied.moved.items()},
+        "loops": None if tied is None or not tied.closing else {str(k): v for k, v in tied.moved.items()},
         "terms": [[t.function, t.entry, t.row, t.sign, *map(list, t.rates)] for t in computed.terms],
         "total": "inverse_dynamics" if tied is None else "row_forces",
         "marks": [[m.kind, list(m.rows), m.body, _letters(m)] for m in computed.marks],
