@@ -22,7 +22,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.loops.assembly import newton, seen_closed
+from symdyn.dynamics.loops.newton import newton, seen_closed
 from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.reactions.dalembert import equilibrium
 from symdyn.dynamics.reactions.least import InNumbers
@@ -126,7 +126,7 @@ def _guesses(w: Workspace) -> Iterator[tuple[str, Array]]:
     yield "equal angles", turned(closure.assembly.q, 0.5)
     yield "right angles", turned(closure.assembly.q, np.pi / 2)
     for k in angles[:SINGLE]:
-        yield f"{w.scene.coordinates[k]} = 0", turned(closure.places[0], 0.0, [k])
+        yield f"{w.scene.coordinates[k]} = 0", turned(closure.assembly.places[0], 0.0, [k])
 
 
 # States
@@ -219,7 +219,7 @@ def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> Finding:
     system = InNumbers(equilibrium(w.hanging, tau=w.state.tau if forward else None, whole=True))
     compared: list[str] = []
     wrong, general = [], 0
-    for place in closure.places if states else ():
+    for place in closure.assembly.places if states else ():
         values = states[0].values | dict(zip(w.state.q, place, strict=True))
         general = max(general, system.least(values, length).rank)
     for state in states:

@@ -18,14 +18,14 @@ dynamic systems, J. Mechanical Design 104 (1982).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 from math import comb
 
 import numpy as np
 
-from symdyn.dynamics.loops.assembly import NEGLIGIBLE, Assembly, dimensionless, free_motions, witness
-from symdyn.dynamics.loops.generic import generic_places
+from symdyn.dynamics.loops.assembly import Assembly, witness
+from symdyn.dynamics.loops.newton import NEGLIGIBLE, dimensionless
 from symdyn.dynamics.loops.numbers import Array, Numbers
 from symdyn.dynamics.loops.partition import (
     Closing,
@@ -62,7 +62,6 @@ class Closure:
 
     Attributes:
         assembly: the position that they were made at.
-        places: generic closed positions, each of shape (nq,).
         kept: independent rows, ascending.
         empty: rows without effect: they vanish at every position.
         redundant: other rows that depend on the kept ones.
@@ -73,7 +72,6 @@ class Closure:
     """
 
     assembly: Assembly
-    places: tuple[tuple[float, ...], ...]
     kept: tuple[int, ...]
     empty: tuple[int, ...]
     redundant: tuple[int, ...]
@@ -99,12 +97,10 @@ def decided(numbers: Numbers, assembly: Assembly, closing: Closing) -> Closure:
     Raises:
         DerivationError: angles are singular at every position, or the user's independent coordinates do not fit.
     """
-    places = generic_places(numbers, np.array(assembly.typical), assembly.length)
-    assembly = _compared(numbers, assembly, places)
     singular = numbers.singular_angles(np.array(assembly.typical), held=True)
     if singular:
         raise DerivationError(f"{numbers.scene.name}: {singular}")
-    found = [dimensionless(numbers, q, assembly.length) for q in (np.array(assembly.typical), *places)]
+    found = [dimensionless(numbers, q, assembly.length) for q in map(np.array, (assembly.typical, *assembly.places))]
     sizes = np.max([np.abs(G).max(axis=1, initial=0.0) for G in found], axis=0)
     empty = tuple(k for k, size in enumerate(sizes) if size <= NOTHING * sizes.max())
     some = [k for k in range(len(sizes)) if k not in set(empty)]
@@ -116,19 +112,7 @@ def decided(numbers: Numbers, assembly: Assembly, closing: Closing) -> Closure:
     partition = _partition(numbers, kept, choices, closing.independent, assembly.length)
     driven, fault = _driven(numbers, kept, choices, partition)
     redundant = tuple(k for k in some if k not in kept)
-    here = tuple(tuple(q.tolist()) for q in places)
-    return Closure(assembly, here, kept, empty, redundant, names, partition, driven, fault)
-
-
-def _compared(numbers: Numbers, assembly: Assembly, places: Sequence[Array]) -> Assembly:
-    """Return the assembly with the rank that generic positions show, and one of them as typical where it has less."""
-    plain, n = numbers.plain, numbers.state.n
-    ranks = [n - len(free_motions(dimensionless(plain, numbers.turned(q), assembly.length))) for q in places]
-    most = max(ranks, default=assembly.rank)
-    if most <= assembly.rank:
-        return assembly
-    typical = places[ranks.index(most)]
-    return replace(assembly, rank=most, typical=tuple(typical.tolist()))
+    return Closure(assembly, kept, empty, redundant, names, partition, driven, fault)
 
 
 def pivots(rows: Array, stages: Sequence[Sequence[int]], count: int) -> tuple[list[int], float]:

@@ -10,12 +10,12 @@ import random
 
 import numpy as np
 
-from symdyn.dynamics.loops.assembly import dimensionless, newton, seen_closed
+from symdyn.dynamics.loops.newton import dimensionless, newton, seen_closed
 from symdyn.dynamics.loops.numbers import Array, Numbers
 from symdyn.errors import DerivationError
 from symdyn.scene import JOINTS
 
-PLACES, STEPS = 2, 3
+PLACES, STEPS = 2, 2
 """How many positions, and in how many steps each is come to."""
 
 WIDE = 0.4
@@ -28,12 +28,11 @@ def generic_places(numbers: Numbers, q: Array, length: float) -> tuple[Array, ..
     """Return closed positions that are come to from a closed one along motions that the loops leave free.
 
     Args:
-        numbers: the mechanism.
+        numbers: the mechanism, without angles, which would hinder where they are singular.
         q: a closed position.
         length: the characteristic length, m.
     """
-    plain, at = numbers.plain, numbers.turned(q)  # angles would hinder where they are singular
-    return tuple(numbers.turned_back(_wandered(plain, at, length, seed), q) for seed in range(PLACES))
+    return tuple(_wandered(numbers, q, length, seed) for seed in range(PLACES))
 
 
 def _wandered(numbers: Numbers, q: Array, length: float, seed: int) -> Array:

@@ -70,7 +70,7 @@ def unique_entries(w: Workspace, axes: str = "body") -> tuple[bool, ...]:
     R = with_loops(hanging, still, all_ties(hanging, whole=True), sizes, axes)
     loose = np.zeros(len(R), dtype=bool)
     rng = np.random.default_rng(1)
-    for place in map(np.array, closure.places):
+    for place in map(np.array, closure.assembly.places):
         U, _, _ = np.linalg.svd(numbers.jacobian(place))
         drawn = U[:, rank:] @ rng.uniform(0.5, 1.5, count - rank)
         changed = np.abs(numbers.at(R, place, dict(zip(sizes, drawn.tolist(), strict=True))))

@@ -22,8 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.loops.assembly import newton, seen_closed, with_parameters
+from symdyn.dynamics.loops.assembly import with_parameters
 from symdyn.dynamics.loops.generic import generic_places
+from symdyn.dynamics.loops.newton import lever_of, newton, seen_closed
 from symdyn.dynamics.loops.numbers import numbers_of
 from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.dynamics.loops.words import in_words
@@ -180,12 +181,13 @@ def _closed(scene: Scene, q: Array, parameters: Mapping[str, float]) -> tuple[Ar
     if not is_closed(scene):
         return q, (), 0.0
     numbers = with_parameters(numbers_of(scene), parameters)
-    lever = float(np.abs(numbers.jacobian(q)).max(initial=0.0)) or 1.0
+    lever = lever_of(numbers, q)
     off = float(np.abs(numbers.residual(q)).max(initial=0.0))
     near = newton(numbers, q, ())
     if off > NEAR * lever or not seen_closed(numbers, near):
         return q, (), off
-    return near, generic_places(numbers, near, lever), 0.0
+    places = generic_places(numbers.plain, numbers.turned(near), lever)
+    return near, tuple(numbers.turned_back(one, near) for one in places), 0.0
 
 
 def _values(
