@@ -25,7 +25,7 @@ from math import comb
 import numpy as np
 
 from symdyn.dynamics.loops.assembly import Assembly, witness
-from symdyn.dynamics.loops.newton import NEGLIGIBLE, dimensionless
+from symdyn.dynamics.loops.newton import NEGLIGIBLE, NOISE, dimensionless
 from symdyn.dynamics.loops.numbers import Array, Numbers
 from symdyn.dynamics.loops.partition import (
     Closing,
@@ -102,7 +102,7 @@ def decided(numbers: Numbers, assembly: Assembly, closing: Closing) -> Closure:
         raise DerivationError(f"{numbers.scene.name}: {singular}")
     found = [dimensionless(numbers, q, assembly.length) for q in map(np.array, (assembly.typical, *assembly.places))]
     sizes = np.max([np.abs(G).max(axis=1, initial=0.0) for G in found], axis=0)
-    empty = tuple(k for k, size in enumerate(sizes) if size <= NOTHING * sizes.max())
+    empty = tuple(k for k, size in enumerate(sizes) if size <= NOTHING * sizes.max(initial=NOISE))
     some = [k for k in range(len(sizes)) if k not in set(empty)]
     G = found[0]
     kept = tuple(sorted(some[i] for i in pivots(_unit_rows(G[some]), [list(range(len(some)))], assembly.rank)[0]))
