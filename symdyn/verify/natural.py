@@ -29,7 +29,7 @@ from symdyn.dynamics.reactions.least import InNumbers
 from symdyn.dynamics.reactions.ties import undriven
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
-from symdyn.scene import JOINTS
+from symdyn.scene import JOINTS, velocity_name
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Finding
 
 SAME = 1e-7
@@ -97,36 +97,42 @@ def natural_places(w: Workspace) -> list[tuple[str, Array]]:
     """Return closed positions that are come to from natural ones, with their names, each once."""
     numbers = w.closed.numbers
     found: list[tuple[str, Array]] = []
-    for where, guess in _guesses(w):
-        try:
-            q = newton(numbers, numbers.normalised(guess), ())
-            closed = seen_closed(numbers, q)
-        except DerivationError:  # a formula has no value there
-            continue
-        if closed and all(np.abs(q - other).max(initial=0.0) > SAME for _, other in found):
-            found.append((where, q))
+    for where, guess, set_to in _guesses(w):
+        for held in (set_to, []):  # as they were set, if the loops close so
+            try:
+                q = newton(numbers, numbers.normalised(guess), held)
+                closed = seen_closed(numbers, q)
+            except DerivationError:  # a formula has no value there
+                continue
+            if closed:
+                if all(np.abs(q - other).max(initial=0.0) > SAME for _, other in found):
+                    found.append((where, q))
+                break
     return found
 
 
-def _guesses(w: Workspace) -> Iterator[tuple[str, Array]]:
-    """Yield the positions to begin with."""
-    closure = w.closed.closure
-    units = [unit for joint in w.scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
+def _guesses(w: Workspace) -> Iterator[tuple[str, Array, list[int]]]:
+    """Yield the positions to begin with, and the velocities of the coordinates that were set."""
+    assembly, scene = w.closed.closure.assembly, w.scene
+    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
     angles = [k for k, unit in enumerate(units) if unit == "rad"]
 
-    def turned(q: Sequence[float], angle: float, some: Sequence[int] = angles) -> Array:
+    def turned(
+        where: str, q: Sequence[float], angle: float, some: Sequence[int] = angles
+    ) -> tuple[str, Array, list[int]]:
         """Return a position with some angles set."""
-        result = np.array(q)
-        result[list(some)] = angle
-        return result
+        guess = np.array(q)
+        guess[list(some)] = angle
+        rates = [velocity_name(scene.coordinates[k]) for k in some]
+        return where, guess, [scene.velocities.index(name) for name in rates if name in scene.velocities]
 
-    yield "the start", np.array(closure.assembly.q)
-    yield "zeros", np.zeros(len(units))
-    yield "all angles zero", turned(closure.assembly.q, 0.0)
-    yield "equal angles", turned(closure.assembly.q, 0.5)
-    yield "right angles", turned(closure.assembly.q, np.pi / 2)
+    yield "the start", np.array(assembly.q), []
+    yield turned("zeros", (0.0,) * len(units), 0.0)
+    yield turned("all angles zero", assembly.q, 0.0)
+    yield turned("equal angles", assembly.q, 0.5)
+    yield turned("right angles", assembly.q, np.pi / 2)
     for k in angles[:SINGLE]:
-        yield f"{w.scene.coordinates[k]} = 0", turned(closure.assembly.places[0], 0.0, [k])
+        yield turned(f"{scene.coordinates[k]} = 0", assembly.places[0], 0.0, [k])
 
 
 # States
