@@ -26,6 +26,8 @@ def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, 
     prepared = prepare(program)
     first = prepared.routines[0] if is_prepared(prepared) else None
     freedoms = _mobility(scene, closing)
+    if freedoms:
+        freedoms["loose_reactions"] = _loose(scene, closing)
     facts = {
         "name": scene.name,
         "degrees_of_freedom": freedoms["by_rank"] if freedoms else len(scene.velocities),
@@ -118,6 +120,18 @@ def _mobility(scene: Scene, closing: Closing) -> dict[str, Any] | None:
         return asdict(mobility(scene, closing))
     except DerivationError:  # `available` has told why
         return None
+
+
+def _loose(scene: Scene, closing: Closing) -> str:
+    """Return which entries of reactions, axes of the children, rigid bodies do not tell, in words; "" for none."""
+    from symdyn.dynamics import unique_reactions
+    from symdyn.dynamics.reactions.loose import loose_words
+    from symdyn.errors import DerivationError
+
+    try:
+        return loose_words(scene, unique_reactions(scene, closing=closing).ravel().tolist())
+    except DerivationError:  # `available` has told why
+        return ""
 
 
 def parts(scene: Scene, frames: bool, base_parameters: bool) -> dict[str, Any]:

@@ -117,6 +117,8 @@ def show_loops(facts: dict[str, Any]) -> None:
         print(f"  chosen: {facts['chosen']}")
     for note in found["notes"]:
         print(f"  {note}")
+    if found["loose_reactions"]:
+        print(f"  reactions that are not unique, axes of the child: {found['loose_reactions']}")
     print()
 
 

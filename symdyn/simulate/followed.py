@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.dynamics.loops.assembly import free_motions
 from symdyn.dynamics.loops.mobility import idle_motions
+from symdyn.dynamics.loops.newton import free_motions
 from symdyn.dynamics.loops.numbers import Numbers
 from symdyn.errors import SimulateError
 from symdyn.scene import Joint, Scene, velocity_name

@@ -104,7 +104,7 @@ def simulate(
         qdd = system.tell("rates", run.t, run.x)[:, system.nq : system.nq + system.nv]
         tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
         if reactions:
-            columns |= reaction_columns(scene, run.t, q, u, qdd)
+            columns |= reaction_columns(scene, run.t, q, u, qdd, tau, given=True)
         contacts, found = needed(scene, run.t, q, u, qdd, tau)
     for one in contacts:
         monitors[f"normal_force {one.row.name}"] = float(one.normal.min())

@@ -82,7 +82,7 @@ def inverse(scene: Scene, motion: Motion, times: npt.ArrayLike, reactions: bool 
     power = np.einsum("ni,ni->n", tau, u)
     columns["drive_power"] = power
     if reactions:
-        columns |= reaction_columns(scene, t, q, u, a)
+        columns |= reaction_columns(scene, t, q, u, a, tau, given=False)
     notes += _impossible(scene, tau)
     return Trajectory(scene, t, q, u, a, tau, columns, notes=tuple(notes))
 

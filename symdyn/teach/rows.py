@@ -17,7 +17,8 @@ import numpy as np
 
 from symdyn.algebra.form import Form, express_form, form_of, symbols_of
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.loops.assembly import closed_position, free_motions, witness
+from symdyn.dynamics.loops.assembly import closed_position, witness
+from symdyn.dynamics.loops.newton import free_motions
 from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
 from symdyn.dynamics.positions import body_placements
 from symdyn.emit.equations import Printable

@@ -22,9 +22,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symdyn.dynamics.kinematics import tree_placements
-from symdyn.dynamics.loops.assembly import Assembly, dimensionless, free_motions, neighbours, seen_plain, witness
+from symdyn.dynamics.loops.assembly import Assembly, seen_plain, witness
 from symdyn.dynamics.loops.closure import Closure, decided
 from symdyn.dynamics.loops.continuation import declared_rates, fitting
+from symdyn.dynamics.loops.newton import dimensionless, free_motions
 from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
 from symdyn.dynamics.loops.partition import Closing
 from symdyn.dynamics.loops.rows import paths
@@ -161,10 +162,9 @@ def _is_planar(numbers: Numbers, joint: Joint, q: Array) -> bool:
 
 
 def _idle(numbers: Numbers, seen: Assembly, empty: Container[int]) -> list[str]:
-    """Return the idle motions, in words: what is one at this position and no longer at the next is none."""
-    q = np.array(seen.typical)
+    """Return the idle motions, in words: what is one at one position and not at a generic one is none."""
     words: list[str] = []
-    for k, at in enumerate((q, *neighbours(numbers, q, seen.length))):
+    for k, at in enumerate(map(np.array, (seen.typical, *seen.places))):
         G = dimensionless(numbers, at, seen.length)[[i for i in range(len(numbers.constraints.G)) if i not in empty]]
         here = [one for one, _ in idle_motions(numbers, G, at)]
         words = here if k == 0 else [one for one in words if one in here]
