@@ -7,9 +7,12 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-from symdyn.dynamics import Equations
+from symdyn.dynamics import Equations, Workspace
+from symdyn.dynamics.reactions.dalembert import equilibrium
+from symdyn.dynamics.reactions.recursion import as_rows
+from symdyn.dynamics.reactions.solution import solved_at, transmitted
 from symdyn.graph import Algebra, evaluate
-from symdyn.scene import express
+from symdyn.scene import Scene, express
 
 
 def call(equations: Equations, name: str, algebra: Algebra[Any], **arguments: Sequence[Any]) -> list[Any]:
@@ -26,6 +29,30 @@ def call(equations: Equations, name: str, algebra: Algebra[Any], **arguments: Se
     for argument in function.arguments:
         values.update(zip(argument.symbols, arguments[argument.name], strict=True))
     return evaluate(function.entries, algebra, values)
+
+
+def solved_reactions(scene: Scene, axes: str, algebra: Algebra[Any], **arguments: Sequence[Any]) -> list[Any]:
+    """Return reactions from the whole system (5.18), row by row, with pivots that the numbers choose.
+
+    Args:
+        scene: a mechanism whose reactions are unique, but for what goes across the planes of its loops.
+        axes: as of `reactions`.
+        algebra: what to compute with.
+        arguments: q, qd, qdd, params.
+    """
+    w = Workspace(scene)
+    system = equilibrium(w.hanging)
+    known = {p.name: express(p.value, w.graph) for p in scene.parameters if p.value is not None}
+    values = {w.graph.symbol(name): evaluate([node], algebra, {})[0] for name, node in known.items()}
+    for symbols, name in ((w.state.q, "q"), (w.state.qd, "qd"), (w.state.qdd, "qdd")):
+        values.update(zip(symbols, arguments[name], strict=True))
+    free = [w.graph.symbol(parameter.name) for parameter in scene.free_parameters]
+    values.update(zip(free, arguments.get("params", ()), strict=True))
+    sizes = [w.graph.symbol(f"x[{k}]") for k in range(len(system.unknowns))]
+    values.update(zip(sizes, solved_at(system, algebra, values), strict=True))
+    shown = (*w.hanging.joints, *w.hanging.loops)
+    wrenches = [hinge.on_child(one) for hinge, one in zip(shown, transmitted(system, sizes), strict=False)]
+    return evaluate(as_rows(w.hanging, wrenches, axes), algebra, values)
 
 
 def settings(equations: Equations, algebra: Algebra[Any]) -> dict[Any, Any]:

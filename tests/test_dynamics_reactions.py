@@ -21,10 +21,12 @@ from closed_mechanisms import (
 from figure_5_39 import single_loop, vector
 from mechanisms import coupled_tree, jointed, random_tree
 from oracles import BIG, assert_digits, numbers, oracle
-from running import call
+from running import call, solved_reactions
 
 import symdyn
 from symdyn.dynamics import Workspace, derive, derive_one
+from symdyn.dynamics.reactions.dalembert import equilibrium
+from symdyn.dynamics.reactions.solution import equations
 from symdyn.dynamics.reactions.uniqueness import reactions_at
 from symdyn.errors import DerivationError
 from symdyn.graph import substitute
@@ -32,6 +34,7 @@ from symdyn.scene import Damper, Friction, Load, Place, Scene, Spring, number, p
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, PROVED, Claim, prove
 from symdyn.verify.laws import laws
 from symdyn.verify.quaternions import on_unit_sphere
+from symdyn.verify.solvable import solvable
 
 
 def driven(one: Scene) -> Scene:
@@ -93,32 +96,30 @@ def verdicts(scene, claims):
     return {finding.verdict for finding in prove(on_unit_sphere(scene, claims))[1]}
 
 
-# Two roads and the laws
+# The whole system (5.18) and the laws
 
 
-@pytest.mark.parametrize("output", ["reactions", "forward_reactions"])
-@pytest.mark.parametrize("one", [*TREES, *JOINTED, *CLOSED, rssr(), n_four_bar(2)], ids=by_name)
-def test_recursion_and_the_whole_system_agree(one, output):
-    w = Workspace(one)
-    first, second = (derive_one(w, output, road) for road in ("recursive", "dalembert"))
+@pytest.mark.parametrize("one", [*TREES, *JOINTED, *CLOSED, rssr(), n_four_bar(2), bricard()], ids=by_name)
+def test_recursion_solves_the_whole_system(one):
+    outputs = ("reactions", "forward_dynamics") if one.loops else ("reactions",)
+    claims = [claim for claim in laws(Workspace(one), outputs) if claim.right_name.startswith("equilibrium")]
 
-    assert first.shape == (len(one.joints) + len(one.loops), 6)
-    assert verdicts(one, [Claim(output, "recursive", "dalembert", first.entries, second.entries)]) == {PROVED}
+    assert [claim.name for claim in claims] == ["reactions", "forward_reactions"][: len(outputs)]
+    assert verdicts(one, claims) == {PROVED}
 
 
 @pytest.mark.parametrize("one", [*TREES, *JOINTED, *CLOSED], ids=by_name)
 def test_laws_of_reactions_are_proved(one):
     claims = list(laws(Workspace(one), ("reactions", "inverse_dynamics")))
 
-    assert {claim.name for claim in claims} == {"drives in reactions", "power of reactions", "momentum"}
+    assert {claim.name for claim in claims} == {"reactions", "drives in reactions", "power of reactions", "momentum"}
     assert verdicts(one, claims) == {PROVED}
 
 
 def test_springs_dampers_friction_and_loads_are_in_the_reactions():
     one = loaded()
     w = Workspace(one)
-    roads = [derive_one(w, "reactions", road).entries for road in ("recursive", "dalembert")]
-    claims = [Claim("roads", "recursive", "dalembert", *roads), *laws(w, ("reactions", "inverse_dynamics"))]
+    claims = laws(w, ("reactions", "inverse_dynamics"))
 
     assert len(claims) == 4
     assert verdicts(one, claims) <= {PROVED, NUMERICAL}  # a distance is a root, which fields cannot always tell
@@ -130,8 +131,8 @@ def test_a_reaction_that_is_off_breaks_every_law(monkeypatch):
     from symdyn.dynamics.reactions import hanging as module
 
     one = two_link()
-    real = module.inertias
-    monkeypatch.setattr(module, "inertias", lambda *given: [i + i for i in real(*given)])
+    real = module.needed
+    monkeypatch.setattr(module, "needed", lambda inertia, motion: real(inertia + inertia, motion))
 
     assert verdicts(one, laws(Workspace(one), ("reactions", "inverse_dynamics"))) == {DIFFERENT}
 
@@ -140,16 +141,19 @@ def test_a_reaction_that_is_off_breaks_every_law(monkeypatch):
 def test_multipliers_of_lagranges_equations_are_the_reactions_of_the_cut_joint(one):
     """Lagrange with multipliers = D'Alembert, identically: off the closed positions too."""
     w = Workspace(one)
-    multipliers = derive_one(w, "multipliers", "lagrange").entries
-    rows = derive_one(w, "forward_reactions:joint", "dalembert").entries[6 * len(one.joints) :]
-    labels = [w.closed.recursive.labels[k].wrench for k in w.closed.closure.kept]
-    found = [
-        w.graph.total(size * wrench[part][axis] for size, wrench in zip(multipliers, labels, strict=True))
-        for part in range(2)
-        for axis in range(3)
-    ]
+    system = equilibrium(w.hanging, tau=w.state.tau, whole=True)
+    motion = dict(zip(w.state.qdd, derive_one(w, "forward_dynamics", "lagrange").entries, strict=True))
+    last, places = len(system.unknowns), {(u.joint, u.number): k for k, u in enumerate(system.unknowns)}
+    rows = equations(system)
+    found = iter(substitute([entry for row in rows for entry in row.values()], motion))
+    rows = [{c: next(found) for c in row} for row in rows]
+    labels = [w.closed.recursive.labels[k] for k in w.closed.closure.kept]
+    for label, size in zip(labels, derive_one(w, "multipliers", "lagrange").entries, strict=True):
+        rows.append({places[label.owner, label.number]: w.graph.one, last: size})
 
-    assert verdicts(one, [Claim("cut", "lambda", "R", tuple(found), rows)]) == {PROVED}
+    assert verdicts(one, [solvable("cut", "lambda", "(5.18)", rows, last)]) == {PROVED}
+    rows[-1][last] = 2 * rows[-1][last]
+    assert verdicts(one, [solvable("cut", "lambda", "(5.18)", rows, last)]) == {DIFFERENT}
 
 
 def test_nothing_goes_through_the_free_joint_of_a_rolling_disc():
@@ -209,14 +213,20 @@ def rows_of(found):
     return [found[k : k + 6] for k in range(0, len(found), 6)]
 
 
+ROADS = {
+    "recursive": lambda one, axes, *given, **state: call(
+        derive(one, [f"reactions:{axes}"]), f"reactions_{axes}", *given, **state
+    ),
+    "dalembert": solved_reactions,
+}
+
+
 @pytest.mark.parametrize("case", oracle("two_link_point_mass")["cases"], ids=lambda case: "_".join(case["q"])[:20])
 @pytest.mark.parametrize("road", ["recursive", "dalembert"])
 def test_joint_forces_of_the_two_link_arm(case, road):
     given = {key: numbers(case[key]) for key in ("q", "qd", "qdd")}
     params = numbers(case[name] for name in ("m1", "m2", "h1", "h2", "g"))
-    found = rows_of(
-        call(derive(two_link(), ["reactions:ground"], road), "reactions_ground", BIG, **given, params=params)
-    )
+    found = rows_of(ROADS[road](two_link(), "ground", BIG, **given, params=params))
 
     assert_digits(found[0][:2], case["joint1_force_on_link1_xy"])
     assert_digits(found[1][:2], case["joint2_force_on_link2_xy"])
@@ -266,7 +276,7 @@ def four_bar_case(case):
 @pytest.mark.parametrize("road", ["recursive", "dalembert"])
 def test_pin_forces_of_the_four_bar_change_point_included(case, road):
     one, state = four_bar_case(case)
-    rows = rows_of(call(derive(one, ["reactions:ground"], road), "reactions_ground", BIG, **state))
+    rows = rows_of(ROADS[road](one, "ground", BIG, **state))
 
     for name, row in zip(NAMES, rows, strict=True):
         assert_digits(row[:2], case[name], "1e-28")
@@ -363,14 +373,19 @@ def bricard_position():
     return [float(x) for x in Workspace(bricard()).closed.closure.assembly.typical]
 
 
-def test_bricards_linkage_has_one_redundant_reaction_and_its_code_is_refused():
+def test_bricards_linkage_has_one_redundant_reaction_and_its_code_says_so():
     one = bricard()
-    found = reactions_at(one, bricard_position())
+    q = bricard_position()
+    found = reactions_at(one, q)
 
     assert found.redundancy == 1
     assert found.words
-    with pytest.raises(DerivationError, match=r"overconstrained; leave drives out.*reactions_at"):
-        derive(one, ["reactions"])
+    function = derive(one, ["reactions"])["reactions"]
+    assert function.unique == tuple(found.unique.ravel().tolist())
+    assert "not unique" in function.text
+    R = symdyn.lambdify(one, "reactions")(q, [0.0] * 5, [0.0] * 5)
+    np.testing.assert_allclose(R[found.unique], found.wrenches[found.unique], atol=1e-9)
+    assert not np.allclose(R, found.wrenches, atol=1e-3)  # the least ones are others
 
 
 def test_every_reaction_of_a_correct_spatial_mechanism_is_unique():
@@ -420,7 +435,8 @@ def test_too_many_drives_are_told():
     one = crank_rocker()
     driven = replace(one, joints=tuple(replace(j, drives=(f"M{k}",)) for k, j in enumerate(one.joints)))
     with pytest.raises(
-        DerivationError, match=r"reactions are not unique: over-driven, 3 drives .M0, M1, M2. for 1 degree"
+        DerivationError,
+        match=r"reactions are not unique: over-driven, 3 drives .M0 of A, M1 of B, M2 of D. for 1 degree",
     ):
         derive(driven, ["reactions"])
     assert derive(driven, ["forward_reactions"])["forward_reactions"].shape == (4, 6)

@@ -77,7 +77,8 @@ def test_an_over_driven_mechanism_is_told_how_many_drives_are_too_many() -> None
 
     notes = mobility(replace(scene, joints=joints)).notes
     assert any(
-        "over-driven, 3 drives (tau_A, tau_B, tau_D) for 1 degree of freedom; leave 2 of them" in n for n in notes
+        "over-driven, 3 drives (tau_A of A, tau_B of B, tau_D of D) for 1 degree of freedom; leave 2 of them" in n
+        for n in notes
     )
 
 

@@ -7,12 +7,12 @@
  * Functions, with the operations of one call (mul, add and sub, div, sincos: one a distinct angle):
  *
  *     reactions(q, qd, qdd) -> R, shape (4, 6); N and N m
- *         reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the child's body frame
+ *         reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the child's body frame; not unique, for rigid bodies do not tell them: fz, mx, my of motor, elbow, pivot and hinge
  *         recursive; 68 mul, 58 add, 1 div, 3 sincos
  *
  *     forward_reactions_ground(q, qd, tau) -> R, shape (4, 6); N and N m
- *         reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics
- *         recursive; 124 mul, 101 add, 3 div, 3 sincos
+ *         reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics; not unique, for rigid bodies do not tell them: fz, mx, my of motor, elbow, pivot and hinge
+ *         recursive; 118 mul, 92 add, 2 div, 3 sincos
  *
  * Arguments:
  *
@@ -134,87 +134,77 @@ void four_bar_forward_reactions_ground(const double *q, const double *qd, const 
     const double x8 = c1 * s2 + s1 * c2;
     const double x9 = c1 + 3.0 * x7;
     const double x10 = s1 + 3.0 * x8;
-    const double x11 = x7 * x9 + x8 * x10;
-    const double x12 = x7 * x10 - x8 * x9;
-    const double x13 = c3 * x7 + s3 * x8;
-    const double x14 = c3 * x8 - s3 * x7;
-    const double x15 = 4.0 * x7;
-    const double x16 = x15 - x11;
-    const double x17 = 4.0 * x8;
-    const double x18 = x12 + x17;
-    const double x19 = x6 * x6;
-    const double x20 = 3.5 * x13;
-    const double x21 = x16 + x20;
-    const double x22 = 3.5 * x14;
-    const double x23 = x18 + x22;
-    const double x24 = x12 + (c1 * x8 - s1 * x7) - x23;
-    const double x25 = x21 - x16;
-    const double x26 = x21 - (c1 * x7 + s1 * x8 - x11);
-    const double x27 = x18 - x23;
-    const double x28 = 1.0 / (x24 * x25 - x26 * x27);
-    const double x29 = 60.08625 * c3;
-    const double x30 = qd_2 * qd_2;
-    const double x31 = qd_3 - x6;
-    const double x32 = x31 * x31;
-    const double x33 = x15 + x20;
-    const double x34 = x17 + x22;
-    const double x35 = s2 - x34;
-    const double x36 = x33 - c2;
-    const double x37 = 1.0 / (x20 * x35 + x22 * x36);
-    const double x38 = c2 * x30 - x15 * x19 - x20 * x32;
-    const double x39 = x17 * x19 - s2 * x30 + x22 * x32;
-    const double x40 = x37 * (x20 * x34 - x22 * x33);
-    const double x41 = 9.0 + 4.5 * c2;
-    const double x42 = x37 * (x34 * x36 + x33 * x35);
-    const double x43 = x37 * (x22 * x39 - x20 * x38);
-    const double x44 = x37 * (x36 * x38 + x35 * x39);
-    const double x45 = 9.0 * x43 + 4.5 * (c2 * x3 - x5);
-    const double x46 = tau_1 - 34.335 * c1 - x45 + x40 * (tau_2 - x45) + x42 * (tau_3 - (x29 - 14.291666666666666 * x44));
-    const double x47 = 12.333333333333334 + (9.0 * c2 + x42 * (14.291666666666666 * x42) + x40 * (x41 + (x41 + 9.0 * x40)));
-    const double x48 = (x46 + 4.5 * (s2 * x19 - c2 * x43)) / x47;
-    const double x49 = x3 + x48;
-    const double x50 = c2 * x49 - x5;
-    const double x51 = x48 + (x43 + x40 * x48);
-    const double x52 = x42 * x48 - x44;
-    const double x53 = 3.0 * (c2 * x4 + s2 * x49) - 4.5 * x19;
-    const double x54 = 3.0 * x50 + 4.5 * x51;
-    const double x55 = 9.0 * x51 + 4.5 * x50;
-    const double x56 = s2 * x53 + c2 * x54;
-    const double x57 = x29 + 14.291666666666666 * x52;
-    const double x58 = x55 - tau_2;
-    const double x59 = x57 - tau_3;
-    const double x60 = x28 * (x27 * x58 + x24 * x59);
-    const double x61 = x28 * (x25 * x58 + x26 * x59);
-    const double x62 = x14 * x61 + x13 * x60;
-    const double x63 = (3.0 + x21) * x60 + x23 * x61;
-    const double x64 = s2 * x61 + c2 * x60;
-    const double x65 = x13 * x61 - x14 * x60;
-    const double x66 = x53 + x61;
-    const double x67 = x54 + x60;
-    const double x68 = x1 - 0.5 * x2 + c2 * x66 - s2 * x67;
-    const double x69 = x64 + (x56 + (x3 + 0.5 * x48));
-    const double x70 = 34.335 * s3 - 6.125 * (qd_3 * qd_3) - x65;
-    const double x71 = 34.335 * c3 + 6.125 * x52 - x62;
-    out[0] = c1 * x68 - s1 * x69;
-    out[1] = s1 * x68 + c1 * x69;
+    const double x11 = c3 * x7 + s3 * x8;
+    const double x12 = c3 * x8 - s3 * x7;
+    const double x13 = 4.0 * x7;
+    const double x14 = 4.0 * x8;
+    const double x15 = x6 * x6;
+    const double x16 = 3.5 * x11;
+    const double x17 = 3.5 * x12;
+    const double x18 = 60.08625 * c3;
+    const double x19 = qd_2 * qd_2;
+    const double x20 = qd_3 - x6;
+    const double x21 = x20 * x20;
+    const double x22 = x13 + x16;
+    const double x23 = x14 + x17;
+    const double x24 = s2 - x23;
+    const double x25 = x22 - c2;
+    const double x26 = 1.0 / (x16 * x24 + x17 * x25);
+    const double x27 = c2 * x19 - x13 * x15 - x16 * x21;
+    const double x28 = x14 * x15 - s2 * x19 + x17 * x21;
+    const double x29 = x26 * (x16 * x23 - x17 * x22);
+    const double x30 = 9.0 + 4.5 * c2;
+    const double x31 = x26 * (x23 * x25 + x22 * x24);
+    const double x32 = x26 * (x17 * x28 - x16 * x27);
+    const double x33 = x26 * (x25 * x27 + x24 * x28);
+    const double x34 = 9.0 * x32 + 4.5 * (c2 * x3 - x5);
+    const double x35 = tau_1 - 34.335 * c1 - x34 + x29 * (tau_2 - x34) + x31 * (tau_3 - (x18 - 14.291666666666666 * x33));
+    const double x36 = 12.333333333333334 + (9.0 * c2 + x31 * (14.291666666666666 * x31) + x29 * (x30 + (x30 + 9.0 * x29)));
+    const double x37 = (x35 + 4.5 * (s2 * x15 - c2 * x32)) / x36;
+    const double x38 = x3 + x37;
+    const double x39 = x37 + (x32 + x29 * x37);
+    const double x40 = c2 * x38 - x5;
+    const double x41 = x31 * x37 - x33;
+    const double x42 = 9.0 * x39 + 4.5 * x40;
+    const double x43 = x18 + 14.291666666666666 * x41;
+    const double x44 = x42 - tau_2;
+    const double x45 = x43 - tau_3;
+    const double x46 = x26 * (x24 * x45 - x17 * x44);
+    const double x47 = x26 * (x16 * x44 + x25 * x45);
+    const double x48 = x12 * x47 + x11 * x46;
+    const double x49 = (3.0 + (x13 - (x7 * x9 + x8 * x10) + x16)) * x46;
+    const double x50 = x49 + (x7 * x10 - x8 * x9 + x14 + x17) * x47;
+    const double x51 = s2 * x47 + c2 * x46;
+    const double x52 = x11 * x47 - x12 * x46;
+    const double x53 = 34.335 * s3 - 6.125 * (qd_3 * qd_3) - x52;
+    const double x54 = 3.0 * (c2 * x4 + s2 * x38) - 4.5 * x15;
+    const double x55 = 4.5 * x39 + 3.0 * x40;
+    const double x56 = s2 * x54 + c2 * x55;
+    const double x57 = x47 + x54;
+    const double x58 = x46 + x55;
+    const double x59 = x1 - 0.5 * x2 + c2 * x57 - s2 * x58;
+    const double x60 = x51 + (x56 + (x3 + 0.5 * x37));
+    const double x61 = 34.335 * c3 + 6.125 * x41 - x48;
+    out[0] = c1 * x59 - s1 * x60;
+    out[1] = s1 * x59 + c1 * x60;
     out[2] = 0.0;
     out[3] = 0.0;
     out[4] = 0.0;
-    out[5] = 4.905 * c1 + 0.3333333333333333 * x48 + (x55 + x56) + (x63 + x64);
-    out[6] = x7 * x66 - x8 * x67;
-    out[7] = x8 * x66 + x7 * x67;
+    out[5] = x50 + x51 + (4.905 * c1 + 0.3333333333333333 * x37 + (x42 + x56));
+    out[6] = x7 * x57 - x8 * x58;
+    out[7] = x8 * x57 + x7 * x58;
     out[8] = 0.0;
     out[9] = 0.0;
     out[10] = 0.0;
-    out[11] = x55 + x63;
-    out[12] = c3 * x70 - s3 * x71;
-    out[13] = s3 * x70 + c3 * x71;
+    out[11] = x42 + x50;
+    out[12] = c3 * x53 - s3 * x61;
+    out[13] = s3 * x53 + c3 * x61;
     out[14] = 0.0;
     out[15] = 0.0;
     out[16] = 0.0;
-    out[17] = x57 - 3.5 * x62;
-    out[18] = c3 * x65 - s3 * x62;
-    out[19] = s3 * x65 + c3 * x62;
+    out[17] = x43 - 3.5 * x48;
+    out[18] = c3 * x52 - s3 * x48;
+    out[19] = s3 * x52 + c3 * x48;
     out[20] = 0.0;
     out[21] = 0.0;
     out[22] = 0.0;

@@ -6,12 +6,12 @@ Do not edit; change the scene and generate again:
 Functions, with the operations of one call (mul, add and sub, div, sincos: one a distinct angle):
 
     reactions(q, qd, qdd) -> R, shape (4, 6); N and N m
-        reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the child's body frame
+        reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the child's body frame; not unique, for rigid bodies do not tell them: fz, mx, my of motor, elbow, pivot and hinge
         recursive; 68 mul, 58 add, 1 div, 3 sincos
 
     forward_reactions_ground(q, qd, tau) -> R, shape (4, 6); N and N m
-        reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics
-        recursive; 124 mul, 101 add, 3 div, 3 sincos
+        reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics; not unique, for rigid bodies do not tell them: fz, mx, my of motor, elbow, pivot and hinge
+        recursive; 118 mul, 92 add, 2 div, 3 sincos
 
 Arguments:
 
@@ -210,7 +210,7 @@ def _value(lines, x):
 
 
 def reactions(q, qd, qdd, out=None):
-    """Return the reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the child's body frame.
+    """Return the reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the child's body frame; not unique, for rigid bodies do not tell them: fz, mx, my of motor, elbow, pivot and hinge.
 
     Args:
         q: joint positions, shape (..., 3); rad.
@@ -320,7 +320,7 @@ def _reactions(of, q, qd, qdd):
 
 
 def forward_reactions_ground(q, qd, tau, out=None):
-    """Return the reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics.
+    """Return the reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at the origin of the moved joint frame, axes of the ground frame, during forward dynamics; not unique, for rigid bodies do not tell them: fz, mx, my of motor, elbow, pivot and hinge.
 
     Args:
         q: joint positions, shape (..., 3); rad.
@@ -331,7 +331,7 @@ def forward_reactions_ground(q, qd, tau, out=None):
     Returns:
         R, shape (..., 4, 6); N and N m.
 
-    recursive; 124 mul, 101 add, 3 div, 3 sincos.
+    recursive; 118 mul, 92 add, 2 div, 3 sincos.
     A NaN in q, qd or tau makes what depends on it NaN, and raises nothing.
     """
     return _run(
@@ -373,88 +373,78 @@ def _forward_reactions_ground(of, q, qd, tau):
     x8 = c1 * s2 + s1 * c2
     x9 = c1 + 3.0 * x7
     x10 = s1 + 3.0 * x8
-    x11 = x7 * x9 + x8 * x10
-    x12 = x7 * x10 - x8 * x9
-    x13 = c3 * x7 + s3 * x8
-    x14 = c3 * x8 - s3 * x7
-    x15 = 4.0 * x7
-    x16 = x15 - x11
-    x17 = 4.0 * x8
-    x18 = x12 + x17
-    x19 = x6 * x6
-    x20 = 3.5 * x13
-    x21 = x16 + x20
-    x22 = 3.5 * x14
-    x23 = x18 + x22
-    x24 = x12 + (c1 * x8 - s1 * x7) - x23
-    x25 = x21 - x16
-    x26 = x21 - (c1 * x7 + s1 * x8 - x11)
-    x27 = x18 - x23
-    x28 = 1.0 / (x24 * x25 - x26 * x27)
-    x29 = 60.08625 * c3
-    x30 = qd_2 * qd_2
-    x31 = qd_3 - x6
-    x32 = x31 * x31
-    x33 = x15 + x20
-    x34 = x17 + x22
-    x35 = s2 - x34
-    x36 = x33 - c2
-    x37 = 1.0 / (x20 * x35 + x22 * x36)
-    x38 = c2 * x30 - x15 * x19 - x20 * x32
-    x39 = x17 * x19 - s2 * x30 + x22 * x32
-    x40 = x37 * (x20 * x34 - x22 * x33)
-    x41 = 9.0 + 4.5 * c2
-    x42 = x37 * (x34 * x36 + x33 * x35)
-    x43 = x37 * (x22 * x39 - x20 * x38)
-    x44 = x37 * (x36 * x38 + x35 * x39)
-    x45 = 9.0 * x43 + 4.5 * (c2 * x3 - x5)
-    x46 = tau_1 - 34.335 * c1 - x45 + x40 * (tau_2 - x45) + x42 * (tau_3 - (x29 - 14.291666666666666 * x44))
-    x47 = 12.333333333333334 + (9.0 * c2 + x42 * (14.291666666666666 * x42) + x40 * (x41 + (x41 + 9.0 * x40)))
-    x48 = (x46 + 4.5 * (s2 * x19 - c2 * x43)) / x47
-    x49 = x3 + x48
-    x50 = c2 * x49 - x5
-    x51 = x48 + (x43 + x40 * x48)
-    x52 = x42 * x48 - x44
-    x53 = 3.0 * (c2 * x4 + s2 * x49) - 4.5 * x19
-    x54 = 3.0 * x50 + 4.5 * x51
-    x55 = 9.0 * x51 + 4.5 * x50
-    x56 = s2 * x53 + c2 * x54
-    x57 = x29 + 14.291666666666666 * x52
-    x58 = x55 - tau_2
-    x59 = x57 - tau_3
-    x60 = x28 * (x27 * x58 + x24 * x59)
-    x61 = x28 * (x25 * x58 + x26 * x59)
-    x62 = x14 * x61 + x13 * x60
-    x63 = (3.0 + x21) * x60 + x23 * x61
-    x64 = s2 * x61 + c2 * x60
-    x65 = x13 * x61 - x14 * x60
-    x66 = x53 + x61
-    x67 = x54 + x60
-    x68 = x1 - 0.5 * x2 + c2 * x66 - s2 * x67
-    x69 = x64 + (x56 + (x3 + 0.5 * x48))
-    x70 = 34.335 * s3 - 6.125 * (qd_3 * qd_3) - x65
-    x71 = 34.335 * c3 + 6.125 * x52 - x62
+    x11 = c3 * x7 + s3 * x8
+    x12 = c3 * x8 - s3 * x7
+    x13 = 4.0 * x7
+    x14 = 4.0 * x8
+    x15 = x6 * x6
+    x16 = 3.5 * x11
+    x17 = 3.5 * x12
+    x18 = 60.08625 * c3
+    x19 = qd_2 * qd_2
+    x20 = qd_3 - x6
+    x21 = x20 * x20
+    x22 = x13 + x16
+    x23 = x14 + x17
+    x24 = s2 - x23
+    x25 = x22 - c2
+    x26 = 1.0 / (x16 * x24 + x17 * x25)
+    x27 = c2 * x19 - x13 * x15 - x16 * x21
+    x28 = x14 * x15 - s2 * x19 + x17 * x21
+    x29 = x26 * (x16 * x23 - x17 * x22)
+    x30 = 9.0 + 4.5 * c2
+    x31 = x26 * (x23 * x25 + x22 * x24)
+    x32 = x26 * (x17 * x28 - x16 * x27)
+    x33 = x26 * (x25 * x27 + x24 * x28)
+    x34 = 9.0 * x32 + 4.5 * (c2 * x3 - x5)
+    x35 = tau_1 - 34.335 * c1 - x34 + x29 * (tau_2 - x34) + x31 * (tau_3 - (x18 - 14.291666666666666 * x33))
+    x36 = 12.333333333333334 + (9.0 * c2 + x31 * (14.291666666666666 * x31) + x29 * (x30 + (x30 + 9.0 * x29)))
+    x37 = (x35 + 4.5 * (s2 * x15 - c2 * x32)) / x36
+    x38 = x3 + x37
+    x39 = x37 + (x32 + x29 * x37)
+    x40 = c2 * x38 - x5
+    x41 = x31 * x37 - x33
+    x42 = 9.0 * x39 + 4.5 * x40
+    x43 = x18 + 14.291666666666666 * x41
+    x44 = x42 - tau_2
+    x45 = x43 - tau_3
+    x46 = x26 * (x24 * x45 - x17 * x44)
+    x47 = x26 * (x16 * x44 + x25 * x45)
+    x48 = x12 * x47 + x11 * x46
+    x49 = (3.0 + (x13 - (x7 * x9 + x8 * x10) + x16)) * x46
+    x50 = x49 + (x7 * x10 - x8 * x9 + x14 + x17) * x47
+    x51 = s2 * x47 + c2 * x46
+    x52 = x11 * x47 - x12 * x46
+    x53 = 34.335 * s3 - 6.125 * (qd_3 * qd_3) - x52
+    x54 = 3.0 * (c2 * x4 + s2 * x38) - 4.5 * x15
+    x55 = 4.5 * x39 + 3.0 * x40
+    x56 = s2 * x54 + c2 * x55
+    x57 = x47 + x54
+    x58 = x46 + x55
+    x59 = x1 - 0.5 * x2 + c2 * x57 - s2 * x58
+    x60 = x51 + (x56 + (x3 + 0.5 * x37))
+    x61 = 34.335 * c3 + 6.125 * x41 - x48
     return (
-        c1 * x68 - s1 * x69,  # 0, 0
-        s1 * x68 + c1 * x69,  # 0, 1
+        c1 * x59 - s1 * x60,  # 0, 0
+        s1 * x59 + c1 * x60,  # 0, 1
         0.0,  # 0, 2
         0.0,  # 0, 3
         0.0,  # 0, 4
-        4.905 * c1 + 0.3333333333333333 * x48 + (x55 + x56) + (x63 + x64),  # 0, 5
-        x7 * x66 - x8 * x67,  # 1, 0
-        x8 * x66 + x7 * x67,  # 1, 1
+        x50 + x51 + (4.905 * c1 + 0.3333333333333333 * x37 + (x42 + x56)),  # 0, 5
+        x7 * x57 - x8 * x58,  # 1, 0
+        x8 * x57 + x7 * x58,  # 1, 1
         0.0,  # 1, 2
         0.0,  # 1, 3
         0.0,  # 1, 4
-        x55 + x63,  # 1, 5
-        c3 * x70 - s3 * x71,  # 2, 0
-        s3 * x70 + c3 * x71,  # 2, 1
+        x42 + x50,  # 1, 5
+        c3 * x53 - s3 * x61,  # 2, 0
+        s3 * x53 + c3 * x61,  # 2, 1
         0.0,  # 2, 2
         0.0,  # 2, 3
         0.0,  # 2, 4
-        x57 - 3.5 * x62,  # 2, 5
-        c3 * x65 - s3 * x62,  # 3, 0
-        s3 * x65 + c3 * x62,  # 3, 1
+        x43 - 3.5 * x48,  # 2, 5
+        c3 * x52 - s3 * x48,  # 3, 0
+        s3 * x52 + c3 * x48,  # 3, 1
         0.0,  # 3, 2
         0.0,  # 3, 3
         0.0,  # 3, 4

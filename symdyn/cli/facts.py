@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from symdyn.dynamics import Closing
-    from symdyn.scene import Joint, Scene
+    from symdyn.scene import Joint, Row, Scene
+    from symdyn.scene.quantity import Vector
 
 
 def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, Any], list[str]]:
@@ -25,6 +26,8 @@ def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, 
     prepared = prepare(program)
     first = prepared.routines[0] if is_prepared(prepared) else None
     freedoms = _mobility(scene, closing)
+    if freedoms:
+        freedoms["loose_reactions"] = _loose(scene, closing)
     facts = {
         "name": scene.name,
         "degrees_of_freedom": freedoms["by_rank"] if freedoms else len(scene.velocities),
@@ -52,6 +55,7 @@ def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, 
             {"name": joint.name, "type": joint.type, "parent": joint.parent, "child": joint.child}
             for joint in scene.loops
         ],
+        "rows": [{"name": row.name, "type": row.type, "says": _says(row)} for row in scene.rows],
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
         "parameters": [
             {"name": p.name, "value": spell(p.value) if p.value else None, "unit": p.unit, "text": p.text}
@@ -81,6 +85,27 @@ def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, 
     return facts, left_out
 
 
+def _says(row: Row) -> str:
+    """Return what a row demands: "wheel of radius r rolls on the plane of ground through [0, 0, 0], normal ..."."""
+    from symdyn.scene import spell
+
+    def three(vector: Vector | tuple[()]) -> str:
+        return f"[{', '.join(spell(x) for x in vector)}]"
+
+    if row.place is None:
+        return f"{spell(row.formula)} = 0"
+    body, plane = row.place.body, row.plane
+    where = f"the plane of {plane.body} through {three(plane.at)}, normal {three(plane.normal)}"
+    if row.type == "knife_edge":
+        on = f" on {where}" if plane.declared else ""
+        return f"{body} does not slide along its {three(row.axis or ())} at {three(row.place.at)}{on}"
+    kind = f"ball of radius {spell(row.radius)}"
+    if row.axis is not None:
+        kind = f"wheel of radius {spell(row.radius)} about its {three(row.axis)}"
+    height = "" if row.touches else "; its height is not held"
+    return f"{body}, a {kind}, rolls on {where} ({', '.join(row.components)}{height})"
+
+
 def _mobility(scene: Scene, closing: Closing) -> dict[str, Any] | None:
     """Return the mobility of a scene with loops or rows; None for a tree, and where the loops cannot be closed."""
     from dataclasses import asdict
@@ -95,6 +120,18 @@ def _mobility(scene: Scene, closing: Closing) -> dict[str, Any] | None:
         return asdict(mobility(scene, closing))
     except DerivationError:  # `available` has told why
         return None
+
+
+def _loose(scene: Scene, closing: Closing) -> str:
+    """Return which entries of reactions, axes of the children, rigid bodies do not tell, in words; "" for none."""
+    from symdyn.dynamics import unique_reactions
+    from symdyn.dynamics.reactions.loose import loose_words
+    from symdyn.errors import DerivationError
+
+    try:
+        return loose_words(scene, unique_reactions(scene, closing=closing).ravel().tolist())
+    except DerivationError:  # `available` has told why
+        return ""
 
 
 def parts(scene: Scene, frames: bool, base_parameters: bool) -> dict[str, Any]:

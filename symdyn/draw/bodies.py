@@ -55,7 +55,8 @@ def link(scene: Scene, found: Places, body: Placed, view: View, colour: int) -> 
     for row in scene.rows:
         if row.name in found.wheels and row.place is not None and row.place.body == body.name:
             centre, axis, radius = found.wheels[row.name]
-            shapes.append(disc(f"link body{colour}", view, centre, axis, radius * view.scale))
+            rims = [axis] if axis is not None else [np.broadcast_to(view.toward, centre.shape), body.frame.R[:, :, 2]]
+            shapes += [disc(f"link body{colour}", view, centre, rim, radius * view.scale) for rim in rims]
     middle = np.mean([view.depth(start), *(view.depth(tip) for tip in tips)], axis=0)
     items = [Item(f"body-{body.name}", f"body {body.name}", 1, middle, tuple(shapes))]
     heaviest = max((mass for one in found.bodies for mass, _ in one.particles), default=0.0)

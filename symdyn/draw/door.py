@@ -14,6 +14,7 @@ from symdyn.draw.labels import Label, put
 from symdyn.draw.lettering import words
 from symdyn.draw.marks import marks
 from symdyn.draw.places import Array, Places, places
+from symdyn.draw.planes import patches, planes
 from symdyn.draw.pose import pose, values_of
 from symdyn.draw.shapes import Item
 from symdyn.draw.svg import Drawing, svg
@@ -96,10 +97,10 @@ def watched(
 ) -> View:
     """Return the view of a scene in which everything that is found fits."""
     nudged = np.atleast_2d(q)[:1] + 0.1 * (1 + np.arange(q.shape[-1]) % 5)  # by which chance shows
-    return look([found, places(scene, nudged, values)], spread(found), view)
+    return look([found, places(scene, nudged, values)], spread(scene, found), view)
 
 
-def spread(found: Places) -> Array:
+def spread(scene: Scene, found: Places) -> Array:
     """Return all points that a picture must hold, shape (K, 3)."""
     spots = [at for hinge in found.hinges for at in (hinge.fixed.p, hinge.moved.p)]
     spots += [body.com for body in found.bodies if body.com is not None]
@@ -109,12 +110,13 @@ def spread(found: Places) -> Array:
     spots += [at for at, _, _ in found.acting.values()]
     for centre, _, radius in found.wheels.values():
         spots += [centre + sign * radius * axis for axis in np.eye(3) for sign in (-1, 1)]
+    spots += [corners[:, k] for _, corners in patches(scene, found) for k in range(4)]
     return np.concatenate(spots) if spots else np.zeros((1, 3))
 
 
 def mechanism(scene: Scene, found: Places, view: View) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
-    """Return ground, springs, bodies and joints, and the labels of springs, at every moment that is found."""
-    items = list(ground(scene, found, view))
+    """Return planes, ground, springs, bodies and joints, and the labels of springs, at every moment that is found."""
+    items = [*planes(scene, found, view), *ground(scene, found, view)]
     elastic, labels = links(scene, found, view)
     items += elastic
     for k, body in enumerate(found.bodies):

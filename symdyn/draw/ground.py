@@ -45,7 +45,7 @@ def _bearing(scene: Scene, hinge: Hinge, found: Places, view: View) -> tuple[Sha
     base = at + down * 2.4 * s
     wide = np.array([1.0, 0.0]) * 1.3 * s
     triangle = path("support", np.stack([at, base + wide, base - wide], axis=1), closed=True)
-    return (triangle, *_hatches(base - wide * 1.7, base + wide * 1.7, down, s))
+    return (triangle, *hatches(base - wide * 1.7, base + wide * 1.7, down, s))
 
 
 def _hatched_rail(hinge: Hinge, view: View) -> tuple[Shape, ...]:
@@ -55,10 +55,10 @@ def _hatched_rail(hinge: Hinge, view: View) -> tuple[Shape, ...]:
     down = np.array([-way[1], way[0]])
     down = down if (round(down[1], 6), -down[0]) > (0, 0) else -down
     shift = down * view.size * 1.25
-    return _hatches(a + shift, b + shift, down, view.size)
+    return hatches(a + shift, b + shift, down, view.size)
 
 
-def _hatches(a: Array, b: Array, down: Array, s: float) -> tuple[Shape, ...]:
+def hatches(a: Array, b: Array, down: Array, s: float) -> tuple[Shape, ...]:
     """Return a line with strokes on one side of it."""
     way = unit(b - a)
     count = max(4, min(40, round(float(np.linalg.norm(b[0] - a[0])) / (0.75 * s))))

@@ -89,10 +89,28 @@ class Placed:
 
 
 @dataclass(frozen=True)
+class Touch:
+    """A plane in place, and what touches it.
+
+    Attributes:
+        at: a point of the plane.
+        normal: unit vector.
+        along: a direction of the plane that turns with its body, unit vector.
+        spot: the centre of the wheel, or the point of the blade.
+    """
+
+    at: Array
+    normal: Array
+    along: Array
+    spot: Array
+
+
+@dataclass(frozen=True)
 class Places:
     """A scene in place; `acting` holds loads (point, force, couple), `ends` those of springs and dampers.
 
-    `wheels` holds the rims of what rolls: centre, unit axis and radius in m, by the name of the row.
+    `wheels` holds the rims of what rolls: centre, unit axis (None for a ball) and radius in m, by the name of the row.
+    `touches` holds what wheels, balls and blades touch, likewise.
     """
 
     count: int
@@ -102,7 +120,8 @@ class Places:
     points: dict[str, tuple[str, Frame]]
     ends: dict[str, tuple[Array, Array]]
     acting: dict[str, tuple[Array, Array, Array]]
-    wheels: dict[str, tuple[Array, Array, float]]
+    wheels: dict[str, tuple[Array, Array | None, float]]
+    touches: dict[str, Touch]
     gravity: Array
 
     def body(self, name: str) -> Placed:
@@ -166,9 +185,13 @@ def drawn(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
             wanted["end", link.name, str(k)] = _point(end, placed, graph)
     for row in scene.rows:
         if row.type == "rolling" and row.place is not None:
-            T = placed[row.place.body]
-            turned = _turned(T, vector(row.axis, graph))
-            wanted["wheel", row.name] = (*_point(row.place, placed, graph), *turned, express(row.radius, graph))
+            axis = _turned(placed[row.place.body], vector(row.axis, graph)) if row.axis else ()
+            wanted["wheel", row.name] = (*_point(row.place, placed, graph), express(row.radius, graph), *axis)
+        if row.type == "rolling" or row.plane.declared:
+            T = placed[row.plane.body]
+            normal = _turned(T, vector(row.plane.normal, graph))
+            spot = _point(row.place, placed, graph) if row.place else T.p
+            wanted["touch", row.name] = (*T.point(vector(row.plane.at, graph)), *normal, *spot)
     for load in scene.loads:
         wanted |= _load(load, placed, graph)
     return wanted
@@ -266,12 +289,23 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
         {one.name: (arrays["end", one.name, "0"], arrays["end", one.name, "1"]) for one in elastic(scene) if one.ends},
         {load.name: _split(arrays["load", load.name]) for load in scene.loads},
         {
-            row.name: (x[:, :3], unit(x[:, 3:6]), float(x[0, 6]))
+            row.name: (x[:, :3], unit(x[:, 4:]) if row.axis else None, float(x[0, 3]))
             for row in scene.rows
             if (x := arrays.get(("wheel", row.name))) is not None
         },
+        {
+            row.name: _touch(x, frame("frame", row.plane.body))
+            for row in scene.rows
+            if (x := arrays.get(("touch", row.name))) is not None
+        },
         arrays["gravity",][0],
     )
+
+
+def _touch(x: Array, carrier: Frame) -> Touch:
+    normal = unit(x[:, 3:6])
+    along = carrier.direction(across(np.einsum("nji,nj->ni", carrier.R, normal)))
+    return Touch(x[:, :3], normal, along, x[:, 6:])
 
 
 def elastic(scene: Scene) -> tuple[Spring | Damper, ...]:

@@ -20,6 +20,7 @@ from symdyn.dynamics.workspace import Workspace
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.assembly import Assembly
     from symdyn.dynamics.loops.continuation import assemble, consistent, follow
+    from symdyn.dynamics.reactions.loose import unique_reactions
     from symdyn.dynamics.reactions.uniqueness import reactions_at
 
 _NUMERIC = {
@@ -28,6 +29,7 @@ _NUMERIC = {
     "consistent": "symdyn.dynamics.loops.continuation",
     "follow": "symdyn.dynamics.loops.continuation",
     "reactions_at": "symdyn.dynamics.reactions.uniqueness",
+    "unique_reactions": "symdyn.dynamics.reactions.loose",
 }
 
 __all__ = [
@@ -54,6 +56,7 @@ __all__ = [
     "is_closed",
     "reactions_at",
     "roads",
+    "unique_reactions",
 ]
 
 

@@ -139,9 +139,12 @@ def _derived(workspace: Workspace, request: str, road: str | None) -> Function:
         refuse_ideal_friction(workspace.scene)
     entries = row.roads[name](workspace, place) if row.place else row.roads[name](workspace)
     n = workspace.state.n
+    unique = row.unique(workspace) if row.unique else ()
     return Function(
         name=request.replace(":", "_"),
-        text=row.text.format(name=place, **_terms(workspace.scene)) + _chosen(workspace, request),
+        text=row.text.format(name=place, **_terms(workspace.scene))
+        + _chosen(workspace, request)
+        + _loose(workspace.scene, unique),
         arguments=arguments(workspace, (*row.arguments, *((TIME,) if _takes_time(entries) else ()))),
         result=row.result,
         shape=_complete(row.shape(n), len(entries)),
@@ -149,7 +152,17 @@ def _derived(workspace: Workspace, request: str, road: str | None) -> Function:
         units=row.units,
         formulation=name,
         request=request,
+        unique=unique,
     )
+
+
+def _loose(scene: Scene, unique: Sequence[bool]) -> str:
+    """Return which entries are not unique, behind the text of an output that has such."""
+    if all(unique):
+        return ""
+    from symdyn.dynamics.reactions.loose import loose_words  # with NumPy, which printing can do without
+
+    return f"; not unique, for rigid bodies do not tell them: {loose_words(scene, unique)}"
 
 
 def _chosen(workspace: Workspace, request: str) -> str:

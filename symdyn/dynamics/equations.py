@@ -49,6 +49,7 @@ class Function:
         units: unit of the result, one line.
         formulation: which road derived it, e.g. "rnea".
         request: what to ask `derive` for, e.g. "pose:tool".
+        unique: which entries rigid bodies determine, row-major; () for all. The others are one choice among many.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Function:
     units: str
     formulation: str
     request: str = ""
+    unique: tuple[bool, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ class Output:
         prefer: which road is cheapest for a mechanism, where that depends on it.
         exists: which scenes have it without being asked.
         closed: the row of scenes with loops or rows, where it is another one.
+        unique: which entries of the result rigid bodies determine, row by row, () for all; None where all always are.
     """
 
     text: str
@@ -40,6 +41,7 @@ class Output:
     prefer: Callable[[Workspace], str] | None = None
     exists: Callable[[Scene], bool] = lambda scene: True
     closed: Output | None = None
+    unique: Callable[[Workspace], tuple[bool, ...]] | None = None
 
     def preferred(self, workspace: Workspace) -> str:
         """Return the name of the road that code is generated from."""

@@ -23,7 +23,7 @@ from symdyn.dynamics.state import State, state_symbols
 from symdyn.dynamics.tree import Tree, build_tree
 from symdyn.dynamics.wrenches import Elastic, Wrench, body_wrenches, elastic, joint_forces
 from symdyn.graph import Expr, Graph
-from symdyn.scene import Scene, without_zeros
+from symdyn.scene import Scene, without_hidden_zeros
 
 if TYPE_CHECKING:
     from symdyn.dynamics.reactions.hanging import Hanging
@@ -36,7 +36,7 @@ class Workspace:
 
     def __init__(self, scene: Scene, closing: Closing = Closing()) -> None:  # noqa: B008  frozen
         """Start with an empty graph; `closing` is what the user chooses about closed loops."""
-        scene = without_zeros(scene)
+        scene = without_hidden_zeros(scene)
         self.scene = scene
         self.closing = closing
         self.graph = Graph()
@@ -97,12 +97,8 @@ class Workspace:
         """The declared bodies and joints, nothing merged or regrouped, for reactions."""
         from symdyn.dynamics.reactions.hanging import Hanging  # with NumPy, which printing can do without
 
-        assembled: dict[str, float] = {}
-        if self.scene.loops:
-            numbers, q = self.closed.numbers, self.closed.closure.assembly.typical
-            assembled = {str(node.value): value for node, value in numbers.parameters.items()}
-            assembled |= dict(zip(self.scene.coordinates, map(float, q), strict=True))
-        return Hanging(self.scene, self.tree, self.state, assembled)
+        closed = self.scene.loops or self.scene.rows
+        return Hanging(self.scene, self.tree, self.state, self.closed.closure if closed else None)
 
     @cached_property
     def elastic(self) -> Elastic:

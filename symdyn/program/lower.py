@@ -56,8 +56,20 @@ def _bind(equations: Equations) -> Functions:
     try:
         return _rebuild(functions, bound, graph)
     except ZeroDivisionError as fault:
-        message = f"{scene.name}: with its parameters' values the equations divide by zero"
-        raise DerivationError(f"{message}; give another value, or none to keep the parameter free") from fault
+        names = ", ".join(function.name for function in functions if _divides_by_zero(function, bound))
+        raise DerivationError(
+            f"{scene.name}: with its parameters' values {names} would divide by zero: a mass matrix is singular then, "
+            "or a formula has no value; give another value, or none to keep the parameter free"
+        ) from fault
+
+
+def _divides_by_zero(function: Function, bound: Mapping[Expr, Expr]) -> bool:
+    graph = Graph()
+    try:
+        substitute(function.entries, {node: substitute([value], {}, graph)[0] for node, value in bound.items()}, graph)
+    except ZeroDivisionError:
+        return True
+    return False
 
 
 def _fold(functions: Functions) -> Functions:

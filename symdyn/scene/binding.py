@@ -71,6 +71,29 @@ def without_zeros(scene: Scene, faults: Faults | None = None) -> Scene:
         raise AssertionError("a fault closes") from error
 
 
+def without_hidden_zeros(scene: Scene) -> Scene:
+    """Return the scene with zero in place of what is zero with its parameters' values, such as a mass a - b, too.
+
+    For derivations, which see then what is gone; other values cannot be given to these parameters there any more.
+
+    Raises:
+        SceneError: a formula has no value with a parameter that is zero.
+    """
+    scene = without_zeros(scene)
+    values = {p.name: p.value for p in scene.parameters if p.value and not p.value.symbols}
+
+    def settled(one: Quantity) -> Quantity:
+        """Return zero for a formula of parameters that is zero with their values."""
+        if not one.symbols or not set(one.symbols) <= values.keys():
+            return one
+        try:
+            return ZERO if _is_zero(substituted(one, values)) else one
+        except FormulaError:  # told where it is computed with
+            return one
+
+    return map_quantities(scene, settled) if values else scene
+
+
 def read_bindings(text: str) -> dict[str, str]:
     """Return name and formula of every part of `m1=2.5, h1=1/2`.
 

@@ -2,7 +2,7 @@
 
 clearance      volume of the axes of three turns: it changes its sign where the angles are singular
 w² - FLAT²     w the sine of the angle between the axis of a wheel and the normal of its plane, which vanishes
-where no point of the rim is the lowest; being |sin|, it does so without a change of sign
+               where no point of the rim is the lowest; being |sin|, it does so without a change of sign
 """
 
 from __future__ import annotations

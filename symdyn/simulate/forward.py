@@ -15,6 +15,7 @@ from symdyn.scene.names import suggestion
 from symdyn.scene.table import Faults
 from symdyn.simulate.choose import Choice, choose
 from symdyn.simulate.constraints import Projection
+from symdyn.simulate.contacts import needed
 from symdyn.simulate.forces import Forces, held, read_forces
 from symdyn.simulate.initial import Start, no_equations, read_start, singular
 from symdyn.simulate.integrate import METHODS, Hit, Problem
@@ -109,7 +110,14 @@ def simulate(
         qdd = system.tell("rates", run.t, run.x)[:, system.nq : system.nq + system.nv]
         tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
         if reactions:
-            columns |= reaction_columns(scene, run.t, q, u, qdd)
+            columns |= reaction_columns(scene, run.t, q, u, qdd, tau, given=True)
+        contacts, seen = needed(scene, run.t, q, u, qdd, tau)
+    for one in contacts:
+        monitors[f"normal_force {one.row.name}"] = float(one.normal.min())
+        monitors[f"friction_coefficient {one.row.name}"] = float(one.friction.max())
+    for note in seen:
+        _tell(say, note)
+    notes = (*notes, *seen)
     found = Trajectory(
         scene, run.t, q, u, qdd, tau, columns, monitors, events, stopped, choice.name, relative, absolute, run.steps,
         run.evaluations, run.preparing, run.wall, notes,

@@ -1,13 +1,13 @@
 """Motion prescribed, driving forces computed: the door `inverse`.
 
-In a closed mechanism laws are needed for as many coordinates as it has freedoms. The others follow by Newton's method
-on the loops, each time from the last, then velocities and accelerations from G u = 0 and G u̇ + Ġ u = 0. Velocities of a
-quaternion are found from q̇ = H u, their rates from q̈ = H u̇ + Ḣ u.
+In a closed mechanism laws are needed for as many coordinates as it has freedoms; the others follow (followed.py).
+Velocities of a quaternion are found from q̇ = H u, their rates from q̈ = H u̇ + Ḣ u.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,10 @@ import numpy.typing as npt
 from symdyn.build.load import load_program
 from symdyn.dynamics.derive import arguments
 from symdyn.dynamics.equations import Equations, Function
+from symdyn.dynamics.loops.assembly import off_planes
 from symdyn.dynamics.loops.numbers import numbers_of
 from symdyn.dynamics.prescribed import prescribed
+from symdyn.dynamics.state import quaternions
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, tangents
@@ -25,6 +27,8 @@ from symdyn.program import cheapest, lower
 from symdyn.scene import JOINTS, Scene, spell, velocity_name
 from symdyn.scene.start import starting_position
 from symdyn.scene.table import Faults
+from symdyn.simulate.followed import Followed, Tied, followed
+from symdyn.simulate.initial import no_equations
 from symdyn.simulate.laws import Law, constant, formula_law
 from symdyn.simulate.model import Trajectory
 from symdyn.simulate.motion import Motion
@@ -35,11 +39,6 @@ Array = npt.NDArray[np.float64]
 
 UNIT = 1e-9
 """How far the length of a prescribed quaternion may be from one."""
-
-CLOSED = 1e-10
-"""Largest residual, over the size of the numbers, of a position that follows from the others."""
-
-STEPS = 30
 
 NOTHING = 1e-7
 """Force of a passive joint, over the largest, that is rounding."""
@@ -69,22 +68,49 @@ def inverse(scene: Scene, motion: Motion, times: npt.ArrayLike, reactions: bool 
         name = scene.coordinates[column]
         raise SimulateError(f"motion: {name}: {laws[name].text} has no finite value or derivative at t = {t[row]:g} s")
     free = [name for name in scene.coordinates if name not in motion.laws and name not in _own(scene)]
-    if functions.closed and free:
-        q, u, a, off = _followed(scene, functions, t, q, rate, second, free)
+    notes = [f"no law is given for {', '.join(free)}: at rest"] if free and not functions.closed else []
+    columns: dict[str, Array] = {}
+    if functions.closed:
+        found = _followed(scene, functions, motion, laws, [name for name in laws if name not in free], t)
+        q, u, a = found.q, found.u, found.a
+        notes += found.notes
+        columns |= {"loop_error": found.off} if functions.holding.any() else {}
     else:
+        _resting(scene, q[0], free)
         u, a = _velocities(scene, functions, motion, t, q, rate, second)
-        off = np.zeros_like(t)
     tau = functions("inverse_dynamics", t, q, u, a)
-    columns = {"loop_error": off} if scene.loops and functions.closed else {}
     power = np.einsum("ni,ni->n", tau, u)
     columns["drive_power"] = power
     if reactions:
-        columns |= reaction_columns(scene, t, q, u, a)
-    notes = []
-    if free and not functions.closed:
-        notes.append(f"no law is given for {', '.join(free)}: at rest")
+        columns |= reaction_columns(scene, t, q, u, a, tau, given=False)
     notes += _impossible(scene, tau)
     return Trajectory(scene, t, q, u, a, tau, columns, notes=tuple(notes))
+
+
+def _followed(
+    scene: Scene, functions: _Functions, motion: Motion, laws: Mapping[str, Law], given: list[str], t: Array
+) -> Followed:
+    """Return what follows from the laws of `given` coordinates through loops and rows."""
+
+    def known(at: Array) -> tuple[Array, Array, Array]:
+        parts = list(zip(*(laws[name](at) for name in given), strict=True)) or [()] * 3
+        q, rate, second = (np.array(part).reshape(len(given), len(at)).T for part in parts)
+        return q, rate, second
+
+    for lengths in _lengths(scene, known(t)[0], given):
+        _unit(lengths)
+    numbers = numbers_of(scene)
+    tied = Tied(numbers, lambda name, q, u: functions(name, 0.0, q, u), functions.holding)
+    quasi = {scene.velocities.index(name): law for name, law in motion.quasi.items()}
+    found = followed(tied, given, known, quasi, t)
+    return replace(found, notes=(*found.notes, *off_planes(numbers, found.q[0])))
+
+
+def _resting(scene: Scene, q: Array, free: Sequence[str]) -> None:
+    """Refuse angles that rest where they are singular."""
+    numbers = numbers_of(scene)
+    if any(name in free for angles in numbers.angles for name in angles.names):
+        no_equations(numbers, q)
 
 
 def _impossible(scene: Scene, tau: Array) -> list[str]:
@@ -139,6 +165,7 @@ class _Functions:
 
     Attributes:
         closed: whether there are rows to keep; loops whose rows are all redundant have none.
+        holding: of these, whether each holds a position.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -155,6 +182,8 @@ class _Functions:
         functions.append(_function(w, "turning", turned, shape[:1]))
         self.program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
         self.closed = any(f.name == "constraint_jacobian" and f.entries for f in functions)
+        residuals = [x for f in functions if f.name == "constraint_residual" for x in f.entries]
+        self.holding = np.array([not x.is_zero for x in residuals], dtype=bool)
         self.calls, _ = load_program(self.program, lean=True)
 
     def __call__(self, name: str, t: Any, q: Array, u: Array, a: Array | None = None) -> Array:
@@ -176,12 +205,8 @@ def _velocities(
     H = functions("kinematics", t, q, np.zeros((len(t), len(scene.velocities))))
     back = np.linalg.pinv(H)
     off = np.abs(np.einsum("nij,nj->ni", H, np.einsum("nij,nj->ni", back, rate)) - rate)
-    lengths = _lengths(scene, q)
-    if lengths.size and np.abs(lengths - 1.0).max() > UNIT:
-        raise SimulateError(
-            f"motion: a quaternion has the length {lengths.flat[int(np.abs(lengths - 1).argmax())]:.6g}; "
-            "give unit quaternions, such as cos(t/2) and sin(t/2)"
-        )
+    for lengths in _lengths(scene, q, scene.coordinates):
+        _unit(lengths)
     u = np.einsum("nij,nj->ni", back, rate)
     a = np.einsum("nij,nj->ni", back, second - functions("turning", t, q, u))
     for k, name in enumerate(scene.velocities):
@@ -192,75 +217,15 @@ def _velocities(
     return u, a
 
 
-def _lengths(scene: Scene, q: Array) -> Array:
-    from symdyn.dynamics.state import quaternions
-
-    names = list(scene.coordinates)
-    firsts = [names.index(group[0]) for group in quaternions(scene)]
-    return np.array([np.linalg.norm(q[:, first : first + 4], axis=1) for first in firsts])
+def _lengths(scene: Scene, q: Array, names: Sequence[str]) -> list[Array]:
+    """Return the lengths of the quaternions among columns of q, called `names`."""
+    groups = [group for group in quaternions(scene) if group[0] in names]
+    return [np.linalg.norm(q[:, list(names).index(group[0]) :][:, :4], axis=1) for group in groups]
 
 
-def _followed(
-    scene: Scene, functions: _Functions, t: Array, q: Array, rate: Array, second: Array, free: Sequence[str]
-) -> tuple[Array, Array, Array, Array]:
-    """Return q, u, u̇ that close the loops, and what is left of the residuals; `free` follow the other coordinates."""
-    names, nv = list(scene.velocities), len(scene.velocities)
-    given = [name for name in scene.coordinates if name not in free]
-    held = [names.index(velocity_name(name)) for name in given if velocity_name(name) in names]
-    loose = [k for k in range(nv) if k not in held]
-    places = {k: scene.coordinates.index(_coordinate_of(scene, k)) for k in held}
-    numbers = numbers_of(scene)
-    guess, still = numbers.start(), np.zeros(nv)
-    found = [np.empty_like(q), np.zeros((len(q), nv)), np.zeros((len(q), nv)), np.zeros(len(q))]
-    for i in range(len(q)):
-        for k in held:
-            guess[places[k]] = q[i, places[k]]
-        guess, off = _assembled(functions, numbers, guess, loose, still)
-        if off > CLOSED * max(1.0, float(np.abs(guess).max())):
-            raise SimulateError(
-                f"motion: t = {t[i]:g} s: the loops cannot be closed with {', '.join(given)} = "
-                f"{', '.join(f'{q[i, places[k]]:.6g}' for k in held)}; they miss by {off:.3g}"
-            )
-        u, a = found[1][i], found[2][i]
-        for k in held:
-            u[k], a[k] = rate[i, places[k]], second[i, places[k]]
-        G = functions("constraint_jacobian", 0.0, guess, still)
-        u[loose] = np.linalg.lstsq(G[:, loose], -G[:, held] @ u[held], rcond=1e-12)[0]
-        bias = functions("constraint_bias", 0.0, guess, u)
-        a[loose] = np.linalg.lstsq(G[:, loose], -bias - G[:, held] @ a[held], rcond=1e-12)[0]
-        found[0][i], found[3][i] = guess, off
-        _agree(scene, G @ u, float(np.abs(u).max(initial=1.0)), given, float(t[i]))
-    return found[0], found[1], found[2], found[3]
-
-
-def _coordinate_of(scene: Scene, k: int) -> str:
-    """Return the coordinate whose rate the k-th velocity is."""
-    return next(name for name in scene.coordinates if velocity_name(name) == scene.velocities[k])
-
-
-def _agree(scene: Scene, against: Array, size: float, given: Sequence[str], t: float) -> None:
-    if np.abs(against).max(initial=0.0) > 1e-7 * max(1.0, size):
+def _unit(lengths: Array) -> None:
+    if np.abs(lengths - 1.0).max() > UNIT:
         raise SimulateError(
-            f"motion: t = {t:g} s: the loops do not allow the velocities of {', '.join(given)} together; "
-            f"give laws for fewer coordinates of {scene.name}"
+            f"motion: a quaternion has the length {lengths[int(np.abs(lengths - 1).argmax())]:.6g}; "
+            "give unit quaternions, such as cos(t/2) and sin(t/2)"
         )
-
-
-def _assembled(
-    functions: _Functions, numbers: Any, guess: Array, loose: list[int], still: Array
-) -> tuple[Array, float]:
-    """Return the closed position next to a guess by Newton's method, and its largest residual."""
-    q = guess.copy()
-    r = functions("constraint_residual", 0.0, q, still)
-    for _ in range(STEPS):
-        if np.abs(r).max(initial=0.0) <= 1e-14 * max(1.0, float(np.abs(q).max())):
-            break
-        G = functions("constraint_jacobian", 0.0, q, still)
-        step = np.zeros(len(still))
-        step[loose] = np.linalg.lstsq(G[:, loose], -r, rcond=1e-12)[0]
-        tried = numbers.moved(q, step)
-        left = functions("constraint_residual", 0.0, tried, still)
-        if not np.abs(left).max(initial=0.0) < np.abs(r).max(initial=0.0) and np.abs(r).max() < CLOSED:
-            break
-        q, r = tried, left
-    return q, float(np.abs(r).max(initial=0.0))

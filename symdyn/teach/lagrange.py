@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.scene import Scene, without_zeros
+from symdyn.scene import Scene, without_hidden_zeros
 from symdyn.teach.document import Block, Document, Section, Step, Words
 from symdyn.teach.energies import energy_steps
 from symdyn.teach.equations import coefficient_steps, equation_steps, name_coefficients
@@ -24,7 +24,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     Raises:
         DerivationError: the mechanism has constraints or no closed form.
     """
-    lesson = Lesson(without_zeros(scene), language)
+    lesson = Lesson(without_hidden_zeros(scene), language)
     assert lesson.closed.n == lesson.state.n, "closed forms and graph have the same velocities"  # raises early
     lesson.numbers = numbers_for(lesson)
     found = masses(lesson)

@@ -43,14 +43,26 @@ def choose_motion(lesson: Balance) -> Chosen:
 
 def solved_at(lesson: Balance, chosen: Chosen) -> tuple[Array, bool]:
     """Return the least x with A x + b = 0 of (5.18) in numbers, and whether it is the only one."""
-    A, b = lesson.system.matrix(), lesson.system.right()
-    found = np.array(evaluate([*(x for row in A for x in row), *b], Floats(), chosen.values), dtype=np.float64)
-    size = (len(A), len(lesson.unknowns))
-    matrix, right = found[: size[0] * size[1]].reshape(size), found[size[0] * size[1] :]
+    matrix, right = _system_at(lesson, chosen)
     x, _, rank, _ = np.linalg.lstsq(matrix, -right, rcond=1e-10)
     left = abs(matrix @ x + right).max(initial=0.0)
     assert left <= 1e-8 * (1 + abs(right).max(initial=0.0)), "the bodies are not in equilibrium at the chosen state"
     return np.where(np.abs(x) < SMALL * (np.abs(x).max() or 1.0), 0.0, x), rank == len(x)
+
+
+def determined(lesson: Balance, chosen: Chosen, unknowns: list[int]) -> bool:
+    """Return whether (5.18) determines some of its unknowns at the chosen state."""
+    matrix, _ = _system_at(lesson, chosen)
+    units = np.eye(matrix.shape[1])[unknowns].reshape(-1, matrix.shape[1])
+    return bool(np.linalg.matrix_rank(matrix) == np.linalg.matrix_rank(np.vstack([matrix, units])))
+
+
+def _system_at(lesson: Balance, chosen: Chosen) -> tuple[Array, Array]:
+    """Return A and b of (5.18) in numbers."""
+    A, b = lesson.system.matrix(), lesson.system.right()
+    found = np.array(evaluate([*(x for row in A for x in row), *b], Floats(), chosen.values), dtype=np.float64)
+    size = (len(A), len(lesson.unknowns))
+    return found[: size[0] * size[1]].reshape(size), found[size[0] * size[1] :]
 
 
 def _independent(lesson: Balance, led: tuple[int, ...]) -> list[int]:

@@ -9,7 +9,7 @@ from symdyn.algebra.form import Number, power_of
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.lagrange import driving_forces
 from symdyn.dynamics.reactions.dalembert import DRIVE, Unknown
-from symdyn.dynamics.reactions.solution import solution
+from symdyn.dynamics.reactions.solution import equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.teach.balance import Balance
@@ -22,11 +22,12 @@ from symdyn.teach.document import (
     Words,
 )
 from symdyn.teach.lesson import together
-from symdyn.teach.motion import solved_at
+from symdyn.teach.motion import determined, solved_at
 from symdyn.teach.numbers import Chosen, written
 from symdyn.teach.velocities import PAGE, length
-from symdyn.verify.equality import PROVED, Claim, prove
-from symdyn.verify.laws_of_reactions import LAWS_OF_REACTIONS
+from symdyn.verify.equality import DIFFERENT, PROVED, Claim, prove
+from symdyn.verify.laws_of_reactions import drives_in_reactions, momentum, power_of_reactions
+from symdyn.verify.solvable import solvable
 
 
 def solved_steps(lesson: Balance) -> list[Step]:
@@ -67,28 +68,30 @@ def roads_step(lesson: Balance, chosen: Chosen) -> Step | None:
     """Return the proof over finite fields that both roads give the same drives, and these in numbers; None without."""
     drives = {u: one for u, one in enumerate(lesson.system.unknowns) if one.kind == DRIVE}
     if lesson.solved is not None:
-        x, other, laws = lesson.solved, dict(zip(drives, _driven(lesson), strict=True)), {}
-        left = _left(lesson, x)
-        laws["roads.open"] = Claim("equilibrium", "A x + b", "0", tuple(left), (lesson.graph.zero,) * len(left))
+        other = dict(zip(drives, _driven(lesson), strict=True))
+        left = _left(lesson, lesson.solved)
+        laws = {"roads.open": Claim("equilibrium", "A x + b", "0", tuple(left), (lesson.graph.zero,) * len(left))}
+        found = tuple(lesson.solved[u] for u in other)
+        same = Claim("drives", "D'Alembert", "Lagrange", found, tuple(other.values()))
     else:
-        laws = _laws(lesson.workspace)
-        try:
-            x, other = solution(lesson.system), _multiplied(lesson, drives)
-        except DerivationError:  # not all unknowns are unique, or the drives do not fit the loops
-            x, other = [], {}
-    if not other and not laws:
+        other, laws = _multiplied(lesson, drives, chosen), _laws(lesson.workspace)
+        last = len(lesson.system.unknowns)
+        given = [{u: lesson.graph.one, last: force} for u, force in other.items()]
+        same = solvable("drives", "Lagrange", "D'Alembert", [*equations(lesson.system), *given], last)
+    claims = {**({"roads.drives": same} if other else {}), **laws}
+    fields, findings = prove(list(claims.values()), positive=[p.name for p in lesson.scene.parameters if p.positive])
+    assert all(one.verdict != DIFFERENT for one in findings), "the two roads differ"
+    proved = {key: one for key, one in zip(claims, findings, strict=True) if one.verdict == PROVED}
+    if not proved:
         return None
-    same = Claim("drives", "D'Alembert", "Lagrange", tuple(x[u] for u in other), tuple(other.values()))
-    claims = [*([same] if other else []), *laws.values()]
-    said = [*(["roads.drives"] if other and lesson.closed else []), *laws]
-    fields, findings = prove(claims, positive=[p.name for p in lesson.scene.parameters if p.positive])
-    assert all(one.verdict == PROVED for one in findings), "the two roads differ, or cannot be compared exactly"
+    other = other if "roads.drives" in proved else {}
+    said = [key for key in proved if lesson.closed or key != "roads.drives"]
     how = lesson.say(
         "roads.proved",
         names=together([lesson.unknowns[u] for u in other]),
         points=str(fields.points),
         primes=str(len(fields.primes)),
-        chance=power_of(Number(Fraction(10)), int(max(one.error_log10 for one in findings))),
+        chance=power_of(Number(Fraction(10)), int(max(one.error_log10 for one in proved.values()))),
     )
     blocks: list[Block] = [*map(lesson.say, said), how]
     if other:
@@ -109,20 +112,25 @@ def _compared(lesson: Balance, chosen: Chosen, other: Mapping[int, Expr]) -> Val
     return Values(tuple(map(lesson.say, ("table.symbol", "table.dalembert", "table.lagrange"))), tuple(rows))
 
 
-def _multiplied(lesson: Balance, drives: Mapping[int, Unknown]) -> dict[int, Expr]:
-    """Return what Lagrange's equations with multipliers ask of the drives that the scene has."""
+def _multiplied(lesson: Balance, drives: Mapping[int, Unknown], chosen: Chosen) -> dict[int, Expr]:
+    """Return what Lagrange's equations with multipliers ask of the drives that the scene has; {} where that is open."""
     scene = lesson.scene
-    tau = derive_one(lesson.workspace, "inverse_dynamics", "lagrange").entries
+    try:
+        tau = derive_one(lesson.workspace, "inverse_dynamics", "lagrange").entries
+    except DerivationError:  # the drives do not fit the loops
+        return {}
     places = [(joint.name, k) for joint in scene.joints for k in range(len(joint.rates))]
     found = dict(zip(places, tau, strict=True))
     passive = lesson.system.passive
-    return {u: found[one.joint, one.number] for u, one in drives.items() if one not in passive}
+    asked = {u: found[one.joint, one.number] for u, one in drives.items() if one not in passive}
+    return asked if determined(lesson, chosen, list(asked)) else {}
 
 
 def _laws(w: Workspace) -> dict[str, Claim]:
     """Return what can be claimed of all reactions of a closed mechanism, by the key of the sentence that says it."""
     found = {}
-    for key, (_, law) in zip(("roads.joints", "roads.power", "roads.momentum"), LAWS_OF_REACTIONS, strict=True):
+    laws = {"roads.joints": drives_in_reactions, "roads.power": power_of_reactions, "roads.momentum": momentum}
+    for key, law in laws.items():
         try:
             claim = law(w)
         except DerivationError:  # reactions are not unique

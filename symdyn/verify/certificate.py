@@ -35,6 +35,7 @@ from symdyn.scene import Scene, express
 from symdyn.verify.accuracy import Accuracy, measure, sample
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Claim, Fields, Finding, prove
 from symdyn.verify.laws import laws
+from symdyn.verify.natural import natural_findings
 from symdyn.verify.quaternions import on_unit_sphere
 
 STATES = 50  # at which positive definiteness is looked at
@@ -108,7 +109,7 @@ def certify(
         notes += left_out
     preferred = choose(workspace, outputs, road)
     claims = [
-        Claim(name, one.formulation, road, one.entries, derive_one(workspace, name, road).entries)
+        _agreement(workspace, one, derive_one(workspace, name, road))
         for name, one in zip(outputs, preferred, strict=True)
         for road in roads(name, scene)
         if road != one.formulation
@@ -123,6 +124,11 @@ def certify(
     progress("proving over finite fields")
     claims = on_unit_sphere(scene, [claim for claim in claims if claim.left])  # k_C of one coordinate has no entries
     fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
+    if is_closed(scene):
+        progress("looking at natural positions")
+        found, undefined = natural_findings(workspace, outputs)
+        findings += found
+        notes += undefined
     progress("building")
     modules, refused = modules_of(code, real, notes)
     if is_prepared(code):
@@ -149,6 +155,19 @@ def everything(
     except DerivationError as fault:
         left_out.append(str(fault))
     return outputs + tuple(extra), left_out
+
+
+def _agreement(w: Workspace, one: Function, other: Function) -> Claim:
+    """Return that two derivations agree; multipliers are compared as the force Gᵀ λ that they make."""
+    sides = [one.entries, other.entries]
+    name = one.name
+    if name == "multipliers":
+        rows, name = w.closed.G(w.closed.recursive), f"G^T {name}"
+        sides = [
+            tuple(w.graph.total(row[k] * x for row, x in zip(rows, side, strict=True)) for k in range(w.state.n))
+            for side in sides
+        ]
+    return Claim(name, one.formulation, other.formulation, sides[0], sides[1])
 
 
 def _program_claims(scene: Scene, functions: Sequence[Function], program: Program) -> list[Claim]:

@@ -9,11 +9,13 @@ positive, and lie where every root and logarithm is real.
 from __future__ import annotations
 
 import random
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from symdyn.algebra.big import BigFloats
-from symdyn.algebra.degree import bound
+from symdyn.algebra.degree import Bound, bound
+from symdyn.algebra.elimination import Field
 from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime, evaluate_over_field, needs
 from symdyn.algebra.running_error import Bounded, RunningErrors
 from symdyn.errors import VerifyError
@@ -43,6 +45,24 @@ class Claim:
     right_name: str
     left: tuple[Expr, ...]
     right: tuple[Expr, ...]
+
+    def compared(
+        self, left: list[Any], right: list[Any], field: Field, zero: Any, weigh: Callable[[Any], Any]
+    ) -> tuple[list[Any], list[Any]]:
+        """Return what must be equal at one place.
+
+        Args:
+            left: values of the left side there.
+            right: values of the right side.
+            field: what they are numbers of.
+            zero: its zero.
+            weigh: the size of a number, 0 where it cannot be told from zero.
+        """
+        return left, right
+
+    def widened(self, bound: Bound) -> Bound:
+        """Return the bound of what is compared, for the bound of the two sides."""
+        return bound
 
 
 @dataclass(frozen=True)
@@ -97,7 +117,7 @@ def prove(
         flags = None if roots is None else _agreement(claim, fields, wanted, roots)
         limit = None
         if roots is not None and flags is not None and all(flags):
-            limit = conjugated(bound(claim.left, claim.right, wanted), roots)
+            limit = conjugated(claim.widened(bound(claim.left, claim.right, wanted)), roots)
         error = limit.error_log10(wanted, primes, points) if limit else 0.0
         findings.append(_judge(claim, flags, limit.degree if limit else 0, error, positive))
     return fields, findings
@@ -128,27 +148,29 @@ def _independent(sides: Sequence[Sequence[Expr]], fields: Fields, wanted: Needs)
 
 def _agreement(claim: Claim, fields: Fields, wanted: Needs, roots: int) -> list[bool] | None:
     """Return which entries agree at all points of all fields; None if no point was found at which all is defined."""
-    agree = [True] * len(claim.left)
+    agree: list[bool] = []
     for k, prime in enumerate(fields.primes):
         draws = iter(range(MAX_DRAWS << roots))
         for point in range(fields.points):
             drawn = _draw(claim, prime, wanted, (fields.seed, k, point), draws)
             if drawn is None:
                 return None
-            agree = [flag and a == b for flag, a, b in zip(agree, *drawn, strict=True)]
+            same = [a == b for a, b in zip(*drawn, strict=True)]
+            agree = [x and y for x, y in zip(agree or same, same, strict=True)]
     return agree
 
 
 def _draw(
     claim: Claim, prime: int, wanted: Needs, key: tuple[int, int, int], draws: Iterator[int]
 ) -> tuple[list[int], list[int]] | None:
-    """Return the values of both sides at one random point of the field; unlucky points are drawn again."""
+    """Return what is compared at one random point of the field; unlucky points are drawn again."""
     for attempt in draws:
         field = FiniteField(prime, hash_seed(*key, attempt), wanted)
         try:
-            return _field_values(claim.left, field), _field_values(claim.right, field)
+            left, right = _field_values(claim.left, field), _field_values(claim.right, field)
         except Redraw:
             continue
+        return claim.compared(left, right, field, 0, bool)
     return None
 
 
@@ -234,11 +256,16 @@ def _first_difference(claim: Claim, positive: Collection[str], trials: int) -> i
     algebra = RunningErrors(numbers, roundoff, roundoff)
     draws = iter(range(MAX_DRAWS))
     for _ in range(trials):
-        left, right = _next_point(claim, algebra, positive, draws)
+        left, right = claim.compared(*_next_point(claim, algebra, positive, draws), algebra, Bounded(0, 0), _certain)
         for i, (a, b) in enumerate(zip(left, right, strict=True)):
             if not abs(a.value - b.value) <= SAFETY * (a.error + b.error):
                 return i
     return -1
+
+
+def _certain(number: Bounded) -> Any:
+    """Return the size of a number, 0 where it is no more than its rounding error."""
+    return abs(number.value) if abs(number.value) > SAFETY * number.error else 0
 
 
 def _next_point(

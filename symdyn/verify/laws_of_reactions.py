@@ -1,21 +1,28 @@
 """Laws of reactions as claims; the momentum that they are compared with comes from positions, differentiated.
 
+The first law is D'Alembert's: the reactions, which recursion found, are a solution of the whole system (5.18) with
+every component of every joint. Where that has one solution they are it; where it has more, they differ from any other
+by what is in equilibrium with itself.
+
 R, S     a reaction and the relative motion of its joint for unit velocities, at the origin of the moved frame
 p, L     momentum, and angular momentum about the origin of the ground: ∫ r × ṙ dm
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
-from symdyn.dynamics import Workspace, derive_one
+from symdyn.dynamics import Workspace, derive_one, is_closed
 from symdyn.dynamics.positions import body_placements
-from symdyn.dynamics.reactions.hinges import about, nothing, plus, power, relative_twists
+from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
+from symdyn.dynamics.reactions.hinges import Hinge, about, nothing, plus, power, relative_twists, times
 from symdyn.dynamics.reactions.members import acting, own_forces
-from symdyn.dynamics.reactions.ties import ties, undriven
+from symdyn.dynamics.reactions.solution import equations, wrench_rows
+from symdyn.dynamics.reactions.ties import Tie, sizes, ties, undriven
 from symdyn.dynamics.state import vector
 from symdyn.dynamics.tree import body_inertia
+from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene.joints import Wrench
 from symdyn.spatial import (
@@ -34,36 +41,105 @@ from symdyn.spatial import (
 )
 from symdyn.spatial import transpose as transposed
 from symdyn.verify.equality import Claim
+from symdyn.verify.solvable import solvable
 
 
 def _reactions(w: Workspace) -> list[Wrench]:
     """Return the derived reactions, axes of the child bodies."""
-    R = derive_one(w, "reactions").entries
+    return _wrenches(derive_one(w, "reactions").entries)
+
+
+def _wrenches(R: Sequence[Expr]) -> list[Wrench]:
     return [((R[k], R[k + 1], R[k + 2]), (R[k + 3], R[k + 4], R[k + 5])) for k in range(0, len(R), 6)]
 
 
-def _is_settled(w: Workspace) -> bool:
-    """Whether every passive velocity takes part in finding what the loops transmit, so that none is without force."""
-    return not (w.scene.loops or w.scene.rows) or len(undriven(w.scene)) == len(ties(w.hanging))
+def _motion(w: Workspace) -> dict[Expr, Expr] | None:
+    """Return accelerations that are possible: any, where no velocity is without both a drive and a say in the loops.
+
+    Else those that driving forces give; None where forward dynamics does not exist.
+    """
+    if not is_closed(w.scene) or len(undriven(w.scene)) == len(w.closed.closure.kept):
+        return {}
+    passive = {w.state.tau[k]: w.graph.zero for k in undriven(w.scene)}
+    try:
+        moved = substitute(derive_one(w, "forward_dynamics").entries, passive)
+    except DerivationError:
+        return None
+    return dict(zip(w.state.qdd, moved, strict=True))
 
 
-def _drives(w: Workspace) -> Claim | None:
-    if not _is_settled(w) or w.scene.rows:
+def _carried(w: Workspace) -> list[tuple[Tie, Expr]]:
+    """Return what closes loops, contacts and rows, and its sizes in `reactions`."""
+    if not is_closed(w.scene):
+        return []
+    unknown, hanging = ties(w.hanging), w.hanging
+    return list(
+        zip(unknown, sizes(hanging, unknown, hanging.needed_forces(hanging.transmitted(hanging.loads))), strict=True)
+    )
+
+
+def _contacts(w: Workspace) -> list[tuple[Hinge, Wrench]]:
+    """Return contacts with what they exert on their bodies, axes of the bodies."""
+    hanging, first = w.hanging, len(w.hanging.loops)
+    total = [nothing(w.graph)] * len(hanging.cuts)
+    for one, size in _carried(w):
+        if one.wrench is not None:
+            total[one.loop] = plus(total[one.loop], times(size, one.wrench))
+    return [(hinge, hinge.on_child(wrench)) for hinge, wrench in zip(hanging.cuts[first:], total[first:], strict=True)]
+
+
+def _equilibrium(w: Workspace) -> Claim | None:
+    """(5.18) is met by the reactions, whatever else may meet it; where it has one solution, they are that."""
+    motion = _motion(w)
+    if motion is None:
+        return None
+    return _met(w, equilibrium(w.hanging, whole=True), derive_one(w, "reactions").entries, motion, "reactions")
+
+
+def _forward_equilibrium(w: Workspace) -> Claim | None:
+    """(5.18) is met by the reactions of forward dynamics, with the drives given."""
+    if not is_closed(w.scene):
+        return None  # the same recursion, and no multiplier in it
+    tau = derive_one(w, "drive_forces").entries if w.prescribed.place else w.state.tau
+    motion = dict(zip(w.state.qdd, derive_one(w, "forward_dynamics").entries, strict=True))
+    R = derive_one(w, "forward_reactions").entries
+    return _met(w, equilibrium(w.hanging, tau=tau, whole=True), R, motion, "forward_reactions")
+
+
+def _met(w: Workspace, system: Equilibrium, R: Sequence[Expr], motion: Mapping[Expr, Expr], name: str) -> Claim:
+    """Return the claim that there are sizes x of all unknowns with A x + b = 0 whose wrenches are R."""
+    rows = [*equations(system), *wrench_rows(system, R)]
+    if motion:
+        found = iter(substitute([entry for row in rows for entry in row.values()], motion))
+        rows = [{c: next(found) for c in row} for row in rows]
+    return solvable(name, "recursive", "equilibrium (5.18) of every body", rows, len(system.unknowns))
+
+
+def drives_in_reactions(w: Workspace) -> Claim | None:
+    """Return that along its freedoms a joint's reaction is the drive, and what its own elements do."""
+    motion = _motion(w)
+    if motion is None:
         return None
     driving = w.hanging.driving(w.hanging.felt(_reactions(w)[: len(w.scene.joints)]))
-    tau = derive_one(w, "inverse_dynamics").entries
-    return Claim("drives in reactions", "S.R - Q of joints", "tau", tuple(driving), tau)
+    tau = list(derive_one(w, "inverse_dynamics").entries)
+    for one, size in _carried(w):
+        if one.wrench is None:  # what keeps a formula goes through the joints of its velocities
+            tau = [force + size * x for force, x in zip(tau, one.G, strict=True)]
+    sides = substitute([*driving, *tau], motion)
+    return Claim("drives in reactions", "S.R - Q of joints", "tau", tuple(sides[: len(tau)]), tuple(sides[len(tau) :]))
 
 
-def _power(w: Workspace) -> Claim | None:
-    if not _is_settled(w):
+def power_of_reactions(w: Workspace) -> Claim | None:
+    """Return that all the rest of the reactions is without power in any motion that the loops allow."""
+    motion = _motion(w)
+    if motion is None:
         return None
     hanging, u, graph = w.hanging, w.state.qd, w.graph
     terms = []
-    for hinge, R in zip((*hanging.joints, *hanging.loops), _reactions(w), strict=True):
+    for hinge, R in [*zip((*hanging.joints, *hanging.loops), _reactions(w), strict=True), *_contacts(w)]:
         here = hinge.in_joint_axes(R)
         twists = zip(hinge.velocities, hinge.S, strict=True)
-        if hinge in hanging.loops:
+        if hinge in hanging.cuts:
             terms += [power(here, twist) * u[k] for k, twist in relative_twists(hinge, hanging.joints).items()]
         terms += [hinge.ratio * power(here, twist) * u[k] for k, twist in twists]
     tau = derive_one(w, "inverse_dynamics").entries
@@ -71,19 +147,18 @@ def _power(w: Workspace) -> Claim | None:
     for hinge in hanging.joints:
         pushes = zip(hinge.rates, own_forces(w.scene, hinge, w.state), strict=True)
         given += [rate * force for rate, force in pushes]
-    sides = [graph.total(terms), graph.total(given)]
-    if w.scene.loops or w.scene.rows:
+    sides = substitute([graph.total(terms), graph.total(given)], motion)
+    if is_closed(w.scene):
         sides = substitute(sides, dict(zip(u, derive_one(w, "velocities").entries, strict=True)))
     return Claim("power of reactions", "R.(relative motion)", "(tau + Q of joints).qd", (sides[0],), (sides[1],))
 
 
-def _momentum(w: Workspace) -> Claim | None:
+def momentum(w: Workspace) -> Claim:
+    """Return that what the ground exerts, with weight and loads, changes momentum and angular momentum."""
     hanging, graph, state = w.hanging, w.graph, w.state
-    if len(hanging.cuts) > len(hanging.loops):
-        return None  # what the ground exerts in a contact is in no row
     placed = body_placements(w.scene, graph)
     total = nothing(graph)
-    for hinge, R in zip((*hanging.joints, *hanging.loops), _reactions(w), strict=True):
+    for hinge, R in [*zip((*hanging.joints, *hanging.loops), _reactions(w), strict=True), *_contacts(w)]:
         if (hinge.parent < 0) == (hinge.child < 0):
             continue  # between two moving bodies: action = reaction
         T = placed[hinge.joint.child]
@@ -118,8 +193,10 @@ def _angular(w: Workspace, body: Inertia, T: Transform) -> list[Expr]:
 
 
 LAWS_OF_REACTIONS: tuple[tuple[tuple[str, ...], Callable[[Workspace], Claim | None]], ...] = (
-    (("reactions", "inverse_dynamics"), _drives),
-    (("reactions", "inverse_dynamics"), _power),
-    (("reactions",), _momentum),
+    (("reactions",), _equilibrium),
+    (("reactions", "forward_dynamics"), _forward_equilibrium),
+    (("reactions", "inverse_dynamics"), drives_in_reactions),
+    (("reactions", "inverse_dynamics"), power_of_reactions),
+    (("reactions",), momentum),
 )
 """Each law with the outputs that it is about; None where it says nothing about a scene."""

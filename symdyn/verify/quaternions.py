@@ -8,6 +8,7 @@ so that a field or a random point, which know no unit length, can be asked.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from symdyn.dynamics.state import quaternions
 from symdyn.graph import Expr, Graph, reachable, substitute
@@ -23,7 +24,7 @@ def on_unit_sphere(scene: Scene, claims: Sequence[Claim]) -> list[Claim]:
 
 def _on_sphere(claim: Claim, groups: Sequence[tuple[str, ...]]) -> Claim:
     left, right = (_substituted(side, groups) for side in (claim.left, claim.right))
-    return Claim(claim.name, claim.left_name, claim.right_name, left, right)
+    return replace(claim, left=left, right=right)
 
 
 def _substituted(entries: Sequence[Expr], groups: Sequence[tuple[str, ...]]) -> tuple[Expr, ...]:

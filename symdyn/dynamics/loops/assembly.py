@@ -3,10 +3,7 @@
     r, R, G      residuals, their rates and the rows of the loops: numbers.py
     σ            singular values of G, made dimensionless by a characteristic length
 
-Newton's step is the shortest one (the pseudo-inverse of R), so that redundant rows do no harm, and it is halved until
-the residual falls. What Newton finds is looked at twice: where an axis has turned round the residual vanishes too, but
-its rate is no longer the power of the joint's wrenches; and where σ is smaller than at neighbouring positions, the
-mechanism stands at a change point, where branches meet.
+Where σ is smaller than at generic positions, the mechanism stands at a change point, where branches meet.
 
 Reference: Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems (1989), sections 4.5 and 5.4.
 """
@@ -14,24 +11,26 @@ Reference: Haug, Computer Aided Kinematics and Dynamics of Mechanical Systems (1
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from symdyn.dynamics.loops.generic import generic_places
+from symdyn.dynamics.loops.newton import (
+    CLOSED,
+    NEGLIGIBLE,
+    dimensionless,
+    lever_of,
+    newton,
+    open_loop,
+    rank_of,
+    reversed_loop,
+    seen_closed,
+    singular_values,
+)
 from symdyn.dynamics.loops.numbers import Array, Numbers, unbound
-from symdyn.dynamics.loops.words import missed
 from symdyn.errors import DerivationError
-from symdyn.scene import JOINTS
-
-CLOSED = 1e-9
-"""Largest residual of a closed loop, over the size of the mechanism."""
-
-STEPS, HALVINGS = 60, 12
-WIDEST = 0.5  # radians that one step may turn a joint by, so that the branch of the guess is kept
-
-NEGLIGIBLE = 1e-8
-"""Singular values below it, over the largest, are zero."""
 
 NEAR = 1e-3
 """Below it a mechanism is said to be near a change point."""
@@ -49,9 +48,10 @@ class Assembly:
         residual: largest residual that is left, m or 1.
         length: the characteristic length, m, by which velocities of slides are divided and forces multiplied.
         singular_values: of the dimensionless G, all rows, descending.
-        rank: rank of G in general, at positions round about.
+        rank: rank of G in general, at generic positions.
         here: rank of G at q itself; less at a change point.
-        typical: q itself, or at a change point a closed position near by, where the rank is `rank`.
+        typical: q itself, or at a change point a generic position, where the rank is `rank`.
+        places: generic closed positions, shape (nq,) each.
         notes: what a user should know, such as that the position is near a change point.
     """
 
@@ -63,6 +63,7 @@ class Assembly:
     rank: int
     here: int
     typical: tuple[float, ...]
+    places: tuple[tuple[float, ...], ...]
     notes: tuple[str, ...] = ()
 
     @property
@@ -94,7 +95,7 @@ def closed_position(numbers: Numbers, guess: Array | None = None, held: Sequence
                 names = ", ".join(scene.velocities[k].removesuffix("_dot") for k in attempts[0])
                 notes.append(f"the loops do not close at the start of {names}, which had to move")
             return _looked_at(numbers, q, notes)
-        fault = _open(numbers, q) or _reversed(numbers, q) or ""
+        fault = open_loop(numbers, q) or reversed_loop(numbers, q) or ""
     for seed in range(GUESSES) if not given else ():
         q = newton(numbers, numbers.drawn(seed), ())
         if seen_closed(numbers, q):
@@ -148,109 +149,16 @@ def _without_angles(numbers: Numbers, q: Array) -> Array:
     return numbers.turned_back(newton(plain, numbers.turned(q), ()), q)
 
 
-def newton(numbers: Numbers, q: Array, held: Sequence[int]) -> Array:
-    """Return where Newton's method with line search ends, closed or not."""
-    turns = _turns(numbers)
-    loose = np.array([k for k in range(numbers.state.n) if k not in set(held)], dtype=int)
-    r = numbers.residual(q)
-    for _ in range(STEPS):
-        size = float(r @ r)
-        if not len(loose) or not len(r) or size == 0.0:
-            break
-        step = np.zeros(numbers.state.n)
-        step[loose] = np.linalg.lstsq(numbers.residual_rates(q)[:, loose], -r, rcond=1e-10)[0]
-        largest = float(np.max(np.abs(step[turns]), initial=0.0))
-        if not np.isfinite(largest):
-            break
-        factor = min(1.0, WIDEST / largest) if largest else 1.0
-        for _ in range(HALVINGS):
-            tried = numbers.moved(q, factor * step)
-            left = numbers.residual(tried)
-            if float(left @ left) < size:
-                break
-            factor /= 2
-        else:
-            break
-        q, r = tried, left
-    return q
-
-
-def _turns(numbers: Numbers) -> list[int]:
-    """Return the velocities that are angular."""
-    units = [unit for joint in numbers.scene.moving for unit in JOINTS[joint.type].velocities(joint)]
-    return [k for k, unit in enumerate(units) if unit == "rad"]
-
-
-def _size(numbers: Numbers, q: Array) -> float:
-    """Return the characteristic length: the largest lever in G, 1 m if there is none."""
-    G, turns = numbers.jacobian(q), _turns(numbers)
-    forces = _forces(numbers)
-    levers = np.abs(G[np.ix_(forces, turns)])
-    return float(levers.max(initial=0.0)) or 1.0
-
-
-def _forces(numbers: Numbers) -> list[int]:
-    """Return the rows that forbid a velocity, m/s."""
-    labels = numbers.constraints.labels
-    return [k for k, one in enumerate(labels) if one.wrench is None or not all(x.is_zero for x in one.wrench[0])]
-
-
-def dimensionless(numbers: Numbers, q: Array, length: float) -> Array:
-    """Return G with rows that forbid velocities divided by a length, and columns of slides multiplied by it."""
-    G, turns = numbers.jacobian(q), set(_turns(numbers))
-    G[_forces(numbers)] /= length
-    for k in range(numbers.state.n):
-        if k not in turns:
-            G[:, k] *= length
-    return G
-
-
 # What was found
 
 
-def seen_closed(numbers: Numbers, q: Array) -> bool:
-    """Whether every loop is closed, and the right way round."""
-    return _open(numbers, q) is None and _reversed(numbers, q) is None
-
-
-def _open(numbers: Numbers, q: Array) -> str | None:
-    """Return why a position is not closed; None if it is."""
-    r = np.abs(numbers.residual(q))
-    if not len(r) or float(r.max()) <= CLOSED * max(1.0, _size(numbers, q)):
-        return None
-    k = int(r.argmax())
-    label = numbers.constraints.labels[k]
-    G = dimensionless(numbers, q, _size(numbers, q))
-    rows = [k for k, row in enumerate(numbers.constraints.G) if not all(entry.is_zero for entry in row)]
-    smallest = np.linalg.svd(G[rows], compute_uv=False).min(initial=np.inf if rows else 0.0)
-    return (
-        f"{label.words} cannot be assembled from this start: {missed(label, numbers, q, r[k])}, the smallest "
-        f"singular value of the constraints there is {smallest:.3g}; give another start, or other lengths"
-    )
-
-
-def _reversed(numbers: Numbers, q: Array) -> str | None:
-    """Return which loop has closed the wrong way round; None if none has."""
-    count = len(numbers.constraints.labels)
-    off = np.abs(numbers.residual_rates(q) - numbers.jacobian(q)).max(axis=1, initial=0.0)
-    allowed = 1e-4 * max(1.0, _size(numbers, q))
-    for k in range(count):
-        label = numbers.constraints.labels[k]
-        if label.loop and off[k] > allowed:
-            return (
-                f"the loop {label.owner} closes the wrong way round from this start: its axis, or its frame, is "
-                "reversed; give a start on the other branch, or turn one of its frames by 180 deg"
-            )
-    return None
-
-
 def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
-    """Return a closed position with its singular values, compared with those of its neighbours."""
+    """Return a closed position with its singular values, compared with those of generic positions."""
     plain, at = numbers.plain, numbers.turned(q)
-    length = _size(plain, at)
-    values = _singular_values(plain, at, length)
-    near = list(_neighbours(plain, at, length))
-    ranks = [_rank(one) for one in (values, *(_singular_values(plain, one, length) for one in near))]
+    length = lever_of(plain, at)
+    values = singular_values(plain, at, length)
+    near = generic_places(plain, at, length)
+    ranks = [rank_of(one) for one in (values, *(singular_values(plain, one, length) for one in near))]
     here, rank = ranks[0], max(ranks)
     best = [one for one, r in zip((at, *near), ranks, strict=True) if r == rank]
     typical = _clearest(numbers, [q if one is at else numbers.turned_back(one, q) for one in best])
@@ -265,7 +173,7 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
         "or its joint repeats another one; give lengths by origin and tip, or leave it out"
         for name in _idle_loops(plain, [at, numbers.turned(typical)])
     ]
-    notes += _off_planes(numbers, q)
+    notes += off_planes(numbers, q)
     residual = float(np.max(np.abs(numbers.residual(q)), initial=0.0))
     return Assembly(
         tuple(q.tolist()),
@@ -276,14 +184,17 @@ def _looked_at(numbers: Numbers, q: Array, notes: list[str]) -> Assembly:
         rank,
         here,
         tuple(typical.tolist()),
+        tuple(tuple(numbers.turned_back(one, q).tolist()) for one in near),
         tuple(notes),
     )
 
 
 def seen_plain(numbers: Numbers, assembly: Assembly) -> Assembly:
     """Return an assembled position as one of the mechanism without angles."""
-    q, typical = (tuple(numbers.turned(np.array(one)).tolist()) for one in (assembly.q, assembly.typical))
-    return replace(assembly, q=q, typical=typical)
+    q, typical, *places = (
+        tuple(numbers.turned(np.array(one)).tolist()) for one in (assembly.q, assembly.typical, *assembly.places)
+    )
+    return replace(assembly, q=q, typical=typical, places=tuple(places))
 
 
 def _clearest(numbers: Numbers, positions: Sequence[Array]) -> Array:
@@ -292,58 +203,30 @@ def _clearest(numbers: Numbers, positions: Sequence[Array]) -> Array:
     return positions[0 if clear[0] > NEAR else int(np.argmax(clear))]
 
 
-def _off_planes(numbers: Numbers, q: Array) -> list[str]:
+def off_planes(numbers: Numbers, q: Array) -> list[str]:
     """Return which contacts are off the plane that their scene declares, and do not hold it."""
     heights = numbers.at([one.height for one in numbers.gauges], q).tolist()
     return [
         f"contact {one.row.name}: {one.row.place.body if one.row.place else ''} is {abs(h):.3g} m "
         f"{'above' if h > 0 else 'below'} its plane, and no component of the contact holds it there"
         for one, h in zip(numbers.gauges, heights, strict=True)
-        if one.row.plane.declared and not one.row.touches and abs(h) > CLOSED * max(1.0, _size(numbers, q))
+        if one.row.plane.declared and not one.row.touches and abs(h) > CLOSED * max(1.0, lever_of(numbers, q))
     ]
 
 
 def _idle_loops(numbers: Numbers, positions: Sequence[Array]) -> list[str]:
     """Return the loops whose rows all vanish at closed positions."""
-    G = np.hstack([dimensionless(numbers, q, _size(numbers, q)) for q in positions])
+    G = np.hstack([dimensionless(numbers, q, lever_of(numbers, q)) for q in positions])
     working = np.abs(G).max(axis=1, initial=0.0) > NEGLIGIBLE
     owners = {one.owner for one, works in zip(numbers.constraints.labels, working, strict=True) if one.loop and works}
     return [joint.name for joint in numbers.scene.loops if joint.name not in owners]
-
-
-def _singular_values(numbers: Numbers, q: Array, length: float) -> Array:
-    G = dimensionless(numbers, q, length)
-    return np.asarray(np.linalg.svd(G, compute_uv=False) if G.size else np.zeros(0))
-
-
-def _rank(values: Array) -> int:
-    return int(np.sum(values > NEGLIGIBLE * values.max(initial=0.0))) if len(values) else 0
-
-
-def _neighbours(numbers: Numbers, q: Array, length: float) -> Iterator[Array]:
-    """Yield closed positions near by, reached along the motions that the loops leave free."""
-    free = free_motions(dimensionless(numbers, q, length))
-    rng = random.Random(numbers.scene.name)
-    for _ in range(4 if len(free) else 0):
-        way = np.array([rng.uniform(-1, 1) for _ in range(len(free))]) @ free
-        near = newton(numbers, numbers.moved(q, 0.2 * way / max(1e-12, float(np.abs(way).max()))), ())
-        if seen_closed(numbers, near):
-            yield near
-
-
-def free_motions(G: Array) -> Array:
-    """Return an orthonormal basis of the motions that G leaves free, one a row."""
-    if not G.size:
-        return np.eye(G.shape[1])
-    _, values, Vt = np.linalg.svd(G)
-    return np.asarray(Vt[_rank(values) :])
 
 
 def _weakest(numbers: Numbers, q: Array, length: float) -> str:
     """Return in words the owner of the rows that come closest to being dependent."""
     G = dimensionless(numbers, q, length)
     U, values, _ = np.linalg.svd(G)
-    mixed = np.abs(U[:, max(0, _rank(values) - 1)])
-    if _rank(values) < min(G.shape):
-        mixed = np.abs(U[:, _rank(values)]) * (np.abs(G).max(axis=1, initial=0.0) > 0)
+    mixed = np.abs(U[:, max(0, rank_of(values) - 1)])
+    if rank_of(values) < min(G.shape):
+        mixed = np.abs(U[:, rank_of(values)]) * (np.abs(G).max(axis=1, initial=0.0) > 0)
     return numbers.constraints.labels[int(mixed.argmax())].words

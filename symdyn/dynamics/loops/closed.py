@@ -13,8 +13,9 @@ coupler) as long as Tᵀ M T is not. *With multipliers*, the other road: A = M +
 where A = M and no Gᵀ γ will do if M is regular. The identity of both holds off the constraint manifold too.
 
 Blocks of G_d up to six rows are solved by Cramer's rule with shared minors: a block is singular where the dependent
-velocities are undetermined and nowhere else, which pivots chosen beforehand could not promise. Larger ones are solved
-by their normal equations. Symmetric matrices are factored as Lᵀ D L, which needs no pivots.
+velocities are undetermined and nowhere else, which pivots chosen beforehand could not promise. Larger ones, and those
+with more equations than unknowns, are solved by their normal equations, which are singular nowhere else either.
+Symmetric matrices are factored as Lᵀ D L, which needs no pivots.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 8.5 and 3.2; Wehage and Haug (1982); Baumgarte,
 Stabilization of constraints and integrals of motion in dynamical systems (1972).
@@ -132,12 +133,16 @@ def solve_dependent(G: Matrix, partition: Partition, b: Sequence[Expr]) -> dict[
 
 
 def solve_transposed(G: Matrix, partition: Partition, f: Sequence[Expr]) -> list[Expr]:
-    """Return λ with G_dᵀ λ = f_d, shape (kept rows,), f of shape (nv,)."""
+    """Return λ with Gᵀ λ = f in the velocities of the partition's blocks, shape (rows,), f of shape (nv,).
+
+    Of a block with more velocities than rows the λ that misses least in the sum of squares; where f can be met, it is.
+    """
     found: dict[int, Expr] = {}
     for block in reversed(partition.blocks):
         rest = [f[k] - f[k].graph.total(G[r][k] * found[r] for r in found) for k in block.velocities]
         matrix = [[G[r][k] for r in block.rows] for k in block.velocities]
-        found |= dict(zip(block.rows, solve_square(matrix, rest), strict=True))
+        solve_block = solve_square if len(block.rows) == len(block.velocities) else solve_normal
+        found |= dict(zip(block.rows, solve_block(matrix, rest), strict=True))
     return [found[r] for r in range(len(G))]
 
 
@@ -192,10 +197,10 @@ class _Minors:
 
 
 def solve_normal(B: Matrix, b: Sequence[Expr]) -> list[Expr]:
-    """Return B⁻¹ b from Bᵀ B x = Bᵀ b, by Lᵀ D L."""
-    size, graph = range(len(B)), B[0][0].graph
-    square = [[graph.total(B[k][i] * B[k][j] for k in size) for j in size] for i in size]
-    return solve(range(-1, len(B)), square, [graph.total(B[k][i] * b[k] for k in size) for i in size])
+    """Return x with Bᵀ B x = Bᵀ b by Lᵀ D L: B⁻¹ b, or the least squares of more equations than unknowns."""
+    lines, unknowns, graph = range(len(B)), range(len(B[0])), B[0][0].graph
+    square = [[graph.total(B[k][i] * B[k][j] for k in lines) for j in unknowns] for i in unknowns]
+    return solve(range(-1, len(unknowns)), square, [graph.total(B[k][i] * b[k] for k in lines) for i in unknowns])
 
 
 # With multipliers

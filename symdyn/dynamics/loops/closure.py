@@ -1,11 +1,13 @@
-"""What is decided about closed loops before their equations are written, once, at an assembled position.
+"""What is decided about closed loops before their equations are written, once, at assembled positions.
 
-    kept rows      an independent set of rows of G; rows that vanish identically (a planar loop's out of its plane)
-                   and rows that depend on others are redundant
+    kept rows      an independent set of rows of G; rows without effect (a planar loop's out of its plane) and rows that
+                   depend on others are redundant
     partition      independent and dependent velocities: G_d u_d = -G_i u_i
 
-Rows and dependent velocities are chosen by pivots (Gram-Schmidt, the largest remainder first), so that the square
-matrix G_d is as far from singular as a choice can make it there. The choice is static: the generated code divides by
+What a mechanism is in general, its rank and the rows without effect, two generic positions decide; the start may be
+special, and is compared with them. Rows and dependent velocities are chosen by pivots (Gram-Schmidt, the largest
+remainder first), so that the square matrix G_d is as far from singular as a choice can make it at the start, or
+at a generic position where the start has less rank. The choice is static: the generated code divides by
 determinants of blocks, which vanish where the dependent velocities are determined no more. Without loops any position
 can be come to, and velocities that are determined at all of them go first: a disc that rolls turns its axes through.
 
@@ -22,9 +24,18 @@ from math import comb
 
 import numpy as np
 
-from symdyn.dynamics.loops.assembly import NEGLIGIBLE, Assembly, dimensionless, witness
+from symdyn.dynamics.loops.assembly import Assembly, witness
+from symdyn.dynamics.loops.newton import NEGLIGIBLE, NOISE, dimensionless
 from symdyn.dynamics.loops.numbers import Array, Numbers
-from symdyn.dynamics.loops.partition import Closing, Partition, blocks, driven_velocities, led_velocities, over_driven
+from symdyn.dynamics.loops.partition import (
+    Closing,
+    Partition,
+    blocks,
+    driven_velocities,
+    drives_of,
+    led_velocities,
+    over_driven,
+)
 from symdyn.dynamics.loops.words import spoken
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
@@ -38,6 +49,9 @@ POSITIONS, SURE = 16, 0.2
 CHOICES = 1000
 """Sets of dependent velocities that are tried at all these positions."""
 
+NOTHING = 1e-9
+"""Rows this much below the largest have no effect."""
+
 WEAK = 0.02
 """Driven velocities become dependent where the others would leave a pivot this much below the largest."""
 
@@ -49,7 +63,7 @@ class Closure:
     Attributes:
         assembly: the position that they were made at.
         kept: independent rows, ascending.
-        empty: rows that vanish identically.
+        empty: rows without effect: they vanish at every position.
         redundant: other rows that depend on the kept ones.
         names: what each row is, in words, shape (all rows,).
         partition: of forward dynamics.
@@ -86,15 +100,17 @@ def decided(numbers: Numbers, assembly: Assembly, closing: Closing) -> Closure:
     singular = numbers.singular_angles(np.array(assembly.typical), held=True)
     if singular:
         raise DerivationError(f"{numbers.scene.name}: {singular}")
-    rows = numbers.constraints.G
-    empty = tuple(k for k, row in enumerate(rows) if all(entry.is_zero for entry in row))
-    q = np.array(assembly.typical)
-    G = dimensionless(numbers, q, assembly.length)
-    some = [k for k in range(len(rows)) if k not in set(empty)]
+    found = [dimensionless(numbers, q, assembly.length) for q in map(np.array, (assembly.typical, *assembly.places))]
+    sizes = np.max([np.abs(G).max(axis=1, initial=0.0) for G in found], axis=0)
+    empty = tuple(k for k, size in enumerate(sizes) if size <= NOTHING * sizes.max(initial=NOISE))
+    some = [k for k in range(len(sizes)) if k not in set(empty)]
+    G = found[0]
     kept = tuple(sorted(some[i] for i in pivots(_unit_rows(G[some]), [list(range(len(some)))], assembly.rank)[0]))
+    q = np.array(assembly.typical)
     names = tuple(f"{one.owner}: {spoken(one, numbers, q)}" for one in numbers.constraints.labels)
-    partition = _partition(numbers, kept, G[list(kept)], closing.independent, assembly.length)
-    driven, fault = _driven(numbers, kept, G[list(kept)], partition)
+    choices = [one[list(kept)] for one in found]
+    partition = _partition(numbers, kept, choices, closing.independent, assembly.length)
+    driven, fault = _driven(numbers, kept, choices, partition)
     redundant = tuple(k for k in some if k not in kept)
     return Closure(assembly, kept, empty, redundant, names, partition, driven, fault)
 
@@ -128,31 +144,52 @@ def pivots(rows: Array, stages: Sequence[Sequence[int]], count: int) -> tuple[li
 
 
 def _unit_rows(G: Array) -> Array:
-    return np.asarray(G / np.maximum(np.linalg.norm(G, axis=1, keepdims=True), 1e-300))
+    """Return rows of unit length; one of rounding errors, which is zero in fact, stays small."""
+    lengths = np.linalg.norm(G, axis=1, keepdims=True)
+    return np.asarray(G / np.maximum(lengths, NOTHING * lengths.max(initial=0.0) or 1.0))
 
 
 # Partitions
 
 
-def _partition(numbers: Numbers, kept: Sequence[int], G: Array, wanted: Sequence[str], length: float) -> Partition:
-    """Return the user's partition, or the one that conditioning chooses, driven velocities independent if they can."""
+def _partition(
+    numbers: Numbers, kept: Sequence[int], choices: Sequence[Array], wanted: Sequence[str], length: float
+) -> Partition:
+    """Return the user's partition, or the one that conditioning chooses, driven velocities independent if they can.
+
+    Args:
+        numbers: the mechanism.
+        kept: its independent rows.
+        choices: the kept rows where the choice is made, and at generic positions; dimensionless, shape (m, n) each.
+        wanted: names of the independent coordinates or velocities; () for none.
+        length: the characteristic length, m.
+    """
     scene, n, m = numbers.scene, numbers.state.n, len(kept)
     if wanted:
-        return _made(numbers, kept, _wanted(scene, wanted, G))
+        return _made(numbers, kept, _wanted(scene, wanted, choices[0]))
     led = led_velocities(scene)
     every = [k for k in reversed(range(n)) if k not in led]  # of equals, those near the ground stay independent
     passive = [k for k in every if not scene.drives[k]]
-    sure = _sure(numbers, kept, G, passive, length)
+    sure = _sure(numbers, kept, choices[0], passive, length)
     if sure:
         return _made(numbers, kept, [k for k in range(n) if k not in sure])
-    chosen, quality = pivots(G.T, [passive, every] if len(passive) < len(every) else [every], m)
-    if quality <= NEGLIGIBLE:
+    chosen = _dependent(choices, [passive, every] if len(passive) < len(every) else [every])
+    if chosen is None:
         names = ", ".join(joint.name for joint in scene.joints if joint.motion is not None)
         raise DerivationError(
             f"{scene.name}: the loops do not let the joints {names} follow their prescribed motions independently; "
             f"leave {n - m} of them prescribed at most"
         )
     return _made(numbers, kept, [k for k in range(n) if k not in chosen])
+
+
+def _dependent(choices: Sequence[Array], stages: Sequence[Sequence[int]]) -> list[int] | None:
+    """Return velocities that the rows determine, chosen at the first position where they do; None where nowhere."""
+    for G in choices:
+        chosen, quality = pivots(G.T, stages, len(G))
+        if quality > NEGLIGIBLE:
+            return chosen
+    return None
 
 
 def _sure(numbers: Numbers, kept: Sequence[int], G: Array, among: Sequence[int], length: float) -> tuple[int, ...]:
@@ -185,7 +222,7 @@ def _wanted(scene: Scene, wanted: Sequence[str], G: Array) -> list[int]:
     for name in wanted:
         if name not in known:
             raise DerivationError(f"{scene.name}: independent: there is no velocity {name!r}; {', '.join(velocities)}")
-    independent = sorted({known[name] for name in wanted})
+    independent = list(dict.fromkeys(known[name] for name in wanted))
     freedoms = f"{n - m} degree{'s' * (n - m != 1)} of freedom"
     if len(independent) != n - m:
         raise DerivationError(f"{scene.name}: independent: {', '.join(wanted)} given, but it has {freedoms}")
@@ -204,22 +241,23 @@ def _wanted(scene: Scene, wanted: Sequence[str], G: Array) -> list[int]:
     return independent
 
 
-def _driven(numbers: Numbers, kept: Sequence[int], G: Array, partition: Partition) -> tuple[Partition | None, str]:
+def _driven(
+    numbers: Numbers, kept: Sequence[int], choices: Sequence[Array], partition: Partition
+) -> tuple[Partition | None, str]:
     """Return the partition of inverse dynamics, or why there is none."""
     scene, n, m = numbers.scene, numbers.state.n, len(kept)
     driven = driven_velocities(scene)
     if set(driven) <= set(partition.independent):
         return partition, ""
-    free, names = n - m, ", ".join(scene.drives[k] or scene.velocities[k] for k in driven)
-    freedoms = f"{free} degree{'s' * (free != 1)} of freedom"
+    free = n - m
     if len(driven) > free:
         return None, f"inverse dynamics is not unique: {over_driven(scene, free)}"
-    passive = [k for k in reversed(range(n)) if k not in driven]
-    chosen, quality = pivots(G.T, [passive], m)
-    if quality <= NEGLIGIBLE:
+    chosen = _dependent(choices, [[k for k in reversed(range(n)) if k not in driven]])
+    if chosen is None:
+        freedoms = f"{free} degree{'s' * (free != 1)} of freedom"
         return None, (
-            f"inverse dynamics is not unique: the drives {names} work against each other at the assembled position, "
-            f"where {freedoms} remain{'s' * (free == 1)}; drive other joints"
+            f"inverse dynamics is not unique: the drives {drives_of(scene, driven)} work against each other, where "
+            f"{freedoms} remain{'s' * (free == 1)}; drive other joints"
         )
     return _made(numbers, kept, [k for k in range(n) if k not in chosen]), ""
 

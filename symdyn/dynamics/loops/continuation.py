@@ -10,15 +10,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from symdyn.dynamics.loops.assembly import (
-    NEGLIGIBLE,
-    Assembly,
-    closed_position,
-    dimensionless,
-    newton,
-    seen_closed,
-    with_parameters,
-)
+from symdyn.dynamics.loops.assembly import Assembly, closed_position, with_parameters
+from symdyn.dynamics.loops.newton import NEGLIGIBLE, dimensionless, newton, seen_closed
 from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene

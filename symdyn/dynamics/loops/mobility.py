@@ -16,14 +16,16 @@ Theory 40 (2005), for where counting fails.
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from symdyn.dynamics.kinematics import tree_placements
-from symdyn.dynamics.loops.assembly import dimensionless, free_motions, seen_plain, witness
+from symdyn.dynamics.loops.assembly import Assembly, seen_plain, witness
 from symdyn.dynamics.loops.closure import Closure, decided
 from symdyn.dynamics.loops.continuation import declared_rates, fitting
+from symdyn.dynamics.loops.newton import dimensionless, free_motions
 from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
 from symdyn.dynamics.loops.partition import Closing
 from symdyn.dynamics.loops.rows import paths
@@ -94,7 +96,7 @@ def mobility(scene: Scene, closing: Closing = Closing()) -> Mobility:  # noqa: B
         planar=planar,
         independent=() if held else tuple(scene.velocities[k] for k in closure.partition.independent),
         drives=tuple(drive for drive in scene.drives if drive),
-        idle=tuple(_idle(numbers, G, q)),
+        idle=tuple(dict.fromkeys(_idle(numbers, seen, closure.empty))),
         redundant=tuple(closure.names[k] for k in sorted((*closure.empty, *closure.redundant))),
         not_unique=tuple(_not_unique(closure, G)),
         smallest=closure.assembly.smallest,
@@ -117,7 +119,22 @@ def _rows(numbers: Numbers, closure: Closure, q: Array) -> Array:
     return np.asarray(G[[k for k in range(len(G)) if k not in set(closure.empty)]])
 
 
+def open_rows(closure: Closure, numbers: Numbers) -> set[tuple[str, int]]:
+    """Return owner and number of the scene's rows whose multipliers rigid bodies do not determine."""
+    labels = [numbers.constraints.labels[k] for k in _related(closure, _rows(numbers, closure, _typical(closure)))]
+    return {(label.owner, label.number) for label in labels if not label.loop}
+
+
+def _typical(closure: Closure) -> Array:
+    return np.array(closure.assembly.typical)
+
+
 def _not_unique(closure: Closure, G: Array) -> list[str]:
+    """Return the rows that take part in a linear relation, and those that vanish, in words."""
+    return [closure.names[k] for k in _related(closure, G)]
+
+
+def _related(closure: Closure, G: Array) -> list[int]:
     """Return the rows that take part in a linear relation, and those that vanish, in order."""
     rows = [k for k in range(len(closure.names)) if k not in set(closure.empty)]
     loose = set(closure.empty)
@@ -125,7 +142,7 @@ def _not_unique(closure: Closure, G: Array) -> list[str]:
         U, values, _ = np.linalg.svd(G)
         related = U[:, int(np.sum(values > NOTHING * values.max(initial=0.0))) :]
         loose |= {k for k, row in zip(rows, related, strict=True) if np.abs(row).max(initial=0.0) > NOTHING}
-    return [closure.names[k] for k in sorted(loose)]
+    return sorted(loose)
 
 
 def _is_planar(numbers: Numbers, joint: Joint, q: Array) -> bool:
@@ -144,8 +161,26 @@ def _is_planar(numbers: Numbers, joint: Joint, q: Array) -> bool:
     return bool(max(leaning, np.abs(twists[:, 3:] @ normal).max()) < NOTHING)
 
 
-def _idle(numbers: Numbers, G: Array, q: Array) -> list[str]:
-    """Return the bodies on loops that can move while everything else, and every drive, rests."""
+def _idle(numbers: Numbers, seen: Assembly, empty: Container[int]) -> list[str]:
+    """Return the idle motions, in words: what is one at one position and not at a generic one is none."""
+    words: list[str] = []
+    for k, at in enumerate(map(np.array, (seen.typical, *seen.places))):
+        G = dimensionless(numbers, at, seen.length)[[i for i in range(len(numbers.constraints.G)) if i not in empty]]
+        here = [one for one, _ in idle_motions(numbers, G, at)]
+        words = here if k == 0 else [one for one in words if one in here]
+        if not words:
+            break
+    return words
+
+
+def idle_motions(numbers: Numbers, G: Array, q: Array) -> list[tuple[str, Array]]:
+    """Return the motions of bodies on loops while everything else and every drive rests: words, and velocities (nv,).
+
+    Args:
+        numbers: the mechanism.
+        G: the rows there, shape (rows, nv).
+        q: a closed position.
+    """
     scene, jacobians = numbers.scene, _body_jacobians(numbers, q)
     on_loops = {name: None for joint in scene.loops for name in _between(numbers, joint)}
     driven = [k for k, drive in enumerate(scene.drives) if drive]
@@ -153,13 +188,11 @@ def _idle(numbers: Numbers, G: Array, q: Array) -> list[str]:
     for name in on_loops:
         others = [J for other, J in jacobians.items() if other != name]
         rest = np.vstack([G, *others, np.eye(numbers.state.n)[driven]])
-        motions = free_motions(rest)
-        if not len(motions):
-            continue
-        twist = jacobians[name] @ motions[0]
-        if np.abs(twist).max() > NOTHING:
-            how = "spins about the line of its joints" if np.abs(twist[:3]).max() > NOTHING else "slides"
-            found.append(f"{name} {how}")
+        for way in free_motions(rest):
+            twist = jacobians[name] @ way
+            if np.abs(twist).max() > NOTHING:
+                how = "spins about the line of its joints" if np.abs(twist[:3]).max() > NOTHING else "slides"
+                found.append((f"{name} {how}", way))
     return found
 
 

@@ -2,12 +2,15 @@
 
     blocks    G_d in block triangular form: each block is coupled in itself and needs only those before it
 
+Where more velocities are given than rows, the last blocks have more velocities than rows: what determines these rows
+more than once, and none of the other blocks takes part in it.
+
 Reference: Duff, Erisman and Reid, Direct Methods for Sparse Matrices (2017), chapter 6.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -41,7 +44,7 @@ class Closing:
 
 @dataclass(frozen=True)
 class Block:
-    """Rows, counted among the kept ones, and as many dependent velocities."""
+    """Rows, counted among the kept ones, and as many velocities, or more."""
 
     rows: tuple[int, ...]
     velocities: tuple[int, ...]
@@ -49,7 +52,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Partition:
-    """Independent and dependent velocities, ascending, and the blocks of G_d in the order of solving."""
+    """Independent velocities in the user's order, dependent ones, and the blocks of G_d in the order of solving."""
 
     independent: tuple[int, ...]
     dependent: tuple[int, ...]
@@ -71,23 +74,64 @@ def driven_velocities(scene: Scene) -> list[int]:
 def over_driven(scene: Scene, free: int) -> str:
     """Return what is said of more drives than degrees of freedom, which is `free`."""
     driven = driven_velocities(scene)
-    names = ", ".join(scene.drives[k] or scene.velocities[k] for k in driven)
-    drives = f"{len(driven)} drive{'s' * (len(driven) != 1)} ({names})"
     return (
-        f"over-driven, {drives} for {free} degree{'s' * (free != 1)} of freedom; leave {len(driven) - free} of them "
-        "passive (drive = false)"
+        f"over-driven, {len(driven)} drive{'s' * (len(driven) != 1)} ({drives_of(scene, driven)}) for {free} "
+        f"degree{'s' * (free != 1)} of freedom; leave {len(driven) - free} of them passive (drive = false)"
     )
+
+
+def drives_of(scene: Scene, velocities: Sequence[int]) -> str:
+    """Return what drives velocities and in which joint, since a reader gives names such as tau7: "tau7 of hip"."""
+    owners = {rate: joint.name for joint in scene.joints for rate in joint.rates}
+    names = [(scene.drives[k] or scene.velocities[k], owners[scene.velocities[k]]) for k in velocities]
+    return ", ".join(f"{drive} of {owner}" for drive, owner in names)
 
 
 # Block triangular form
 
 
 def blocks(uses: Sequence[Sequence[int]]) -> list[Block]:
-    """Return the blocks of a square pattern: strongly connected rows of a perfect matching, needed ones first."""
+    """Return the blocks of a pattern of rows that are independent: needed ones first, then those with more velocities.
+
+    Square ones are strongly connected rows of a perfect matching. Velocities that it leaves over, and all rows and
+    velocities that can be matched in place of others because of them, are the overdetermined part of Dulmage and
+    Mendelsohn's decomposition.
+
+    Args:
+        uses: the velocities that each row uses.
+    """
     matched = _matching(uses)
-    owner = {column: row for row, column in matched.items()}
-    needs = [[owner[column] for column in columns if owner[column] != row] for row, columns in enumerate(uses)]
-    return [Block(tuple(sorted(group)), tuple(sorted(matched[row] for row in group))) for group in _components(needs)]
+    users: dict[int, list[int]] = {}
+    for row, columns in enumerate(uses):
+        for column in columns:
+            users.setdefault(column, []).append(row)
+    over = _reached([k for k in users if k not in matched.values()], users, matched)
+    owner = {column: row for row, column in matched.items() if row not in over}
+    needs = {
+        row: [owner[k] for k in columns if k in owner and owner[k] != row]
+        for row, columns in enumerate(uses)
+        if row not in over
+    }
+    square = [_block(group, [matched[row] for row in group]) for group in _components(needs)]
+    telling = {row: [k for k in uses[row] if k not in owner] for row in sorted(over)}
+    sharing = {row: [other for k in columns for other in users[k] if other != row] for row, columns in telling.items()}
+    tall = [_block(group, [k for row in group for k in telling[row]]) for group in _components(sharing)]
+    return [*square, *tall]
+
+
+def _block(rows: Sequence[int], velocities: Sequence[int]) -> Block:
+    return Block(tuple(sorted(rows)), tuple(sorted(set(velocities))))
+
+
+def _reached(spare: Sequence[int], users: Mapping[int, Sequence[int]], matched: Mapping[int, int]) -> set[int]:
+    """Return the rows that alternating paths from spare velocities come to."""
+    found: set[int] = set()
+    waiting = list(spare)
+    while waiting:
+        new = [row for row in users[waiting.pop()] if row not in found]
+        found.update(new)
+        waiting += [matched[row] for row in new]
+    return found
 
 
 def _matching(uses: Sequence[Sequence[int]]) -> dict[int, int]:
@@ -110,13 +154,13 @@ def _matching(uses: Sequence[Sequence[int]]) -> dict[int, int]:
     return {row: column for column, row in owner.items()}
 
 
-def _components(needs: Sequence[Sequence[int]]) -> list[list[int]]:
+def _components(needs: Mapping[int, Sequence[int]]) -> list[list[int]]:
     """Return the strongly connected components of a graph, each after those that it needs (Tarjan)."""
     index: dict[int, int] = {}
     low: dict[int, int] = {}
     stack: list[int] = []
     found: list[list[int]] = []
-    for root in range(len(needs)):
+    for root in needs:
         if root in index:
             continue
         walk = [(root, iter(needs[root]))]

@@ -13,8 +13,9 @@ Reference: the textbook, section 5.1.1, eq. (5.1)-(5.20).
 
 Unknowns are t components a joint (5.7), (5.19), and the drives, which take the free places. They enter linearly:
 A x + b = 0, A in blocks of one body and one unknown. In a tree every velocity has an unknown drive (a passive joint's
-is what its motion would need); in a closed mechanism those have one that are declared to, and idle motions that no loop
-needs: theirs comes out as zero if the motion is possible.
+is what its motion would need); in a closed mechanism those have one that are declared to. Where it is written for
+readers, idle motions that no loop needs have one too, so that there are as many unknowns as equations: theirs comes out
+as zero if the motion is possible.
 """
 
 from __future__ import annotations
@@ -27,7 +28,14 @@ from symdyn.dynamics.reactions.freedoms import drives, reactions_of
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.hinges import Hinge, plus, relative_twists, times
 from symdyn.dynamics.reactions.members import own_forces
-from symdyn.dynamics.reactions.ties import in_plane, plane, rows_of, telling, ties, undriven
+from symdyn.dynamics.reactions.ties import (
+    flattened,
+    independent_in_plane,
+    plane,
+    rows_of,
+    taken_wrenches,
+    undriven,
+)
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.scene.joints import Wrench
@@ -129,7 +137,8 @@ def equilibrium(
         hanging: the mechanism, open or closed.
         planar: write three equations a body.
         tau: driving forces that are known, shape (nv,); None makes them unknowns.
-        whole: joints that close planar loops keep the components across the plane, which are then not unique.
+        whole: nothing is left out and nothing added for readers: joints that close planar loops keep the components
+            across the plane, which are then not unique, and idle motions have no drive.
 
     Raises:
         DerivationError: `planar`, and the mechanism does not move in a plane that is a plane of coordinates of every
@@ -160,7 +169,7 @@ def _own(hanging: Hanging, hinge: Hinge, tau: Sequence[Expr] | None) -> list[Exp
 
 
 def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown]:
-    scene, graph = hanging.scene, hanging.graph
+    graph = hanging.graph
     axes = None if normal is None else _axis(graph, normal)
     D = {h: drives(hinge, hanging.samples) for h, hinge in enumerate(hanging.joints)}
     feels = {
@@ -169,16 +178,15 @@ def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown
         if hinge.joint.coordinates
         for i, k in enumerate(hinge.velocities)
     }
-    passive = undriven(scene) if scene.loops or scene.rows else []
-    if passive and not whole and normal is None:
-        passive = telling(hanging, ties(hanging), passive)
+    passive = _passive(hanging, normal is None and not whole)
     found = []
     for h, hinge in enumerate(hanging.hinges):
         W = reactions_of(hinge, hanging.samples)
-        flat = axes
-        if h >= len(hanging.joints) and flat is None and not whole:
-            flat = plane(hanging, hinge, relative_twists(hinge, hanging.joints))
-        W = W if flat is None else in_plane(hanging, W, flat)
+        if axes is not None:
+            flat = flattened(W, axes)
+            W = tuple(flat[k] for k in independent_in_plane(hanging, W, axes))
+        elif h >= len(hanging.joints) and not whole:
+            W = _in_its_plane(hanging, hinge)
         name = hinge.joint.name
         found += [Unknown(REACTION, name, k, ((h, wrench),)) for k, wrench in enumerate(W)]
         if hinge.joint.coupling is not None:
@@ -192,6 +200,25 @@ def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown
         acts = tuple((feels[k][0], times(slope, feels[k][1])) for k, slope in enumerate(row.G) if not slope.is_zero)
         found.append(Unknown(ROW, row.owner, number, acts))
     return found
+
+
+def _passive(hanging: Hanging, with_idle: bool) -> set[int]:
+    """Return the velocities without a drive; where idle motions get one, those that determine what closes the loops."""
+    scene = hanging.scene
+    if not scene.loops and not scene.rows:
+        return set()
+    fits = hanging.closure is not None and hanging.closure.driven is not None
+    if with_idle and fits:
+        return set(hanging.closure.driven.dependent)  # type: ignore[union-attr]
+    return set(undriven(scene))
+
+
+def _in_its_plane(hanging: Hanging, hinge: Hinge) -> tuple[Wrench, ...]:
+    """Return what a joint that closes a loop is taken to exert, without what works on no motion in the loop's plane."""
+    twists = relative_twists(hinge, hanging.joints)
+    normal = plane(hanging, hinge, twists)
+    W = taken_wrenches(hanging, hinge, twists)
+    return W if normal is None else tuple(W[k] for k in independent_in_plane(hanging, W, normal))
 
 
 def _axis(graph: Graph, k: int) -> Vec:

@@ -8,14 +8,20 @@ D is a moment where the freedoms turn (a screw is turned, not pushed), else what
 
 from __future__ import annotations
 
-from symdyn.dynamics.reactions.elimination import eliminate, pivots
+import numpy as np
+
+from symdyn.dynamics.loops.closure import pivots
 from symdyn.dynamics.reactions.hinges import Hinge, plus, power, times
 from symdyn.dynamics.reactions.samples import Samples
+from symdyn.dynamics.recursive.ldl import solve
 from symdyn.graph import Expr
 from symdyn.scene.joints import Wrench
 from symdyn.scene.joints.constraints import everywhere, forces, moments
 
 TINY = 1e-9
+
+PLACES = (2, 3)
+"""Seeds of the generic positions."""
 
 
 def drives(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
@@ -26,26 +32,30 @@ def drives(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
     n = len(hinge.S)
     still = (zero, zero, zero)
     turning = [(still, omega) for _, omega in hinge.S]
-    numbers = samples.at([x for _, omega in turning for x in omega]).reshape(n, 3)
-    S = turning if len(pivots(numbers)) == n else list(hinge.S)
+    turns = [samples.at([x for _, omega in turning for x in omega], seed).reshape(n, 3) for seed in PLACES]
+    S = turning if any(np.linalg.matrix_rank(at, tol=TINY) == n for at in turns) else list(hinge.S)
     gram = [[power(a, b) for b in S] for a in S]
     flat = [x for row in gram for x in row]
     unit = [float(i == j) for i in range(n) for j in range(n)]
-    if all(abs(samples.at(flat, seed) - unit).max() < TINY for seed in (2, 3)):
+    if all(abs(samples.at(flat, seed) - unit).max() < TINY for seed in PLACES):
         return tuple(S)
-    order = pivots(samples.at(flat).reshape(n, n))
-    columns = [eliminate(gram, [hinge.graph.one if i == k else zero for i in range(n)], order) for k in range(n)]
+    one = hinge.graph.one
+    columns = [solve(range(-1, n), gram, [one if i == k else zero for i in range(n)]) for k in range(n)]
     return tuple(_combined(S, column) for column in columns)
 
 
 def reactions_of(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
-    """Return W, axes of J, about P; t of them."""
+    """Return W, axes of J, about P; t of them.
+
+    A custom joint's are units less what the drives take of them. The units that are left out are those that the drives
+    themselves have large, else a combination of the others would be a drive.
+    """
     if hinge.joint.type != "custom":
         return hinge.wrenches
     axes = everywhere(hinge.graph)
     units, D = forces(*axes) + moments(*axes), drives(hinge, samples)
-    numbers = samples.at([x for v, omega in hinge.S for x in (*v, *omega)]).reshape(len(hinge.S), 6)
-    taken = {component for _, component in pivots(numbers)}
+    numbers = samples.at([x for force, moment in D for x in (*force, *moment)], PLACES[0]).reshape(len(D), 6)
+    taken, _ = pivots(numbers.T, [range(6)], len(D))
     return tuple(_remainder(e, hinge, D) for k, e in enumerate(units) if k not in taken)
 
 

@@ -6,9 +6,10 @@ W        wrench of a joint that closes a loop, on its child, axes of its joint f
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from symdyn.dynamics.reactions.hinges import Hinge, about, hinges, plus, power, times
 from symdyn.dynamics.reactions.members import acting, inertias, motions, needed, own_forces
@@ -20,19 +21,22 @@ from symdyn.scene import Scene
 from symdyn.scene.joints import Wrench
 from symdyn.spatial import apply, neg
 
+if TYPE_CHECKING:
+    from symdyn.dynamics.loops.closure import Closure
+
 
 @dataclass(frozen=True)
 class Hanging:
     """A scene's bodies and joints on its graph, for recursions over wrenches.
 
     Attributes:
-        assembled: values by name at which loops are closed, for what is decided by numbers.
+        closure: what is decided about loops and rows; None for a tree without, or where nothing is decided.
     """
 
     scene: Scene
     tree: Tree
     state: State
-    assembled: Mapping[str, float] = field(default_factory=dict)
+    closure: Closure | None = None
 
     @property
     def graph(self) -> Graph:
@@ -47,7 +51,13 @@ class Hanging:
     @cached_property
     def samples(self) -> Samples:
         """Numbers for what is decided by numbers."""
-        return Samples(self.scene, self.graph, self.assembled)
+        if self.closure is None:
+            return Samples(self.scene, self.graph)
+        assembly = self.closure.assembly
+        places = [
+            dict(zip(self.scene.coordinates, q, strict=True)) for q in (assembly.typical, *self.closure.assembly.places)
+        ]
+        return Samples(self.scene, self.graph, tuple(dict(assembly.parameters) | place for place in places))
 
     @property
     def joints(self) -> tuple[Hinge, ...]:
@@ -109,6 +119,10 @@ class Hanging:
                 for k, twist in zip(hinge.velocities, hinge.S, strict=True):
                     total[k] = total[k] + hinge.ratio * power(here, twist)
         return total
+
+    def needed_forces(self, f: Sequence[Wrench]) -> list[Expr]:
+        """Return M u̇ + h of the tree, shape (nv,): what drives and loops exert together, for f from `transmitted`."""
+        return self.driving(self.felt(self.at_joints(f)))
 
     def driving(self, felt: Sequence[Expr]) -> list[Expr]:
         """Return the driving forces, shape (nv,): what the velocities feel less what the joints' own elements do."""

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from typing import Any
 
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.workspace import Workspace
 from symdyn.graph import Expr, substitute
-
-Way = Callable[..., list[Expr]]
 
 WORDS = {
     "body": "the child's body frame",
@@ -18,25 +15,30 @@ WORDS = {
 }
 
 
-def _recursive(*given: Any) -> list[Expr]:
+def _inverse(w: Workspace, axes: str) -> list[Expr]:
+    """Return reactions of a motion that is given."""
     from symdyn.dynamics.reactions.recursion import reactions  # with NumPy, which printing can do without
 
-    return reactions(*given)
+    return reactions(w.hanging, axes)
 
 
-def _solved(*given: Any) -> list[Expr]:
-    from symdyn.dynamics.reactions.solution import solved_reactions
-
-    return solved_reactions(*given)
-
-
-def _forward(w: Workspace, way: Way, axes: str) -> list[Expr]:
-    """Return reactions during the motion that driving forces give."""
+def _forward(w: Workspace, axes: str) -> list[Expr]:
+    """Return reactions during the motion that driving forces give, with the multipliers of that motion."""
     from symdyn.dynamics.derive import derive_one  # the table is above its rows
+    from symdyn.dynamics.reactions.recursion import reactions
 
-    moved: Sequence[Expr] = derive_one(w, "forward_dynamics").entries
-    tau = derive_one(w, "drive_forces").entries if w.prescribed.place else w.state.tau
-    return substitute(way(w.hanging, axes, tau), dict(zip(w.state.qdd, moved, strict=True)))
+    moved = derive_one(w, "forward_dynamics").entries
+    multipliers = derive_one(w, "multipliers").entries if w.hanging.cuts else ()
+    return substitute(reactions(w.hanging, axes, multipliers), dict(zip(w.state.qdd, moved, strict=True)))
+
+
+def _unique(w: Workspace, axes: str) -> tuple[bool, ...]:
+    """Return which entries rigid bodies determine, () for all."""
+    if not w.scene.loops and not w.scene.rows:
+        return ()
+    from symdyn.dynamics.reactions.loose import unique_entries
+
+    return unique_entries(w, axes)
 
 
 def _rows(axes: str) -> dict[str, Output]:
@@ -45,20 +47,14 @@ def _rows(axes: str) -> dict[str, Output]:
         "reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at "
         f"the origin of the moved joint frame, axes of {WORDS[axes]}"
     )
-    ways: dict[str, Way] = {"recursive": _recursive, "dalembert": _solved}
     units, shape = "N and N m", lambda n: (-1, 6)
-    inverse = {name: lambda w, way=way: way(w.hanging, axes) for name, way in ways.items()}
-    forward = {name: lambda w, way=way: _forward(w, way, axes) for name, way in ways.items()}
+    inverse = {"recursive": lambda w: _inverse(w, axes)}
+    forward = {"recursive": lambda w: _forward(w, axes)}
+    known: dict[str, Any] = {"exists": lambda scene: False, "unique": lambda w: _unique(w, axes)}
     return {
-        f"reactions{suffix}": Output(text, ("q", "qd", "qdd"), "R", shape, units, inverse, exists=lambda scene: False),
+        f"reactions{suffix}": Output(text, ("q", "qd", "qdd"), "R", shape, units, inverse, **known),
         f"forward_reactions{suffix}": Output(
-            f"{text}, during forward dynamics",
-            ("q", "qd", "tau"),
-            "R",
-            shape,
-            units,
-            forward,
-            exists=lambda scene: False,
+            f"{text}, during forward dynamics", ("q", "qd", "tau"), "R", shape, units, forward, **known
         ),
     }
 

@@ -5,7 +5,8 @@ Reference: the textbook, eq. (5.18), body by body; Khalil and Dombre, Modeling, 
 
     f        wrench that the parent exerts on body j through its joint, about the origin of the body's frame, its axes
     τ_k      Σ over the moves of velocity k of S·f, and the rotors: what drives and the joint's own elements do
-    λ        sizes of the wrenches W of the joints that close loops, from `ties`
+    λ        sizes of the wrenches W of joints that close loops and of contacts: the multipliers of forward dynamics, or
+             from `ties` where a motion is given
 
 A reaction is the whole wrench through the joint: what the bearing forbids, the drive, and the joint's own springs,
 dampers and friction; only what turns the rotor itself (armature) stays in the drive. It acts at the origin of the moved
@@ -18,28 +19,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import nothing, plus, times
+from symdyn.dynamics.reactions.hinges import Hinge, nothing, plus, times
 from symdyn.dynamics.reactions.members import placements
-from symdyn.dynamics.reactions.ties import Tie, solved, ties, undriven
+from symdyn.dynamics.reactions.ties import Tie, sizes, ties
 from symdyn.graph import Expr
 from symdyn.scene.joints import Wrench
-from symdyn.spatial import apply
+from symdyn.spatial import Transform, apply
 
 
-def tree_forces(hanging: Hanging) -> list[Expr]:
-    """Return M u̇ + h of the tree, shape (nv,): what drives and loops must exert together."""
-    return hanging.driving(hanging.felt(hanging.at_joints(hanging.transmitted(hanging.loads))))
-
-
-def reactions(hanging: Hanging, axes: str = "body", tau: Sequence[Expr] | None = None) -> list[Expr]:
+def reactions(hanging: Hanging, axes: str = "body", multipliers: Sequence[Expr] | None = None) -> list[Expr]:
     """Return every joint's reaction, row by row, shape (joints + loops, 6): [force; moment], N and N m.
 
     Args:
         hanging: the mechanism.
         axes: "body" (of the child as declared), "joint" (of the joint frame on the parent's side, for every type of
             joint) or "ground".
-        tau: driving forces that give the motion, shape (nv,); None where the motion is prescribed and those of passive
-            joints are zero.
+        multipliers: λ of the kept rows, where forces give the motion; None where the motion is given, and the drives of
+            passive joints are zero.
 
     Raises:
         DerivationError: motion and drives do not determine what the loops transmit.
@@ -47,20 +43,19 @@ def reactions(hanging: Hanging, axes: str = "body", tau: Sequence[Expr] | None =
     f = hanging.transmitted(hanging.loads)
     if not hanging.cuts:
         return as_rows(hanging, hanging.at_joints(f), axes)
-    unknown, forces = ties(hanging), hanging.driving(hanging.felt(hanging.at_joints(f)))
-    among = undriven(hanging.scene)
-    if tau is not None:
-        forces, among = [a - b for a, b in zip(forces, tau, strict=True)], list(range(hanging.state.n))
-    return with_loops(hanging, f, unknown, solved(hanging, unknown, forces, among), axes)
+    unknown = ties(hanging)
+    if multipliers is None:
+        multipliers = sizes(hanging, unknown, hanging.needed_forces(f))
+    return with_loops(hanging, f, unknown, multipliers, axes)
 
 
 def with_loops(
-    hanging: Hanging, f: Sequence[Wrench], unknown: Sequence[Tie], sizes: Sequence[Expr], axes: str
+    hanging: Hanging, f: Sequence[Wrench], unknown: Sequence[Tie], multipliers: Sequence[Expr], axes: str
 ) -> list[Expr]:
-    """Return every reaction for f of the tree alone and given sizes λ of what closes the loops; see `reactions`."""
+    """Return every reaction for f of the tree alone and given λ of what closes the loops; see `reactions`."""
     f = list(f)
     closing = [nothing(hanging.graph)] * len(hanging.cuts)
-    for one, size in zip(unknown, sizes, strict=True):
+    for one, size in zip(unknown, multipliers, strict=True):
         if one.wrench is not None:
             closing[one.loop] = plus(closing[one.loop], times(size, one.wrench))
     for loop, wrench in zip(hanging.cuts, closing, strict=True):
@@ -72,12 +67,21 @@ def with_loops(
 def as_rows(hanging: Hanging, wrenches: Sequence[Wrench], axes: str) -> list[Expr]:
     """Return the wrenches of all joints, axes of their children, in the axes that are asked for; see `reactions`."""
     placed = placements(hanging.joints) if axes == "ground" else []
-    entries: list[Expr] = []
-    for hinge, wrench in zip((*hanging.joints, *hanging.loops), wrenches, strict=True):
-        force, moment = hinge.in_joint_axes(wrench) if axes == "joint" else wrench
-        if axes == "ground" and hinge.child >= 0:
-            R = placed[hinge.child].R
-            entries += [*apply(R, force), *apply(R, moment)]
-        else:
-            entries += [*force, *moment]
-    return entries
+    pairs = zip((*hanging.joints, *hanging.loops), wrenches, strict=True)
+    return [x for hinge, wrench in pairs for x in as_row(hinge, wrench, axes, placed)]
+
+
+def as_row(hinge: Hinge, wrench: Wrench, axes: str, placed: Sequence[Transform]) -> list[Expr]:
+    """Return the wrench of a joint, axes of its child, in the axes that are asked for.
+
+    Args:
+        hinge: the joint.
+        wrench: what it exerts on its child.
+        axes: as of `reactions`.
+        placed: placements of all bodies in the ground, for its axes.
+    """
+    force, moment = hinge.in_joint_axes(wrench) if axes == "joint" else wrench
+    if axes == "ground" and hinge.child >= 0:
+        R = placed[hinge.child].R
+        return [*apply(R, force), *apply(R, moment)]
+    return [*force, *moment]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,15 +22,16 @@ class Samples:
     """Values of a scene's symbols; the same seed, the same values.
 
     Attributes:
-        given: values by name that stand above all others at seed 1, such as an assembled position.
+        places: values by name that stand above all others at seeds 1, 2, …: of closed loops, an assembled position and
+            then generic ones, since a position at which loops are open says nothing about a mechanism that closes them.
     """
 
     scene: Scene
     graph: Graph
-    given: Mapping[str, float] = field(default_factory=dict)
+    places: tuple[Mapping[str, float], ...] = ()
 
     def at(self, entries: Sequence[Expr], seed: int = 1) -> Array:
-        """Return entries at seed 1, where the scene says that it starts, or at random values, seeds from 2 on.
+        """Return entries at seed 1, where the scene says that it starts, or at other positions, seeds from 2 on.
 
         What has no value there is drawn from 0.3 … 1.7; parameters have their values, quaternions the length 1.
         """
@@ -43,8 +44,8 @@ class Samples:
             node = express(quantity, self.graph)
             inner = {x: values.get(x, self._drawn(x, seed)) for x in _symbols([node])}
             values[self.graph.symbol(name)] = evaluate([node], Floats(), inner)[0]
-        if seed == 1:
-            values |= {self.graph.symbol(name): value for name, value in self.given.items()}
+        if seed <= len(self.places):
+            values |= {self.graph.symbol(name): value for name, value in self.places[seed - 1].items()}
         for group in quaternions(self.scene):
             nodes = [self.graph.symbol(name) for name in group]
             values |= {node: values.get(node, self._drawn(node, seed)) for node in nodes}

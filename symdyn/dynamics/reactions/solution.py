@@ -1,49 +1,106 @@
-"""The solution of (5.18): sizes of all unknowns, and the reactions that they are."""
+"""The solution of (5.18) in numbers: sizes of all unknowns, and the reactions that they are.
+
+A x + b = 0 is solved at one place after the other and over any algebra, with pivots that the numbers there choose. So
+no choice is made beforehand that could fail at another place, and what one place leaves undetermined is seen there.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
-from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
-from symdyn.dynamics.reactions.elimination import eliminate, pivots
+from symdyn.algebra.elimination import eliminate
+from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.dynamics.reactions.freedoms import drives
-from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.hinges import nothing, plus, times
-from symdyn.dynamics.reactions.recursion import as_rows
+from symdyn.dynamics.reactions.members import placements
+from symdyn.dynamics.reactions.recursion import as_row, as_rows
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr
+from symdyn.graph import Algebra, Expr, evaluate
 from symdyn.scene.joints import Wrench
-from symdyn.spatial import Mat, apply
+
+Rows = list[dict[int, Expr]]
 
 
-def solution(system: Equilibrium) -> list[Expr]:
-    """Return x with A x + b = 0 by elimination from the tips, pivots chosen at one position.
+def equations(system: Equilibrium) -> Rows:
+    """Return the rows of A x = -b, entries by column, what is zero left out; -b is the column behind the unknowns."""
+    size = len(system.kept)
+    rows: Rows = [{} for _ in range(system.equations)]
+    for (j, u), (force, moment) in system.blocks.items():
+        entries = (*force, *moment)
+        for k, component in enumerate(system.kept):
+            if not entries[component].is_zero:
+                rows[size * j + k][u] = entries[component]
+    for row, right in zip(rows, system.right(), strict=True):
+        row[len(system.unknowns)] = -right
+    return rows
 
-    Every body's equations are turned into the axes of its reference joint first: what acts there has constant entries,
-    which are pivots at any position.
+
+def wrench_rows(system: Equilibrium, R: Sequence[Expr], axes: str = "body") -> Rows:
+    """Return rows which say that the unknowns are the reactions R of a tree's joints and those of loops.
+
+    Args:
+        system: from `equilibrium`.
+        R: as of the output `reactions`, row by row.
+        axes: those of R.
+    """
+    hanging, last = system.hanging, len(system.unknowns)
+    shown = (*hanging.joints, *hanging.loops)
+    placed = placements(hanging.joints) if axes == "ground" else []
+    still = [hinge.on_child(wrench) for hinge, wrench in zip(shown, elements(system), strict=False)]
+    known = as_rows(hanging, still, axes)
+    rows = [{last: r - own} for r, own in zip(R, known, strict=True)]
+    for u, unknown in enumerate(system.unknowns):
+        for h, wrench in unknown.acts:
+            if h < len(shown):
+                entries = as_row(shown[h], shown[h].on_child(wrench), axes, placed)
+                for k, entry in enumerate(entries):
+                    if not entry.is_zero:
+                        before = rows[6 * h + k].get(u)
+                        rows[6 * h + k][u] = entry if before is None else before + entry
+    return rows
+
+
+def elements(system: Equilibrium) -> list[Wrench]:
+    """Return what the joints' own elements, and drives that are known, exert in every joint, axes of joint frames."""
+    hanging = system.hanging
+    total = [nothing(hanging.graph)] * len(hanging.hinges)
+    for h, (hinge, forces) in enumerate(zip(hanging.joints, system.own, strict=True)):
+        for force, D in zip(forces, drives(hinge, hanging.samples), strict=True):
+            total[h] = plus(total[h], times(force, D))
+    return total
+
+
+def transmitted(system: Equilibrium, x: Sequence[Expr]) -> list[Wrench]:
+    """Return the whole wrench through every joint, axes of its joint frame, about P: reactions, drives, elements."""
+    total = elements(system)
+    for unknown, size in zip(system.unknowns, x, strict=True):
+        for h, wrench in unknown.acts:
+            total[h] = plus(total[h], times(size, wrench))
+    return total
+
+
+def solved_at(
+    system: Equilibrium, algebra: Algebra[Any], values: Mapping[Expr, Any], weigh: Callable[[Any], Any] = abs
+) -> list[Any]:
+    """Return x with A x + b = 0 at one place, shape (unknowns,).
+
+    Args:
+        system: from `equilibrium`.
+        algebra: what to compute with.
+        values: of all symbols.
+        weigh: the size of a number, 0 where it cannot be told from zero.
 
     Raises:
-        DerivationError: A does not determine x.
+        DerivationError: the equations do not determine x there.
     """
-    A, b = system.matrix(), system.right()
-    if len(system.kept) == 6:
-        both = [[*row, right] for row, right in zip(A, b, strict=True)]
-        for j, hinge in enumerate(system.hanging.joints):
-            R = (hinge.X @ hinge.tip).R
-            for start in (6 * j, 6 * j + 3):
-                both[start : start + 3] = _turned_rows(R, both[start : start + 3])
-        A, b = [row[:-1] for row in both], [row[-1] for row in both]
-    numbers = system.hanging.samples.at([entry for row in A for entry in row]).reshape(len(A), -1)
-    order = pivots(numbers)
-    if len(order) < len(system.unknowns):
-        raise DerivationError(undetermined(system, len(order)))
-    return eliminate(A, [-x for x in b], order)
-
-
-def _turned_rows(R: Mat, rows: Sequence[Sequence[Expr]]) -> list[list[Expr]]:
-    """Return R times three rows."""
-    columns = [apply(R, (x, y, z)) for x, y, z in zip(*rows, strict=True)]
-    return [[column[k] for column in columns] for k in range(3)]
+    rows = equations(system)
+    found = iter(evaluate([entry for row in rows for entry in row.values()], algebra, dict(values)))
+    zero = evaluate([system.hanging.graph.zero], algebra, {})[0]
+    done = eliminate([{c: next(found) for c in row} for row in rows], len(system.unknowns), algebra, zero, weigh)
+    if done.free:
+        raise DerivationError(undetermined(system, len(system.unknowns) - len(done.free)))
+    return done.x
 
 
 def undetermined(system: Equilibrium, rank: int) -> str:
@@ -55,23 +112,3 @@ def undetermined(system: Equilibrium, rank: int) -> str:
         "symdyn.dynamics.reactions_at for the least reactions at one position, with those "
         "flagged that are not unique"
     )
-
-
-def transmitted(system: Equilibrium, x: Sequence[Expr]) -> list[Wrench]:
-    """Return the whole wrench through every joint, axes of its joint frame, about P: reactions, drives, elements."""
-    hanging = system.hanging
-    total = [nothing(hanging.graph)] * len(hanging.hinges)
-    for unknown, size in zip(system.unknowns, x, strict=True):
-        for h, wrench in unknown.acts:
-            total[h] = plus(total[h], times(size, wrench))
-    for h, (hinge, forces) in enumerate(zip(hanging.joints, system.own, strict=True)):
-        for force, D in zip(forces, drives(hinge, hanging.samples), strict=True):
-            total[h] = plus(total[h], times(force, D))
-    return total
-
-
-def solved_reactions(hanging: Hanging, axes: str = "body", tau: Sequence[Expr] | None = None) -> list[Expr]:
-    """Return every joint's reaction from the whole system: as `reactions.reactions`, which goes another way."""
-    system = equilibrium(hanging, tau=tau)
-    pairs = zip((*hanging.joints, *hanging.loops), transmitted(system, solution(system)), strict=False)
-    return as_rows(hanging, [hinge.on_child(wrench) for hinge, wrench in pairs], axes)

@@ -1,30 +1,34 @@
 """What closes loops: reactions of the tree eliminated from (5.18) leave an equation for each velocity without a drive.
 
-    W_l      wrench l of a joint that closes a loop, axes of its joint frame J, about P
+    W_l      wrench l of a joint that closes a loop, or of a contact, axes of its joint frame J, about P
     G_lk     its power for unit velocity k: W_l · (twist of the child relative to J)
     Gᵀ λ = f    in the velocities without a drive, f what they feel from the tree alone
 
+The unknowns λ are those of the rows that the closure keeps, so that they are the multipliers of forward dynamics. All
+velocities without a drive take part in finding them: what tells λ more than once (the idle spin of a rod between two
+balls, all of a disc that rolls) does so in the sum of squares, which no position spoils that does not spoil λ itself.
+
 A loop whose bodies move in one plane relative to each other cannot say what goes across the plane: there are three
-equations a body. Its joint is taken to transmit what lies in the plane, and the tree's joints the rest: reactions in
-the plane are unique, those across it are this choice among many.
+equations a body. Its joint is taken to transmit what lies in the plane as far as it can, and the tree's joints the
+rest: such a joint's wrench has its part across the plane taken off where that leaves a wrench which the joint can
+exert. A rod, or a plane that leans, can exert nothing else than its one wrench, and does so whole.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from symdyn.dynamics.loops.closed import solve_transposed
-from symdyn.dynamics.loops.partition import Partition, blocks, over_driven
+from symdyn.dynamics.loops.partition import Partition, blocks, driven_velocities
 from symdyn.dynamics.loops.rows import recursive
-from symdyn.dynamics.reactions.elimination import pivots
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.hinges import Hinge, power, relative_twists
 from symdyn.dynamics.reactions.samples import Array
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr
+from symdyn.graph import Expr, Op, reachable
 from symdyn.scene import JOINTS, Scene
 from symdyn.scene.joints import Wrench
 from symdyn.scene.joints.blocks import unit
@@ -32,6 +36,9 @@ from symdyn.scene.joints.constraints import everywhere
 from symdyn.spatial import Vec, dot, scale, sub
 
 FLAT = 1e-9  # how far a twist may leave a plane, relative to the largest
+
+PLACES = (2, 3)
+"""Seeds of the generic positions."""
 
 
 @dataclass(frozen=True)
@@ -52,20 +59,39 @@ class Tie:
 
 
 def ties(hanging: Hanging) -> list[Tie]:
-    """Return the unknowns of all loops, those across the plane of a planar loop left out, and of all rows."""
-    found: list[Tie] = []
+    """Return the unknowns that the closure keeps, in its order."""
+    every = all_ties(hanging)
+    return [every[k] for k in hanging.closure.kept] if hanging.closure else every
+
+
+def all_ties(hanging: Hanging, whole: bool = False) -> list[Tie]:
+    """Return the unknowns of all loops, contacts and rows, in the order of the rows of G.
+
+    Args:
+        hanging: the mechanism.
+        whole: nothing across a plane is taken off.
+    """
+    found: dict[str, list[Tie]] = {}
     for number, loop in enumerate(hanging.cuts):
         twists = relative_twists(loop, hanging.joints)
-        wrenches = loop.wrenches
-        normal = plane(hanging, loop, twists)
-        if normal is not None:
-            wrenches = in_plane(hanging, wrenches, normal)
+        wrenches = loop.wrenches if whole else taken_wrenches(hanging, loop, twists)
+        rows = []
         for wrench in wrenches:
             row = [hanging.graph.zero] * hanging.state.n
             for k, twist in twists.items():
                 row[k] = power(wrench, twist)
-            found.append(Tie(loop.joint.name, number, wrench, tuple(row)))
-    return [*found, *rows_of(hanging)]
+            rows.append(Tie(loop.joint.name, number, wrench, tuple(row)))
+        found[_key(number < len(hanging.loops), loop.joint.name)] = rows
+    for one in rows_of(hanging):
+        found[_key(False, one.owner)] = [one]
+    names = [_key(True, loop.name) for loop in hanging.scene.loops]
+    names += [_key(False, row.name) for row in hanging.scene.rows]
+    return [one for name in names for one in found[name]]
+
+
+def _key(closes: bool, name: str) -> str:
+    """Return the name that a loop or a row goes by among both."""
+    return f"{'loop' if closes else 'row'} {name}"
 
 
 def rows_of(hanging: Hanging) -> list[Tie]:
@@ -75,72 +101,90 @@ def rows_of(hanging: Hanging) -> list[Tie]:
         return []
     every = recursive(hanging.scene, hanging.tree, hanging.state)
     pairs = zip(every.labels, every.G, strict=True)
-    return [Tie(label.owner, -1, None, G) for label, G in pairs if label.owner in names]
+    return [Tie(label.owner, -1, None, G) for label, G in pairs if label.wrench is None]
 
 
-def solved(hanging: Hanging, unknown: Sequence[Tie], excess: Sequence[Expr], among: Sequence[int]) -> list[Expr]:
-    """Return the sizes λ with Gᵀ λ = excess, block by block.
+def sizes(hanging: Hanging, unknown: Sequence[Tie], forces: Sequence[Expr]) -> list[Expr]:
+    """Return λ with Gᵀ λ = forces in the velocities without a drive, block by block.
+
+    Where these are more than the unknowns, the motion is one that the drives can give if their equations agree.
 
     Args:
         hanging: the mechanism.
         unknown: from `ties`.
-        excess: what the velocities feel from the tree alone, M u̇ + h, less what drives them; shape (nv,).
-        among: velocities whose excess is known. Those beyond the number of unknowns keep their equations by themselves
-            (the idle spin of a rod between two balls) if the motion is one that the drives can give.
+        forces: what drives and loops must exert together, M u̇ + h of the tree, shape (nv,).
 
     Raises:
         DerivationError: these velocities do not determine λ.
     """
-    rows = telling(hanging, unknown, among)
-    uses = [[k for k in rows if not one.G[k].is_zero] for one in unknown]
-    partition = Partition((), tuple(rows), tuple(blocks(uses)))
-    return solve_transposed([one.G for one in unknown], partition, excess)
-
-
-def telling(hanging: Hanging, unknown: Sequence[Tie], among: Sequence[int]) -> list[int]:
-    """Return as many velocities as unknowns, whose equations determine these; see `solved`."""
-    A = [one.G[k] for k in among for one in unknown]
-    order = pivots(hanging.samples.at(A).reshape(len(among), len(unknown)))
-    if len(order) < len(unknown):
-        scene, every = hanging.scene, range(len(hanging.scene.velocities))
-        whole = hanging.samples.at([one.G[k] for k in every for one in unknown]).reshape(len(every), len(unknown))
-        free = len(every) - len(pivots(whole))
-        if len(every) - len(among) > free:
-            raise DerivationError(f"{scene.name}: reactions are not unique: {over_driven(scene, free)}")
-        owners = ", ".join(dict.fromkeys(one.owner for one in unknown))
+    closure = hanging.closure
+    if closure is not None and closure.driven is None:
+        why = closure.fault.removeprefix("inverse dynamics is not unique: ")
         raise DerivationError(
-            f"{hanging.scene.name}: reactions: {len(among)} velocities without a drive determine {len(order)} of the "
-            f"{len(unknown)} components that close {owners}: the mechanism has too many drives, or is overconstrained; "
-            "leave drives out, take joints with more freedoms, or ask "
-            "symdyn.dynamics.reactions_at for the least reactions at one position, with those "
-            "flagged that are not unique"
+            f"{hanging.scene.name}: reactions are not unique: {why}; or ask for forward_reactions, with drives given"
         )
-    return sorted(among[row] for row, _ in order)
+    among = undriven(hanging.scene)
+    uses = [[k for k in among if not one.G[k].is_zero] for one in unknown]
+    partition = Partition((), tuple(among), tuple(blocks(uses)))
+    return solve_transposed([one.G for one in unknown], partition, forces)
 
 
 def undriven(scene: Scene) -> list[int]:
     """Return the velocities without a drive or a prescribed motion."""
-    moved = {name for joint in scene.joints if joint.motion is not None for name in joint.rates}
-    pairs = zip(scene.velocities, scene.drives, strict=True)
-    return [k for k, (name, drive) in enumerate(pairs) if drive is None and name not in moved]
+    driven = set(driven_velocities(scene))
+    return [k for k in range(len(scene.velocities)) if k not in driven]
 
 
 # Planes
 
 
+def taken_wrenches(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> tuple[Wrench, ...]:
+    """Return what a closing joint's wrenches are taken to be: without what goes across the plane, where it can be so.
+
+    Args:
+        hanging: the mechanism.
+        loop: the joint, or a contact.
+        twists: from `relative_twists`.
+    """
+    normal = plane(hanging, loop, twists)
+    if normal is None or not loop.wrenches:
+        return loop.wrenches
+    flat = flattened(loop.wrenches, normal)
+    given = len(loop.wrenches)  # which are independent
+    return tuple(
+        lying if all(_rank(hanging, [*loop.wrenches, lying], seed) == given for seed in PLACES) else whole
+        for whole, lying in zip(loop.wrenches, flat, strict=True)
+    )
+
+
+def _rank(hanging: Hanging, wrenches: Sequence[Wrench], seed: int) -> int:
+    return int(np.linalg.matrix_rank(_numbers(hanging, wrenches, seed), tol=FLAT))
+
+
+def flattened(wrenches: Sequence[Wrench], normal: Vec) -> list[Wrench]:
+    """Return wrenches without what goes across a plane."""
+    return [(sub(f, scale(dot(f, normal), normal)), scale(dot(m, normal), normal)) for f, m in wrenches]
+
+
 def plane(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> Vec | None:
     """Return the normal of the plane that a loop moves in, axes of J; None in space."""
-    graph = hanging.graph  # the joint's own axis and those of J are tried
     entries = [x for v, omega in twists.values() for x in (*v, *omega)]
-    numbers = [hanging.samples.at(entries, seed).reshape(-1, 2, 3) for seed in (2, 3)]
-    normals = list(everywhere(graph)[::-1])
-    if loop.joint.type in JOINTS and "axis" in JOINTS[loop.joint.type].keys:
-        normals.insert(0, unit(loop.joint.axis, graph))
-    for normal in normals:
-        n = hanging.samples.at(normal, 2)
+    numbers = [hanging.samples.at(entries, seed).reshape(-1, 2, 3) for seed in PLACES]
+    for normal in _normals(hanging, loop, twists):
+        n = hanging.samples.at(normal, PLACES[0])
         if all(_flat(twist, n) for at in numbers for twist in at):
             return normal
     return None
+
+
+def _normals(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> Iterator[Vec]:
+    """Yield what is tried: the joint's own axis, those of J, and axes of other joints that stand still in J."""
+    if loop.joint.type in JOINTS and "axis" in JOINTS[loop.joint.type].keys:
+        yield unit(loop.joint.axis, hanging.graph)
+    yield from everywhere(hanging.graph)[::-1]
+    for _, omega in twists.values():
+        if not any(node.op is Op.SYMBOL for node in reachable(omega)) and not all(x.is_zero for x in omega):
+            yield omega
 
 
 def _flat(twist: Array, n: Array) -> bool:
@@ -148,12 +192,16 @@ def _flat(twist: Array, n: Array) -> bool:
     return abs(float(v @ n)) < FLAT * size and float(np.abs(np.cross(n, omega)).max()) < FLAT * size
 
 
-def in_plane(hanging: Hanging, wrenches: Sequence[Wrench], normal: Vec) -> tuple[Wrench, ...]:
-    """Return wrenches without what goes across a plane, of which only independent ones."""
-    flat = [(sub(f, scale(dot(f, normal), normal)), scale(dot(m, normal), normal)) for f, m in wrenches]
-    numbers = hanging.samples.at([x for f, m in flat for x in (*f, *m)], 2).reshape(-1, 6)
+def independent_in_plane(hanging: Hanging, wrenches: Sequence[Wrench], normal: Vec) -> list[int]:
+    """Return which wrenches are independent in a plane, of those that depend on each other the first."""
+    flat = flattened(wrenches, normal)
     kept: list[int] = []
-    for k in range(len(flat)):
-        if np.linalg.matrix_rank(numbers[[*kept, k]], tol=FLAT) > len(kept):
+    for k in range(len(wrenches)):
+        if _rank(hanging, [flat[i] for i in (*kept, k)], PLACES[0]) > len(kept):
             kept.append(k)
-    return tuple(flat[k] for k in kept)
+    return kept
+
+
+def _numbers(hanging: Hanging, wrenches: Sequence[Wrench], seed: int) -> Array:
+    """Return wrenches as numbers, shape (wrenches, 6)."""
+    return hanging.samples.at([x for force, moment in wrenches for x in (*force, *moment)], seed).reshape(-1, 6)

@@ -5,7 +5,10 @@
     L              characteristic length: a moment of size M counts as a force M / L
 
 A component is unique exactly when its row of N vanishes. Of the others, those with the least sum of squares are given;
-newtons and newton metres have no common measure without a length, so L is part of the answer.
+newtons and newton metres have no common measure without a length, so L is part of the answer. A position that closes
+the loops but for the digits that somebody wrote is closed first: what an error of position leaves of a singular value
+would be taken for a constraint. Where the rank is less than at generic positions, the mechanism stands at a change
+point, which is said.
 
 Reference: Wojtyra and Frączek, Comparison of selected methods of handling redundant constraints in multibody systems
 simulations, J. Computational and Nonlinear Dynamics 8 (2013).
@@ -13,36 +16,36 @@ simulations, J. Computational and Nonlinear Dynamics 8 (2013).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
+from symdyn.dynamics.loops.assembly import with_parameters
+from symdyn.dynamics.loops.generic import generic_places
+from symdyn.dynamics.loops.newton import lever_of, newton, seen_closed
+from symdyn.dynamics.loops.numbers import numbers_of
+from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.dynamics.loops.words import in_words
 from symdyn.dynamics.reactions.bivectors import frames
 from symdyn.dynamics.reactions.dalembert import (
     COUPLING,
     DRIVE,
     ROW,
-    Equilibrium,
     Unknown,
     equilibrium,
 )
 from symdyn.dynamics.reactions.hanging import Hanging
+from symdyn.dynamics.reactions.least import Flags, InNumbers
 from symdyn.dynamics.reactions.samples import Array
-from symdyn.dynamics.reactions.solution import transmitted
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
 from symdyn.scene import Scene, express
 
-RANK = 1e-9
-"""Singular values this much below the largest are zero, and so are rows of N: position errors are far smaller."""
-
-Flags = np.ndarray[Any, np.dtype[np.bool_]]
-Evaluate = Callable[[Sequence[Expr]], Array]
+NEAR = 1e-3
+"""Largest residual, over the largest lever, of a position that was written with few digits."""
 
 BALANCED = 1e-6
 """How much of the largest load the equilibrium may miss before the motion is called impossible."""
@@ -79,6 +82,8 @@ class Reactions:
         unique: which of its entries are, shape (joints, 6).
         missed: largest part of the equilibrium that no reaction balances, N: the motion is impossible if it is not 0.
         possible: whether it is small against the loads.
+        general: rank of A at generic positions of closed loops; more than `rank` at a change point.
+        open: largest residual of loops that the position does not close, m or 1; 0 where it does.
     """
 
     scene: str
@@ -91,6 +96,8 @@ class Reactions:
     unique: Flags
     missed: float
     possible: bool
+    general: int
+    open: float
 
     @property
     def redundancy(self) -> int:
@@ -99,10 +106,14 @@ class Reactions:
 
     @property
     def words(self) -> tuple[str, ...]:
-        """What is not unique, one line each, such as "loop1: moment about x is not unique"."""
+        """What is not unique, one line each, such as "loop1: moment about x is not unique", and what else to know."""
         lines = [f"{one.joint}: {one.text} is not unique" for one in self.components if not one.unique]
         if not self.possible:
             lines.append(f"the motion is not one that the drives give: {self.missed:.3g} N of the equilibrium remain")
+        if self.general > self.rank:
+            lines.append(f"change point: the equations have rank {self.rank} here, in general {self.general}")
+        if self.open:
+            lines.append(f"the loops are not closed here: a residual of {self.open:.3g} is left")
         return tuple(lines)
 
 
@@ -119,7 +130,8 @@ def reactions_at(
 
     Args:
         scene: the mechanism.
-        q: joint positions, shape (nq,); quaternions of unit length.
+        q: joint positions, shape (nq,); quaternions of unit length. Loops that miss by the digits that were written are
+            closed from there.
         qd: velocities, shape (nv,); None for zeros.
         qdd: their rates, shape (nv,); None for zeros.
         parameters: values of the free parameters.
@@ -132,39 +144,50 @@ def reactions_at(
     workspace = Workspace(scene)
     hanging = Hanging(scene, workspace.tree, workspace.state)
     values = _values(hanging, q, qd, qdd, parameters or {}, t)
-    system = equilibrium(hanging, whole=True)
-
-    def at(entries: Sequence[Expr]) -> Array:
-        return np.array(evaluate(list(entries), Floats(), values), dtype=np.float64)
-
+    system = InNumbers(equilibrium(hanging, whole=True))
+    here, places, off = _closed(workspace.scene, np.array([values[node] for node in hanging.state.q]), parameters or {})
+    values |= dict(zip(hanging.state.q, here.tolist(), strict=True))
     if length is None:
-        length = _extent(hanging, at)
+        length = _extent(hanging, values)
     if not length > 0:
         raise DerivationError(f"{scene.name}: length = {length}: a characteristic length is positive; give one in m")
-    A = at([entry for row in system.matrix() for entry in row]).reshape(system.equations, len(system.unknowns))
-    b = at(system.right())
-    acts = [_act(system, unknown, at) for unknown in system.unknowns]
-    x, N, rank, missed = _least(A, b, [_size(act, length) for act in acts], length)
-    texts = [_text(unknown, act, scene) for unknown, act in zip(system.unknowns, acts, strict=True)]
-    free = np.abs(N).max(axis=1, initial=0.0) > RANK
+    found = system.least(values, length)
+    acts, _ = system.sizes(values, length)
+    unknowns = system.system.unknowns
     components = tuple(
-        Component(unknown.joint, text, not loose, float(value))
-        for unknown, text, loose, value in zip(system.unknowns, texts, free, x, strict=True)
+        Component(unknown.joint, _text(unknown, act, scene), not free, float(value))
+        for unknown, act, free, value in zip(unknowns, acts, found.free, found.x, strict=True)
     )
-    wrenches, unique = _wrenches(system, x, N, values)
-    top = float(np.abs(b).max(initial=0.0))
+    elsewhere = [values | dict(zip(hanging.state.q, place.tolist(), strict=True)) for place in places]
+    ranks = [system.least(others, length).rank for others in elsewhere]
     return Reactions(
         scene.name,
         float(length),
-        system.equations,
-        rank,
+        system.system.equations,
+        found.rank,
         components,
         tuple(hinge.joint.name for hinge in (*hanging.joints, *hanging.loops)),
-        wrenches,
-        unique,
-        missed,
-        missed <= BALANCED * max(top, 1e-300),
+        found.R,
+        found.unique,
+        found.missed,
+        found.missed <= BALANCED * max(found.load, 1e-300),
+        max([found.rank, *ranks]),
+        off,
     )
+
+
+def _closed(scene: Scene, q: Array, parameters: Mapping[str, float]) -> tuple[Array, tuple[Array, ...], float]:
+    """Return q with its loops closed to the last digits, generic positions, and the residual where they are open."""
+    if not is_closed(scene):
+        return q, (), 0.0
+    numbers = with_parameters(numbers_of(scene), parameters)
+    lever = lever_of(numbers, q)
+    off = float(np.abs(numbers.residual(q)).max(initial=0.0))
+    near = newton(numbers, q, ())
+    if off > NEAR * lever or not seen_closed(numbers, near):
+        return q, (), off
+    places = generic_places(numbers.plain, numbers.turned(near), lever)
+    return near, tuple(numbers.turned_back(one, near) for one in places), 0.0
 
 
 def _values(
@@ -193,36 +216,12 @@ def _values(
     return values
 
 
-def _extent(hanging: Hanging, at: Evaluate) -> float:
+def _extent(hanging: Hanging, values: Mapping[Expr, float]) -> float:
     """Return the largest distance between two joints, m; 1 where there is none."""
-    places = at([x for frame in frames(hanging) for x in frame.p]).reshape(-1, 3)
-    largest = max((float(np.linalg.norm(a - b)) for a in places for b in places), default=0.0)
+    entries = [x for frame in frames(hanging) for x in frame.p]
+    places = np.array(evaluate(entries, Floats(), values)).reshape(-1, 3)
+    largest = max((float(np.linalg.norm(places - a, axis=1).max()) for a in places), default=0.0)
     return largest or 1.0
-
-
-def _act(system: Equilibrium, unknown: Unknown, at: Evaluate) -> Array:
-    """Return what an unknown does in its own joint at unit size: [force; moment], axes of the joint frame."""
-    if not unknown.acts:
-        return np.zeros(6)
-    force, moment = unknown.acts[0][1]
-    return at([*force, *moment])
-
-
-def _size(act: Array, length: float) -> float:
-    """Return the size of a wrench, N."""
-    return float(np.hypot(np.linalg.norm(act[:3]), np.linalg.norm(act[3:]) / length)) or 1.0
-
-
-def _least(A: Array, b: Array, sizes: Sequence[float], length: float) -> tuple[Array, Array, int, float]:
-    """Return the least x, the null space of A, the rank, and what x leaves unbalanced, N."""
-    rows = np.tile([1.0] * 3 + [1.0 / length] * 3, len(b) // 6)
-    scales = np.array(sizes)
-    scaled = (A * rows[:, None]) / scales
-    U, s, Vt = np.linalg.svd(scaled, full_matrices=True)
-    rank = int((s > RANK * s.max(initial=0.0)).sum())
-    y = -Vt[:rank].T @ ((U[:, :rank].T @ (rows * b)) / s[:rank])
-    missed = float(np.abs(scaled @ y + rows * b).max(initial=0.0))
-    return y / scales, Vt[rank:].T / scales[:, None], rank, missed
 
 
 def _text(unknown: Unknown, act: Array, scene: Scene) -> str:
@@ -236,22 +235,3 @@ def _text(unknown: Unknown, act: Array, scene: Scene) -> str:
     joint = next(joint for joint in scene.joints if joint.name == unknown.joint)
     name = joint.drives[unknown.number] if unknown.number < len(joint.drives) else None
     return f"drive {name}" if name else f"drive along {joint.rates[unknown.number]}"
-
-
-def _wrenches(system: Equilibrium, x: Array, N: Array, values: dict[Expr, float]) -> tuple[Array, Flags]:
-    """Return the whole wrench in every joint, axes of the child, and which entries are unique."""
-    hanging = system.hanging
-    symbols = [hanging.graph.symbol(f"x[{k}]") for k in range(len(system.unknowns))]
-    whole = zip((*hanging.joints, *hanging.loops), transmitted(system, symbols), strict=False)
-    turned = [hinge.on_child(one) for hinge, one in whole]
-    entries = [entry for force, moment in turned for entry in (*force, *moment)]
-
-    def with_sizes(sizes: Array) -> Array:
-        known = values | dict(zip(symbols, sizes.tolist(), strict=True))
-        return np.array(evaluate(entries, Floats(), known), dtype=np.float64)
-
-    still = with_sizes(np.zeros(len(x)))
-    loose = np.zeros(len(entries))
-    for k in range(N.shape[1]):
-        loose = np.maximum(loose, np.abs(with_sizes(N[:, k]) - still))
-    return with_sizes(x).reshape(-1, 6), (loose <= RANK).reshape(-1, 6)

@@ -33,6 +33,8 @@ def solve(parent: Sequence[int], M: list[list[Expr]], b: Sequence[Expr]) -> list
         if pivot.is_zero:
             raise Singular(k - 1)
         for i in _path(parent, parent[k]):
+            if H[k - 1][i - 1].is_zero:
+                continue
             a = H[k - 1][i - 1] / pivot
             for j in _path(parent, i):
                 H[i - 1][j - 1] = H[i - 1][j - 1] - a * H[k - 1][j - 1]

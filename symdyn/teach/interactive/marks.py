@@ -8,8 +8,11 @@ from dataclasses import dataclass
 from symdyn.draw.places import drawn, elastic
 from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, Scene, Spring
-from symdyn.scene.joints.blocks import unit
-from symdyn.spatial import Vec, cross
+from symdyn.scene.joints.blocks import AXES, unit
+from symdyn.spatial import Vec, cross, scale
+
+AROUND, BLADE = 2, 1
+"""How far a plane is drawn around what touches it: in radii of a wheel; m around a blade."""
 
 ROUND = ("revolute", "helical", "cylindrical", "universal", "spherical", "planar", "custom")
 """Joints that are drawn around an axis; the others slide, or hold."""
@@ -22,7 +25,7 @@ class Mark:
     Attributes:
         kind: "link", "particle", "com" or "point"; "turn", "slide" or "weld", a joint; "support" or "rail", where one
             stands on the ground; "frame", "load", "spring" or "damper", "spring_turn" and the like for one in a joint,
-            or "wheel", the rim of what rolls.
+            "wheel", the rim of what rolls; "ball", its outline; or "plane", what wheels and blades touch.
         rows: of `drawn_points` that it needs, points first, then directions.
         body: number of the body that it belongs to, which is its colour; -1 for the ground.
         text: its name.
@@ -48,6 +51,7 @@ class Sheet:
         self.gravity = self._direction(self._found["gravity",])
         starts = {joint.child: self._point(self._found["moved", joint.name][9:]) for joint in scene.joints}
         tips: dict[str, list[int]] = {name: [] for name in (GROUND, *(body.name for body in scene.bodies))}
+        self.marks += self._planes(scene)
         joints, masses = self._joints(scene, starts, tips), [*self._wheels(scene), *self._masses(scene, starts, tips)]
         acting = self._acting(scene, tips)
         for body in scene.bodies:
@@ -103,6 +107,23 @@ class Sheet:
                 marks.append(self._made("frame", (place, *self._axes(moved)), joint.child, joint.child))
         return marks
 
+    def _planes(self, scene: Scene) -> list[Mark]:
+        """Return what wheels and blades touch: a point of it, what touches it, and two ways as long as is drawn."""
+        marks = []
+        for row in scene.rows:
+            found, wheel = self._found.get(("touch", row.name)), self._found.get(("wheel", row.name))
+            if found is None:
+                continue
+            graph = found[0].graph
+            frame = self._found["frame", row.plane.body]
+            normal = unit(row.plane.normal, graph)
+            first = _across(normal)
+            reach = AROUND * wheel[3] if wheel else graph.constant(BLADE)
+            ways = [self._direction(_turned(frame, scale(reach, way))) for way in (first, cross(normal, first))]
+            rows = (self._direction(found[:3]), self._direction(found[6:]), *ways)
+            marks.append(self._made("plane", rows, row.plane.body, row.name))
+        return marks
+
     def _wheels(self, scene: Scene) -> list[Mark]:
         """Return the rims of what rolls: the centre, and two points a quarter turn apart that turn with the body."""
         marks = []
@@ -110,20 +131,16 @@ class Sheet:
             found = self._found.get(("wheel", row.name))
             if found is None or row.place is None:
                 continue
-            radius, graph = found[6], found[6].graph
-            frame, axis = self._found["frame", row.place.body], unit(row.axis, graph)
-            level = next((k for k in range(3) if axis[k].is_zero), None)  # a body axis across the wheel's
-            one, zero = graph.one, graph.zero
-            if level is None:
-                across = cross(axis, (zero, zero, graph.sqrt(1 / (1 - axis[2] * axis[2]))))
-            else:
-                across = (one if level == 0 else zero, one if level == 1 else zero, one if level == 2 else zero)
-            rim = [
-                [found[r] + radius * graph.total(frame[3 * r + c] * way[c] for c in range(3)) for r in range(3)]
-                for way in (across, cross(axis, across))
-            ]
-            rows = (self._point(found[:3]), *map(self._point, rim))
-            marks.append(self._made("wheel", rows, row.place.body, row.name))
+            radius, graph = found[3], found[3].graph
+            centre, frame = self._point(found[:3]), self._found["frame", row.place.body]
+            axes = [unit(axis, graph) for axis in ([row.axis] if row.axis else [AXES["z"], AXES["x"]])]
+            for axis in axes:
+                first = _across(axis)
+                rim = [_turned(frame, scale(radius, way)) for way in (first, cross(axis, first))]
+                ends = [self._point([a + b for a, b in zip(found[:3], way, strict=True)]) for way in rim]
+                marks.append(self._made("wheel", (centre, *ends), row.place.body, row.name))
+            if row.axis is None:
+                marks.append(self._made("ball", (centre, marks[-1].rows[1]), row.place.body, row.name))
         return marks
 
     def _masses(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> list[Mark]:
@@ -164,3 +181,20 @@ class Sheet:
             tips[load.place.body].append(at)
             marks.append(self._made("load", (at, self._direction(found[3:6])), load.place.body, load.name))
         return marks
+
+
+def _turned(frame: Sequence[Expr], way: Vec) -> Vec:
+    """Return a direction given in a frame."""
+    graph = way[0].graph
+    x, y, z = (graph.total(frame[3 * r + c] * way[c] for c in range(3)) for r in range(3))
+    return (x, y, z)
+
+
+def _across(axis: Vec) -> Vec:
+    """Return a unit vector perpendicular to a unit axis, one of the frame's axes if it can be."""
+    graph = axis[0].graph
+    level = next((k for k in range(3) if axis[k].is_zero), None)
+    if level is None:
+        return cross(axis, (graph.zero, graph.zero, graph.sqrt(1 / (1 - axis[2] * axis[2]))))
+    x, y, z = (graph.one if k == level else graph.zero for k in range(3))
+    return (x, y, z)

@@ -68,7 +68,7 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
     name, sentences = stem(scene.name), WORDS[language]
     found = places(scene, q.reshape(1, -1), values)
     seen = watched(scene, found, values, q, None)
-    extent = float(np.round(np.ptp(spread(found), axis=0).max(), 2)) or 1.0
+    extent = float(np.round(np.ptp(spread(scene, found), axis=0).max(), 2)) or 1.0
     state = {"q": [float(x) for x in q], "qd": begun.qd, "qdd": begun.qdd}
     body = {
         "name": name,
@@ -124,7 +124,7 @@ def _data(scene: Scene, computed: Live, seen: View, sentences: Mapping[str, str]
         "calls": calls,
         "balls": balls,
         "turns": [first for first in balls if tied is None or first in tied.moved],
-        "loops": None if tied is None or not tied.partition.dependent else {str(k): v for k, v in tied.moved.items()},
+        "loops": None if tied is None or not tied.closing else {str(k): v for k, v in tied.moved.items()},
         "terms": [[t.function, t.entry, t.row, t.sign, *map(list, t.rates)] for t in computed.terms],
         "total": "inverse_dynamics" if tied is None else "row_forces",
         "marks": [[m.kind, list(m.rows), m.body, _letters(m)] for m in computed.marks],

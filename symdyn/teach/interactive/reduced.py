@@ -18,7 +18,7 @@ from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.derive import derive_one
 from symdyn.dynamics.loops import closed
 from symdyn.dynamics.loops.closed import Reduction
-from symdyn.dynamics.loops.partition import Partition, driven_velocities
+from symdyn.dynamics.loops.partition import Block, driven_velocities
 from symdyn.dynamics.recursive.ldl import solve
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.errors import DerivationError
@@ -30,6 +30,9 @@ ACTING = "acting"
 
 STATE = ("q", "qd", "qdd")
 
+NOTHING = 1e-9
+"""What a step of one metre or radian moves a coordinate by that it does not move."""
+
 
 @dataclass(frozen=True)
 class Held:
@@ -38,7 +41,8 @@ class Held:
     Attributes:
         velocities: independent ones.
         moved: by coordinate that may be moved by itself the velocity that is its rate, -1 where none is.
-        partition: of the velocities that close loops alone; none in it where rows hold velocities only.
+        closing: rows that hold positions, with the velocities that take a state back to them, in the order of solving;
+            of a contact whose rows need each other, the one that holds its height, with all that they determine.
         drives: velocities with a drive.
         multipliers: (owner, words) of each, such as ("hinge", "force along x").
         undriven: why the drives are not determined; "" where they are.
@@ -46,10 +50,15 @@ class Held:
 
     velocities: tuple[int, ...]
     moved: dict[int, int]
-    partition: Partition
+    closing: tuple[Block, ...]
     drives: tuple[int, ...]
     multipliers: tuple[tuple[str, str], ...]
     undriven: str
+
+    @property
+    def dependent(self) -> tuple[int, ...]:
+        """Velocities that take a state back to what holds positions; none where rows hold velocities only."""
+        return tuple(sorted(k for block in self.closing for k in block.velocities))
 
 
 def held(w: Workspace) -> Held:
@@ -60,34 +69,57 @@ def held(w: Workspace) -> Held:
     """
     closure, labels = w.closed.closure, w.closed.recursive.labels
     whole = closure.partition
-    closing = tuple(
-        block for block in whole.blocks if any(labels[closure.kept[row]].closes for row in block.rows)
-    )  # a row shares a block with a loop only where neither decides its velocities alone
-    dependent = tuple(sorted(k for block in closing for k in block.velocities))
-    loose = tuple(k for k in range(w.state.n) if k not in dependent)
+    G, closing = w.closed.G(w.closed.recursive), []
+    for block in whole.blocks:
+        rows = tuple(r for r in block.rows if labels[closure.kept[r]].closes)
+        used = tuple(k for k in block.velocities if any(not G[r][k].is_zero for r in rows))
+        if rows:
+            closing.append(block if rows == block.rows else Block(rows, used))
     words = tuple((labels[k].owner, closure.names[k].partition(": ")[2]) for k in closure.kept)
     return Held(
         whole.independent,
-        _moved(w, loose),
-        Partition(loose, dependent, closing),
+        _moved(w, closing),
+        tuple(closing),
         tuple(driven_velocities(w.scene)) if closure.driven else (),
         words,
         "" if closure.driven else closure.fault,
     )
 
 
-def _moved(w: Workspace, loose: Sequence[int]) -> dict[int, int]:
+def _moved(w: Workspace, closing: Sequence[Block]) -> dict[int, int]:
     """Return what `Held.moved` says."""
     found: dict[int, int] = {}
     q, u = 0, 0
+    dependent = {k for block in closing for k in block.velocities}
+    still = _left_alone(w, [block for block in closing if len(block.rows) < len(block.velocities)])
     for joint in w.scene.moving:
-        size, count = len(joint.coordinates), len(joint.rates)
-        if quaternion(joint) is None:
-            found |= {q + k: u + k for k in range(size) if u + k in loose}
-        elif set(range(u, u + count)) <= set(loose):
-            found |= dict.fromkeys(range(q, q + size), -1)
-        q, u = q + size, u + count
+        size, ball = len(joint.coordinates), quaternion(joint)
+        places, velocities = range(q, q + size), range(u, u + len(joint.rates))
+        if ball is None:
+            found |= {q + k: u + k for k in range(size) if u + k not in dependent}
+        elif not dependent.intersection(velocities):
+            found |= dict.fromkeys(places, -1)
+        elif still.issuperset(places[ball:]):
+            found |= dict.fromkeys(sorted(still.intersection(places)), -1)
+        q, u = q + size, u + len(joint.rates)
     return found
+
+
+def _left_alone(w: Workspace, blocks: Sequence[Block]) -> set[int]:
+    """Return the coordinates that no step of these blocks moves; none without blocks."""
+    import numpy as np
+
+    numbers, closure = w.closed.numbers, w.closed.closure
+    at = np.array(closure.assembly.typical)
+    G = numbers.jacobian(at)[list(closure.kept)]
+    moved = np.zeros(len(at))
+    for block in blocks:
+        steps = np.linalg.pinv(G[np.ix_(block.rows, block.velocities)])
+        for step in steps.T:
+            whole = np.zeros(w.state.n)
+            whole[list(block.velocities)] = step / np.abs(step).max()
+            moved += np.abs(numbers.moved(at, whole) - at)
+    return {int(k) for k in np.flatnonzero(moved < NOTHING)} if blocks else set()
 
 
 def reduced_functions(w: Workspace, tied: Held) -> list[Function]:
@@ -141,17 +173,16 @@ def _fitting(w: Workspace, tied: Held) -> list[Function]:
         function(w, "fitted_velocities", "velocities that the loops allow", rates, ("q", "qd")),
         function(w, "fitted_accelerations", "accelerations that the loops allow", bent, STATE),
     ]
-    G, residual, part = w.closed.G(rows), w.closed.residual(rows), tied.partition
+    G, residual = w.closed.G(rows), w.closed.residual(rows)
     if G:
         off = [w.graph.total(x * u for x, u in zip(row, w.state.qd, strict=True)) for row in G]
         nearest = [u + x for u, x in zip(w.state.qd, _least(G, off), strict=True)]
         functions.append(function(w, "nearest", "nearest velocities that the loops allow", nearest, ("q", "qd")))
-    if part.dependent:
-        step = closed.solve_dependent(G, part, [-r for r in residual])
+    if tied.closing:
+        step = _taken_back(G, tied, [-r for r in residual])
         steps = [step.get(k, zero) for k in range(w.state.n)]
-        follow = closed.solve_dependent(
-            G, part, [-w.graph.total(row[k] * w.state.qd[k] for k in part.independent) for row in G]
-        )
+        others = [k for k in range(w.state.n) if k not in tied.dependent]
+        follow = _taken_back(G, tied, [-w.graph.total(row[k] * w.state.qd[k] for k in others) for row in G])
         carried = [follow.get(k, u) for k, u in enumerate(w.state.qd)]
         functions += [
             function(w, "constraint_residual", "residuals of the loops", residual, ("q",)),
@@ -160,6 +191,18 @@ def _fitting(w: Workspace, tied: Held) -> list[Function]:
             function(w, "carried", "velocities that close the loops", carried, ("q", "qd")),
         ]
     return functions
+
+
+def _taken_back(G: Sequence[Sequence[Expr]], tied: Held, b: Sequence[Expr]) -> dict[int, Expr]:
+    """Return x with G x = b in the rows that hold positions, by velocity; the least one where more than one does."""
+    x: dict[int, Expr] = {}
+    for block in tied.closing:
+        rest = [b[r] - b[r].graph.total(G[r][k] * x[k] for k in x) for r in block.rows]
+        matrix = [[G[r][k] for k in block.velocities] for r in block.rows]
+        square = len(block.rows) == len(block.velocities)
+        found = closed.solve_square(matrix, rest) if square else _least(matrix, [-one for one in rest])
+        x |= dict(zip(block.velocities, found, strict=True))
+    return x
 
 
 def _least(G: Sequence[Sequence[Expr]], b: Sequence[Expr]) -> list[Expr]:

@@ -1,0 +1,151 @@
+"""Newton's method for closed loops, and how closed and how independent a position is.
+
+    r, R, G      residuals, their rates and the rows of the loops: numbers.py
+    σ            singular values of G, made dimensionless by a characteristic length
+
+Newton's step is the shortest one (the pseudo-inverse of R), so that redundant rows do no harm, and it is halved until
+the residual falls. Where an axis has turned round the residual vanishes too, but its rate is no longer the power of the
+joint's wrenches.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from symdyn.dynamics.loops.numbers import Array, Numbers
+from symdyn.dynamics.loops.words import missed
+from symdyn.scene import JOINTS
+
+CLOSED = 1e-9
+"""Largest residual of a closed loop, over the size of the mechanism."""
+
+STEPS, HALVINGS = 60, 12
+WIDEST = 0.5  # radians that one step may turn a joint by, so that the branch of the guess is kept
+
+NEGLIGIBLE = 1e-8
+"""Singular values below it, over the largest, are zero."""
+
+NOISE = 1e-6
+"""The largest singular value below which all of them are rounding: entries of a dimensionless G are about 1."""
+
+SHORT = 1e-9
+"""Levers this much below the extent of the mechanism are rounding."""
+
+
+def newton(numbers: Numbers, q: Array, held: Sequence[int]) -> Array:
+    """Return where Newton's method with line search ends, closed or not."""
+    turns = turns_of(numbers)
+    loose = np.array([k for k in range(numbers.state.n) if k not in set(held)], dtype=int)
+    r = numbers.residual(q)
+    for _ in range(STEPS):
+        size = float(r @ r)
+        if not len(loose) or not len(r) or size == 0.0:
+            break
+        step = np.zeros(numbers.state.n)
+        step[loose] = np.linalg.lstsq(numbers.residual_rates(q)[:, loose], -r, rcond=1e-10)[0]
+        largest = float(np.max(np.abs(step[turns]), initial=0.0))
+        if not np.isfinite(largest):
+            break
+        factor = min(1.0, WIDEST / largest) if largest else 1.0
+        for _ in range(HALVINGS):
+            tried = numbers.moved(q, factor * step)
+            left = numbers.residual(tried)
+            if float(left @ left) < size:
+                break
+            factor /= 2
+        else:
+            break
+        q, r = tried, left
+    return q
+
+
+def turns_of(numbers: Numbers) -> list[int]:
+    """Return the velocities that are angular."""
+    units = [unit for joint in numbers.scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    return [k for k, unit in enumerate(units) if unit == "rad"]
+
+
+def lever_of(numbers: Numbers, q: Array) -> float:
+    """Return the characteristic length: the largest lever in G; where none is, the extent of the mechanism, or 1 m."""
+    turns = turns_of(numbers)
+    levers = np.abs(numbers.jacobian(q)[np.ix_(_rows_of_forces(numbers), turns)])
+    places = [x for T in numbers.tree.T for x in T.p]
+    extent = float(np.abs(numbers.at(places, q)).max(initial=0.0))
+    largest = float(levers.max(initial=0.0))
+    return largest if largest > SHORT * extent else extent or 1.0
+
+
+def _rows_of_forces(numbers: Numbers) -> list[int]:
+    """Return the rows that forbid a velocity, m/s."""
+    labels = numbers.constraints.labels
+    return [k for k, one in enumerate(labels) if one.wrench is None or not all(x.is_zero for x in one.wrench[0])]
+
+
+def dimensionless(numbers: Numbers, q: Array, length: float) -> Array:
+    """Return G with rows that forbid velocities divided by a length, and columns of slides multiplied by it."""
+    G, turns = numbers.jacobian(q), set(turns_of(numbers))
+    G[_rows_of_forces(numbers)] /= length
+    for k in range(numbers.state.n):
+        if k not in turns:
+            G[:, k] *= length
+    return G
+
+
+# What was found
+
+
+def seen_closed(numbers: Numbers, q: Array) -> bool:
+    """Whether every loop is closed, and the right way round."""
+    return open_loop(numbers, q) is None and reversed_loop(numbers, q) is None
+
+
+def open_loop(numbers: Numbers, q: Array) -> str | None:
+    """Return why a position is not closed; None if it is."""
+    r = np.abs(numbers.residual(q))
+    if not len(r) or float(r.max()) <= CLOSED * max(1.0, lever_of(numbers, q)):
+        return None
+    k = int(r.argmax())
+    label = numbers.constraints.labels[k]
+    G = dimensionless(numbers, q, lever_of(numbers, q))
+    rows = [k for k, row in enumerate(numbers.constraints.G) if not all(entry.is_zero for entry in row)]
+    smallest = np.linalg.svd(G[rows], compute_uv=False).min(initial=np.inf if rows else 0.0)
+    return (
+        f"{label.words} cannot be assembled from this start: {missed(label, numbers, q, r[k])}, the smallest "
+        f"singular value of the constraints there is {smallest:.3g}; give another start, or other lengths"
+    )
+
+
+def reversed_loop(numbers: Numbers, q: Array) -> str | None:
+    """Return which loop has closed the wrong way round; None if none has."""
+    count = len(numbers.constraints.labels)
+    off = np.abs(numbers.residual_rates(q) - numbers.jacobian(q)).max(axis=1, initial=0.0)
+    allowed = 1e-4 * max(1.0, lever_of(numbers, q))
+    for k in range(count):
+        label = numbers.constraints.labels[k]
+        if label.loop and off[k] > allowed:
+            return (
+                f"the loop {label.owner} closes the wrong way round from this start: its axis, or its frame, is "
+                "reversed; give a start on the other branch, or turn one of its frames by 180 deg"
+            )
+    return None
+
+
+def singular_values(numbers: Numbers, q: Array, length: float) -> Array:
+    """Return the singular values of the dimensionless G, descending."""
+    G = dimensionless(numbers, q, length)
+    return np.asarray(np.linalg.svd(G, compute_uv=False) if G.size else np.zeros(0))
+
+
+def rank_of(values: Array) -> int:
+    """Return how many singular values of a dimensionless G are not zero."""
+    return int(np.sum(values > NEGLIGIBLE * values.max(initial=NOISE))) if len(values) else 0
+
+
+def free_motions(G: Array) -> Array:
+    """Return an orthonormal basis of the motions that G leaves free, one a row."""
+    if not G.size:
+        return np.eye(G.shape[1])
+    _, values, Vt = np.linalg.svd(G)
+    return np.asarray(Vt[rank_of(values) :])

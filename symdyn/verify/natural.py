@@ -1,0 +1,251 @@
+"""Closed mechanisms at natural positions, in numbers: what random places never show.
+
+A pivot or a partition that was chosen beforehand is singular at some positions, and these are the ones where people
+stand: the start, zeros, an upright wheel, equal angles. There, assembled as near as the loops allow, the derived
+functions are compared with equations that nobody has solved beforehand:
+
+    M u̇ + h = τ + Gᵀ λ,  G u̇ + γ = 0      forward dynamics, and multipliers as the force Gᵀ λ that they make
+    A x + b = 0                             (5.18), reactions: equal where an entry is unique, elsewhere apart by what
+                                            is in equilibrium with itself
+
+Where these equations lose rank themselves (a change point, angles that are singular) there is nothing to compare.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Floats
+from symdyn.dynamics import Workspace, derive_one
+from symdyn.dynamics.loops.newton import newton, seen_closed
+from symdyn.dynamics.prescribed import TIME
+from symdyn.dynamics.reactions.dalembert import equilibrium
+from symdyn.dynamics.reactions.least import InNumbers
+from symdyn.dynamics.reactions.ties import undriven
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, evaluate, substitute
+from symdyn.scene import JOINTS, velocity_name
+from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Finding
+
+SAME = 1e-7
+"""Largest difference of two results in doubles, over the largest entry, from which they are two."""
+
+RANK = 1e-9
+"""Singular values this much below the largest are zero."""
+
+SINGLE = 8
+"""Angles that are set to zero one by one."""
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+@dataclass(frozen=True)
+class _State:
+    """A closed position, velocities that the loops allow, driving forces, and what they make of it.
+
+    Attributes:
+        where: the position, in words.
+        values: of all symbols, u̇ among them.
+        moved: u̇, shape (nv,).
+        pulled: Gᵀ λ, shape (nv,).
+    """
+
+    where: str
+    values: dict[Expr, float]
+    moved: Array
+    pulled: Array
+
+
+def natural_findings(w: Workspace, outputs: Sequence[str]) -> tuple[list[Finding], list[str]]:
+    """Return how derived functions of a closed mechanism stand at natural positions, and where some do not exist.
+
+    Args:
+        w: the workspace of a scene with loops or rows.
+        outputs: what the scene has; what is not among them is not looked at.
+    """
+    findings: list[Finding] = []
+    notes: list[str] = []
+    if not {"forward_dynamics", "multipliers"} <= set(outputs):
+        return findings, notes
+    places = natural_places(w)
+    states = list(_states(w, places, {}))
+    finding, undefined = _forward(w, states)
+    findings.append(finding)
+    if undefined:
+        names = ", ".join(w.scene.velocities[k] for k in w.closed.closure.partition.independent)
+        notes.append(
+            f"forward dynamics does not exist at {', '.join(undefined)}: there {names} do not determine the other "
+            "velocities; choose others with --independent"
+        )
+    if w.hanging.cuts:
+        findings.append(_reactions(w, "forward_reactions", [one for one in states if one.where not in undefined]))
+        if "reactions" in outputs:
+            passive = dict.fromkeys(undriven(w.scene), 0.0)
+            findings.append(_reactions(w, "reactions", list(_states(w, places, passive))))
+    return findings, notes
+
+
+# Positions
+
+
+def natural_places(w: Workspace) -> list[tuple[str, Array]]:
+    """Return closed positions that are come to from natural ones, with their names, each once."""
+    numbers = w.closed.numbers
+    found: list[tuple[str, Array]] = []
+    for where, guess, set_to in _guesses(w):
+        for held in (set_to, []):  # as they were set, if the loops close so
+            try:
+                q = newton(numbers, numbers.normalised(guess), held)
+                closed = seen_closed(numbers, q)
+            except DerivationError:  # a formula has no value there
+                continue
+            if closed:
+                if all(np.abs(q - other).max(initial=0.0) > SAME for _, other in found):
+                    found.append((where, q))
+                break
+    return found
+
+
+def _guesses(w: Workspace) -> Iterator[tuple[str, Array, list[int]]]:
+    """Yield the positions to begin with, and the velocities of the coordinates that were set."""
+    assembly, scene = w.closed.closure.assembly, w.scene
+    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
+    angles = [k for k, unit in enumerate(units) if unit == "rad"]
+
+    def turned(
+        where: str, q: Sequence[float], angle: float, some: Sequence[int] = angles
+    ) -> tuple[str, Array, list[int]]:
+        """Return a position with some angles set."""
+        guess = np.array(q)
+        guess[list(some)] = angle
+        rates = [velocity_name(scene.coordinates[k]) for k in some]
+        return where, guess, [scene.velocities.index(name) for name in rates if name in scene.velocities]
+
+    yield "the start", np.array(assembly.q), []
+    yield turned("zeros", (0.0,) * len(units), 0.0)
+    yield turned("all angles zero", assembly.q, 0.0)
+    yield turned("equal angles", assembly.q, 0.5)
+    yield turned("right angles", assembly.q, np.pi / 2)
+    for k in angles[:SINGLE]:
+        yield turned(f"{scene.coordinates[k]} = 0", assembly.places[0], 0.0, [k])
+
+
+# States
+
+
+def _states(w: Workspace, places: Sequence[tuple[str, Array]], forces: Mapping[int, float]) -> Iterator[_State]:
+    """Yield a state at every position where the equations of motion have one solution.
+
+    Args:
+        w: the workspace.
+        places: closed positions with their names.
+        forces: driving forces by velocity; others are random.
+    """
+    numbers, kept, n = w.closed.numbers, list(w.closed.closure.kept), w.state.n
+    entries = _entries(w)
+    led, m = list(w.prescribed.place), len(kept)
+    for number, (where, q) in enumerate(places):
+        rng = random.Random(f"{w.scene.name}:{where}")
+        G = numbers.jacobian(q)[kept].reshape(m, n)
+        u = np.array([rng.uniform(-1, 1) for _ in range(n)]) if number % 2 else np.zeros(n)  # at rest, too
+        u = u - np.linalg.pinv(G) @ (G @ u)
+        tau = np.array([forces.get(k, rng.uniform(-1, 1)) for k in range(n)])
+        values = _values(w, q, u, tau)
+        found = _at(entries, values)
+        if found is None:
+            continue
+        M, h, bias, accelerated = np.split(found, np.cumsum([n * n, n, m]))
+        rows = np.vstack([G, np.eye(n)[led].reshape(-1, n)])
+        unit = float(np.abs(M).max(initial=0.0)) or 1.0  # masses of grams and tonnes alike
+        K = np.zeros((n + len(rows), n + len(rows)))
+        K[:n, :n], K[:n, n:], K[n:, :n] = M.reshape(n, n) / unit, -rows.T, rows
+        if np.linalg.matrix_rank(K, tol=RANK * float(np.linalg.norm(K, 2))) < len(K):
+            continue  # a change point, or singular angles
+        x = np.linalg.solve(K, np.concatenate([(tau - h) / unit, -bias, accelerated]))
+        values |= dict(zip(w.state.qdd, x[:n].tolist(), strict=True))
+        yield _State(where, values, x[:n], unit * (G.T @ x[n : n + m]))
+
+
+def _entries(w: Workspace) -> list[Expr]:
+    """Return the entries of M, h, γ and prescribed accelerations."""
+    h = substitute(w.forces(list(w.state.qdd)), dict.fromkeys(w.state.qdd, w.graph.zero))
+    M = [x for row in w.composite_mass for x in row]
+    return [*M, *h, *w.closed.gamma(w.closed.recursive), *w.prescribed.acceleration]
+
+
+def _values(w: Workspace, q: Array, u: Array, tau: Array) -> dict[Expr, float]:
+    """Return values of all symbols but the accelerations, at t = 0."""
+    values = {w.graph.symbol(str(node.value)): value for node, value in w.closed.numbers.parameters.items()}
+    values[w.graph.symbol(TIME)] = 0.0
+    for symbols, numbers in ((w.state.q, q), (w.state.qd, u), (w.state.tau, tau)):
+        values |= dict(zip(symbols, numbers.tolist(), strict=True))
+    return values
+
+
+def _at(entries: Sequence[Expr], values: Mapping[Expr, float]) -> Array | None:
+    """Return values of entries; None where one is no finite number."""
+    try:
+        found = np.array(evaluate(list(entries), Floats(), values), dtype=np.float64)
+    except (ArithmeticError, ValueError):
+        return None
+    return found if np.isfinite(found).all() else None
+
+
+# What is compared
+
+
+def _forward(w: Workspace, states: Sequence[_State]) -> tuple[Finding, list[str]]:
+    """Return how forward dynamics and multipliers stand, and at which positions they do not exist."""
+    moved, multipliers = derive_one(w, "forward_dynamics").entries, derive_one(w, "multipliers").entries
+    pairs = list(zip(w.closed.G(w.closed.recursive), multipliers, strict=True))
+    pulled = [w.graph.total(row[k] * x for row, x in pairs) for k in range(w.state.n)]
+    compared: list[str] = []
+    undefined, wrong = [], []
+    for state in states:
+        found = _at([*moved, *pulled], state.values)
+        if found is None:
+            undefined.append(state.where)
+            continue
+        compared.append(state.where)
+        apart = [_apart(found[: w.state.n], state.moved), _apart(found[w.state.n :], state.pulled)]
+        wrong += [state.where] if max(apart) > SAME else []
+    return _finding("forward dynamics", "M qdd + h = tau + G^T lambda in numbers", compared, wrong), undefined
+
+
+def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> Finding:
+    """Return how reactions stand: whether they meet (5.18), and exist where it has the rank that it has in general."""
+    R = derive_one(w, name).entries
+    length, closure = w.closed.closure.assembly.length, w.closed.closure
+    forward = name == "forward_reactions"
+    system = InNumbers(equilibrium(w.hanging, tau=w.state.tau if forward else None, whole=True))
+    compared: list[str] = []
+    wrong, general = [], 0
+    for place in closure.assembly.places if states else ():
+        values = states[0].values | dict(zip(w.state.q, place, strict=True))
+        general = max(general, system.least(values, length).rank)
+    for state in states:
+        if system.least(state.values, length).rank < general:
+            continue  # a change point
+        found = _at(R, state.values)
+        compared.append(state.where)
+        off = found is None or system.missed(state.values, found, length) > SAME
+        wrong += [state.where] if off else []
+    return _finding(name, "equilibrium (5.18) in numbers", compared, wrong)
+
+
+def _apart(found: Array, expected: Array) -> float:
+    """Return the largest difference over the largest entry."""
+    return float(np.abs(found - expected).max(initial=0.0)) / (1.0 + float(np.abs(expected).max(initial=0.0)))
+
+
+def _finding(name: str, other: str, compared: Sequence[str], wrong: Sequence[str]) -> Finding:
+    """Return a finding about positions, by name: those that were compared, and at which of them something is off."""
+    verdict = DIFFERENT if wrong else NUMERICAL if compared else UNDEFINED
+    where = compared.index(wrong[0]) if wrong else -1
+    title = f"{name}: at {', '.join(wrong) or 'natural positions'} = {other}"
+    return Finding(title, verdict, len(compared), 0, 0.0, where)
