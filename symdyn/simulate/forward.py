@@ -19,6 +19,7 @@ from symdyn.simulate.contacts import needed
 from symdyn.simulate.forces import Forces, held, read_forces
 from symdyn.simulate.initial import Start, no_equations, read_start, singular
 from symdyn.simulate.integrate import METHODS, Hit, Problem
+from symdyn.simulate.limits import passed
 from symdyn.simulate.model import END, INTERRUPTED, Event, Trajectory
 from symdyn.simulate.monitors import observe
 from symdyn.simulate.reactions import reaction_columns
@@ -95,7 +96,7 @@ def simulate(
         absolute = relative if atol is None else atol
         _tell(say, _method(choice, relative, absolute))
         projection = Projection(system, max(ROUNDING, DRIFT * relative))
-        looked_for = (*flags, *(True for _ in system.ends))
+        looked_for = (*flags, *(True for _ in system.ends), *(False for _ in system.limits))
         run = integrated(
             Problem(system, x, times, relative, absolute, looked_for, projection), choice.method, progress, say
         )
@@ -115,6 +116,7 @@ def simulate(
     for one in contacts:
         monitors[f"normal_force {one.row.name}"] = float(one.normal.min())
         monitors[f"friction_coefficient {one.row.name}"] = float(one.friction.max())
+    seen += _limits(system, x, run.hits)
     for note in seen:
         _tell(say, note)
     notes = (*notes, *seen)
@@ -213,6 +215,16 @@ def _why(system: System, formulas: Sequence[str], hit: Hit) -> str:
     if hit.event < len(formulas):
         return formulas[hit.event]
     return f"t = {hit.t:.9g} s: {system.ends[hit.event - len(formulas)]}"
+
+
+def _limits(system: System, x: Array, hits: Sequence[Hit]) -> list[str]:
+    """Return what is said of limits of joints that a run has passed, x its start."""
+    if not system.limits:
+        return []
+    first = len(system.events) + len(system.ends)
+    beyond = system.tell("events", 0.0, x)[first:] > 0
+    times = [[hit.t for hit in hits if hit.event == first + k] for k in range(len(system.limits))]
+    return [words for words in map(passed, system.limits, beyond, times) if words]
 
 
 def _event(system: System, formulas: Sequence[str], flags: Sequence[bool], hit: Hit) -> Event:

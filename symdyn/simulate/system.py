@@ -41,6 +41,7 @@ from symdyn.simulate.conserved import conserved
 from symdyn.simulate.ends import ends
 from symdyn.simulate.forces import Forces
 from symdyn.simulate.functions import drive, function_of
+from symdyn.simulate.limits import limits_of
 from symdyn.simulate.reading import TIME, parameter_values
 
 Array = npt.NDArray[np.float64]
@@ -78,7 +79,8 @@ class System:
         linear: whether the loops hold dependent coordinates in proportion, so that nothing is divided by what vanishes.
         rows: number of rows that hold velocities.
         filled: places of the entries of G that are not zero, row by row; where `linear`, G is not asked for.
-        ends: what is said where the equations end; such places are the last entries of "events".
+        ends: what is said where the equations end; such places are entries of "events" behind those asked for.
+        limits: what is said of the limits of joints, whose passages are the last entries of "events".
     """
 
     scene: Scene
@@ -94,6 +96,7 @@ class System:
     rows: int = 0
     filled: tuple[int, ...] = ()
     ends: tuple[str, ...] = ()
+    limits: tuple[str, ...] = ()
     _by_rows: Callable[[], Function | None] = field(default=lambda: None, repr=False)
 
     @cached_property
@@ -251,9 +254,10 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
         function_of(w, "kinetic", cheapest(w, "kinetic_energy").entries),
         function_of(w, "potential", cheapest(w, "potential_energy").entries),
     ]
-    last = ends(scene, w.graph)
-    if events or last:
-        looked_for = [*(express(event, w.graph) for event in events), *(formula for formula, _ in last)]
+    last, limits = ends(scene, w.graph), limits_of(scene, w.graph, drives)
+    if events or last or limits:
+        looked_for = [express(event, w.graph) for event in events]
+        looked_for += [*(formula for formula, _ in last), *(limit.beyond for limit in limits)]
         functions.append(function_of(w, "events", looked_for))
     if momenta:
         functions.append(function_of(w, "momenta", [p for _, p in momenta]))
@@ -271,7 +275,8 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
     calls, compiled = load_program(program, lean=True)
     return System(
         scene, forces, tuple(events), program, calls, compiled, not power.is_zero, tuple(name for name, _ in momenta),
-        linear is not None, dependent, rows, filled, tuple(words for _, words in last), lambda: together(w, tau, power),
+        linear is not None, dependent, rows, filled, tuple(words for _, words in last),
+        tuple(limit.words for limit in limits), lambda: together(w, tau, power),
     )  # fmt: skip
 
 
