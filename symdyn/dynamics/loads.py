@@ -13,6 +13,7 @@ Control 4 (1998), for Coulomb's and Stribeck's curve.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import comb
 
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import State, joint_position, state_symbols, vector
@@ -33,6 +34,55 @@ def tension(spring: Spring, way: Expr) -> Expr:
         total = total + express(k, graph) * power
         power = power * way
     return total
+
+
+def pull(spring: Spring, square: Expr) -> Expr:
+    """Return the force of a spring between two points over their distance, F / s, N/m.
+
+    What does not pull where the points meet, as a spring of free length zero, is a polynomial there and has a value;
+    what pulls has no direction.
+
+    Args:
+        spring: between points.
+        square: s², m².
+    """
+    graph, terms = square.graph, _of_distance(spring, square.graph)
+    s = graph.sqrt(square)
+    if not terms[0].is_zero:
+        return tension(spring, s - express(spring.free, graph)) / s
+    return graph.total(c * _power(s, square, m) for m, c in enumerate(terms[1:]))
+
+
+def stored_between(spring: Spring, square: Expr) -> Expr:
+    """Return the energy of a spring between two points of squared distance s², J; zero where s is its free length."""
+    graph, terms = square.graph, _of_distance(spring, square.graph)
+    s, free = graph.sqrt(square), express(spring.free, graph)
+    if not terms[0].is_zero:
+        return stored(spring, s - free)
+    ways = [c * _power(s, square, m) / m for m, c in enumerate(terms[1:], 2)]
+    return graph.total([*ways, stored(spring, -free)])
+
+
+def _of_distance(spring: Spring, graph: Graph) -> list[Expr]:
+    """Return c with force = c_0 + c_1 s + c_2 s² + … in terms of the distance s."""
+    known = [express(x, graph) for x in (spring.preload, *spring.stiffness)]
+    free = express(spring.free, graph)
+    terms = []
+    for j in range(len(known)):
+        power, total = graph.one, graph.zero
+        for m in range(j, len(known)):
+            total = total + known[m] * comb(m, j) * power
+            power = -free * power
+        terms.append(total)
+    return terms
+
+
+def _power(s: Expr, square: Expr, m: int) -> Expr:
+    """Return s to the power m, by its square as far as that goes: a root has no slope at zero."""
+    result = s.graph.one if m % 2 == 0 else s
+    for _ in range(m // 2):
+        result = result * square
+    return result
 
 
 def resistance(damper: Damper, rate: Expr) -> Expr:
@@ -87,9 +137,13 @@ def refuse_ideal_friction(scene: Scene) -> None:
 def elastic_energy(scene: Scene, graph: Graph) -> Expr:
     """Return E(q) of all springs, J; zero where each is at `free`."""
     placed = body_placements(scene, graph) if scene.springs else {}
-    return graph.total(
-        stored(spring, _way(scene, placed, spring, graph) - express(spring.free, graph)) for spring in scene.springs
-    )
+    return graph.total(_stored(scene, placed, spring, graph) for spring in scene.springs)
+
+
+def _stored(scene: Scene, placed: dict[str, Transform], spring: Spring, graph: Graph) -> Expr:
+    if spring.ends:
+        return stored_between(spring, _square(placed, spring, graph))
+    return stored(spring, joint_position(joint_of(scene, spring), graph) - express(spring.free, graph))
 
 
 def stored(spring: Spring, way: Expr) -> Expr:
@@ -107,13 +161,11 @@ def joint_of(scene: Scene, element: Spring | Damper) -> Joint:
     return next(joint for joint in scene.joints if joint.name == element.joint)
 
 
-def _way(scene: Scene, placed: dict[str, Transform], element: Spring | Damper, graph: Graph) -> Expr:
-    """Return the position of its joint, or the distance of its ends; rad or m."""
-    if element.joint:
-        return joint_position(joint_of(scene, element), graph)
+def _square(placed: dict[str, Transform], element: Spring | Damper, graph: Graph) -> Expr:
+    """Return the squared distance of the ends, m²."""
     a, b = (_point(placed, end, graph) for end in element.ends)
     apart = sub(b, a)
-    return graph.sqrt(dot(apart, apart))
+    return dot(apart, apart)
 
 
 def _point(placed: dict[str, Transform], place: Place, graph: Graph) -> Vec:
@@ -130,7 +182,7 @@ def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
     placed = body_placements(scene, graph) if scene.dampers or scene.loads else {}
     for damper in scene.dampers:
         if damper.ends:
-            (rate,) = tangents([_way(scene, placed, damper, graph)], state.velocity)
+            (rate,) = tangents([graph.sqrt(_square(placed, damper, graph))], state.velocity)
             _oppose(forces, rate, resistance(damper, rate), state)
     for load in scene.loads:
         work = _work(load, placed[load.place.body], scene, graph)

@@ -20,8 +20,10 @@ from symdyn.dynamics.loads import (
     joint_of,
     joint_resistance,
     load_vectors,
+    pull,
     resistance,
     stored,
+    stored_between,
     tension,
 )
 from symdyn.dynamics.recursive.links import Link
@@ -50,9 +52,9 @@ class Elastic:
 
 @dataclass(frozen=True)
 class Distance:
-    """The distance s of two points and h_k of the moves between them; see the module's legend."""
+    """The squared distance s² of two points and h_k of the moves between them; see the module's legend."""
 
-    s: Expr
+    square: Expr
     slopes: list[tuple[int, Expr]]
 
 
@@ -61,18 +63,17 @@ def elastic(scene: Scene, tree: Tree, lean: LeanTree) -> Elastic:
     graph = tree.graph
     energy, forces = graph.zero, [graph.zero] * tree.n
     for spring in scene.springs:
-        free = express(spring.free, graph)
         if spring.joint:
             joint = joint_of(scene, spring)
-            way = joint_position(joint, graph) - free
+            way = joint_position(joint, graph) - express(spring.free, graph)
             k, ratio = _driven(scene, joint.name, tree)
             forces[k] = forces[k] + tension(spring, way) * ratio
+            energy = energy + stored(spring, way)
         else:
             apart = distance(spring, tree, lean)
-            way = apart.s - free
-            share = tension(spring, way) / apart.s
+            share = pull(spring, apart.square)
             forces = [a + b for a, b in zip(forces, _gathered(lean, apart, share), strict=True)]
-        energy = energy + stored(spring, way)
+            energy = energy + stored_between(spring, apart.square)
     return Elastic(energy, forces)
 
 
@@ -94,8 +95,9 @@ def joint_forces(scene: Scene, tree: Tree, lean: LeanTree) -> list[Expr]:
             forces[k] = forces[k] - resistance(damper, ratio * state.qd[k]) * ratio
             continue
         apart, rates = distance(damper, tree, lean), lean.rates(state.qd)
-        rate = graph.total(h * rates[i] for i, h in apart.slopes) / apart.s
-        share = resistance(damper, rate) / apart.s
+        s = graph.sqrt(apart.square)
+        rate = graph.total(h * rates[i] for i, h in apart.slopes) / s
+        share = resistance(damper, rate) / s
         forces = [a - b for a, b in zip(forces, _gathered(lean, apart, share), strict=True)]
     return forces
 
@@ -146,7 +148,7 @@ def distance(element: Spring | Damper, tree: Tree, lean: LeanTree) -> Distance:
     for k, point in zip(reversed(near), trail_a[-2::-1], strict=True):
         seen = _out(lean.link[k], seen)
         slopes.append((k, _slope(lean.slides[k], seen, point)))
-    return Distance(lean.graph.sqrt(dot(outermost, outermost)), slopes)
+    return Distance(dot(outermost, outermost), slopes)
 
 
 def _slope(slides: bool, still: Vec, carried: Vec) -> Expr:

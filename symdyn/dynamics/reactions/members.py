@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.dynamics.loads import joint_resistance, load_vectors, resistance, tension
+from symdyn.dynamics.loads import joint_resistance, load_vectors, pull, resistance, tension
 from symdyn.dynamics.motion import Motion, body_motion
 from symdyn.dynamics.reactions.hinges import Hinge, about, nothing, plus
 from symdyn.dynamics.state import State, joint_motion, joint_position, vector
@@ -93,15 +93,15 @@ def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
         ends = [(number[end.body], end) for end in element.ends]
         a, b = (placed[k].point(vector(end.at, graph)) if k >= 0 else vector(end.at, graph) for k, end in ends)
         way = sub(b, a)
-        s = graph.sqrt(dot(way, way))
         if isinstance(element, Spring):
-            size = tension(element, s - express(element.free, graph))
+            size = pull(element, dot(way, way))
         else:
+            s = graph.sqrt(dot(way, way))
             (rate,) = tangents([s], state.velocity)
-            size = resistance(element, rate)
-        pull = scale(size / s, way)
-        act(*ends[0], pull, zero_vector(graph))
-        act(*ends[1], neg(pull), zero_vector(graph))
+            size = resistance(element, rate) / s
+        force = scale(size, way)
+        act(*ends[0], force, zero_vector(graph))
+        act(*ends[1], neg(force), zero_vector(graph))
     return total
 
 
