@@ -24,9 +24,10 @@ from symdyn.simulate.model import END, INTERRUPTED, Event, Trajectory
 from symdyn.simulate.monitors import observe
 from symdyn.simulate.reactions import reaction_columns
 from symdyn.simulate.reading import TIME, close, parameter_values, read_formula
-from symdyn.simulate.run import STOPPED, integrated
+from symdyn.simulate.run import STOPPED, Run, integrated
 from symdyn.simulate.samples import sample_times
 from symdyn.simulate.system import System, build_system
+from symdyn.simulate.valueless import valueless
 
 Array = npt.NDArray[np.float64]
 
@@ -34,6 +35,9 @@ DRIFT = 1e-2
 """Constraints may be missed by this part of the tolerance before a state is projected, and by rounding at least."""
 
 ROUNDING = 1e-14
+
+AHEAD = 1e-6
+"""Part of the time, or seconds, by which it is looked ahead for what has no value where a run ends."""
 
 FINEST, SMALLEST = 1e-16, 1e-300
 """The finest relative tolerance that means anything in doubles, and the smallest absolute one."""
@@ -103,7 +107,7 @@ def simulate(
         if choice.otherwise is None or run.stopped in (END, STOPPED, INTERRUPTED):
             break
         choice = Choice(choice.otherwise, METHODS[choice.otherwise], f"{choice.name}: {run.stopped}")
-    stopped = _why(system, formulas, run.hits[-1]) if run.stopped == STOPPED else run.stopped
+    stopped = _why(system, formulas, run)
     events = tuple(_event(system, formulas, flags, hit) for hit in run.hits if hit.event < len(formulas))
     q, u = run.x[:, : system.nq], run.x[:, system.nq : system.nq + system.nv]
     with np.errstate(all="ignore"):  # a motion that leaves what is real has its last row there
@@ -197,8 +201,10 @@ def _ready(system: System, x: Array) -> None:
     with np.errstate(all="ignore"):
         rates = system.rates(0.0, x)
     why = "" if system.closed else singular(system.scene, x[: system.nq])
-    if not why and not np.all(np.isfinite(rates)):
-        why = "the accelerations have no finite value at the start; give another start"
+    if not np.all(np.isfinite(rates)):
+        part = valueless(system.scene, system.forces, 0.0, x[: system.nq], x[system.nq : system.nq + system.nv])
+        why = f"start: {part}; give another start" if part else why
+        why = why or "the accelerations have no finite value at the start; give another start"
     if why:
         raise SimulateError(f"{system.scene.name}: {why}")
 
@@ -210,11 +216,24 @@ def _method(choice: Choice, rtol: float, atol: float) -> str:
     return f"method: {choice.name} ({choice.method.library}), {tolerance}{reason}"
 
 
-def _why(system: System, formulas: Sequence[str], hit: Hit) -> str:
-    """Return what ended a run: a formula of the user, or a place where the equations end."""
-    if hit.event < len(formulas):
-        return formulas[hit.event]
-    return f"t = {hit.t:.9g} s: {system.ends[hit.event - len(formulas)]}"
+def _why(system: System, formulas: Sequence[str], run: Run) -> str:
+    """Return what ended a run: its time, a formula of the user, where equations end, or what has no value there."""
+    if run.stopped in (END, INTERRUPTED):
+        return run.stopped
+    if run.stopped == STOPPED:
+        hit = run.hits[-1]
+        if hit.event < len(formulas):
+            return formulas[hit.event]
+        return f"t = {hit.t:.9g} s: {system.ends[hit.event - len(formulas)]}"
+    t, x = float(run.t[-1]), run.x[-1]
+    if system.changes(x[: system.nq]):
+        return f"{run.stopped}; a change point of the loops is near, where branches of their motion meet"
+    ahead = x + AHEAD * max(1.0, t) * np.nan_to_num(system.tell("rates", t, x))
+    found = [
+        valueless(system.scene, system.forces, t, one[: system.nq], one[system.nq : system.nq + system.nv])
+        for one in (x, ahead)
+    ]
+    return "; ".join(part for part in (run.stopped, *found[: 1 if found[0] else 2]) if part)
 
 
 def _limits(system: System, x: Array, hits: Sequence[Hit]) -> list[str]:

@@ -46,7 +46,7 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
         while solver.status == "running":
             message = solver.step()
             if solver.status == "failed":
-                raise IntegrationError(f"{name} cannot go on after t = {solver.t:g} s: {message}")
+                raise IntegrationError(f"{name} cannot go on after t = {solver.t:g} s: {message.rstrip('.')}")
             yield Step(solver.t_old, solver.t, solver.y.copy(), _Interpolant(solver), spent + solver.nfev)
 
     def resume(t: float, x: Array) -> None:

@@ -108,7 +108,7 @@ def _followed(
                 found = solver.step(problem.until, method="onestep", tstop=problem.until)
             again = again + 1 if found.t <= t else 0
             if not found.success or again > 1:
-                why = "its steps are too small to move the time" if found.success else found.message
+                why = "its steps are too small to move the time" if found.success else found.message.rstrip(".")
                 raise IntegrationError(f"{title} cannot go on after t = {t:g} s: {why}")
             if again:  # after a look inside a step SUNDIALS first returns to its end
                 continue

@@ -3,8 +3,9 @@
 Every operation of the graph has its row in `WORDS`; those that branch (abs, sign) have none, nor have tables.
 
 heyoka takes a step from the last two orders of the series, and believes it. Where tanh or exp is flat to the last
-digit, as smoothed friction is away from rest, no order of the series knows of the turn ahead. Equations with these are
-followed step by step, and a step is kept only if the series has the rates of the equations all along it.
+digit, as smoothed friction is away from rest, no order of the series knows of the turn ahead; where a root comes to
+zero, as the length of a spring may, its series goes on below. Equations with these are followed step by step, and a
+step is kept only if the series has the rates of the equations all along it.
 
 Reference: Biscani and Izzo, Revisiting high-order Taylor methods for astrodynamics and celestial mechanics (2021).
 """
@@ -54,6 +55,9 @@ SAMPLES = 20_000
 UNSEEN = (Op.EXP, Op.TANH)
 """Functions that are flat to the last digit of a double where they do not turn."""
 
+TURNING = (Op.SQRT, Op.ATAN2)
+"""Functions with branches: √x² is |x|, whose series on one side of zero says -x on the other."""
+
 PI = Fraction("3.14159265358979323846264338327950288419716939937510")
 
 PATIENT = 10.0
@@ -99,6 +103,11 @@ def refuses(system: System) -> str:
 def overlooks(system: System) -> str:
     """Return which functions of the equations a series may overlook, "" if there are none."""
     return " and ".join(sorted({node.op.name.lower() for node in _nodes(system) if node.op in UNSEEN}))
+
+
+def guarded(system: System) -> bool:
+    """Tell whether steps are checked: a series may overlook a turn, or go on where a root or an angle turns back."""
+    return any(node.op in (*UNSEEN, *TURNING) for node in _nodes(system))
 
 
 def size(system: System) -> int:
@@ -205,7 +214,7 @@ class Stretch:
     def __init__(self, ta: Any, problem: Problem, found: list[Hit]) -> None:
         """Take an integrator and where it puts the events that it finds."""
         self.ta, self.problem, self.found = ta, problem, found
-        self.guard = Guard(problem) if overlooks(problem.system) else None
+        self.guard = Guard(problem) if guarded(problem.system) else None
         self.longest = math.inf
         self.why = ""
 
@@ -256,7 +265,7 @@ class Stretch:
         project = self.problem.project
         drift = project.drift(ta.state) if project.active else 0.0
         if drift > LOST * project.limit:
-            self.why = f"the series leave the constraints after t = {ta.time:g} s, as near a change point of the loops"
+            self.why = f"the series leave the constraints after t = {ta.time:g} s"
             return False
         if drift > PATIENT * project.limit:
             ta.state[:] = project.projected(ta.state)
