@@ -10,8 +10,11 @@ import pytest
 
 from symdyn.cli import main
 from symdyn.draw.door import drawing
+from symdyn.draw.free_body import acting_on
 from symdyn.draw.places import places
+from symdyn.draw.planes import pushes
 from symdyn.draw.pose import pose
+from symdyn.dynamics.loops.numbers import numbers_of
 from symdyn.dynamics.workspace import Workspace
 from symdyn.emit.equations import equations_text
 from symdyn.errors import SceneError
@@ -224,6 +227,33 @@ def test_a_ball_has_an_outline() -> None:
 
     assert rims[0].tilt[0, 0] == pytest.approx(rims[0].size)  # a circle wherever it is seen from
     assert len(rims) == 2
+
+
+@pytest.mark.parametrize("name", ["turntable", "skate", "bicycle"])
+def test_forces_of_contacts_in_free_body_figures_are_those_of_their_multipliers(name: str) -> None:
+    one = read(DATA / "contacts" / f"{name}.toml")
+    numbers = numbers_of(one)
+    q = numbers.drawn(3)
+    found = places(one, q[None, :], pose(one)[1])
+    labels = numbers.constraints.labels
+    for row in one.rows:
+        R = (found.ground if row.plane.body == "ground" else found.body(row.plane.body).frame).R[0]
+        wrenches = [numbers.at([*one.wrench[0], *one.wrench[1]], q) for one in labels if one.owner == row.name]
+        at, forces = pushes(row, found)
+        for wrench, force in zip(wrenches, forces, strict=True):
+            assert R @ wrench[:3] == pytest.approx(force, abs=1e-12)
+            moment = np.cross(at - found.touches[row.name].spot[0], force)
+            assert R @ wrench[3:] == pytest.approx(moment, abs=1e-12)
+
+
+def test_a_contact_is_cut_in_the_figures_of_both_its_bodies() -> None:
+    one = read(DATA / "contacts" / "turntable.toml")
+    ball, table = ({w.name: w for w in acting_on(one, body_)} for body_ in ("ball", "table"))
+
+    for k in (1, 2, 3):
+        name = rf"F_{{\mathrm{{touch}},{k}}}"
+        assert ball[name].at == table[f"-{name}"].at
+        assert np.array(ball[name].force) == pytest.approx(-np.array(table[f"-{name}"].force))
 
 
 def test_on_a_page_the_height_of_a_wheel_follows_and_all_else_is_free() -> None:
