@@ -32,7 +32,7 @@ from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, substitute, tangents
 from symdyn.program import lower
-from symdyn.scene import JOINTS, Body, Joint, Scene, folding, number, symbol
+from symdyn.scene import JOINTS, Body, Joint, Pose, Scene, folding, number, symbol
 from symdyn.scene.loads import Place, Row, Spring
 from symdyn.scene.quantity import ONE, ZERO
 from symdyn.scene.table import compose
@@ -312,6 +312,22 @@ def test_positions_close_the_loop_through_a_full_turn_and_at_the_folds() -> None
     near = fold - 1e-12
     q = lambdify(rocking, "positions")(np.array([near]))
     assert np.abs(lambdify(rocking, "constraint_residual")(q)).max() < 1e-14
+
+
+def test_positions_close_a_planar_loop_whose_bodies_lie_in_planes_one_above_the_other() -> None:
+    flat = crank_rocker()
+    rise = exact("3/10")
+    tree = tuple(
+        replace(joint, origin=Pose((*joint.origin.steps, ("Tz", rise)))) if joint.name == "B" else joint
+        for joint in flat.joints
+    )
+    (loop,) = flat.loops
+    raised = replace(loop, tip=Pose((*loop.tip.steps, ("Tz", number(-1) * rise))))
+    layered = replace(flat, joints=tree, loops=(raised,))
+    q = np.linspace(-4, 4, 21)[:, None]
+
+    assert lambdify(layered, "positions")(q) == pytest.approx(lambdify(flat, "positions")(q), abs=1e-14)
+    assert np.abs(lambdify(layered, "constraint_residual")(lambdify(layered, "positions")(q))).max() < 1e-14
 
 
 def test_velocities_and_accelerations_fit_a_numeric_motion() -> None:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from symdyn.dynamics import Closing
-    from symdyn.scene import Joint, Scene
+    from symdyn.scene import Joint, Row, Scene
+    from symdyn.scene.quantity import Vector
 
 
 def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, Any], list[str]]:
@@ -54,6 +55,7 @@ def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, 
             {"name": joint.name, "type": joint.type, "parent": joint.parent, "child": joint.child}
             for joint in scene.loops
         ],
+        "rows": [{"name": row.name, "type": row.type, "says": _says(row)} for row in scene.rows],
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
         "parameters": [
             {"name": p.name, "value": spell(p.value) if p.value else None, "unit": p.unit, "text": p.text}
@@ -81,6 +83,27 @@ def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, 
         ],
     }
     return facts, left_out
+
+
+def _says(row: Row) -> str:
+    """Return what a row demands: "wheel of radius r rolls on the plane of ground through [0, 0, 0], normal ..."."""
+    from symdyn.scene import spell
+
+    def three(vector: Vector | tuple[()]) -> str:
+        return f"[{', '.join(spell(x) for x in vector)}]"
+
+    if row.place is None:
+        return f"{spell(row.formula)} = 0"
+    body, plane = row.place.body, row.plane
+    where = f"the plane of {plane.body} through {three(plane.at)}, normal {three(plane.normal)}"
+    if row.type == "knife_edge":
+        on = f" on {where}" if plane.declared else ""
+        return f"{body} does not slide along its {three(row.axis or ())} at {three(row.place.at)}{on}"
+    kind = f"ball of radius {spell(row.radius)}"
+    if row.axis is not None:
+        kind = f"wheel of radius {spell(row.radius)} about its {three(row.axis)}"
+    height = "" if row.touches else "; its height is not held"
+    return f"{body}, a {kind}, rolls on {where} ({', '.join(row.components)}{height})"
 
 
 def _mobility(scene: Scene, closing: Closing) -> dict[str, Any] | None:

@@ -15,13 +15,14 @@ from symdyn.draw.forces import Wrench, wrench
 from symdyn.draw.labels import Label, put
 from symdyn.draw.lettering import words
 from symdyn.draw.places import Array, Frame, Hinge, Places, elastic, places, unit
+from symdyn.draw.planes import pushes
 from symdyn.draw.pose import pose, values_of
 from symdyn.draw.shapes import Item, dot
 from symdyn.draw.svg import Drawing, svg
 from symdyn.draw.view import View
 from symdyn.emit.symbols import escape, print_name
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import JOINTS, Place, Scene
+from symdyn.scene import JOINTS, Place, Row, Scene
 from symdyn.spatial import Transform
 
 SMALL = 1e-9  # of a unit vector: what lies along or across the line of sight
@@ -64,6 +65,12 @@ def free_body(
         title = f"cut at joint {hinge.joint.name}"
         drawn.append(Item(f"cut-{hinge.joint.name}", title, 2, np.zeros(1), (dot("joint", at, seen.size * 0.6),)))
         labels.append(Label(f"label-joint-{hinge.joint.name}", words(hinge.joint.name), at, seen.size))
+    for row in scene.rows:
+        if row.name in found.touches and body in (row.plane.body, row.place.body if row.place else ""):
+            at = seen.flat(pushes(row, found)[0][None])
+            spot = dot("joint", at, seen.size * 0.6)
+            drawn.append(Item(f"cut-{row.name}", f"contact {row.name}", 2, np.zeros(1), (spot,)))
+            labels.append(Label(f"label-joint-{row.name}", words(row.name), at, seen.size))
     acting = acting_on(scene, body, q, parameters) if wrenches is None else wrenches
     forced: list[Label] = []
     for k, one in enumerate(_visible(acting, seen) if wrenches is None else acting):
@@ -82,9 +89,9 @@ def acting_on(
 ) -> tuple[Wrench, ...]:
     """Return what acts on a body, with directions and names; sizes are 1 where they follow from the motion.
 
-    Weight, loads, springs and dampers between points, and at every joint the wrenches that it transmits, along the
-    axes of the joint frame, and its drive. What the parent exerts on the child is positive; so the child gets it with
-    its own sign and the parent with the opposite one.
+    Weight, loads, springs and dampers between points, at every joint the wrenches that it transmits, along the axes of
+    the joint frame, and its drive, and the forces of contacts. What the parent exerts on the child, or what carries a
+    plane on what touches it, is positive; so the child gets it with its own sign and the parent with the opposite one.
 
     Raises:
         DrawError: as of `free_body`.
@@ -109,6 +116,9 @@ def acting_on(
     for hinge in found.hinges:
         if body in (hinge.joint.parent, hinge.joint.child):
             acting += _transmitted(hinge, body)
+    for row in scene.rows:
+        if row.name in found.touches:
+            acting += _pushed(row, body, found)
     return tuple(acting)
 
 
@@ -140,6 +150,12 @@ def _closer(view: View, alone: Places, scene: Scene, body: str) -> View:
     placed = alone.body(body)
     ends = [_cut(hinge, body)[0] for hinge in alone.hinges] + ([] if placed.com is None else [placed.com[0]])
     ends += [at[0] for at in spots(scene, alone, body)]
+    for row in scene.rows:
+        if row.name in alone.touches and body in (row.plane.body, row.place.body if row.place else ""):
+            ends.append(pushes(row, alone)[0])
+        if row.name in alone.wheels and row.place is not None and row.place.body == body:
+            centre, _, radius = alone.wheels[row.name]
+            ends += [centre[0] + sign * radius * way for way in (view.right, view.up) for sign in (-1, 1)]
     flat = view.lean(np.array(ends))
     low, high = flat.min(axis=0), flat.max(axis=0)
     size = float(max((high - low).max(), 1e-12 * max(1.0, float(np.abs(flat).max()))))
@@ -172,6 +188,18 @@ def _pulls(name: str, ends: Sequence[Place], body: str, found: Places) -> list[W
         if end.body == body:
             pulls.append(Wrench(rf"F_{{\mathrm{{{escape(name)}}}}}", _triple(here), _triple(unit(there - here))))
     return pulls
+
+
+def _pushed(row: Row, body: str, found: Places) -> list[Wrench]:
+    """Return the forces of a contact on a body, positive on what touches the plane, opposite on what carries it."""
+    at, forces = pushes(row, found)
+    acting = []
+    for own, sense in ((row.place.body if row.place else "", 1.0), (row.plane.body, -1.0)):
+        for k, force in enumerate(forces, 1) if own == body else ():
+            index = f",{k}" if len(forces) > 1 else ""
+            name = rf"{'' if sense > 0 else '-'}F_{{\mathrm{{{escape(row.name)}}}{index}}}"
+            acting.append(Wrench(name, _triple(at), _triple(sense * force)))
+    return acting
 
 
 def _transmitted(hinge: Hinge, body: str) -> list[Wrench]:

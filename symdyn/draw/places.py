@@ -22,6 +22,8 @@ from symdyn.spatial import Transform, Vec, unit_transform
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
+LEVEL = 1e-9  # components of a unit vector that are none
+
 
 @dataclass(frozen=True)
 class Frame:
@@ -95,14 +97,18 @@ class Touch:
     Attributes:
         at: a point of the plane.
         normal: unit vector.
-        along: a direction of the plane that turns with its body, unit vector.
+        along: a direction of the plane that turns with its body, unit vector: "along" of a ball.
         spot: the centre of the wheel, or the point of the blade.
+        across: of a blade, the direction of its force, unit vector; of a wheel None.
+        drawn: whether the plane is: a blade's where the scene declares it.
     """
 
     at: Array
     normal: Array
     along: Array
     spot: Array
+    across: Array | None
+    drawn: bool
 
 
 @dataclass(frozen=True)
@@ -187,11 +193,13 @@ def drawn(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
         if row.type == "rolling" and row.place is not None:
             axis = _turned(placed[row.place.body], vector(row.axis, graph)) if row.axis else ()
             wanted["wheel", row.name] = (*_point(row.place, placed, graph), express(row.radius, graph), *axis)
-        if row.type == "rolling" or row.plane.declared:
+        if row.place is not None:
             T = placed[row.plane.body]
             normal = _turned(T, vector(row.plane.normal, graph))
-            spot = _point(row.place, placed, graph) if row.place else T.p
-            wanted["touch", row.name] = (*T.point(vector(row.plane.at, graph)), *normal, *spot)
+            blade = row.axis if row.type == "knife_edge" else None
+            across = _turned(placed[row.place.body], vector(blade, graph)) if blade else ()
+            at, spot = T.point(vector(row.plane.at, graph)), _point(row.place, placed, graph)
+            wanted["touch", row.name] = (*at, *normal, *spot, *across)
     for load in scene.loads:
         wanted |= _load(load, placed, graph)
     return wanted
@@ -294,7 +302,7 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
             if (x := arrays.get(("wheel", row.name))) is not None
         },
         {
-            row.name: _touch(x, frame("frame", row.plane.body))
+            row.name: _touch(x, frame("frame", row.plane.body), row.type == "rolling" or row.plane.declared)
             for row in scene.rows
             if (x := arrays.get(("touch", row.name))) is not None
         },
@@ -302,10 +310,12 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
     )
 
 
-def _touch(x: Array, carrier: Frame) -> Touch:
+def _touch(x: Array, carrier: Frame, drawn: bool) -> Touch:
     normal = unit(x[:, 3:6])
-    along = carrier.direction(across(np.einsum("nji,nj->ni", carrier.R, normal)))
-    return Touch(x[:, :3], normal, along, x[:, 6:])
+    n = np.einsum("nji,nj->ni", carrier.R, normal)
+    axis = np.where((np.abs(n[:, 1:]).max(axis=1) < LEVEL)[:, None], np.eye(3)[1], np.eye(3)[0])
+    along = carrier.direction(unit(axis - np.einsum("ni,ni->n", axis, n)[:, None] * n))
+    return Touch(x[:, :3], normal, along, x[:, 6:9], unit(x[:, 9:]) if x.shape[1] > 9 else None, drawn)
 
 
 def elastic(scene: Scene) -> tuple[Spring | Damper, ...]:

@@ -30,7 +30,7 @@ def patches(scene: Scene, found: Places) -> list[tuple[Row, Array]]:
     """Return every plane by the first row that is about it, with the corners of what is drawn, shape (N, 4, 3)."""
     rows_of: dict[object, list[Row]] = {}
     for row in scene.rows:
-        if row.name in found.touches:
+        if row.name in found.touches and found.touches[row.name].drawn:
             rows_of.setdefault(row.plane, []).append(row)
     corners = []
     for rows in rows_of.values():
@@ -69,3 +69,17 @@ def _shown(corners: Array, normal: Array, view: View) -> tuple[Shape, ...]:
     shares = np.linspace(0, 1, STROKES + 2)[1:-1]
     strokes = [np.stack([a + (b - a) * s, d + (c - d) * s], axis=1) for s in shares]
     return (path("stand", corners, closed=True), path("hatch", *strokes, size=0.8))
+
+
+def pushes(row: Row, found: Places) -> tuple[Array, list[Array]]:
+    """Return where a contact acts at the first position that is found, and its unit forces, as its multipliers go."""
+    touch = found.touches[row.name]
+    n, spot = touch.normal[0], touch.spot[0]
+    if touch.across is not None:
+        return spot, [touch.across[0]]
+    _, axis, radius = found.wheels[row.name]
+    a = np.cross(n, touch.along[0]) if axis is None else axis[0]
+    w = float(np.linalg.norm(np.cross(a, n))) or 1.0
+    along = np.cross(a, n) / w
+    ways = {"along": along, "across": np.cross(n, along), "normal": n}
+    return spot - radius * (n - (n @ a) * a) / w, [ways[component] for component in row.components]

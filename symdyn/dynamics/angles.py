@@ -49,7 +49,8 @@ class Angles:
 
     def singular(self, value: float, held: bool = False) -> str:
         """Return what is said where they are singular: at a start, or wherever loops hold the joint."""
-        where = f"joint {self.joint.name}: {self.names[1]} = {value:.6g}{', where the loops hold it' if held else ''}"
+        at = round(value, 9) + 0.0  # no rounding errors, no -0
+        where = f"joint {self.joint.name}: {self.names[1]} = {at:.6g}{', where the loops hold it' if held else ''}"
         return f"{where}: {self._parallel}; {self._remedy}{'' if held else ', or give another start'}"
 
     @property

@@ -88,6 +88,9 @@ def _plane(table: Table, needs_normal: bool, level: Vector | str) -> Plane:
             where.fault(f"normal is missing, and {level}; write normal = [0, 0, 1]")
         else:
             normal = level
+            if normal != Plane().normal:
+                text = ", ".join(spell(x) for x in normal)
+                table.faults.note(table.entry.where, f"its plane is level: normal = [{text}], against gravity")
     return Plane(body, at, normal, declared)
 
 

@@ -239,10 +239,10 @@ class _Following:
         if not len(free):
             return ()
         loose = [k for k in range(len(self.still)) if float(np.abs(free[:, k]).max()) > NOTHING]
-        G = self.functions("constraint_jacobian", q, self.still)
         names = [name for name in self._names(loose) if name not in self.given]
-        if not float(np.abs(G[:, loose]).max(initial=0.0)) > NOTHING:
+        if not any(not row[k].is_zero for row in self.numbers.constraints.G for k in loose):
             return (f"no law is given for {', '.join(names)}: at rest",)
+        G = self.functions("constraint_jacobian", q, self.still)
         idle = idle_motions(self.numbers, G, q)
         ways = np.array([way for _, way in idle]).reshape(-1, len(self.still))
         if _rank(np.vstack([ways, free])) == _rank(ways):

@@ -23,7 +23,7 @@ from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
 from symdyn.dynamics.positions import body_placements
 from symdyn.emit.equations import Printable
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, tangents
+from symdyn.graph import Expr, Op, reachable, tangents
 from symdyn.scene import GROUND, Scene, acceleration_name
 from symdyn.spatial import sub, unit_transform
 
@@ -58,13 +58,22 @@ def may_be_row(form: Form, page: Printable) -> bool:
     if not rows:
         return False
     scene = page.scene
-    geometry = {
-        name for row in rows for part in (*row.G, row.residual) if part is not None for name in symbols_of(part)
-    }
+    geometry = _geometry(page)
     others = {name for row in page.rows for c in row for name in symbols_of(c.form)} - geometry - set(scene.coordinates)
     others |= {name for right in page.right for name in symbols_of(right)} - set(scene.velocities) - geometry
     others |= {row.multiplier for row in rows} | {drive for drive in scene.drives if drive}
     return not others & set(symbols_of(form))
+
+
+def _geometry(page: Printable) -> set[str]:
+    """Return the names in the rows: of their closed forms, and of themselves where they have none."""
+    parts = [part for row in page.constraints.rows for part in (*row.G, row.residual) if part is not None]
+    names = {name for part in parts for name in symbols_of(part)}
+    if page.constraints.missing:
+        rows = Workspace(page.scene).closed.recursive
+        nodes = reachable([*rows.residual, *(entry for row in rows.G for entry in row)])
+        names |= {str(node.value) for node in nodes if node.op is Op.SYMBOL}
+    return names
 
 
 def scene_rows(page: Printable, level: str) -> list[Row]:

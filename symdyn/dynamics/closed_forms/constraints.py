@@ -80,7 +80,7 @@ def closed_constraints(scene: Scene) -> ClosedConstraints:
     rows = []
     for k in closure.kept:
         label, uses = found.labels[k], tuple(not entry.is_zero for entry in found.G[k])
-        words = _words(scene, label, state, closure.names[k])
+        words = _words(label, state, closure.names[k])
         rows.append(ClosedRow(label.owner, label.loop, label.closes, words, uses))
     try:
         return ClosedConstraints(_written(rows, found, closure.kept, state, graph, scene))
@@ -88,16 +88,14 @@ def closed_constraints(scene: Scene) -> ClosedConstraints:
         return ClosedConstraints(tuple(rows), str(fault))
 
 
-def _words(scene: Scene, label: Label, state: State, name: str) -> str:
+def _words(label: Label, state: State, name: str) -> str:
     """Return what a row forbids; where its direction moves, `name`, read at one position, would mislead."""
-    if label.wrench is None:
-        return "row"
+    if label.wrench is None or label.name:
+        return label.name or "row"
     force, moment = label.wrench
     if not set(state.q).intersection(reachable([*force, *moment])):
         return name.removeprefix(f"{label.owner}: ")
-    kind = "moment" if all(x.is_zero for x in force) else "force"
-    contact = next((row for row in scene.rows if row.name == label.owner and not label.loop), None)
-    return f"{kind} {contact.components[label.number]}" if contact and contact.type == "rolling" else kind
+    return "moment" if all(x.is_zero for x in force) else "force"
 
 
 def _written(

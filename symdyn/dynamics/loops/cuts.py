@@ -42,6 +42,7 @@ class Cut:
         residual: likewise what vanishes where the row is kept; zero for a row that does not close.
         closes: for each wrench whether it holds a position, so that its residual means something.
         joint: the joint that closes the loop; None for a contact.
+        names: of a contact's wrenches, in words; "" where a direction says it.
     """
 
     owner: str
@@ -53,6 +54,7 @@ class Cut:
     residual: Callable[[Transform], tuple[Expr, ...]]
     closes: tuple[bool, ...]
     joint: Joint | None
+    names: tuple[str, ...] = ()
 
 
 def cuts(scene: Scene, graph: Graph) -> list[Cut]:
@@ -91,7 +93,15 @@ def contact(row: Row, graph: Graph) -> Cut:
         lambda X: tuple(height(row, X) if one else graph.zero for one in closes),
         closes,
         None,
+        _names(row),
     )
+
+
+def _names(row: Row) -> tuple[str, ...]:
+    if row.type == "knife_edge":
+        return ("force across the blade",)
+    track = {way: "" if row.axis is None else f"force {way} the track" for way in ("along", "across")}
+    return tuple((track | {"normal": "normal force"})[component] for component in row.components)
 
 
 def _blade(row: Row, X: Transform) -> tuple[Wrench, ...]:

@@ -119,7 +119,22 @@ def _rows(numbers: Numbers, closure: Closure, q: Array) -> Array:
     return np.asarray(G[[k for k in range(len(G)) if k not in set(closure.empty)]])
 
 
+def open_rows(closure: Closure, numbers: Numbers) -> set[tuple[str, int]]:
+    """Return owner and number of the scene's rows whose multipliers rigid bodies do not determine."""
+    labels = [numbers.constraints.labels[k] for k in _related(closure, _rows(numbers, closure, _typical(closure)))]
+    return {(label.owner, label.number) for label in labels if not label.loop}
+
+
+def _typical(closure: Closure) -> Array:
+    return np.array(closure.assembly.typical)
+
+
 def _not_unique(closure: Closure, G: Array) -> list[str]:
+    """Return the rows that take part in a linear relation, and those that vanish, in words."""
+    return [closure.names[k] for k in _related(closure, G)]
+
+
+def _related(closure: Closure, G: Array) -> list[int]:
     """Return the rows that take part in a linear relation, and those that vanish, in order."""
     rows = [k for k in range(len(closure.names)) if k not in set(closure.empty)]
     loose = set(closure.empty)
@@ -127,7 +142,7 @@ def _not_unique(closure: Closure, G: Array) -> list[str]:
         U, values, _ = np.linalg.svd(G)
         related = U[:, int(np.sum(values > NOTHING * values.max(initial=0.0))) :]
         loose |= {k for k, row in zip(rows, related, strict=True) if np.abs(row).max(initial=0.0) > NOTHING}
-    return [closure.names[k] for k in sorted(loose)]
+    return sorted(loose)
 
 
 def _is_planar(numbers: Numbers, joint: Joint, q: Array) -> bool:

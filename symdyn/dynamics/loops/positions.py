@@ -4,7 +4,8 @@ Walk a loop from the cut J to the same point P again, as `loops` does. The unkno
 is known:
 
     U, V          origins of the two moves       z     normal of the plane
-    d0, d1, d2    J → U,  U → V,  V → P, each in axes that are fixed in front of the unknown move before it
+    d0, d1, d2    J → U,  U → V,  V → P, each in axes that are fixed in front of the unknown move before it, and along
+                  the plane: what lies across it adds up to nothing, and is no side of a triangle
 
 Two turns make a triangle J U V with known sides l0, l1, l2. Its angle at U is γ with
 
@@ -32,7 +33,7 @@ from symdyn.dynamics.loops.rows import paths
 from symdyn.dynamics.tree import Tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, evaluate, substitute
-from symdyn.spatial import Transform, Vec, add, apply, cross, dot, neg, scale, zero_vector
+from symdyn.spatial import Transform, Vec, add, apply, cross, dot, neg, scale, sub, zero_vector
 
 if TYPE_CHECKING:
     from symdyn.dynamics.workspace import Workspace
@@ -80,7 +81,8 @@ def _is_force(wrench: tuple[Vec, Vec] | None) -> bool:
 
 def _solve(w: Workspace, cut: Cut, block: Block, known: dict[Expr, Expr]) -> dict[Expr, Expr]:
     """Return the two coordinates of a block's velocities, with `known` ones put in."""
-    unknowns, (d0, d1, d2), z = _way_round(w, w.tree, cut, block)
+    unknowns, ways, z = _way_round(w, w.tree, cut, block)
+    d0, d1, d2 = (sub(way, scale(dot(way, z), z)) for way in ways)  # bodies may lie in planes one above the other
     q = [w.closed.coordinates[one.velocity] for one in unknowns]
     first, second = unknowns
     candidates = [_with_sign(w.graph.constant(sign), first, second, d0, d1, d2, z) for sign in (1, -1)]

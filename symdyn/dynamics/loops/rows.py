@@ -42,6 +42,7 @@ class Label:
         wrench: (force, moment) that the parent can exert, axes of J; None for a formula of the user.
         closes: whether it holds a position, so that its residual vanishes too.
         loop: whether it belongs to a joint that closes a loop; else to a row of the scene.
+        name: of a contact's wrench in words, "" where its direction says it.
     """
 
     owner: str
@@ -49,6 +50,7 @@ class Label:
     wrench: tuple[Vec, Vec] | None
     closes: bool
     loop: bool
+    name: str = ""
 
     @property
     def words(self) -> str:
@@ -224,7 +226,7 @@ def _of_cut(cut: Cut, relative: _Relative, state: State) -> list[Entry]:
 
 
 def _label(cut: Cut, k: int, wrench: tuple[Vec, Vec]) -> Label:
-    return Label(cut.owner, k, wrench, cut.closes[k], cut.joint is not None)
+    return Label(cut.owner, k, wrench, cut.closes[k], cut.joint is not None, cut.names[k] if cut.names else "")
 
 
 def _wrench_rates(cut: Cut, relative: _Relative, state: State) -> list[tuple[Vec, Vec]]:

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 def spoken(label: Label, numbers: Numbers, q: Array) -> str:
     """Return what a row of G forbids, in the axes of the joint frame on the parent."""
-    if label.wrench is None:
-        return "row"
+    if label.wrench is None or label.name:
+        return label.name or "row"
     force, moment = (numbers.at(part, q) for part in label.wrench)
-    return in_words(force, moment)
+    return in_words(force, moment if label.loop else np.zeros(3))  # a contact's acts where it touches
 
 
 def missed(label: Label, numbers: Numbers, q: Array, by: float) -> str:

@@ -112,7 +112,7 @@ class Sheet:
         marks = []
         for row in scene.rows:
             found, wheel = self._found.get(("touch", row.name)), self._found.get(("wheel", row.name))
-            if found is None:
+            if found is None or not (wheel or row.plane.declared):
                 continue
             graph = found[0].graph
             frame = self._found["frame", row.plane.body]
@@ -120,7 +120,7 @@ class Sheet:
             first = _across(normal)
             reach = AROUND * wheel[3] if wheel else graph.constant(BLADE)
             ways = [self._direction(_turned(frame, scale(reach, way))) for way in (first, cross(normal, first))]
-            rows = (self._direction(found[:3]), self._direction(found[6:]), *ways)
+            rows = (self._direction(found[:3]), self._direction(found[6:9]), *ways)
             marks.append(self._made("plane", rows, row.plane.body, row.name))
         return marks
 

@@ -1,0 +1,103 @@
+"""Laws of motion and what follows from them through rows: integrated, solved, or refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from symdyn.errors import SimulateError
+from symdyn.scene import Scene, read, read_text
+from symdyn.simulate import inverse, read_motion, simulate
+from symdyn.simulate.model import Trajectory
+
+ROOT = Path(__file__).parent.parent
+FOUND, EXAMPLES = ROOT / "tests" / "data" / "found", ROOT / "examples"
+
+
+def followed(scene: Scene, *laws: str, until: float = 1.0, count: int = 11) -> Trajectory:
+    return inverse(scene, read_motion(scene, laws), np.linspace(0.0, until, count))  # type: ignore[operator]
+
+
+@pytest.mark.mends("3.3")
+@pytest.mark.parametrize("path", [EXAMPLES / "cart_with_wheel.toml", FOUND / "rolling_cart.toml"], ids=lambda p: p.stem)
+def test_a_wheel_under_a_cart_turns_as_far_as_it_rolls(path: Path) -> None:
+    found = followed(read(path), "x=t**2")
+
+    assert found["phi"] == pytest.approx(5 * found.t**2, abs=1e-12)
+    assert found["phi_dot"] == pytest.approx(10 * found.t, abs=1e-12)
+    assert found["phi_ddot"] == pytest.approx(np.full(11, 10.0), abs=1e-12)
+
+
+@pytest.mark.mends("3.3")
+def test_laws_that_leave_motions_open_are_refused() -> None:
+    with pytest.raises(SimulateError, match=r"laws are missing: 2 freedoms of rolling_disc are left.*give 2 more"):
+        followed(read(EXAMPLES / "rolling_disc.toml"), "x=t")
+
+
+@pytest.mark.mends("3.3")
+def test_laws_that_slip_are_refused() -> None:
+    with pytest.raises(SimulateError, match=r"t = 0 s: the loops and rows do not allow the velocities of x, phi"):
+        followed(read(EXAMPLES / "cart_with_wheel.toml"), "x=t", "phi=t")
+
+
+def disc() -> Scene:
+    return read(FOUND / "rolling_disc_zxy.toml")
+
+
+def test_a_disc_is_where_its_simulation_rolls_it(tmp_path: Path) -> None:
+    """Forward and back: the angles of a free motion as laws give its path, and need no force."""
+    scene = disc()
+    rates = {"q1": "1", "q2": "0.5", "q3": "9"}
+    free = simulate(scene, until=1.0, start_rates=rates, every=0.002)  # type: ignore[operator]
+    table = tmp_path / "angles.csv"
+    names = ["t", *(f"q{k}{end}" for end in ("", "_dot", "_ddot") for k in (1, 2, 3))]
+    rows = np.column_stack([free.t, *(free[name] for name in names[1:])])
+    table.write_text(
+        "\n".join([",".join(names), *(",".join(map(repr, row)) for row in rows.tolist())]), encoding="utf-8"
+    )
+    found = inverse(scene, read_motion(scene, [str(table)]), free.t[::25])  # type: ignore[operator]
+
+    for name in ("x", "y", "z", "x_dot", "y_dot", "x_ddot"):
+        assert found[name] == pytest.approx(free[name][::25], abs=1e-7)
+    assert np.abs(found.tau).max() < 1e-5
+
+
+def test_a_height_is_solved_and_a_way_is_integrated() -> None:
+    found = followed(disc(), "q1=0.3*t", "q2=0.1+0.05*sin(t)", "q3=2*t", until=2.0, count=21)
+    fine = followed(disc(), "q1=0.3*t", "q2=0.1+0.05*sin(t)", "q3=2*t", until=2.0, count=2001)
+
+    assert found["z"] == pytest.approx(0.26 * np.cos(found["q2"]), abs=1e-12)
+    assert found["x"] == pytest.approx(fine["x"][::100], abs=1e-11)
+    way = np.concatenate([[0.0], np.cumsum((fine["x_dot"][1:] + fine["x_dot"][:-1]) / 2 * 0.001)])
+    assert fine["x"] == pytest.approx(way, abs=1e-6)
+
+
+def test_quaternions_with_laws_roll_too() -> None:
+    found = followed(
+        read(EXAMPLES / "rolling_disc.toml"), "e0=cos(3*t)", "e1=0", "e2=sin(3*t)", "e3=0", until=1.0
+    )  # upright, 6 rad/s
+
+    assert found["x"] == pytest.approx(0.3 * 6 * found.t, abs=1e-10)
+    assert found["z"] == pytest.approx(np.full(11, 0.3), abs=1e-12)
+    assert found["flight_wy"] == pytest.approx(np.full(11, 6.0), abs=1e-12)
+
+
+def test_what_no_row_knows_rests() -> None:
+    text = (EXAMPLES / "cart_with_wheel.toml").read_text(encoding="utf-8")
+    text += (
+        '[bodies.bob]\nmass = 1\n[joints.arm]\ntype = "revolute"\nparent = "cart"\nchild = "bob"\ncoordinate = "a"\n'
+    )
+    found = followed(read_text(text, "cart.toml"), "x=t")
+
+    assert not found["a"].any()
+    assert any("no law is given for a: at rest" in note for note in found.notes)
+    assert found["phi"][-1] == pytest.approx(5.0)
+
+
+def test_idle_motions_are_least_and_told() -> None:
+    found = followed(read(EXAMPLES / "rssr.toml"), "phi=0.2*t")
+
+    assert any("idle: coupler spins about the line of its joints" in note for note in found.notes)
+    assert not any("at rest" in note for note in found.notes)
