@@ -89,7 +89,11 @@ def test_a_wrench_cut_to_a_plane_is_seen_everywhere(monkeypatch, name):
     monkeypatch.setattr(ties_room, "taken_wrenches", cut)
     scene = scene_of(name)
     findings, _ = found_naturally(scene)
-    claims = [one for one in laws(Workspace(scene), ("reactions", "forward_dynamics")) if "5.18" in one.right_name]
+    claims = [
+        one
+        for one in laws(Workspace(scene), ("reactions", "forward_dynamics", "multipliers"))
+        if "5.18" in one.right_name
+    ]
 
     assert [one.verdict for one in prove(claims)[1]] == [DIFFERENT, DIFFERENT]
     assert {one.claim.partition(":")[0] for one in findings if one.verdict == DIFFERENT} == {

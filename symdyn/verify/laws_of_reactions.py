@@ -194,7 +194,7 @@ def _angular(w: Workspace, body: Inertia, T: Transform) -> list[Expr]:
 
 LAWS_OF_REACTIONS: tuple[tuple[tuple[str, ...], Callable[[Workspace], Claim | None]], ...] = (
     (("reactions",), _equilibrium),
-    (("reactions", "forward_dynamics"), _forward_equilibrium),
+    (("forward_dynamics", "multipliers"), _forward_equilibrium),
     (("reactions", "inverse_dynamics"), drives_in_reactions),
     (("reactions", "inverse_dynamics"), power_of_reactions),
     (("reactions",), momentum),

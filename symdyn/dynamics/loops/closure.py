@@ -52,6 +52,9 @@ CHOICES = 1000
 NOTHING = 1e-9
 """Rows this much below the largest have no effect."""
 
+LOOSE = 1e-7
+"""Shares of a row in a relation of rows, of unit length, below it are zero."""
+
 WEAK = 0.02
 """Driven velocities become dependent where the others would leave a pivot this much below the largest."""
 
@@ -113,6 +116,20 @@ def decided(numbers: Numbers, assembly: Assembly, closing: Closing) -> Closure:
     driven, fault = _driven(numbers, kept, choices, partition)
     redundant = tuple(k for k in some if k not in kept)
     return Closure(assembly, kept, empty, redundant, names, partition, driven, fault)
+
+
+def loose_rows(numbers: Numbers, assembly: Assembly) -> tuple[int, ...]:
+    """Return the rows whose multipliers rigid bodies do not tell: those that a λ with Gᵀ λ = 0 changes, at some position.
+
+    Args:
+        numbers: the mechanism.
+        assembly: its positions; generic ones decide, since at a start a relation may leave a row out.
+    """
+    loose = np.zeros(len(numbers.constraints.labels), dtype=bool)
+    for q in map(np.array, (assembly.typical, *assembly.places)):
+        U, _, _ = np.linalg.svd(dimensionless(numbers, q, assembly.length))
+        loose |= np.abs(U[:, assembly.rank :]).max(axis=1, initial=0.0) > LOOSE
+    return tuple(np.flatnonzero(loose).tolist())
 
 
 def pivots(rows: Array, stages: Sequence[Sequence[int]], count: int) -> tuple[list[int], float]:

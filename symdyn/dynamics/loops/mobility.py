@@ -23,7 +23,7 @@ import numpy as np
 
 from symdyn.dynamics.kinematics import tree_placements
 from symdyn.dynamics.loops.assembly import Assembly, seen_plain, witness
-from symdyn.dynamics.loops.closure import Closure, decided
+from symdyn.dynamics.loops.closure import Closure, decided, loose_rows
 from symdyn.dynamics.loops.continuation import declared_rates, fitting
 from symdyn.dynamics.loops.newton import dimensionless, free_motions
 from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
@@ -80,14 +80,14 @@ def mobility(scene: Scene, closing: Closing = Closing()) -> Mobility:  # noqa: B
     held = whole.singular_angles(np.array(assembly.typical), held=True)
     numbers, seen = whole.plain, seen_plain(whole, assembly)
     closure = decided(numbers, seen, Closing()) if held else decided(whole, assembly, closing)
-    q = np.array(seen.typical)
-    planar = tuple(joint.name for joint in scene.loops if _is_planar(numbers, joint, q))
+    positions = [np.array(q) for q in (seen.typical, *seen.places)]
+    flat = [joint for joint in scene.loops if all(_is_planar(numbers, joint, q) for q in positions)]
+    planar = tuple(joint.name for joint in flat)
     free = numbers.state.n - len(closure.kept)
     forbidden = sum(not label.loop for label in numbers.constraints.labels)
     counted = numbers.state.n - forbidden
     for joint in scene.loops:
         counted -= JOINTS[joint.type].class_t(joint) - (3 if joint.name in planar else 0)
-    G = _rows(numbers, closure, q)
     found = Mobility(
         spatial=_spatial(scene) - forbidden,
         by_loops=counted,
@@ -98,7 +98,7 @@ def mobility(scene: Scene, closing: Closing = Closing()) -> Mobility:  # noqa: B
         drives=tuple(drive for drive in scene.drives if drive),
         idle=tuple(dict.fromkeys(_idle(numbers, seen, closure.empty))),
         redundant=tuple(closure.names[k] for k in sorted((*closure.empty, *closure.redundant))),
-        not_unique=tuple(_not_unique(closure, G)),
+        not_unique=tuple(closure.names[k] for k in loose_rows(numbers, seen)),
         smallest=closure.assembly.smallest,
         notes=(),
     )
@@ -111,38 +111,6 @@ def _spatial(scene: Scene) -> int:
     joints = (*scene.joints, *scene.loops)
     taken = sum(JOINTS[joint.type].class_t(joint) for joint in joints)
     return 6 * len(scene.bodies) - taken - sum(joint.coupling is not None for joint in joints)
-
-
-def _rows(numbers: Numbers, closure: Closure, q: Array) -> Array:
-    """Return the dimensionless rows that do not vanish identically."""
-    G = dimensionless(numbers, q, closure.assembly.length)
-    return np.asarray(G[[k for k in range(len(G)) if k not in set(closure.empty)]])
-
-
-def open_rows(closure: Closure, numbers: Numbers) -> set[tuple[str, int]]:
-    """Return owner and number of the scene's rows whose multipliers rigid bodies do not determine."""
-    labels = [numbers.constraints.labels[k] for k in _related(closure, _rows(numbers, closure, _typical(closure)))]
-    return {(label.owner, label.number) for label in labels if not label.loop}
-
-
-def _typical(closure: Closure) -> Array:
-    return np.array(closure.assembly.typical)
-
-
-def _not_unique(closure: Closure, G: Array) -> list[str]:
-    """Return the rows that take part in a linear relation, and those that vanish, in words."""
-    return [closure.names[k] for k in _related(closure, G)]
-
-
-def _related(closure: Closure, G: Array) -> list[int]:
-    """Return the rows that take part in a linear relation, and those that vanish, in order."""
-    rows = [k for k in range(len(closure.names)) if k not in set(closure.empty)]
-    loose = set(closure.empty)
-    if len(G):
-        U, values, _ = np.linalg.svd(G)
-        related = U[:, int(np.sum(values > NOTHING * values.max(initial=0.0))) :]
-        loose |= {k for k, row in zip(rows, related, strict=True) if np.abs(row).max(initial=0.0) > NOTHING}
-    return sorted(loose)
 
 
 def _is_planar(numbers: Numbers, joint: Joint, q: Array) -> bool:
