@@ -77,15 +77,12 @@ def check_ending(options: argparse.Namespace) -> None:
         raise EmitError(f"{target.name}: {target.suffix} is no format; end with {', '.join(ENDINGS)}, or give --format")
 
 
-def placed(files: dict[str, str | bytes], output: str) -> list[Path]:
+def placed(files: dict[str, str | bytes], output: str) -> tuple[Path, ...]:
     """Write files to a folder, or the first of them to the file that `output` names, the others beside it."""
+    from symdyn.emit import write
+
     target = Path(output)
-    single = target.suffix and not target.is_dir()
-    folder = target.parent if single else target
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = []
-    for k, (name, content) in enumerate(files.items()):
-        path = target if single and k == 0 else folder / name
-        path.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8"))
-        paths.append(path)
-    return paths
+    if not target.suffix or target.is_dir():
+        return write(files, target)
+    (_, first), *others = files.items()
+    return write({target.name: first, **dict(others)}, target.parent)
