@@ -13,6 +13,7 @@ from fractions import Fraction
 from symdyn.algebra.form import Form, Function, Number, Pi, Power, Product, Sum, Symbol, split_sign, terms_of
 from symdyn.emit.symbols import print_name
 from symdyn.graph import Op
+from symdyn.scene.grammar import takes_exponent
 from symdyn.scene.spelling import spell_fraction
 
 BREAK = "\v"
@@ -195,7 +196,8 @@ class Latex:
             return self._function(form.base, form.exponent)
         text = self(form.base)
         # an accent or a bracketed base takes the exponent as it is: \dot q_1^2, (a + b)^2
-        bare = isinstance(form.base, (Symbol, Pi)) or (isinstance(form.base, Number) and text.isdigit())
+        bare = isinstance(form.base, Pi) or (isinstance(form.base, Number) and text.isdigit())
+        bare = bare or (isinstance(form.base, Symbol) and takes_exponent(text))
         exponent = str(form.exponent) if form.exponent < 10 else f"{{{form.exponent}}}"
         return f"{text}^{exponent}" if bare else f"{_brackets(text)}^{exponent}"
 
