@@ -74,16 +74,16 @@ def latex_symbols(scene: Scene, others: Iterable[str] = ()) -> dict[str, str]:
     """
     found: dict[str, str] = {}
     taken: set[str] = set()
+    velocities = set(scene.velocities)
 
     def enter(name: str, latex: str | None = None) -> PrintName:
-        shown = _declared(latex) if latex else print_name(name)
+        shown = _declared(latex) if latex else _of_frame(name) if name in velocities else print_name(name)
         if _look(shown) in taken:
             shown = PrintName(f"\\mathtt{{{in_latex(name)}}}")
         taken.add(_look(shown))
         found[name] = str(shown)
         return shown
 
-    velocities = set(scene.velocities)
     for coordinate in scene.coordinates:
         shown = enter(coordinate)
         if (velocity := velocity_name(coordinate)) in velocities:
@@ -102,6 +102,16 @@ def latex_symbols(scene: Scene, others: Iterable[str] = ()) -> dict[str, str]:
     for name in others:
         enter(name)
     return found
+
+
+def _of_frame(velocity: str) -> PrintName:
+    r"""Return \omega_{x,joint} of joint_wx and v_{x,joint} of joint_vx, which are along a joint's own axes."""
+    found = re.fullmatch(r"(\w+)_([vw])([xyz])", velocity)
+    if found is None:
+        return print_name(velocity)
+    joint, kind, axis = found.groups()
+    index = [axis, *re.findall(r"[A-Za-z]+|\d+", joint)]
+    return PrintName("v" if kind == "v" else r"\omega", ",".join(map(_upright, index)))
 
 
 def _look(shown: PrintName | str) -> str:
