@@ -14,9 +14,12 @@ from symdyn.algebra.form import Form, Function, Number, Pi, Power, Product, Sum,
 from symdyn.emit.symbols import print_name
 from symdyn.graph import Op
 from symdyn.scene.grammar import takes_exponent
-from symdyn.scene.spelling import spell_fraction
+from symdyn.scene.quantity import Quantity
+from symdyn.scene.spelling import spell, spell_fraction
+from symdyn.scene.value import value_of
 
 BREAK = "\v"
+LONGEST_VALUE = 24  # characters of a formula in a table
 FRACTIONS = (2, 3, 4, 6, 7, 8, 9, 11, 12)  # 1/12 stays a fraction; 7/20 is read as 0.35
 
 
@@ -33,6 +36,34 @@ def significant(value: Fraction, digits: int) -> str:
     if -4 <= exponent < digits + 2:
         return spell_fraction(Fraction(scaled) * Fraction(10) ** (exponent - digits + 1))
     return f"{spell_fraction(Fraction(scaled, 10 ** (digits - 1)))}e{exponent}"
+
+
+def rounded(form: Form, digits: int) -> Form:
+    """Return a form whose numbers have no more than `digits` significant digits."""
+    if isinstance(form, Number):
+        value = abs(form.value)
+        long = len(str(value.numerator).strip("0")) > digits or len(str(value.denominator)) > digits
+        near = Fraction(significant(value, digits)) if long else value
+        return Number(near if form.value > 0 else -near)
+    if isinstance(form, Sum):
+        return Sum(tuple(rounded(term, digits) for term in form.terms))
+    if isinstance(form, Product):
+        return Product(tuple(rounded(factor, digits) for factor in form.factors))
+    if isinstance(form, Power):
+        return Power(rounded(form.base, digits), form.exponent)
+    if isinstance(form, Function):
+        return Function(form.op, tuple(rounded(x, digits) for x in form.args))
+    return form
+
+
+def value_text(formula: Quantity) -> str:
+    """Return what a parameter is worth for a table: its formula where that is short, else its value to six digits."""
+    text = spell(formula)
+    if len(text) <= LONGEST_VALUE:
+        return text
+    value = Fraction(value_of(formula, {}) or 0)
+    near = significant(abs(value), 6) if value else "0"
+    return f"≈ {'-' if value < 0 else ''}{near}"
 
 
 # Plain text

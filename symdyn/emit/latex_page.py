@@ -12,7 +12,7 @@ from symdyn.dynamics.prescribed import TIME
 from symdyn.emit.breaking import break_lines, latex_width
 from symdyn.emit.equations import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.escape import in_latex
-from symdyn.emit.formula_text import BREAK, Latex
+from symdyn.emit.formula_text import BREAK, Latex, value_text
 from symdyn.emit.latex_constraints import constraint_page
 from symdyn.emit.latex_layout import (
     DIGITS,
@@ -28,7 +28,6 @@ from symdyn.emit.latex_layout import (
 )
 from symdyn.emit.symbols import latex_symbols, latex_unit
 from symdyn.scene import JOINTS, Scene, acceleration_name
-from symdyn.scene.spelling import spell
 
 BRACED = 0.45 * LINE  # a wider coefficient is named under its brace and written out below
 
@@ -256,7 +255,7 @@ def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]
     if timed:
         rows.append(symbol_row(write.symbols[TIME], "time", "s"))
     for parameter in scene.parameters:
-        value = in_latex(spell(parameter.value)) if parameter.value is not None else ""
+        value = in_latex(value_text(parameter.value)) if parameter.value is not None else ""
         rows.append(symbol_row(write.symbols[parameter.name], parameter.text or "parameter", parameter.unit, value))
     return rows
 
