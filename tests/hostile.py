@@ -28,7 +28,7 @@ ADDRESS = "http://127.0.0.1:9/canary"
 PAYLOADS = {
     "docstring": '"""; open("canary", "w"); canary = """',
     "quotes": "'); open('canary', 'w'); ('",
-    "triple": "'''; open('canary', 'w'); '''",
+    "triple": "''' + str(open('canary', 'w')) + '''",
     "raw": 'l"""); open("canary", "w"); (r"""',
     "escaped quote": '\\"""; open("canary", "w"); """',
     "backslash": "ends with a backslash \\",
@@ -113,6 +113,7 @@ DOORS = {  # what writes files of a scene, by folder; {scene} and {folder} are f
     "free": "draw {scene} --body bob -o {folder}/p.svg",
     "toml": "convert {scene} {folder}/c.toml",
     "par": "convert {scene} --lossy {folder}/c.par",
+    "urdf": "convert {scene} --lossy {folder}/c.urdf",
 }
 
 
@@ -121,7 +122,7 @@ def write(door: str, scene: Path, folder: Path) -> list[Path]:
     from symdyn.cli import main
 
     folder.mkdir(parents=True, exist_ok=True)
-    words = [word.format(scene=scene, folder=folder) for word in DOORS[door].split()]
+    words = [word.format(scene=scene, folder=folder) for word in DOORS[door].split(" ")]
     assert main(words) == 0, words
     return sorted(folder.iterdir())
 
@@ -183,7 +184,7 @@ def in_c(path: Path) -> list[str]:
     if done.returncode:
         return [done.stderr]
     said = [done.stderr] if done.stderr else []
-    return said + re.findall(r"\S*canary\S*", subprocess.check_output([lister, str(made)], text=True))
+    return said + re.findall(r"(?<!\w)canary\w*", subprocess.check_output([lister, str(made)], text=True))
 
 
 def in_node(path: Path) -> list[str]:
@@ -265,3 +266,17 @@ def in_xml(path: Path) -> list[str]:
         found += [tag] if tag in ("script", "a", "image", "foreignObject", "use") else []
         found += [key for key in element.attrib if key.startswith("on") or key.endswith("href")]
     return found
+
+
+def in_jupyter(path: Path) -> list[str]:
+    """Execute a notebook as Jupyter does, and look for files that it leaves and cells that fail."""
+    nbformat, nbclient = map(pytest.importorskip, ("nbformat", "nbclient"))
+    before = {*os.listdir(path.parent)}
+    book = nbformat.read(path, as_version=4)
+    paths = os.pathsep.join(part for part in sys.path if part)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", paths)
+        where = {"metadata": {"path": str(path.parent)}}
+        nbclient.NotebookClient(book, timeout=300, resources=where, allow_errors=True).execute()
+    outputs = [output for cell in book.cells for output in cell.get("outputs", ())]
+    return left_behind(path.parent, before) + [x["evalue"] for x in outputs if x["output_type"] == "error"]

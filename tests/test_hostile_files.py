@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 import tomllib
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import quoteattr
 
 import hostile
 import pytest
@@ -15,6 +18,7 @@ from hostile import (
     PAYLOADS,
     in_browser,
     in_c,
+    in_jupyter,
     in_markdown,
     in_node,
     in_notebook,
@@ -106,6 +110,87 @@ def test_words_come_back_from_a_scene_that_was_written(door: str, scene: Path, t
     if door == "toml":
         assert again.parameters == before.parameters
         assert "canary" not in tomllib.loads(path.read_text(encoding="utf-8"))["parameters"]
+
+
+@pytest.mark.slow
+def test_a_lesson_that_jupyter_executes_runs_nothing_of_its_scene(scene: Path, tmp_path: Path) -> None:
+    assert in_jupyter(*write("ipynb", scene, tmp_path / "closed")) == []
+
+    one = tmp_path / f"{hostile.NAME}.toml"
+    one.write_text(scene_with({"triple": PAYLOADS["triple"]}), encoding="utf-8")
+    with unescaped("in_code", lambda text: f"'''{text}'''"):
+        assert in_jupyter(*write("ipynb", one, tmp_path / "open"))[:1] == ["canary"]
+
+
+def test_a_document_without_a_shell_holds_every_word_too(scene: Path, tmp_path: Path) -> None:
+    (path,) = write("tex", scene, tmp_path)
+    assert in_pdflatex(path, shell=False) == []
+
+
+# Names of files and of robots
+
+
+SHELL = "x.toml; touch canary; $(touch canary) `touch canary`"
+CONTROLLED = "\x1b[2J\n*+ int canary = 1; +*\r\u202e"
+
+
+@pytest.mark.parametrize("door", ["numpy", "c", "js"])
+@pytest.mark.parametrize("name", [SHELL + PAYLOADS["docstring"], CONTROLLED], ids=["quotes", "controls"])
+def test_no_file_acts_on_the_name_of_the_file_of_its_scene(name: str, door: str, tmp_path: Path) -> None:
+    path = tmp_path / f"{name}.toml"
+    path.write_text(scene_with({}).replace('name = "stranger"', ""), encoding="utf-8")
+    paths = write(door, path, tmp_path / "out")
+
+    assert opened(paths) == []
+    assert all(line.isprintable() for made in paths for line in made.read_text(encoding="utf-8").split("\n"))
+
+
+def test_the_command_that_a_file_quotes_is_one_word_for_each_of_its_words(tmp_path: Path) -> None:
+    path = tmp_path / f"{SHELL}.toml"
+    path.write_text(scene_with({}).replace('name = "stranger"', ""), encoding="utf-8")
+    source = write("c", path, tmp_path / "out")[0].read_text(encoding="utf-8")
+
+    (command,) = re.findall(r"symdyn generate .*", source)
+    assert shlex.split(command) == ["symdyn", "generate", path.name, "--target", "c", "--batch"]
+
+
+def robot(names: list[str]) -> str:
+    """Return a robot whose links and joints have these names: one hinge, then fixed joints."""
+    links = [quoteattr(f"base{name}") for name in names]
+    parts = [f"<robot name={quoteattr(names[0])}>", *(f"<link name={link}>{ROD}</link>" for link in links)]
+    for k, name in enumerate(names[1:]):
+        kind = "fixed" if k else "continuous"
+        ends = f'<parent link={links[k]}/><child link={links[k + 1]}/><axis xyz="0 0 1"/>'
+        parts.append(f'<joint name={quoteattr(name)} type="{kind}">{ends}</joint>')
+    return "".join([*parts, "</robot>"])
+
+
+ROBOT_DOORS = [
+    "c",
+    "svg",
+    "toml",
+    "urdf",
+    "par",
+    *(pytest.param(x, marks=pytest.mark.slow) for x in ("js", "tex", "html")),
+]
+
+ROD = """<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>"""
+
+
+@pytest.mark.parametrize("door", ROBOT_DOORS)
+def test_no_file_acts_on_the_names_of_a_robot(door: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    path = tmp_path / "r.urdf"
+    path.write_text(robot([*PAYLOADS.values()]), encoding="utf-8")
+    paths = write(door, path, tmp_path / "out")
+
+    assert paths
+    assert opened(paths) == []
+    if door in ("toml", "urdf", "par"):
+        assert [joint.name.isidentifier() for joint in read(paths[0]).joints]
+    if door == "urdf":
+        assert in_xml(paths[0]) == []
+    if door == "html":
+        assert opened(paths, request.getfixturevalue("browser")) == []
 
 
 # The harnesses see what is not escaped
