@@ -21,6 +21,12 @@ def say(text: str) -> None:
     print(printable(text), file=sys.stderr)
 
 
+def print_paths(*paths: object) -> None:
+    """Print where files were written, one a line, which no name breaks."""
+    for path in paths:
+        print(printable(str(path), keep=""))
+
+
 def print_json(value: Any) -> None:
     """Print a result for machines."""
     print(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))

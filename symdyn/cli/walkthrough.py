@@ -46,7 +46,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 
 def run(options: argparse.Namespace) -> int:
     """Write the files and print their paths."""
-    from symdyn.cli.talk import Waiting
+    from symdyn.cli.talk import Waiting, print_paths
     from symdyn.teach import rendered, walkthrough
     from symdyn.teach.exercises import with_exercises
     from symdyn.teach.interactive import interactive_page
@@ -57,14 +57,13 @@ def run(options: argparse.Namespace) -> int:
         progress("deriving")
         if options.format == "sliders":
             page = interactive_page(scene, language=options.language)
-            print(*placed({f"{scene.name}.html": page}, options.output))
+            print_paths(*placed({f"{scene.name}.html": page}, options.output))
             return 0
         document = walkthrough(scene, options.language, options.detail, options.until, options.road)
         document = with_exercises(document) if options.exercises else document
         progress("writing")
         files = rendered(document, options.format or ENDINGS.get(Path(options.output).suffix.lower(), "md"))
-    for path in placed(files, options.output):
-        print(path)
+    print_paths(*placed(files, options.output))
     return 0
 
 
