@@ -88,7 +88,7 @@ def _table(then: dict[tuple[str, str], tuple[str, str]], now: dict[tuple[str, st
         held = before == "failed" and not lacks and outcome == "passed"
         verdict = "mended" if held else "not shown: lacks a name there" if lacks else f"not shown: {before} there"
         shown[item] |= held
-        print(f"{item:8} {verdict if outcome == 'passed' else 'FAILS NOW':32} {test}")
+        print(f"{item:12} {verdict if outcome == 'passed' else 'FAILS NOW':32} {test}")
     missing = [item for item, held in sorted(shown.items()) if not held]
     print(f"{sum(shown.values())} of {len(shown)} items shown" + (f"; not: {', '.join(missing)}" if missing else ""))
     return len(missing)

@@ -140,6 +140,7 @@ def test_best_is_what_nothing_beats_in_both():
 def test_a_plot_is_well_formed_and_holds_every_finite_point():
     dots = (Dot(1.0, 1e-16, "a < b & c", marked=True), Dot(10.0, 0.0, "exact"), Dot(1.0, float("inf"), "lost"))
     text = log_log("t & u", "ns", "error", [Series("one", dots), Series("two", dots[:1], joined=True)])
+    assert "var(" not in text, "programs that are no browsers know no variables, and paint black"
 
     root = ET.fromstring(text)
     titles = [node.text for node in root.iter() if node.tag.endswith("title")]

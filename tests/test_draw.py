@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 from xml.etree import ElementTree
 
 import closed_mechanisms
 import numpy as np
 import pytest
 from arms import EXAMPLES, chain, two_link
+from matplotlib import image
 from mechanisms import coupled_tree, jointed, random_tree
 
 from symdyn.draw import Wrench, acting_on, free_body, picture, pose
@@ -137,6 +140,26 @@ def test_the_same_scene_gives_the_same_bytes_in_any_process() -> None:
     }  # fmt: skip
 
     assert texts == {picture(read(EXAMPLES / "puma560.toml")).encode()}
+
+
+@pytest.mark.mends("6.svg")
+def test_pictures_need_no_variables_of_css_which_browsers_alone_know() -> None:
+    four_bar = read(EXAMPLES / "four_bar.toml")
+
+    assert "var(" not in picture(four_bar)
+    assert "var(" not in free_body(four_bar, "coupler")
+
+
+@pytest.mark.mends("6.svg")
+@pytest.mark.skipif(shutil.which("rsvg-convert") is None, reason="needs rsvg-convert of librsvg2-bin")
+def test_a_program_that_is_no_browser_shows_the_colours(tmp_path: Path) -> None:
+    (tmp_path / "four_bar.svg").write_text(picture(read(EXAMPLES / "four_bar.toml")), encoding="utf-8")
+    png = tmp_path / "four_bar.png"
+    subprocess.run(["rsvg-convert", str(tmp_path / "four_bar.svg"), "-o", str(png)], check=True)
+
+    shown = {tuple(np.round(255 * pixel[:3]).astype(int)) for row in image.imread(png) for pixel in row}
+    for colour in ("paper", "mark", "body0", "body1", "body2"):
+        assert tuple(bytes.fromhex(SCHEMES["light"][colour][1:])) in shown, colour
 
 
 def test_a_picture_does_not_depend_on_the_unit_of_length() -> None:

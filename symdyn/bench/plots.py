@@ -18,12 +18,15 @@ COLUMN, LINE = 230, 20
 """Width and height of a word of the legend, which stands below, so that a narrow page shows all of it."""
 
 STYLE = """
-.plot { --ink: #222; --faint: #ddd; --paper: #fff; font: 14px system-ui, sans-serif;
-  display: block; width: 100%; max-width: 44rem; height: auto; }
-.plot text { fill: var(--ink); } .plot .axis { stroke: var(--ink); } .plot .grid { stroke: var(--faint); }
-.plot .ring { stroke: var(--ink); stroke-width: 1.5; }
-@media (prefers-color-scheme: dark) { .plot { --ink: #ddd; --faint: #3a3a3a; --paper: #1b1b1b; } }
+.plot { font: 14px system-ui, sans-serif; display: block; width: 100%; max-width: 44rem; height: auto; }
+.plot text { fill: #222; } .plot .axis, .plot .ring { stroke: #222; } .plot .grid { stroke: #ddd; }
+.plot .ring { stroke-width: 1.5; } .plot .hollow { fill: #fff; }
+@media (prefers-color-scheme: dark) {
+.plot text { fill: #ddd; } .plot .axis, .plot .ring { stroke: #ddd; } .plot .grid { stroke: #3a3a3a; }
+.plot .hollow { fill: #1b1b1b; }
+}
 """
+"""No variables of CSS: programs that draw pictures outside browsers do not know them, and paint black."""
 
 COLOURS = ("#1f77b4", "#d62728", "#2ca02c", "#ff7f0e", "#9467bd", "#17becf", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22")
 
@@ -106,7 +109,7 @@ def _placed(series: Series, floor: float) -> Series:
 
 def _circle(dot: Dot, x: float, y: float, colour: str) -> str:
     at = f'cx="{x:.1f}" cy="{y:.1f}"'
-    fill = f'fill="var(--paper)" stroke="{colour}" stroke-width="1.5"' if dot.hollow else f'fill="{colour}"'
+    fill = f'class="hollow" stroke="{colour}" stroke-width="1.5"' if dot.hollow else f'fill="{colour}"'
     ring = f'<circle class="ring" fill="none" {at} r="7"/>' if dot.marked else ""
     return f"<g><title>{in_html(dot.text)}</title>{ring}<circle {at} r='4' {fill}/></g>"
 

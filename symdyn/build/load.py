@@ -58,12 +58,22 @@ class Loaded:
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         """Raise AttributeError: `name` is none of the functions."""
-        known = ", ".join(self.__dict__.get("calls", ()))
-        raise AttributeError(f"there is no function {name!r}; there are {known}; load(…, functions=…) takes others")
+        raise AttributeError(self._missing(name))
 
     def __getitem__(self, request: str) -> Callable[..., Any]:
-        """Return the function that was asked for as `request`, or that has this name; KeyError if there is none."""
-        return self.calls[identifier(request)]
+        """Return the function that was asked for as `request`, or that has this name.
+
+        Raises:
+            KeyError: there is none; with the names of those that are there.
+        """
+        found = self.calls.get(identifier(request))
+        if found is None:
+            raise KeyError(self._missing(request))
+        return found
+
+    def _missing(self, name: str) -> str:
+        known = ", ".join(self.__dict__.get("calls", ()))
+        return f"there is no function {name!r}; there are {known}; load(…, functions=…) takes others"
 
     def __repr__(self) -> str:
         kind = "compiled" if self.compiled else "NumPy"

@@ -75,7 +75,7 @@ def drawing(
     if q is None:
         shown, values = pose(scene, parameters=parameters)
     else:
-        shown, values = np.asarray(q, dtype=np.float64), values_of(scene, parameters)
+        shown, values = _numbers(scene, q), values_of(scene, parameters)
     found = places(scene, shown.reshape(1, -1), values)
     seen = watched(scene, found, values, shown, view)
     items, names = mechanism(scene, found, seen)
@@ -153,6 +153,15 @@ def load_wrench(name: str, found: Places) -> Wrench:
     """Return a load of the scene as it is now."""
     at, force, couple = (tuple(x[0].tolist()) for x in found.acting[name])
     return Wrench(name, at, force, couple)
+
+
+def _numbers(scene: Scene, q: Sequence[float] | Array) -> Array:
+    """Return a position as numbers."""
+    try:
+        return np.asarray(q, dtype=np.float64)
+    except (TypeError, ValueError) as fault:
+        names = ", ".join(scene.coordinates)
+        raise DrawError(f"{scene.name}: q = {q!r} is no position; give a number for each of {names}") from fault
 
 
 def _triads(found: Places, view: View) -> tuple[Item, ...]:

@@ -62,36 +62,44 @@ font-family:"STIX Two Text","Latin Modern Roman",Cambria,Georgia,"Times New Roma
 .symdyn .t{font-family:monospace}
 """
 
+HALO = """\
+@supports (paint-order:stroke){.symdyn text{stroke:[paper];stroke-width:3;paint-order:stroke;stroke-linejoin:round}}
+"""
+"""Letters stand out of lines by an edge, where it is painted behind them; other programs would paint it over them."""
+
 
 def style(scheme: str) -> str:
     """Return the style sheet.
 
+    Colours are written out, and once more for the dark: programs that draw pictures outside browsers know no variables
+    of CSS, and paint black what they cannot read.
+
     Args:
-        scheme: "auto" follows the reader's preference by variables of CSS; "light" and "dark" are plain colours, for
-            programs that know no variables and paint the edge of letters over them.
+        scheme: "auto" follows the reader's preference; "light" and "dark" are one of the two.
 
     Raises:
         DrawError: another scheme.
     """
     if scheme not in ("auto", *SCHEMES):
         raise DrawError(f'colour scheme "{scheme}" is unknown; known are auto, light, dark')
-    halo = "stroke:[paper];stroke-width:3;paint-order:stroke;stroke-linejoin:round;" if scheme == "auto" else ""
-    rules = f"{RULES.strip()}\n.symdyn text{{{halo}font-size:{FONT:g}px}}\n"
+    if scheme != "auto":
+        return _coloured(SCHEMES[scheme])
+    dark = "\n".join(line for line in _coloured(DARK).splitlines() if "fill:" in line or "stroke:" in line)
+    return (
+        f"{_coloured(LIGHT)}{HALO.replace('[paper]', LIGHT['paper'])}"
+        f"@media screen and (prefers-color-scheme:dark){{\n{dark}\n{HALO.replace('[paper]', DARK['paper'])}}}\n"
+    )
+
+
+def _coloured(colours: dict[str, str]) -> str:
+    """Return the rules in one scheme."""
+    rules = f"{RULES.strip()}\n.symdyn text{{font-size:{FONT:g}px}}\n"
     rules += "".join(
         f".symdyn .link.body{k}{{stroke:[body{k}]}}\n.symdyn .particle.body{k}{{fill:[body{k}]}}\n" for k in range(6)
     )
     rules += "".join(
         f".symdyn .triad-{a}{{stroke:[{a}]}}\n.symdyn .triad-{a}.head,.symdyn .{a}-text{{fill:[{a}]}}\n" for a in "xyz"
     )
-    for name, colour in SCHEMES.get(scheme, {}).items():
+    for name, colour in colours.items():
         rules = rules.replace(f"[{name}]", colour)
-    if scheme != "auto":
-        return rules
-    for name in LIGHT:
-        rules = rules.replace(f"[{name}]", f"var(--sd-{name})")
-    dark = f"@media screen and (prefers-color-scheme:dark){{.symdyn{{{_variables(DARK)}}}}}"
-    return f".symdyn{{{_variables(LIGHT)}}}\n{dark}\n{rules}"
-
-
-def _variables(colours: dict[str, str]) -> str:
-    return ";".join(f"--sd-{name}:{colour}" for name, colour in colours.items())
+    return rules

@@ -21,7 +21,7 @@ from symdyn.scene.names import suggestion
 from symdyn.scene.quantity import ZERO
 from symdyn.scene.table import Faults
 from symdyn.simulate.columns import Columns
-from symdyn.simulate.motion import split_entries
+from symdyn.simulate.motion import listed, split_entries
 from symdyn.simulate.reading import TIME, close, parameter_values, read_formula
 
 Array = npt.NDArray[np.float64]
@@ -71,13 +71,13 @@ def drive_names(scene: Scene) -> tuple[str, ...]:
     )
 
 
-def read_forces(scene: Scene, entries: Sequence[str]) -> Forces:
+def read_forces(scene: Scene, entries: str | Sequence[str] | Mapping[str, str]) -> Forces:
     """Return the forces that words and files say.
 
     Args:
         scene: the mechanism, its parameters bound.
         entries: `name=formula`, where the name is that of a drive, a coordinate or a velocity; a .toml file of such
-            lines; or a .csv file of columns t and drives or coordinates.
+            lines; or a .csv file of columns t and drives or coordinates. One or several; or formulas by name.
 
     Raises:
         SimulateError: with every fault, one line each.
@@ -87,7 +87,7 @@ def read_forces(scene: Scene, entries: Sequence[str]) -> Forces:
     formulas: dict[int, Quantity] = {}
     tables: dict[int, Callable[[Array], Array]] = {}
     spans: dict[int, tuple[float, float]] = {}
-    texts, columns = split_entries(entries, "forces", faults)
+    texts, columns = split_entries(listed(entries, "forces"), "forces", faults)
     places = _places(scene)
     allowed = (TIME, *scene.coordinates, *scene.velocities, *values)
     for where, name, text in texts:

@@ -15,7 +15,7 @@ from symdyn.scene.names import suggestion
 from symdyn.scene.table import Faults
 from symdyn.simulate.choose import Choice, choose
 from symdyn.simulate.constraints import Projection
-from symdyn.simulate.forces import Forces, held
+from symdyn.simulate.forces import Forces, held, read_forces
 from symdyn.simulate.initial import Start, read_start, singular
 from symdyn.simulate.integrate import METHODS, Hit, IntegrationError, Piece, Problem
 from symdyn.simulate.model import END, INTERRUPTED, Event, Trajectory
@@ -38,7 +38,7 @@ FINEST, SMALLEST = 1e-16, 1e-300
 
 def simulate(
     scene: Scene,
-    forces: Forces = Forces(),  # noqa: B008  frozen
+    forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
     until: float = 10.0,
     start: Mapping[str, str] | Start | None = None,
     start_rates: Mapping[str, str] | None = None,
@@ -58,7 +58,7 @@ def simulate(
 
     Args:
         scene: the mechanism, its parameters bound.
-        forces: driving forces, from `read_forces`.
+        forces: driving forces, from `read_forces`, or what that takes.
         until: time of the end, s.
         start: formulas by coordinate, in place of what the scene says; or a whole state.
         start_rates: formulas by velocity.
@@ -76,6 +76,7 @@ def simulate(
         SimulateError: with every fault of the arguments, one line each.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
+    forces = forces if isinstance(forces, Forces) else read_forces(scene, forces)
     formulas = (*stops, *reports)
     zeros, times, initial = _checked(scene, until, every, rtol, atol, formulas, method, start, start_rates)
     notes = (*initial.notes, *held(scene, forces, until))

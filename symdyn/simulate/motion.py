@@ -43,13 +43,13 @@ class Motion:
         return max((low for low, _ in spans), default=-np.inf), min((high for _, high in spans), default=np.inf)
 
 
-def read_motion(scene: Scene, entries: Sequence[str]) -> Motion:
+def read_motion(scene: Scene, entries: str | Sequence[str] | Mapping[str, str]) -> Motion:
     """Return the motion that words and files say.
 
     Args:
         scene: the mechanism, its parameters bound.
         entries: `name=law` for a coordinate, a .toml file of such lines, or a .csv file of columns t, q1, ... with
-            rates q1_dot and accelerations q1_ddot where they are known.
+            rates q1_dot and accelerations q1_ddot where they are known. One or several; or laws by name.
 
     Raises:
         SimulateError: with every fault, one line each.
@@ -58,7 +58,7 @@ def read_motion(scene: Scene, entries: Sequence[str]) -> Motion:
     faults = Faults("")
     laws: dict[str, Law] = {}
     quasi: dict[str, Law] = {}
-    texts, tables = split_entries(entries, "motion", faults)
+    texts, tables = split_entries(listed(entries, "motion"), "motion", faults)
     known = scene.coordinates
     for where, name, text in texts:
         if name not in known:
@@ -116,6 +116,24 @@ def _from_table(scene: Scene, table: Columns, laws: dict[str, Law], quasi: dict[
     for name in scene.velocities:
         if name not in rates and name in table.values:
             quasi[name] = column_law(table, name, acceleration_name(name), "")
+
+
+def listed(entries: object, table: str) -> tuple[str, ...]:
+    """Return what may be given as one entry, several, or formulas by name, as entries.
+
+    Raises:
+        SimulateError: it is something else.
+    """
+    if isinstance(entries, str):
+        return (entries,)
+    if isinstance(entries, Mapping):
+        return tuple(f"{name}={text}" for name, text in entries.items())
+    if isinstance(entries, Sequence) and all(isinstance(entry, str) for entry in entries):
+        return tuple(entries)
+    raise SimulateError(
+        f'{table}: a {type(entries).__name__} says no {table}; give formulas such as "name = 2*t" as text, several in '
+        "a list or by name, or the name of a .toml or .csv file"
+    )
 
 
 def split_entries(

@@ -12,6 +12,7 @@ the frame in which a body's velocity is written, so it is written in the body, w
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -77,14 +78,17 @@ class ClosedForm:
             DerivationError: there is no such coefficient; indices count from 0, and k_E has a form only.
         """
         check_key(key, self.n)
-        name, *index = key
+        name, *places = key
         if name == "k_E":
             raise DerivationError(f"{key!r} is no polynomial; closed.form(*key) and closed.sympy(*key) write it")
         table = {"k_z": self.M, "k_C": self.k_C, "k_D": self.k_D, "k_G": self.k_G, "K": self.K, "P": self.P}
         value = table[name]
-        for i in index:
+        for i in places:
             value = value[i]
         return value
+
+    def __reduce__(self) -> tuple[Callable[[Scene], ClosedForm], tuple[Scene]]:
+        return closed_form, (self.scene,)  # polynomials of FLINT have no bytes to keep
 
     def form(self, *key: Any) -> Form:
         """Return one coefficient as short as the ring can write it; key as in `closed["k_z", 0, 1]`."""

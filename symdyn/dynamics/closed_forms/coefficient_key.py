@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import index
 from typing import Any
 
 from symdyn.errors import DerivationError
@@ -15,12 +16,13 @@ MOST_TERMS = 100_000
 def check_key(key: object, n: int) -> None:
     """Raise DerivationError unless `key` is that of a coefficient of a mechanism with n coordinates."""
     sizes = {"k_z": (n, n), "k_C": (n, n * (n - 1) // 2), "k_D": (n, n), "k_G": (n,), "k_E": (n,), "K": (), "P": ()}
-    name, *index = key if isinstance(key, tuple) and key else (key,)
+    name, *places = key if isinstance(key, tuple) and key else (key,)
     shape = sizes.get(name) if isinstance(name, str) else None
-    if shape is None or len(index) != len(shape):
+    fits = shape is not None and len(places) == len(shape)
+    try:  # whole numbers of any library
+        fits = fits and all(0 <= index(i) < size for i, size in zip(places, shape or (), strict=True))
+    except TypeError:
         fits = False
-    else:
-        fits = all(isinstance(i, int) and 0 <= i < size for i, size in zip(index, shape, strict=True))
     if not fits:
         pairs = f"pair in 0..{n * (n - 1) // 2 - 1}" if n > 1 else "no pair, as one coordinate has none"
         raise DerivationError(

@@ -1,0 +1,93 @@
+"""Doors in Python: what they take, and what they say of what they cannot take."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy
+
+import symdyn
+from symdyn.errors import DrawError, SimulateError
+from symdyn.simulate import read_forces, simulate
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+ARM = symdyn.read(EXAMPLES / "two_link.toml")
+CART = symdyn.read(EXAMPLES / "cart_pole.toml")
+
+
+@pytest.mark.mends("6.sympy")
+@pytest.mark.parametrize("whole", [np.int64, sympy.Integer])
+def test_indices_are_whole_numbers_of_any_library(whole):
+    closed = symdyn.closed_form(ARM)
+    try:
+        found = closed.sympy("k_z", whole(0), whole(1))
+    except symdyn.SymdynError as fault:
+        pytest.fail(str(fault))
+
+    assert found == closed.sympy("k_z", 0, 1)
+
+
+@pytest.mark.parametrize("index", [2, -1, 0.0, "0", None])
+def test_other_indices_are_refused(index):
+    with pytest.raises(symdyn.SymdynError, match="there is no coefficient"):
+        symdyn.closed_form(ARM)["k_z", 0, index]
+
+
+@pytest.mark.mends("6.pickle")
+def test_a_closed_form_pickles():
+    closed = symdyn.closed_form(ARM)
+    try:
+        again = pickle.loads(pickle.dumps(closed))
+    except TypeError as fault:
+        pytest.fail(str(fault))
+
+    assert str(again.sympy("k_C", 0, 0)) == str(closed.sympy("k_C", 0, 0))
+
+
+@pytest.mark.mends("6.key")
+def test_a_function_that_is_not_there_is_told_with_those_that_are():
+    arm = symdyn.load(ARM, ["mass_matrix"])
+
+    with pytest.raises(KeyError, match=r"there is no function 'pose:nothing'; there are mass_matrix"):
+        arm["pose:nothing"]
+
+
+@pytest.mark.mends("6.picture")
+@pytest.mark.parametrize("position", [{"q1": 0.2}, ["x", 1.0]])
+def test_a_picture_at_what_is_no_position_says_so(position):
+    with pytest.raises((DrawError, TypeError, ValueError)) as caught:
+        symdyn.picture(ARM, position)
+
+    assert isinstance(caught.value, DrawError), "a bare exception"
+    assert "give a number for each of q1, q2" in str(caught.value)
+
+
+@pytest.mark.mends("6.forces")
+@pytest.mark.parametrize("forces", ["F=0.5", ["F=0.5"], {"F": "0.5"}, {"F": 0.5}])
+def test_forces_are_read_from_text_lists_and_names(forces):
+    try:
+        run = simulate(CART, forces, until=0.1)
+    except AttributeError as fault:
+        pytest.fail(str(fault))
+
+    assert np.array_equal(run.q, simulate(CART, read_forces(CART, ["F=0.5"]), until=0.1).q)
+
+
+@pytest.mark.mends("6.forces")
+def test_forces_that_are_none_are_one_fault():
+    with pytest.raises((SimulateError, AttributeError)) as caught:
+        simulate(CART, lambda t: 0.5, until=0.1)
+
+    assert isinstance(caught.value, SimulateError), "a bare exception"
+    assert "give formulas" in str(caught.value)
+
+
+@pytest.mark.mends("6.letters")
+def test_one_entry_of_forces_is_one_entry():
+    with pytest.raises(SimulateError) as caught:
+        read_forces(CART, "G=1")
+
+    assert len(caught.value.faults) == 1
