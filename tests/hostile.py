@@ -47,6 +47,7 @@ PAYLOADS = {
     "link of Markdown": f"[canary]({ADDRESS})",
     "script of Markdown": "[canary](javascript:window.canary=1)",
     "image of Markdown": f"![canary]({ADDRESS}.png)",
+    "mathematics of Markdown": rf"$\href{{{ADDRESS}}}{{x}}$ \(\href{{{ADDRESS}}}{{x}}\) \[\href{{{ADDRESS}}}{{x}}\] $$",
     "address of Markdown": f"<{ADDRESS}>",
     "bare address": f"{ADDRESS} www.canary.example canary@canary.example",
     "cells of Markdown": "a | b | c \\| d",
@@ -232,13 +233,16 @@ def in_pdflatex(path: Path, shell: bool = True) -> list[str]:
 def in_markdown(text: str) -> list[str]:
     """Read Markdown with HTML and tables on, and return every link, image and element that is not of ours."""
     reader = importlib.import_module("markdown_it").MarkdownIt("commonmark", {"html": True}).enable(["table"])
-    own = re.compile(r"</?(details|summary)>.*", re.DOTALL)
+    own = re.compile(r"</?(details|summary|span)>.*", re.DOTALL)
     every = [token for block in reader.parse(text) for token in (block, *(block.children or ()))]
     found = [token.content for token in every if token.type.startswith("html") and not own.match(token.content)]
     for token in every:
         where = token.attrs.get("href") or token.attrs.get("src")
         if where is not None and not re.fullmatch(r"(attachment:)?[\w-]+\.svg", str(where)):
             found.append(str(where))
+    mathematics = r"(?s:\$\$.*?\$\$)|\$[^$\n]+\$|\\\\\(.*?\\\\\)|\\\\\[.*?\\\\\]"  # as notebooks find it
+    formulas = re.findall(mathematics, text)
+    found += [formula for formula in formulas if "canary" in formula]
     linked = re.compile(r"(?<![\w/\\])(https?:|www\.|ftp:|mailto:)|(?<!\\)@\w")  # what GitHub makes links of
     return found + linked.findall(re.sub(r"\$[^$]*\$|```.*?```", "", text, flags=re.DOTALL))
 

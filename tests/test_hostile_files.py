@@ -216,6 +216,8 @@ SEEN_TOO = [
     ("in_markdown", plainly, "image of Markdown", "ipynb"),
     ("in_markdown", plainly, "address of Markdown", "md"),
     ("in_markdown", plainly, "bare address", "md"),
+    ("in_markdown", plainly, "mathematics of Markdown", "ipynb"),
+    ("in_markdown", lambda text: text.replace("\\", "\\\\"), "mathematics of Markdown", "ipynb"),
     ("in_html", plainly, "script", "html"),
     ("in_html", plainly, "image", "html"),
     ("in_html", plainly, "title", "sliders"),

@@ -28,7 +28,8 @@ _TYPED = frozenset(  # what T1 and textcomp hold of what pdfTeX reads as UTF-8
 )
 _SIGNS = {"−": "-", "≤": r"\le", "≥": r"\ge", "≈": r"\approx", "≠": r"\ne", "→": r"\to", "∞": r"\infty", "√": r"\surd"}
 
-_MARKDOWN = re.compile(r"[\\`*_{}\[\]<>#|~$&]")
+_MARKDOWN = {character: f"\\{character}" for character in "`*_{}[]<>#|~&"}
+_MARKDOWN |= {character: f"<span>&#{ord(character)};</span>" for character in "\\$"}  # which open mathematics
 _LINK = re.compile(r"(?i)(?<![a-z])(https?|ftp|mailto|xmpp)(?=:)|(?<![a-z])(www)(?=\.)|(?=@)")
 
 
@@ -58,9 +59,11 @@ def in_html(text: str, quote: bool = True) -> str:
 
 
 def in_markdown(text: str) -> str:
-    """Return prose in which Markdown reads nothing else: no mark, no link, no address that becomes one."""
-    text = _MARKDOWN.sub(r"\\\g<0>", text)
-    return _LINK.sub(lambda found: f"{found[0]}\\", text)
+    """Return prose in which Markdown reads nothing else: no mark, no link, no address that becomes one, no formula.
+
+    Notebooks look for formulas in the text and, once more, in the page that is made of it; no formula spans elements.
+    """
+    return _LINK.sub(lambda found: f"{found[0]}\\", "".join(_MARKDOWN.get(x, x) for x in text))
 
 
 def in_script(value: Any) -> str:
