@@ -1,24 +1,55 @@
 """Every error that symdyn raises on purpose; the command line prints its text and nothing else.
 
-A message says where, what was found and what would work.
+A message says where, what was found and what would work. It may quote a stranger's file, so it is made printable here,
+at one place for all: a terminal that shows it obeys nothing that the file says.
 """
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Sequence
+
+
+def printable(text: str, keep: str = "\n\t") -> str:
+    r"""Return text whose control and direction characters are spelled, \x1b, but for those to keep.
+
+    >>> printable("\x1b[2J\u202etxt.exe")
+    '\\x1b[2J\\u202etxt.exe'
+    """
+    if text.isprintable():
+        return text
+    return "".join(x if x.isprintable() or x in keep else _spelled(x) for x in text)
+
+
+def _spelled(character: str) -> str:
+    space = unicodedata.category(character) == "Zs"  # a thin space is no control
+    return character if space else character.encode("unicode_escape").decode("ascii")
 
 
 class SymdynError(Exception):
     """Base of all errors that a user can cause and mend."""
 
+    def __init__(self, message: object = "") -> None:
+        """Store the message, made printable."""
+        super().__init__(printable(str(message)))
 
-class SceneError(SymdynError):
-    """A scene that cannot be built; carries all of its faults, one line each."""
+
+class _FaultsError(SymdynError):
+    """Carries faults, one line each."""
 
     def __init__(self, faults: str | Sequence[str]) -> None:
-        """Store the faults, shape (at least one line)."""
-        self.faults: tuple[str, ...] = (faults,) if isinstance(faults, str) else tuple(faults)
+        """Store the faults, shape (at least one line); no fault breaks its line, to begin one that looks like ours."""
+        every = (faults,) if isinstance(faults, str) else faults
+        self.faults: tuple[str, ...] = tuple(printable(fault, keep="") for fault in every)
         super().__init__("\n".join(self.faults))
+
+    def __reduce__(self) -> tuple[type[_FaultsError], tuple[tuple[str, ...]]]:
+        """Return how to make it again in another process."""
+        return type(self), (self.faults,)
+
+
+class SceneError(_FaultsError):
+    """A scene that cannot be built; carries all of its faults, one line each."""
 
 
 class DerivationError(SymdynError):
@@ -53,10 +84,5 @@ class TeachError(SymdynError):
     """A lesson that cannot be made, or a student's text that cannot be read."""
 
 
-class SimulateError(SymdynError):
+class SimulateError(_FaultsError):
     """A motion, force, start, event or method that cannot be used; carries all faults, one line each."""
-
-    def __init__(self, faults: str | Sequence[str]) -> None:
-        """Store the faults, shape (at least one line)."""
-        self.faults: tuple[str, ...] = (faults,) if isinstance(faults, str) else tuple(faults)
-        super().__init__("\n".join(self.faults))

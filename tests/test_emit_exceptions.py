@@ -11,8 +11,7 @@ import pytest
 
 from symdyn.build import build, run_python
 from symdyn.build.compiler import find_compiler
-from symdyn.emit import emit
-from symdyn.emit.sources import write
+from symdyn.emit import emit, write
 from symdyn.program import formulate, lower
 from symdyn.scene import Scene, body, prismatic, read, revolute, scene
 

@@ -9,7 +9,7 @@ import pytest
 from symdyn.emit.symbols import latex_symbols
 from symdyn.errors import SceneError
 from symdyn.scene import Scene
-from symdyn.scene.names import check_latex
+from symdyn.scene.grammar import check_latex
 from symdyn.scene.toml import read_text
 
 
@@ -33,7 +33,8 @@ def pendulum(latex: str) -> Scene:
 
 
 @pytest.mark.parametrize(
-    "latex", [r"\kappa", r"m_{1,\mathrm{a}}", r"\hat{m}_0", "k'", r"\left\{ k \right\}", r"p_{\%}"]
+    "latex",
+    [r"\kappa", r"m_{1,\mathrm{a}}", r"\hat{m}_0", "k'", r"k_{\{a,b\}}", r"p_{\%}", r"{}^A x", r"\lambda^{(1)}"],
 )
 def test_what_stands_in_a_formula_is_taken(latex: str) -> None:
     assert pendulum(f"'''{latex}'''").parameters[0].latex == latex
@@ -66,5 +67,6 @@ def test_what_would_break_a_document_is_refused_with_place_and_reason(latex: str
         pendulum(latex)
 
 
-def test_the_error_names_what_would_work() -> None:
-    assert check_latex("$k$") == r"holds $, which no symbol in a formula needs; give a symbol such as \kappa_1"
+def test_the_error_says_what_is_allowed() -> None:
+    allowed = r"letters, digits, _ ^ ', Greek, accents such as \hat{k}, fonts such as \mathrm{a}, \text{max}"
+    assert check_latex("$k$") == f"holds $, which no symbol in a formula needs; a symbol has {allowed}"

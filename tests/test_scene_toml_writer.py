@@ -59,7 +59,7 @@ def test_all_that_a_scene_can_say_reads_back():
     one = scene(
         "everything",
         parameters=[
-            parameter("m", "1/3", positive=True, unit="kg", latex=r"m_\text{\"o}", text='a "name" with \\ and °'),
+            parameter("m", "1/3", positive=True, unit="kg", latex=r"m_{\%,\text{o}}", text='a "name" with \\ and °'),
             parameter("bare"),
             parameter("plain", "pi/7"),
         ],

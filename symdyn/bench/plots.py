@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from html import escape
+
+from symdyn.emit.escape import in_html
 
 WIDTH, HEIGHT = 540, 330
 LEFT, RIGHT, TOP, BOTTOM = 74, 16, 34, 48
@@ -69,8 +70,8 @@ def log_log(title: str, x_label: str, y_label: str, series: Sequence[Series], fl
     height = HEIGHT + LINE * -(-len(shown) // columns)
     size = f'width="{WIDTH}" height="{height}" viewBox="0 0 {WIDTH} {height}"'
     lines = [f'<svg class="plot" role="img" {size} xmlns="http://www.w3.org/2000/svg">']
-    lines += [f"<title>{escape(title)}</title><style>{STYLE}</style>"]
-    lines += [f'<text x="{LEFT}" y="20" font-weight="bold">{escape(title)}</text>']
+    lines += [f"<title>{in_html(title)}</title><style>{STYLE}</style>"]
+    lines += [f'<text x="{LEFT}" y="20" font-weight="bold">{in_html(title)}</text>']
     bottom, right = HEIGHT - BOTTOM, WIDTH - RIGHT
     for tick in x.ticks:
         at = f"{across(tick):.1f}"
@@ -82,9 +83,9 @@ def log_log(title: str, x_label: str, y_label: str, series: Sequence[Series], fl
         lines.append(f'<text x="{LEFT - 6}" y="{at}" dy="5" text-anchor="end">{_number(tick)}</text>')
     lines.append(f'<path class="axis" fill="none" d="M{LEFT} {TOP}V{bottom}H{right}"/>')
     middle = (LEFT + right) / 2
-    lines.append(f'<text x="{middle:.0f}" y="{HEIGHT - 8}" text-anchor="middle">{escape(x_label)}</text>')
+    lines.append(f'<text x="{middle:.0f}" y="{HEIGHT - 8}" text-anchor="middle">{in_html(x_label)}</text>')
     turned = f"translate(16 {(TOP + bottom) / 2:.0f}) rotate(-90)"
-    lines.append(f'<text transform="{turned}" text-anchor="middle">{escape(y_label)}</text>')
+    lines.append(f'<text transform="{turned}" text-anchor="middle">{in_html(y_label)}</text>')
     for k, one in enumerate(shown):
         colour = COLOURS[(k if one.colour is None else one.colour) % len(COLOURS)]
         if one.joined:
@@ -93,7 +94,7 @@ def log_log(title: str, x_label: str, y_label: str, series: Sequence[Series], fl
         lines += [_circle(dot, across(dot.x), up(dot.y), colour) for dot in one.dots]
         left, top = LEFT + COLUMN * (k % columns), HEIGHT + LINE * (k // columns) + 8
         lines += [f'<circle cx="{left}" cy="{top}" r="4" fill="{colour}"/>']
-        lines += [f'<text x="{left + 10}" y="{top + 5}">{escape(one.name)}</text>']
+        lines += [f'<text x="{left + 10}" y="{top + 5}">{in_html(one.name)}</text>']
     return "\n".join([*lines, "</svg>"])
 
 
@@ -110,7 +111,7 @@ def _circle(dot: Dot, x: float, y: float, colour: str) -> str:
     at = f'cx="{x:.1f}" cy="{y:.1f}"'
     fill = f'class="hollow" stroke="{colour}" stroke-width="1.5"' if dot.hollow else f'fill="{colour}"'
     ring = f'<circle class="ring" fill="none" {at} r="7"/>' if dot.marked else ""
-    return f"<g><title>{escape(dot.text)}</title>{ring}<circle {at} r='4' {fill}/></g>"
+    return f"<g><title>{in_html(dot.text)}</title>{ring}<circle {at} r='4' {fill}/></g>"
 
 
 def _number(value: float) -> str:

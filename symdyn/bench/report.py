@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from html import escape
 from typing import Any
 
 from symdyn.bench.model import Bench, Curve, Measured, Motion, Point
 from symdyn.bench.plots import Dot, Series, log_log
 from symdyn.bench.stress.model import Stress
+from symdyn.emit.escape import in_html
 from symdyn.emit.render import render
 from symdyn.verify.certificate import finite
 
@@ -242,19 +242,19 @@ def page(
     safe = [
         {
             **section,
-            "title": escape(section["title"]),
-            "words": [escape(line) for line in section["words"]],
-            "choices": [escape(choice) for choice in section["choices"]],
+            "title": in_html(section["title"]),
+            "words": [in_html(line) for line in section["words"]],
+            "choices": [in_html(choice) for choice in section["choices"]],
         }
         for section in sections
     ]
     values = {
-        "title": escape(title),
-        "command": escape(command),
-        "about": [escape(line) for line in about],
-        "words": [escape(line) for line in words],
+        "title": in_html(title),
+        "command": in_html(command),
+        "about": [in_html(line) for line in about],
+        "words": [in_html(line) for line in words],
         "sections": safe,
-        "notes": [escape(note) for note in notes],
+        "notes": [in_html(note) for note in notes],
     }
     return render("bench/report.html.jinja", values)
 
@@ -262,9 +262,9 @@ def page(
 def _cells(caption: str, columns: Sequence[str], cells: Sequence[Sequence[str]]) -> dict[str, Any]:
     return {
         "words": False,
-        "caption": escape(caption),
-        "columns": [escape(column) for column in columns],
-        "rows": [[escape(cell) for cell in row] for row in cells],
+        "caption": in_html(caption),
+        "columns": [in_html(column) for column in columns],
+        "rows": [[in_html(cell) for cell in row] for row in cells],
     }
 
 

@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 from symdyn.cli import (
     bench,
@@ -22,7 +23,7 @@ from symdyn.cli import (
     verify,
     walkthrough,
 )
-from symdyn.errors import SymdynError
+from symdyn.errors import SymdynError, printable
 
 VERBS = (
     equations,
@@ -41,9 +42,17 @@ VERBS = (
 )
 
 
+class Parser(argparse.ArgumentParser):
+    """A parser whose messages are printable, whatever an argument holds."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print usage and message, and exit with 2."""
+        super().error(printable(message))
+
+
 def parser() -> argparse.ArgumentParser:
     """Return the parser of all verbs."""
-    top = argparse.ArgumentParser(
+    top = Parser(
         prog="symdyn",
         description="Equations of motion of mechanisms: printed, generated as NumPy and C, and proved.",
         epilog="Start with: symdyn new arm --template rr && symdyn equations arm.toml",
@@ -82,6 +91,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as fault:  # a full disk under stdout, for one
-        print(f"symdyn: {fault.strerror or fault}", file=sys.stderr)
+        print(f"symdyn: {printable(fault.strerror or str(fault))}", file=sys.stderr)
         return 1
     return status

@@ -36,7 +36,7 @@ def run(options: argparse.Namespace) -> int:
     from symdyn.bench.report import as_json, html, markdown
     from symdyn.cli.generate import split
     from symdyn.cli.talk import Waiting
-    from symdyn.emit.sources import write
+    from symdyn.emit.files import write
 
     scene = read_scene(options)
     functions = split(options.functions) if options.functions is not None else None

@@ -30,7 +30,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 def run(options: argparse.Namespace) -> int:
     """Print an answer to every statement."""
     from symdyn.cli.talk import Waiting, say
-    from symdyn.errors import SymdynError
+    from symdyn.errors import SymdynError, printable
     from symdyn.teach.answers import in_words
     from symdyn.teach.check import check_derivation
     from symdyn.teach.student.statements import find_target
@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
         say(f"symdyn: {fault}")
         return 2
     for answer in answers:
-        print("\n".join(in_words(answer, options.language)))
+        print(printable("\n".join(in_words(answer, options.language))))
     return 0 if all(answer.right for answer in answers) else 1
 
 

@@ -20,7 +20,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 
 def run(options: argparse.Namespace) -> int:
     """Write the scene and print its path."""
-    from symdyn.cli.talk import say
+    from symdyn.cli.talk import print_paths, say
     from symdyn.emit import write
     from symdyn.errors import EmitError
     from symdyn.scene import write_text
@@ -34,5 +34,5 @@ def run(options: argparse.Namespace) -> int:
     write({path.name: written.text}, path.parent)
     for line in written.lost:
         say(f"symdyn: left out: {line}")
-    print(path)
+    print_paths(path)
     return 0

@@ -37,7 +37,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 
 def run(options: argparse.Namespace) -> int:
     """Draw the scene."""
-    from symdyn.cli.talk import Waiting
+    from symdyn.cli.talk import Waiting, print_paths
     from symdyn.draw import free_body, picture, pose
     from symdyn.emit import write
     from symdyn.errors import DrawError
@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
         return 0
     path = Path(options.output)
     write({path.name: text}, path.parent)
-    print(path)
+    print_paths(path)
     return 0
 
 

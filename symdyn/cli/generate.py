@@ -45,7 +45,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 
 def run(options: argparse.Namespace) -> int:
     """Write the files and print their paths."""
-    from symdyn.cli.talk import Waiting, say
+    from symdyn.cli.talk import Waiting, print_paths, say
     from symdyn.emit import emit, write
     from symdyn.program import at_rest, formulate, lower, prepare
     from symdyn.program.prepare import is_prepared
@@ -65,8 +65,7 @@ def run(options: argparse.Namespace) -> int:
                 say(f"symdyn: {scene.name}: nothing to prepare, no function has a free parameter")
         progress("printing")
         sources = emit(program, options.target, options.real, command(options), options.batch)
-    for path in write(sources, options.output):
-        print(path)
+    print_paths(*write(sources, options.output))
     return 0
 
 

@@ -21,6 +21,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 
 def run(options: argparse.Namespace) -> int:
     """Write the scene and print its path."""
+    from symdyn.cli.talk import print_paths
     from symdyn.emit import write
     from symdyn.errors import EmitError
     from symdyn.scene.starters import STARTERS, starter
@@ -32,5 +33,5 @@ def run(options: argparse.Namespace) -> int:
     if path.exists() and not options.force:
         raise EmitError(f"{path} exists; give another name, or --force to overwrite it")
     write({path.name: text}, ".")
-    print(path)
+    print_paths(path)
     return 0

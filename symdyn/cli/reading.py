@@ -8,6 +8,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from symdyn.errors import printable
+
 if TYPE_CHECKING:
     from symdyn.dynamics import Closing
     from symdyn.scene import Scene
@@ -137,11 +139,14 @@ def read_scene(options: argparse.Namespace) -> Scene:
 
 
 def reading_words(options: argparse.Namespace) -> list[str]:
-    """Return the words of a command that read the same scene in the same way, free of folders."""
-    words = [Path(options.scene).name]
+    """Return the words of a command that read the same scene in the same way, free of folders.
+
+    They stand in files that are written, so that a file's name may be no more than a word of a shell, in one line.
+    """
+    words = [shlex.quote(printable(Path(options.scene).name, keep=""))]
     words += ["--symbolic", options.symbolic] if options.symbolic else []
     words += ["--no-snap"] if not options.snap else []
     words += ["--allow-invalid-inertia"] if options.allow_invalid_inertia else []
-    words += ["--spanning-tree", options.spanning_tree.replace(" ", "")] if options.spanning_tree else []
+    words += ["--spanning-tree", shlex.quote(options.spanning_tree.replace(" ", ""))] if options.spanning_tree else []
     words += ["--bind", shlex.quote(options.bind.replace(" ", ""))] if options.bind else []
     return words

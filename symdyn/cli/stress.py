@@ -31,7 +31,7 @@ def run(options: argparse.Namespace) -> int:
     from symdyn.bench.stress import FAMILIES, stress
     from symdyn.cli.generate import split
     from symdyn.cli.talk import Waiting, say
-    from symdyn.emit.sources import write
+    from symdyn.emit.files import write
 
     if options.families is not None and not options.families.strip():
         for name, family in FAMILIES.items():

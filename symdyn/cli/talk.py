@@ -10,13 +10,21 @@ from collections.abc import Sequence
 from types import TracebackType
 from typing import Any
 
+from symdyn.errors import printable
+
 PATIENCE = 2.0  # seconds after which a user wants to know what is going on
 WIDTH = 160  # of tables that are not shown on a terminal
 
 
 def say(text: str) -> None:
-    """Print talk on stderr."""
-    print(text, file=sys.stderr)
+    """Print talk on stderr, made printable, as it may quote a stranger's file."""
+    print(printable(text), file=sys.stderr)
+
+
+def print_paths(*paths: object) -> None:
+    """Print where files were written, one a line, which no name breaks."""
+    for path in paths:
+        print(printable(str(path), keep=""))
 
 
 def print_json(value: Any) -> None:

@@ -71,21 +71,22 @@ def deliver(trajectory: Trajectory, options: argparse.Namespace) -> None:
     """Write the trajectory, or print it as CSV; the paths of files that were written go to stdout."""
     import sys
 
+    from symdyn.cli.talk import print_paths
     from symdyn.simulate.film import film
     from symdyn.simulate.plot import plot
     from symdyn.simulate.record import csv_text, record
 
     if options.output:
         record(trajectory, Path(options.output))
-        print(options.output)
+        print_paths(options.output)
     elif not (options.plot or options.animate):
         sys.stdout.write(csv_text(trajectory))
     if options.plot:
         plot(trajectory, Path(options.plot))
-        print(options.plot)
+        print_paths(options.plot)
     if options.animate:
         film(trajectory, Path(options.animate))
-        print(options.animate)
+        print_paths(options.animate)
 
 
 def pairs(text: str | None, option: str) -> dict[str, str]:

@@ -46,7 +46,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 
 def run(options: argparse.Namespace) -> int:
     """Write the files and print their paths."""
-    from symdyn.cli.talk import Waiting
+    from symdyn.cli.talk import Waiting, print_paths
     from symdyn.teach import rendered, walkthrough
     from symdyn.teach.exercises import with_exercises
     from symdyn.teach.interactive import interactive_page
@@ -57,14 +57,13 @@ def run(options: argparse.Namespace) -> int:
         progress("deriving")
         if options.format == "sliders":
             page = interactive_page(scene, language=options.language)
-            print(*placed({f"{scene.name}.html": page}, options.output))
+            print_paths(*placed({f"{scene.name}.html": page}, options.output))
             return 0
         document = walkthrough(scene, options.language, options.detail, options.until, options.road)
         document = with_exercises(document) if options.exercises else document
         progress("writing")
         files = rendered(document, options.format or ENDINGS.get(Path(options.output).suffix.lower(), "md"))
-    for path in placed(files, options.output):
-        print(path)
+    print_paths(*placed(files, options.output))
     return 0
 
 
@@ -77,15 +76,12 @@ def check_ending(options: argparse.Namespace) -> None:
         raise EmitError(f"{target.name}: {target.suffix} is no format; end with {', '.join(ENDINGS)}, or give --format")
 
 
-def placed(files: dict[str, str | bytes], output: str) -> list[Path]:
+def placed(files: dict[str, str | bytes], output: str) -> tuple[Path, ...]:
     """Write files to a folder, or the first of them to the file that `output` names, the others beside it."""
+    from symdyn.emit import write
+
     target = Path(output)
-    single = target.suffix and not target.is_dir()
-    folder = target.parent if single else target
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = []
-    for k, (name, content) in enumerate(files.items()):
-        path = target if single and k == 0 else folder / name
-        path.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8"))
-        paths.append(path)
-    return paths
+    if not target.suffix or target.is_dir():
+        return write(files, target)
+    (_, first), *others = files.items()
+    return write({target.name: first, **dict(others)}, target.parent)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from html import escape
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from symdyn.draw.pose import pose, values_of
 from symdyn.draw.shapes import Item, Shape, path
 from symdyn.draw.svg import Drawing, order, svg
 from symdyn.draw.view import View
+from symdyn.emit.escape import in_html
 from symdyn.emit.render import render
 from symdyn.errors import DrawError
 from symdyn.scene import Scene
@@ -58,7 +58,7 @@ def animation(
     return render(
         "draw/animation.html.jinja",
         {
-            "title": escape(scene.name),
+            "title": in_html(scene.name),
             "picture": text,
             "data": json.dumps(data, separators=(",", ":"), allow_nan=False),
             "dark": scheme == "dark",

@@ -20,7 +20,8 @@ from symdyn.draw.pose import pose, values_of
 from symdyn.draw.shapes import Item, dot
 from symdyn.draw.svg import Drawing, svg
 from symdyn.draw.view import View
-from symdyn.emit.symbols import escape, print_name
+from symdyn.emit.escape import in_latex
+from symdyn.emit.symbols import print_name
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import JOINTS, Place, Row, Scene
 from symdyn.spatial import Transform
@@ -173,7 +174,7 @@ def _weight(mass: str) -> str:
 
 def _mass_name(value: object, body: str) -> str:
     """Return the LaTeX of a mass: its parameter, else m with the body's name."""
-    return str(print_name(value)) if isinstance(value, str) else rf"m_{{\mathrm{{{escape(body)}}}}}"
+    return str(print_name(value)) if isinstance(value, str) else rf"m_{{\mathrm{{{in_latex(body)}}}}}"
 
 
 def _triple(x: Array) -> tuple[float, float, float]:
@@ -186,7 +187,7 @@ def _pulls(name: str, ends: Sequence[Place], body: str, found: Places) -> list[W
     for k, end in enumerate(ends):
         here, there = found.ends[name][k][0], found.ends[name][1 - k][0]
         if end.body == body:
-            pulls.append(Wrench(rf"F_{{\mathrm{{{escape(name)}}}}}", _triple(here), _triple(unit(there - here))))
+            pulls.append(Wrench(rf"F_{{\mathrm{{{in_latex(name)}}}}}", _triple(here), _triple(unit(there - here))))
     return pulls
 
 
@@ -215,7 +216,7 @@ def _transmitted(hinge: Hinge, body: str) -> list[Wrench]:
             if np.any(part):
                 numbers[k] += 1
                 index = f",{numbers[k]}" if counts[k] > 1 else ""
-                names[k] = rf"{minus}{'FM'[k]}_{{\mathrm{{{escape(joint.name)}}}{index}}}"
+                names[k] = rf"{minus}{'FM'[k]}_{{\mathrm{{{in_latex(joint.name)}}}{index}}}"
                 vectors[k] = unit(hinge.fixed.R[0] @ part) * sense
         found.append(Wrench(names[0], at, _triple(vectors[0]), _triple(vectors[1]), names[1]))
     for drive, step in zip(joint.drives, hinge.steps, strict=False):

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 import unicodedata
 from dataclasses import dataclass
-from html import escape
 
-from symdyn.emit.symbols import GREEK, print_name
+from symdyn.emit.escape import in_html
+from symdyn.emit.symbols import print_name
+from symdyn.scene.grammar import GREEK
 
 FONT = 17.0  # units of the picture
 SMALL = 0.7  # size of a subscript
@@ -15,8 +16,14 @@ DROP = 0.28  # how far it is set down, in heights of the line
 
 TOKEN = re.compile(r"\\([A-Za-z]+)\s?|\\(.)|([_^])|([{}])|(.)", re.DOTALL)
 FACES = {"mathit": "i", "mathrm": "", "mathtt": "t", "text": "", "mathsf": "", "operatorname": "", "textit": "i"}
-ACCENTS = {"vec": "⃗", "dot": "̇", "ddot": "̈", "hat": "̂", "bar": "̄", "tilde": "̃"}
-SIGNS = {"cdot": "·", "times": "×", "circ": "°", "infty": "∞", "pm": "±", "prime": "′", "quad": " "}
+FACES |= {"mathbf": "", "boldsymbol": "i", "mathcal": "i", "textrm": ""}
+ACCENTS = {"vec": "\u20d7", "dot": "\u0307", "ddot": "\u0308", "hat": "\u0302", "bar": "\u0304", "tilde": "\u0303"}
+ACCENTS |= {"check": "\u030c", "breve": "\u0306", "acute": "\u0301", "grave": "\u0300", "overline": "\u0305"}
+ACCENTS |= {"widehat": "\u0302", "widetilde": "\u0303", "underline": "\u0332"}
+SIGNS = {"cdot": "·", "times": "×", "circ": "°", "infty": "∞", "pm": "±", "prime": "′", "quad": " ", "ast": "∗"}
+SIGNS |= {"star": "⋆", "bullet": "•", "dagger": "†", "ddagger": "‡", "perp": "⟂", "parallel": "∥", "mp": "∓"}
+SIGNS |= {"partial": "∂", "nabla": "∇", "ell": "ℓ", "hbar": "ℏ", "imath": "ı", "jmath": "ȷ", "Re": "ℜ", "Im": "ℑ"}
+SIGNS |= {"varpi": "ϖ", "varsigma": "ς"}
 LEGAL = {"var" + name: name for name in ("theta", "phi", "epsilon", "rho")}
 
 
@@ -59,7 +66,7 @@ class Text:
             attributes = f' class="{run.face}"' if run.face else ""
             attributes += f' dy="{shift:.2f}"' if shift else ""
             attributes += f' font-size="{SMALL * FONT:.1f}"' if run.level else ""
-            text = escape(run.text)
+            text = in_html(run.text)
             pieces.append(f"<tspan{attributes}>{text}</tspan>" if attributes else text)
         return "".join(pieces)
 
@@ -105,7 +112,8 @@ def from_latex(latex: str) -> Text:
         text = _letter(command) if command else " " if escaped in (",", ";") else escaped or character
         if text == " " and character:
             continue
-        text = "−" if text == "-" else text
+        text = {"-": "−", "'": "′"}.get(text, text)
+        face, face_ahead = face_ahead or face, ""
         slanted = "i" if not face and len(text) == 1 and text.isalpha() and not _capital(text) else ""
         runs.append(Run(text + ahead, (face or slanted).replace("r", ""), level_ahead or level))
         ahead, level_ahead = "", 0

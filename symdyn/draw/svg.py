@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from html import escape
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from symdyn.draw.lettering import FONT
 from symdyn.draw.places import Array
 from symdyn.draw.shapes import Item, Shape
 from symdyn.draw.style import style
+from symdyn.emit.escape import in_html
 
 MARGIN = 12.0
 
@@ -71,7 +71,7 @@ def svg(
         tag: attributes for a shape or label, such as ` data-k="3"`.
     """
     left, top, width, height = (number(x) for x in drawing.box)
-    title = escape(drawing.title)
+    title = in_html(drawing.title)
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" class="symdyn" role="img" aria-label="{title}" '
         f'viewBox="{left} {top} {width} {height}" width="{width}" height="{height}">',
@@ -83,7 +83,7 @@ def svg(
     for k in order(drawing.items, 0):
         item = drawing.items[k]
         marked = f' data-item="{k}"' if tag else ""
-        lines.append(f'<g id="{name(prefix + item.id)}"{marked}><title>{escape(item.title)}</title>')
+        lines.append(f'<g id="{name(prefix + item.id)}"{marked}><title>{in_html(item.title)}</title>')
         lines += [element(shape, tagged(shape)) for shape in item.shapes]
         lines.append("</g>")
     lines += [_label(one, prefix, tagged(one)) for one in drawing.labels]

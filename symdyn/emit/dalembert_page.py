@@ -17,10 +17,11 @@ from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.loops.words import in_words
 from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium
+from symdyn.emit.escape import in_latex
 from symdyn.emit.formula_text import Latex
 from symdyn.emit.latex_layout import DIGITS, LINE, align, bmatrix, definition, matrix_width
 from symdyn.emit.latex_page import symbol_row, symbol_table
-from symdyn.emit.symbols import escape, latex_symbols
+from symdyn.emit.symbols import latex_symbols
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate, reachable
 from symdyn.scene import Scene
@@ -66,7 +67,7 @@ def dalembert_text(scene: Scene, document: bool = False) -> str:
     return render(
         "latex/equations.tex.jinja",
         {
-            "title": escape(scene.name),
+            "title": in_latex(scene.name),
             "comment": scene.name,
             "sections": sections,
             "symbols": symbols,
@@ -125,7 +126,7 @@ class _Page:
         a_body = len(system.kept)
         counts = [one.joint for one in system.unknowns if one.kind != DRIVE]
         joints = ", ".join(
-            f"{escape(joint.name)} ({joint.type.replace('_', ' ')}, $t = {counts.count(joint.name)}$)"
+            f"{in_latex(joint.name)} ({joint.type.replace('_', ' ')}, $t = {counts.count(joint.name)}$)"
             for joint in (*scene.joints, *scene.loops)
         )
         flat = "The mechanism moves in a plane: three equations a body, and $t$ counts what lies in the plane. "
@@ -144,7 +145,7 @@ class _Page:
         names = [one.joint for one in self.system.passive]
         if not names:
             return ""
-        where = ", ".join(map(escape, dict.fromkeys(names)))
+        where = ", ".join(map(in_latex, dict.fromkeys(names)))
         closed = self.scene.loops or self.scene.rows
         what = "freedoms that nothing drives, such as an idle spin" if closed else "joints without a drive"
         return f", {len(names)} of them of {what} ({where}), where zero comes out for the motion that is free there"
@@ -176,9 +177,9 @@ class _Page:
                     displays += self.bivector(
                         *(("R", here) if h == j else ("*R", self.index(j, other.joint.name))), forces
                     )
-            joint = escape(self.system.hanging.joints[j].joint.name)
+            joint = in_latex(self.system.hanging.joints[j].joint.name)
             yield {
-                "title": f"Body {j + 2}: {escape(body.name)}",
+                "title": f"Body {j + 2}: {in_latex(body.name)}",
                 "text": f"Frame {j + 2} has the axes of the body and its origin in its reference joint {joint}.",
                 "body": "\n".join(displays),
             }
@@ -258,7 +259,7 @@ class _Page:
 
 
 def _upright(name: str) -> str:
-    return rf"\mathrm{{{escape(name)}}}"
+    return rf"\mathrm{{{in_latex(name)}}}"
 
 
 def _chunks(names: Sequence[str], size: int) -> list[list[str]]:

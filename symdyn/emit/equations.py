@@ -14,7 +14,7 @@ from symdyn.algebra.form import Form, Power, Symbol, form_of, product_of, signed
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form, coefficient_form, coefficient_names
 from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, too_long
 from symdyn.emit.constraints import PrintedConstraints, printed_constraints
-from symdyn.emit.formula_text import shortened
+from symdyn.emit.formula_text import rounded, shortened
 from symdyn.errors import EmitError
 from symdyn.graph import Graph
 from symdyn.scene import JOINTS, Scene, acceleration_name, express
@@ -22,6 +22,8 @@ from symdyn.scene import JOINTS, Scene, acceleration_name, express
 GROUPS = ("equations", "coefficients", "textbook", "matrix")
 FORMATS = ("latex", "text", "sympy")
 ANGLES = ("long", "short")
+
+DIGITS = 15  # of decimals in plain text: what every double holds
 
 KINDS = ("k_z", "k_C", "k_D", "k_G", "k_E")
 
@@ -104,8 +106,8 @@ def equations_text(
 
     Args:
         scene: the mechanism, or its closed forms.
-        format: "latex", "text" (numbers exact; `symdyn.scene.parse` reads it back) or "sympy" (Python that runs
-            after `from sympy import *`).
+        format: "latex", "text" (`symdyn.scene.parse` reads it back; numbers exact, but for those of more digits than
+            a double holds, rounded to 15) or "sympy" (Python that runs after `from sympy import *`; numbers exact).
         group: "equations" (one a joint), "coefficients" (k_{z,11} = …), "textbook" (under-braced, as (5.40)) or
             "matrix" (M(q) q̈ + c + g).
         angles: "long" for \sin(q_1 + q_2), "short" for s_{12}.
@@ -120,7 +122,7 @@ def equations_text(
             raise EmitError(f"{name} {value!r} is not known; give {', '.join(known[:-1])} or {known[-1]}")
     if document and format != "latex":
         raise EmitError(f"a document is written in LaTeX, not as {format}; leave the format out, or the document")
-    page = printable(scene, angles == "short")
+    page = printable(scene, angles == "short", DIGITS if format == "text" else None)
     if format == "latex":
         from symdyn.emit.latex_page import latex_document, latex_fragment
 
@@ -134,8 +136,8 @@ def equations_text(
     return sympy_page(page, group)
 
 
-def printable(scene: Scene | ClosedForm, short: bool = False) -> Printable:
-    """Return what is to be printed."""
+def printable(scene: Scene | ClosedForm, short: bool = False, digits: int | None = None) -> Printable:
+    """Return what is to be printed; `digits` are the most that a number has, None leaves them exact."""
     closed = scene if isinstance(scene, ClosedForm) else closed_form(scene)
     scene = closed.scene
     names = {parameter.name for parameter in scene.parameters} | set(scene.coordinates)
@@ -144,7 +146,8 @@ def printable(scene: Scene | ClosedForm, short: bool = False) -> Printable:
     numbers = {q: i for i, (q, unit) in enumerate(zip(scene.coordinates, units, strict=True), 1) if unit == "rad"}
 
     def spelled(form: Form) -> Form:
-        return shortened(form, numbers, names) if short else form
+        form = shortened(form, numbers, names) if short else form
+        return form if digits is None else rounded(form, digits)
 
     def write(key: Key) -> Form:
         return spelled(coefficient_form(closed, key))

@@ -13,9 +13,13 @@ from fractions import Fraction
 from symdyn.algebra.form import Form, Function, Number, Pi, Power, Product, Sum, Symbol, split_sign, terms_of
 from symdyn.emit.symbols import print_name
 from symdyn.graph import Op
-from symdyn.scene.spelling import spell_fraction
+from symdyn.scene.grammar import takes_exponent
+from symdyn.scene.quantity import Quantity
+from symdyn.scene.spelling import spell, spell_fraction
+from symdyn.scene.value import value_of
 
 BREAK = "\v"
+LONGEST_VALUE = 24  # characters of a formula in a table
 FRACTIONS = (2, 3, 4, 6, 7, 8, 9, 11, 12)  # 1/12 stays a fraction; 7/20 is read as 0.35
 
 
@@ -32,6 +36,34 @@ def significant(value: Fraction, digits: int) -> str:
     if -4 <= exponent < digits + 2:
         return spell_fraction(Fraction(scaled) * Fraction(10) ** (exponent - digits + 1))
     return f"{spell_fraction(Fraction(scaled, 10 ** (digits - 1)))}e{exponent}"
+
+
+def rounded(form: Form, digits: int) -> Form:
+    """Return a form whose numbers have no more than `digits` significant digits."""
+    if isinstance(form, Number):
+        value = abs(form.value)
+        long = len(str(value.numerator).strip("0")) > digits or len(str(value.denominator)) > digits
+        near = Fraction(significant(value, digits)) if long else value
+        return Number(near if form.value > 0 else -near)
+    if isinstance(form, Sum):
+        return Sum(tuple(rounded(term, digits) for term in form.terms))
+    if isinstance(form, Product):
+        return Product(tuple(rounded(factor, digits) for factor in form.factors))
+    if isinstance(form, Power):
+        return Power(rounded(form.base, digits), form.exponent)
+    if isinstance(form, Function):
+        return Function(form.op, tuple(rounded(x, digits) for x in form.args))
+    return form
+
+
+def value_text(formula: Quantity) -> str:
+    """Return what a parameter is worth for a table: its formula where that is short, else its value to six digits."""
+    text = spell(formula)
+    if len(text) <= LONGEST_VALUE:
+        return text
+    value = Fraction(value_of(formula, {}) or 0)
+    near = significant(abs(value), 6) if value else "0"
+    return f"≈ {'-' if value < 0 else ''}{near}"
 
 
 # Plain text
@@ -195,7 +227,8 @@ class Latex:
             return self._function(form.base, form.exponent)
         text = self(form.base)
         # an accent or a bracketed base takes the exponent as it is: \dot q_1^2, (a + b)^2
-        bare = isinstance(form.base, (Symbol, Pi)) or (isinstance(form.base, Number) and text.isdigit())
+        bare = isinstance(form.base, Pi) or (isinstance(form.base, Number) and text.isdigit())
+        bare = bare or (isinstance(form.base, Symbol) and takes_exponent(text))
         exponent = str(form.exponent) if form.exponent < 10 else f"{{{form.exponent}}}"
         return f"{text}^{exponent}" if bare else f"{_brackets(text)}^{exponent}"
 

@@ -6,9 +6,9 @@ from symdyn.algebra.form import Form
 from symdyn.emit.breaking import latex_width
 from symdyn.emit.constraints import PrintedConstraints
 from symdyn.emit.equations import Printable
+from symdyn.emit.escape import in_latex
 from symdyn.emit.formula_text import Latex
 from symdyn.emit.latex_layout import LINE, align, bmatrix, definition, entry_name, lines_of, matrix_width
-from symdyn.emit.symbols import escape
 
 RATE = r"(\dot G\,\dot q)"
 
@@ -17,12 +17,12 @@ def constraint_page(page: Printable, group: str, write: Latex) -> str:
     """Return what every multiplier is, and r = 0, G q̇ = 0, G q̈ + Ġ q̇ = 0."""
     found = page.constraints
     named = "; ".join(
-        f"${write.symbols[row.multiplier]}$ {escape(row.text)}{f', {row.unit}' if row.unit else ''}"
+        f"${write.symbols[row.multiplier]}$ {in_latex(row.text)}{f', {in_latex(row.unit)}' if row.unit else ''}"
         for row in found.rows
     )
     lines = [f"Multipliers: {named}.\n"]
     if found.missing:
-        lines.append(rf"$G$ has no closed form: {escape(found.missing)}.")
+        lines.append(rf"$G$ has no closed form: {in_latex(found.missing)}.")
     elif group in ("coefficients", "matrix"):
         lines += _entries(found, write)
     else:

@@ -11,7 +11,8 @@ from symdyn.algebra.form import MINUS_ONE, Form, Symbol, product_of, split_sign,
 from symdyn.dynamics.prescribed import TIME
 from symdyn.emit.breaking import break_lines, latex_width
 from symdyn.emit.equations import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
-from symdyn.emit.formula_text import BREAK, Latex
+from symdyn.emit.escape import in_latex
+from symdyn.emit.formula_text import BREAK, Latex, value_text
 from symdyn.emit.latex_constraints import constraint_page
 from symdyn.emit.latex_layout import (
     DIGITS,
@@ -25,9 +26,8 @@ from symdyn.emit.latex_layout import (
     matrix_width,
     together,
 )
-from symdyn.emit.symbols import escape, latex_symbols, latex_unit
+from symdyn.emit.symbols import latex_symbols, latex_unit
 from symdyn.scene import JOINTS, Scene, acceleration_name
-from symdyn.scene.spelling import spell
 
 BRACED = 0.45 * LINE  # a wider coefficient is named under its brace and written out below
 
@@ -55,7 +55,7 @@ def latex_document(page: Printable, group: str) -> str:
     return render(
         "latex/equations.tex.jinja",
         {
-            "title": escape(page.scene.name),
+            "title": in_latex(page.scene.name),
             "comment": page.scene.name,
             "sections": sections,
             "symbols": (symbols := [*symbol_table(page.scene, write, _has_time(page)), *_multipliers(page, write)]),
@@ -255,7 +255,7 @@ def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]
     if timed:
         rows.append(symbol_row(write.symbols[TIME], "time", "s"))
     for parameter in scene.parameters:
-        value = escape(spell(parameter.value)) if parameter.value is not None else ""
+        value = in_latex(value_text(parameter.value)) if parameter.value is not None else ""
         rows.append(symbol_row(write.symbols[parameter.name], parameter.text or "parameter", parameter.unit, value))
     return rows
 
@@ -267,4 +267,4 @@ def _multipliers(page: Printable, write: Latex) -> list[dict[str, str]]:
 def symbol_row(symbol: str, text: str, unit: str, value: str = "") -> dict[str, str]:
     """Return one row of the table."""
     shown = latex_unit(unit)
-    return {"symbol": symbol, "text": escape(text), "unit": f"${shown}$" if shown else "", "value": value}
+    return {"symbol": symbol, "text": in_latex(text), "unit": f"${shown}$" if shown else "", "value": value}

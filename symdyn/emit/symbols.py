@@ -7,13 +7,10 @@ import unicodedata
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from symdyn.emit.escape import in_latex
 from symdyn.scene import Scene, acceleration_name, velocity_name
+from symdyn.scene.grammar import GREEK, LatexError, read_latex
 
-GREEK_LETTERS = """
-alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi omega
-Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega
-"""
-GREEK = frozenset(GREEK_LETTERS.split())
 AXES = "(?:xx|yy|zz|xy|xz|yz|yx|zx|zy|x|y|z)"
 
 
@@ -49,7 +46,7 @@ def print_name(name: str) -> PrintName:
         return PrintName(head, ",".join([digits, axes, *map(_upright, filter(None, rest.split("_")))]))
     words = [part for part in re.findall(r"[A-Za-z]+|\d+", name) if part]
     if not words or not name[0].isalpha():
-        return PrintName(f"\\mathtt{{{escape(name)}}}")
+        return PrintName(f"\\mathtt{{{in_latex(name)}}}")
     first, *rest = words
     if first in GREEK:
         head = f"\\{first}"
@@ -69,13 +66,6 @@ def _upright(part: str) -> str:
     return part if plain else f"\\mathrm{{{part}}}"
 
 
-def escape(text: str) -> str:
-    """Return plain text for LaTeX."""
-    special = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
-    special |= {character: f"\\{character}" for character in "&%$#_{}"}
-    return "".join(special.get(character, character) for character in text)
-
-
 def latex_symbols(scene: Scene, others: Iterable[str] = ()) -> dict[str, str]:
     """Return LaTeX for every parameter, coordinate, velocity, acceleration and drive of a scene, by its name in code.
 
@@ -84,16 +74,16 @@ def latex_symbols(scene: Scene, others: Iterable[str] = ()) -> dict[str, str]:
     """
     found: dict[str, str] = {}
     taken: set[str] = set()
+    velocities = set(scene.velocities)
 
     def enter(name: str, latex: str | None = None) -> PrintName:
-        shown = _declared(latex) if latex else print_name(name)
-        if str(shown) in taken:
-            shown = PrintName(f"\\mathtt{{{escape(name)}}}")
-        taken.add(str(shown))
+        shown = _declared(latex) if latex else _of_frame(name) if name in velocities else print_name(name)
+        if _look(shown) in taken:
+            shown = PrintName(f"\\mathtt{{{in_latex(name)}}}")
+        taken.add(_look(shown))
         found[name] = str(shown)
         return shown
 
-    velocities = set(scene.velocities)
     for coordinate in scene.coordinates:
         shown = enter(coordinate)
         if (velocity := velocity_name(coordinate)) in velocities:
@@ -103,6 +93,7 @@ def latex_symbols(scene: Scene, others: Iterable[str] = ()) -> dict[str, str]:
         if velocity not in found:
             shown = enter(velocity)
             found[acceleration_name(velocity)] = shown.accented("dot")
+    taken.update(map(_look, found.values()))
     for parameter in scene.parameters:
         enter(parameter.name, parameter.latex)
     for drive in scene.drives:
@@ -111,6 +102,24 @@ def latex_symbols(scene: Scene, others: Iterable[str] = ()) -> dict[str, str]:
     for name in others:
         enter(name)
     return found
+
+
+def _of_frame(velocity: str) -> PrintName:
+    r"""Return \omega_{x,joint} of joint_wx and v_{x,joint} of joint_vx, which are along a joint's own axes."""
+    found = re.fullmatch(r"(\w+)_([vw])([xyz])", velocity)
+    if found is None:
+        return print_name(velocity)
+    joint, kind, axis = found.groups()
+    index = [axis, *re.findall(r"[A-Za-z]+|\d+", joint)]
+    return PrintName("v" if kind == "v" else r"\omega", ",".join(map(_upright, index)))
+
+
+def _look(shown: PrintName | str) -> str:
+    """Return what names share that look alike: m_1 and m_{1} do."""
+    try:
+        return "".join(part.text for part in read_latex(str(shown)))
+    except LatexError:  # a name of a word that is longer than a symbol may be
+        return str(shown)
 
 
 def _declared(latex: str) -> PrintName:
@@ -131,7 +140,7 @@ def latex_unit(unit: str) -> str:
     while at < len(plain):
         token = UNIT.match(plain, at)
         if token is None:
-            return rf"\text{{{escape(unit.encode('ascii', 'replace').decode())}}}"
+            return rf"\text{{{in_latex(unit.encode('ascii', 'replace').decode())}}}"
         letters, power, mark = token.groups()
         if letters:
             text += "" if not text or text[-1] in "/(" else r"\,"

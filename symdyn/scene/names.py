@@ -52,24 +52,6 @@ def check_name(name: object) -> str | None:
     return None
 
 
-def check_latex(latex: str) -> str | None:
-    """Return what is wrong with the LaTeX of a symbol and what would work, or None for what stands in a formula."""
-    if not latex.strip():
-        return r"is empty; give a symbol such as \kappa_1, or leave it out"
-    if any(not " " <= character <= "~" for character in latex):
-        return r"holds a line break or a character that is not ASCII; write \kappa, not the letter itself"
-    bare = re.sub(r"\\[^\\]", "", latex)  # \{ and \alpha without their first characters
-    special = next((character for character in bare if character in "$&%#~\\"), None)
-    if special:
-        return rf"holds {special}, which no symbol in a formula needs; give a symbol such as \kappa_1"
-    depth = 0
-    for character in bare:
-        depth += (character == "{") - (character == "}")
-        if depth < 0:
-            break
-    return r"has braces that do not pair; give a symbol such as k_{\mathrm{max}}" if depth else None
-
-
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """Return the known name that `name` was probably meant to be, or None."""
     lowered = {candidate.lower(): candidate for candidate in known}

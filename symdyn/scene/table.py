@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from symdyn.errors import SceneError
+from symdyn.errors import SceneError, printable
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.formula import quantity
+from symdyn.scene.grammar import check_words
 from symdyn.scene.model import ELEMENTARY, Pose
 from symdyn.scene.names import suggestion
 from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector
@@ -42,7 +43,8 @@ class Faults:
         self.notes.append(self._line(where, what))
 
     def _line(self, where: str, what: str) -> str:
-        return ": ".join(part for part in (self.source, where, what) if part)
+        line = ": ".join(part for part in (self.source, shorten(where), what) if part)
+        return printable(line, keep="")  # no name breaks a line, to begin one that looks like ours
 
     @property
     def excuse(self) -> str:
@@ -127,12 +129,13 @@ class Table:
         return self._read(key, Pose(), pose) if key in self else Pose()
 
     def text(self, key: str, default: str = "") -> str:
-        """Return text."""
+        """Return text: one line of bearable length."""
         value = self.raw.get(key, default)
         if isinstance(value, str):
-            if value.isprintable():
+            fault = check_words(value)
+            if fault is None:
                 return value
-            self.fault(f"{key} = {show(value)} holds a line break or another unprintable character; write one line")
+            self.fault(f"{key} = {show(value)} {fault}")
             return default
         self.fault(f'{key} = {show(value)} is not text; put it in quotes, such as {key} = "{default or "m1"}"')
         return default

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from html import escape
 from pathlib import Path
 from typing import IO, Any
 
@@ -11,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.dynamics.state import quaternions
+from symdyn.emit.escape import in_html
 from symdyn.emit.render import render
 from symdyn.errors import SimulateError
 from symdyn.simulate.forces import drive_names
@@ -121,6 +121,6 @@ def _page(trajectory: Trajectory, svg: bytes) -> bytes:
         ]
     facts += [(MONITORS[name], f"{value:.3g}") for name, value in trajectory.monitors.items()]
     facts += [(f"event {event.formula}", f"t = {event.t!r} s") for event in trajectory.events]
-    safe = [(escape(name), escape(text)) for name, text in facts]
-    title = escape(trajectory.scene.name)
+    safe = [(in_html(name), in_html(text)) for name, text in facts]
+    title = in_html(trajectory.scene.name)
     return render("plot/page.html.jinja", {"title": title, "picture": picture, "facts": safe}).encode()

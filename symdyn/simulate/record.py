@@ -1,17 +1,16 @@
-"""Trajectories on disk: CSV and NumPy's .npz, written aside and renamed, so that a file is always whole."""
+"""Trajectories on disk: CSV and NumPy's .npz."""
 
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
-from symdyn.errors import SimulateError
+from symdyn.emit import files
+from symdyn.errors import EmitError, SimulateError
 from symdyn.simulate.model import Trajectory
 
 
@@ -69,30 +68,15 @@ def writer_for(path: Path) -> Callable[[Trajectory, IO[bytes]], None]:
 
 
 def write_whole(path: Path, write: Callable[[IO[bytes]], None]) -> None:
-    """Let `write` fill a file aside, then give it its name.
+    """Write a file that `write` fills, all of it or nothing.
 
     Raises:
         SimulateError: it cannot be written, and why.
     """
     try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}-", delete=False) as file:
-            try:
-                write(file)
-                file.close()
-                os.chmod(file.name, 0o666 & ~_umask())
-                os.replace(file.name, path)
-            except BaseException:
-                Path(file.name).unlink(missing_ok=True)
-                raise
-    except OSError as fault:
-        raise SimulateError(f"{path}: cannot be written ({fault.strerror or fault})") from None
-
-
-def _umask() -> int:
-    """Return the permissions that new files are not given."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+        files.write({path.name: write}, path.parent)
+    except EmitError as fault:
+        raise SimulateError(f"{path}: cannot be written ({getattr(fault.__cause__, 'strerror', None)})") from None
 
 
 def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:

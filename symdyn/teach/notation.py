@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from symdyn.algebra.form import Form, Symbol, form_of
 from symdyn.dynamics.state import joint_position
+from symdyn.emit.formula_text import value_text
 from symdyn.graph import Graph
 from symdyn.scene import GROUND, JOINTS, Joint, Scene, express
 from symdyn.scene.quantity import ZERO
-from symdyn.scene.spelling import spell
 from symdyn.teach.document import Picture, Step, Values, Words
 from symdyn.teach.lesson import Prose, together
 
@@ -88,7 +88,7 @@ def notation_step(lesson: Prose) -> Step:
                 key = "notation.torque" if unit == "rad" else "notation.force"
                 rows.append(_row(Symbol(drive), lesson.say(key, joint=joint.name), "N m" if unit == "rad" else "N"))
     for parameter in scene.parameters:
-        value = spell(parameter.value) if parameter.value is not None else ""
+        value = value_text(parameter.value) if parameter.value is not None else ""
         text = parameter.text or lesson.text("notation.parameter")
         rows.append(_row(Symbol(parameter.name), Words((text,)), parameter.unit, value))
     head = tuple(lesson.say(f"table.{key}") for key in ("symbol", "meaning", "unit", "value"))

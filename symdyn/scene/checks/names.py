@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from symdyn.scene.draft import KINDS, TIME, Draft, Use, shown, uses
+from symdyn.scene.grammar import check_latex
 from symdyn.scene.model import GROUND, Scene, acceleration_name
-from symdyn.scene.names import check_latex, check_name, suggestion
-from symdyn.scene.table import Faults, shorten
+from symdyn.scene.names import check_name, suggestion
+from symdyn.scene.table import Faults, show
 
 FAMILIES = {"parameters": "symbol", "bodies": "frame", "points": "frame", "joints": "joint", "loops": "joint"}
 """Names of one family differ; a kind that is not here is a family of its own."""
@@ -16,7 +17,7 @@ def check_names(draft: Draft, faults: Faults) -> None:
     scene = draft.scene
     fault = check_name(scene.name)
     if fault:
-        faults.add("", f'name = "{scene.name}" {fault}')
+        faults.add("", f"name = {show(scene.name)} {fault}")
     taken: dict[str, dict[str, str]] = {}
     for kind in KINDS:
         family = FAMILIES.get(kind, kind)
@@ -27,7 +28,7 @@ def check_names(draft: Draft, faults: Faults) -> None:
     for where, parameter in zip(draft.where["parameters"], scene.parameters, strict=True):
         fault = check_latex(parameter.latex) if parameter.latex else None
         if fault:
-            faults.add(where, f"latex = {shorten(repr(parameter.latex))} {fault}")
+            faults.add(where, f"latex = {show(parameter.latex)} {fault}")
     symbols = taken.setdefault("symbol", {})
     for where, joint in zip(draft.where["joints"], scene.joints, strict=True):
         own = [("coordinate", name) for name in joint.coordinates]
@@ -40,7 +41,7 @@ def check_names(draft: Draft, faults: Faults) -> None:
 def _claim(faults: Faults, taken: dict[str, str], where: str, key: str, name: str) -> None:
     fault = check_name(name)
     if fault:
-        faults.add(where, f'{key}"{name}" {fault}')
+        faults.add(where, f"{key}{show(name)} {fault}")
     elif name in taken:
         faults.add(where, f'{key}"{name}" is already the name of {taken[name]}; choose another name')
     taken.setdefault(name, f"{where} ({key.removesuffix(' = ')})" if key else where)

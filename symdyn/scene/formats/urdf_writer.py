@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from fractions import Fraction
+from xml.sax.saxutils import quoteattr
 
 from symdyn.errors import SceneError
 from symdyn.scene.formats.losses import lost_words
@@ -252,7 +253,7 @@ class _Writer:
 
 def _element(tag: str, name: str, inside: Sequence[str] = (), more: str = "") -> list[str]:
     """Return an element, what is inside indented by one step."""
-    opening = f'{tag} name="{name}"{more}' if name else tag
+    opening = f"{tag} name={quoteattr(name)}{more}" if name else tag
     if not inside:
         return [f"<{opening}/>"]
     return [f"<{opening}>", *(INDENT + line for line in inside), f"</{tag}>"]

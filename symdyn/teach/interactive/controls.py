@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from html import escape
 from typing import Any
 
 from symdyn.draw.lettering import from_latex
+from symdyn.emit.escape import in_html
 from symdyn.emit.symbols import latex_symbols
 from symdyn.scene import JOINTS, Joint, Parameter, Scene, acceleration_name
 from symdyn.scene.start import quaternion
@@ -84,11 +84,11 @@ def _positions(
             span = _span(joint, wide[unit], at, values) if free else None
             rows.append(_row("q", first + k, name, symbols[name], UNITS[unit][0], span, at))
         if ball is not None and (tied is None or first + ball in tied.moved):
-            rows.append({"heading": escape(joint.name)})
+            rows.append({"heading": in_html(joint.name)})
             angles = roll_pitch_yaw(q[first + ball : first + ball + 4])
             for k, ((word, size), angle) in enumerate(zip(TURNS, angles, strict=True)):
                 one = _row("turn", turned + k, word, "", "rad", (-size, size), angle)
-                rows.append({**one, "word": word, "joint": escape(joint.name)})
+                rows.append({**one, "word": word, "joint": in_html(joint.name)})
             turned += 3
         first += len(joint.coordinates)
     return rows
@@ -117,9 +117,9 @@ def _row(
         "group": group,
         "k": k,
         "label": inline(latex) if latex else "",
-        "spoken": escape(f"{plain}, {text}" if text else plain),
-        "text": escape(text),
-        "unit": re.sub(r"\^(\d)", r"<sup>\1</sup>", escape(unit)),
+        "spoken": in_html(f"{plain}, {text}" if text else plain),
+        "text": in_html(text),
+        "unit": re.sub(r"\^(\d)", r"<sup>\1</sup>", in_html(unit)),
         "value": value,
     }
     return row if span is None else {**row, "low": span[0], "high": span[1]}

@@ -6,9 +6,7 @@ loops by Newton's method and integrates the motion by Runge and Kutta.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from html import escape
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +19,7 @@ from symdyn.draw.style import style
 from symdyn.draw.view import View
 from symdyn.dynamics.state import quaternions
 from symdyn.emit import emit
+from symdyn.emit.escape import in_html, in_script, in_script_code
 from symdyn.emit.names import stem
 from symdyn.emit.render import render
 from symdyn.errors import TeachError
@@ -72,23 +71,23 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
     state = {"q": [float(x) for x in q], "qd": begun.qd, "qdd": begun.qdd}
     body = {
         "name": name,
-        "title": escape(scene.name),
+        "title": in_html(scene.name),
         "words": sentences,
         "groups": controls(scene, values, state, extent, computed.held),
         "rows": force_tables(scene, computed, sentences),
         "exerted": exerted(scene, computed, sentences),
         "closed": computed.held is not None,
         "planar": seen.planar,
-        "stuck": escape(computed.stuck),
-        "undriven": escape(computed.held.undriven) if computed.held else "",
+        "stuck": in_html(computed.stuck),
+        "undriven": in_html(computed.held.undriven) if computed.held else "",
     }
     params = [values[p.name] for p in scene.parameters]
     data = {"start": {**state, "params": params}, **_data(scene, computed, seen, sentences)}
     command = f"symdyn walkthrough {scene.name}.toml --format html"
     code = emit(computed.program, "js", command=command).files[1][1]
     script = {
-        "code": _harmless("\n".join(line.lstrip() for line in code.splitlines())),
-        "data": _harmless(json.dumps(data, ensure_ascii=False, separators=(",", ":"))),
+        "code": in_script_code("\n".join(line.lstrip() for line in code.splitlines())),
+        "data": in_script(data),
         "name": name,
     }
     return Interactive(
@@ -101,13 +100,8 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
 def interactive_page(scene: Scene, parameters: Mapping[str, float] | None = None, language: str = "en") -> str:
     """Return the interactive part as a page of its own, which needs nothing else; see `interactive`."""
     parts = interactive(scene, parameters, language)
-    values = {"title": escape(scene.name), "language": language, **parts._asdict()}
+    values = {"title": in_html(scene.name), "language": language, **parts._asdict()}
     return render("teach/interactive_page.html.jinja", values)
-
-
-def _harmless(text: str) -> str:
-    """Return text that cannot end the script that it stands in: comments and strings alone hold such characters."""
-    return text.replace("</", "<\\/").replace("<!--", "<\\!--")
 
 
 # What the script is told

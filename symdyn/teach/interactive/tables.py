@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from html import escape
 from typing import Any
 
+from symdyn.emit.escape import in_html
 from symdyn.emit.latex_layout import together
 from symdyn.emit.symbols import latex_symbols
 from symdyn.scene import JOINTS, Scene, acceleration_name
@@ -82,4 +82,4 @@ def exerted(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict
 
 
 def _exerted(label: str, text: str, unit: str, function: str, entry: int) -> dict[str, Any]:
-    return {"label": label, "text": escape(text), "unit": unit, "function": function, "entry": entry}
+    return {"label": label, "text": in_html(text), "unit": unit, "function": function, "entry": entry}

@@ -15,7 +15,7 @@ from xml.etree.ElementTree import Element
 from defusedxml import ElementTree
 
 from symdyn.draw.style import style
-from symdyn.emit.symbols import escape
+from symdyn.emit.escape import in_latex
 
 WIDTH, HEIGHT = 300.0, 230.0  # bp, at most
 SCALE = 0.62  # bp a unit, at most: labels are 17 units high
@@ -175,8 +175,8 @@ def _run(face: str, piece: str) -> str:
     if face == "i" or (len(piece) == 1 and not piece.isascii()):
         return "".join(map(_sign, piece))
     if face == "t":
-        return rf"\mathtt{{{escape(piece)}}}"
-    return piece if re.fullmatch(r"[\d.,+ ]*", piece) else rf"\textrm{{{escape(piece)}}}"
+        return rf"\mathtt{{{in_latex(piece)}}}"
+    return piece if re.fullmatch(r"[\d.,+ ]*", piece) else rf"\textrm{{{in_latex(piece)}}}"
 
 
 def _sign(character: str) -> str:

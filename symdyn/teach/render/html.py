@@ -5,13 +5,12 @@ A formula is written in pieces, one a term, which the browser sets in lines of a
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
-from html import escape
 
 from symdyn.algebra.form import Form
 from symdyn.emit.breaking import latex_width
+from symdyn.emit.escape import in_html, in_script
 from symdyn.emit.render import render
 from symdyn.errors import DerivationError, TeachError
 from symdyn.teach.document import (
@@ -49,12 +48,12 @@ def html_page(document: Document) -> str:
     sections = [
         {
             "key": section.key,
-            "title": escape(section.title),
+            "title": in_html(section.title),
             "steps": [
                 {
                     "key": _anchor(step.key),
                     "claim": page.words(step.claim),
-                    "reference": escape(step.reference),
+                    "reference": in_html(step.reference),
                     "blocks": [text for block in step.blocks for text in page.block(block)],
                     "reason": page.words(step.reason),
                 }
@@ -66,14 +65,14 @@ def html_page(document: Document) -> str:
     asked, (live, absent) = questions(document), _live(document)
     solutions = next((k for k, section in enumerate(document.sections) if section.key == "solutions"), len(sections))
     values = {
-        "title": escape(document.title),
+        "title": in_html(document.title),
         "language": document.language,
         "text": LANGUAGES[document.language],
         "sections": sections[:solutions],
         "solutions": sections[solutions:],
         "live": live,
         "absent": absent,
-        "questions": harmless(json.dumps(asked, ensure_ascii=False, separators=(",", ":"))) if asked else "",
+        "questions": in_script(asked) if asked else "",
     }
     return render("teach/walkthrough.html.jinja", values)
 
@@ -84,12 +83,7 @@ def _live(document: Document) -> tuple[Interactive | None, str]:
         return interactive(document.scene, language=document.language), ""
     except (TeachError, DerivationError) as fault:
         why = absence(document.scene, document.language)
-        return None, escape(why or f"{WORDS[document.language]['absent']} {fault}")
-
-
-def harmless(text: str) -> str:
-    """Return JSON that cannot end the script that it stands in."""
-    return text.replace("<", "\\u003c")
+        return None, in_html(why or f"{WORDS[document.language]['absent']} {fault}")
 
 
 def _anchor(key: str) -> str:
@@ -105,7 +99,7 @@ class _Page:
         self.text = LANGUAGES[document.language]
 
     def words(self, words: Words) -> str:
-        return "".join(escape(x, quote=False) if isinstance(x, str) else self._inline(x) for x in words.parts)
+        return "".join(in_html(x, quote=False) if isinstance(x, str) else self._inline(x) for x in words.parts)
 
     def _inline(self, form: Form) -> str:
         """Return a formula in a line of text; a long one in pieces."""
@@ -123,8 +117,9 @@ class _Page:
             left, right = self.spell.matrix(block).split("&", maxsplit=1)
             yield _numbered(flow(left.strip(), right), block.number)
         elif isinstance(block, Picture):
-            svg = re.sub(r"<title>.*?</title>", f"<title>{escape(block.alt)}</title>", block.svg, count=1, flags=re.S)
-            svg = re.sub(r'aria-label="[^"]*"', f'aria-label="{escape(block.alt)}"', svg, count=1)
+            alt = in_html(block.alt)
+            svg = re.sub(r"<title>.*?</title>", lambda _: f"<title>{alt}</title>", block.svg, count=1, flags=re.S)
+            svg = re.sub(r'aria-label="[^"]*"', lambda _: f'aria-label="{alt}"', svg, count=1)
             yield f"<figure>{svg.strip()}<figcaption>{self.words(block.caption)}</figcaption></figure>"
         elif isinstance(block, Values):
             yield self._table(block)
@@ -154,7 +149,7 @@ class _Page:
             cells = f"<th>{inline(self.spell.inline(bar.label))}</th><td>{number(bar.value)}</td>"
             rows.append(f'<tr>{cells}<td class="drawn">{drawn}</td><td>{100 * bar.share:.0f}&nbsp;%</td></tr>')
         total = inline(self.spell.inline(shares.total))
-        cells = f"<th>{total}</th><td>{number(shares.value)}</td><td>{escape(shares.unit)}</td><td></td>"
+        cells = f"<th>{total}</th><td>{number(shares.value)}</td><td>{in_html(shares.unit)}</td><td></td>"
         end = f'<tr class="total">{cells}</tr>'
         caption = f"<caption>{self.words(shares.caption)}</caption>"
         body = "\n".join([*rows, end])
@@ -163,7 +158,7 @@ class _Page:
     def _blank(self, blank: Blank) -> str:
         name = _anchor(blank.key)
         values = {
-            "key": blank.key,
+            "key": in_html(blank.key),
             "name": name,
             "ask": self.words(blank.ask),
             "left": inline(self.spell.symbols[blank.left]),
@@ -175,5 +170,5 @@ class _Page:
 
 
 def _numbered(formula: str, number: str) -> str:
-    tag = f'<span class="number">({escape(number)})</span>' if number else ""
+    tag = f'<span class="number">({in_html(number)})</span>' if number else ""
     return f'<div class="formula"><div class="flow">{formula}</div>{tag}</div>'

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 
 from symdyn.emit.breaking import latex_width
+from symdyn.emit.escape import in_latex
 from symdyn.emit.render import render
-from symdyn.emit.symbols import escape
 from symdyn.teach.document import (
     Blank,
     Block,
@@ -45,10 +45,10 @@ def latex(document: Document) -> dict[str, str]:
     """Return the one file by name."""
     page = _Page(document)
     sections = [
-        {"title": escape(section.title), "steps": [page.step(step) for step in section.steps]}
+        {"title": in_latex(section.title), "steps": [page.step(step) for step in section.steps]}
         for section in document.sections
     ]
-    values = {"title": escape(document.title), "comment": document.scene.name, "sections": sections}
+    values = {"title": in_latex(document.title), "comment": document.scene.name, "sections": sections}
     return {f"{document.scene.name}.tex": render("teach/walkthrough.tex.jinja", values)}
 
 
@@ -72,7 +72,7 @@ class _Page:
         }
 
     def words(self, words: Words) -> str:
-        return self.spell.words(words)
+        return self.spell.words(words, in_latex)
 
     def body(self, blocks: Sequence[Block], room: float) -> str:
         """Return blocks one after the other; formulas in a row share a display, which ends a paragraph."""
@@ -134,7 +134,7 @@ class _Page:
         return "\n\n".join(f"\\begin{{tabular}}{{@{{}}{columns}@{{}}}}\n{part}\n\\end{{tabular}}" for part in parts)
 
     def _bars(self, shares: Shares) -> str:
-        rows = [rf"${self.spell.inline(shares.total)}$ & ${_value(shares.value)}$ {escape(shares.unit)} & \\ \hline"]
+        rows = [rf"${self.spell.inline(shares.total)}$ & ${_value(shares.value)}$ {in_latex(shares.unit)} & \\ \hline"]
         for bar in shares.bars:
             colour = "sdplus" if bar.value >= 0 else "sdminus"
             rule = rf"\textcolor{{{colour}}}{{\rule{{{max(BAR * bar.share, 0.4):.1f}pt}}{{6pt}}}}"

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from symdyn.emit.escape import in_markdown
 from symdyn.emit.render import render
 from symdyn.teach.document import (
     Blank,
@@ -26,6 +28,8 @@ from symdyn.teach.render.spelling import Spelling, lines
 ROOM = 620.0  # of a display, pt at 10 pt
 BAR = 24  # characters of a share of one
 
+_BAR = re.compile(r"(?<!\\)\|")  # of a formula; those of words are escaped
+
 MARKS = {"erratum": "⚠", "remark": "ℹ", "check": "✓"}
 
 
@@ -35,11 +39,11 @@ def markdown(document: Document) -> dict[str, str]:
     stem = document.scene.name
     sections = [
         {
-            "title": section.title,
+            "title": in_markdown(section.title),
             "steps": [
                 {
                     "claim": page.words(step.claim),
-                    "reference": step.reference,
+                    "reference": in_markdown(step.reference),
                     "blocks": page.blocks(step.blocks),
                     "reason": page.words(step.reason),
                 }
@@ -48,7 +52,7 @@ def markdown(document: Document) -> dict[str, str]:
         }
         for section in document.sections
     ]
-    text = render("teach/walkthrough.md.jinja", {"title": document.title, "sections": sections})
+    text = render("teach/walkthrough.md.jinja", {"title": in_markdown(document.title), "sections": sections})
     pictures = {f"{stem}-{one.key}.svg": one.svg for _, one in document.blocks() if isinstance(one, Picture)}
     return {f"{stem}.md": text, **pictures}
 
@@ -62,7 +66,7 @@ class Page:
 
     def words(self, words: Words) -> str:
         """Return prose."""
-        return self.spell.words(words, _plain)
+        return self.spell.words(words, in_markdown)
 
     def blocks(self, blocks: Sequence[Block]) -> list[str]:
         """Return the paragraphs of blocks."""
@@ -78,7 +82,7 @@ class Page:
         elif isinstance(block, Matrix):
             yield display([self.spell.matrix(block)], block.number)
         elif isinstance(block, Picture):
-            yield f"![{block.alt}]({self.document.scene.name}-{block.key}.svg)"
+            yield f"![{in_markdown(block.alt)}]({self.document.scene.name}-{block.key}.svg)"
             yield f"*{self.words(block.caption)}*"
         elif isinstance(block, Values):
             yield table([map(self.words, row) for row in (block.head, *block.rows)])
@@ -99,7 +103,7 @@ class Page:
             yield f"<details><summary>{summary}</summary>\n\n{self.words(block.hint)}\n\n</details>"
 
     def _bars(self, shares: Shares) -> str:
-        rows: list[Iterable[str]] = [(f"${self.spell.inline(shares.total)}$", shares.unit, "")]
+        rows: list[Iterable[str]] = [(f"${self.spell.inline(shares.total)}$", in_markdown(shares.unit), "")]
         for bar in shares.bars:
             length = round(BAR * bar.share)
             mark = ("█" if bar.value >= 0 else "▒") * max(length, 1) if bar.value else ""
@@ -118,7 +122,7 @@ def display(aligned: list[str], number: str = "") -> str:
 
 def table(rows: Iterable[Iterable[str]]) -> str:
     """Return a table, the first row its head."""
-    head, *others = [[cell.replace("|", r"\|") for cell in row] for row in rows]
+    head, *others = [[_BAR.sub(r"\\|", cell) for cell in row] for row in rows]
     return "\n".join(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *others))
 
 
@@ -127,10 +131,3 @@ def number(value: Any) -> str:
     from symdyn.teach.numbers import written
 
     return written(float(value))
-
-
-def _plain(text: str) -> str:
-    """Return prose in which Markdown reads nothing else."""
-    for character in ("\\", "*", "_", "`", "<", "#", "$"):
-        text = text.replace(character, f"\\{character}")
-    return text

@@ -101,7 +101,14 @@ def inner(latex: str) -> str:
     text = _ALONE.sub(r"\1", text)
     text = _THIN_BEFORE.sub("\\1\u2009", _THIN_AFTER.sub("\\1\u2009\\2", text))
     text = _THIN_RAISED.sub("\\1\u2005\\2", text)  # as wide, in smaller type
-    return _ACCENTED.sub(r'<mover accent="true">\1<mo>\2</mo></mover>', text)
+    return _ACCENTED.sub(_dotted, text)
+
+
+def _dotted(found: re.Match[str]) -> str:
+    """Return a base with dots: low ones on a letter, above a word where they are none of its own letters'."""
+    word = found[1].count("<mi") > 1
+    low = "" if word else ' accent="true"'
+    return f"<mover{low}>{found[1]}<mo>{found[2]}</mo></mover>"
 
 
 def _character(found: re.Match[str]) -> str:

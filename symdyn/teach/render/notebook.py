@@ -8,6 +8,8 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+from symdyn.emit.escape import in_code, in_markdown
+from symdyn.emit.formula_text import text_of
 from symdyn.scene import write_text
 from symdyn.teach.document import Blank, Block, Document, Formula, Picture, Step
 from symdyn.teach.exercises import answer_of
@@ -20,21 +22,20 @@ SETUP = '''from symdyn.scene.toml import read_text
 from symdyn.teach.answers import in_words
 from symdyn.teach.check import check_derivation
 
-scene = read_text(r"""
-{scene}""")
+scene = read_text({scene})
 
 
 def check(text):
-    """Compare formulas, LaTeX or plain text, with those of the scene."""
+    """Compare formulas, plain text or LaTeX, with those of the scene."""
     for answer in check_derivation(text, scene):
-        print("\\n".join(in_words(answer, "{language}")))'''
+        print("\\n".join(in_words(answer, {language!r})))'''
 
 EXERCISES = """
 
 from symdyn.teach import walkthrough
 from symdyn.teach.exercises import judge, with_exercises
 
-lesson = with_exercises(walkthrough(scene, "{language}", road="{road}"))"""
+lesson = with_exercises(walkthrough(scene, {language!r}, road={road!r}))"""
 
 
 def notebook(document: Document) -> dict[str, str]:
@@ -55,21 +56,21 @@ def notebook(document: Document) -> dict[str, str]:
 
 def _cells(document: Document) -> Iterator[Cell]:
     page = _Page(document)
-    yield _text("title", f"# {document.title}")
+    yield _text("title", f"# {in_markdown(document.title)}")
     asked = any(isinstance(block, Blank) for _, block in document.blocks())
     setup = (SETUP + EXERCISES if asked else SETUP).format(
-        scene=write_text(document.scene, "toml").text, language=document.language, road=document.road
+        scene=in_code(write_text(document.scene, "toml").text), language=document.language, road=document.road
     )
     yield _code("setup", setup)
     for section in document.sections:
-        yield _text(f"section-{section.key}", f"## {section.title}")
+        yield _text(f"section-{section.key}", f"## {in_markdown(section.title)}")
         for step in section.steps:
             yield from _step(page, step)
 
 
 def _step(page: _Page, step: Step) -> Iterator[Cell]:
     """Yield the cells of a step: its text, then what can be run."""
-    reference = f" {step.reference}" if step.reference else ""
+    reference = f" {in_markdown(step.reference)}" if step.reference else ""
     reason = [page.words(step.reason)] if step.reason.parts else []
     parts = [f"**{page.words(step.claim)}**{reference}", *page.blocks(step.blocks), *reason]
     pictures = {f"{block.key}.svg": block.svg for block in step.blocks if isinstance(block, Picture)}
@@ -78,12 +79,12 @@ def _step(page: _Page, step: Step) -> Iterator[Cell]:
         results = [block for block in step.blocks if isinstance(block, Formula)]
         found = [answer for block in results if (answer := answer_of(page.document, block)) is not None]
         if found:
-            lines = [f"{page.spell.symbols[left]} = {page.spell.inline(form)}" for left, form in found]
-            yield _code(f"check-{step.key}", 'check(r"""\n' + "\n".join(lines) + '\n""")')
+            lines = [f"{page.spell.symbols[left]} = {text_of(form)}" for left, form in found]
+            yield _code(f"check-{step.key}", f"check({in_code(chr(10).join(lines))})")
     for block in step.blocks:
         if isinstance(block, Blank):
             hint = LANGUAGES[page.document.language]["exercise.example"]
-            yield _code(f"answer-{block.key}", f'answer = ""  # {hint}\njudge(lesson, "{block.key}", answer)')
+            yield _code(f"answer-{block.key}", f'answer = ""  # {hint}\njudge(lesson, {in_code(block.key)}, answer)')
 
 
 class _Page(Page):
@@ -91,7 +92,7 @@ class _Page(Page):
 
     def block(self, block: Block) -> Iterator[str]:
         if isinstance(block, Picture):
-            yield f"![{block.alt}](attachment:{block.key}.svg)"
+            yield f"![{in_markdown(block.alt)}](attachment:{block.key}.svg)"
             yield f"*{self.words(block.caption)}*"
         else:
             yield from super().block(block)

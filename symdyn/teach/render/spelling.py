@@ -7,8 +7,10 @@ from fractions import Fraction
 
 from symdyn.algebra.form import MINUS_ONE, Form, product_of, split_sign, sum_of, terms_of
 from symdyn.emit.breaking import break_lines, latex_width
+from symdyn.emit.escape import in_latex
 from symdyn.emit.formula_text import BREAK, Latex
-from symdyn.emit.symbols import GREEK, PrintName, escape, latex_symbols
+from symdyn.emit.symbols import PrintName, latex_symbols
+from symdyn.scene.grammar import GREEK
 from symdyn.teach.document import Braced, Document, Formula, Matrix, Words
 from symdyn.teach.looks import Letter, Name, Rate
 
@@ -90,8 +92,8 @@ class Spelling:
         rows = r" \\ ".join(" & ".join(cells[k : k + matrix.width]) for k in range(0, len(cells), matrix.width))
         return rf"{self.symbols[matrix.left]} &= \begin{{bmatrix}} {rows} \end{{bmatrix}}"
 
-    def words(self, words: Words, plain: Callable[[str], str] = escape) -> str:
-        """Return prose with forms between dollar signs."""
+    def words(self, words: Words, plain: Callable[[str], str]) -> str:
+        """Return prose, each piece made plain for its target, with forms between dollar signs."""
         return "".join(plain(x) if isinstance(x, str) else f"${self.inline(x)}$" for x in words.parts)
 
 
@@ -112,7 +114,7 @@ def _index(part: str) -> str:
         return f"\\{part}"
     if part.replace(" ", "").isdigit():
         return part.replace(" ", r"\,")
-    return part if len(part) <= 2 else rf"\mathrm{{{escape(part)}}}"
+    return part if len(part) <= 2 else rf"\mathrm{{{in_latex(part)}}}"
 
 
 def lines(left: str, right: str, room: float) -> list[str]:

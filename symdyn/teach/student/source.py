@@ -10,8 +10,8 @@ import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from symdyn.emit.symbols import GREEK
 from symdyn.errors import TeachError
+from symdyn.scene.grammar import GREEK
 
 LONGEST = 50_000
 SHOWN = 100  # characters of a line that a message shows

@@ -1,0 +1,73 @@
+"""The one place that puts files on disk, for all doors: all of a file or nothing of it.
+
+Each is filled aside, in its own folder, and renamed, so that a reader sees the old contents or the new ones and never
+half of them, a full disk leaves nothing, and a link that stands where the file goes is replaced, not followed.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from errno import EISDIR
+from pathlib import Path
+from typing import IO
+
+from symdyn.errors import EmitError
+
+Contents = str | bytes | Callable[[IO[bytes]], None]
+
+
+def write(files: Mapping[str, Contents], folder: str | Path) -> tuple[Path, ...]:
+    """Write files into a folder and return the paths; all are filled before the first is renamed.
+
+    Args:
+        files: contents by name: text, which becomes UTF-8, bytes, or what fills an open file.
+        folder: where they go; it is made if it is missing.
+
+    Raises:
+        EmitError: the folder cannot be made or written to.
+    """
+    place = Path(folder)
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+        with ExitStack() as left_over:
+            aside = []
+            for name, contents in files.items():
+                assert Path(name).name == name, "files lie in the folder, nowhere else"
+                _check_place(place / name)
+                aside.append(temporary := _aside(place))
+                left_over.callback(temporary.unlink, missing_ok=True)
+                _fill(temporary, contents)
+            for temporary, name in zip(aside, files, strict=True):
+                os.replace(temporary, place / name)
+    except OSError as fault:
+        reason = fault.strerror or str(fault)
+        message = f"{place}: cannot write {', '.join(files)} there ({reason}); give a folder that you may write to"
+        raise EmitError(message) from fault
+    return tuple(place / name for name in files)
+
+
+def _check_place(path: Path) -> None:
+    """Raise OSError for what no file can replace, before another file is renamed."""
+    if path.is_dir() and not path.is_symlink():
+        raise IsADirectoryError(EISDIR, "a folder of that name stands there")
+
+
+def _aside(place: Path) -> Path:
+    """Return a new empty file in a folder, with the permissions of any other file there."""
+    handle, name = tempfile.mkstemp(prefix=".symdyn-", dir=place)
+    os.close(handle)
+    mask = os.umask(0)
+    os.umask(mask)
+    os.chmod(name, 0o666 & ~mask)
+    return Path(name)
+
+
+def _fill(path: Path, contents: Contents) -> None:
+    with path.open("wb") as file:
+        if callable(contents):
+            contents(file)
+        else:
+            file.write(contents.encode() if isinstance(contents, str) else contents)

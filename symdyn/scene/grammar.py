@@ -1,0 +1,247 @@
+r"""What text of a scene may hold: one grammar for words, one for the LaTeX of a symbol.
+
+A scene may come from a stranger, and its text goes into LaTeX, HTML, Markdown, notebooks, pictures, comments of code
+and terminals. Words are printable characters, which each target escapes. The LaTeX of a symbol is the one thing that
+is not escaped, so it is what every target shows alike, and nothing else:
+
+    symbol   = part {part}, with a letter in it
+    part     = base ["'"..] ["_" script] ["^" script], in any order, each once; primes are an upper script
+    base     = one character, \max, \hat of an argument, \mathrm of an argument, \text{words}, { inside }
+    script   = one character, a sign, \mathrm{ inside }, \text{words}, { inside }
+    argument = one character, { inside } without scripts
+    inside   = any number of parts, signs and spaces, and of ( inside ), [ inside ], \{ inside \}
+
+One character is a letter, a digit, \alpha or its like, \infty or its like.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Container, Iterator
+from dataclasses import dataclass
+from functools import cache
+
+LONGEST_WORDS = 200
+LONGEST_LATEX = 100
+DEEPEST = 6  # braces in braces
+
+GREEK_LETTERS = """
+alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi omega
+Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega
+"""
+GREEK = frozenset(GREEK_LETTERS.split())
+VARIANTS = frozenset(
+    ("varepsilon", "vartheta", "varpi", "varrho", "varsigma", "varphi", "ell", "hbar", "imath", "jmath", "Re", "Im")
+)
+MARKS = frozenset(
+    ("infty", "ast", "star", "circ", "bullet", "dagger", "ddagger", "prime", "perp", "parallel", "pm", "mp", "times",
+     "cdot", "partial", "nabla")
+)  # fmt: skip
+LIMITS = frozenset(("max", "min"))
+ACCENTS = frozenset(
+    ("dot", "ddot", "hat", "bar", "tilde", "vec", "check", "breve", "acute", "grave", "widehat", "widetilde",
+     "overline", "underline")
+)  # fmt: skip
+FONTS = frozenset(("mathrm", "mathit", "mathbf", "mathsf", "mathtt", "mathcal", "boldsymbol"))
+TEXTS = frozenset(("text", "textrm", "textit", "operatorname"))
+
+SPACES = ("\\,", "\\;", "\\:")
+SIGNS = frozenset("+-*/=.,:;!|") | {"\\%"}
+BRACKETS = {"(": ")", "[": "]", "\\{": "\\}"}
+
+HELP = r"a symbol has letters, digits, _ ^ ', Greek, accents such as \hat{k}, fonts such as \mathrm{a}, \text{max}"
+
+_TOKEN = re.compile(r"\\[A-Za-z]+|\\.|.", re.DOTALL)
+_WORDS = re.compile(r"[A-Za-z0-9 .,()+/-]+")
+
+
+def check_words(text: str) -> str | None:
+    """Return what is wrong with text for people, such as a description, or None for one line of bearable length."""
+    if not text.isprintable():
+        return "holds a line break or another unprintable character; write one line"
+    if len(text) > LONGEST_WORDS:
+        return f"has {len(text)} characters; {LONGEST_WORDS} are enough"
+    return None
+
+
+def check_latex(latex: str) -> str | None:
+    """Return what is wrong with the LaTeX of a symbol and what would work, or None for what every target can show."""
+    try:
+        read_latex(latex)
+    except LatexError as refusal:
+        return str(refusal)
+    return None
+
+
+class LatexError(ValueError):
+    """LaTeX that is no symbol: what was found and what would work."""
+
+
+@dataclass(frozen=True)
+class Part:
+    r"""One part of a symbol.
+
+    Attributes:
+        text: written in one way only, so that m_1, m_{1} and {m} _1 are one: m_{1}.
+        raised: whether it has an upper script, so that no exponent may follow.
+    """
+
+    text: str
+    raised: bool
+
+
+def read_latex(latex: str) -> tuple[Part, ...]:
+    """Return the parts of a symbol, at least one.
+
+    Raises:
+        LatexError: it is none.
+    """
+    if not latex.strip():
+        raise LatexError(r"is empty; give a symbol such as \kappa_1, or leave it out")
+    if any(not " " <= character <= "~" for character in latex):
+        raise LatexError(r"holds a line break or a character that is not ASCII; write \kappa, not the letter itself")
+    if len(latex) > LONGEST_LATEX:
+        raise LatexError(f"has {len(latex)} characters; {LONGEST_LATEX} are enough")
+    reader = _Reader(latex)
+    parts = tuple(reader.parts(None, ()))
+    if not reader.letters:
+        raise LatexError(r"holds no letter; give a symbol such as \kappa_1")
+    return parts
+
+
+@cache
+def takes_exponent(latex: str) -> bool:
+    """Return whether an exponent may follow as it is: not behind an upper script, nor behind a product."""
+    try:
+        parts = read_latex(latex)
+    except LatexError:  # what we made ourselves
+        return True
+    return len(parts) == 1 and not parts[0].raised
+
+
+class _Reader:
+    """Reads tokens from left to right."""
+
+    def __init__(self, latex: str) -> None:
+        self.tokens = _TOKEN.findall(latex)
+        self.at = self.depth = 0
+        self.letters = False  # whether there is one
+        balance = [self.tokens[:k].count("{") - self.tokens[:k].count("}") for k in range(len(self.tokens) + 1)]
+        special = next((token for token in self.tokens if token[0] in "$&%#~" or token in ("\\", "\\\\")), None)
+        if special:
+            raise self._unknown(special)
+        if min(balance) < 0 or balance[-1]:
+            raise LatexError(r"has braces that do not pair; give a symbol such as k_{\mathrm{max}}")
+
+    def parts(self, end: str | None, signs: Container[str]) -> Iterator[Part]:
+        """Yield the parts up to a token, which is read too; `signs` and brackets may stand between them."""
+        self.depth += 1
+        if self.depth > DEEPEST:
+            raise LatexError(f"nests deeper than {DEEPEST} levels; {HELP}")
+        while (token := self._next()) != end:
+            if token is None:
+                raise LatexError(f"lacks a {end}; {HELP}")
+            if token in signs:
+                yield Part(token, False)
+            elif token in BRACKETS and signs:
+                yield Part(f"{token}{self._inside(BRACKETS[token])}{BRACKETS[token]}", False)
+            elif token not in SPACES:
+                yield self._scripted(token)
+        self.depth -= 1
+
+    def _next(self) -> str | None:
+        """Return the next token that is no space, None at the end."""
+        while self.at < len(self.tokens) and self.tokens[self.at] == " ":
+            self.at += 1
+        self.at += 1
+        return self.tokens[self.at - 1] if self.at <= len(self.tokens) else None
+
+    def _ahead(self) -> str | None:
+        """Return the token that `_next` would."""
+        return next((token for token in self.tokens[self.at :] if token != " "), None)
+
+    def _inside(self, end: str) -> str:
+        return "".join(part.text for part in self.parts(end, SIGNS))
+
+    def _scripted(self, token: str) -> Part:
+        """Return a base and its scripts, the lower one first."""
+        base, scripts, primes = self._base(token), {"_": "", "^": ""}, ""
+        if re.search(r"[_^']", base) and base.startswith("{") and self._ahead() in ("_", "^", "'"):
+            raise LatexError(f"has a script on braces that hold scripts; give such as k_{{a,b}}; {HELP}")
+        while (mark := self._ahead()) in scripts or mark == "'":
+            self._next()
+            if mark == "'" and not scripts["^"]:
+                primes += mark
+            elif mark == "'" or scripts[mark] or (mark == "^" and primes):
+                raise LatexError("has two scripts at one place; put both into one, such as k^{a,b}")
+            else:
+                scripts[mark] = f"{mark}{{{self._script()}}}"
+        return Part(f"{base}{primes}{scripts['_']}{scripts['^']}", bool(primes or scripts["^"]))
+
+    def _base(self, token: str) -> str:
+        name = token.removeprefix("\\")
+        if token == name and token in ("_", "^", "'"):
+            raise LatexError(f"begins with {token}, and a script needs something to stand on; give such as k{token}1")
+        if token == "{":
+            return self._group()
+        if token != name and name in TEXTS:
+            return self._words(token)
+        if token != name and name in LIMITS:
+            self.letters = True
+            return f"{token} "
+        if token != name and (name in ACCENTS or name in FONTS):
+            return f"{token}{{{self._argument(token)}}}"
+        return self._single(token)
+
+    def _single(self, token: str) -> str:
+        """Return a token that is one character in print."""
+        name = token.removeprefix("\\")
+        if token == name and token.isalnum():
+            self.letters |= token.isalpha()
+            return token
+        if token != name and name in GREEK | VARIANTS | MARKS:
+            self.letters |= name not in MARKS
+            return f"{token} "
+        raise self._unknown(token)
+
+    def _group(self) -> str:
+        """Return what braces hold, with braces where it is not one character."""
+        inside = self._inside("}")
+        return inside if re.fullmatch(r"[A-Za-z0-9]|\\[A-Za-z]+ ", inside) else f"{{{inside}}}"
+
+    def _argument(self, of: str) -> str:
+        token = self._next()
+        if token is None:
+            raise LatexError(f"ends behind {of}, which stands on a letter; give such as {of}{{k}}")
+        inside = self._inside("}") if token == "{" else self._single(token)
+        if re.search(r"[_^']", inside):
+            raise LatexError(f"has scripts inside {of}; put them behind it, such as {of}{{k}}_1")
+        return inside
+
+    def _script(self) -> str:
+        token = self._next()
+        if token is None:
+            raise LatexError(r"ends where a script should follow; give a symbol such as \kappa_1")
+        name = token.removeprefix("\\")
+        if token == "{":
+            return self._inside("}")
+        if token == "\\text":
+            return self._words(token)
+        if token.startswith("\\math") and name in FONTS and self.tokens[self.at : self.at + 1] == ["{"]:
+            return f"{token}{{{self._argument(token)}}}"
+        return token if token in SIGNS else self._single(token)
+
+    def _words(self, of: str) -> str:
+        """Return upright words, which stand in braces."""
+        closing = self.tokens.index("}", self.at) if "}" in self.tokens[self.at :] else len(self.tokens)
+        text = "".join(self.tokens[self.at : closing]).lstrip(" ")
+        if not _WORDS.fullmatch(text[1:]) or text[0] != "{":
+            raise LatexError(f"has {of} without plain words in braces; give such as k_{of}{{max}}")
+        self.at = closing + 1
+        self.letters |= any(character.isalpha() for character in text)
+        return f"{of}{text}}}"
+
+    def _unknown(self, token: str) -> LatexError:
+        if token in (*BRACKETS.values(), "}"):
+            return LatexError("has brackets that do not pair; give a symbol such as k_{(1)}")
+        return LatexError(f"holds {token}, which no symbol in a formula needs; {HELP}")

@@ -1,0 +1,283 @@
+"""Every file that we write of a stranger's scene, opened by its own program: no word of the scene acts there."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import tomllib
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import hostile
+import pytest
+from browser import chromium
+from hostile import (
+    PAYLOADS,
+    in_browser,
+    in_c,
+    in_jupyter,
+    in_markdown,
+    in_node,
+    in_notebook,
+    in_pdflatex,
+    in_python,
+    in_xml,
+    scene_with,
+    unescaped,
+    write,
+)
+
+from symdyn.scene import read
+
+Harness = Callable[[Path], list[str]]
+
+OPENERS: dict[str, Harness] = {
+    ".py": in_python,
+    ".c": in_c,
+    ".mjs": in_node,
+    ".js": in_node,
+    ".tex": in_pdflatex,
+    ".svg": in_xml,
+    ".ipynb": in_notebook,
+    ".md": lambda path: in_markdown(path.read_text(encoding="utf-8")),
+}
+
+SLOW = ("asked", "dalembert", "dalembert-tex", "exercises", "free", "ufunc")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a scene that holds every payload as a description and as a unit."""
+    path = tmp_path_factory.mktemp("scene") / f"{hostile.NAME}.toml"
+    path.write_text(scene_with(PAYLOADS), encoding="utf-8")
+    return path
+
+
+def opened(paths: list[Path], browser: Any = None) -> list[str]:
+    """Return what all programs see of canaries in files."""
+    openers = OPENERS if browser is None else {".html": partial(in_browser, browser)}
+    return [f"{path.name}: {seen}" for path in paths if path.suffix in openers for seen in openers[path.suffix](path)]
+
+
+def test_a_scene_may_hold_every_payload_as_words(scene: Path) -> None:
+    texts = {parameter.text for parameter in read(scene).parameters}
+    assert texts >= set(PAYLOADS.values())
+
+
+def doors(*names: str) -> list[Any]:
+    """Return doors to open, those marked slow that do as others do."""
+    return [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in names]
+
+
+@pytest.mark.parametrize("door", doors("numpy", "c", "js", "ufunc", "tex", "asked", "dalembert-tex", "svg", "free"))
+def test_no_file_acts_on_words_of_its_scene(door: str, scene: Path, tmp_path: Path) -> None:
+    paths = write(door, scene, tmp_path)
+
+    assert any(path.suffix in OPENERS for path in paths)
+    assert opened(paths) == []
+
+
+@pytest.mark.mends("1.3")
+@pytest.mark.parametrize("door", ["md", "ipynb"])
+def test_no_prose_becomes_a_link_an_image_or_an_element(door: str, scene: Path, tmp_path: Path) -> None:
+    assert opened(write(door, scene, tmp_path)) == []
+
+
+@pytest.mark.parametrize("door", doors("html", "exercises", "sliders", "dalembert", "svg", "free"))
+def test_no_page_acts_on_words_of_its_scene(door: str, scene: Path, tmp_path: Path, browser: Any) -> None:
+    pages = [path for path in write(door, scene, tmp_path) if path.suffix in (".html", ".svg")]
+
+    assert pages
+    assert [seen for page in pages for seen in in_browser(browser, page)] == []
+
+
+@pytest.mark.parametrize("door", ["toml", "par"])
+def test_words_come_back_from_a_scene_that_was_written(door: str, scene: Path, tmp_path: Path) -> None:
+    (path,) = write(door, scene, tmp_path)
+
+    again, before = read(path), read(scene)
+    assert [p.name for p in again.parameters] == [p.name for p in before.parameters] or door == "par"
+    assert "canary" not in {p.name for p in again.parameters}
+    if door == "toml":
+        assert again.parameters == before.parameters
+        assert "canary" not in tomllib.loads(path.read_text(encoding="utf-8"))["parameters"]
+
+
+@pytest.mark.slow
+def test_a_lesson_that_jupyter_executes_runs_nothing_of_its_scene(scene: Path, tmp_path: Path) -> None:
+    assert in_jupyter(*write("ipynb", scene, tmp_path / "closed")) == []
+
+    one = tmp_path / f"{hostile.NAME}.toml"
+    one.write_text(scene_with({"triple": PAYLOADS["triple"]}), encoding="utf-8")
+    with unescaped("in_code", lambda text: f"'''{text}'''"):
+        assert in_jupyter(*write("ipynb", one, tmp_path / "open"))[:1] == ["canary"]
+
+
+def test_a_document_without_a_shell_holds_every_word_too(scene: Path, tmp_path: Path) -> None:
+    (path,) = write("tex", scene, tmp_path)
+    assert in_pdflatex(path, shell=False) == []
+
+
+# Names of files and of robots
+
+
+SHELL = "x.toml; touch canary; $(touch canary) `touch canary`"
+CONTROLLED = "\x1b[2J\n*+ int canary = 1; +*\r\u202e"
+
+
+@pytest.mark.parametrize("door", ["numpy", "c", "js"])
+@pytest.mark.parametrize("name", [SHELL + PAYLOADS["docstring"], CONTROLLED], ids=["quotes", "controls"])
+def test_no_file_acts_on_the_name_of_the_file_of_its_scene(name: str, door: str, tmp_path: Path) -> None:
+    path = tmp_path / f"{name}.toml"
+    path.write_text(scene_with({}).replace('name = "stranger"', ""), encoding="utf-8")
+    paths = write(door, path, tmp_path / "out")
+
+    assert opened(paths) == []
+    assert all(line.isprintable() for made in paths for line in made.read_text(encoding="utf-8").split("\n"))
+
+
+def test_the_command_that_a_file_quotes_is_one_word_for_each_of_its_words(tmp_path: Path) -> None:
+    path = tmp_path / f"{SHELL}.toml"
+    path.write_text(scene_with({}).replace('name = "stranger"', ""), encoding="utf-8")
+    source = write("c", path, tmp_path / "out")[0].read_text(encoding="utf-8")
+
+    (command,) = re.findall(r"symdyn generate .*", source)
+    assert shlex.split(command) == ["symdyn", "generate", path.name, "--target", "c", "--batch"]
+
+
+def robot(names: list[str]) -> str:
+    """Return a robot whose links and joints have these names: one hinge, then fixed joints."""
+    links = [quoteattr(f"base{name}") for name in names]
+    parts = [f"<robot name={quoteattr(names[0])}>", *(f"<link name={link}>{ROD}</link>" for link in links)]
+    for k, name in enumerate(names[1:]):
+        kind = "fixed" if k else "continuous"
+        ends = f'<parent link={links[k]}/><child link={links[k + 1]}/><axis xyz="0 0 1"/>'
+        parts.append(f'<joint name={quoteattr(name)} type="{kind}">{ends}</joint>')
+    return "".join([*parts, "</robot>"])
+
+
+ROBOT_DOORS = [
+    "c",
+    "svg",
+    "toml",
+    "urdf",
+    "par",
+    *(pytest.param(x, marks=pytest.mark.slow) for x in ("js", "tex", "html")),
+]
+
+ROD = """<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>"""
+
+
+@pytest.mark.parametrize("door", ROBOT_DOORS)
+def test_no_file_acts_on_the_names_of_a_robot(door: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    path = tmp_path / "r.urdf"
+    path.write_text(robot([*PAYLOADS.values()]), encoding="utf-8")
+    paths = write(door, path, tmp_path / "out")
+
+    assert paths
+    assert opened(paths) == []
+    if door in ("toml", "urdf", "par"):
+        assert [joint.name.isidentifier() for joint in read(paths[0]).joints]
+    if door == "urdf":
+        assert in_xml(paths[0]) == []
+    if door == "html":
+        assert opened(paths, request.getfixturevalue("browser")) == []
+
+
+# The harnesses see what is not escaped
+
+
+def plainly(text: str, *_: Any, **__: Any) -> str:
+    return text
+
+
+SEEN = [  # what is taken away, what stands in its place, a payload, the door
+    ("in_docstring", plainly, "docstring", "numpy"),
+    ("in_comment", plainly, "comment of C", "c"),
+    ("in_comment", plainly, "comment of JavaScript", "js"),
+    ("in_latex", plainly, "write18", "tex"),
+    ("in_markdown", plainly, "link of Markdown", "md"),
+    ("in_markdown", plainly, "image", "ipynb"),
+    ("in_code", lambda text: f"'''{text}'''", "triple", "ipynb"),
+    ("in_html", plainly, "attribute", "sliders"),
+]
+SEEN_TOO = [
+    ("in_latex", plainly, "file of TeX", "tex"),
+    ("in_latex", plainly, "pipe of TeX", "tex"),
+    ("in_markdown", plainly, "image of Markdown", "ipynb"),
+    ("in_markdown", plainly, "address of Markdown", "md"),
+    ("in_markdown", plainly, "bare address", "md"),
+    ("in_markdown", plainly, "mathematics of Markdown", "ipynb"),
+    ("in_markdown", lambda text: text.replace("\\", "\\\\"), "mathematics of Markdown", "ipynb"),
+    ("in_html", plainly, "script", "html"),
+    ("in_html", plainly, "image", "html"),
+    ("in_html", plainly, "title", "sliders"),
+    ("in_html", plainly, "mathematics", "html"),
+]
+EVERY = [pytest.param(*x, id=f"{x[0]}-{x[3]}-{x[2]}") for x in SEEN]
+EVERY += [pytest.param(*x, id=f"{x[0]}-{x[3]}-{x[2]}", marks=pytest.mark.slow) for x in SEEN_TOO]
+
+
+@pytest.mark.parametrize(("name", "instead", "payload", "door"), EVERY)
+def test_a_harness_sees_what_one_escape_holds_back(
+    name: str, instead: Any, payload: str, door: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    path = tmp_path / f"{hostile.NAME}.toml"
+    path.write_text(scene_with({payload: PAYLOADS[payload]}), encoding="utf-8")
+    browser = request.getfixturevalue("browser") if door in ("html", "sliders") else None
+
+    with unescaped(name, instead):
+        assert opened(write(door, path, tmp_path / "open"), browser) != []
+    assert opened(write(door, path, tmp_path / "closed"), browser) == []
+
+
+@pytest.mark.parametrize("door", ["svg", pytest.param("html", marks=pytest.mark.slow)])
+def test_names_that_were_not_checked_would_still_be_escaped(door: str, tmp_path: Path, browser: Any) -> None:
+    name = "h<script>window.canary=1<|script>".replace("|", "/")
+    path = tmp_path / f"{hostile.NAME}.toml"
+    path.write_text(scene_with({}).replace("[joints.hinge]", f'[joints."{name}"]'), encoding="utf-8")
+
+    with unescaped("check_name", lambda _: None):
+        assert [x for page in write(door, path, tmp_path / "closed") for x in in_browser(browser, page)] == []
+        with unescaped("in_html", plainly):
+            assert [x for page in write(door, path, tmp_path / "open") for x in in_browser(browser, page)] != []
+
+
+# LaTeX of a symbol
+
+
+@pytest.mark.parametrize(
+    ("latex", "door"),
+    [
+        (r"l\immediate\write18{touch canary}", "tex"),
+        (r"l\newwrite\x\immediate\openout\x=canary.txt", "tex"),
+        (r"\href{javascript:window.canary=1}{l}", "html"),
+        (r"\style{background:url(http://127.0.0.1:9/canary)}{l}", "ipynb"),
+        ('l"""); open("canary", "w"); (r"""', "ipynb"),
+    ],
+)
+def test_latex_that_acts_is_refused_and_a_harness_sees_it_where_it_is_not(
+    latex: str, door: str, tmp_path: Path, request: pytest.FixtureRequest, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from symdyn.cli import main
+
+    path = tmp_path / f"{hostile.NAME}.toml"
+    path.write_text(scene_with({}, latex), encoding="utf-8")
+
+    assert main(["walkthrough", str(path), "-o", str(tmp_path / f"l.{door}")]) == 1
+    assert "parameters.l: latex = " in capsys.readouterr().err
+    assert not (tmp_path / f"l.{door}").exists()
+    if "style" in latex or '"' in latex:  # nothing that we write makes these act, even unchecked
+        return
+    browser = request.getfixturevalue("browser") if door == "html" else None
+    with unescaped("check_latex", lambda _: None):
+        assert opened(write(door, path, tmp_path / "open"), browser) != []
