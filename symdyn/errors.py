@@ -12,6 +12,10 @@ class SymdynError(Exception):
     """Base of all errors that a user can cause and mend."""
 
 
+class SymdynWarning(RuntimeWarning):
+    """What the user should know though the work goes on, such as slower code for want of a compiler."""
+
+
 class SceneError(SymdynError):
     """A scene that cannot be built; carries all of its faults, one line each."""
 
@@ -34,7 +38,7 @@ class BuildError(SymdynError):
 
 
 class MissingCompiler(BuildError):  # noqa: N818  what is missing, not what went wrong
-    """There is no C compiler on this machine."""
+    """There is no C compiler on this machine, or no folder that it may write to."""
 
 
 class MissingNode(BuildError):  # noqa: N818

@@ -22,7 +22,7 @@ from symdyn.bench.timing import Timed, nanoseconds
 from symdyn.bench.work_precision import motion
 from symdyn.build import run_python
 from symdyn.build.compiler import find_compiler
-from symdyn.build.library import CACHE_VARIABLE
+from symdyn.build.folder import CACHE_VARIABLE
 from symdyn.dynamics import Equations, Workspace, available, derive_one, roads
 from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.emit import emit

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
+from typing import IO
 
 from symdyn.errors import BuildError, MissingCompiler
 
@@ -133,7 +134,7 @@ def _run(command: Sequence[str], patience: float) -> tuple[int | None, str]:
     Words go to a file and the command gets a process group of its own, so that a compiler which hangs, or whose
     children do, is stopped and waits for nobody.
     """
-    with tempfile.TemporaryFile() as words:
+    with _file_of_words() as words:
         try:
             process = subprocess.Popen(
                 command, stdin=subprocess.DEVNULL, stdout=words, stderr=words, start_new_session=True
@@ -150,10 +151,27 @@ def _run(command: Sequence[str], patience: float) -> tuple[int | None, str]:
         timer.start()
         try:
             code = process.wait()
+        except BaseException:  # Ctrl-C, which a group of its own does not hear
+            _stop(process)
+            raise
         finally:
             timer.cancel()
         words.seek(0)
         return None if late.is_set() else code, words.read().decode(errors="replace")
+
+
+def _file_of_words() -> IO[bytes]:
+    """Return a file that ends when it is closed.
+
+    Raises:
+        MissingCompiler: there is no place for one, nor for what compilers write on their way.
+    """
+    try:
+        return tempfile.TemporaryFile()
+    except OSError as fault:
+        raise MissingCompiler(
+            f"no folder to compile in ({fault.strerror}); set TMPDIR to one; {_ways_out()}"
+        ) from fault
 
 
 def _stop(process: subprocess.Popen[bytes]) -> None:
