@@ -2,58 +2,94 @@
 
 from __future__ import annotations
 
+import faulthandler
 import importlib
 import os
 import random
 import subprocess
 import sys
+import tempfile
+import warnings
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 import symdyn
+from symdyn.build import build
 from symdyn.build.compiler import find_compiler
+from symdyn.emit import emit
 from symdyn.errors import BuildError
+from symdyn.program import formulate, lower
+from symdyn.scene import bind, read
 
 ROOT = Path(symdyn.__file__).parent.parent
 ARM = ROOT / "examples" / "two_link.toml"
 NOBODY = 65534
 
+if not hasattr(os, "fork"):
+    pytest.skip("processes that may die are forked", allow_module_level=True)
 try:
     find_compiler()
 except BuildError:
     pytest.skip("no C compiler", allow_module_level=True)
 
-CALL = """
-import sys, symdyn
-arm = symdyn.load(sys.argv[1], "inverse_dynamics", parameters={"m1": sys.argv[2]})
-print(arm.inverse_dynamics([0.3, 0.5], [1.0, -2.0], [0.7, 1.1], [1, 1, 1, 9.81]).round(6).tolist(), arm.compiled)
-"""
-
-TORQUE = {"1": "[18.229326, 9.930997] True", "2": "[21.828379, 9.930997] True"}
+ARMS = {
+    m1: emit(lower(formulate(bind(read(ARM), {"m1": m1}), ("inverse_dynamics",))), "c", batch=True) for m1 in ("1", "2")
+}
+STATE = ([0.3, 0.5], [1.0, -2.0], [0.7, 1.1], [1.0, 1.0, 1.0, 9.81])
+TORQUE = {"1": "[18.229326, 9.930997]", "2": "[21.828379, 9.930997]"}
 
 
-@pytest.fixture
-def cache(tmp_path) -> Path:
+def torque(m1: str) -> str:
+    return str(build(ARMS[m1]).inverse_dynamics(*STATE).round(6).tolist())
+
+
+@pytest.fixture(name="cache")
+def cache_of_this_test(tmp_path) -> Path:
     folder = tmp_path / "cache"
     folder.mkdir(mode=0o700)
     return folder
 
 
-def call(cache: Path, m1: str = "1", code: str = CALL) -> tuple[int, str, str]:
-    """Load the arm in a process of its own and return its status, answer and talk."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), "SYMDYN_CACHE_DIR": str(cache)}
-    ran = subprocess.run(
-        [sys.executable, "-c", code, str(ARM), m1], env=environment, capture_output=True, text=True, check=False
-    )
-    return ran.returncode, ran.stdout.strip(), ran.stderr
+def call(cache: Path, m1: str = "1", work: Callable[[str], str] = torque) -> tuple[int, str, str]:
+    """Do the work in a process of its own, with this cache, and return its status, answer and talk."""
+    answer, talk = cache.with_name("answer"), cache.with_name("talk")
+    answer.write_text("")
+    talk.write_text("")
+    process = os.fork()
+    if not process:
+        try:
+            faulthandler.disable()
+            os.environ["SYMDYN_CACHE_DIR"] = str(cache)
+            warnings.showwarning = lambda message, *_: talk.open("a").write(f"{message}\n")
+            answer.write_text(work(m1))
+        except BaseException as fault:
+            talk.write_text(repr(fault))
+            os._exit(1)
+        os._exit(0)
+    _, status = os.waitpid(process, 0)
+    return os.waitstatus_to_exitcode(status), answer.read_text(), talk.read_text()
+
+
+@cache
+def compiled(m1: str) -> tuple[str, bytes]:
+    """Return name and bytes of the file that a build leaves in its cache."""
+    with tempfile.TemporaryDirectory() as folder:
+        assert call(Path(folder, "cache"), m1) == (0, TORQUE[m1], "")
+        (path,) = Path(folder, "cache").iterdir()
+        return path.name, path.read_bytes()
 
 
 def entry_of(cache: Path, m1: str = "1") -> Path:
-    """Return the file that a load leaves in the cache."""
-    before = set(cache.iterdir())
+    """Put what a build leaves into a cache, and return its path; it is used without a word."""
+    name, content = compiled(m1)
+    path = cache / name
+    path.write_bytes(content)
+    path.chmod(0o755)
     assert call(cache, m1) == (0, TORQUE[m1], "")
-    (path,) = set(cache.iterdir()) - before
+    assert path.read_bytes() == content
     return path
 
 
@@ -199,18 +235,43 @@ def test_what_belongs_to_another_user_is_not_run(cache, planted, what):
 @pytest.mark.mends("1.5")
 def test_a_library_in_use_does_not_see_what_becomes_of_its_file(cache):
     path = entry_of(cache)
-    cuts = f"{CALL}import os\nos.truncate({str(path)!r}, 0)\n{CALL.splitlines()[-1]}"
-    status, answer, _ = call(cache, code=cuts)
 
-    assert (status, answer) == (0, f"{TORQUE['1']}\n{TORQUE['1']}")
+    def cut_meanwhile(m1: str) -> str:
+        module = build(ARMS[m1])
+        os.truncate(path, 0)
+        return str(module.inverse_dynamics(*STATE).round(6).tolist())
+
+    status, answer, _ = call(cache, work=cut_meanwhile)
+    assert (status, answer) == (0, TORQUE["1"])
 
 
-def test_the_file_itself_is_loaded_where_memory_cannot_be(cache):
+@pytest.mark.parametrize("damage", ["a half", "flipped bits", "a pipe", "a link"])
+def test_the_file_itself_is_loaded_where_memory_cannot_be(cache, damage, monkeypatch):
+    monkeypatch.delattr(os, "memfd_create", raising=False)
     path = entry_of(cache)
-    by_path = "import os; vars(os).pop('memfd_create', None)\n" + CALL
-    assert call(cache, code=by_path) == (0, TORQUE["1"], "")
-    for damage in DAMAGES.values():
-        damage(path)
-        status, answer, talk = call(cache, code=by_path)
-        assert (status, answer) == (0, TORQUE["1"])
-        assert "compiled again" in talk
+    DAMAGES[damage](path)
+    status, answer, talk = call(cache)
+
+    assert (status, answer) == (0, TORQUE["1"])
+    assert f"{path}: " in talk
+    assert "compiled again" in talk
+
+
+@pytest.mark.mends("1.5")
+def test_a_motion_is_computed_over_a_damaged_entry_and_says_so(tmp_path):
+    words = ["simulate", str(ARM.with_name("pendulum.toml")), "--until", "0.1", "--every", "0.1", "--method", "dop853"]
+    environment = {**os.environ, "SYMDYN_CACHE_DIR": str(tmp_path), "PYTHONPATH": str(ROOT)}
+
+    def simulate() -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "symdyn", *words]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+
+    first = simulate()
+    entries = list(tmp_path.glob("*.so"))
+    for path in entries:
+        cut(path, 0.5)
+    second = simulate()
+
+    assert entries
+    assert (second.returncode, second.stdout) == (0, first.stdout)
+    assert second.stderr.count("compiled again") == len(entries)

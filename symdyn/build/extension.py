@@ -47,7 +47,7 @@ def build_extension(
     suffix = EXTENSION_SUFFIXES[0]
     abi = (sys.version, suffix, np.__version__)
     level = ("-O1",) if lean else ()  # of several levels compilers take the last
-    words = ("-I", _python_headers(), "-I", np.get_include(), *level)
+    words = ("-I", python_headers(), "-I", np.get_include(), *level)
     if sys.platform == "darwin":
         words += ("-undefined", "dynamic_lookup")
     path, module = load(
@@ -61,7 +61,7 @@ def build_extension(
     return path, module
 
 
-def _python_headers() -> str:
+def python_headers() -> str:
     """Return the folder of Python.h.
 
     Raises:
