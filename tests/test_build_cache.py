@@ -6,6 +6,7 @@ import faulthandler
 import importlib
 import os
 import random
+import signal
 import subprocess
 import sys
 import tempfile
@@ -255,6 +256,23 @@ def test_the_file_itself_is_loaded_where_memory_cannot_be(cache, damage, monkeyp
     assert (status, answer) == (0, TORQUE["1"])
     assert f"{path}: " in talk
     assert "compiled again" in talk
+
+
+def test_what_a_killed_build_leaves_is_taken_away_by_the_next_and_what_a_running_one_has_is_not(cache):
+    from symdyn.build.folder import folder_aside
+
+    def killed(m1: str) -> str:
+        with folder_aside(cache):
+            os.kill(os.getpid(), signal.SIGKILL)
+        return m1
+
+    assert call(cache, work=killed)[0] == -signal.SIGKILL
+    (dead,) = cache.iterdir()
+    with folder_aside(cache) as alive:
+        assert not dead.exists()
+        assert call(cache)[0] == 0
+        assert alive.exists()
+    assert [path.suffix for path in cache.iterdir()] == [".so"]
 
 
 @pytest.mark.mends("1.5")

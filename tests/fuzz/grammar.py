@@ -136,6 +136,8 @@ def scene(rng: Random, most: int, open_ones: bool = True) -> Table:
     if chance(rng, 0.8):
         made["gravity"] = rng.choice(([0, 0, -9.81], [0, "-g", 0], "none", [0, 0, "-g"], [0, -9.81, 0]))
     made["parameters"] = {name: _parameter(rng, open_ones) for name in NAMES}
+    if chance(rng, 0.06):
+        return made | {"dh": _denavit_hartenberg(rng, bodies)}
     made["bodies"] = {body: _body(rng) for body in bodies}
     made["joints"] = {f"j{k}": _joint(rng, bodies[:k], body) for k, body in enumerate(bodies)}
     parts: dict[str, tuple[float, Callable[[Random, list[str]], Any]]] = {
@@ -150,6 +152,14 @@ def scene(rng: Random, most: int, open_ones: bool = True) -> Table:
         if chance(rng, share):
             made[part] = make(rng, bodies)
     return made
+
+
+def _denavit_hartenberg(rng: Random, bodies: list[str]) -> Table:
+    def row(name: str) -> Table:
+        numbers = {key: number(rng) for key in ("theta", "d", "a", "alpha") if chance(rng, 0.6)}
+        return {"name": name, "type": rng.choice(SINGLE[:2])} | numbers | (_body(rng) if chance(rng, 0.7) else {})
+
+    return {"convention": rng.choice(("standard", "modified")), "links": [row(name) for name in bodies]}
 
 
 def formula(rng: Random, names: tuple[str, ...], depth: int = 2) -> str:

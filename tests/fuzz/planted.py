@@ -46,11 +46,11 @@ PLANTS = (
         r"UnicodeDecodeError: scene/toml\.py",
     ),
     Plant(
-        "a value that divides by zero ends in a traceback",
+        "a value beyond the largest double ends in a traceback",
         "scene/value.py",
-        "except ZeroDivisionError:",
+        "except OverflowError:",
         "except NotImplementedError:",
-        r"ZeroDivisionError: scene/value\.py",
+        r"OverflowError: scene/value\.py",
     ),
     Plant(
         "a power of a number may have any number of digits",
@@ -98,7 +98,7 @@ PLANTS = (
         "a converted scene is written beside its folder",
         "cli/convert.py",
         "    write({path.name: written.text}, path.parent)",
-        '    write({path.name: written.text}, path.parent if path.suffix != ".par" else "..")',
+        '    write({path.name: written.text}, path.parent if path.suffix != ".urdf" else "..")',
         r"a file outside its folder",
     ),
     Plant(
