@@ -146,8 +146,7 @@ def case(seed: str, number: int) -> Case:
 
 def _line(rng: Random) -> Case:
     """Return a command line of any verb, right or wrong, for no scene or a pendulum."""
-    verbs = sorted(_verbs())
-    name = rng.choice((*verbs, str(rng.choice(NASTY))))
+    name = rng.choice((*sorted(verbs()), str(rng.choice(NASTY))))
     words = _options(rng, name, 0.15)
     if name in ("bench", "stress"):  # with no file to work on, for they would
         words = ["missing.toml", *words]
@@ -161,18 +160,18 @@ def _line(rng: Random) -> Case:
 
 
 @cache
-def _verbs() -> dict[str, argparse.ArgumentParser]:
+def verbs() -> dict[str, argparse.ArgumentParser]:
     """Return the parsers of the verbs."""
-    (verbs,) = (one for one in parser()._actions if isinstance(one, argparse._SubParsersAction))
-    return dict(verbs.choices)
+    (found,) = (one for one in parser()._actions if isinstance(one, argparse._SubParsersAction))
+    return dict(found.choices)
 
 
 def _options(rng: Random, verb: str, share: float) -> list[str]:
     """Return some of a verb's options, each with something like its value."""
-    if verb not in _verbs():
+    if verb not in verbs():
         return [f"--{rng.choice(NASTY)}"] if chance(rng, share) else []
     words: list[str] = []
-    for action in _verbs()[verb]._actions:
+    for action in verbs()[verb]._actions:
         if not action.option_strings or not chance(rng, share):
             continue
         words.append(rng.choice(action.option_strings))

@@ -119,13 +119,14 @@ def _run(case: Case, work: Path) -> tuple[str, str, int]:
 
 
 def _place(fault: BaseException, first: bool = False) -> str:
-    """Return the innermost function of ours in a traceback, or the outermost below the command line."""
+    """Return the innermost function of ours in a traceback that knows mechanics, or the outermost below the verbs."""
     frames = [frame for frame in traceback.extract_tb(fault.__traceback__) if frame.filename.startswith(PACKAGE)]
     named = [f"{frame.filename[len(PACKAGE) + 1 :]}:{frame.name}" for frame in frames]
     if not named:
         return "?"
     below = [name for name in named if not name.startswith("cli/")]
-    return (below or named)[0] if first else named[-1]
+    inner = [name for name in named if not name.startswith(("graph/", "algebra/", "spatial/"))]
+    return (below or named)[0] if first else (inner or named)[-1]
 
 
 def _shown(fault: BaseException) -> str:

@@ -7,7 +7,7 @@ import time
 from collections import Counter, defaultdict
 from pathlib import Path
 
-from .cases import Case
+from .cases import Case, verbs
 from .judge import Verdict
 from .minimise import minimised
 
@@ -28,7 +28,7 @@ class Report:
 
     def add(self, number: int, one: Case, verdict: Verdict) -> None:
         """Count a case."""
-        verb = one.argv[0] if re.fullmatch("[a-z-]+", one.argv[0]) else "(no verb)"
+        verb = one.argv[0] if one.argv[0] in verbs() else "(no verb)"
         self.counts[verb] += 1
         self.read[verb] += verdict.read
         self.right[verb] += verdict.status == 0
