@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test slow lint types doctest golden closed-forms bench accuracy clean
+.PHONY: demo test slow fuzz lint types doctest golden closed-forms bench accuracy clean
 
 demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 560 modules
 	$(BIN)/symdyn equations examples/two_link.toml
@@ -19,6 +19,12 @@ test: $(READY)  ## everything that must hold
 slow: $(READY)  ## what takes minutes: every robot of example-robot-data against Pinocchio
 	$(BIN)/python -m pip install --quiet -e '.[dev,mjcf,robots]'
 	$(BIN)/python -m pytest -m slow
+
+SECONDS ?= 600
+SEED ?= 1
+
+fuzz: $(READY)  ## cases by grammar and by mutation, in workers with limits: make fuzz SECONDS=600
+	$(BIN)/python -m tests.fuzz --seconds $(SECONDS) --seed $(SEED)
 
 lint: $(READY)
 	$(BIN)/ruff check .

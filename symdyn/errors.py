@@ -52,6 +52,10 @@ class SceneError(_FaultsError):
     """A scene that cannot be built; carries all of its faults, one line each."""
 
 
+class SymdynWarning(RuntimeWarning):
+    """What the user should know though the work goes on, such as slower code for want of a compiler."""
+
+
 class DerivationError(SymdynError):
     """Equations that do not exist for this scene, such as forward dynamics with a singular mass matrix."""
 
@@ -65,7 +69,7 @@ class BuildError(SymdynError):
 
 
 class MissingCompiler(BuildError):  # noqa: N818  what is missing, not what went wrong
-    """There is no C compiler on this machine."""
+    """There is no C compiler on this machine, or no folder that it may write to."""
 
 
 class MissingNode(BuildError):  # noqa: N818

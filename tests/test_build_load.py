@@ -17,9 +17,9 @@ from mechanisms import random_tree
 
 import symdyn
 import symdyn.build.compiler as compiler_room
-import symdyn.build.load as load_room
 from symdyn.build.compiler import find_compiler
 from symdyn.build.extension import build_extension
+from symdyn.build.words import warn_once
 from symdyn.dynamics import derive
 from symdyn.emit import emit
 from symdyn.errors import BuildError, DerivationError, SceneError
@@ -46,9 +46,9 @@ def no_compiler(monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(compiler_room.shutil, "which", lambda name: None)
     monkeypatch.setattr(compiler_room, "find_spec", lambda name: None)
-    load_room._warn.cache_clear()
+    warn_once.cache_clear()
     yield
-    load_room._warn.cache_clear()
+    warn_once.cache_clear()
 
 
 def test_a_file_gives_its_functions(arm):

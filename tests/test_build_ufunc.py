@@ -18,7 +18,7 @@ from mechanisms import random_tree
 from symdyn.build import extension, run_python
 from symdyn.build.compiler import find_compiler
 from symdyn.build.extension import build_extension
-from symdyn.build.library import cache_folder
+from symdyn.build.folder import cache_folder
 from symdyn.cli import main
 from symdyn.dynamics.derive import derive
 from symdyn.emit import emit

@@ -22,7 +22,8 @@ from symdyn.bench.timing import Timed, nanoseconds
 from symdyn.bench.work_precision import motion
 from symdyn.build import run_python
 from symdyn.build.compiler import find_compiler
-from symdyn.build.library import CACHE_VARIABLE
+from symdyn.build.extension import python_headers
+from symdyn.build.folder import CACHE_VARIABLE
 from symdyn.dynamics import Equations, Workspace, available, derive_one, roads
 from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.emit import emit
@@ -78,6 +79,11 @@ def bench(
     except MissingCompiler as fault:
         machines = ()
         notes.append(f"C and ufunc were not measured: {fault}")
+    else:
+        try:
+            python_headers()
+        except MissingCompiler as fault:
+            notes.append(f"ufunc was not measured: {fault}")
     progress("looking for singular positions")
     positions = _positions(scene, seed)
     found: list[Measured] = []

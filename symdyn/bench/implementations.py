@@ -20,6 +20,7 @@ from symdyn.emit import Sources, emit
 from symdyn.emit.names import function_names, stem
 from symdyn.emit.real import REALS
 from symdyn.emit.render import render
+from symdyn.errors import MissingCompiler
 from symdyn.program import Program, Routine, lower
 from symdyn.program.assemble import shared
 
@@ -123,7 +124,10 @@ def _ufunc(program: Program, reals: Sequence[str], machine: str, derived: float)
     sources = emit(program, "ufunc")
     generate = derived + time.perf_counter() - start
     start = time.perf_counter()
-    module = build_extension(sources, machine=machine)[1]
+    try:
+        module = build_extension(sources, machine=machine)[1]
+    except MissingCompiler:  # there is one, but no headers of Python; the report says so
+        return
     compiled = time.perf_counter() - start
     call = getattr(module, function_names([routine.function.name])[0], None)
     for real in reals if call is not None else ():

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
+from typing import IO
 
 from symdyn.errors import BuildError, MissingCompiler
 
@@ -118,7 +119,7 @@ def compile_library(
         BuildError: the compiler refuses, says nothing for `patience` seconds, or leaves no library behind.
     """
     command = (*compiler.command, *FLAGS, *compiler.machine, str(source), *extra, "-o", str(library), "-lm")
-    code, words = _run(command, patience)
+    code, words = _run(command, patience, library.parent)
     shown = shlex.join(compiler.command)
     if code is None:
         raise BuildError(f"{shown} did not finish {source.name} within {patience:g} s and was stopped; {_ways_out()}")
@@ -127,16 +128,23 @@ def compile_library(
         raise BuildError(f"{shown} could not compile {source.name} (exit {code}):\n{said}\n{_ways_out()}")
 
 
-def _run(command: Sequence[str], patience: float) -> tuple[int | None, str]:
+def _run(command: Sequence[str], patience: float, place: Path | None = None) -> tuple[int | None, str]:
     """Run a command and return its exit code (None: it had to be stopped) and all it said.
+
+    What it writes on its way goes to `place`, whose end takes it away even if the command is killed.
 
     Words go to a file and the command gets a process group of its own, so that a compiler which hangs, or whose
     children do, is stopped and waits for nobody.
     """
-    with tempfile.TemporaryFile() as words:
+    with _file_of_words() as words:
         try:
             process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=words, stderr=words, start_new_session=True
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=words,
+                stderr=words,
+                start_new_session=True,
+                env=os.environ if place is None else os.environ | {"TMPDIR": str(place), "TMP": str(place)},
             )
         except OSError as fault:
             raise BuildError(f"{shlex.join(command)} cannot be run ({fault.strerror}); {_ways_out()}") from fault
@@ -150,10 +158,27 @@ def _run(command: Sequence[str], patience: float) -> tuple[int | None, str]:
         timer.start()
         try:
             code = process.wait()
+        except BaseException:  # Ctrl-C, which a group of its own does not hear
+            _stop(process)
+            raise
         finally:
             timer.cancel()
         words.seek(0)
         return None if late.is_set() else code, words.read().decode(errors="replace")
+
+
+def _file_of_words() -> IO[bytes]:
+    """Return a file that ends when it is closed.
+
+    Raises:
+        MissingCompiler: there is no place for one, nor for what compilers write on their way.
+    """
+    try:
+        return tempfile.TemporaryFile()
+    except OSError as fault:
+        raise MissingCompiler(
+            f"no folder to compile in ({fault.strerror}); set TMPDIR to one; {_ways_out()}"
+        ) from fault
 
 
 def _stop(process: subprocess.Popen[bytes]) -> None:

@@ -9,15 +9,18 @@ from typing import Any, overload
 from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.library import load
 from symdyn.build.module import CFunction, Module, bind, bind_rows
+from symdyn.build.words import warn_once
 from symdyn.dynamics import Closing
 from symdyn.emit import Sources, emit
 from symdyn.emit.names import function_names, stem
 from symdyn.emit.real import find_real
-from symdyn.errors import BuildError, EmitError
+from symdyn.errors import BuildError, EmitError, MissingCompiler
 from symdyn.program import Program, formulate, lower
 from symdyn.scene import Scene
 
 Call = Callable[..., Any]
+
+SLOWER = "until then the functions are those of the NumPy module, which are slower"
 
 
 def build(
@@ -83,21 +86,25 @@ def lambdify(
     Args:
         scene: the mechanism.
         name: a function such as "inverse_dynamics" or "pose:tool", or a tuple of them, which gives a tuple.
-        target: "numpy", or "c" to compile.
+        target: "numpy", or "c" to compile; where there is no compiler "c" is "numpy" too, and a warning says so, once.
         real: "double" or "float".
         closing: what to choose about closed loops.
 
     Raises:
         DerivationError: there is no such function.
         EmitError: an unknown target or real type.
-        BuildError: target "c" without a working compiler.
+        BuildError: target "c" and a compiler that refuses, or that $CC names and is not there.
     """
     if target not in LOADERS:
         raise EmitError(f"target {target!r} is not known; give {' or '.join(LOADERS)}")
     wanted = (name,) if isinstance(name, str) else tuple(name)
     program = lower(formulate(scene, tuple(dict.fromkeys(wanted)), closing=closing))
     names = function_names([routine.function.name for routine in program.routines])
-    module = LOADERS[target](emit(program, target, real, batch=True))
+    try:
+        module = LOADERS[target](emit(program, target, real, batch=True))
+    except MissingCompiler as fault:
+        warn_once(f"{fault}\n{SLOWER}")
+        module = run_python(emit(program, "numpy", real))
     calls = dict(zip(dict.fromkeys(wanted), (getattr(module, legal) for legal in names), strict=True))
     return calls[name] if isinstance(name, str) else tuple(calls[one] for one in wanted)
 

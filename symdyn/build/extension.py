@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import sysconfig
+from functools import partial
 from importlib.machinery import EXTENSION_SUFFIXES, ExtensionFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -46,20 +47,21 @@ def build_extension(
     suffix = EXTENSION_SUFFIXES[0]
     abi = (sys.version, suffix, np.__version__)
     level = ("-O1",) if lean else ()  # of several levels compilers take the last
-    words = ("-I", _python_headers(), "-I", np.get_include(), *level)
+    words = ("-I", python_headers(), "-I", np.get_include(), *level)
     if sys.platform == "darwin":
         words += ("-undefined", "dynamic_lookup")
     path, module = load(
         sources,
         find_compiler(compiler, machine),
         patience,
-        Kind(suffix, words, abi, lambda path: _imported(name, path)),
+        Kind(suffix, words, abi, partial(_imported, name)),
     )
     assert isinstance(module, ModuleType), "an extension's kind opens modules"
+    module.__file__ = str(path)
     return path, module
 
 
-def _python_headers() -> str:
+def python_headers() -> str:
     """Return the folder of Python.h.
 
     Raises:
@@ -73,9 +75,9 @@ def _python_headers() -> str:
     return str(INCLUDE)
 
 
-def _imported(name: str, path: Path) -> ModuleType:
+def _imported(name: str, path: str) -> ModuleType:
     """Return the extension module in a file; it is not entered into `sys.modules`."""
-    loader = ExtensionFileLoader(name, str(path))
+    loader = ExtensionFileLoader(name, path)
     spec = spec_from_file_location(name, path, loader=loader)
     assert spec is not None, "a loader was given"
     module = module_from_spec(spec)

@@ -1,8 +1,9 @@
 """Compiled sources on disk, found again by the hash of everything that went into them.
 
 The key covers the text of every file, the flags, the compiler's command line, its version text and the features of the
-machine it compiles for. A library is compiled in a folder aside and renamed into place, so that two builds at once both
-end with a whole one.
+machine it compiles for. A library is compiled in a folder aside, sealed and renamed into place, so that two builds at
+once both end with a whole one. What is in the cache is loaded only if it is what was put there (`symdyn.build.entry`),
+in a folder where only the user may write (`symdyn.build.folder`).
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ import hashlib
 import os
 import shlex
 import sys
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -20,11 +20,15 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.build.compiler import FLAGS, PATIENCE, Compiler, compile_library
-from symdyn.errors import BuildError
+from symdyn.build.entry import Damaged, load_entry, seal
+from symdyn.build.folder import folder_aside, instead, private_folder, trusted_folder
+from symdyn.build.words import warn
+from symdyn.errors import BuildError, MissingCompiler
 
 SUFFIX = ".dll" if sys.platform == "win32" else ".so"
 
-CACHE_VARIABLE = "SYMDYN_CACHE_DIR"
+SEALED = "sealed, 1"
+"""Part of the key: how entries are kept. What was kept otherwise is not looked at."""
 
 
 @dataclass(frozen=True)
@@ -35,63 +39,68 @@ class Kind:
         suffix: how its file name ends.
         words: more of the compiler's command line.
         abi: what else it is compiled against, for the cache's key.
-        open: loads the file; OSError or ImportError where it is none of this kind.
+        open: loads the file of a path; OSError or ImportError where it is none of this kind.
     """
 
     suffix: str
     words: tuple[str, ...]
     abi: tuple[str, ...]
-    open: Callable[[Path], Any]
+    open: Callable[[str], Any]
 
 
-PLAIN = Kind(SUFFIX, (), (), lambda path: ctypes.CDLL(str(path)))
-
-
-def cache_folder() -> Path:
-    """Return where libraries are kept: $SYMDYN_CACHE_DIR, else the user's cache folder."""
-    chosen = os.environ.get(CACHE_VARIABLE)
-    if chosen:
-        return Path(chosen)
-    from platformdirs import user_cache_dir
-
-    return Path(user_cache_dir("symdyn", appauthor=False))
-
-
-def library_for(files: Mapping[str, str], compiler: Compiler, patience: float = PATIENCE, kind: Kind = PLAIN) -> Path:
-    """Return the shared library of the C files among `files`, compiled unless that was done before.
-
-    Raises:
-        BuildError: the compiler refuses, or the cache folder cannot be written to.
-    """
-    name = next(iter(files))
-    library = cache_folder() / f"{Path(name).stem}-{_key(files, compiler, kind)}{kind.suffix}"
-    if not library.is_file():
-        try:
-            library.parent.mkdir(parents=True, exist_ok=True)
-            _compile_aside(files, compiler, library, patience, kind)
-        except OSError as fault:
-            message = f"{library.parent}: cannot keep compiled code there ({fault.strerror})"
-            raise BuildError(f"{message}; set {CACHE_VARIABLE} to a folder that you may write to") from fault
-    return library
+PLAIN = Kind(SUFFIX, (), (), ctypes.CDLL)
 
 
 def load(
     files: Mapping[str, str], compiler: Compiler, patience: float = PATIENCE, kind: Kind = PLAIN
 ) -> tuple[Path, Any]:
-    """Return the loaded library of `files` and its path; one that does not load is compiled again, once.
+    """Return the loaded library of the C files among `files` and its path, compiled unless that was done before.
+
+    One that is damaged, or does not load, is compiled again. Where the cache folder cannot be written to, or others may
+    write there, code is compiled for this process alone. Both are said.
 
     Raises:
         BuildError: it cannot be compiled, or not be loaded even when it is fresh.
+        MissingCompiler: there is no folder to compile in.
     """
-    path = library_for(files, compiler, patience, kind)
+    folder = trusted_folder()
     try:
-        return path, kind.open(path)
-    except (OSError, ImportError):
-        path.unlink(missing_ok=True)
-    path = library_for(files, compiler, patience, kind)
+        return _load_in(folder, files, compiler, patience, kind)
+    except OSError as fault:
+        reason = fault.strerror or str(fault)
+    private = private_folder(os.getpid())
+    if folder == private:
+        raise MissingCompiler(f"{folder}: nothing can be compiled there ({reason}); set TMPDIR to another folder")
+    return _load_in(instead(folder, reason), files, compiler, patience, kind)
+
+
+def entry_name(files: Mapping[str, str], compiler: Compiler, kind: Kind = PLAIN) -> str:
+    """Return the name of the library of `files` in the cache."""
+    return f"{Path(next(iter(files))).stem}-{_key(files, compiler, kind)}{kind.suffix}"
+
+
+def _load_in(
+    folder: Path, files: Mapping[str, str], compiler: Compiler, patience: float, kind: Kind
+) -> tuple[Path, Any]:
+    """Return the loaded library, which is kept in `folder`, and its path.
+
+    Raises:
+        BuildError: it cannot be compiled, or not be loaded even when it is fresh.
+        OSError: it cannot be written.
+    """
+    path = folder / entry_name(files, compiler, kind)
     try:
-        return path, kind.open(path)
+        return path, load_entry(path, kind.open)
+    except FileNotFoundError:
+        pass
+    except Damaged as fault:
+        warn(f"{path}: {fault}; it is compiled again")
     except (OSError, ImportError) as fault:
+        warn(f"{path}: this Python cannot load it ({fault}); it is compiled again")
+    _compile_aside(files, compiler, path, patience, kind)
+    try:
+        return path, load_entry(path, kind.open)
+    except (OSError, ImportError, Damaged) as fault:
         message = f"{shlex.join(compiler.command)} made a library that this Python cannot load ({fault})"
         raise BuildError(f"{message}; use a compiler for this machine ({sys.platform})") from fault
 
@@ -99,6 +108,7 @@ def load(
 def _key(files: Mapping[str, str], compiler: Compiler, kind: Kind) -> str:
     """Return the hash of everything that decides what the library does."""
     parts = [
+        SEALED,
         *compiler.command,
         compiler.version,
         *FLAGS,
@@ -117,9 +127,8 @@ def _key(files: Mapping[str, str], compiler: Compiler, kind: Kind) -> str:
 
 
 def _compile_aside(files: Mapping[str, str], compiler: Compiler, library: Path, patience: float, kind: Kind) -> None:
-    """Compile in a folder beside `library`, then rename."""
-    with tempfile.TemporaryDirectory(prefix=".build-", dir=library.parent) as aside:
-        folder = Path(aside)
+    """Compile in a folder beside `library`, seal, then rename."""
+    with folder_aside(library.parent) as folder:
         for name, text in files.items():
             (folder / name).write_text(text, encoding="utf-8")
         fresh = folder / library.name
@@ -128,6 +137,7 @@ def _compile_aside(files: Mapping[str, str], compiler: Compiler, library: Path, 
             parts = _compile_parts(compiler, parts, patience, kind)
         first, *others = parts
         compile_library(compiler, first, fresh, patience, (*map(str, others), *kind.words))
+        seal(fresh)
         os.replace(fresh, library)
 
 

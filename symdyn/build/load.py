@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from os import PathLike
 from typing import Any
 
-from symdyn.build.door import run_python
+from symdyn.build.door import SLOWER, run_python
 from symdyn.build.extension import build_extension
+from symdyn.build.words import warn_once
 from symdyn.dynamics import Closing
 from symdyn.dynamics.derive import CUBIC, available
 from symdyn.emit import emit
@@ -115,7 +115,7 @@ def load(
         SceneError: the file has faults, or a parameter does not exist.
         DerivationError: a function does not exist.
         BuildError: the compiler that was asked for, here or as $CC, is not there; a compiler refuses; an unknown
-            machine; a cache folder that cannot be written to.
+            machine.
     """
     known = scene if isinstance(scene, Scene) else read(scene)
     known = bind(known, parameters) if parameters else known
@@ -150,19 +150,13 @@ def load_program(
     try:
         module = build_extension(emit(program, "ufunc", lean=lean), compiler, machine=machine, lean=lean)[1]
     except MissingCompiler as fault:
-        _warn(f"{fault}\nuntil then the functions are those of the NumPy module, which are slower")
+        warn_once(f"{fault}\n{SLOWER}")
         plain = run_python(emit(program, "numpy"))
         return {name: getattr(plain, name) for name in names}, False
     if not all(hasattr(module, name) for name in names):  # a result without entries has no ufunc
         plain = run_python(emit(program, "numpy"))
         return {name: getattr(module, name, getattr(plain, name)) for name in names}, True
     return {name: getattr(module, name) for name in names}, True
-
-
-@cache
-def _warn(message: str) -> None:
-    """Warn, once a process."""
-    warnings.warn(message, RuntimeWarning, stacklevel=4)
 
 
 def _signature(name: str, routine: Routine) -> str:

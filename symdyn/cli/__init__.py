@@ -5,8 +5,10 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Sequence
-from typing import NoReturn
+import warnings
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NoReturn
 
 from symdyn.cli import (
     bench,
@@ -23,7 +25,7 @@ from symdyn.cli import (
     verify,
     walkthrough,
 )
-from symdyn.errors import SymdynError, printable
+from symdyn.errors import SymdynError, SymdynWarning, printable
 
 VERBS = (
     equations,
@@ -76,6 +78,21 @@ def version() -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit status; warnings of ours are talk."""
+    with warnings.catch_warnings():
+        warnings.showwarning = partial(_show, warnings.showwarning)
+        return run(arguments)
+
+
+def _show(others: Callable[..., None], message: Warning | str, category: type[Warning], *where: Any) -> None:
+    """Print a warning of ours as talk, any other as Python does."""
+    if issubclass(category, SymdynWarning):
+        print(f"symdyn: {printable(str(message))}", file=sys.stderr)
+    else:
+        others(message, category, *where)
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status."""
     try:
         options = parser().parse_args(arguments)

@@ -1,0 +1,70 @@
+"""What a load from the cache costs, beside that of another checkout: `python benchmarks/cached_load.py OTHER`.
+
+Processes of both take turns; each reads a scene, derives its usual functions, and opens their extension, which was
+compiled before. Printed are the size of the library and the median processor time of opening it: hash, copy, load.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent.parent
+
+SCENES = ("two_link", "puma560", "quadruped")
+
+OPEN = """
+import sys, time
+from symdyn.build.compiler import find_compiler
+from symdyn.build.extension import build_extension
+from symdyn.build.load import usual
+from symdyn.emit import emit
+from symdyn.program import formulate, lower
+from symdyn.scene import read
+scene = read(sys.argv[1])
+sources = emit(lower(formulate(scene, usual(scene))), "ufunc")
+find_compiler()
+start = time.process_time()
+path, _ = build_extension(sources)
+print(time.process_time() - start, path.stat().st_size)
+"""
+
+
+def main() -> None:
+    """Print a row a scene."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("other", type=Path, help="a checkout to compare with")
+    parser.add_argument("--runs", type=int, default=15)
+    given = parser.parse_args()
+    print(f"{'scene':12}{'kB':>8}{'here, ms':>12}{'there, ms':>12}{'more, ms':>12}")
+    with tempfile.TemporaryDirectory() as folder:
+        for name in SCENES:
+            for root in (HERE, given.other):  # compiles
+                _open(root, name, folder)
+            pairs = [(_open(HERE, name, folder), _open(given.other, name, folder)) for _ in range(given.runs)]
+            here, there = (statistics.median(seconds for seconds, _ in side) * 1e3 for side in zip(*pairs, strict=True))
+            size = pairs[0][0][1] / 1024
+            print(f"{name:12}{size:8.0f}{here:12.2f}{there:12.2f}{here - there:12.2f}", flush=True)
+
+
+def _open(root: Path, name: str, cache: str) -> tuple[float, int]:
+    """Return processor seconds and bytes of opening a scene's extension with the code of a checkout."""
+    ran = subprocess.run(
+        [sys.executable, "-c", OPEN, str(HERE / "examples" / f"{name}.toml")],
+        env=os.environ | {"PYTHONPATH": str(root), "SYMDYN_CACHE_DIR": cache},
+        cwd=cache,
+        stdout=subprocess.PIPE,
+        text=True,
+        check=True,
+    )
+    seconds, size = ran.stdout.split()
+    return float(seconds), int(size)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,229 @@
+"""Cases: a command line and its files, made of a seed and a number alone."""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from random import Random
+
+from symdyn.cli import parser
+
+from . import grammar
+from .grammar import NASTY, chance
+from .mutate import scribble, spoil, toml
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+
+LARGEST = 20_000
+"""Bytes of a file that is mutated."""
+
+FEW = 3
+"""Bodies of a scene that is computed with."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A command line, and what lies in the folder it runs in.
+
+    Attributes:
+        argv: the words after `symdyn`.
+        files: content by name; "-" is standard input.
+    """
+
+    argv: tuple[str, ...]
+    files: Mapping[str, bytes] = field(default_factory=dict)
+
+    def text(self) -> str:
+        """Return it as JSON; content that is no text is in base 64."""
+        return json.dumps({"argv": self.argv, "files": {k: _shown(v) for k, v in self.files.items()}}, indent=1)
+
+
+def read_case(text: str) -> Case:
+    """Return the case that `Case.text` wrote."""
+    raw = json.loads(text)
+    files = {k: v.encode() if isinstance(v, str) else base64.b64decode(v["base64"]) for k, v in raw["files"].items()}
+    return Case(tuple(raw["argv"]), files)
+
+
+def _shown(content: bytes) -> str | dict[str, str]:
+    try:
+        return content.decode()
+    except UnicodeDecodeError:
+        return {"base64": base64.b64encode(content).decode()}
+
+
+@dataclass(frozen=True)
+class Verb:
+    """How a verb is tried.
+
+    Attributes:
+        weight: how often, a part of the sum; dear verbs are rare.
+        few: whether scenes are small, for it computes with them.
+        more: words and files beside the scene, drawn.
+        fixed: words that keep a case short.
+    """
+
+    weight: float
+    few: bool = True
+    more: Callable[[Random], tuple[list[str], dict[str, bytes]]] = lambda _: ([], {})
+    fixed: tuple[str, ...] = ()
+
+
+def _check(rng: Random) -> tuple[list[str], dict[str, bytes]]:
+    text = grammar.homework(rng) if chance(rng, 0.6) else rng.choice(seeds()["homework"]).decode()
+    spoilt = scribble(rng, text.encode(), rng.choice((0, 1, 1, 2, 5)))
+    return (["-"], {"-": spoilt}) if chance(rng, 0.1) else (["work.tex"], {"work.tex": spoilt})
+
+
+def _convert(rng: Random) -> tuple[list[str], dict[str, bytes]]:
+    return [rng.choice(("out.toml", "out.toml", "out.urdf", "out.par", "out.xyz", "out/a.toml")), "--lossy"], {}
+
+
+def _over_time(option: str) -> Callable[[Random], tuple[list[str], dict[str, bytes]]]:
+    """Return what draws laws over time: formulas, a TOML file or a table."""
+
+    def draw(rng: Random) -> tuple[list[str], dict[str, bytes]]:
+        names = tuple(rng.sample(("q1", "tau1", "q2", "tau2", "x"), rng.choice((1, 2))))
+        kind = rng.randrange(4)
+        if kind == 0:
+            return [option, "laws.csv"], {
+                "laws.csv": scribble(rng, grammar.table(rng, names).encode(), rng.choice((0, 0, 1, 3)))
+            }
+        if kind == 1:
+            text = grammar.lines(rng, names, ("t", "q1", "m1"))
+            return [option, "laws.toml"], {"laws.toml": scribble(rng, text.encode(), rng.choice((0, 0, 1, 3)))}
+        if kind == 2 and option == "--forces":
+            return [], {}
+        laws = (grammar.formula(rng, ("t",)), "quintic(0, 1, 2)", "spline(0,0,1,1)", str(rng.choice(NASTY)))
+        return [option, *(f"{name}={rng.choice(laws)}" for name in names)], {}
+
+    return draw
+
+
+VERBS: Mapping[str, Verb] = {
+    "convert": Verb(64, few=False, more=_convert, fixed=("--force",)),
+    "check-derivation": Verb(4, more=_check),
+    "draw": Verb(6),
+    "equations": Verb(2),
+    "new": Verb(1),
+    "info": Verb(0.4),
+    "generate": Verb(0.6),
+    "walkthrough": Verb(0.4),
+    "simulate": Verb(1.2, more=_over_time("--forces"), fixed=("--until", "0.02")),
+    "inverse": Verb(1, more=_over_time("--motion"), fixed=("--until", "0.2", "--every", "0.1")),
+    "verify": Verb(0.1, fixed=("--functions", "gravity_forces")),
+}
+"""`bench` and `stress` run for minutes by their nature: their command lines are tried by `_line` alone."""
+
+LINES = 18.0
+"""Weight of command lines that are wrong or for small scenes, of all verbs."""
+
+DEAR = ("simulate", "inverse", "info", "generate", "walkthrough", "verify")
+"""Verbs that are tried on scenes that are read more often than not."""
+
+
+def case(seed: str, number: int) -> Case:
+    """Return case `number` of a seed."""
+    rng = Random(f"{seed}:{number}")
+    name = rng.choices((*VERBS, ""), (*(verb.weight for verb in VERBS.values()), LINES))[0]
+    if not name:
+        return _line(rng)
+    verb = VERBS[name]
+    if name == "new":
+        return Case(("new", str(rng.choice(("arm", *NASTY)))[:300], *_options(rng, "new", 0.5)))
+    file, content = _scene(rng, verb.few, 0.35 if name in DEAR else 0.65)
+    words, files = verb.more(rng)
+    scene = [file]
+    front = [*words, *scene] if name == "check-derivation" else [*scene, *words]
+    fixed = verb.fixed if chance(rng, 0.95) or name in ("simulate", "inverse") else ()
+    return Case((name, *front, *fixed, *_options(rng, name, 0.02 if name in DEAR else 0.06)), {file: content, **files})
+
+
+def _line(rng: Random) -> Case:
+    """Return a command line of any verb, right or wrong, for no scene or a pendulum."""
+    name = rng.choice((*sorted(verbs()), str(rng.choice(NASTY))))
+    words = _options(rng, name, 0.15)
+    if name in ("bench", "stress"):  # with no file to work on, for they would
+        words = ["missing.toml", *words]
+    elif chance(rng, 0.8):
+        words.insert(0, "scene.toml" if chance(rng, 0.9) else str(rng.choice(NASTY)))
+    if chance(rng, 0.3):
+        words.insert(rng.randrange(len(words) + 1), str(rng.choice(NASTY))[:200])
+    limit = ["--until", str(rng.choice((0, 0.01, -1, "nan", "1e-300")))] if name in ("simulate", "inverse") else []
+    argv = [word.replace("\x00", "\udcff") for word in (name, *words, *limit)]  # as the system hands over bytes
+    return Case(tuple(argv), {"scene.toml": seeds()["small"][0]})
+
+
+@cache
+def verbs() -> dict[str, argparse.ArgumentParser]:
+    """Return the parsers of the verbs."""
+    (found,) = (one for one in parser()._actions if isinstance(one, argparse._SubParsersAction))
+    return dict(found.choices)
+
+
+def _options(rng: Random, verb: str, share: float) -> list[str]:
+    """Return some of a verb's options, each with something like its value."""
+    if verb not in verbs():
+        return [f"--{rng.choice(NASTY)}"] if chance(rng, share) else []
+    words: list[str] = []
+    for action in verbs()[verb]._actions:
+        if not action.option_strings or not chance(rng, share):
+            continue
+        words.append(rng.choice(action.option_strings))
+        if action.nargs != 0:
+            words.append(_value(rng, action))
+    return words
+
+
+def _value(rng: Random, action: argparse.Action) -> str:
+    """Return a value of an option, mostly one that it takes."""
+    if action.choices is not None and chance(rng, 0.9):
+        return str(rng.choice(list(action.choices)))
+    if chance(rng, 0.15):
+        return str(rng.choice(NASTY))
+    if action.type is not None:
+        return rng.choice(("1", "0", "2", "-1", "0.5", "nan", "1e-6", "1e308", "7"))
+    if "FILE" in str(action.metavar) or "DIR" in str(action.metavar):
+        return rng.choice(
+            ("out", "out.csv", "out.npz", "out.svg", "out.html", "out.ipynb", "out.tex", "out.md", "no/way.svg")
+        )
+    names = ("q1", "q2", "m1", "tau1", "j0", "tip", "arm0", "mass_matrix", "inverse_dynamics", "pose:tip", "k_z", "x")
+    if chance(rng, 0.4):
+        return ",".join(rng.sample(names, rng.choice((1, 1, 2, 3))))
+    values = (grammar.formula(rng, ("m1", "1")), str(grammar.number(rng)), str(rng.choice(NASTY)))
+    return ",".join(f"{rng.choice(names)}={rng.choice(values)}" for _ in range(rng.choice((1, 1, 2))))
+
+
+def _scene(rng: Random, few: bool, spoilt: float) -> tuple[str, bytes]:
+    """Return a file's name and content: a scene by grammar, or a real file; that share of them spoilt."""
+    times = rng.choice((1, 1, 2, 4, 8)) if chance(rng, spoilt) else 0
+    if chance(rng, 0.6):
+        made = spoil(rng, grammar.scene(rng, FEW if few else 6, chance(rng, spoilt)), times)
+        content = toml(made).encode(errors="surrogatepass")
+        return "scene.toml", scribble(rng, content, 1) if times and chance(rng, 0.2) else content
+    kind = rng.choice(("small", "small", "xml", "par") if few else ("small", "toml", "urdf", "xml", "par"))
+    endings = {"urdf": ".urdf", "xml": ".xml", "par": ".par"}
+    content, other = rng.choice(seeds()[kind]), rng.choice(seeds()[kind])
+    return f"scene{endings.get(kind, '.toml')}", scribble(rng, content, times, other)
+
+
+@cache
+def seeds() -> dict[str, list[bytes]]:
+    """Return the files of this repository by kind; "small" are scenes of few bodies."""
+    folders = [ROOT / part for part in ("examples", "tests/data", "tests/data/found")]
+    found: dict[str, list[bytes]] = {kind: [] for kind in ("small", "toml", "urdf", "xml", "par")}
+    for path in sorted(path for folder in folders for path in folder.iterdir() if path.is_file()):
+        kind = path.suffix[1:]
+        content = path.read_bytes()
+        if kind in found and len(content) < LARGEST:
+            found[kind].append(content)
+            if kind == "toml" and content.count(b"\n[bodies.") <= FEW and b"dh" not in content:
+                found["small"].append(content)
+    found["homework"] = [path.read_bytes() for path in sorted((ROOT / "docs").glob("check-derivation.md"))]
+    found["small"].sort(key=len)
+    return found
