@@ -19,6 +19,8 @@ LONGEST = 7
 
 ATTEMPTS = 200
 
+TURNABLE = ("revolute", "prismatic", "helical", "cylindrical", "fixed")
+
 CLEAR = 1e-3
 """Smallest singular value of the rows over the largest at which forces are compared; below, digits are lost."""
 
@@ -109,11 +111,25 @@ def _drawn(seed: int, choice: Choice, rng: random.Random) -> Case:
         raise Undrawable from None
     if not states:
         raise Undrawable
-    independent = _independent(m, free, where, typical, driven, led) if choice["closing"] == "independent" else ()
+    independent = ()
+    if closed and choice["closing"] == "independent":
+        independent = _independent(m, free, where, typical, driven, led)
+    turned = _turned(d) if choice["hung"] else []
     return Case(
-        seed, choice, d.text(locked), m, dict(d.values), tuple(d.zeros), locked, tuple(held), driven, led,
-        independent if closed else (), typical, tuple(states),
-    )  # fmt: skip
+        seed=seed,
+        choice=choice,
+        text=d.text(locked, turned),
+        mechanism=m,
+        values=dict(d.values),
+        zeros=tuple(d.zeros),
+        locked=locked,
+        held=tuple(held),
+        driven=driven,
+        led=led,
+        independent=independent,
+        rank=typical,
+        states=tuple(states),
+    )
 
 
 def _clear(G: Array, count: int) -> bool:
@@ -156,6 +172,12 @@ def _locks(d: Drawing, m: Mechanism, q: Array) -> dict[str, float]:
             found[joint.name] = float(there[0]) if count == 1 else 0.0
         i += count
     return dict(d.rng.sample(sorted(found.items()), min(len(found), 1 + (len(found) > 3))))
+
+
+def _turned(d: Drawing) -> list[str]:
+    """Return joints to declare the other way round, of the types that can be."""
+    able = [name for name, table in d.tables["joints"].items() if table["type"] in TURNABLE]
+    return d.rng.sample(able, d.rng.randint(min(1, len(able)), len(able)))
 
 
 def _velocities(m: Mechanism, joints: Mapping[str, float]) -> list[int]:
@@ -221,7 +243,9 @@ def _act(d: Drawing, m: Mechanism, acting: str) -> None:
 
     def formula() -> object:
         x = rng.choice(symbols)
-        return rng.choice([d.small(), f"0.4*sin(2*t) + {d.small()}*{x}", f"{d.small()}*cos({x})", f"{x}*t", 0])
+        others = [f"sqrt(1 + {x}**2)", f"exp(-{x})", f"tanh({x})", f"atan2({x}, 2)", f"log(2 + {x}**2)", f"abs({x})"]
+        some = [d.small(), f"0.4*sin(2*t) + {d.small()}*{x}", f"{d.small()}*cos({x})", f"{x}*t", rng.choice(others), 0]
+        return rng.choice(some)
 
     if acting == "springs" or every:
         d.tables["springs"] = {

@@ -20,15 +20,18 @@ import numpy as np
 from ..balance import Solution, balance
 from ..jets import Jet, number, value
 from ..mechanism import Array, State
-from ..states import free_motions, rank, rows
+from ..states import free_motions, rows
 from .cases import Case, draw
 from .code import Code
 from .options import choices
 
-DOUBLE, SINGLE = 1e-8, 1e-3
-"""Errors over the largest entry that are allowed, of doubles and of floats."""
+TOLERANCE = {"double": 1e-8, "float": 1e-2}
+"""Errors over the largest entry that are allowed."""
 
 UNIQUE = 1e-8
+
+NEAR = {"double": 1e-3, "float": 0.1}
+"""Smallest singular value over the largest at which forces are compared; below, the digits are lost by right."""
 
 
 class Truth:
@@ -90,10 +93,14 @@ class Truth:
 
     @cached_property
     def singular(self) -> bool:
-        """Whether the angles of a joint are singular: its unit rates are no independent motions."""
-        S = self.still.tree[1]
-        joints = [S[6 * k : 6 * k + 6, list(self.m.own_rates(j))] for k, j in enumerate(self.m.scene.joints)]
-        return any(rank(one) < one.shape[1] for one in joints)
+        """Whether the angles of a joint are singular, or rows nearly dependent: too near for the digits there are."""
+        S, joints = self.still.tree[1], enumerate(self.m.scene.joints)
+        parts = [S[6 * k : 6 * k + 6, list(self.m.own_rates(joint))] for k, joint in joints]
+        ratios = [s[-1] / s[0] for one in parts if one.size for s in [np.linalg.svd(one, compute_uv=False)]]
+        if self.case.rank:
+            s = np.linalg.svd(self.G[:, self.free], compute_uv=False)
+            ratios.append(s[self.case.rank - 1] / s[0])
+        return min(ratios, default=1.0) < NEAR[self.case.choice["real"]]
 
     @cached_property
     def possible(self) -> bool:
@@ -153,7 +160,7 @@ class Truth:
         return self.M @ du + self.c + self.gravity + self.elastic - self.on_velocities(self.still.drags())
 
     def axes(self, kind: str) -> list[Array]:
-        """Return, for every row of reactions, the rotation from its axes to the ground."""
+        """Return, for every joint and loop, the rotation from the axes of its reaction to the ground."""
         scene, R = self.m.scene, []
         contacts = self.still.contacts()
         for joint in scene.joints:
@@ -196,7 +203,7 @@ class Trial:
         """Make the code."""
         self.case, self.code = case, Code(case)
         self.truths = [Truth(case, k) for k in range(len(case.states))]
-        self.tolerance = DOUBLE if case.choice["real"] == "double" else SINGLE
+        self.tolerance = TOLERANCE[case.choice["real"]]
         self.worst: dict[str, float] = {}
 
     def complaints(self) -> Iterator[str]:
@@ -223,7 +230,7 @@ class Trial:
         chosen = self.code.chosen["velocities"]
         square = G[:, [i for i, k in enumerate(self.code.u) if self.case.mechanism.names[k] not in chosen]]
         s = np.linalg.svd(square, compute_uv=False) if square.size else np.ones(1)
-        return bool(s[-1] > 1e-3 * s[0])
+        return bool(s[-1] > NEAR[self.case.choice["real"]] * s[0])
 
     def justified(self, name: str) -> bool:
         """Tell whether an output may have no code."""
@@ -231,9 +238,10 @@ class Trial:
             j.dry is not None and not number(j.dry.smoothing, self.case.values)
             for j in self.case.mechanism.scene.joints
         )
+        held = self.truths[0].closed and all(truth.singular for truth in self.truths)  # loops hold angles singular
         lost = ideal or not any(truth.moves for truth in self.truths)
         loose = all(len(truth.given.loose[2]) for truth in self.truths)
-        return {
+        return held or {
             "positions": True,  # few loops have a closed form
             "forward_dynamics": lost, "drive_forces": lost, "multipliers": lost,
             "reactions": loose, "forward_reactions": loose or lost,
@@ -333,10 +341,15 @@ def reactions(trial: Trial, request: str) -> Iterator[Compared]:
     """Compare whole wrenches, up to what may be added to them without moving anything."""
     name, _, kind = request.partition(":")
     solution = "found" if name == "forward_reactions" else "given"
-    some = [x for x in trial.truths if (x.moves if solution == "found" else x.possible)]
+    forward = solution == "found"
+    some = [x for x in trial.truths if (x.moves and trial.partition_holds(x) if forward else x.possible)]
     if not some:
         return
-    for truth, got in zip(some, trial.called(request, some, solution), strict=True):
+    scene, told = trial.case.mechanism.scene, trial.code.scene
+    names = [joint.name for joint in (*told.joints, *told.loops)]
+    order = [names.index(joint.name) for joint in (*scene.joints, *scene.loops)]
+    for truth, found in zip(some, trial.called(request, some, solution), strict=True):
+        got = found[order]
         one: Solution = getattr(truth, solution)
         want, size = truth.turned(one.wrenches, kind or "body"), np.abs(one.wrenches).max(initial=0.0)
         off = (got - want).ravel()

@@ -105,7 +105,8 @@ def disc(d: Drawing) -> Array:
         row.pop("normal")
         row["plane"] = {"body": "plate" if on_plate else "ground", "at": d.place(), "normal": d.rng.choice(AXES)}
     if PLANES and d.rng.random() < 0.3:
-        row.pop("axis")
+        row.pop("axis")  # a ball; its two ways in the plane are no names for directions
+        row["components"] = ["along", "across", *(["normal"] if "normal" in row["components"] else [])]
     d.tables["rows"] = {"contact": row}
     q = d.first()
     yaw, lean, spin = (0.0, 0.0, 0.0) if d.natural else [d.rng.uniform(-1, 1) for _ in range(3)]

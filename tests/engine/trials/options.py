@@ -10,7 +10,7 @@ import random
 from collections.abc import Mapping
 from itertools import combinations
 
-OPTIONS: Mapping[str, tuple[str, ...]] = {
+OPTIONS: Mapping[str, tuple[str, ...]] = {  # what stands there more than once comes more often
     "family": ("tree", "coupled", "planar", "space", "wheels", "blades"),
     "natural": ("", "zero", "equal", "right"),  # the start: random, or angles of one kind
     "told": ("numbers", "parameters", "free", "zero"),  # free: without values; zero: some bound to zero
@@ -19,13 +19,14 @@ OPTIONS: Mapping[str, tuple[str, ...]] = {
     "lead": ("", "motion", "locked"),
     "road": ("cheapest", "rnea", "crba", "aba", "lagrange", "last"),  # --formulation; last: the table's last road
     "asked": ("dynamics", "coefficients", "kinematics"),  # beside what drives, loops and joints exert and do
-    "rest": ("moving", "static"),  # --static
+    "rest": ("moving", "moving", "moving", "static"),  # --static
     "prepare": ("", "prepare"),
-    "real": ("double", "float"),
+    "real": ("double", "double", "double", "float"),
     "call": ("one", "batch", "broadcast"),
     "closing": ("", "independent", "baumgarte"),
     "axes": ("body", "joint", "ground"),
     "reading": ("text", "rewritten"),
+    "hung": ("", "", "turned"),  # some joints are declared from the child towards the ground
 }
 
 CANDIDATES = 40
@@ -39,12 +40,9 @@ def choices(count: int) -> list[Choice]:
     open_pairs = {((a, x), (b, y)) for a, b in combinations(OPTIONS, 2) for x in OPTIONS[a] for y in OPTIONS[b]}
     found: list[Choice] = []
     while len(found) < count:
-        drawn = [{name: rng.choice(values) for name, values in OPTIONS.items()} for _ in range(CANDIDATES)]
-        best = max(drawn, key=lambda one: len(pairs(one) & open_pairs)) if open_pairs else drawn[0]
-        if open_pairs:
-            (a, x), (b, y) = min(open_pairs)  # one that must come anyway, so that none is left
-            better = max(({**one, a: x, b: y} for one in drawn), key=lambda one: len(pairs(one) & open_pairs))
-            best = max(best, better, key=lambda one: len(pairs(one) & open_pairs))
+        must = dict(min(open_pairs, default=()))  # a pair that has to come, so that none is left over
+        drawn = [{name: rng.choice(values) for name, values in OPTIONS.items()} | must for _ in range(CANDIDATES)]
+        best = max(drawn, key=lambda one: len(pairs(one) & open_pairs))
         open_pairs -= pairs(best)
         found.append(best)
     return found

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -147,12 +147,13 @@ class Drawing:
 
     # The whole
 
-    def text(self, locked: Mapping[str, float] = {}) -> str:
-        """Return the scene in TOML, some joints locked."""
+    def text(self, locked: Mapping[str, float] = {}, turned: Sequence[str] = ()) -> str:
+        """Return the scene in TOML, some joints locked, some declared from the child towards the ground."""
         told = self.told == "parameters"
         tables: dict[str, Any] = {"parameters": {k: {"value": x} if told else {} for k, x in self.values.items()}}
         joints = {
-            name: table | ({"locked": True, "position": locked[name]} if name in locked else {})
+            name: (round_about(table) if name in turned else table)
+            | ({"locked": True, "position": locked[name]} if name in locked else {})
             for name, table in self.tables["joints"].items()
         }
         return toml({"gravity": self.gravity}, tables | self.tables | {"joints": joints}, self.loops)
@@ -202,6 +203,20 @@ class Drawing:
         if kind in TURNING and orientation == "quaternion":
             return np.array([*q, 1.0, 0.0, 0.0, 0.0])
         return np.array(q + [0.0] * 3 * (kind in TURNING))
+
+
+def round_about(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the same joint declared from its child to its parent: X⁻¹ is the motion about the opposite axis."""
+    turned = dict(table) | {"parent": table["child"], "child": table["parent"]}
+    turned["origin"], turned["tip"] = undone(table.get("tip", [])), undone(table.get("origin", []))
+    if "axis" in table:
+        turned["axis"] = [-x for x in table["axis"]]
+    return turned
+
+
+def undone(steps: list[Any]) -> list[Any]:
+    """Return the steps that undo steps."""
+    return [[kind, f"-({x})" if isinstance(x, str) else -x] for kind, x in reversed(steps)]
 
 
 def angles(R: Array) -> tuple[float, float, float]:
