@@ -1,0 +1,52 @@
+"""symdyn against a reference in maximal coordinates that shares none of its mechanics: see tests/engine."""
+
+from __future__ import annotations
+
+import ast
+from itertools import combinations
+from pathlib import Path
+
+import pytest
+from engine.trials.compare import COMPARED, report
+from engine.trials.options import OPTIONS, choices, pairs
+
+from symdyn.dynamics import OUTPUTS
+
+ENGINE = Path(__file__).parent / "engine"
+
+FIRST, ALL, PART = 100, 3000, 50
+
+
+@pytest.mark.parametrize("seed", range(FIRST))
+def test_bodies_one_by_one_move_and_bear_as_symdyn_says(seed: int) -> None:
+    text = report(seed)
+    assert not text, text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("begin", range(FIRST, ALL, PART))
+def test_thousands_of_mechanisms_move_and_bear_as_symdyn_says(begin: int) -> None:
+    found = [text for text in map(report, range(begin, begin + PART)) if text]
+    assert not found, "\n\n".join(found)
+
+
+def test_every_pair_of_options_meets_in_the_first_trials() -> None:
+    every = {((a, x), (b, y)) for a, b in combinations(OPTIONS, 2) for x in OPTIONS[a] for y in OPTIONS[b]}
+
+    assert every == set().union(*(pairs(one) for one in choices(FIRST)))
+
+
+def test_every_output_is_compared() -> None:
+    assert {name.partition(":")[0] for name in OUTPUTS} == set(COMPARED)
+
+
+def test_the_reference_knows_no_derivation() -> None:
+    for path in ENGINE.glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [one.name for one in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            assert not [name for name in names if name.partition(".")[0] == "symdyn"], path
+    for path in (ENGINE / "trials").glob("*.py"):
+        if path.stem not in ("code", "compare"):
+            text = path.read_text(encoding="utf-8")
+            assert "symdyn." not in text.replace("symdyn.scene", ""), path

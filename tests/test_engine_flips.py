@@ -1,0 +1,57 @@
+"""The reference sees a sign: ten of them turned round in copies of symdyn, each found within the trials of every run.
+
+`verify` proves two derivations equal; where both share a law, such as that of friction, only a third can tell.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+TRIALS = 100
+
+FLIPS = (  # file of dynamics/, what stands there, what is planted
+    ("recursive/rnea.py", "a = (a[0] + w[1] * twice,", "a = (a[0] - w[1] * twice,"),
+    ("recursive/rnea.py", "wrench[i] = (sub(wrench[i][0], n),", "wrench[i] = (add(wrench[i][0], n),"),
+    ("recursive/crba.py", "return (y, -x, zero),", "return (y, x, zero),"),
+    ("recursive/aba.py", "(add(n, cross(p, f)), f)", "(sub(n, cross(p, f)), f)"),
+    ("lagrange.py", "forces[i] = forces[i] - value *", "forces[i] = forces[i] + value *"),
+    ("wrenches.py", "return carried[2] - still[2]", "return carried[2] + still[2]"),
+    ("wrenches.py", "- joint_resistance(joint, ratio * state.qd[k])", "+ joint_resistance(joint, ratio * state.qd[k])"),
+    (
+        "loads.py",
+        "size = size + (express(dry.static, graph) - size)",
+        "size = size - (express(dry.static, graph) - size)",
+    ),
+    ("loops/rows.py", "sub(scale(dot(omega, d), omega),", "add(scale(dot(omega, d), omega),"),
+    ("reactions/hinges.py", "add(wrench[1], cross(way, wrench[0]))", "sub(wrench[1], cross(way, wrench[0]))"),
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("file", "right", "wrong"), FLIPS, ids=[f"{file}: {wrong}" for file, _, wrong in FLIPS])
+def test_a_sign_turned_round_is_found(tmp_path: Path, file: str, right: str, wrong: str) -> None:
+    for folder in ("symdyn", "templates"):
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    path = tmp_path / "symdyn" / "dynamics" / file
+    text = path.read_text(encoding="utf-8")
+    assert text.count(right) == 1, f"{file} reads otherwise; plant the sign where it is now"
+    path.write_text(text.replace(right, wrong), encoding="utf-8")
+
+    run = subprocess.run(
+        [sys.executable, "-m", "engine", "--until", str(TRIALS)],
+        cwd=ROOT / "tests",
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert run.returncode == 1, run.stderr
+    assert "error" in run.stdout
