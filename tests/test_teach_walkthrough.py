@@ -257,7 +257,7 @@ def test_damping_is_a_bar_and_takes_its_power() -> None:
     assert "0.2*phi_dot" in labels
     assert chart.total == Symbol("M")
     assert chart.bars[labels.index("0.2*phi_dot")].value == pytest.approx(0.2)  # at 1 rad/s
-    power = next(b for s, b in document.blocks() if s.key == "power" and isinstance(b, Formula) and b.left == "d/dt W")
+    power = next(b for s, b in document.blocks() if s.key == "power" and isinstance(b, Formula) and b.left == "d/dt E:")
     assert text_of(power.form) == "(M - 0.2*phi_dot)*phi_dot"
     step = next(s for section in document.sections for s in section.steps if s.key == "acting")
     kinds = [row[0].parts[0] for block in step.blocks if isinstance(block, Values) for row in block.rows]

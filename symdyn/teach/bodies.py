@@ -12,6 +12,7 @@ from symdyn.draw import Wrench, free_body
 from symdyn.dynamics.kinematics import centre_of_mass
 from symdyn.dynamics.reactions.bivectors import frames
 from symdyn.emit.formula_text import text_of
+from symdyn.emit.letters import head
 from symdyn.emit.symbols import latex_symbols
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
@@ -19,7 +20,7 @@ from symdyn.spatial import Mat, Vec, apply, cross, sub, zero_vector
 from symdyn.teach.balance import Balance
 from symdyn.teach.cut import Cut
 from symdyn.teach.document import Block, Box, Fold, Formula, Matrix, Picture, Step, Words
-from symdyn.teach.looks import Letter, Name
+from symdyn.teach.looks import Letter
 from symdyn.teach.numbers import Chosen, written
 from symdyn.teach.render.spelling import letter
 from symdyn.teach.velocities import length
@@ -69,7 +70,11 @@ def _wrenches(lesson: Balance, j: int, chosen: Chosen) -> list[Wrench]:
     spelled = latex_symbols(lesson.scene) | {
         key: letter(name.look) for key, name in lesson.names.items() if isinstance(name.look, Letter)
     }
-    acting = [("F^A", "M^A", centre, known.action), ("F^D", "M^D", centre, known.inertia)]
+    F, M = (head(lesson.letters[letter]) for letter in "FM")
+    acting = [
+        (f"{F}^A", f"{M}^A", centre, known.action),
+        (f"{F}^D", f"{M}^D", centre, known.inertia),
+    ]
     for u, one in enumerate(lesson.system.unknowns):
         if (j, u) in lesson.system.blocks:
             hinge, name = hanging.hinges[one.acts[0][0]], spelled[lesson.unknowns[u].name]
@@ -131,10 +136,10 @@ def _matrix(
 ) -> Matrix:
     """Return a matrix of the graph, with a name for each entry."""
     left, names = f"{look.letter}{look.above}{look.accent}:{','.join(look.index)}", []
-    lesson.names[left] = Name(look)
+    lesson.called(left, look)
     for place, node in zip(places, entries, strict=True):
         names.append(f"{left}:{''.join(place)}")
-        lesson.names[names[-1]] = Name(Letter(look.letter, (*look.index, *place), above=look.above), node)
+        lesson.called(names[-1], Letter(look.letter, (*look.index, *place), above=look.above), node)
     return Matrix(left, tuple(map(lesson.short, entries)), tuple(names), number, width)
 
 
@@ -240,12 +245,12 @@ def _named(
 ) -> Matrix:
     kind, index = look
     names = []
-    for (head, axis), (_, node) in zip(lesson.axes, entries, strict=True):
-        key = f"{head}{kind}:{','.join(index)}:{axis}"
-        lesson.names[key] = Name(Letter(head, (*index, axis), above=kind), node)
+    for (F, axis), (_, node) in zip(lesson.axes, entries, strict=True):
+        key = f"{F}{kind}:{','.join(index)}:{axis}"
+        lesson.called(key, Letter(F, (*index, axis), above=kind), node)
         names.append(key)
     left = f"F{kind}:{','.join(index)}"
-    lesson.names[left] = Name(Letter("F", index, above=kind, accent="bar"))
+    lesson.called(left, Letter("F", index, above=kind, accent="bar"))
     return Matrix(left, tuple(form for form, _ in entries), tuple(names), number)
 
 

@@ -22,6 +22,7 @@ from symdyn.dynamics import is_closed
 from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.state import State, state_symbols, vector
 from symdyn.emit.equations import Printable
+from symdyn.emit.letters import head
 from symdyn.graph import Expr, Graph, evaluate, tangents
 from symdyn.scene import JOINTS, Scene
 from symdyn.teach.balance import Balance
@@ -197,8 +198,8 @@ def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
     state, n = lesson.state, range(lesson.state.n)
     total = lesson.energy.K + lesson.energy.P
     rate = tangents([total], state.acceleration)[0]
-    lesson.name("W", "W", node=total)
-    symbol = lesson.rate("W", rate)
+    lesson.name("E:", "E", node=total)
+    symbol = lesson.rate("E:", rate)
     forces = [[_drive(lesson, i), *_others(lesson, page, i)] for i in n]
     power = [signed_product(sum_of(forces[i]), Symbol(str(state.qd[i].value))) for i in n]
     acting = [lesson.drives[i] + express_form(sum_of(forces[i][1:]), lesson.graph) for i in n]
@@ -208,7 +209,7 @@ def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
         "the power of the drives is not the rate of K + P"
     )
     blocks: list[Block] = [
-        Formula("W", sum_of((Symbol("K"), Symbol("P")))),
+        Formula("E:", sum_of((Symbol("K:"), Symbol("P:")))),
         Formula(symbol.name, sum_of(power)),
         lesson.say(
             "power.numbers",
@@ -235,11 +236,11 @@ def weights_picture(lesson: Lesson, chosen: Chosen, found: list[Mass]) -> Pictur
     gravity = chosen.of(*vector(lesson.scene.gravity, lesson.graph))
     if not any(gravity):
         return None
-    wrenches = []
+    wrenches, G = [], head(lesson.letters["G"])
     for mass in found:
         m, *at = chosen.of(mass.m, *mass.place)
         if m > 0:
-            wrenches.append(Wrench(f"G_{{{mass.tag}}}", tuple(at), tuple(m * g for g in gravity)))
+            wrenches.append(Wrench(f"{G}_{{{mass.tag}}}", tuple(at), tuple(m * g for g in gravity)))
     shown, labels = chosen.parameters, ("coordinates",)
     svg = picture(lesson.scene, chosen.q, shown, wrenches=wrenches, prefix="weights-", labels=labels)
     return Picture(svg, lesson.say("weights.caption"), lesson.text("weights.caption"), "weights")

@@ -58,7 +58,7 @@ READS = (
     Erratum(
         "momentum:1",
         "5.37",
-        "dL/dq1_dot",
+        "dL:/dq1_dot",
         "(m1 + m2)*h1**2*q1_dot + m2*h2**2*q1_dot + m2*h2**2*q2_dot + 2*m2*h1*h2*cos(q2)*q2_dot"
         " + m2*h1*h2*cos(q2)*q2_dot",
         "erratum.5.37",
@@ -68,18 +68,18 @@ READS = (
     Erratum(
         "momentum:2",
         "5.41",
-        "dL/dq2_dot",
+        "dL:/dq2_dot",
         "m2*h2**2*q1_ddot + m2*h2**2*q2_dot**2 + m2*h1*h2*cos(q2)*q1_dot",
         "erratum.5.41",
     ),
     Erratum(
         "rate:2",
         "5.42",
-        "d/dt dL/dq2_dot",
+        "d/dt dL:/dq2_dot",
         "m2*h2**2*q1_ddot + m2*h2**2*q2_dot**2 + m2*h1*h2*cos(q2)*q1_ddot - m2*h1*h2*sin(q2)*q1_dot*q2_dot",
         "erratum.5.42",
     ),
-    Erratum("slope:2", "5.43", "dL/dq2", "-m2*h1*h2*sin(q2)*q1_dot*q2_dot - m*g*h2*sin(q1 + q2)", "erratum.5.43"),
+    Erratum("slope:2", "5.43", "dL:/dq2", "-m2*h1*h2*sin(q2)*q1_dot*q2_dot - m*g*h2*sin(q1 + q2)", "erratum.5.43"),
     Erratum("equation:2", "5.44", "k_C:2,1,2", "-2*m2*h1*h2*sin(q2)", "erratum.5.44C"),
     Erratum("equation:2", "5.44", "k_D:2,1", "-m2*h1*h2*sin(q2)", "erratum.5.44D"),
     Erratum("meaning:k_z:2,2", "5.48, 5.50, 5.53, 5.55", "", "", "erratum.axes"),

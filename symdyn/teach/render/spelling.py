@@ -8,6 +8,7 @@ from fractions import Fraction
 from symdyn.algebra.form import MINUS_ONE, Form, product_of, split_sign, sum_of, terms_of
 from symdyn.emit.breaking import break_lines, latex_width
 from symdyn.emit.formula_text import BREAK, Latex
+from symdyn.emit.letters import head
 from symdyn.emit.symbols import GREEK, PrintName, escape, latex_symbols
 from symdyn.teach.document import Braced, Document, Formula, Matrix, Words
 from symdyn.teach.looks import Letter, Name, Rate
@@ -97,8 +98,7 @@ class Spelling:
 
 def letter(look: Letter) -> str:
     r"""Return \dot x_{2}, v_{2}^{2} or \bar F_{22}^{A}."""
-    head = f"\\{look.letter}" if look.letter in GREEK else look.letter
-    shown = PrintName(head, ",".join(map(_index, look.index)))
+    shown = PrintName(head(look.letter), ",".join(map(_index, look.index)))
     if look.dots:
         return shown.accented("d" * look.dots + "ot")
     text = shown.accented(look.accent) if look.accent else str(shown)
