@@ -193,6 +193,9 @@ TEXTS = {
     "of half a degree, for the values above.",
     "equilibria.turns": "Beyond what is exact, sign changes of the forces were looked for from {q} = {least} to "
     "{most}, in steps of half a degree, for the values above; outside there may be others.",
+    "equilibria.singular": "No equilibria, though the generalized forces vanish there: {places}. The coordinates are "
+    "singular there: they cannot tell every motion that the bodies can make, and on the one that they cannot tell the "
+    "forces do work, as the virtual work of all bodies shows.",
     "equilibria.driven": "A motion is prescribed here, or a force depends on time: the mechanism is driven, and no "
     "equilibria are listed.",
     "equilibria.all": "Every position is an equilibrium: no force depends on the position.",

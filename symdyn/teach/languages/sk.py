@@ -190,6 +190,9 @@ TEXTS = {
     "hodnoty uvedené vyššie.",
     "equilibria.turns": "Okrem presných polôh sa hľadali zmeny znamienka síl od {q} = {least} po {most}, s krokom pol "
     "stupňa, pre hodnoty uvedené vyššie; mimo týchto hraníc môžu existovať ďalšie.",
+    "equilibria.singular": "Zovšeobecnené sily sa rušia aj v polohách {places}, rovnovážne však nie sú. Súradnice sú "
+    "tam singulárne: nedá sa nimi opísať každý pohyb, ktorý členy môžu konať, a na tom, ktorý sa opísať nedá, sily "
+    "konajú prácu, ako ukazuje virtuálna práca pri pohybe všetkých členov.",
     "equilibria.driven": "Niektorý pohyb je tu predpísaný alebo niektorá sila závisí od času: mechanizmus je budený, a "
     "rovnovážne polohy sa preto neuvádzajú.",
     "equilibria.all": "Každá poloha je rovnovážna: žiadna sila nezávisí od polohy.",
