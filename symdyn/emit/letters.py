@@ -104,6 +104,11 @@ def head(letter: str) -> str:
     return f"\\{letter}" if letter in GREEK else letter
 
 
+def body_number(j: int) -> int:
+    """Return the number of body j of a scene in print, from 1, as its mass has; the ground is 0, in the textbook 1."""
+    return j + 1
+
+
 def bare(latex: str) -> str:
     r"""Return a symbol as letters and digits alone: \mathit{l}_{1,x} is l1x."""
     return re.sub(r"\\(?:mathrm|mathit|text[a-z]*|operatorname)(?![A-Za-z])|[^A-Za-z0-9]", "", latex)

@@ -252,7 +252,7 @@ TEXTS = {
     "table.lagrange": "by Lagrange",
     "unknowns": "Every joint transmits what it does not leave free; a driven joint adds its drive.",
     "unknowns.reason": "A joint of class t has t unknown components; they are written along the axes of its own frame. "
-    "The ground is body 1.",
+    "The ground is body 0; the textbook counts it as body 1, and every other body one higher.",
     "unknown.drive": "drive of joint {joint}",
     "unknown.idle": "drive that a freedom in joint {joint} would need; nothing drives it, it comes out as zero",
     "unknown.passive": "what the motion of joint {joint} would need: nothing drives it",
@@ -280,6 +280,8 @@ TEXTS = {
     "free": "Body {number}, {body}, is cut free.",
     "free.caption": "{body}, cut free: every force and couple that acts on it.",
     "free.reason": "Its frame {number} has the axes of the body and its origin in its reference joint {joint}.",
+    "free.centre": " Couples with the index T are about the centre of mass T, where their forces are drawn; the "
+    "moments in the formulas are about the origin O of frame {number}.",
     "frame": "Frame {number} of {body} as seen from the ground.",
     "frame.reason": "P holds the direction cosines of its axes, r with a tilde the position of its origin as a skew "
     "matrix. With them every force and moment of the body goes to the ground, (5.5): the force is multiplied by P, "

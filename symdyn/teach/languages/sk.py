@@ -247,7 +247,7 @@ TEXTS = {
     "table.lagrange": "podľa Lagrangea",
     "unknowns": "Každé spojenie prenáša to, čo nenecháva voľné; poháňané spojenie pridáva hnací účinok.",
     "unknowns.reason": "Spojenie triedy t má t neznámych súradníc; píšu sa v osiach jeho vlastného súradnicového "
-    "systému. Rám je člen 1.",
+    "systému. Rám je člen 0; učebnica ho čísluje ako člen 1 a každý ďalší člen o jednotku vyššie.",
     "unknown.drive": "hnací účinok v spojení {joint}",
     "unknown.idle": "hnací účinok, ktorý by potrebovala voľnosť v spojení {joint}; nič ju nepoháňa, vyjde nulový",
     "unknown.passive": "čo by potreboval pohyb v spojení {joint}: nič ho nepoháňa",
@@ -275,6 +275,8 @@ TEXTS = {
     "free": "Člen {number}, {body}, uvoľníme.",
     "free.caption": "Uvoľnený člen {body}: všetky sily a dvojice, ktoré naň pôsobia.",
     "free.reason": "Jeho súradnicový systém {number} má osi člena a začiatok vo vzťažnom spojení {joint}.",
+    "free.centre": " Dvojice s indexom T sú k ťažisku T, v ktorom sú nakreslené ich sily; momenty vo vzorcoch sú k "
+    "začiatku O súradnicového systému {number}.",
     "frame": "Súradnicový systém {number} člena {body} vzhľadom na rám.",
     "frame.reason": "P obsahuje smerové kosínusy jeho osí, r s vlnkou polohu jeho začiatku ako antisymetrickú maticu. "
     "Nimi sa každá sila a moment člena prenesú do rámu podľa (5.5): sila sa násobí maticou P, moment tiež a pripočíta "
