@@ -93,7 +93,8 @@ TEXTS = {
     "offset.reason": "It is the velocity of the origin times the angular velocity crossed with the first moment.",
     "rotor": "The rotor of joint {joint} turns too.",
     "potential": "The potential energy of mass {tag} of {body} in the field of gravity.",
-    "potential.reason": "Weight times height: minus the mass times the acceleration of free fall along the position.",
+    "potential.reason": "The work of the weight on the way from here to the origin: minus the scalar product of the "
+    "weight and the position vector, that is weight times height.",
     "springs": "The springs store energy.",
     "springs.reason": "The energy is the force added up along the way from the free length.",
     "energies": "Together: the kinetic and the potential energy.",
@@ -135,7 +136,8 @@ TEXTS = {
     "induced": "{name} is what {rate} induces in the axis of joint {joint}, whose own drive has to hold it.",
     "induced.how": "At rest, with {rate} = 1, each mass resists with minus mass times acceleration. The moments of "
     "these forces about the first axis (along it, for a slide) add up to minus",
-    "induced.split": "Moved from the second axis to the first, the same forces have a longer lever:",
+    "induced.split": "Their moment about the first axis is that about the second, and that of their resultant placed "
+    "on the second axis:",
     "induced.twin": "and both are one function:",
     "induced.reason": "The kinetic energy holds one term with the product of both rates. Differentiated by one rate "
     "and then by the other, in either order, it gives the same coefficient.",
@@ -155,6 +157,8 @@ TEXTS = {
     "k_D.acts": "{j} presses the masses away from axis {axis}; this force has a moment about axis {i}",
     "k_D.acts.slide": "{j} presses the masses away from axis {axis}; this force has a component along slide {i}",
     "k_D.own": "the line of the centrifugal force meets axis {i} itself",
+    "k_D.apart": "{j} moves nothing that joint {i} carries",
+    "k_D.none": "the masses that {j} turns lie on axis {axis}: there is no centrifugal force",
     "k_D.straight": "a slide is straight: {j} alone causes no centripetal acceleration",
     "k_D.meets": "the centrifugal force of {j} has no moment about axis {i}: its line meets the axis or is parallel "
     "to it",
@@ -164,7 +168,10 @@ TEXTS = {
     "k_C.acts": "{j} carries what moves with {k}: the Coriolis force has a moment about axis {i}",
     "k_C.acts.slide": "{j} carries what moves with {k}: the Coriolis force has a component along slide {i}",
     "k_C.straight": "a slide does not turn what it carries: {j} and {k} together cause no Coriolis acceleration",
-    "k_C.nothing": "no coefficient of the accelerations that counts here depends on a coordinate",
+    "k_C.apart": "{j} and {k} together move nothing that joint {i} carries",
+    "k_C.none": "{j} and {k} together give no mass a Coriolis acceleration",
+    "k_C.meets": "the Coriolis force has no moment about axis {i}: its line meets the axis or is parallel to it",
+    "k_C.meets.slide": "the Coriolis force is at right angles to slide {i}",
     "k_C.cancel": "the moments of the Coriolis forces about axis {i} add up to zero",
     "k_C.cancel.slide": "the components of the Coriolis forces along slide {i} add up to zero",
     "weights": "{name} is the torque that holds joint {joint} at rest against the weights.",
@@ -221,8 +228,8 @@ TEXTS = {
     "erratum.several": "The text of ({number}) is wrong",
     "erratum.reads": "As transcribed, in the signs used here: {left} = {form}.",
     "erratum.right": "Right is:",
-    "erratum.check": "Check at the state of the last section: the text gives {wrong}, the derivative taken on the "
-    "graph gives {left} = {right}.",
+    "erratum.check": "Check at the state of the last section: the text gives {wrong}; computed from the energies "
+    "without the text, {left} ≈ {right}.",
     "erratum.5.33": "The sign: y counts upwards, and potential energy grows with height. (5.34) is right.",
     "erratum.5.37": "The third term has the rate of the second joint in place of that of the first. (5.38) is right.",
     "erratum.5.40z": "The coefficient of the second acceleration is named like that of the second equation, and holds "

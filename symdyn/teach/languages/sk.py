@@ -93,7 +93,8 @@ TEXTS = {
     "offset.reason": "Je to rýchlosť začiatku krát vektorový súčin uhlovej rýchlosti a statického momentu.",
     "rotor": "Otáča sa aj rotor v spojení {joint}.",
     "potential": "Potenciálna energia hmotnosti {tag} člena {body} v gravitačnom poli.",
-    "potential.reason": "Tiaž krát výška: mínus hmotnosť krát tiažové zrýchlenie v smere polohového vektora.",
+    "potential.reason": "Práca tiaže na ceste odtiaľto do začiatku: mínus skalárny súčin tiaže a polohového vektora, "
+    "teda tiaž krát výška.",
     "springs": "Pružiny hromadia energiu.",
     "springs.reason": "Energia je sila sčítaná po dráhe od voľnej dĺžky.",
     "energies": "Celková kinetická a potenciálna energia.",
@@ -135,7 +136,8 @@ TEXTS = {
     "induced": "{name} je reakčný účinok, ktorý v osi spojenia {joint} indukuje zrýchlenie {rate}.",
     "induced.how": "V pokoji pri {rate} = 1 pôsobí na každú hmotnosť zotrvačná sila, mínus hmotnosť krát zrýchlenie. "
     "Momenty týchto síl k prvej osi (pri posuve zložky v jej smere) dajú v súčte mínus",
-    "induced.split": "Pri prechode z druhej osi na prvú majú tie isté sily väčšie rameno:",
+    "induced.split": "Ich moment k prvej osi je súčet momentu k druhej osi a momentu ich výslednice umiestnenej v "
+    "druhej osi:",
     "induced.twin": "a oba koeficienty sú tou istou funkciou:",
     "induced.reason": "Kinetická energia obsahuje jeden výraz so súčinom oboch rýchlostí. Derivovaný podľa jednej a "
     "potom podľa druhej rýchlosti, v ľubovoľnom poradí, dá ten istý koeficient.",
@@ -155,6 +157,8 @@ TEXTS = {
     "k_D.acts": "{j} odtláča hmotnosti od osi {axis}; táto sila má moment k osi {i}",
     "k_D.acts.slide": "{j} odtláča hmotnosti od osi {axis}; táto sila má zložku v smere posuvu {i}",
     "k_D.own": "nositeľka odstredivej sily je s osou {i} rôznobežná",
+    "k_D.apart": "{j} nepohybuje ničím, čo nesie spojenie {i}",
+    "k_D.none": "hmotnosti, ktorými {j} otáča, ležia na osi {axis}: odstredivá sila nevzniká",
     "k_D.straight": "posuv je priamočiary: {j} samo nespôsobuje dostredivé zrýchlenie",
     "k_D.meets": "odstredivá sila od {j} nemá moment k osi {i}: jej nositeľka je s osou rôznobežná alebo rovnobežná",
     "k_D.meets.slide": "odstredivá sila od {j} je kolmá na posuv {i}",
@@ -163,7 +167,10 @@ TEXTS = {
     "k_C.acts": "{j} unáša to, čo sa pohybuje s {k}: Coriolisova sila má moment k osi {i}",
     "k_C.acts.slide": "{j} unáša to, čo sa pohybuje s {k}: Coriolisova sila má zložku v smere posuvu {i}",
     "k_C.straight": "posuv neotáča to, čo unáša: {j} a {k} spolu nespôsobujú Coriolisovo zrýchlenie",
-    "k_C.nothing": "žiaden z príslušných koeficientov pri zrýchleniach nezávisí od súradnice",
+    "k_C.apart": "{j} a {k} spolu nepohybujú ničím, čo nesie spojenie {i}",
+    "k_C.none": "{j} a {k} spolu neudeľujú žiadnej hmotnosti Coriolisovo zrýchlenie",
+    "k_C.meets": "Coriolisova sila nemá moment k osi {i}: jej nositeľka je s osou rôznobežná alebo rovnobežná",
+    "k_C.meets.slide": "Coriolisova sila je kolmá na posuv {i}",
     "k_C.cancel": "momenty Coriolisových síl k osi {i} dajú v súčte nulu",
     "k_C.cancel.slide": "zložky Coriolisových síl v smere posuvu {i} dajú v súčte nulu",
     "weights": "{name} je moment, ktorý drží spojenie {joint} v pokoji proti tiažam.",
@@ -218,7 +225,8 @@ TEXTS = {
     "erratum.several": "Text vzťahov ({number}) je chybný",
     "erratum.reads": "V prepise stojí (v tu použitých znamienkach): {left} = {form}.",
     "erratum.right": "Správne je:",
-    "erratum.check": "Kontrola v stave z poslednej časti: text dáva {wrong}, derivácia na grafe dáva {left} = {right}.",
+    "erratum.check": "Kontrola v stave z poslednej časti: text dáva {wrong}; z energií bez textu vychádza {left} ≈ "
+    "{right}.",
     "erratum.5.33": "Znamienko: y rastie nahor a potenciálna energia s výškou rastie. Vzťah (5.34) je správny.",
     "erratum.5.37": "Tretí výraz obsahuje rýchlosť druhého spojenia namiesto prvého. Vzťah (5.38) je správny.",
     "erratum.5.40z": "Koeficient pri druhom zrýchlení je označený ako koeficient druhej rovnice a obsahuje prvú "
