@@ -21,8 +21,9 @@ from symdyn.teach.balance import Balance
 from symdyn.teach.cut import Cut
 from symdyn.teach.document import Block, Box, Fold, Formula, Matrix, Picture, Step, Words
 from symdyn.teach.looks import Letter
-from symdyn.teach.numbers import Chosen, written
+from symdyn.teach.numbers import equals
 from symdyn.teach.render.spelling import letter
+from symdyn.teach.state import Chosen
 from symdyn.teach.velocities import length
 
 WIDEST, GAP = 130, 18
@@ -181,7 +182,7 @@ def _moments(lesson: Balance, j: int, chosen: Chosen) -> tuple[str, str]:
     one = lesson.cuts[j]
     assert one is not None, "a body with a mass"
     wrong, right = chosen.of(lesson.kept(one.misread)[-1], lesson.kept(lesson.system.bodies[j].inertia)[-1])
-    return written(wrong), written(right)
+    return equals(wrong), equals(right)
 
 
 def _acceleration(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> Step:

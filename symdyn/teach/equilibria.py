@@ -22,8 +22,9 @@ from symdyn.graph import Expr, gradient, reachable, substitute
 from symdyn.scene import JOINTS
 from symdyn.teach.document import Block, Step, Values, Words
 from symdyn.teach.lesson import Lesson, together
-from symdyn.teach.numbers import Chosen, written
+from symdyn.teach.numbers import written
 from symdyn.teach.singular import Judge
+from symdyn.teach.state import Chosen
 
 STARTS = 60
 STEPS = 720  # of a turn
@@ -245,7 +246,7 @@ def _left_out(lesson: Lesson, moving: list[Expr], places: list[list[str | Form]]
     for place in places:
         parts += ["; "] if parts else []
         for k, (q, x) in enumerate(zip(moving, place, strict=True)):
-            parts += [*([", "] if k else []), Symbol(str(q.value)), " = ", x]
+            parts += [*([", "] if k else []), Symbol(str(q.value)), " ≈ " if isinstance(x, str) else " = ", x]
     return lesson.say("equilibria.singular", places=Words(tuple(parts)))
 
 

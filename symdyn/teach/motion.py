@@ -16,7 +16,7 @@ from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.reactions.samples import Array
 from symdyn.graph import Expr, evaluate
 from symdyn.teach.balance import Balance
-from symdyn.teach.numbers import ACCELERATIONS, RATES, Chosen, choose_state
+from symdyn.teach.state import ACCELERATIONS, RATES, Chosen, choose_state
 
 SMALL = 1e-9
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-
 from symdyn.algebra.form import (
     MINUS_ONE,
     Form,
@@ -16,14 +13,12 @@ from symdyn.algebra.form import (
     sum_of,
     terms_of,
 )
-from symdyn.algebra.numeric import Floats
-from symdyn.draw import Wrench, picture, pose
-from symdyn.dynamics import is_closed
+from symdyn.draw import Wrench, picture
 from symdyn.dynamics.prescribed import TIME
-from symdyn.dynamics.state import State, state_symbols, vector
-from symdyn.emit.equations import Printable
+from symdyn.dynamics.state import vector
+from symdyn.emit.equations import ALONE, Coefficient, Printable
 from symdyn.emit.letters import head
-from symdyn.graph import Expr, Graph, evaluate, tangents
+from symdyn.graph import tangents
 from symdyn.scene import JOINTS, Scene
 from symdyn.teach.balance import Balance
 from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step, Values, Words
@@ -32,59 +27,9 @@ from symdyn.teach.forms import factors_of
 from symdyn.teach.lesson import Lesson, Prose
 from symdyn.teach.looks import Name
 from symdyn.teach.masses import Mass
+from symdyn.teach.state import Chosen
 
-RATES = (1.0, -0.6, 0.8, 0.5, -0.4, 0.3)
-ACCELERATIONS = (0.5, 1.2, -0.7, 0.9, 0.4, -0.3)
-FALL = 9.81
-"""m/s^2: for an acceleration of free fall without a value."""
-SIZES = {"kg": 2.0, "m": 1.0}
-"""What other parameters without a value start from; each is 0.8 of the one before, so that no two are alike."""
-MOMENT = 0.4
-"""s: time, where a formula depends on it."""
 DIGITS = 4
-
-
-@dataclass(frozen=True)
-class Chosen:
-    """A state and parameters in numbers: values of all symbols, and q alone."""
-
-    values: Mapping[Expr, float]
-    q: tuple[float, ...]
-    parameters: Mapping[str, float]
-
-    def of(self, *nodes: Expr) -> list[float]:
-        """Return the values of nodes."""
-        return [float(x) for x in evaluate(nodes, Floats(), self.values)]
-
-
-def choose(lesson: Lesson) -> Chosen:
-    """Return the state that a lesson shows: the drawn position, and velocities that are not all alike."""
-    return choose_state(lesson.scene, lesson.state, lesson.graph)
-
-
-def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) -> Chosen:
-    """Return the drawn position with values of all symbols; without `moving`, at rest."""
-    given: dict[str, float] = {}
-    for parameter in scene.free_parameters:
-        falls = parameter.unit.replace("²", "2").replace("^", "") == "m/s2"
-        if falls:
-            given[parameter.name] = FALL
-        elif moving:
-            given[parameter.name] = round(SIZES.get(parameter.unit, 1.0) * 0.8 ** len(given), 3)
-    q, parameters = pose(scene, parameters=given)
-    values = dict(zip(state.q, map(float, q), strict=True))
-    for k, (u, a) in enumerate(zip(state.qd, state.qdd, strict=True)):
-        values[u] = RATES[k % len(RATES)] if moving else 0.0
-        values[a] = ACCELERATIONS[k % len(ACCELERATIONS)] if moving else 0.0
-    values |= {graph.symbol(name): value for name, value in parameters.items()}
-    values[graph.symbol(TIME)] = MOMENT
-    return Chosen(values, tuple(float(x) for x in q), dict(parameters))
-
-
-def shown_state(scene: Scene) -> Chosen:
-    """Return the state at which lessons of a scene show numbers; a mechanism with loops or rows is at rest there."""
-    graph = Graph()
-    return choose_state(scene, state_symbols(scene, graph), graph, moving=not is_closed(scene))
 
 
 def written(value: float) -> str:
@@ -92,6 +37,19 @@ def written(value: float) -> str:
     text = f"{0.0 if abs(value) < 1e-12 else value:.{DIGITS}g}"
     mantissa, _, exponent = text.partition("e")
     return (f"{mantissa} · 10^{int(exponent)}" if exponent else mantissa).replace("-", "−")
+
+
+def about(value: float) -> str:
+    """Return a number as it is written, after ≈ where digits are left out."""
+    text = written(value)
+    exact = abs(float(text.replace("−", "-").replace(" · 10^", "e")) - value) <= 1e-12 * abs(value)
+    return text if exact else f"≈ {text}"
+
+
+def equals(value: float) -> str:
+    """Return what follows a name: "= 3", or "≈ 3.142"."""
+    text = about(value)
+    return text if text.startswith("≈") else f"= {text}"
 
 
 def number_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
@@ -114,7 +72,9 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
         for x, unit in zip(symbols, units, strict=True)
     ]
     if _timed(lesson.scene):
-        cells.append((Words((Symbol(TIME),)), Words((written(MOMENT),)), Words(("s",))))
+        cells.append(
+            (Words((Symbol(TIME),)), Words((written(chosen.values[lesson.graph.symbol(TIME)]),)), Words(("s",)))
+        )
     head = (lesson.say("table.symbol"), lesson.say("table.value"), lesson.say("table.unit"))
     tied = lesson.scene.loops or lesson.scene.rows
     reason = lesson.say("state.reason.closed" if tied else "state.reason")
@@ -134,9 +94,18 @@ def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
         if not c.vanishes and not (c.kind == "k_z" and c.indices[0] > c.indices[1]):
             key = coefficient_key(c)
             (value,) = chosen.of(node_of(lesson, key))
-            rows.append((Words((Symbol(key),)), Words((written(value),))))
-    head = (lesson.say("table.coefficient"), lesson.say("table.value"))
+            rows.append((Words((Symbol(key),)), Words((written(value),)), Words((_unit(lesson, c),))))
+    head = (lesson.say("table.coefficient"), lesson.say("table.value"), lesson.say("table.unit"))
     return Step("values", lesson.say("values"), (Values(head, tuple(rows)),), level="full")
+
+
+def _unit(lesson: Lesson, c: Coefficient) -> str:
+    """Return the unit of a coefficient: a force, or kg m² with a metre less for each slide that it belongs to."""
+    slides = [unit == "m" for joint in lesson.scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    if c.kind in ALONE:
+        return "N" if slides[c.indices[0] - 1] else "N m"
+    indices = (*c.indices, c.indices[1]) if c.kind == "k_D" else c.indices
+    return ("kg m²", "kg m", "kg", "kg/m")[sum(slides[i - 1] for i in indices)]
 
 
 def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
@@ -164,7 +133,7 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
     caption = lesson.say("shares", total=total)
     block = Shares(caption, total, sum(values), unit, bars)
     key = "torque" if lesson.scene.drives[i] else "torque.passive"
-    claim = lesson.say(key, total=total, value=f"{written(sum(values))} {unit}", q=Symbol(str(state.q[i].value)))
+    claim = lesson.say(key, total=total, value=f"{equals(sum(values))} {unit}", q=Symbol(str(state.q[i].value)))
     return Step(f"torque:{i + 1}", claim, (block,))
 
 
@@ -214,7 +183,7 @@ def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
         lesson.say(
             "power.numbers",
             left=symbol,
-            value=written(left),
+            value=equals(left),
             parts=" + ".join(map(written, parts)).replace("+ −", "− "),
         ),
     ]

@@ -23,7 +23,8 @@ from symdyn.teach.document import (
 )
 from symdyn.teach.lesson import together
 from symdyn.teach.motion import solved_at
-from symdyn.teach.numbers import Chosen, written
+from symdyn.teach.numbers import written
+from symdyn.teach.state import Chosen
 from symdyn.teach.velocities import PAGE, length
 from symdyn.verify.equality import PROVED, Claim, prove
 from symdyn.verify.laws_of_reactions import LAWS_OF_REACTIONS

@@ -15,7 +15,8 @@ from symdyn.graph import Op, substitute
 from symdyn.scene import express, parse
 from symdyn.teach.document import Block, Box, Formula
 from symdyn.teach.lesson import Lesson
-from symdyn.teach.numbers import Chosen, written
+from symdyn.teach.numbers import about, equals
+from symdyn.teach.state import Chosen
 
 LAGRANGIAN = (
     "(m1 + m2)*h1**2*q1_dot**2/2 + m2*h2**2*(q1_dot**2 + 2*q1_dot*q2_dot + q2_dot**2)/2"
@@ -129,7 +130,7 @@ def _box(lesson: Lesson, one: Erratum, chosen: Chosen) -> Box:
             lesson.say("erratum.reads", left=left, form=printed),
             lesson.say("erratum.right"),
             Formula(one.left, lesson.short(node)),
-            lesson.say("erratum.check", left=left, wrong=written(wrong), right=written(right)),
+            lesson.say("erratum.check", left=left, wrong=about(wrong), right=equals(right)),
         ]
     return Box("erratum", title, tuple(blocks))
 

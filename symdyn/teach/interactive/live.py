@@ -23,7 +23,7 @@ from symdyn.teach.interactive.function import function
 from symdyn.teach.interactive.marks import Mark, Sheet
 from symdyn.teach.interactive.reduced import ACTING, Held, held, reduced_functions
 from symdyn.teach.interactive.words import WORDS
-from symdyn.teach.numbers import shown_state
+from symdyn.teach.state import shown_state
 from symdyn.verify.equality import DIFFERENT, UNDEFINED, Claim, prove
 
 COEFFICIENTS = ("k_z", "k_C", "k_D", "k_G")

@@ -14,7 +14,7 @@ from symdyn.scene.start import starting_velocity
 from symdyn.scene.value import value_of
 from symdyn.teach.balance import Balance
 from symdyn.teach.motion import choose_motion
-from symdyn.teach.numbers import shown_state
+from symdyn.teach.state import shown_state
 
 
 @dataclass(frozen=True)

@@ -187,8 +187,8 @@ TEXTS = {
     "state.reason.closed": "The loops allow these rates and accelerations; parameters without a value in the scene "
     "are given one.",
     "values": "The coefficients at that position:",
-    "torque": "In all, {total} = {value}.",
-    "torque.passive": "The terms of the equation of {q} add up to {total} = {value}. Nothing drives {q}: this is what "
+    "torque": "In all, {total} {value}.",
+    "torque.passive": "The terms of the equation of {q} add up to {total} {value}. Nothing drives {q}: this is what "
     "the chosen motion would need there, and zero for the motion that the mechanism makes by itself.",
     "shares": "What adds up to {total}: each bar is one product, its length the share in the sum of the amounts.",
     "equilibria": "Where the mechanism rests without drives.",
@@ -219,7 +219,7 @@ TEXTS = {
     "power": "Check by energy: what the drives and the other forces put in is the rate of the mechanical energy.",
     "power.reason": "Multiply each equation by its rate and add: the sum is the derivative of kinetic plus potential "
     "energy.",
-    "power.numbers": "At the chosen state {left} = {value} W, and the right-hand side is {parts}.",
+    "power.numbers": "At the chosen state {left} {value} W, and the right-hand side is ({parts}) W.",
     # textbook
     "textbook.signs.title": "Signs",
     "textbook.signs": "Here each coefficient carries its own sign. The book writes the minus of the Coriolis and "
@@ -229,7 +229,7 @@ TEXTS = {
     "erratum.reads": "As transcribed, in the signs used here: {left} = {form}.",
     "erratum.right": "Right is:",
     "erratum.check": "Check at the state of the last section: the text gives {wrong}; computed from the energies "
-    "without the text, {left} ≈ {right}.",
+    "without the text, {left} {right}.",
     "erratum.5.33": "The sign: y counts upwards, and potential energy grows with height. (5.34) is right.",
     "erratum.5.37": "The third term has the rate of the second joint in place of that of the first. (5.38) is right.",
     "erratum.5.40z": "The coefficient of the second acceleration is named like that of the second equation, and holds "
@@ -305,7 +305,7 @@ TEXTS = {
     "which has six rows.",
     "erratum.5.16": "The text has a position in place of an acceleration. (5.11) is right.",
     "erratum.5.16.check": "Check in numbers, at the state that the section on reactions lists: put into (5.14), the "
-    "text gives {left} = {wrong}; the motion needs {left} = {right}.",
+    "text gives {left} {wrong}; the motion needs {left} {right}.",
     "bivectors": "What acts on {body}, each force over its moment about the origin of its frame.",
     "bivectors.reason": "Actions A: weight, loads, springs, friction. Inertia D: minus mass times acceleration of the "
     "centre of mass, and the moment of (5.14). Reactions R in the reference joint, and with a star those in other "

@@ -184,8 +184,8 @@ TEXTS = {
     "state.reason.closed": "Slučky tieto rýchlosti a zrýchlenia dovoľujú; parametre, ktoré v zadaní hodnotu nemajú, "
     "ju dostanú tu.",
     "values": "Koeficienty v tejto polohe:",
-    "torque": "Spolu {total} = {value}.",
-    "torque.passive": "Členy rovnice súradnice {q} dajú v súčte {total} = {value}. Súradnicu {q} nič nepoháňa: toto "
+    "torque": "Spolu {total} {value}.",
+    "torque.passive": "Členy rovnice súradnice {q} dajú v súčte {total} {value}. Súradnicu {q} nič nepoháňa: toto "
     "by tam zvolený pohyb potreboval; pre pohyb, ktorý mechanizmus koná sám, je to nula.",
     "shares": "Z čoho sa skladá {total}: každý stĺpec je jeden súčin, jeho dĺžka je podiel na súčte veľkostí.",
     "equilibria": "Kde mechanizmus zotrvá v pokoji bez pohonov.",
@@ -216,7 +216,7 @@ TEXTS = {
     "power": "Kontrola energiou: výkon pohonov a ostatných síl je deriváciou mechanickej energie podľa času.",
     "power.reason": "Každú rovnicu vynásobíme jej rýchlosťou a sčítame: súčet je deriváciou súčtu kinetickej a "
     "potenciálnej energie.",
-    "power.numbers": "Vo zvolenom stave {left} = {value} W a pravá strana je {parts}.",
+    "power.numbers": "Vo zvolenom stave {left} {value} W a pravá strana je ({parts}) W.",
     # textbook
     "textbook.signs.title": "Znamienka",
     "textbook.signs": "Tu má každý koeficient svoje znamienko v sebe. Kniha píše mínus Coriolisových a odstredivých "
@@ -225,8 +225,8 @@ TEXTS = {
     "erratum.several": "Text vzťahov ({number}) je chybný",
     "erratum.reads": "V prepise stojí (v tu použitých znamienkach): {left} = {form}.",
     "erratum.right": "Správne je:",
-    "erratum.check": "Kontrola v stave z poslednej časti: text dáva {wrong}; z energií bez textu vychádza {left} ≈ "
-    "{right}.",
+    "erratum.check": "Kontrola v stave z poslednej časti: text dáva {wrong}; z energií bez textu vychádza "
+    "{left} {right}.",
     "erratum.5.33": "Znamienko: y rastie nahor a potenciálna energia s výškou rastie. Vzťah (5.34) je správny.",
     "erratum.5.37": "Tretí výraz obsahuje rýchlosť druhého spojenia namiesto prvého. Vzťah (5.38) je správny.",
     "erratum.5.40z": "Koeficient pri druhom zrýchlení je označený ako koeficient druhej rovnice a obsahuje prvú "
@@ -299,7 +299,7 @@ TEXTS = {
     "tri riadky a stĺpce, a R s pruhom, šesť. Kontrola: v (5.5) prenos násobí bivektor, ktorý má šesť riadkov.",
     "erratum.5.16": "V texte je poloha namiesto zrýchlenia. Vzťah (5.11) je správny.",
     "erratum.5.16.check": "Kontrola v číslach, v stave uvedenom v časti o reakciách: po dosadení do (5.14) text dáva "
-    "{left} = {wrong}; pohyb vyžaduje {left} = {right}.",
+    "{left} {wrong}; pohyb vyžaduje {left} {right}.",
     "bivectors": "Čo pôsobí na člen {body}: sila nad momentom k začiatku jeho súradnicového systému.",
     "bivectors.reason": "Akčné účinky A: tiaž, zaťaženia, pružiny, trenie. Zotrvačné účinky D: mínus hmotnosť krát "
     "zrýchlenie ťažiska a moment (5.14). Reakcie R vo vzťažnom spojení a s hviezdičkou v ostatných spojeniach, opačné "
