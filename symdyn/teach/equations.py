@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 from symdyn.algebra.form import MINUS_ONE, ZERO, Form, Symbol, power_of, product_of, sum_of, terms_of
@@ -28,6 +28,20 @@ WIDEST = 110
 def coefficient_key(c: Coefficient) -> str:
     """Return "k_z:1,2", the key of a coefficient's name."""
     return f"{c.kind}:{','.join(map(str, c.indices))}"
+
+
+def coefficient_unit(kind: str, indices: Sequence[int], slides: Sequence[bool]) -> str:
+    """Return the unit of a coefficient: of a force, or kg m² with a metre less for each slide that it belongs to.
+
+    Args:
+        kind: "k_z", "k_C", "k_D", or another one for what multiplies no rate.
+        indices: from 1.
+        slides: for each velocity whether it is one in m/s.
+    """
+    if kind not in ("k_z", "k_C", "k_D"):
+        return "N" if slides[indices[0] - 1] else "N m"
+    factors = (*indices, indices[1]) if kind == "k_D" else indices
+    return ("kg m²", "kg m", "kg", "kg/m")[sum(slides[i - 1] for i in factors)]
 
 
 def name_coefficients(lesson: Lesson) -> Printable:

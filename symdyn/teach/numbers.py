@@ -16,18 +16,18 @@ from symdyn.algebra.form import (
 from symdyn.draw import Wrench, picture
 from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.state import vector
-from symdyn.emit.equations import ALONE, Coefficient, Printable
+from symdyn.emit.equations import Printable
 from symdyn.emit.letters import head
 from symdyn.graph import tangents
-from symdyn.scene import JOINTS, Scene
+from symdyn.scene import JOINTS
 from symdyn.teach.balance import Balance
 from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step, Values, Words
-from symdyn.teach.equations import coefficient_key, node_of
+from symdyn.teach.equations import coefficient_key, coefficient_unit, node_of
 from symdyn.teach.forms import factors_of
 from symdyn.teach.lesson import Lesson, Prose
 from symdyn.teach.looks import Name
 from symdyn.teach.masses import Mass
-from symdyn.teach.state import Chosen
+from symdyn.teach.state import Chosen, timed
 
 DIGITS = 4
 
@@ -71,7 +71,7 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
         (Words((Symbol(str(x.value)),)), Words((written(chosen.values[x]),)), Words((unit.replace("^2", "²"),)))
         for x, unit in zip(symbols, units, strict=True)
     ]
-    if _timed(lesson.scene):
+    if timed(lesson.scene):
         cells.append(
             (Words((Symbol(TIME),)), Words((written(chosen.values[lesson.graph.symbol(TIME)]),)), Words(("s",)))
         )
@@ -81,31 +81,17 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
     return Step("state", lesson.say("state"), (Values(head, tuple(cells)),), reason)
 
 
-def _timed(scene: Scene) -> bool:
-    """Whether a force or a prescribed motion is a formula in time."""
-    formulas = [x for joint in scene.joints for x in (*joint.forces, joint.motion) if x is not None]
-    formulas += [x for load in scene.loads for x in (*load.force, *load.couple)]
-    return any(TIME in x.symbols for x in formulas)
-
-
 def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
-    rows = []
+    rows, slides = [], [unit == "m" for joint in lesson.scene.moving for unit in JOINTS[joint.type].velocities(joint)]
     for c in page.coefficients:
         if not c.vanishes and not (c.kind == "k_z" and c.indices[0] > c.indices[1]):
             key = coefficient_key(c)
             (value,) = chosen.of(node_of(lesson, key))
-            rows.append((Words((Symbol(key),)), Words((written(value),)), Words((_unit(lesson, c),))))
+            rows.append(
+                (Words((Symbol(key),)), Words((written(value),)), Words((coefficient_unit(c.kind, c.indices, slides),)))
+            )
     head = (lesson.say("table.coefficient"), lesson.say("table.value"), lesson.say("table.unit"))
     return Step("values", lesson.say("values"), (Values(head, tuple(rows)),), level="full")
-
-
-def _unit(lesson: Lesson, c: Coefficient) -> str:
-    """Return the unit of a coefficient: a force, or kg m² with a metre less for each slide that it belongs to."""
-    slides = [unit == "m" for joint in lesson.scene.moving for unit in JOINTS[joint.type].velocities(joint)]
-    if c.kind in ALONE:
-        return "N" if slides[c.indices[0] - 1] else "N m"
-    indices = (*c.indices, c.indices[1]) if c.kind == "k_D" else c.indices
-    return ("kg m²", "kg m", "kg", "kg/m")[sum(slides[i - 1] for i in indices)]
 
 
 def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:

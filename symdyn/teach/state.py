@@ -77,6 +77,13 @@ def shown_state(scene: Scene) -> Chosen:
     return choose_state(scene, state_symbols(scene, graph), graph, moving=not is_closed(scene))
 
 
+def timed(scene: Scene) -> bool:
+    """Whether a force or a prescribed motion is a formula in time."""
+    formulas = [x for joint in scene.joints for x in (*joint.forces, joint.motion) if x is not None]
+    formulas += [x for load in scene.loads for x in (*load.force, *load.couple)]
+    return any(TIME in x.symbols for x in formulas)
+
+
 def _parameters(scene: Scene, moving: bool) -> dict[str, float]:
     """Return values for parameters that have none."""
     given: dict[str, float] = {}
