@@ -59,8 +59,7 @@ def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) 
     values = {graph.symbol(name): value for name, value in parameters.items()}
     values[graph.symbol(TIME)] = moment
     values |= dict(zip(state.q, q, strict=True))
-    known = {name: Fraction(value) for name, value in parameters.items()}
-    given = [float(value_of(x, known) or 0) for x in starting_velocity(scene)]
+    given = starting_rates(scene, parameters)
     for k, (u, a) in enumerate(zip(state.qd, state.qdd, strict=True)):
         values[u] = (given[k] or RATES[k % len(RATES)]) if moving else 0.0
         values[a] = ACCELERATIONS[k % len(ACCELERATIONS)] if moving else 0.0
@@ -69,6 +68,12 @@ def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) 
     symbols = [*(state.qd[k] for k in led.place), *(state.qdd[k] for k in led.place)]
     values |= {symbol: float(value) for symbol, value in zip(symbols, rates, strict=True)}
     return Chosen(values, q, parameters)
+
+
+def starting_rates(scene: Scene, parameters: Mapping[str, float]) -> list[float]:
+    """Return the velocities at which a scene starts, zeros where it does not say; shape (nv,)."""
+    known = {name: Fraction(value) for name, value in parameters.items()}
+    return [float(value_of(x, known) or 0) for x in starting_velocity(scene)]
 
 
 def shown_state(scene: Scene) -> Chosen:

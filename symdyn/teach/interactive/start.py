@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass
-from fractions import Fraction
 
 from symdyn.dynamics import is_closed
 from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.state import quaternions
 from symdyn.errors import SymdynError
 from symdyn.scene import Scene, acceleration_name, without_zeros
-from symdyn.scene.start import starting_velocity
-from symdyn.scene.value import value_of
 from symdyn.teach.balance import Balance
 from symdyn.teach.motion import choose_motion
-from symdyn.teach.state import shown_state
+from symdyn.teach.state import shown_state, starting_rates
 
 
 @dataclass(frozen=True)
@@ -42,8 +39,8 @@ def start(scene: Scene) -> Start:
     numbers = {str(symbol.value): value for symbol, value in chosen.values.items()}
     rates = [numbers.get(u, 0.0) for u in scene.velocities]
     led = any(joint.motion is not None for joint in scene.joints)
-    if still or (any(joint.start_rates for joint in scene.joints) and not led):
-        known = {name: Fraction(value) for name, value in chosen.parameters.items()}
-        rates = [float(value_of(x, known) or 0) for x in starting_velocity(scene)]
+    declared = any(joint.start_rates for joint in scene.joints)
+    if still or (declared and not led and not is_closed(scene)):
+        rates = starting_rates(scene, chosen.parameters)
     accelerations = [numbers.get(acceleration_name(u), 0.0) for u in scene.velocities]
     return Start(list(chosen.q), rates, accelerations, dict(chosen.parameters), numbers[TIME] if led else 0.0)
