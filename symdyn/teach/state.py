@@ -24,7 +24,7 @@ from symdyn.scene.value import value_of
 
 RATES = (1.0, -0.6, 0.8, 0.5, -0.4, 0.3)
 ACCELERATIONS = (0.5, 1.2, -0.7, 0.9, 0.4, -0.3)
-ANGLES = (0.6, 0.9, 0.4, 1.1, 0.7, 0.3, 1.0, 0.5)
+ANGLES = (0.6, 0.5, 0.7, 0.4, 0.9, 0.3, 1.0, 0.2)
 """rad: for turns that would hide something where they are."""
 WAYS = (1.0, 1.3, 0.8, 1.5, 0.7)
 """The same for slides: parts of where they are, or of 0.2 m."""
