@@ -24,7 +24,7 @@ class LatexReader:
         """Return the value of every side of a = b = c."""
         self.text, self.at = text, 0
         sides = [self.sum()]
-        while self.take("="):
+        while self.take("=") or self.take(r"\approx"):
             sides.append(self.sum())
         self.skip()
         assert self.at == len(text), f"not read: {text[self.at :]!r} of {text!r}"
@@ -52,7 +52,11 @@ class LatexReader:
 
     def product(self) -> Expr:
         value = self.power()
-        while (self.skip(), self.at < len(self.text))[1] and self.text[self.at] not in "+-=)}":
+        while (
+            (self.skip(), self.at < len(self.text))[1]
+            and self.text[self.at] not in "+-=)}"
+            and not self.peek(r"\approx")
+        ):
             self.take(r"\cdot")
             value = value * self.power()
         return value

@@ -5,7 +5,6 @@ from __future__ import annotations
 import random
 import re
 from collections.abc import Iterator
-from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,7 @@ from symdyn.cli import main
 from symdyn.emit.formula_text import BREAK, text_of
 from symdyn.errors import TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import number, read
+from symdyn.scene import read, read_text
 from symdyn.teach import walkthrough
 from symdyn.teach.document import Blank, Document
 from symdyn.teach.exercises import judge, questions, with_exercises
@@ -89,7 +88,7 @@ def test_the_page_of_six_axes_is_small_too() -> None:
     lesson = walkthrough(read(EXAMPLES / "puma560.toml"))
 
     assert len(html_page(lesson).encode()) < 1_450_000
-    assert len(html_page(with_exercises(lesson)).encode()) < 1_500_000
+    assert len(html_page(with_exercises(lesson)).encode()) < 1_520_000
 
 
 def test_every_formula_becomes_wellformed_mathml(lesson: Document) -> None:
@@ -179,14 +178,14 @@ def test_the_page_does_not_hold_the_results(lesson: Document) -> None:
 
 def test_exercises_of_the_other_road_ask_for_moments_of_inertia_and_drives() -> None:
     closed = with_exercises(walkthrough(read(EXAMPLES / "four_bar.toml"), road="dalembert"))
-    assert [b.left for b in blanks(closed)] == ["MD:22:z", "MD:33:z", "MD:44:z"]
+    assert [b.left for b in blanks(closed)] == ["MD:11:z", "MD:22:z", "MD:33:z"]
     assert "<math" in html_page(closed)
     assert len(closed.sections[-1].steps) == 3
 
     arm = with_exercises(walkthrough(read(EXAMPLES / "two_link.toml"), road="dalembert"))
-    assert [b.left for b in blanks(arm)] == ["MD:22:z", "MD:33:z", "M1", "M2"]
-    assert judge(arm, "bivectors:link1:MD:22:z", "-m_1 h_1^2 \\ddot q_1") == "Right."
-    assert judge(arm, "bivectors:link1:MD:22:z", "m_1 h_1^2 \\ddot q_1").endswith("the opposite sign.")
+    assert [b.left for b in blanks(arm)] == ["MD:11:z", "MD:22:z", "M1", "M2"]
+    assert judge(arm, "bivectors:link1:MD:11:z", "-m_1 h_1^2 \\ddot q_1") == "Right."
+    assert judge(arm, "bivectors:link1:MD:11:z", "m_1 h_1^2 \\ddot q_1").endswith("the opposite sign.")
 
 
 def test_a_walkthrough_without_such_results_says_so() -> None:
@@ -372,12 +371,14 @@ def test_the_verb_writes_sliders_alone_for_scenes_without_formulas(
 
 
 def test_a_page_without_sliders_says_why() -> None:
-    """The lesson of a mechanism with a prescribed motion."""
-    scene = read(EXAMPLES / "two_link.toml")
-    first, *others = scene.joints
-    led = replace(scene, joints=(replace(first, motion=number(1)), *others))
+    links = "".join(
+        f"[bodies.b{k}]\nmass = 1\ncom = [1, 0, 0]\n[joints.j{k}]\ntype = 'revolute'\nparent = "
+        f"'{f'b{k - 1}' if k else 'ground'}'\nchild = 'b{k}'\naxis = [0, 0, 1]\n"
+        for k in range(9)
+    )
+    lesson = walkthrough(read_text(links, "chain"), road="dalembert", until="count")
 
-    assert "its motions are prescribed" in html_page(replace(walkthrough(scene), scene=led))
+    assert "more than 8 velocities" in html_page(lesson)
 
 
 def test_the_verb_writes_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

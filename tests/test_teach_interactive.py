@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import combinations
@@ -19,6 +20,8 @@ from symdyn.emit import emit
 from symdyn.errors import DrawError, TeachError
 from symdyn.program import lower
 from symdyn.scene import Scene, read, read_text
+from symdyn.scene.start import starting_velocity
+from symdyn.scene.value import value_of
 from symdyn.teach import walkthrough
 from symdyn.teach.interactive import WORDS, absence, interactive, interactive_page, live
 from symdyn.teach.render.html import html_page
@@ -352,12 +355,11 @@ def test_terms_that_cancel_are_left_out() -> None:
 
 
 def test_scenes_that_sliders_cannot_move_are_refused_in_words() -> None:
-    led = read_text(scene_text('motion = "sin(t)"'), "led.toml")
-    for scene, message in ((led, "motions are prescribed"), (read(EXAMPLES / "quadruped.toml"), "more than 8")):
-        with pytest.raises(TeachError, match=message):
-            interactive(scene)
-        assert message in absence(scene, "en")
-        assert absence(scene, "sk") not in ("", absence(scene, "en"))
+    scene, message = read(EXAMPLES / "quadruped.toml"), "more than 8"
+    with pytest.raises(TeachError, match=message):
+        interactive(scene)
+    assert message in absence(scene, "en")
+    assert absence(scene, "sk") not in ("", absence(scene, "en"))
 
 
 def scene_text(more: str) -> str:
@@ -427,3 +429,118 @@ def test_the_page_needs_nothing_else_and_is_small() -> None:
 
     assert len(text) < 100_000
     assert not any(word in text for word in ("src=", "href=", "@import", "url(", "fetch("))
+
+
+LED = Path(__file__).parent / "data/found/hoop_driven.toml"
+
+
+@pytest.mark.mends("5.5")
+def test_a_prescribed_motion_runs_on_the_page(browser: Any, tmp_path: Path) -> None:
+    """The hoop turns by phi = Omega t whatever the bead does; the bead moves by its equation, and the motor works."""
+    scene = read(LED)
+    with opened(browser, saved(scene, tmp_path)) as page:
+        (t,) = values(page, "t")
+        (phi,), (rate,) = values(page, "q"), values(page, "qd")
+        assert (phi, rate) == pytest.approx((8 * t, 8), rel=1e-12)
+        move(page, "t", 0, 0.7)
+        assert values(page, "q") == pytest.approx([8 * 0.7], rel=1e-12)
+        move(page, "params", 2, 5.0)
+        assert values(page, "q") + values(page, "qd") == pytest.approx([5 * 0.7, 5], rel=1e-12)
+        theta, speed = (float(page.input_value(f"input[type=number][data-group={g}][data-k='1']")) for g in ("q", "qd"))
+        page.click("[data-do=play]")
+        page.wait_for_function("Number(document.querySelector('[data-out=t]').dataset.value) > 1.2")
+        page.click("[data-do=play]")
+        (t,), (drift,), (E,) = values(page, "t"), values(page, "drift"), values(page, "E")
+        assert values(page, "q") == pytest.approx([5 * t], rel=1e-12)
+        assert values(page, "qdd") == [0.0]
+        found = float(page.input_value("input[type=number][data-group=q][data-k='1']"))
+
+    y, count = np.array([theta, speed]), 4000
+
+    def slope(y: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+        return np.array([y[1], (5.0**2 * np.cos(y[0]) - 9.81 / 0.4) * np.sin(y[0])])
+
+    h = (t - 0.7) / count
+    for _ in range(count):
+        a = slope(y)
+        b = slope(y + h / 2 * a)
+        c = slope(y + h / 2 * b)
+        y = y + h / 6 * (a + 2 * b + 2 * c + slope(y + h * c))
+    assert found == pytest.approx(y[0], rel=1e-4, abs=1e-4)
+    assert abs(drift) < 1e-7 * max(1.0, abs(E))  # with the work of the motor
+
+
+def test_a_motion_that_time_alone_decides_can_be_played(browser: Any, tmp_path: Path) -> None:
+    with opened(browser, saved(read_text(scene_text('motion = "sin(t)"'), "led.toml"), tmp_path)) as page:
+        page.click("[data-do=play]")
+        page.wait_for_function("Number(document.querySelector('[data-out=t]').dataset.value) > 0.7")
+        page.click("[data-do=play]")
+        (t,) = values(page, "t")
+        assert values(page, "q") == pytest.approx([np.sin(t)], rel=1e-12)
+        assert values(page, "qdd") == pytest.approx([-np.sin(t)], rel=1e-12)
+
+
+def test_a_closed_mechanism_with_a_prescribed_motion_is_moved_by_hand(browser: Any, tmp_path: Path) -> None:
+    text = (EXAMPLES / "slider_crank.toml").read_text()
+    scene = read_text(text.replace('coordinate = "phi"', 'coordinate = "phi"\nmotion = "1 + 2*t"'), "slider_crank")
+    assert any(joint.motion is not None for joint in scene.joints)
+    with opened(browser, saved(scene, tmp_path)) as page:
+        assert page.is_disabled("[data-do=play]")
+        assert "moved by hand, and cannot be played" in page.inner_text("section.live")
+        assert float(page.input_value("input[type=number][data-group=q][data-k='0']")) == pytest.approx(1.8)
+        move(page, "q", 0, 2.0)
+        assert abs(values(page, "q")[0]) > 0
+
+
+@pytest.mark.mends("5.6")
+@pytest.mark.parametrize("name", ["heavy_top", "free_body"])
+def test_a_page_begins_with_the_velocities_of_the_scene(browser: Any, tmp_path: Path, name: str) -> None:
+    scene = scene_of(name)
+    given = [float(value_of(x, {}) or 0) for x in starting_velocity(scene)]
+    with opened(browser, saved(scene, tmp_path)) as page:
+        shown = page.eval_on_selector_all("input[type=number][data-group=qd]", "all => all.map(x => Number(x.value))")
+        ranges = page.eval_on_selector_all(
+            "input[type=range][data-group=qd]", "all => all.map(x => [x.min, x.max].map(Number))"
+        )
+    assert shown == pytest.approx(given, rel=1e-4)
+    assert all(low <= x <= high for x, (low, high) in zip(shown, ranges, strict=True))
+
+
+@pytest.mark.mends("5.6")
+def test_the_lines_of_the_energies_go_by_time(browser: Any, tmp_path: Path) -> None:
+    """Half as fast a motion fills half as much of the strip in the same number of pictures."""
+    end = """() => {
+      const points = document.querySelector(".live-history polyline.live-k").getAttribute("points").trim().split(" ");
+      const t = Number(document.querySelector("[data-out=t]").dataset.value);
+      return [t, points[points.length - 1].split(",").map(Number)[0]];
+    }"""
+    seen = []
+    with opened(browser, saved(scene_of("two_link"), tmp_path)) as page:
+        page.click("[data-do=play]")
+        for speed, least in (("2", 1.0), ("0.25", 1.4), ("1", 2.0)):
+            page.select_option("[data-do=speed]", speed)
+            page.wait_for_function(f"Number(document.querySelector('[data-out=t]').dataset.value) > {least}")
+            seen.append(page.evaluate(end))
+        page.click("[data-do=play]")
+    slopes = [x / t for t, x in seen]
+    assert slopes == pytest.approx([slopes[0]] * 3, rel=0.01)
+
+
+@pytest.mark.mends("5.6")
+def test_a_spring_of_a_slide_begins_where_its_length_does(browser: Any, tmp_path: Path) -> None:
+    """The spring of an elastic pendulum is as long as its coordinate: from the pivot, not from a wall behind it."""
+    scene = read(LED.parent / "elastic_pendulum.toml")
+    with opened(browser, saved(scene, tmp_path)) as page:
+        pivot, bob = page.evaluate(
+            """() => ["circle.joint", "path.joint"].map(look => {
+              const all = [...document.querySelectorAll(`svg.symdyn ${look}`)].filter(x => x.getAttribute("transform"));
+              return all[all.length - 1].getAttribute("transform").match(/-?[\\d.]+/g).slice(0, 2).map(Number);
+            })"""
+        )
+        ropes = page.eval_on_selector_all("svg.symdyn path.rope", "all => all.map(x => x.getAttribute('d'))")
+    way = np.array(bob) - np.array(pivot)
+    for text in ropes:
+        if text and "A" not in text and text.count("L") > 1:
+            spots = np.array([float(x) for x in re.findall(r"-?[\d.]+", text)]).reshape(-1, 2)
+            if np.abs(spots).max() > 40:  # in the picture's place, not around its own
+                assert ((spots - pivot) @ way / (way @ way)).min() > -0.1

@@ -6,7 +6,7 @@ The graph shares and orders for machines; a form keeps the brackets, the order o
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Union
@@ -135,6 +135,16 @@ def symbols_of(form: Form) -> list[str]:
         parts = form.terms if isinstance(form, Sum) else form.factors if isinstance(form, Product) else form.args
         return [name for part in parts for name in symbols_of(part)]
     return symbols_of(form.base) if isinstance(form, Power) else []
+
+
+def numbers_of(form: Form) -> Iterator[Number]:
+    """Yield the numbers that stand in a form, exponents left out."""
+    if isinstance(form, Number):
+        yield form
+    parts = form.terms if isinstance(form, Sum) else form.factors if isinstance(form, Product) else ()
+    parts = (form.base,) if isinstance(form, Power) else form.args if isinstance(form, Function) else parts
+    for part in parts:
+        yield from numbers_of(part)
 
 
 class Forms:

@@ -16,7 +16,8 @@ from symdyn.draw.lettering import lettered
 from symdyn.draw.places import Array, Hinge, Places, elastic, unit
 from symdyn.draw.shapes import Item, Shape, arc_arrow, arrow, circle_points, dot, line, path
 from symdyn.draw.view import View
-from symdyn.scene import GROUND, Damper, Scene, Spring
+from symdyn.scene import GROUND, Damper, Joint, Scene, Spring
+from symdyn.scene.quantity import ZERO
 
 ARROW = 46.0  # length of a force, units of the picture
 COILS = 6
@@ -104,14 +105,14 @@ def links(scene: Scene, found: Places, view: View) -> tuple[tuple[Item, ...], tu
     labels: list[Label] = []
     for one in elastic(scene):
         kind = "spring" if isinstance(one, Spring) else "damper"
-        shapes, at = _link(one, found, view)
+        shapes, at = _link(one, scene, found, view)
         depth = np.zeros(found.count) if view.planar else np.full(found.count, -1e6)
         items.append(Item(f"{kind}-{one.name}", f"{kind} {one.name}", 1, depth, shapes))
         labels.append(Label(f"label-{one.name}", lettered(one.name), at, view.size * 1.2, None, "link-text"))
     return tuple(items), tuple(labels)
 
 
-def _link(one: Spring | Damper, found: Places, view: View) -> tuple[tuple[Shape, ...], Array]:
+def _link(one: Spring | Damper, scene: Scene, found: Places, view: View) -> tuple[tuple[Shape, ...], Array]:
     drawn = zigzag if isinstance(one, Spring) else dashpot
     if one.ends:
         a, b = (view.flat(end) for end in found.ends[one.name])
@@ -122,7 +123,7 @@ def _link(one: Spring | Damper, found: Places, view: View) -> tuple[tuple[Shape,
     hinge = next(hinge for hinge in found.hinges if hinge.joint.name == one.joint)
     slides = any(step.slides for step in hinge.steps) or hinge.joint.type == "prismatic"
     if slides:
-        return _beside(one, hinge, view)
+        return _beside(one, hinge, view, from_zero(scene, hinge.joint))
     at = view.flat(hinge.moved.p)
     r = np.linspace(1.5, 2.5, 61) * view.size if isinstance(one, Spring) else np.full(61, 1.7 * view.size)
     turns = np.linspace(0, 4 * np.pi, 61) if isinstance(one, Spring) else np.linspace(-0.4, 1.2 * np.pi, 61)
@@ -132,23 +133,31 @@ def _link(one: Spring | Damper, found: Places, view: View) -> tuple[tuple[Shape,
     return (path(look, at[:, None] + curve[None], size=width),), at + curve[-1]
 
 
-def _beside(one: Spring | Damper, hinge: Hinge, view: View) -> tuple[tuple[Shape, ...], Array]:
-    """Return a spring or damper of a slide: from a wall behind the joint's zero to the slider."""
+def _beside(one: Spring | Damper, hinge: Hinge, view: View, begins: bool) -> tuple[tuple[Shape, ...], Array]:
+    """Return a spring or damper of a slide: from the joint's zero, or from a wall behind it, to the slider."""
     way = np.einsum("ni,ni->n", hinge.moved.p - hinge.fixed.p, hinge.axis)
-    room = max(60.0, 30.0 - float(way.min()) * view.scale) / view.scale
+    length = 4 * view.size / view.scale  # of what can be drawn
+    begins = begins and float(way.min()) > length
+    room = 0.0 if begins else max(60.0, 30.0 - float(way.min()) * view.scale) / view.scale
     flat = unit(view.lean(hinge.axis))
     side = np.stack([-flat[:, 1], flat[:, 0]], axis=1) * view.size * (0.7 if isinstance(one, Spring) else -0.7)
     a = view.flat(hinge.fixed.p - hinge.axis * room) + side
     b = view.flat(hinge.moved.p) - flat * 2 * view.size + side
     drawn = zigzag if isinstance(one, Spring) else dashpot
-    return (_wall(a, b, view.size), *drawn(a, b, view.size)), (a + b) / 2
+    return (_wall(a, b, view.size, hinge.joint.parent == GROUND), *drawn(a, b, view.size)), (a + b) / 2
 
 
-def _wall(at: Array, other: Array, size: float) -> Shape:
-    """Return what a spring is fixed to at one end."""
+def from_zero(scene: Scene, joint: Joint) -> bool:
+    """Tell whether a slide's springs and dampers begin at its zero: its coordinate is the length of a spring there."""
+    return any(spring.joint == joint.name and spring.free != ZERO for spring in scene.springs)
+
+
+def _wall(at: Array, other: Array, size: float, ground: bool = True) -> Shape:
+    """Return what a spring is fixed to at one end: the ground is hatched, a body is not."""
     way = unit(other - at)
     along = np.stack([-way[:, 1], way[:, 0]], axis=1) * size
     strokes = [np.stack([at + along * k, at + along * (k - 0.5) - way * size * 0.6], axis=1) for k in (-0.5, 0.1, 0.7)]
+    strokes = strokes if ground else []
     return path("floor", np.stack([at - along, at + along], axis=1), *strokes, size=1.4)
 
 

@@ -198,7 +198,7 @@ def _pushed(row: Row, body: str, found: Places) -> list[Wrench]:
     for own, sense in ((row.place.body if row.place else "", 1.0), (row.plane.body, -1.0)):
         for k, force in enumerate(forces, 1) if own == body else ():
             index = f",{k}" if len(forces) > 1 else ""
-            name = rf"{'' if sense > 0 else '-'}F_{{\mathrm{{{escape(row.name)}}}{index}}}"
+            name = rf"{'' if sense > 0 else '-'}F_{{\mathrm{{{in_latex(row.name)}}}{index}}}"
             acting.append(Wrench(name, _triple(at), _triple(sense * force)))
     return acting
 

@@ -1,6 +1,6 @@
 r"""D'Alembert's method in print: the bivectors of every body, the count of unknowns, the system (5.18), in LaTeX.
 
-Bodies are numbered as the textbook does, the ground being 1; frame j has its origin in the joint that carries body j.
+Bodies count from 1, the ground is 0 (in the textbook 1); frame j has its origin in the joint that carries body j.
 Where the mechanism moves in a plane of coordinates, three equations a body are written.
 """
 
@@ -21,6 +21,7 @@ from symdyn.emit.escape import in_latex
 from symdyn.emit.formula_text import Latex
 from symdyn.emit.latex_layout import DIGITS, LINE, align, bmatrix, definition, matrix_width
 from symdyn.emit.latex_page import symbol_row, symbol_table
+from symdyn.emit.letters import body_number
 from symdyn.emit.symbols import latex_symbols
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate, reachable
@@ -132,7 +133,7 @@ class _Page:
         flat = "The mechanism moves in a plane: three equations a body, and $t$ counts what lies in the plane. "
         plane = flat if a_body == 3 else ""
         return (
-            f"{plane}The ground is body 1. Joints: {joints}. "
+            f"{plane}The ground is body 0 (body 1 in the textbook). Joints: {joints}. "
             rf"(5.18) gives ${a_body}(u-1) = {a_body} \cdot {len(system.bodies)} = {system.equations}$ equations; "
             rf"(5.19) counts $m_R = \sum t\,s_t = {system.reactions}$ reactions, and there are $n = {system.drives}$ "
             rf"unknown drives{self._passive()}: "
@@ -178,16 +179,17 @@ class _Page:
                         *(("R", here) if h == j else ("*R", self.index(j, other.joint.name))), forces
                     )
             joint = in_latex(self.system.hanging.joints[j].joint.name)
+            number = body_number(j)
             yield {
-                "title": f"Body {j + 2}: {in_latex(body.name)}",
-                "text": f"Frame {j + 2} has the axes of the body and its origin in its reference joint {joint}.",
+                "title": f"Body {number}: {in_latex(body.name)}",
+                "text": f"Frame {number} has the axes of the body and its origin in its reference joint {joint}.",
                 "body": "\n".join(displays),
             }
 
     def index(self, j: int, joint: str = "") -> str:
         """Return the index of a bivector of body j: jj, or j and the joint."""
-        number = str(j + 2)
-        return f"{number},{_upright(joint)}" if joint else number + ("," if j + 2 > 9 else "") + number
+        number = str(body_number(j))
+        return f"{number},{_upright(joint)}" if joint else number + ("," if len(number) > 1 else "") + number
 
     def kept(self, bivector: tuple[Sequence[Expr], Sequence[Expr]]) -> list[Expr]:
         """Return the components that are written."""
@@ -237,7 +239,7 @@ class _Page:
         bodies = range(len(self.system.bodies))
         pattern = [[names.get((j, h), "0") for h in present] for j in bodies]
         x = [[f"x_{{{_upright(joints[h])}}}"] for h in present]
-        b = [[rf"b_{{{j + 2}}}"] for j in bodies]
+        b = [[rf"b_{{{body_number(j)}}}"] for j in bodies]
         displays = list(align([[f"& {bmatrix(pattern)} {bmatrix(x)} + {bmatrix(b)} = 0"]]))
         for (j, h), name in names.items():
             zero = self.system.hanging.graph.zero

@@ -26,6 +26,7 @@ from symdyn.emit.latex_layout import (
     matrix_width,
     together,
 )
+from symdyn.emit.letters import Letters, head
 from symdyn.emit.symbols import latex_symbols, latex_unit
 from symdyn.scene import JOINTS, Scene, acceleration_name
 
@@ -45,12 +46,12 @@ def latex_document(page: Printable, group: str) -> str:
     """Return a standalone document: equations, energies, symbol table."""
     from symdyn.emit.render import render
 
-    write = _writer(page)
+    write, letters = _writer(page), Letters(page.scene)
     title = "Coefficients" if group == "coefficients" else "Equations"
     sections = [{"title": title, "text": _introduction(page, group), "body": "\n".join(_displays(page, group))}]
     if page.constraints.rows:
         sections.append({"title": "Loops and rows", "text": "", "body": constraint_page(page, group, write)})
-    energies = [definition(name, write(form)) for name, form in (("K", page.K), ("P", page.P))]
+    energies = [definition(head(letters[name]), write(form)) for name, form in (("K", page.K), ("P", page.P))]
     sections.append({"title": "Energies", "text": "", "body": "\n".join(align(energies))})
     return render(
         "latex/equations.tex.jinja",

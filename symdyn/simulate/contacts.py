@@ -15,8 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.build.load import load_program
-from symdyn.dynamics.loops.closure import Closure
-from symdyn.dynamics.loops.mobility import open_rows
+from symdyn.dynamics.loops.closure import Closure, loose_rows
 from symdyn.dynamics.loops.numbers import Numbers
 from symdyn.dynamics.workspace import Workspace
 from symdyn.program import formulate, lower
@@ -60,7 +59,8 @@ def needed(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau: Array) -> 
         return [], []
     closure, numbers = _decided(scene)
     places = _places(closure, numbers)
-    shared = open_rows(closure, numbers)
+    labels = [numbers.constraints.labels[k] for k in loose_rows(numbers, closure.assembly)]
+    shared = {(label.owner, label.number) for label in labels if not label.loop}
     multipliers = _multipliers(scene, t, q, u, a, tau)
     found, notes = [], []
     for row in contacts:

@@ -12,6 +12,7 @@ from symdyn.draw import Wrench, free_body
 from symdyn.dynamics.kinematics import centre_of_mass
 from symdyn.dynamics.reactions.bivectors import frames
 from symdyn.emit.formula_text import text_of
+from symdyn.emit.letters import body_number, head
 from symdyn.emit.symbols import latex_symbols
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
@@ -19,13 +20,17 @@ from symdyn.spatial import Mat, Vec, apply, cross, sub, zero_vector
 from symdyn.teach.balance import Balance
 from symdyn.teach.cut import Cut
 from symdyn.teach.document import Block, Box, Fold, Formula, Matrix, Picture, Step, Words
-from symdyn.teach.looks import Letter, Name
-from symdyn.teach.numbers import Chosen, written
+from symdyn.teach.looks import Letter
+from symdyn.teach.numbers import equals
 from symdyn.teach.render.spelling import letter
+from symdyn.teach.state import Chosen
 from symdyn.teach.velocities import length
 
 WIDEST, GAP = 130, 18
 """Characters of a row from which a matrix is folded, and of the room between two of its columns."""
+
+ABOUT_CENTRE = "_T"
+"""Index of a couple about the centre of mass."""
 
 
 def body_steps(lesson: Balance, j: int, chosen: Chosen) -> list[Step]:
@@ -43,33 +48,44 @@ def body_steps(lesson: Balance, j: int, chosen: Chosen) -> list[Step]:
 
 
 def numbered(first: int, j: int) -> tuple[str, ...]:
-    """Return the index of frame `first` and body j, which is number j + 2."""
-    return (f"{first}{j + 2}",) if j + 2 < 10 else (str(first), str(j + 2))
+    """Return the index of frame `first` and body j: "01", "11"."""
+    number = body_number(j)
+    return (f"{first}{number}",) if number < 10 else (str(first), str(number))
 
 
 def _free(lesson: Balance, j: int, chosen: Chosen) -> Step:
     body, drawn = lesson.scene.bodies[j].name, _wrenches(lesson, j, chosen)
-    svg = free_body(lesson.scene, body, chosen.q, drawn, chosen.parameters, prefix=f"free{j + 2}-")
+    svg = free_body(lesson.scene, body, chosen.q, drawn, chosen.parameters, prefix=f"free{body_number(j)}-")
     alt = lesson.text("free.caption", body=body)
     picture = Picture(svg, lesson.say("free.caption", body=body), alt, f"free-{body}")
-    joint = lesson.system.hanging.joints[j].joint.name
-    reason = lesson.say("free.reason", joint=joint, number=str(j + 2))
-    return Step(f"free:{body}", lesson.say("free", body=body, number=str(j + 2)), (picture,), reason)
+    joint, number = lesson.system.hanging.joints[j].joint.name, str(body_number(j))
+    parts = [lesson.say("free.reason", joint=joint, number=number)]
+    if any(one.couple_name.endswith(ABOUT_CENTRE) and any(one.couple) for one in drawn):
+        parts.append(lesson.say("free.centre", number=number))
+    reason = Words(tuple(part for one in parts for part in one.parts))
+    return Step(f"free:{body}", lesson.say("free", body=body, number=str(body_number(j))), (picture,), reason)
 
 
 def _wrenches(lesson: Balance, j: int, chosen: Chosen) -> list[Wrench]:
-    """Return what acts on body j, ground frame: A and D at the centre of mass, every unknown at its joint."""
+    """Return what acts on body j, ground frame: A and D at the centre of mass T, every unknown at its joint.
+
+    Couples of A and D are about T, another quantity than the moments about O_j of the formulas, so they have an index.
+    """
     hanging, body = lesson.workspace.hanging, lesson.scene.bodies[j]
     T, origin = frames(hanging)[j], hanging.joints[j].place_on_child
     try:
-        centre = sub(centre_of_mass(lesson.scene, body.name, lesson.graph), origin)
+        centre, about = sub(centre_of_mass(lesson.scene, body.name, lesson.graph), origin), ABOUT_CENTRE
     except DerivationError:  # no mass
-        centre = zero_vector(lesson.graph)
+        centre, about = zero_vector(lesson.graph), ""
     known = lesson.system.bodies[j]
     spelled = latex_symbols(lesson.scene) | {
         key: letter(name.look) for key, name in lesson.names.items() if isinstance(name.look, Letter)
     }
-    acting = [("F^A", "M^A", centre, known.action), ("F^D", "M^D", centre, known.inertia)]
+    F, M = (head(lesson.letters[letter]) for letter in "FM")
+    acting = [
+        (f"{F}^A", f"{M}^A{about}", centre, known.action),
+        (f"{F}^D", f"{M}^D{about}", centre, known.inertia),
+    ]
     for u, one in enumerate(lesson.system.unknowns):
         if (j, u) in lesson.system.blocks:
             hinge, name = hanging.hinges[one.acts[0][0]], spelled[lesson.unknowns[u].name]
@@ -94,19 +110,19 @@ def _once(lesson: Balance, j: int, key: str) -> Words:
 
 
 def _frame(lesson: Balance, j: int, one: Cut) -> Step:
-    """Return P_1j and r̃_1j, which take a bivector to the ground."""
-    body, index = lesson.scene.bodies[j].name, numbered(1, j)
+    """Return P_0j and r̃_0j, which take a bivector to the ground."""
+    body, index = lesson.scene.bodies[j].name, numbered(0, j)
     blocks = (
         _folded(lesson, _square(lesson, Letter("P", index), one.P, "5.4")),
         _folded(lesson, _square(lesson, Letter("r", index, accent="tilde"), one.r, "5.2")),
     )
-    claim = lesson.say("frame", body=body, number=str(j + 2))
+    claim = lesson.say("frame", body=body, number=str(body_number(j)))
     return Step(f"frame:{body}", claim, blocks, _once(lesson, j, "frame.reason"), "(5.2)-(5.5)", "full")
 
 
 def _motion(lesson: Balance, j: int, one: Cut) -> Step:
     """Return what the inertia forces are made of."""
-    body, index, here = lesson.scene.bodies[j].name, numbered(1, j), numbered(j + 2, j)
+    body, index, here = lesson.scene.bodies[j].name, numbered(0, j), numbered(body_number(j), j)
     blocks = (
         _folded(lesson, _vector(lesson, Letter("omega", index, accent="bar"), one.w, "")),
         _folded(lesson, _square(lesson, Letter("I", here), one.I, "5.15")),
@@ -131,10 +147,10 @@ def _matrix(
 ) -> Matrix:
     """Return a matrix of the graph, with a name for each entry."""
     left, names = f"{look.letter}{look.above}{look.accent}:{','.join(look.index)}", []
-    lesson.names[left] = Name(look)
+    lesson.called(left, look)
     for place, node in zip(places, entries, strict=True):
         names.append(f"{left}:{''.join(place)}")
-        lesson.names[names[-1]] = Name(Letter(look.letter, (*look.index, *place), above=look.above), node)
+        lesson.called(names[-1], Letter(look.letter, (*look.index, *place), above=look.above), node)
     return Matrix(left, tuple(map(lesson.short, entries)), tuple(names), number, width)
 
 
@@ -166,14 +182,14 @@ def _moments(lesson: Balance, j: int, chosen: Chosen) -> tuple[str, str]:
     one = lesson.cuts[j]
     assert one is not None, "a body with a mass"
     wrong, right = chosen.of(lesson.kept(one.misread)[-1], lesson.kept(lesson.system.bodies[j].inertia)[-1])
-    return written(wrong), written(right)
+    return equals(wrong), equals(right)
 
 
 def _acceleration(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> Step:
     """Return the box about (5.16), a position in place of an acceleration."""
-    body, number = lesson.scene.bodies[j].name, str(j + 2)
+    body, number = lesson.scene.bodies[j].name, str(body_number(j))
     place = lesson.name(f"r:{number}", "r", number, f"O{number}", node=None)
-    here = ",".join(numbered(j + 2, j))
+    here = ",".join(numbered(body_number(j), j))
     head, axis = lesson.axes[-1]
     wrong, right = _moments(lesson, j, chosen)
     blocks: list[Block] = [
@@ -191,7 +207,7 @@ def _acceleration(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> Step:
 
 
 def _bivectors(lesson: Balance, j: int) -> list[Step]:
-    body, system, here = lesson.scene.bodies[j].name, lesson.system, numbered(j + 2, j)
+    body, system, here = lesson.scene.bodies[j].name, lesson.system, numbered(body_number(j), j)
     known = system.bodies[j]
     columns = [
         _known(lesson, "A", here, lesson.kept(known.action), "5.1"),
@@ -201,7 +217,7 @@ def _bivectors(lesson: Balance, j: int) -> list[Step]:
         own = h == j
         present = [u for u, one in enumerate(system.unknowns) if (j, u) in system.blocks and one.acts[0][0] == h]
         if present:
-            index = here if own else (str(j + 2), hinge.joint.name)
+            index = here if own else (str(body_number(j)), hinge.joint.name)
             columns.append(_reaction(lesson, ("R" if own else "*R", index), j, present, "5.6" if own else "5.10"))
     balance: list[Block] = []
     for row in range(len(lesson.axes)):
@@ -240,12 +256,12 @@ def _named(
 ) -> Matrix:
     kind, index = look
     names = []
-    for (head, axis), (_, node) in zip(lesson.axes, entries, strict=True):
-        key = f"{head}{kind}:{','.join(index)}:{axis}"
-        lesson.names[key] = Name(Letter(head, (*index, axis), above=kind), node)
+    for (F, axis), (_, node) in zip(lesson.axes, entries, strict=True):
+        key = f"{F}{kind}:{','.join(index)}:{axis}"
+        lesson.called(key, Letter(F, (*index, axis), above=kind), node)
         names.append(key)
     left = f"F{kind}:{','.join(index)}"
-    lesson.names[left] = Name(Letter("F", index, above=kind, accent="bar"))
+    lesson.called(left, Letter("F", index, above=kind, accent="bar"))
     return Matrix(left, tuple(form for form, _ in entries), tuple(names), number)
 
 

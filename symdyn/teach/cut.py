@@ -1,8 +1,8 @@
 """What D'Alembert's method says of one body that is cut free, beside its bivectors: frame j, motion, inertia.
 
-P_1j, r_1j     (5.4), (5.2) direction cosines of frame j, r̃ of the position of its origin O_j; axes of the ground
-w_1j, I_jj     angular velocity, (5.15) inertia about O_j; axes of frame j
-F_1j           (5.11) inertia force, by differentiating the position of the centre of mass; axes of the ground
+P_0j, r_0j     (5.4), (5.2) direction cosines of frame j, r̃ of the position of its origin O_j; axes of the ground
+w_0j, I_jj     angular velocity, (5.15) inertia about O_j; axes of frame j
+F_0j           (5.11) inertia force, by differentiating the position of the centre of mass; axes of the ground
 F_star         (5.16) F*^D_jj; axes of frame j
 """
 

@@ -81,7 +81,7 @@ def _count(lesson: Balance) -> Step:
         "sum": " + ".join(f"{t} · {classes.count(t)}" for t in sorted(set(classes), reverse=True)) or "0",
         "reactions": str(system.reactions),
         "drives": str(system.drives),
-        "m": lesson.name("m_R", "m", "R", node=None),
+        "m": lesson.name("m:R", "m", "R", node=None),
     }
     correct = system.equations == len(system.unknowns)
     blocks: list[Block] = [Values(head, tuple(rows)), lesson.say("count.sum", **places)]

@@ -190,7 +190,7 @@ def _offset(lesson: Lesson, mass: Mass, term: Expr) -> Step:
 
 def _rotor(lesson: Lesson, joint: Joint, kinetic: list[str]) -> Step:
     (rate,) = tangents([joint_position(joint, lesson.graph)], lesson.state.velocity)
-    key = f"K:{joint.name}"
+    key = f"K:rotor {joint.name}"
     node = express(joint.armature, lesson.graph) * rate * rate / 2
     lesson.name(key, "K", joint.name, node=node)
     kinetic.append(key)
@@ -242,10 +242,10 @@ def _potential(lesson: Lesson, mass: Mass, potential: list[str]) -> list[Step]:
 
 def _springs(lesson: Lesson, potential: list[str]) -> Step:
     closed = lesson.closed
-    lesson.name("E", "E", node=lesson.energy.E)
-    potential.append("E")
+    lesson.name("P:E", "P", "E", node=lesson.energy.E)
+    potential.append("P:E")
     form = closed.loads.energy(closed.compactor)
-    return Step("springs", lesson.say("springs"), (folded(lesson, Formula("E", form)),), lesson.say("springs.reason"))
+    return Step("springs", lesson.say("springs"), (folded(lesson, Formula("P:E", form)),), lesson.say("springs.reason"))
 
 
 # Together
@@ -253,21 +253,21 @@ def _springs(lesson: Lesson, potential: list[str]) -> Step:
 
 def _totals(lesson: Lesson, kinetic: list[str], potential: list[str]) -> list[Step]:
     closed, energy = lesson.closed, lesson.energy
-    lesson.name("K", "K", node=energy.K)
-    lesson.name("P", "P", node=energy.P)
-    lesson.name("L", "L", node=lesson.L)
+    lesson.name("K:", "K", node=energy.K)
+    lesson.name("P:", "P", node=energy.P)
+    lesson.name("L:", "L", node=lesson.L)
     total: list[Block] = []
     for name, keys in (("K", kinetic), ("P", potential)):
         parts = sum_of(Symbol(key) for key in keys)
         if parts != ZERO:
-            total.append(Formula(name, parts))
+            total.append(Formula(f"{name}:", parts))
         if len(keys) != 1 or name == "K":
-            total.append(folded(lesson, Formula(name, closed.form(name), lesson.number(name))))
+            total.append(folded(lesson, Formula(f"{name}:", closed.form(name), lesson.number(name))))
     steps = [Step("energies", lesson.say("energies"), tuple(total))]
     negative = sum_of(_negated(term) for term in terms_of(closed.form("P")))
     blocks: list[Block] = [
-        Formula("L", sum_of((Symbol("K"), product_of((MINUS_ONE, Symbol("P"))))), lesson.number("L.definition")),
-        folded(lesson, Formula("L", sum_of((closed.form("K"), negative)), lesson.number("L"))),
+        Formula("L:", sum_of((Symbol("K:"), product_of((MINUS_ONE, Symbol("P:"))))), lesson.number("L.definition")),
+        folded(lesson, Formula("L:", sum_of((closed.form("K"), negative)), lesson.number("L"))),
     ]
     steps.append(Step("lagrangian", lesson.say("lagrangian"), tuple(blocks), reference="(5.23)"))
     return steps

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 from symdyn.algebra.form import MINUS_ONE, ZERO, Form, Symbol, power_of, product_of, sum_of, terms_of
@@ -28,6 +28,20 @@ WIDEST = 110
 def coefficient_key(c: Coefficient) -> str:
     """Return "k_z:1,2", the key of a coefficient's name."""
     return f"{c.kind}:{','.join(map(str, c.indices))}"
+
+
+def coefficient_unit(kind: str, indices: Sequence[int], slides: Sequence[bool]) -> str:
+    """Return the unit of a coefficient: of a force, or kg m² with a metre less for each slide that it belongs to.
+
+    Args:
+        kind: "k_z", "k_C", "k_D", or another one for what multiplies no rate.
+        indices: from 1.
+        slides: for each velocity whether it is one in m/s.
+    """
+    if kind not in ("k_z", "k_C", "k_D"):
+        return "N" if slides[indices[0] - 1] else "N m"
+    factors = (*indices, indices[1]) if kind == "k_D" else indices
+    return ("kg m²", "kg m", "kg", "kg/m")[sum(slides[i - 1] for i in factors)]
 
 
 def name_coefficients(lesson: Lesson) -> Printable:
@@ -71,7 +85,7 @@ def equation_steps(lesson: Lesson, page: Printable) -> list[Step]:
 def _momentum(lesson: Lesson, i: int) -> Step:
     """Return ∂L/∂q̇_i = Σ k_z,ij q̇_j."""
     qd = str(lesson.state.qd[i].value)
-    symbol = lesson.slope("L", qd, lesson.momenta[i])
+    symbol = lesson.slope("L:", qd, lesson.momenta[i])
     terms = [product_of((_M(lesson, i, j), _qd(lesson, j))) for j in range(lesson.state.n)]
     form = sum_of(term for term in terms if term != ZERO)
     block = folded(lesson, Formula(symbol.name, form, lesson.number(f"momentum:{i + 1}")))
@@ -84,7 +98,7 @@ def _momentum(lesson: Lesson, i: int) -> Step:
 def _rate(lesson: Lesson, i: int) -> Step:
     """Return d/dt ∂L/∂q̇_i, and which term comes from the rate of which coordinate."""
     closed, n = lesson.closed, lesson.state.n
-    symbol = lesson.rate(f"dL/d{lesson.state.qd[i].value}", lesson.momentum_rates[i])
+    symbol = lesson.rate(f"dL:/d{lesson.state.qd[i].value}", lesson.momentum_rates[i])
     slopes = {
         (j, k): closed.ring.derivative(closed.M[i][j], closed.state.q[k])
         for j in range(n)
@@ -131,7 +145,7 @@ def _rates(lesson: Lesson, j: int, k: int) -> list[Form]:
 def _slope(lesson: Lesson, i: int) -> Step:
     """Return ∂L/∂q_i = ½ Σ ∂k_z,jk/∂q_i q̇_j q̇_k - k_G,i - k_E,i."""
     closed, n, q = lesson.closed, lesson.state.n, lesson.closed.state.q[i]
-    symbol = lesson.slope("L", str(q.value), lesson.slopes[i])
+    symbol = lesson.slope("L:", str(q.value), lesson.slopes[i])
     terms: list[Form] = []
     for j in range(n):
         for k in range(j, n):
@@ -159,7 +173,7 @@ def _equation(lesson: Lesson, page: Printable, i: int) -> Step:
         terms.append(Brace(form, coefficient_key(c) if short else "", c.rate))
     number = lesson.number(f"equation:{i + 1}")
     q, qd = lesson.state.q[i].value, lesson.state.qd[i].value
-    left = sum_of((Symbol(f"d/dt dL/d{qd}"), _signed(MINUS_ONE, Symbol(f"dL/d{q}"))))
+    left = sum_of((Symbol(f"d/dt dL:/d{qd}"), _signed(MINUS_ONE, Symbol(f"dL:/d{q}"))))
     claim = lesson.say("equation", left=left, right=page.right[i])
     passive = lesson.scene.drives[i] is None
     blocks: list[Block] = [Braced(page.right[i], tuple(terms), f"tau:{i + 1}", number)]

@@ -1,8 +1,9 @@
 """Step: where the mechanism stays at rest without drives.
 
 At rest k_G + k_E = Q. Quarter turns are decided exactly. Where one angle alone matters, the others are the sign changes
-of k_G + k_E - Q in small steps; elsewhere they are what Newton's method finds, and the lesson says so. A position is
-stable where the potential of gravity, springs and constant forces has a minimum: all eigenvalues of
+of k_G + k_E - Q in small steps; elsewhere they are what Newton's method finds, and the lesson says so. Where angles are
+singular these forces may vanish without rest: such places are judged by the virtual work of all bodies, and named.
+A position is stable where the potential of gravity, springs and constant forces has a minimum: all eigenvalues of
 ∂(k_G + k_E - Q)/∂q are positive.
 """
 
@@ -21,7 +22,9 @@ from symdyn.graph import Expr, gradient, reachable, substitute
 from symdyn.scene import JOINTS
 from symdyn.teach.document import Block, Step, Values, Words
 from symdyn.teach.lesson import Lesson, together
-from symdyn.teach.numbers import Chosen, written
+from symdyn.teach.numbers import written
+from symdyn.teach.singular import Judge
+from symdyn.teach.state import Chosen
 
 STARTS = 60
 STEPS = 720  # of a turn
@@ -43,22 +46,29 @@ def equilibrium_step(lesson: Lesson, chosen: Chosen) -> Step:
         return Step("equilibria", lesson.say("equilibria"), (said,))
     exact = _exact(lesson, rest, moving)
     turns = _whole_turns(lesson, rest, moving, chosen)
-    found, search = _searched(lesson, rest, moving, turns, chosen)
+    found, how_searched = _searched(lesson, rest, moving, turns, chosen)
     known = [np.array([float(exact_turn) * np.pi / 2 for exact_turn in one]) for one in exact]
+    places: list[tuple[list[str | Form], str, np.ndarray]] = [
+        ([_quarter(k) for k in one], "exact", place) for one, place in zip(exact, known, strict=True)
+    ]
     others = [x for x in found if not any(_same(x, y, moving, turns) for y in known)]
-    rows = []
-    for one, place in zip(exact, known, strict=True):
-        rows.append(_row(lesson, [_quarter(k) for k in one], "exact", _stable(lesson, rest, moving, place, chosen)))
-    for place in others:
-        rows.append(_row(lesson, [written(x) for x in place], "numeric", _stable(lesson, rest, moving, place, chosen)))
+    places += [([written(x) for x in place], "numeric", place) for place in others]
+    judge = Judge(lesson, rest, chosen)
+    false = [one for one in places if not judge.rests(dict(zip(moving, map(float, one[2]), strict=True)))]
+    rows = [
+        _row(lesson, shown, how, _stable(lesson, rest, moving, place, chosen))
+        for shown, how, place in places
+        if not any(place is one[2] for one in false)
+    ]
+    search = [how_searched, *([_left_out(lesson, moving, [shown for shown, _, _ in false])] if false else [])]
     if not rows:
-        return Step("equilibria", lesson.say("equilibria"), (lesson.say("equilibria.none"), search))
+        return Step("equilibria", lesson.say("equilibria"), (lesson.say("equilibria.none"), *search))
     head = (
         *(Words((Symbol(str(q.value)),)) for q in moving),
         lesson.say("equilibria.kind"),
         lesson.say("equilibria.how"),
     )
-    blocks: list[Block] = [Values(head, tuple(rows)), search]
+    blocks: list[Block] = [Values(head, tuple(rows)), *search]
     idle = [Symbol(str(q.value)) for q in lesson.state.q if q not in moving]
     if idle:
         blocks.append(lesson.say("equilibria.idle", names=together(list(idle))))
@@ -228,6 +238,16 @@ def _stable(lesson: Lesson, rest: list[Expr], moving: list[Expr], place: np.ndar
     if eigenvalues.min() > 1e-9 * size:
         return "stable"
     return "unstable" if eigenvalues.min() < -1e-9 * size else "undecided"
+
+
+def _left_out(lesson: Lesson, moving: list[Expr], places: list[list[str | Form]]) -> Words:
+    """Return the sentence about places where coordinates are singular and the bodies are not at rest."""
+    parts: list[str | Form] = []
+    for place in places:
+        parts += ["; "] if parts else []
+        for k, (q, x) in enumerate(zip(moving, place, strict=True)):
+            parts += [*([", "] if k else []), Symbol(str(q.value)), " ≈ " if isinstance(x, str) else " = ", x]
+    return lesson.say("equilibria.singular", places=Words(tuple(parts)))
 
 
 def _row(lesson: Lesson, place: list[str | Form], how: str, kind: str) -> tuple[Words, ...]:

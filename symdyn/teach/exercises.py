@@ -17,7 +17,7 @@ from symdyn.errors import TeachError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.teach.document import Blank, Block, Braced, Document, Fold, Formula, Matrix, Section, Step, Words
 from symdyn.teach.languages import LANGUAGES, fill
-from symdyn.teach.numbers import shown_state
+from symdyn.teach.state import shown_state
 from symdyn.teach.student.names import Names
 from symdyn.teach.student.statements import read_formula
 from symdyn.verify import NUMERICAL, PROVED, Claim, prove

@@ -11,7 +11,8 @@ from symdyn.teach.lesson import Lesson
 from symdyn.teach.masses import masses
 from symdyn.teach.meaning import meaning_steps
 from symdyn.teach.notation import acting_steps, notation_step, scene_step
-from symdyn.teach.numbers import Chosen, choose, number_steps, power_step, scene_picture, weights_picture
+from symdyn.teach.numbers import number_steps, power_step, scene_picture, weights_picture
+from symdyn.teach.state import Chosen, choose_state
 from symdyn.teach.textbook import errata, numbers_for
 from symdyn.teach.velocities import position_steps, velocity_steps
 
@@ -28,7 +29,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     assert lesson.closed.n == lesson.state.n, "closed forms and graph have the same velocities"  # raises early
     lesson.numbers = numbers_for(lesson)
     found = masses(lesson)
-    chosen = choose(lesson)
+    chosen = choose_state(lesson.scene, lesson.state, lesson.graph)
     sections = [
         _section(
             lesson,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from symdyn.algebra.compact import Compactor
@@ -15,6 +15,7 @@ from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.lagrange import Energies, driving_forces, energies
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import State, state_symbols
+from symdyn.emit.letters import Letters
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
 from symdyn.scene import Scene
@@ -43,9 +44,21 @@ class Prose:
 
     # Names
 
+    @cached_property
+    def letters(self) -> Letters:
+        """Letters that are none of the scene's."""
+        return Letters(self.scene)
+
     def name(self, key: str, letter: str, *index: str, node: Expr | None, dots: int = 0, power: int = 1) -> Symbol:
         """Name a quantity and return its symbol."""
-        self.names[key] = Name(Letter(letter, index, dots, power), node)
+        return self.called(key, Letter(letter, index, dots, power), node)
+
+    def called(self, key: str, look: Letter, node: Expr | None = None) -> Symbol:
+        """Name a quantity by its usual letter, or what stands for it here, and return its symbol.
+
+        The key has a sign that no name of a scene has, such as a colon.
+        """
+        self.names[key] = Name(replace(look, letter=self.letters[look.letter]), node)
         return Symbol(key)
 
     def slope(self, of: str, by: str, node: Expr) -> Symbol:

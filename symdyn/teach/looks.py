@@ -13,7 +13,7 @@ class Letter:
     """A letter with indices: K_1, ẋ_2 (one dot), v_2² (power 2), k_{z,12}.
 
     Attributes:
-        letter: one Latin letter, or the name of a Greek one in Latin ("omega").
+        letter: one Latin letter, the name of a Greek one in Latin ("omega"), or LaTeX that begins with a backslash.
         index: what stands below, parts set apart by commas: ("z", "12").
         dots: time derivatives.
         power: exponent above.

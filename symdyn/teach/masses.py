@@ -63,9 +63,10 @@ def masses(lesson: Lesson) -> list[Mass]:
     return found
 
 
-def angular_velocity(lesson: Lesson, body: Body) -> list[Expr]:
-    """Return ω in body axes from ω̃ = Rᵀ Ṙ, shape (3,)."""
+def angular_velocity(lesson: Lesson, body: Body) -> Vec:
+    """Return ω in body axes from ω̃ = Rᵀ Ṙ."""
     R = lesson.placed[body.name].R
     dR = [tangents(row, lesson.state.velocity) for row in R]
     pairs = ((2, 1), (0, 2), (1, 0))
-    return [lesson.graph.total(R[k][a] * dR[k][b] for k in range(3)) for a, b in pairs]
+    x, y, z = (lesson.graph.total(R[k][a] * dR[k][b] for k in range(3)) for a, b in pairs)
+    return x, y, z

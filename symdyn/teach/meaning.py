@@ -87,8 +87,8 @@ def meaning_steps(lesson: Lesson, page: Printable, found: list[Mass]) -> list[St
         else:
             steps.append(_induced(lesson, (i, j), (first, second), found))
     if len(axes) > 1:
-        steps.append(rates_step(lesson, page, "k_D"))
-        steps.append(rates_step(lesson, page, "k_C"))
+        steps.append(rates_step(lesson, page, "k_D", found))
+        steps.append(rates_step(lesson, page, "k_C", found))
     for i, axis in enumerate(axes):
         if axis is not None and not lesson.vanishes(node_of(lesson, f"k_G:{i + 1}")):
             steps.append(_weights(lesson, i, axis, found))
@@ -210,7 +210,10 @@ def _induced(lesson: Lesson, at: tuple[int, int], axes: tuple[Axis, Axis], found
         _check(lesson, k_z, key),
     ]
     rest = node_of(lesson, k_z) - node_of(lesson, f"k_z:{there},{there}")
-    if not lesson.vanishes(rest) and length(short := lesson.short(rest)) < length(lesson.short(node)):
+    parallel = not (first.slides or second.slides) and all(
+        lesson.vanishes(a - b) for a, b in zip(first.n, second.n, strict=True)
+    )
+    if parallel and not lesson.vanishes(rest) and length(short := lesson.short(rest)) < length(lesson.short(node)):
         formula = Formula(k_z, sum_of((Symbol(f"k_z:{there},{there}"), short)), lesson.number(f"split:{here},{there}"))
         blocks += [lesson.say("induced.split"), formula]
     blocks.append(Formula(back, product_of((Symbol(twin), Symbol(str(other.value)))), lesson.number(back)))

@@ -8,6 +8,7 @@ spin of a rod between two balls) is accelerated as it is without a drive.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.reactions.samples import Array
 from symdyn.graph import Expr, evaluate
 from symdyn.teach.balance import Balance
-from symdyn.teach.numbers import ACCELERATIONS, RATES, Chosen, choose_state
+from symdyn.teach.state import ACCELERATIONS, RATES, Chosen, choose_state, starting_rates
 
 SMALL = 1e-9
 
@@ -33,7 +34,9 @@ def choose_motion(lesson: Balance) -> Chosen:
     pins = np.eye(n)[list(led.place)].reshape(-1, n)
     A = np.vstack([np.array(chosen.of(*(x for row in G for x in row))).reshape(-1, n), pins])
     free = _independent(lesson, led.place)
-    u = _tied(A, np.array([*(0.0 for _ in G), *chosen.of(*led.velocity)]), free, RATES)
+    given = starting_rates(lesson.scene, chosen.parameters)
+    wanted = [given[k] or RATES[place % len(RATES)] for place, k in enumerate(free)]
+    u = _tied(A, np.array([*(0.0 for _ in G), *chosen.of(*led.velocity)]), free, wanted)
     chosen = _with(chosen, lesson.state.qd, u)
     bias = [-x for x in chosen.of(*w.closed.bias(rows))] if rows else []
     right = np.array([*bias, *chosen.of(*led.acceleration)])
@@ -71,7 +74,7 @@ def _independent(lesson: Balance, led: tuple[int, ...]) -> list[int]:
     return [k for k in free if k not in led]
 
 
-def _tied(A: Array, right: Array, free: list[int], wanted: tuple[float, ...]) -> Array:
+def _tied(A: Array, right: Array, free: list[int], wanted: Sequence[float]) -> Array:
     """Return x with A x = right whose free entries are as wanted, or near where A does not allow it."""
     x = np.zeros(A.shape[1])
     x[free] = [wanted[k % len(wanted)] for k in range(len(free))]

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-
 from symdyn.algebra.form import (
     MINUS_ONE,
     Form,
@@ -16,74 +13,23 @@ from symdyn.algebra.form import (
     sum_of,
     terms_of,
 )
-from symdyn.algebra.numeric import Floats
-from symdyn.draw import Wrench, picture, pose
-from symdyn.dynamics import is_closed
+from symdyn.draw import Wrench, picture
 from symdyn.dynamics.prescribed import TIME
-from symdyn.dynamics.state import State, state_symbols, vector
+from symdyn.dynamics.state import vector
 from symdyn.emit.equations import Printable
-from symdyn.graph import Expr, Graph, evaluate, tangents
-from symdyn.scene import JOINTS, Scene
+from symdyn.emit.letters import head
+from symdyn.graph import tangents
+from symdyn.scene import JOINTS
 from symdyn.teach.balance import Balance
 from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step, Values, Words
-from symdyn.teach.equations import coefficient_key, node_of
+from symdyn.teach.equations import coefficient_key, coefficient_unit, node_of
 from symdyn.teach.forms import factors_of
 from symdyn.teach.lesson import Lesson, Prose
 from symdyn.teach.looks import Name
 from symdyn.teach.masses import Mass
+from symdyn.teach.state import Chosen, timed
 
-RATES = (1.0, -0.6, 0.8, 0.5, -0.4, 0.3)
-ACCELERATIONS = (0.5, 1.2, -0.7, 0.9, 0.4, -0.3)
-FALL = 9.81
-"""m/s^2: for an acceleration of free fall without a value."""
-SIZES = {"kg": 2.0, "m": 1.0}
-"""What other parameters without a value start from; each is 0.8 of the one before, so that no two are alike."""
-MOMENT = 0.4
-"""s: time, where a formula depends on it."""
 DIGITS = 4
-
-
-@dataclass(frozen=True)
-class Chosen:
-    """A state and parameters in numbers: values of all symbols, and q alone."""
-
-    values: Mapping[Expr, float]
-    q: tuple[float, ...]
-    parameters: Mapping[str, float]
-
-    def of(self, *nodes: Expr) -> list[float]:
-        """Return the values of nodes."""
-        return [float(x) for x in evaluate(nodes, Floats(), self.values)]
-
-
-def choose(lesson: Lesson) -> Chosen:
-    """Return the state that a lesson shows: the drawn position, and velocities that are not all alike."""
-    return choose_state(lesson.scene, lesson.state, lesson.graph)
-
-
-def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) -> Chosen:
-    """Return the drawn position with values of all symbols; without `moving`, at rest."""
-    given: dict[str, float] = {}
-    for parameter in scene.free_parameters:
-        falls = parameter.unit.replace("²", "2").replace("^", "") == "m/s2"
-        if falls:
-            given[parameter.name] = FALL
-        elif moving:
-            given[parameter.name] = round(SIZES.get(parameter.unit, 1.0) * 0.8 ** len(given), 3)
-    q, parameters = pose(scene, parameters=given)
-    values = dict(zip(state.q, map(float, q), strict=True))
-    for k, (u, a) in enumerate(zip(state.qd, state.qdd, strict=True)):
-        values[u] = RATES[k % len(RATES)] if moving else 0.0
-        values[a] = ACCELERATIONS[k % len(ACCELERATIONS)] if moving else 0.0
-    values |= {graph.symbol(name): value for name, value in parameters.items()}
-    values[graph.symbol(TIME)] = MOMENT
-    return Chosen(values, tuple(float(x) for x in q), dict(parameters))
-
-
-def shown_state(scene: Scene) -> Chosen:
-    """Return the state at which lessons of a scene show numbers; a mechanism with loops or rows is at rest there."""
-    graph = Graph()
-    return choose_state(scene, state_symbols(scene, graph), graph, moving=not is_closed(scene))
 
 
 def written(value: float) -> str:
@@ -91,6 +37,19 @@ def written(value: float) -> str:
     text = f"{0.0 if abs(value) < 1e-12 else value:.{DIGITS}g}"
     mantissa, _, exponent = text.partition("e")
     return (f"{mantissa} · 10^{int(exponent)}" if exponent else mantissa).replace("-", "−")
+
+
+def about(value: float) -> str:
+    """Return a number as it is written, after ≈ where digits are left out."""
+    text = written(value)
+    exact = abs(float(text.replace("−", "-").replace(" · 10^", "e")) - value) <= 1e-12 * abs(value)
+    return text if exact else f"≈ {text}"
+
+
+def equals(value: float) -> str:
+    """Return what follows a name: "= 3", or "≈ 3.142"."""
+    text = about(value)
+    return text if text.startswith("≈") else f"= {text}"
 
 
 def number_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
@@ -112,29 +71,26 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
         (Words((Symbol(str(x.value)),)), Words((written(chosen.values[x]),)), Words((unit.replace("^2", "²"),)))
         for x, unit in zip(symbols, units, strict=True)
     ]
-    if _timed(lesson.scene):
-        cells.append((Words((Symbol(TIME),)), Words((written(MOMENT),)), Words(("s",))))
+    if timed(lesson.scene):
+        cells.append(
+            (Words((Symbol(TIME),)), Words((written(chosen.values[lesson.graph.symbol(TIME)]),)), Words(("s",)))
+        )
     head = (lesson.say("table.symbol"), lesson.say("table.value"), lesson.say("table.unit"))
     tied = lesson.scene.loops or lesson.scene.rows
     reason = lesson.say("state.reason.closed" if tied else "state.reason")
     return Step("state", lesson.say("state"), (Values(head, tuple(cells)),), reason)
 
 
-def _timed(scene: Scene) -> bool:
-    """Whether a force or a prescribed motion is a formula in time."""
-    formulas = [x for joint in scene.joints for x in (*joint.forces, joint.motion) if x is not None]
-    formulas += [x for load in scene.loads for x in (*load.force, *load.couple)]
-    return any(TIME in x.symbols for x in formulas)
-
-
 def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
-    rows = []
+    rows, slides = [], [unit == "m" for joint in lesson.scene.moving for unit in JOINTS[joint.type].velocities(joint)]
     for c in page.coefficients:
         if not c.vanishes and not (c.kind == "k_z" and c.indices[0] > c.indices[1]):
             key = coefficient_key(c)
             (value,) = chosen.of(node_of(lesson, key))
-            rows.append((Words((Symbol(key),)), Words((written(value),))))
-    head = (lesson.say("table.coefficient"), lesson.say("table.value"))
+            rows.append(
+                (Words((Symbol(key),)), Words((written(value),)), Words((coefficient_unit(c.kind, c.indices, slides),)))
+            )
+    head = (lesson.say("table.coefficient"), lesson.say("table.value"), lesson.say("table.unit"))
     return Step("values", lesson.say("values"), (Values(head, tuple(rows)),), level="full")
 
 
@@ -163,7 +119,7 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
     caption = lesson.say("shares", total=total)
     block = Shares(caption, total, sum(values), unit, bars)
     key = "torque" if lesson.scene.drives[i] else "torque.passive"
-    claim = lesson.say(key, total=total, value=f"{written(sum(values))} {unit}", q=Symbol(str(state.q[i].value)))
+    claim = lesson.say(key, total=total, value=f"{equals(sum(values))} {unit}", q=Symbol(str(state.q[i].value)))
     return Step(f"torque:{i + 1}", claim, (block,))
 
 
@@ -197,8 +153,8 @@ def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
     state, n = lesson.state, range(lesson.state.n)
     total = lesson.energy.K + lesson.energy.P
     rate = tangents([total], state.acceleration)[0]
-    lesson.name("W", "W", node=total)
-    symbol = lesson.rate("W", rate)
+    lesson.name("E:", "E", node=total)
+    symbol = lesson.rate("E:", rate)
     forces = [[_drive(lesson, i), *_others(lesson, page, i)] for i in n]
     power = [signed_product(sum_of(forces[i]), Symbol(str(state.qd[i].value))) for i in n]
     acting = [lesson.drives[i] + express_form(sum_of(forces[i][1:]), lesson.graph) for i in n]
@@ -208,12 +164,12 @@ def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
         "the power of the drives is not the rate of K + P"
     )
     blocks: list[Block] = [
-        Formula("W", sum_of((Symbol("K"), Symbol("P")))),
+        Formula("E:", sum_of((Symbol("K:"), Symbol("P:")))),
         Formula(symbol.name, sum_of(power)),
         lesson.say(
             "power.numbers",
             left=symbol,
-            value=written(left),
+            value=equals(left),
             parts=" + ".join(map(written, parts)).replace("+ −", "− "),
         ),
     ]
@@ -235,11 +191,11 @@ def weights_picture(lesson: Lesson, chosen: Chosen, found: list[Mass]) -> Pictur
     gravity = chosen.of(*vector(lesson.scene.gravity, lesson.graph))
     if not any(gravity):
         return None
-    wrenches = []
+    wrenches, G = [], head(lesson.letters["G"])
     for mass in found:
         m, *at = chosen.of(mass.m, *mass.place)
         if m > 0:
-            wrenches.append(Wrench(f"G_{{{mass.tag}}}", tuple(at), tuple(m * g for g in gravity)))
+            wrenches.append(Wrench(f"{G}_{{{mass.tag}}}", tuple(at), tuple(m * g for g in gravity)))
     shown, labels = chosen.parameters, ("coordinates",)
     svg = picture(lesson.scene, chosen.q, shown, wrenches=wrenches, prefix="weights-", labels=labels)
     return Picture(svg, lesson.say("weights.caption"), lesson.text("weights.caption"), "weights")

@@ -5,24 +5,28 @@ from __future__ import annotations
 from symdyn.algebra.form import ZERO, Form, Symbol, power_of, product_of
 from symdyn.emit.equations import Printable
 from symdyn.emit.formula_text import text_of
+from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene import JOINTS
+from symdyn.spatial import add, apply, cross
 from symdyn.teach.document import Block, Formula, Step, Values, Words
 from symdyn.teach.equations import WIDEST, coefficient_key, node_of
 from symdyn.teach.lesson import Lesson
+from symdyn.teach.looks import Name
+from symdyn.teach.masses import Mass, angular_velocity
 from symdyn.teach.velocities import length
 
 SHORT = 4
 """Terms of a coefficient that stands in a table."""
 
 
-def rates_step(lesson: Lesson, page: Printable, kind: str) -> Step:
+def rates_step(lesson: Lesson, page: Printable, kind: str, found: list[Mass]) -> Step:
     """Return a table: each coefficient of a product of velocities, and why it is there or not."""
     rows, slides = [], [unit == "m" for j in lesson.scene.moving for unit in JOINTS[j.type].velocities(j)]
     for c in page.coefficients:
         if c.kind == kind:
             short = length(c.form) <= SHORT and len(text_of(c.form)) <= WIDEST
             value = Words((c.form,)) if short else lesson.say("long.short", terms=str(length(c.form)))
-            why = lesson.say(_why(lesson, c.indices, slides, c.vanishes, kind), **_places(lesson, c.indices))
+            why = lesson.say(_why(lesson, c.indices, slides, kind, found), **_places(lesson, c.indices))
             rows.append((Words((Symbol(coefficient_key(c)),)), value, why))
     head = (lesson.say("table.coefficient"), lesson.say("table.value"), lesson.say("table.why"))
     blocks: list[Block] = [Values(head, tuple(rows))]
@@ -45,25 +49,56 @@ def _places(lesson: Lesson, indices: tuple[int, ...]) -> dict[str, str | Form | 
     return {"i": str(i), "j": qd[j - 1], "k": qd[k - 1], "axis": str(j)}
 
 
-def _why(lesson: Lesson, indices: tuple[int, ...], slides: list[bool], vanishes: bool, kind: str) -> str:
+def _why(lesson: Lesson, indices: tuple[int, ...], slides: list[bool], kind: str, found: list[Mass]) -> str:
     """Return the key of the sentence that says why a coefficient is there or not."""
-    i, j, *rest = (x - 1 for x in indices)
-    closed, along = lesson.closed, ".slide" if slides[i] else ""
-    if kind == "k_D":
-        if not vanishes:
-            return f"k_D.acts{along}"
-        if slides[j]:
-            return "k_D.straight"
-        if i == j:
-            return "k_D.own"
-        depends = closed.ring.derivative(closed.M[j][j], closed.state.q[i])
-        depends_too = closed.ring.derivative(closed.M[i][j], closed.state.q[j])
-        return f"k_D.cancel{along}" if depends or depends_too else f"k_D.meets{along}"
-    if not vanishes:
-        return f"k_C.acts{along}"
-    k = rest[0]
+    i, j, k = (indices[0] - 1, indices[1] - 1, indices[-1] - 1)
+    along = ".slide" if slides[i] else ""
+    if not lesson.vanishes(node_of(lesson, f"{kind}:{','.join(map(str, indices))}")):
+        return f"{kind}.acts{along}"
     if slides[j]:
-        return "k_C.straight"
-    parts = ((i, j, k), (i, k, j), (j, k, i))
-    slopes = [closed.ring.derivative(closed.M[a][b], closed.state.q[c]) for a, b, c in parts]
-    return f"k_C.cancel{along}" if any(slopes) else "k_C.nothing"
+        return f"{kind}.straight"
+    if kind == "k_D" and i == j:
+        return "k_D.own"
+    u = lesson.state.qd
+    moved = [mass for mass in found if all(_moves(lesson, mass, u[x]) for x in (i, j, k))]
+    if not moved:
+        return f"{kind}.apart"
+    if not any(_accelerated(lesson, mass, j, k) for mass in moved):
+        return f"{kind}.none"
+    alone = all((mass.particle or slides[i]) and lesson.vanishes(_share(lesson, mass, i, j, k)) for mass in moved)
+    return f"{kind}.{'meets' if alone else 'cancel'}{along}"
+
+
+def _moves(lesson: Lesson, mass: Mass, rate: Expr) -> bool:
+    """Tell whether a rate gives a mass a velocity."""
+    kinetic = lesson.names.get(f"K:{mass.tag}")
+    return kinetic is not None and not lesson.vanishes(gradient(_node(kinetic), [rate])[0])
+
+
+def _accelerated(lesson: Lesson, mass: Mass, j: int, k: int) -> bool:
+    """Tell whether both rates together accelerate a mass, or change the angular momentum of one that has inertia."""
+    state = lesson.state
+    felt = tangents(tangents(mass.place, state.velocity), state.velocity)  # r̈ where q̈ = 0
+    if mass.spins:
+        w = angular_velocity(lesson, mass.body)
+        x, y, z = tangents(w, state.velocity)
+        felt += add(apply(mass.inertia, (x, y, z)), cross(w, apply(mass.inertia, w)))
+    return not all(lesson.vanishes(_of_both(lesson, x, j, k)) for x in felt)
+
+
+def _share(lesson: Lesson, mass: Mass, i: int, j: int, k: int) -> Expr:
+    """Return what one mass adds to the coefficient of q̇_j q̇_k in equation i, by its own kinetic energy."""
+    state, K = lesson.state, _node(lesson.names[f"K:{mass.tag}"])
+    momentum, slope = gradient(K, [state.qd[i]])[0], gradient(K, [state.q[i]])[0]
+    force = tangents([momentum], lesson.state.velocity)[0] - slope
+    return _of_both(lesson, force, j, k)
+
+
+def _of_both(lesson: Lesson, node: Expr, j: int, k: int) -> Expr:
+    """Return the coefficient of q̇_j q̇_k, of a square twice that."""
+    return gradient(gradient(node, [lesson.state.qd[j]])[0], [lesson.state.qd[k]])[0]
+
+
+def _node(name: Name) -> Expr:
+    assert name.node is not None, "an energy has a value"
+    return name.node

@@ -23,7 +23,8 @@ from symdyn.teach.document import (
 )
 from symdyn.teach.lesson import together
 from symdyn.teach.motion import determined, solved_at
-from symdyn.teach.numbers import Chosen, written
+from symdyn.teach.numbers import written
+from symdyn.teach.state import Chosen
 from symdyn.teach.velocities import PAGE, length
 from symdyn.verify.equality import DIFFERENT, PROVED, Claim, prove
 from symdyn.verify.laws_of_reactions import drives_in_reactions, momentum, power_of_reactions

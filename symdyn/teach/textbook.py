@@ -15,7 +15,8 @@ from symdyn.graph import Op, substitute
 from symdyn.scene import express, parse
 from symdyn.teach.document import Block, Box, Formula
 from symdyn.teach.lesson import Lesson
-from symdyn.teach.numbers import Chosen, written
+from symdyn.teach.numbers import about, equals
+from symdyn.teach.state import Chosen
 
 LAGRANGIAN = (
     "(m1 + m2)*h1**2*q1_dot**2/2 + m2*h2**2*(q1_dot**2 + 2*q1_dot*q2_dot + q2_dot**2)/2"
@@ -58,7 +59,7 @@ READS = (
     Erratum(
         "momentum:1",
         "5.37",
-        "dL/dq1_dot",
+        "dL:/dq1_dot",
         "(m1 + m2)*h1**2*q1_dot + m2*h2**2*q1_dot + m2*h2**2*q2_dot + 2*m2*h1*h2*cos(q2)*q2_dot"
         " + m2*h1*h2*cos(q2)*q2_dot",
         "erratum.5.37",
@@ -68,18 +69,18 @@ READS = (
     Erratum(
         "momentum:2",
         "5.41",
-        "dL/dq2_dot",
+        "dL:/dq2_dot",
         "m2*h2**2*q1_ddot + m2*h2**2*q2_dot**2 + m2*h1*h2*cos(q2)*q1_dot",
         "erratum.5.41",
     ),
     Erratum(
         "rate:2",
         "5.42",
-        "d/dt dL/dq2_dot",
+        "d/dt dL:/dq2_dot",
         "m2*h2**2*q1_ddot + m2*h2**2*q2_dot**2 + m2*h1*h2*cos(q2)*q1_ddot - m2*h1*h2*sin(q2)*q1_dot*q2_dot",
         "erratum.5.42",
     ),
-    Erratum("slope:2", "5.43", "dL/dq2", "-m2*h1*h2*sin(q2)*q1_dot*q2_dot - m*g*h2*sin(q1 + q2)", "erratum.5.43"),
+    Erratum("slope:2", "5.43", "dL:/dq2", "-m2*h1*h2*sin(q2)*q1_dot*q2_dot - m*g*h2*sin(q1 + q2)", "erratum.5.43"),
     Erratum("equation:2", "5.44", "k_C:2,1,2", "-2*m2*h1*h2*sin(q2)", "erratum.5.44C"),
     Erratum("equation:2", "5.44", "k_D:2,1", "-m2*h1*h2*sin(q2)", "erratum.5.44D"),
     Erratum("meaning:k_z:2,2", "5.48, 5.50, 5.53, 5.55", "", "", "erratum.axes"),
@@ -129,7 +130,7 @@ def _box(lesson: Lesson, one: Erratum, chosen: Chosen) -> Box:
             lesson.say("erratum.reads", left=left, form=printed),
             lesson.say("erratum.right"),
             Formula(one.left, lesson.short(node)),
-            lesson.say("erratum.check", left=left, wrong=written(wrong), right=written(right)),
+            lesson.say("erratum.check", left=left, wrong=about(wrong), right=equals(right)),
         ]
     return Box("erratum", title, tuple(blocks))
 

@@ -119,7 +119,7 @@ def decided(numbers: Numbers, assembly: Assembly, closing: Closing) -> Closure:
 
 
 def loose_rows(numbers: Numbers, assembly: Assembly) -> tuple[int, ...]:
-    """Return the rows whose multipliers rigid bodies do not tell: those that a λ with Gᵀ λ = 0 changes, at some position.
+    """Return the rows whose multipliers rigid bodies do not tell: those that a λ with Gᵀ λ = 0 changes somewhere.
 
     Args:
         numbers: the mechanism.

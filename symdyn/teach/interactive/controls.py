@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from symdyn.draw.lettering import from_latex
@@ -32,9 +32,15 @@ Row = dict[str, Any]
 
 
 def controls(
-    scene: Scene, values: Mapping[str, float], start: Mapping[str, list[float]], extent: float, tied: Held | None
+    scene: Scene,
+    values: Mapping[str, float],
+    start: Mapping[str, list[float]],
+    extent: float,
+    tied: Held | None,
+    led: Sequence[int] = (),
+    t: float = 0.0,
 ) -> list[dict[str, Any]]:
-    """Return groups of rows: positions, velocities, accelerations and parameters.
+    """Return groups of rows: time where motions are prescribed, positions, velocities, accelerations and parameters.
 
     A row is a slider (label, unit, range, value), a number that follows (without a range), or a heading of rows.
 
@@ -44,16 +50,24 @@ def controls(
         start: values of "q", "qd" and "qdd" where sliders begin.
         extent: how far slides go, m.
         tied: what loops and rows leave free; None for a tree.
+        led: velocities with a prescribed motion.
+        t: time at which they begin, s.
     """
     symbols = latex_symbols(scene)
-    groups: list[dict[str, Any]] = [{"key": "q", "rows": _positions(scene, symbols, values, start["q"], extent, tied)}]
+    groups: list[dict[str, Any]] = []
+    if led:
+        fastest = max(abs(start["qd"][k]) for k in led)
+        last = max(t, min(60.0, max(2.0, 4 * math.pi / fastest)) if fastest else 10.0)
+        groups.append({"key": "t", "rows": [_row("t", 0, "t", "t", "s", (0.0, last), t)]})
+    groups.append({"key": "q", "rows": _positions(scene, symbols, values, start["q"], extent, tied, led)})
     units = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
     for k, names in ((1, scene.velocities), (2, tuple(acceleration_name(v) for v in scene.velocities))):
         key, rows = ("qd", "qdd")[k - 1], []
         for i, (name, unit) in enumerate(zip(names, units, strict=True)):
-            largest = RATES[unit][k - 1]
-            span = (-largest, largest) if tied is None or i in tied.velocities else None
-            rows.append(_row(key, i, name, symbols[name], UNITS[unit][k], span, start[key][i]))
+            largest = max(RATES[unit][k - 1], 1.5 * abs(start[key][i]))
+            free = i not in led and (tied is None or i in tied.velocities)
+            span = (-largest, largest) if free else None
+            rows.append(_row(key, i, name, symbols[name], UNITS[unit][k], span, start[key][i], led=i in led))
         groups.append({"key": key, "rows": rows})
     if scene.parameters:
         rows = [
@@ -71,18 +85,20 @@ def _positions(
     q: list[float],
     extent: float,
     tied: Held | None,
+    led: Sequence[int],
 ) -> list[Row]:
     rows: list[Row] = []
     first, turned = 0, 0
     wide = {"rad": math.pi, "m": extent, "1": 1.0}
     for joint in scene.moving:
         ball, units = quaternion(joint), JOINTS[joint.type].coordinates(joint)
+        prescribed = joint.rates[0] in [scene.velocities[k] for k in led]
         for k, (name, unit) in enumerate(zip(joint.coordinates, units, strict=True)):
-            at, free = q[first + k], tied is None or first + k in tied.moved
+            at, free = q[first + k], not prescribed and (tied is None or first + k in tied.moved)
             if ball is not None and k >= ball and free:
                 break
             span = _span(joint, wide[unit], at, values) if free else None
-            rows.append(_row("q", first + k, name, symbols[name], UNITS[unit][0], span, at))
+            rows.append(_row("q", first + k, name, symbols[name], UNITS[unit][0], span, at, led=prescribed))
         if ball is not None and (tied is None or first + ball in tied.moved):
             rows.append({"heading": in_html(joint.name)})
             angles = roll_pitch_yaw(q[first + ball : first + ball + 4])
@@ -111,6 +127,7 @@ def _row(
     span: tuple[float, float] | None,
     value: float,
     text: str = "",
+    led: bool = False,
 ) -> Row:
     plain = from_latex(latex).plain if latex else name
     row: Row = {
@@ -121,6 +138,7 @@ def _row(
         "text": in_html(text),
         "unit": re.sub(r"\^(\d)", r"<sup>\1</sup>", in_html(unit)),
         "value": value,
+        "why": "led" if led else "follows",  # what stands in place of a slider
     }
     return row if span is None else {**row, "low": span[0], "high": span[1]}
 

@@ -23,7 +23,7 @@ from symdyn.teach.interactive.function import function
 from symdyn.teach.interactive.marks import Mark, Sheet
 from symdyn.teach.interactive.reduced import ACTING, Held, held, reduced_functions
 from symdyn.teach.interactive.words import WORDS
-from symdyn.teach.numbers import shown_state
+from symdyn.teach.state import shown_state
 from symdyn.verify.equality import DIFFERENT, UNDEFINED, Claim, prove
 
 COEFFICIENTS = ("k_z", "k_C", "k_D", "k_G")
@@ -68,6 +68,8 @@ class Live:
         rows: velocities that the rows are about.
         terms: those that do not vanish.
         held: how loops and rows tie the state together; None for a tree.
+        led: (coordinate, velocity) of each prescribed motion, in the order of "led_positions", "led_velocities" and
+            "led_accelerations", functions of parameters and time.
         stuck: why the motion cannot be computed; "" where it can.
     """
 
@@ -78,6 +80,7 @@ class Live:
     rows: tuple[int, ...]
     terms: tuple[Term, ...]
     held: Held | None
+    led: tuple[tuple[int, int], ...]
     stuck: str
 
 
@@ -85,7 +88,7 @@ def live(scene: Scene, parameters: Mapping[str, float] | None = None) -> Live:
     """Return what the page of a scene computes.
 
     Args:
-        scene: without prescribed motions, of not too many velocities.
+        scene: of not too many velocities; with loops or rows without prescribed motions, see `by_hand`.
         parameters: values at which loops are assembled; None takes those that lessons show.
 
     Raises:
@@ -114,10 +117,31 @@ def live(scene: Scene, parameters: Mapping[str, float] | None = None) -> Live:
     text = "points and directions that are drawn, ground frame"
     entries = [x for row in sheet.rows for x in row]
     functions.append(function(workspace, "drawn_points", text, entries, ("q", "qd"), (len(sheet.rows), 3)))
+    led, motions = _led(scene), workspace.prescribed
+    parts = {"positions": motions.position, "velocities": motions.velocity, "accelerations": motions.acceleration}
+    for name, part in parts.items() if led else ():
+        functions.append(function(workspace, f"led_{name}", f"{name} that are prescribed", part, ()))
     equations = Equations(free, workspace.graph, tuple(functions))
     rows = tied.velocities if tied else tuple(range(workspace.state.n))
     terms = _lasting(equations, _terms(equations, rows))
-    return Live(lower(equations), tuple(sheet.marks), tuple(sheet.points), sheet.gravity, rows, terms, tied, stuck)
+    return Live(lower(equations), tuple(sheet.marks), tuple(sheet.points), sheet.gravity, rows, terms, tied, led, stuck)
+
+
+def by_hand(scene: Scene) -> Scene:
+    """Return the scene that a page moves: a closed one without its prescribed motions, which sliders take over."""
+    if not is_closed(scene):
+        return scene
+    return replace(scene, joints=tuple(replace(joint, motion=None) for joint in scene.joints))
+
+
+def _led(scene: Scene) -> tuple[tuple[int, int], ...]:
+    """Return coordinate and velocity of each prescribed motion, by velocity as `prescribed` has them."""
+    pairs = [
+        (scene.coordinates.index(joint.coordinates[0]), scene.velocities.index(joint.rates[0]))
+        for joint in scene.joints
+        if joint.motion is not None
+    ]
+    return tuple(sorted(pairs, key=lambda pair: pair[1]))
 
 
 def absence(scene: Scene, language: str) -> str:
@@ -128,8 +152,6 @@ def absence(scene: Scene, language: str) -> str:
 
 def unmovable(scene: Scene) -> str:
     """Return the key in `WORDS` of why sliders cannot move a scene; "" where they can."""
-    if any(joint.motion is not None for joint in scene.joints):
-        return "prescribed"
     if not scene.coordinates:
         return "still"
     return "many" if len(scene.velocities) > MOST else ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from symdyn.draw.forces import from_zero
 from symdyn.draw.places import drawn, elastic
 from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, Scene, Spring
@@ -24,8 +25,9 @@ class Mark:
 
     Attributes:
         kind: "link", "particle", "com" or "point"; "turn", "slide" or "weld", a joint; "support" or "rail", where one
-            stands on the ground; "frame", "load", "spring" or "damper", "spring_turn" and the like for one in a joint,
-            "wheel", the rim of what rolls; "ball", its outline; or "plane", what wheels and blades touch.
+            stands on the ground; "frame", "load", "spring" or "damper", "spring_turn" and the like for one in a joint
+            ("spring_zero" begins at the zero of a slide, "spring_slide" behind it), "wheel", the rim of what rolls;
+            "ball", its outline; or "plane", what wheels and blades touch.
         rows: of `drawn_points` that it needs, points first, then directions.
         body: number of the body that it belongs to, which is its colour; -1 for the ground.
         text: its name.
@@ -169,7 +171,9 @@ class Sheet:
             if not one.ends:
                 assert one.joint is not None, "what has no ends is in a joint"
                 rows, slides, child = self._hinges[one.joint]
-                marks.append(self._made(f"{kind}_{'slide' if slides else 'turn'}", rows, child, one.name))
+                joint = next(joint for joint in scene.joints if joint.name == one.joint)
+                where = "turn" if not slides else "zero" if from_zero(scene, joint) else "slide"
+                marks.append(self._made(f"{kind}_{where}", rows, child, one.name))
                 continue
             rows = tuple(self._point(self._found["end", one.name, str(k)]) for k in range(2))
             for end, row in zip(one.ends, rows, strict=True):

@@ -20,16 +20,18 @@ from symdyn.draw.view import View
 from symdyn.dynamics.state import quaternions
 from symdyn.emit import emit
 from symdyn.emit.escape import in_html, in_script, in_script_code
+from symdyn.emit.letters import Letters, head
 from symdyn.emit.names import stem
 from symdyn.emit.render import render
 from symdyn.errors import TeachError
 from symdyn.scene import Scene
 from symdyn.teach.interactive.controls import controls
-from symdyn.teach.interactive.live import Live, live
+from symdyn.teach.interactive.live import Live, by_hand, live
 from symdyn.teach.interactive.marks import Mark
 from symdyn.teach.interactive.start import start
 from symdyn.teach.interactive.tables import exerted, force_tables
 from symdyn.teach.interactive.words import WORDS
+from symdyn.teach.render.mathml import inline
 
 
 class Interactive(NamedTuple):
@@ -47,7 +49,7 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
     picture has the class "symdyn" and the colours of pictures. The script adds to one global name, `symdyn`.
 
     Args:
-        scene: any without prescribed motions, of not too many velocities.
+        scene: any of not too many velocities.
         parameters: where parameters begin instead.
         language: "en" or "sk".
 
@@ -59,30 +61,34 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
     """
     if language not in WORDS:
         raise TeachError(f"there is no language {language!r}; there are {', '.join(WORDS)}")
-    begun = start(scene)
+    begun, whole = start(scene), scene
+    scene = by_hand(scene)
     q, values = np.array(begun.q), begun.parameters
     if parameters:
         q, values = pose(scene, parameters={**values, **parameters})
     computed = live(scene, values)
     name, sentences = stem(scene.name), WORDS[language]
+    stuck = sentences["freed"] if scene != whole else f"{sentences['stuck']} {computed.stuck}" if computed.stuck else ""
     found = places(scene, q.reshape(1, -1), values)
     seen = watched(scene, found, values, q, None)
     extent = float(np.round(np.ptp(spread(scene, found), axis=0).max(), 2)) or 1.0
     state = {"q": [float(x) for x in q], "qd": begun.qd, "qdd": begun.qdd}
+    letters = Letters(scene)
     body = {
+        "letters": {key: inline(head(letters[key])) for key in ("K", "P")},
         "name": name,
         "title": in_html(scene.name),
         "words": sentences,
-        "groups": controls(scene, values, state, extent, computed.held),
+        "groups": controls(scene, values, state, extent, computed.held, [k for _, k in computed.led], begun.t),
         "rows": force_tables(scene, computed, sentences),
         "exerted": exerted(scene, computed, sentences),
         "closed": computed.held is not None,
         "planar": seen.planar,
-        "stuck": in_html(computed.stuck),
+        "stuck": in_html(stuck),
         "undriven": in_html(computed.held.undriven) if computed.held else "",
     }
     params = [values[p.name] for p in scene.parameters]
-    data = {"start": {**state, "params": params}, **_data(scene, computed, seen, sentences)}
+    data = {"start": {**state, "params": params, "t": begun.t}, **_data(scene, computed, seen, sentences)}
     command = f"symdyn walkthrough {scene.name}.toml --format html"
     code = emit(computed.program, "js", command=command).files[1][1]
     script = {
@@ -119,6 +125,7 @@ def _data(scene: Scene, computed: Live, seen: View, sentences: Mapping[str, str]
         "balls": balls,
         "turns": [first for first in balls if tied is None or first in tied.moved],
         "loops": None if tied is None or not tied.closing else {str(k): v for k, v in tied.moved.items()},
+        "led": [list(pair) for pair in computed.led],
         "terms": [[t.function, t.entry, t.row, t.sign, *map(list, t.rates)] for t in computed.terms],
         "total": "inverse_dynamics" if tied is None else "row_forces",
         "marks": [[m.kind, list(m.rows), m.body, _letters(m)] for m in computed.marks],

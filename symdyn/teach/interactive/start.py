@@ -4,34 +4,33 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass
-from fractions import Fraction
 
 from symdyn.dynamics import is_closed
+from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.state import quaternions
 from symdyn.errors import SymdynError
 from symdyn.scene import Scene, acceleration_name, without_hidden_zeros
-from symdyn.scene.start import starting_velocity
-from symdyn.scene.value import value_of
 from symdyn.teach.balance import Balance
 from symdyn.teach.motion import choose_motion
-from symdyn.teach.numbers import shown_state
+from symdyn.teach.state import shown_state, starting_rates
 
 
 @dataclass(frozen=True)
 class Start:
-    """A state: q, shape (nq,), qd and qdd, shape (nv,), and values of all parameters."""
+    """A state: q, shape (nq,), qd and qdd, shape (nv,), values of all parameters, and the time, s."""
 
     q: list[float]
     qd: list[float]
     qdd: list[float]
     parameters: dict[str, float]
+    t: float
 
 
 def start(scene: Scene) -> Start:
-    """Return the state at which the scene's lesson shows numbers.
+    """Return the state at which the scene's lesson shows numbers, with the velocities that the scene starts with.
 
-    Of closed mechanisms that is D'Alembert's lesson. There is none for quaternions: those begin with the velocities
-    of the scene's start, if it gives any.
+    Of closed mechanisms that is D'Alembert's lesson. There is none for quaternions: closed ones begin at rest where the
+    scene says nothing.
     """
     chosen, still = shown_state(scene), is_closed(scene)
     if still and not quaternions(scene):
@@ -39,8 +38,9 @@ def start(scene: Scene) -> Start:
             chosen, still = choose_motion(Balance(without_hidden_zeros(scene), "en")), False
     numbers = {str(symbol.value): value for symbol, value in chosen.values.items()}
     rates = [numbers.get(u, 0.0) for u in scene.velocities]
-    if still:
-        known = {name: Fraction(value) for name, value in chosen.parameters.items()}
-        rates = [float(value_of(x, known) or 0) for x in starting_velocity(scene)]
+    led = any(joint.motion is not None for joint in scene.joints)
+    declared = any(joint.start_rates for joint in scene.joints)
+    if still or (declared and not led and not is_closed(scene)):
+        rates = starting_rates(scene, chosen.parameters)
     accelerations = [numbers.get(acceleration_name(u), 0.0) for u in scene.velocities]
-    return Start(list(chosen.q), rates, accelerations, dict(chosen.parameters))
+    return Start(list(chosen.q), rates, accelerations, dict(chosen.parameters), numbers[TIME] if led else 0.0)

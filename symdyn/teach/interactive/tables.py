@@ -7,8 +7,10 @@ from typing import Any
 
 from symdyn.emit.escape import in_html
 from symdyn.emit.latex_layout import together
+from symdyn.emit.letters import Letters, head
 from symdyn.emit.symbols import latex_symbols
 from symdyn.scene import JOINTS, Scene, acceleration_name
+from symdyn.teach.equations import coefficient_unit
 from symdyn.teach.interactive.controls import UNITS
 from symdyn.teach.interactive.live import Live, Term
 from symdyn.teach.render.mathml import inline
@@ -16,16 +18,17 @@ from symdyn.teach.render.mathml import inline
 
 def force_tables(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict[str, Any]]:
     """Return, row by row, its name, its unit and its terms."""
-    symbols = latex_symbols(scene)
+    symbols, letters = latex_symbols(scene), Letters(scene)
     units = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    slides = [units[velocity] == "m" for velocity in computed.rows]
     tables = []
     for i, velocity in enumerate(computed.rows):
         drive = scene.drives[velocity]
         if computed.held:
-            label, drives = rf"\tau_{{{i + 1}}}^{{*}}", computed.held.drives
+            label, drives = rf"{head(letters['tau'])}_{{{i + 1}}}^{{*}}", computed.held.drives
             passive = velocity not in drives and set(drives) <= set(computed.rows)
         else:
-            label, passive = symbols[drive] if drive else rf"\tau_{{{i + 1}}}", not drive
+            label, passive = symbols[drive] if drive else rf"{head(letters['tau'])}_{{{i + 1}}}", not drive
         terms = [(k, term) for k, term in enumerate(computed.terms) if term.row == i]
         tables.append(
             {
@@ -33,7 +36,11 @@ def force_tables(scene: Scene, computed: Live, words: Mapping[str, str]) -> list
                 "passive": passive,
                 "unit": UNITS[units[velocity]][3],
                 "terms": [
-                    {"number": k, **_term(scene, term, symbols, words, "*" if computed.held else "")}
+                    {
+                        "number": k,
+                        "unit": coefficient_unit(term.function, [i + 1 for i in term.indices], slides),
+                        **_term(scene, term, symbols, letters, words, "*" if computed.held else ""),
+                    }
                     for k, term in terms
                 ],
             }
@@ -41,7 +48,9 @@ def force_tables(scene: Scene, computed: Live, words: Mapping[str, str]) -> list
     return tables
 
 
-def _term(scene: Scene, term: Term, symbols: Mapping[str, str], words: Mapping[str, str], star: str) -> dict[str, str]:
+def _term(
+    scene: Scene, term: Term, symbols: Mapping[str, str], letters: Letters, words: Mapping[str, str], star: str
+) -> dict[str, str]:
     """Return how a term is printed: its coefficient and what that is multiplied by."""
     names = {"qd": scene.velocities, "qdd": tuple(acceleration_name(v) for v in scene.velocities)}
     factors = [symbols[names[kind][k]] for kind, k in term.rates]
@@ -49,10 +58,11 @@ def _term(scene: Scene, term: Term, symbols: Mapping[str, str], words: Mapping[s
     rate = inline(f"{_grouped(factors[0])}^{{2}}") if square else "\u00a0".join(inline(x) for x in factors)
     above = f"^{{{star}}}" if star else ""
     if term.function[:2] != "k_":
-        return {"coefficient": f"−{inline(f'Q_{{{term.row + 1}}}{above}')}", "rate": "", "text": words["Q"]}
+        Q = head(letters["Q"])
+        return {"coefficient": f"−{inline(f'{Q}_{{{term.row + 1}}}{above}')}", "rate": "", "text": words["Q"]}
     letter, (first, *rest) = term.function[2:], [str(index + 1) for index in term.indices]
     index = f"{letter},{first},{together(rest)}" if letter == "C" else f"{letter},{together([first, *rest])}"
-    return {"coefficient": inline(f"k_{{{index}}}{above}"), "rate": rate, "text": ""}
+    return {"coefficient": inline(f"{head(letters['k'])}_{{{index}}}{above}"), "rate": rate, "text": ""}
 
 
 def _grouped(latex: str) -> str:
@@ -63,7 +73,7 @@ def exerted(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict
     """Return rows of what drives and multipliers exert, none for a tree: name, words, unit, which result and entry."""
     if computed.held is None:
         return []
-    symbols = latex_symbols(scene)
+    symbols, multiplier = latex_symbols(scene), head(Letters(scene)["lambda"])
     owners = [(joint, unit) for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
     rows = []
     for k in computed.held.drives:
@@ -77,7 +87,7 @@ def exerted(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict
         for phrase in ("force along", "moment about", "with its moment", "row"):
             text = text.replace(phrase, words[phrase])
         unit = "N" if wrench.startswith("force") else UNITS["rad"][3] if wrench.startswith("moment") else ""
-        rows.append(_exerted(inline(rf"\lambda_{{{k + 1}}}"), f"{owner}: {text}", unit, "multipliers", k))
+        rows.append(_exerted(inline(rf"{multiplier}_{{{k + 1}}}"), f"{owner}: {text}", unit, "multipliers", k))
     return rows
 
 

@@ -93,7 +93,8 @@ TEXTS = {
     "offset.reason": "It is the velocity of the origin times the angular velocity crossed with the first moment.",
     "rotor": "The rotor of joint {joint} turns too.",
     "potential": "The potential energy of mass {tag} of {body} in the field of gravity.",
-    "potential.reason": "Weight times height: minus the mass times the acceleration of free fall along the position.",
+    "potential.reason": "The work of the weight on the way from here to the origin: minus the scalar product of the "
+    "weight and the position vector, that is weight times height.",
     "springs": "The springs store energy.",
     "springs.reason": "The energy is the force added up along the way from the free length.",
     "energies": "Together: the kinetic and the potential energy.",
@@ -135,7 +136,8 @@ TEXTS = {
     "induced": "{name} is what {rate} induces in the axis of joint {joint}, whose own drive has to hold it.",
     "induced.how": "At rest, with {rate} = 1, each mass resists with minus mass times acceleration. The moments of "
     "these forces about the first axis (along it, for a slide) add up to minus",
-    "induced.split": "Moved from the second axis to the first, the same forces have a longer lever:",
+    "induced.split": "Their moment about the first axis is that about the second, and that of their resultant placed "
+    "on the second axis:",
     "induced.twin": "and both are one function:",
     "induced.reason": "The kinetic energy holds one term with the product of both rates. Differentiated by one rate "
     "and then by the other, in either order, it gives the same coefficient.",
@@ -155,6 +157,8 @@ TEXTS = {
     "k_D.acts": "{j} presses the masses away from axis {axis}; this force has a moment about axis {i}",
     "k_D.acts.slide": "{j} presses the masses away from axis {axis}; this force has a component along slide {i}",
     "k_D.own": "the line of the centrifugal force meets axis {i} itself",
+    "k_D.apart": "{j} moves nothing that joint {i} carries",
+    "k_D.none": "the masses that {j} turns lie on axis {axis}: there is no centrifugal force",
     "k_D.straight": "a slide is straight: {j} alone causes no centripetal acceleration",
     "k_D.meets": "the centrifugal force of {j} has no moment about axis {i}: its line meets the axis or is parallel "
     "to it",
@@ -164,7 +168,10 @@ TEXTS = {
     "k_C.acts": "{j} carries what moves with {k}: the Coriolis force has a moment about axis {i}",
     "k_C.acts.slide": "{j} carries what moves with {k}: the Coriolis force has a component along slide {i}",
     "k_C.straight": "a slide does not turn what it carries: {j} and {k} together cause no Coriolis acceleration",
-    "k_C.nothing": "no coefficient of the accelerations that counts here depends on a coordinate",
+    "k_C.apart": "{j} and {k} together move nothing that joint {i} carries",
+    "k_C.none": "{j} and {k} together give no mass a Coriolis acceleration",
+    "k_C.meets": "the Coriolis force has no moment about axis {i}: its line meets the axis or is parallel to it",
+    "k_C.meets.slide": "the Coriolis force is at right angles to slide {i}",
     "k_C.cancel": "the moments of the Coriolis forces about axis {i} add up to zero",
     "k_C.cancel.slide": "the components of the Coriolis forces along slide {i} add up to zero",
     "weights": "{name} is the torque that holds joint {joint} at rest against the weights.",
@@ -180,8 +187,8 @@ TEXTS = {
     "state.reason.closed": "The loops allow these rates and accelerations; parameters without a value in the scene "
     "are given one.",
     "values": "The coefficients at that position:",
-    "torque": "In all, {total} = {value}.",
-    "torque.passive": "The terms of the equation of {q} add up to {total} = {value}. Nothing drives {q}: this is what "
+    "torque": "In all, {total} {value}.",
+    "torque.passive": "The terms of the equation of {q} add up to {total} {value}. Nothing drives {q}: this is what "
     "the chosen motion would need there, and zero for the motion that the mechanism makes by itself.",
     "shares": "What adds up to {total}: each bar is one product, its length the share in the sum of the amounts.",
     "equilibria": "Where the mechanism rests without drives.",
@@ -193,6 +200,9 @@ TEXTS = {
     "of half a degree, for the values above.",
     "equilibria.turns": "Beyond what is exact, sign changes of the forces were looked for from {q} = {least} to "
     "{most}, in steps of half a degree, for the values above; outside there may be others.",
+    "equilibria.singular": "No equilibria, though the generalized forces vanish there: {places}. The coordinates are "
+    "singular there: they cannot tell every motion that the bodies can make, and on the one that they cannot tell the "
+    "forces do work, as the virtual work of all bodies shows.",
     "equilibria.driven": "A motion is prescribed here, or a force depends on time: the mechanism is driven, and no "
     "equilibria are listed.",
     "equilibria.all": "Every position is an equilibrium: no force depends on the position.",
@@ -209,7 +219,7 @@ TEXTS = {
     "power": "Check by energy: what the drives and the other forces put in is the rate of the mechanical energy.",
     "power.reason": "Multiply each equation by its rate and add: the sum is the derivative of kinetic plus potential "
     "energy.",
-    "power.numbers": "At the chosen state {left} = {value} W, and the right-hand side is {parts}.",
+    "power.numbers": "At the chosen state {left} {value} W, and the right-hand side is ({parts}) W.",
     # textbook
     "textbook.signs.title": "Signs",
     "textbook.signs": "Here each coefficient carries its own sign. The book writes the minus of the Coriolis and "
@@ -218,8 +228,8 @@ TEXTS = {
     "erratum.several": "The text of ({number}) is wrong",
     "erratum.reads": "As transcribed, in the signs used here: {left} = {form}.",
     "erratum.right": "Right is:",
-    "erratum.check": "Check at the state of the last section: the text gives {wrong}, the derivative taken on the "
-    "graph gives {left} = {right}.",
+    "erratum.check": "Check at the state of the last section: the text gives {wrong}; computed from the energies "
+    "without the text, {left} {right}.",
     "erratum.5.33": "The sign: y counts upwards, and potential energy grows with height. (5.34) is right.",
     "erratum.5.37": "The third term has the rate of the second joint in place of that of the first. (5.38) is right.",
     "erratum.5.40z": "The coefficient of the second acceleration is named like that of the second equation, and holds "
@@ -249,7 +259,7 @@ TEXTS = {
     "table.lagrange": "by Lagrange",
     "unknowns": "Every joint transmits what it does not leave free; a driven joint adds its drive.",
     "unknowns.reason": "A joint of class t has t unknown components; they are written along the axes of its own frame. "
-    "The ground is body 1.",
+    "The ground is body 0; the textbook counts it as body 1, and every other body one higher.",
     "unknown.drive": "drive of joint {joint}",
     "unknown.idle": "drive that a freedom in joint {joint} would need; nothing drives it, it comes out as zero",
     "unknown.passive": "what the motion of joint {joint} would need: nothing drives it",
@@ -277,6 +287,8 @@ TEXTS = {
     "free": "Body {number}, {body}, is cut free.",
     "free.caption": "{body}, cut free: every force and couple that acts on it.",
     "free.reason": "Its frame {number} has the axes of the body and its origin in its reference joint {joint}.",
+    "free.centre": " Couples with the index T are about the centre of mass T, where their forces are drawn; the "
+    "moments in the formulas are about the origin O of frame {number}.",
     "frame": "Frame {number} of {body} as seen from the ground.",
     "frame.reason": "P holds the direction cosines of its axes, r with a tilde the position of its origin as a skew "
     "matrix. With them every force and moment of the body goes to the ground, (5.5): the force is multiplied by P, "
@@ -293,7 +305,7 @@ TEXTS = {
     "which has six rows.",
     "erratum.5.16": "The text has a position in place of an acceleration. (5.11) is right.",
     "erratum.5.16.check": "Check in numbers, at the state that the section on reactions lists: put into (5.14), the "
-    "text gives {left} = {wrong}; the motion needs {left} = {right}.",
+    "text gives {left} {wrong}; the motion needs {left} {right}.",
     "bivectors": "What acts on {body}, each force over its moment about the origin of its frame.",
     "bivectors.reason": "Actions A: weight, loads, springs, friction. Inertia D: minus mass times acceleration of the "
     "centre of mass, and the moment of (5.14). Reactions R in the reference joint, and with a star those in other "

@@ -93,7 +93,8 @@ TEXTS = {
     "offset.reason": "Je to rýchlosť začiatku krát vektorový súčin uhlovej rýchlosti a statického momentu.",
     "rotor": "Otáča sa aj rotor v spojení {joint}.",
     "potential": "Potenciálna energia hmotnosti {tag} člena {body} v gravitačnom poli.",
-    "potential.reason": "Tiaž krát výška: mínus hmotnosť krát tiažové zrýchlenie v smere polohového vektora.",
+    "potential.reason": "Práca tiaže na ceste odtiaľto do začiatku: mínus skalárny súčin tiaže a polohového vektora, "
+    "teda tiaž krát výška.",
     "springs": "Pružiny hromadia energiu.",
     "springs.reason": "Energia je sila sčítaná po dráhe od voľnej dĺžky.",
     "energies": "Celková kinetická a potenciálna energia.",
@@ -135,7 +136,8 @@ TEXTS = {
     "induced": "{name} je reakčný účinok, ktorý v osi spojenia {joint} indukuje zrýchlenie {rate}.",
     "induced.how": "V pokoji pri {rate} = 1 pôsobí na každú hmotnosť zotrvačná sila, mínus hmotnosť krát zrýchlenie. "
     "Momenty týchto síl k prvej osi (pri posuve zložky v jej smere) dajú v súčte mínus",
-    "induced.split": "Pri prechode z druhej osi na prvú majú tie isté sily väčšie rameno:",
+    "induced.split": "Ich moment k prvej osi je súčet momentu k druhej osi a momentu ich výslednice umiestnenej v "
+    "druhej osi:",
     "induced.twin": "a oba koeficienty sú tou istou funkciou:",
     "induced.reason": "Kinetická energia obsahuje jeden výraz so súčinom oboch rýchlostí. Derivovaný podľa jednej a "
     "potom podľa druhej rýchlosti, v ľubovoľnom poradí, dá ten istý koeficient.",
@@ -155,6 +157,8 @@ TEXTS = {
     "k_D.acts": "{j} odtláča hmotnosti od osi {axis}; táto sila má moment k osi {i}",
     "k_D.acts.slide": "{j} odtláča hmotnosti od osi {axis}; táto sila má zložku v smere posuvu {i}",
     "k_D.own": "nositeľka odstredivej sily je s osou {i} rôznobežná",
+    "k_D.apart": "{j} nepohybuje ničím, čo nesie spojenie {i}",
+    "k_D.none": "hmotnosti, ktorými {j} otáča, ležia na osi {axis}: odstredivá sila nevzniká",
     "k_D.straight": "posuv je priamočiary: {j} samo nespôsobuje dostredivé zrýchlenie",
     "k_D.meets": "odstredivá sila od {j} nemá moment k osi {i}: jej nositeľka je s osou rôznobežná alebo rovnobežná",
     "k_D.meets.slide": "odstredivá sila od {j} je kolmá na posuv {i}",
@@ -163,7 +167,10 @@ TEXTS = {
     "k_C.acts": "{j} unáša to, čo sa pohybuje s {k}: Coriolisova sila má moment k osi {i}",
     "k_C.acts.slide": "{j} unáša to, čo sa pohybuje s {k}: Coriolisova sila má zložku v smere posuvu {i}",
     "k_C.straight": "posuv neotáča to, čo unáša: {j} a {k} spolu nespôsobujú Coriolisovo zrýchlenie",
-    "k_C.nothing": "žiaden z príslušných koeficientov pri zrýchleniach nezávisí od súradnice",
+    "k_C.apart": "{j} a {k} spolu nepohybujú ničím, čo nesie spojenie {i}",
+    "k_C.none": "{j} a {k} spolu neudeľujú žiadnej hmotnosti Coriolisovo zrýchlenie",
+    "k_C.meets": "Coriolisova sila nemá moment k osi {i}: jej nositeľka je s osou rôznobežná alebo rovnobežná",
+    "k_C.meets.slide": "Coriolisova sila je kolmá na posuv {i}",
     "k_C.cancel": "momenty Coriolisových síl k osi {i} dajú v súčte nulu",
     "k_C.cancel.slide": "zložky Coriolisových síl v smere posuvu {i} dajú v súčte nulu",
     "weights": "{name} je moment, ktorý drží spojenie {joint} v pokoji proti tiažam.",
@@ -177,8 +184,8 @@ TEXTS = {
     "state.reason.closed": "Slučky tieto rýchlosti a zrýchlenia dovoľujú; parametre, ktoré v zadaní hodnotu nemajú, "
     "ju dostanú tu.",
     "values": "Koeficienty v tejto polohe:",
-    "torque": "Spolu {total} = {value}.",
-    "torque.passive": "Členy rovnice súradnice {q} dajú v súčte {total} = {value}. Súradnicu {q} nič nepoháňa: toto "
+    "torque": "Spolu {total} {value}.",
+    "torque.passive": "Členy rovnice súradnice {q} dajú v súčte {total} {value}. Súradnicu {q} nič nepoháňa: toto "
     "by tam zvolený pohyb potreboval; pre pohyb, ktorý mechanizmus koná sám, je to nula.",
     "shares": "Z čoho sa skladá {total}: každý stĺpec je jeden súčin, jeho dĺžka je podiel na súčte veľkostí.",
     "equilibria": "Kde mechanizmus zotrvá v pokoji bez pohonov.",
@@ -190,6 +197,9 @@ TEXTS = {
     "hodnoty uvedené vyššie.",
     "equilibria.turns": "Okrem presných polôh sa hľadali zmeny znamienka síl od {q} = {least} po {most}, s krokom pol "
     "stupňa, pre hodnoty uvedené vyššie; mimo týchto hraníc môžu existovať ďalšie.",
+    "equilibria.singular": "Zovšeobecnené sily sa rušia aj v polohách {places}, rovnovážne však nie sú. Súradnice sú "
+    "tam singulárne: nedá sa nimi opísať každý pohyb, ktorý členy môžu konať, a na tom, ktorý sa opísať nedá, sily "
+    "konajú prácu, ako ukazuje virtuálna práca pri pohybe všetkých členov.",
     "equilibria.driven": "Niektorý pohyb je tu predpísaný alebo niektorá sila závisí od času: mechanizmus je budený, a "
     "rovnovážne polohy sa preto neuvádzajú.",
     "equilibria.all": "Každá poloha je rovnovážna: žiadna sila nezávisí od polohy.",
@@ -206,7 +216,7 @@ TEXTS = {
     "power": "Kontrola energiou: výkon pohonov a ostatných síl je deriváciou mechanickej energie podľa času.",
     "power.reason": "Každú rovnicu vynásobíme jej rýchlosťou a sčítame: súčet je deriváciou súčtu kinetickej a "
     "potenciálnej energie.",
-    "power.numbers": "Vo zvolenom stave {left} = {value} W a pravá strana je {parts}.",
+    "power.numbers": "Vo zvolenom stave {left} {value} W a pravá strana je ({parts}) W.",
     # textbook
     "textbook.signs.title": "Znamienka",
     "textbook.signs": "Tu má každý koeficient svoje znamienko v sebe. Kniha píše mínus Coriolisových a odstredivých "
@@ -215,7 +225,8 @@ TEXTS = {
     "erratum.several": "Text vzťahov ({number}) je chybný",
     "erratum.reads": "V prepise stojí (v tu použitých znamienkach): {left} = {form}.",
     "erratum.right": "Správne je:",
-    "erratum.check": "Kontrola v stave z poslednej časti: text dáva {wrong}, derivácia na grafe dáva {left} = {right}.",
+    "erratum.check": "Kontrola v stave z poslednej časti: text dáva {wrong}; z energií bez textu vychádza "
+    "{left} {right}.",
     "erratum.5.33": "Znamienko: y rastie nahor a potenciálna energia s výškou rastie. Vzťah (5.34) je správny.",
     "erratum.5.37": "Tretí výraz obsahuje rýchlosť druhého spojenia namiesto prvého. Vzťah (5.38) je správny.",
     "erratum.5.40z": "Koeficient pri druhom zrýchlení je označený ako koeficient druhej rovnice a obsahuje prvú "
@@ -244,7 +255,7 @@ TEXTS = {
     "table.lagrange": "podľa Lagrangea",
     "unknowns": "Každé spojenie prenáša to, čo nenecháva voľné; poháňané spojenie pridáva hnací účinok.",
     "unknowns.reason": "Spojenie triedy t má t neznámych súradníc; píšu sa v osiach jeho vlastného súradnicového "
-    "systému. Rám je člen 1.",
+    "systému. Rám je člen 0; učebnica ho čísluje ako člen 1 a každý ďalší člen o jednotku vyššie.",
     "unknown.drive": "hnací účinok v spojení {joint}",
     "unknown.idle": "hnací účinok, ktorý by potrebovala voľnosť v spojení {joint}; nič ju nepoháňa, vyjde nulový",
     "unknown.passive": "čo by potreboval pohyb v spojení {joint}: nič ho nepoháňa",
@@ -272,6 +283,8 @@ TEXTS = {
     "free": "Člen {number}, {body}, uvoľníme.",
     "free.caption": "Uvoľnený člen {body}: všetky sily a dvojice, ktoré naň pôsobia.",
     "free.reason": "Jeho súradnicový systém {number} má osi člena a začiatok vo vzťažnom spojení {joint}.",
+    "free.centre": " Dvojice s indexom T sú k ťažisku T, v ktorom sú nakreslené ich sily; momenty vo vzorcoch sú k "
+    "začiatku O súradnicového systému {number}.",
     "frame": "Súradnicový systém {number} člena {body} vzhľadom na rám.",
     "frame.reason": "P obsahuje smerové kosínusy jeho osí, r s vlnkou polohu jeho začiatku ako antisymetrickú maticu. "
     "Nimi sa každá sila a moment člena prenesú do rámu podľa (5.5): sila sa násobí maticou P, moment tiež a pripočíta "
@@ -286,7 +299,7 @@ TEXTS = {
     "tri riadky a stĺpce, a R s pruhom, šesť. Kontrola: v (5.5) prenos násobí bivektor, ktorý má šesť riadkov.",
     "erratum.5.16": "V texte je poloha namiesto zrýchlenia. Vzťah (5.11) je správny.",
     "erratum.5.16.check": "Kontrola v číslach, v stave uvedenom v časti o reakciách: po dosadení do (5.14) text dáva "
-    "{left} = {wrong}; pohyb vyžaduje {left} = {right}.",
+    "{left} {wrong}; pohyb vyžaduje {left} {right}.",
     "bivectors": "Čo pôsobí na člen {body}: sila nad momentom k začiatku jeho súradnicového systému.",
     "bivectors.reason": "Akčné účinky A: tiaž, zaťaženia, pružiny, trenie. Zotrvačné účinky D: mínus hmotnosť krát "
     "zrýchlenie ťažiska a moment (5.14). Reakcie R vo vzťažnom spojení a s hviezdičkou v ostatných spojeniach, opačné "

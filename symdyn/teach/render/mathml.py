@@ -21,7 +21,7 @@ _AFTER = re.compile(rf"(\\(?:{NAMES})(?:\^(?:\d|{{\d+}}))?) (?=[\w\\])")
 _ACCENTED = re.compile(r"<mover>((?:(?!</?mover>).)*)<mo>([¨˙])</mo></mover>")
 _BRACED = re.compile(r"<munder><munder>(.*?)<mo>⏟</mo></munder>")
 _NUMBERED = re.compile(r"&#x0*([0-9A-Fa-f]+);")
-_OPERATOR = re.compile(r"\s*([=+-]?)\s*(.*?)\s*", re.DOTALL)
+_OPERATOR = re.compile(r"\s*([=+-]|\\approx(?![A-Za-z])|)\s*(.*?)\s*", re.DOTALL)
 _THIN = '<mspace width="0.167em" />'
 _THIN_AFTER = re.compile(rf"(<mn>[^<]*|<mi>[^<]{{2,}})(</m[in]>){_THIN}")
 _THIN_RAISED = re.compile(rf"(<mn>[^<]*)(</mn></m(?:sup|sub|subsup)>){_THIN}")
@@ -43,7 +43,7 @@ def flow(left: str, right: str) -> str:
     for piece in _whole(right.split(BREAK)):
         found = _OPERATOR.fullmatch(piece)
         assert found is not None, "a pattern of any text"
-        sign, rest = found[1].replace("-", "−"), found[2]
+        sign, rest = found[1].replace("-", "−").replace(r"\approx", "≈"), found[2]
         term.append(f"{sign} {inline(rest)}" if sign else inline(rest))
         depth += _depths(piece)[-1]
         if depth <= 0:

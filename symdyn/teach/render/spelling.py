@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from fractions import Fraction
 
-from symdyn.algebra.form import MINUS_ONE, Form, product_of, split_sign, sum_of, terms_of
+from symdyn.algebra.form import MINUS_ONE, Form, numbers_of, product_of, split_sign, sum_of, terms_of
 from symdyn.emit.breaking import break_lines, latex_width
 from symdyn.emit.escape import in_latex
 from symdyn.emit.formula_text import BREAK, Latex
+from symdyn.emit.letters import head
 from symdyn.emit.symbols import PrintName, latex_symbols
 from symdyn.scene.grammar import GREEK
 from symdyn.teach.document import Braced, Document, Formula, Matrix, Words
@@ -58,14 +60,19 @@ class Spelling:
         """Return a form in one line."""
         return self._write.unbroken(form)
 
+    def sign(self, *forms: Form) -> str:
+        r"""Return what stands before a form: "=", \approx where a number is printed with fewer digits than it has."""
+        numbers = [abs(number.value) for form in forms for number in numbers_of(form)]
+        return "=" if all(_is_whole(self._write.number(value), value) for value in numbers) else r"\approx"
+
     def formula(self, formula: Formula) -> tuple[str, str]:
         """Return (left, "= right") of a formula, the right-hand side with break marks."""
         if not formula.left:
             assert formula.right is not None, "a formula without a name on the left has two sides"
-            return "", f"{self(formula.form)} {BREAK}= {self(formula.right)}"
-        chain = f"= {self(formula.form)}"
+            return "", f"{self(formula.form)} {BREAK}{self.sign(formula.form, formula.right)} {self(formula.right)}"
+        chain = f"{self.sign(formula.form)} {self(formula.form)}"
         if formula.right is not None:
-            chain += f" {BREAK}= {self(formula.right)}"
+            chain += f" {BREAK}{self.sign(formula.form, formula.right)} {self(formula.right)}"
         return self.symbols[formula.left], chain
 
     def braced(self, formula: Braced) -> tuple[str, str]:
@@ -84,7 +91,8 @@ class Spelling:
             shown += "" if rate == "1" else rf"\, {rate}"
             sign = "-" if negative else "+"
             text += f" {BREAK}{sign} {shown}" if text else f"{'-' if negative else ''}{shown}"
-        return self.inline(formula.left), f"= {text or '0'}"
+        sign = self.sign(*(brace.form for brace in formula.terms))
+        return self.inline(formula.left), f"{sign} {text or '0'}"
 
     def matrix(self, matrix: Matrix) -> str:
         r"""Return left &= \begin{bmatrix} ... \end{bmatrix}."""
@@ -97,10 +105,15 @@ class Spelling:
         return "".join(plain(x) if isinstance(x, str) else f"${self.inline(x)}$" for x in words.parts)
 
 
+def _is_whole(text: str, value: Fraction) -> bool:
+    """Tell whether a number is printed with all of its digits."""
+    found = re.fullmatch(r"([\d.]+)(?: \\cdot 10\^\{(-?\d+)\})?", text)
+    return found is None or Fraction(found[1]) * Fraction(10) ** int(found[2] or 0) == value
+
+
 def letter(look: Letter) -> str:
     r"""Return \dot x_{2}, v_{2}^{2} or \bar F_{22}^{A}."""
-    head = f"\\{look.letter}" if look.letter in GREEK else look.letter
-    shown = PrintName(head, ",".join(map(_index, look.index)))
+    shown = PrintName(head(look.letter), ",".join(map(_index, look.index)))
     if look.dots:
         return shown.accented("d" * look.dots + "ot")
     text = shown.accented(look.accent) if look.accent else str(shown)

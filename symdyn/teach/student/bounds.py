@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from fractions import Fraction
 from math import comb
 
@@ -17,16 +16,6 @@ def too_large(number: Number) -> bool:
     """Whether a number is larger than anything that is measured, or smaller."""
     size = abs(number.value)
     return size > LARGEST or 0 < size < Fraction(1, LARGEST)
-
-
-def numbers_of(form: Form) -> Iterator[Number]:
-    """Yield the numbers that stand in a form."""
-    if isinstance(form, Number):
-        yield form
-    parts = form.terms if isinstance(form, Sum) else form.factors if isinstance(form, Product) else ()
-    parts = (form.base,) if isinstance(form, Power) else form.args if isinstance(form, Function) else parts
-    for part in parts:
-        yield from numbers_of(part)
 
 
 def is_small(form: Form) -> bool:

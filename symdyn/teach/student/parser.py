@@ -21,12 +21,13 @@ from symdyn.algebra.form import (
     Number,
     Pi,
     Symbol,
+    numbers_of,
     power_of,
     product_of,
     sum_of,
 )
 from symdyn.graph import Op
-from symdyn.teach.student.bounds import numbers_of, too_large
+from symdyn.teach.student.bounds import too_large
 from symdyn.teach.student.cursor import Cursor
 from symdyn.teach.student.names import Names
 from symdyn.teach.student.source import Source

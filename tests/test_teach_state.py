@@ -1,0 +1,181 @@
+"""The state of a lesson's numbers: allowed by the scene, hiding nothing; rounded numbers follow ≈, and have units."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+from symdyn.scene import Scene, read, read_text
+from symdyn.teach import Document, rendered, walkthrough
+from symdyn.teach.document import Values
+from symdyn.teach.render.spelling import Spelling
+
+ROOT = Path(__file__).parent
+EXAMPLES, FOUND = ROOT.parent / "examples", ROOT / "data/found"
+
+CRANK = """
+name = "crank"
+gravity = [0, "-g", 0]
+[parameters]
+r = { value = 0.2, positive = true, unit = "m" }
+l = { value = 0.7, positive = true, unit = "m" }
+g = { value = 9.81, positive = true, unit = "m/s^2" }
+[bodies.crank]
+particles = [{ mass = 1, at = ["r", 0, 0] }]
+[bodies.rod]
+particles = [{ mass = 2, at = ["l/2", 0, 0] }]
+[bodies.piston]
+particles = [{ mass = 3, at = [0, 0, 0] }]
+[joints.motor]
+type = "revolute"
+parent = "ground"
+child = "crank"
+axis = [0, 0, 1]
+coordinate = "phi"
+motion = "2 + 3*t + t**2"
+[joints.pin]
+type = "revolute"
+parent = "crank"
+child = "rod"
+origin = { xyz = ["r", 0, 0] }
+axis = [0, 0, 1]
+coordinate = "psi"
+drive = false
+[joints.guide]
+type = "prismatic"
+parent = "ground"
+child = "piston"
+axis = [1, 0, 0]
+coordinate = "x"
+drive = false
+start = 0.6
+[[loop]]
+name = "eye"
+type = "revolute"
+parent = "rod"
+child = "piston"
+origin = { xyz = ["l", 0, 0] }
+axis = [0, 0, 1]
+"""
+
+
+def shown(document: Document, key: str = "state") -> dict[str, float]:
+    """Return the numbers of a table by symbol."""
+    step = next(step for section in document.sections for step in section.steps if step.key == key)
+    (table,) = [block for block in step.blocks if isinstance(block, Values)]
+    return {
+        row[0].parts[0].name: float(str(row[1].parts[0]).replace("−", "-").replace(" · 10^", "e")) for row in table.rows
+    }
+
+
+@pytest.mark.mends("5.5")
+@pytest.mark.parametrize("road", ["lagrange", "dalembert"])
+def test_a_prescribed_motion_is_shown_where_it_is(road: str) -> None:
+    """The hoop is turned by phi = Omega t, so phi' is Omega and phi'' is zero, whatever else is chosen."""
+    state = shown(walkthrough(read(FOUND / "hoop_driven.toml"), road=road))
+
+    assert state["phi"] == pytest.approx(state["Omega"] * state["t"])
+    assert state["phi_dot"] == state["Omega"] == 8
+    assert state["phi_ddot"] == 0
+    assert state["theta_dot"] != 0
+
+
+@pytest.mark.mends("5.5")
+def test_a_loop_with_a_prescribed_motion_is_shown_where_it_is() -> None:
+    state = shown(walkthrough(read_text(CRANK, "crank"), road="dalembert"))
+
+    t, phi, psi = state["t"], state["phi"], state["psi"]
+    assert phi == pytest.approx(2 + 3 * t + t * t, abs=2e-3)
+    assert state["phi_dot"] == pytest.approx(3 + 2 * t, abs=2e-3)
+    assert state["phi_ddot"] == 2
+    assert 0.2 * math.sin(phi) + 0.7 * math.sin(phi + psi) == pytest.approx(0, abs=2e-3)
+    assert 0.2 * math.cos(phi) + 0.7 * math.cos(phi + psi) == pytest.approx(state["x"], abs=2e-3)
+    speed = 0.2 * math.cos(phi) * state["phi_dot"] + 0.7 * math.cos(phi + psi) * (state["phi_dot"] + state["psi_dot"])
+    assert speed == pytest.approx(0, abs=1e-2)
+
+
+@pytest.mark.mends("5.5")
+@pytest.mark.parametrize("name", ["two_link", "cart_pole", "double_pendulum", "pendulum", "hoop", "scara"])
+def test_no_coordinate_of_the_state_hides_an_error(name: str) -> None:
+    """At zero, at a multiple of 45°, and where two are equal, a wrong sign or sine in place of a cosine goes unseen."""
+    scene = read(FOUND / "hoop_driven.toml") if name == "hoop" else read(EXAMPLES / f"{name}.toml")
+    state = shown(walkthrough(scene))
+
+    places = {q: state[q] for q in scene.coordinates}
+    units = dict(zip(scene.coordinates, kinds(scene), strict=True))
+    for q, value in places.items():
+        assert abs(math.remainder(value, math.pi / 4) if units[q] == "rad" else value) > 0.01
+    sizes = sorted(abs(value) for value in places.values())
+    assert all(b - a > 0.01 for a, b in itertools.pairwise(sizes))
+
+
+def kinds(scene: Scene) -> list[str]:
+    from symdyn.scene import JOINTS
+
+    return [unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
+
+
+def test_limits_of_a_joint_are_kept() -> None:
+    text = (FOUND / "hoop_driven.toml").read_text().replace('motion = "Omega*t"\n', "")
+    text = text.replace("start = 0.5", "start = 0.0\nlimits = { lower = -0.5, upper = 0.5 }")
+    assert 0 < abs(shown(walkthrough(read_text(text, "hoop")))["theta"]) < 0.5
+
+
+def test_rates_that_the_scene_starts_with_are_shown() -> None:
+    text = (EXAMPLES / "two_link.toml").read_text().replace("[joints.elbow]", "[joints.elbow]\nstart_rates = [2.5]")
+    assert shown(walkthrough(read_text(text, "two_link")))["q2_dot"] == 2.5
+
+
+@pytest.mark.mends("5.5")
+@pytest.mark.parametrize("language", ["en", "sk"])
+@pytest.mark.parametrize("name", ["two_link", "cart_pole"])
+def test_rounded_results_follow_the_sign_for_it(name: str, language: str) -> None:
+    text = str(rendered(walkthrough(read(EXAMPLES / f"{name}.toml"), language), "md")[f"{name}.md"])
+
+    prose = [line for line in text.splitlines() if not line.startswith(("|", "$$", "<"))]
+    found = [n for line in prose for n in re.findall(r"(?<![A-Za-z]) ([=≈]) (−?\d+\.\d+)", line)]
+    assert len(found) >= 3
+    assert {sign for sign, number in found if len(number.replace("−", "").replace(".", "").lstrip("0")) == 4} == {"≈"}
+
+
+@pytest.mark.mends("5.5")
+def test_rounded_numbers_in_formulas_follow_the_sign_for_it() -> None:
+    scene = read_text(THIRDS, "thirds")
+    document = walkthrough(scene)
+    spell = Spelling(document)
+    chains = [spell.formula(b)[1] for _, b in document.blocks() if getattr(b, "left", "") == "k_z:1,1"]
+
+    assert chains
+    assert all(chain.startswith(r"\approx ") for chain in chains)
+
+
+THIRDS = """
+name = "thirds"
+gravity = [0, -9.81, 0]
+[bodies.rod]
+particles = [{ mass = 1.23456789, at = [0.7, 0, 0] }]
+[joints.pivot]
+type = "revolute"
+parent = "ground"
+child = "rod"
+axis = [0, 0, 1]
+"""
+
+
+@pytest.mark.mends("5.5")
+def test_coefficients_have_units() -> None:
+    scene = read(EXAMPLES / "cart_pole.toml")
+    document = walkthrough(scene)
+
+    step = next(step for section in document.sections for step in section.steps if step.key == "values")
+    (table,) = [block for block in step.blocks if isinstance(block, Values)]
+    spell = Spelling(document)
+    units = {spell.words(row[0]): spell.words(row[-1]) for row in table.rows}
+    assert units["$k_{z,11}$"] == "kg"
+    assert units["$k_{z,12}$"] == units["$k_{D,12}$"] == "kg m"
+    assert units["$k_{z,22}$"] == "kg m²"
+    assert units["$k_{G,2}$"] == "N m"
