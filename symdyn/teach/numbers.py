@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import isfinite
 
 from symdyn.algebra.form import (
     MINUS_ONE,
@@ -22,6 +23,7 @@ from symdyn.dynamics import is_closed
 from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.state import State, state_symbols, vector
 from symdyn.emit.equations import Printable
+from symdyn.errors import NoValueError
 from symdyn.graph import Expr, Graph, evaluate, tangents
 from symdyn.scene import JOINTS, Scene
 from symdyn.teach.balance import Balance
@@ -52,8 +54,15 @@ class Chosen:
     parameters: Mapping[str, float]
 
     def of(self, *nodes: Expr) -> list[float]:
-        """Return the values of nodes."""
-        return [float(x) for x in evaluate(nodes, Floats(), self.values)]
+        """Return the values of nodes.
+
+        Raises:
+            NoValueError: a formula has none at this state, or none that a double holds.
+        """
+        found = [float(x) for x in evaluate(nodes, Floats(), self.values)]
+        if not all(map(isfinite, found)):
+            raise NoValueError("at the state of the lesson a number is beyond the largest double; choose other units")
+        return found
 
 
 def choose(lesson: Lesson) -> Chosen:
