@@ -30,7 +30,7 @@ __all__ = ["FormulaError", "parse", "quantity"]
 LONGEST_NUMBER = 1000
 LONGEST_TEXT = 10_000
 DEEPEST = 150
-MOST_NODES = 20_000
+MOST_NODES = 2_000
 LARGEST_EXPONENT = 400
 
 DEGREE = folding.mul(number(Fraction(1, 180)), PI)
