@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 
@@ -22,6 +21,7 @@ from symdyn.cli import (
     verify,
     walkthrough,
 )
+from symdyn.cli.streams import prepare_streams, silence
 from symdyn.errors import SymdynError
 
 VERBS = (
@@ -68,6 +68,7 @@ def version() -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status."""
+    prepare_streams()
     try:
         options = parser().parse_args(arguments)
         status: int = options.run(options)
@@ -79,7 +80,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("symdyn: interrupted", file=sys.stderr)
         return 130
     except BrokenPipeError:  # the reader, such as head, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        silence("stdout")
         return 0
     except OSError as fault:  # a full disk under stdout, for one
         print(f"symdyn: {fault.strerror or fault}", file=sys.stderr)

@@ -9,6 +9,7 @@ from os import PathLike
 from pathlib import Path
 
 from symdyn.errors import SceneError
+from symdyn.graph import growing
 from symdyn.scene.contents import read_bounded
 from symdyn.scene.model import Scene
 from symdyn.scene.names import suggestion
@@ -66,6 +67,7 @@ def read(
     return read_noting(path, ReadOptions(snap, allow_invalid_inertia, cuts)).scene
 
 
+@growing()
 def read_noting(path: str | PathLike[str], options: ReadOptions | None = None) -> Reading:
     """Return the scene in a file, and notes of what the reader changed, doubts or leaves out of the equations.
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from symdyn.graph import Graph
+from symdyn.graph import Graph, Op
 from symdyn.scene.draft import Draft, joint_numbers, shown
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.model import Joint
 from symdyn.scene.names import listed
-from symdyn.scene.quantity import Quantity, Vector, express
+from symdyn.scene.quantity import ZERO, Quantity, Vector, express
 from symdyn.scene.start import quaternion
 from symdyn.scene.table import Faults
 from symdyn.scene.value import Value, value_of
@@ -50,6 +50,8 @@ def direction(where: str, key: str, axis: Vector, faults: Faults) -> bool:
 
 def vanishes(quantity: Quantity) -> bool:
     """Tell whether a quantity without symbols is zero."""
+    if quantity.op is Op.CONSTANT:
+        return quantity == ZERO
     try:
         return express(quantity, graph := Graph()) is graph.zero or value_of(quantity, {}) == 0
     except (FormulaError, ZeroDivisionError):
