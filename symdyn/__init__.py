@@ -18,9 +18,11 @@ Everything is imported when it is first used.
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False  # importing typing would take longer than all else here
 if TYPE_CHECKING:
+    from typing import Any
+
     from symdyn.build import lambdify
     from symdyn.build.load import load
     from symdyn.draw import animation, picture

@@ -60,6 +60,10 @@ class DerivationError(SymdynError):
     """Equations that do not exist for this scene, such as forward dynamics with a singular mass matrix."""
 
 
+class NoValueError(SymdynError, ArithmeticError, ValueError):
+    """A formula without a value as a double where it is asked for: log(-1), 1/0, exp(1000)."""
+
+
 class EmitError(SymdynError):
     """A target that cannot express what was asked."""
 

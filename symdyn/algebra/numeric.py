@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from symdyn.errors import NoValueError
 from symdyn.graph import Expr, Op
 
 
@@ -40,7 +41,7 @@ class Arithmetic:
 
 
 class Floats(Arithmetic):
-    """Python floats: one state, no dependencies, raises as `math` does."""
+    """Python floats: one state, no dependencies; what has no value raises `NoValueError`."""
 
     functions: ClassVar[dict[Op, Callable[..., float]]] = {
         Op.SIN: math.sin,
@@ -56,7 +57,14 @@ class Floats(Arithmetic):
 
     def constant(self, value: Fraction) -> float:
         """Return the nearest float."""
-        return float(value)
+        return _double(value)
+
+    def div(self, a: float, b: float) -> float:
+        """Return a / b."""
+        try:
+            return a / b
+        except ZeroDivisionError:
+            raise NoValueError(f"{a:.6g}/0 {NO_VALUE}") from None
 
     def pi(self) -> float:
         """Return the nearest float."""
@@ -64,7 +72,11 @@ class Floats(Arithmetic):
 
     def function(self, node: Expr, args: Sequence[float]) -> float:
         """Return node.op(args)."""
-        return self.functions[node.op](*args)
+        try:
+            return self.functions[node.op](*args)
+        except (ValueError, OverflowError):
+            text = f"{node.op.name.lower()}({', '.join(f'{x:.6g}' for x in args)})"
+            raise NoValueError(f"{text} {NO_VALUE}") from None
 
 
 class Batches(Arithmetic):
@@ -84,7 +96,7 @@ class Batches(Arithmetic):
 
     def constant(self, value: Fraction) -> Any:
         """Return the nearest double."""
-        return np.float64(float(value))
+        return np.float64(_double(value))
 
     def pi(self) -> Any:
         """Return the nearest double."""
@@ -116,3 +128,19 @@ class Fractions(Arithmetic):
         if node.op not in self.functions:
             raise ArithmeticError(f"{node.op.name.lower()} is not rational; run the graph over mpmath or floats")
         return self.functions[node.op](args[0])
+
+
+NO_VALUE = (
+    "has no value; a formula of the scene is asked for where it does not exist, choose a state or a start where it does"
+)
+
+
+def _double(value: Fraction) -> float:
+    """Return the nearest double."""
+    try:
+        return float(value)
+    except OverflowError:
+        digits = (abs(value.numerator).bit_length() - value.denominator.bit_length()) * 0.30103
+        raise NoValueError(
+            f"a number of about 1e{digits:.0f} is beyond the largest double, 1.8e308; choose units that keep it smaller"
+        ) from None

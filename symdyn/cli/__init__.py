@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import warnings
 from collections.abc import Callable, Sequence
@@ -25,6 +24,7 @@ from symdyn.cli import (
     verify,
     walkthrough,
 )
+from symdyn.cli.streams import prepare_streams, silence
 from symdyn.errors import SymdynError, SymdynWarning, printable
 
 VERBS = (
@@ -94,6 +94,7 @@ def _show(others: Callable[..., None], message: Warning | str, category: type[Wa
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status."""
+    prepare_streams()
     try:
         options = parser().parse_args(arguments)
         status: int = options.run(options)
@@ -105,7 +106,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         print("symdyn: interrupted", file=sys.stderr)
         return 130
     except BrokenPipeError:  # the reader, such as head, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        silence("stdout")
         return 0
     except OSError as fault:  # a full disk under stdout, for one
         print(f"symdyn: {printable(fault.strerror or str(fault))}", file=sys.stderr)

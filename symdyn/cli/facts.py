@@ -6,25 +6,28 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from symdyn.dynamics import Closing
+    from symdyn.dynamics import Closing, Equations
     from symdyn.scene import Joint, Row, Scene
     from symdyn.scene.quantity import Vector
+
+MEASURED = 50
+"""Velocities up to which it is measured what every step saves: that takes all functions ten times over."""
 
 
 def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, Any], list[str]]:
     """Return the facts for JSON, and why some functions are missing."""
-    from dataclasses import asdict
-
-    from symdyn.dynamics import available
-    from symdyn.program import formulate, lower, prepare, skipped
-    from symdyn.program.prepare import is_prepared
+    from symdyn.dynamics import LARGEST, Equations, Workspace, available_on
+    from symdyn.program import choose, formulate
     from symdyn.scene import JOINTS, spell
 
-    outputs, left_out = available(scene, closing)
-    equations = formulate(scene, outputs, road, closing)
-    program = lower(equations)
-    prepared = prepare(program)
-    first = prepared.routines[0] if is_prepared(prepared) else None
+    workspace = Workspace(scene, closing)
+    outputs, left_out = available_on(workspace)
+    if workspace.state.n > LARGEST:  # deriving is most of the work, and the order of the nodes counts for nothing
+        equations = Equations(scene, workspace.graph, choose(workspace, outputs, road), closing)
+    else:
+        equations = formulate(scene, outputs, road, closing)
+    counted, more = _counted(equations, outputs)
+    left_out += more
     freedoms = _mobility(scene, closing)
     if freedoms:
         freedoms["loose_reactions"] = _loose(scene, closing)
@@ -61,26 +64,7 @@ def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, 
             {"name": p.name, "value": spell(p.value) if p.value else None, "unit": p.unit, "text": p.text}
             for p in scene.parameters
         ],
-        "functions": [
-            {
-                "name": routine.function.name,
-                "shape": routine.function.shape,
-                "road": routine.function.formulation,
-                "operations": asdict(routine.state_counts),
-                "prepare": asdict(routine.prepare),
-                "binding": {time: asdict(part) for time, part in routine.binding.items()},
-            }
-            for routine in program.routines
-        ],
-        "prepare": first and {"values": len(first.function.entries), "operations": asdict(first.counts)},
-        "skipped": [
-            {
-                "step": one.step,
-                "why": one.why,
-                "saved": None if one.saved is None else {name: asdict(part) for name, part in one.saved.items()},
-            }
-            for one in skipped(equations, outputs)
-        ],
+        **counted,
     }
     return facts, left_out
 
@@ -104,6 +88,50 @@ def _says(row: Row) -> str:
         kind = f"wheel of radius {spell(row.radius)} about its {three(row.axis)}"
     height = "" if row.touches else "; its height is not held"
     return f"{body}, a {kind}, rolls on {where} ({', '.join(row.components)}{height})"
+
+
+def _counted(equations: Equations, outputs: Sequence[str]) -> tuple[dict[str, Any], list[str]]:
+    """Return what the functions cost, what can be prepared, and what was left out; and what many velocities forbid."""
+    from dataclasses import asdict
+
+    from symdyn.dynamics import LARGEST
+    from symdyn.program import Counts, count_derived, lower, prepare, skipped
+    from symdyn.program.prepare import is_prepared
+
+    n, said, first, program = len(equations.scene.velocities), [], None, None
+    if n > LARGEST:
+        said.append(
+            f"operations are counted as derived, before passes over the code, for more than {LARGEST} velocities"
+        )
+        bindings = count_derived(equations)
+    else:
+        program = lower(equations)
+        bindings = [dict(routine.binding) for routine in program.routines]
+        prepared = prepare(program)
+        first = prepared.routines[0] if is_prepared(prepared) else None
+    if n > MEASURED:
+        said.append(f"what was left out is not measured for more than {MEASURED} velocities")
+    functions = [
+        {
+            "name": function.name,
+            "shape": function.shape,
+            "road": function.formulation,
+            "operations": asdict(sum(binding.values(), Counts()) - binding["params"]),
+            "prepare": asdict(binding["params"]),
+            "binding": {time: asdict(part) for time, part in binding.items()},
+        }
+        for function, binding in zip(equations.functions, bindings, strict=True)
+    ]
+    report = [
+        {
+            "step": one.step,
+            "why": one.why,
+            "saved": None if one.saved is None else {name: asdict(part) for name, part in one.saved.items()},
+        }
+        for one in (skipped(equations, outputs) if n <= MEASURED else ())
+    ]
+    prepare_first = first and {"values": len(first.function.entries), "operations": asdict(first.counts)}
+    return {"functions": functions, "prepare": prepare_first, "skipped": report}, said
 
 
 def _mobility(scene: Scene, closing: Closing) -> dict[str, Any] | None:

@@ -12,6 +12,9 @@ from typing import Any
 
 from symdyn.cli.reading import add_closing, add_formulation, add_reading_options, closing_of, read_scene
 
+MOST_NESTED = 200
+"""Joints up to which the tree is drawn with its branches; a longer chain would leave the page."""
+
 
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the verb."""
@@ -78,11 +81,15 @@ def show(facts: dict[str, Any]) -> None:
     free = facts["degrees_of_freedom"]
     freedom = f"{free} degree{'s' * (free != 1)} of freedom"
     print(f"{facts['name']}: {freedom}, gravity ({', '.join(facts['gravity'])}) m/s^2\n")
-    branches = {"ground": Tree("ground")}
-    for joint in facts["joints"]:
-        branches[joint["child"]] = branches[joint["parent"]].add(_label(joint))
-    width = None if sys.stdout.isatty() else WIDTH
-    Console(width=width, highlight=False, markup=False, emoji=False).print(branches["ground"])
+    if len(facts["joints"]) > MOST_NESTED:
+        for joint in facts["joints"]:
+            print(f"{joint['parent']} <- {_label(joint)}")
+    else:
+        branches = {"ground": Tree("ground")}
+        for joint in facts["joints"]:
+            branches[joint["child"]] = branches[joint["parent"]].add(_label(joint))
+        width = None if sys.stdout.isatty() else WIDTH
+        Console(width=width, highlight=False, markup=False, emoji=False).print(branches["ground"])
     print()
     if facts["acting"]:
         rows = [tuple(one.values()) for one in facts["acting"]]
@@ -133,6 +140,8 @@ def show_skipped(facts: dict[str, Any]) -> None:
         moved.append((f"prepare, {once['values']} values", str(Counts(**once["operations"]))))
         print_table("On parameters alone; --prepare does it once", ("function", "operations"), moved)
     report = facts["skipped"]
+    if not report:
+        return
     print_table("Left out or merged", ("step", "why"), [(one["step"], one["why"]) for one in report])
     measured = [one for one in report if one["saved"]]
     rows = [

@@ -29,7 +29,12 @@ def print_paths(*paths: object) -> None:
 
 def print_json(value: Any) -> None:
     """Print a result for machines."""
-    print(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False))
+    text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
+    try:
+        text.encode(sys.stdout.encoding or "utf-8")
+    except UnicodeEncodeError:  # JSON has a spelling of its own for what a terminal lacks
+        text = json.dumps(value, indent=2, allow_nan=False)
+    print(text)
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -15,6 +15,7 @@ from symdyn.draw.places import Array
 from symdyn.draw.shapes import Item, Shape
 from symdyn.draw.style import style
 from symdyn.emit.escape import in_html
+from symdyn.errors import DrawError
 
 MARGIN = 12.0
 
@@ -103,6 +104,8 @@ def number(x: float) -> str:
 
 def tenths(x: float) -> int:
     """Return a number in tenths."""
+    if not math.isfinite(x):
+        raise DrawError("a place in the picture is beyond the largest double; choose units that keep numbers smaller")
     return math.floor(x * 10 + 0.5 + 1e-4)
 
 

@@ -8,7 +8,18 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from symdyn.dynamics.derive import CUBIC, DYNAMICS, KINEMATICS, LARGE, available, derive, derive_one, roads
+from symdyn.dynamics.derive import (
+    CUBIC,
+    DYNAMICS,
+    KINEMATICS,
+    LARGE,
+    LARGEST,
+    available,
+    available_on,
+    derive,
+    derive_one,
+    roads,
+)
 from symdyn.dynamics.equations import Argument, Equations, Function
 from symdyn.dynamics.loops.outputs import CLOSED_ONLY, is_closed
 from symdyn.dynamics.loops.partition import Closing
@@ -38,6 +49,7 @@ __all__ = [
     "DYNAMICS",
     "KINEMATICS",
     "LARGE",
+    "LARGEST",
     "OUTPUTS",
     "REACTIONS",
     "Argument",
@@ -48,6 +60,7 @@ __all__ = [
     "Workspace",
     "assemble",
     "available",
+    "available_on",
     "base_parameters",
     "consistent",
     "derive",

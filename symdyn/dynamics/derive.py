@@ -17,8 +17,9 @@ from symdyn.dynamics.recursive.ldl import Singular, moves_no_mass
 from symdyn.dynamics.tree import build_tree
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, Op, reachable
+from symdyn.graph import Expr, Graph, Op, growing, reachable
 from symdyn.scene import JOINTS, Scene
+from symdyn.scene.names import listed
 
 DYNAMICS: tuple[str, ...] = tuple(
     name for name, row in OUTPUTS.items() if not row.place and name not in CLOSED_ONLY and name not in REACTIONS
@@ -31,6 +32,11 @@ CUBIC = ("coriolis_matrix", "k_C", "k_D")
 """Outputs that grow with the cube of the number of coordinates."""
 
 LARGE = 12
+
+LARGEST = 200
+"""Velocities up to which square matrices, and Jacobians of many points, are wanted unasked."""
+
+ASK = "ask with --functions"
 
 DRIVES = "tau"
 """The argument of what finds a motion."""
@@ -48,6 +54,7 @@ TREES_ONLY = ("aba",)
 """Roads that know no prescribed motion and no velocity that several moves share, as of screws and cams."""
 
 
+@growing()
 def derive(
     scene: Scene,
     outputs: Sequence[str] | None = None,
@@ -76,19 +83,28 @@ def available(
     scene: Scene,
     closing: Closing = Closing(),  # noqa: B008  frozen
 ) -> tuple[tuple[str, ...], list[str]]:
+    """Return the outputs of `available_on` for a scene."""
+    return available_on(Workspace(scene, closing))
+
+
+@growing()
+def available_on(workspace: Workspace) -> tuple[tuple[str, ...], list[str]]:
     """Return the outputs that a user expects of a scene without asking, and why others are left out.
 
     These are its dynamics, and the kinematics of its declared points. Left out is what does not exist (forward
     dynamics where the mass matrix is singular) and what is too large to be wanted unasked.
     """
-    n = len(scene.velocities)
+    scene, closing, n = workspace.scene, workspace.closing, workspace.state.n
     wanted = _expected(scene)
     wanted += [f"{name}:{point.name}" for point in scene.points for name in KINEMATICS]
     left_out = []
     if n > LARGE:
         wanted = [name for name in wanted if name not in CUBIC]
-        left_out.append(f"{', '.join(CUBIC)} are left out for more than {LARGE} coordinates; ask with --functions")
-    workspace = Workspace(scene, closing)
+        left_out.append(f"{', '.join(CUBIC)} are left out for more than {LARGE} coordinates; {ASK}")
+    if n > LARGEST:
+        large = _square(scene, wanted)
+        wanted = [name for name in wanted if name not in large]
+        left_out.append(f"{listed(large, 6)}: left out, since their entries grow with the square of {n}; {ASK}")
     if closing.independent:
         workspace.closed.check()  # a wrong choice is a mistake, not an output that the scene lacks
     for name in [one for one in wanted if one in UNSURE]:
@@ -99,6 +115,16 @@ def available(
             if name != "positions" and str(fault) not in left_out:  # few loops have a closed form
                 left_out.append(str(fault))
     return tuple(wanted), left_out
+
+
+def _square(scene: Scene, wanted: Sequence[str]) -> list[str]:
+    """Return the outputs that have more entries than a square matrix of `LARGEST` rows; of points, all together."""
+    n = len(scene.velocities)
+    sizes = {name: prod(max(1, length) for length in _row(name, scene)[0].shape(n)) for name in wanted}
+    of_points = [name for name in wanted if ":" in name]
+    if sum(sizes[name] for name in of_points) <= LARGEST**2:
+        of_points = []
+    return [name for name in wanted if sizes[name] > LARGEST**2 or name in of_points]
 
 
 def _expected(scene: Scene) -> list[str]:
@@ -123,7 +149,9 @@ def roads(request: str, scene: Scene | None = None) -> tuple[str, ...]:
 def derive_one(workspace: Workspace, request: str, road: str | None = None) -> Function:
     """Return one output as a function on the workspace's graph; see `derive`."""
     try:
-        return _derived(workspace, request, road)
+        if (request, road) not in workspace.derived:
+            workspace.derived[request, road] = _derived(workspace, request, road)
+        return workspace.derived[request, road]
     except Singular as fault:
         if is_closed(workspace.scene):  # a reduced matrix, whose rows are no velocities
             raise

@@ -65,6 +65,7 @@ OUTPUTS: dict[str, Output] = {
         lambda n: (n,),
         "N m (revolute) or N (prismatic)",
         {"lagrange": lambda w: lagrange.gravity_forces(w.energy), "rnea": lambda w: rnea(w.lean, w.still, w.still)},
+        prefer=roads.quicker_gravity,
     ),
     "elastic_forces": Output(
         "elastic forces of springs, dE/dq",
@@ -171,6 +172,7 @@ OUTPUTS: dict[str, Output] = {
         lambda n: (n,),
         "N m (revolute) or N (prismatic)",
         {"lagrange": lambda w: lagrange.gravity_forces(w.energy), "rnea": lambda w: rnea(w.lean, w.still, w.still)},
+        prefer=roads.quicker_gravity,
     ),
     "k_E": Output(
         "elastic coefficients k_E of springs",

@@ -81,6 +81,15 @@ def cheaper_forward(w: Workspace) -> str:
     return "aba" if cost(forward_aba(w), varying) < cost(forward_crba(w), varying) else "crba"
 
 
+LONGEST = 50
+"""Velocities up to which gravity forces are differentiated; beyond, the gradient takes longer than all else."""
+
+
+def quicker_gravity(w: Workspace) -> str:
+    """Return "rnea" for many velocities, whatever it costs to run: the energy's gradient is slow to derive."""
+    return "rnea" if w.state.n > LONGEST else "lagrange"
+
+
 def momentum(w: Workspace) -> list[Expr]:
     """Return p = M q̇: inverse dynamics at q̈ = q̇, without velocity and gravity."""
     return rnea(w.lean, w.still, w.state.qd, gravity=False)

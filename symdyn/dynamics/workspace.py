@@ -10,6 +10,7 @@ from symdyn.dynamics import lagrange
 from symdyn.dynamics.christoffel import Christoffel, christoffel
 from symdyn.dynamics.cost import cost
 from symdyn.dynamics.directions import Directions, directions
+from symdyn.dynamics.equations import Function
 from symdyn.dynamics.lagrange import Energies, energies
 from symdyn.dynamics.loads import generalized_forces
 from symdyn.dynamics.loops.partition import Closing
@@ -42,6 +43,7 @@ class Workspace:
         self.graph = Graph()
         self.state: State = state_symbols(scene, self.graph)
         self.still: list[Expr] = [self.graph.zero] * self.state.n
+        self.derived: dict[tuple[str, str | None], Function] = {}  # by request and road, as `derive_one` finds them
 
     @cached_property
     def directions(self) -> Directions:

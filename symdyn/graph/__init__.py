@@ -4,6 +4,7 @@ from symdyn.graph.check import check
 from symdyn.graph.differentiate import gradient, substitute, tangents
 from symdyn.graph.evaluate import Algebra, evaluate, reachable
 from symdyn.graph.expression import Expr, Graph, Scalar
+from symdyn.graph.growing import growing
 from symdyn.graph.identities import LinearForm, linear_form
 from symdyn.graph.ops import ARITY, FUNCTIONS, Op
 
@@ -19,6 +20,7 @@ __all__ = [
     "check",
     "evaluate",
     "gradient",
+    "growing",
     "linear_form",
     "reachable",
     "substitute",

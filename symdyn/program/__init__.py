@@ -3,7 +3,7 @@
 from symdyn.program.assemble import assemble, identifier
 from symdyn.program.choose import cheapest, choose, formulate
 from symdyn.program.count import BINDING, Counts, count, count_by_binding, state_dependent_counts
-from symdyn.program.lower import lower
+from symdyn.program.lower import count_derived, lower
 from symdyn.program.model import Program, Routine, Step, check
 from symdyn.program.passes import PASSES, optimise
 from symdyn.program.prepare import prepare
@@ -25,6 +25,7 @@ __all__ = [
     "choose",
     "count",
     "count_by_binding",
+    "count_derived",
     "formulate",
     "identifier",
     "lower",

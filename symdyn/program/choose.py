@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 
 from symdyn.dynamics import Closing, Equations, Function, Workspace, derive_one, roads
 from symdyn.errors import DerivationError
+from symdyn.graph import growing
 from symdyn.program.count import count
 from symdyn.program.lower import lower
 from symdyn.scene import Scene
@@ -34,6 +35,7 @@ HARMLESS = ("gravity_forces", "k_G", "potential_energy", "kinetic_energy")
 HOPELESS = 1.5
 
 
+@growing()
 def formulate(
     scene: Scene,
     outputs: Sequence[str],
@@ -64,7 +66,9 @@ def choose(workspace: Workspace, outputs: Sequence[str], road: str | None = None
         known = dict.fromkeys(one for request in outputs for one in roads(request, scene))
         raise DerivationError(f"no output that was asked for has the road {road!r}; there are {', '.join(known)}")
     return tuple(
-        derive_one(workspace, request, road) if road in roads(request, scene) else cheapest(workspace, request)
+        derive_one(workspace, request, road)
+        if road is not None and road in roads(request, scene)
+        else cheapest(workspace, request)
         for request in outputs
     )
 

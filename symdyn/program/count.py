@@ -9,11 +9,12 @@ work on q once for a configuration, and so on.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from symdyn.dynamics.cost import CATEGORY, WEIGHTS
 from symdyn.dynamics.equations import Function
-from symdyn.graph import Expr, reachable
+from symdyn.graph import Expr, Op, reachable
 from symdyn.graph.ops import MUL, SYMBOL
 
 BINDING: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -67,25 +68,28 @@ def count_by_binding(function: Function) -> dict[str, Counts]:
     Symbols are told by their names; one that is no argument counts as known last.
     """
     known = {symbol.value: _time(argument.name) for argument in function.arguments for symbol in argument.symbols}
-    times: dict[Expr, int] = {}
-    tallies = [dict.fromkeys(WEIGHTS, 0) for _ in BINDING]
+    times: dict[Expr, int] = {}  # -1 for what has no symbol below it
+    tallies = [dict.fromkeys(Op, 0) for _ in BINDING]
     angles: set[Expr] = set()
     for node in reachable(function.entries):
-        if node.op is SYMBOL:
+        op = node.op
+        if op is SYMBOL:
             times[node] = known.get(node.value, len(BINDING) - 1)
             continue
-        found = [times[arg] for arg in node.args if arg in times]
-        if not found:
-            continue
-        times[node] = time = max(found)
-        category = CATEGORY[node.op]
-        if category == "sincos":
-            if node.args[0] in angles:
-                continue
-            angles.add(node.args[0])
-        if category:
-            tallies[time][category] += 1
-    return {name: Counts(**tally) for (name, _), tally in zip(BINDING, tallies, strict=True)}
+        time = -1
+        for arg in node.args:
+            time = max(time, times[arg])
+        times[node] = time
+        if time >= 0 and not (CATEGORY[op] == "sincos" and node.args[0] in angles):
+            tallies[time][op] += 1
+            if CATEGORY[op] == "sincos":
+                angles.add(node.args[0])
+    return {name: _counts(tally) for (name, _), tally in zip(BINDING, tallies, strict=True)}
+
+
+def _counts(tally: Mapping[Op, int]) -> Counts:
+    """Return the counts of operations, by category."""
+    return Counts(**{name: sum(n for op, n in tally.items() if CATEGORY[op] == name) for name in WEIGHTS})
 
 
 def _time(argument: str) -> int:

@@ -10,10 +10,11 @@ from dataclasses import replace
 
 from symdyn.dynamics.equations import Argument, Equations, Function
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, reachable, substitute
+from symdyn.graph import Expr, Graph, growing, reachable, substitute
 from symdyn.graph.ops import CONSTANT, SYMBOL
 from symdyn.program.assemble import assemble
 from symdyn.program.constants import constants, is_simple
+from symdyn.program.count import Counts, count_by_binding
 from symdyn.program.model import Program, check
 from symdyn.program.passes import DEFAULT, optimise
 from symdyn.scene import express
@@ -21,6 +22,7 @@ from symdyn.scene import express
 Functions = tuple[Function, ...]
 
 
+@growing()
 def lower(equations: Equations, passes: Sequence[str] = DEFAULT) -> Program:
     """Return the program of `equations`: pruned, parameters with values bound, constants folded, operations saved.
 
@@ -33,14 +35,29 @@ def lower(equations: Equations, passes: Sequence[str] = DEFAULT) -> Program:
     """
     functions = _fold(_bind(equations))
     if passes:
-        functions = _fold(_gather(tuple(optimise(function, passes) for function in functions)))
+        functions = _fold(_gather(_optimised(functions, passes)))
     graph, functions = _at_home(functions, equations.graph)
     return check(assemble(equations.scene, graph, functions))
+
+
+@growing()
+def count_derived(equations: Equations) -> list[dict[str, Counts]]:
+    """Return the operations of every function by binding time, as it was derived: no pass has saved any."""
+    return [count_by_binding(function) for function in _bind(equations)]
 
 
 def entries_of(functions: Functions) -> list[Expr]:
     """Return the entries of all functions, one function after the other."""
     return [entry for function in functions for entry in function.entries]
+
+
+def _optimised(functions: Functions, passes: Sequence[str]) -> Functions:
+    """Return the functions after the passes; one that says the same under another name, as k_z does, takes none."""
+    done: dict[tuple[Expr, ...], Function] = {}
+    for function in functions:
+        if function.entries not in done:
+            done[function.entries] = optimise(function, passes)
+    return tuple(replace(function, entries=done[function.entries].entries) for function in functions)
 
 
 def _bind(equations: Equations) -> Functions:

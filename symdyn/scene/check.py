@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from symdyn.graph import Graph
+from symdyn.graph import Graph, Op
 from symdyn.scene.checks.joints import check_joints
 from symdyn.scene.checks.loads import check_loads
 from symdyn.scene.checks.names import check_names, check_symbols
@@ -57,6 +57,8 @@ def _formulas(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None
     """Every formula has a value: no division by what is zero, no root of what is negative."""
     graph = Graph()
     for use in uses(draft):
+        if use.quantity.op is Op.CONSTANT:
+            continue
         try:
             express(use.quantity, graph)
             value_of(use.quantity, values)

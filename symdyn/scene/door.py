@@ -9,10 +9,11 @@ from os import PathLike
 from pathlib import Path
 
 from symdyn.errors import SceneError
+from symdyn.graph import growing
+from symdyn.scene.contents import read_bounded
 from symdyn.scene.model import Scene
 from symdyn.scene.names import suggestion
 from symdyn.scene.reading import Reading, ReadOptions, Written
-from symdyn.scene.toml import read_bytes
 
 READERS: Mapping[str, str] = {
     "toml": "symdyn.scene.toml",
@@ -66,6 +67,7 @@ def read(
     return read_noting(path, ReadOptions(snap, allow_invalid_inertia, cuts)).scene
 
 
+@growing()
 def read_noting(path: str | PathLike[str], options: ReadOptions | None = None) -> Reading:
     """Return the scene in a file, and notes of what the reader changed, doubts or leaves out of the equations.
 
@@ -115,14 +117,14 @@ def _format(path: Path) -> str:
     ending = path.suffix.lower()
     if ending in EXTENSIONS:
         return EXTENSIONS[ending]
-    content = read_bytes(path)
+    from symdyn.scene.formats.xml import LARGEST_FILE, TOO_LARGE, parse_xml
+
+    content = read_bounded(path, LARGEST_FILE, "a scene file such as arm.toml", TOO_LARGE)
     if ending != ".xml":
         known = ", ".join([*EXTENSIONS, ".xml"])
         raise SceneError(f'{path}: the extension "{ending}" names no format; known are {known}')
     root = _root(content)
     if not root:
-        from symdyn.scene.formats.xml import parse_xml
-
         root = parse_xml(content, str(path)).tag  # says what is wrong with the text, if anything is
     if root not in ROOTS:
         known = ", ".join(f"<{name}>" for name in ROOTS)

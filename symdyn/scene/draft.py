@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 from symdyn.scene.loads import Friction, Place
 from symdyn.scene.model import Body, Joint, Limits, Pose, Scene
@@ -30,8 +31,7 @@ class Draft:
     where: Mapping[str, tuple[str, ...]]
 
 
-@dataclass(frozen=True)
-class Use:
+class Use(NamedTuple):
     """A quantity of the scene, where it stands, and what it may name beside parameters."""
 
     where: str

@@ -15,6 +15,8 @@ from symdyn.graph import Op
 from symdyn.scene.quantity import ONE, ZERO, Quantity, number
 
 LARGEST = Fraction(sys.float_info.max)
+SMALLEST = Fraction(1, 2**1074)
+HARMLESS_BITS = 1000
 LONGEST_BITS = 8192
 LARGEST_POWER = 64
 
@@ -25,9 +27,13 @@ class FormulaError(SceneError):
 
 def constant(value: Fraction) -> Quantity:
     """Return an exact constant that a double can hold."""
-    if abs(value) > LARGEST:
-        raise FormulaError("a number is beyond the largest double, 1.8e308; choose units that keep it smaller")
-    if value.denominator.bit_length() > LONGEST_BITS:
+    bits = value.denominator.bit_length()
+    if abs(value.numerator.bit_length() - bits) > HARMLESS_BITS:
+        if abs(value) > LARGEST:
+            raise FormulaError("a number is beyond the largest double, 1.8e308; choose units that keep it smaller")
+        if value and 2 * abs(value) <= SMALLEST:  # a double rounds it to zero, which has no logarithm
+            raise FormulaError("a number is below the smallest double, 4.9e-324; write 0, or choose other units")
+    if bits > LONGEST_BITS:
         raise FormulaError("an exact number has too many digits; round it, 17 digits are all that a double keeps")
     return number(value)
 

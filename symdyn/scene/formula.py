@@ -30,7 +30,7 @@ __all__ = ["FormulaError", "parse", "quantity"]
 LONGEST_NUMBER = 1000
 LONGEST_TEXT = 10_000
 DEEPEST = 150
-MOST_NODES = 20_000
+MOST_NODES = 2_000
 LARGEST_EXPONENT = 400
 
 DEGREE = folding.mul(number(Fraction(1, 180)), PI)
@@ -83,8 +83,8 @@ def quantity(value: object) -> Quantity:
         return value
     if isinstance(value, str):
         return parse(value)
-    if isinstance(value, Integral) and not isinstance(value, bool):
-        return folding.constant(Fraction(int(value)))
+    if type(value) is int:
+        return folding.constant(Fraction(value))
     if isinstance(value, Fraction):
         return folding.constant(value)
     if isinstance(value, float):
@@ -93,6 +93,8 @@ def quantity(value: object) -> Quantity:
         if not value.is_finite():
             raise FormulaError(f"{value} is not a finite number; give one such as 9.81")
         return folding.constant(_exact(str(value).removeprefix("-")) * (-1 if value.is_signed() else 1))
+    if isinstance(value, Integral) and not isinstance(value, bool):  # of NumPy
+        return folding.constant(Fraction(int(value)))
     raise FormulaError(f'is {_kind(value)}; give a number or a formula such as "m1*h1**2/12"')
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import cached_property
 
 from symdyn.scene.loads import Damper, Friction, Load, Row, Spring
 from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector, number
@@ -245,27 +246,27 @@ class Scene:
     rows: tuple[Row, ...] = ()
     source: str = field(default="", compare=False)
 
-    @property
+    @cached_property  # these are asked for joint by joint
     def moving(self) -> tuple[Joint, ...]:
         """The joints that have coordinates, in order of q."""
         return tuple(joint for joint in self.joints if joint.coordinates)
 
-    @property
+    @cached_property
     def coordinates(self) -> tuple[str, ...]:
         """Names of q, shape (nq,)."""
         return tuple(name for joint in self.joints for name in joint.coordinates)
 
-    @property
+    @cached_property
     def velocities(self) -> tuple[str, ...]:
         """Names of the velocities, shape (nv,)."""
         return tuple(name for joint in self.joints for name in joint.rates)
 
-    @property
+    @cached_property
     def drives(self) -> tuple[str | None, ...]:
         """Names of the driving forces, shape (nv,); None where a velocity is passive."""
         return tuple(drive for joint in self.joints for drive in joint.drives or (None,) * len(joint.rates))
 
-    @property
+    @cached_property
     def free_parameters(self) -> tuple[Parameter, ...]:
         """Parameters without a value: the argument `params` of generated functions, in this order."""
         return tuple(parameter for parameter in self.parameters if parameter.value is None)

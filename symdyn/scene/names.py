@@ -6,6 +6,7 @@ import keyword
 import re
 from collections.abc import Iterable
 from difflib import get_close_matches
+from heapq import nlargest
 
 FORMULA_NAMES = (
     "pi", "deg", "sin", "cos", "tan", "sqrt", "exp", "log", "tanh", "abs", "sign", "atan2",
@@ -23,6 +24,9 @@ C_KEYWORDS = (
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
 LONGEST = 60
+
+MOST_KNOWN, MOST_COMPARED = 5000, 50
+"""Known names that are looked at for one that a wrong one may have meant, and those that are compared with it."""
 
 
 def check_name(name: object) -> str | None:
@@ -53,10 +57,26 @@ def check_name(name: object) -> str | None:
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name that `name` was probably meant to be, or None."""
+    """Return the known name that `name` was probably meant to be, or None.
+
+    Of many names only those are compared that begin and end most like it; a name of a line's length is none.
+    """
+    if len(name) > LONGEST:
+        return None
     lowered = {candidate.lower(): candidate for candidate in known}
-    found = get_close_matches(name.lower(), list(lowered), n=1, cutoff=0.6)
+    meant, candidates = name.lower(), list(lowered)[:MOST_KNOWN]
+    if len(candidates) > MOST_COMPARED:
+        candidates = nlargest(MOST_COMPARED, candidates, key=lambda candidate: _in_common(meant, candidate))
+    found = get_close_matches(meant, candidates, n=1, cutoff=0.6)
     return lowered[found[0]] if found else None
+
+
+def _in_common(a: str, b: str) -> int:
+    """Return how many letters two names have in common at their beginnings and their ends."""
+    differ = [x != y for x, y in zip(a, b, strict=False)]
+    ahead = differ.index(True) if True in differ else len(differ)
+    behind = [x != y for x, y in zip(a[ahead:][::-1], b[ahead:][::-1], strict=False)]
+    return ahead + (behind.index(True) if True in behind else len(behind))
 
 
 def listed(names: Iterable[str], most: int = 12) -> str:

@@ -79,6 +79,8 @@ def central_inertia(body: Body, values: Mapping[str, Value]) -> Matrix | None:
 
 def impossible(matrix: Matrix) -> str | None:
     """Return the condition that an inertia matrix about the centre of mass breaks, None if a body can have it."""
+    if _is_plain(matrix):
+        return None
     largest = max(max(x, -x) for row in matrix for x in row)
     if not largest:
         return None
@@ -100,6 +102,14 @@ def impossible(matrix: Matrix) -> str | None:
         return f"of its {kind} {shown}, {names[0]} is negative (it must be positive semidefinite)"
     total = f"{names[0]} + {names[1]} = {_short(small + middle)}"
     return f"its {kind} {shown} break the triangle inequality {names[0]} + {names[1]} >= {names[2]} ({total})"
+
+
+def _is_plain(m: Matrix) -> bool:
+    """Tell whether a matrix is exact, diagonal and that of a body, as nearly all are."""
+    (a, d, e), (_, b, f), (_, _, c) = m
+    if d or e or f or not (type(a) is type(b) is type(c) is Fraction):
+        return False
+    return a >= 0 and b >= 0 and c >= 0 and a <= b + c and b <= c + a and c <= a + b
 
 
 def _semidefinite(m: Matrix) -> bool:

@@ -49,7 +49,7 @@ class Quantity:
 
 def number(value: Fraction | int) -> Quantity:
     """Return an exact constant."""
-    return Quantity(Op.CONSTANT, (), Fraction(value))
+    return Quantity(Op.CONSTANT, (), value if type(value) is Fraction else Fraction(value))
 
 
 def symbol(name: str) -> Quantity:

@@ -109,13 +109,15 @@ def _is_tree(edges: Sequence[_Edge]) -> bool:
     carrier = {edge.child: edge.parent for edge in edges}
     if len(carrier) < len(edges) or GROUND in carrier:
         return False
+    hanging = {GROUND}  # and what has been seen to lead there, so that no joint is walked twice
     for edge in edges:
-        seen, body = set(), edge.child
-        while body in carrier:
-            if body in seen:
+        path, body = set(), edge.child
+        while body in carrier and body not in hanging:
+            if body in path:
                 return False
-            seen.add(body)
+            path.add(body)
             body = carrier[body]
+        hanging |= path
     return True
 
 

@@ -18,6 +18,16 @@ from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector
 T = TypeVar("T")
 
 
+MOST_FAULTS = 100
+"""Faults that are told together; a file with more of them is broken as a whole, and looking on would only cost time."""
+
+DEEPEST = 2
+"""Levels of a nested value that a message shows below the first."""
+
+LONGEST_PART = 600
+"""Characters of a place, or of what is wrong there, that a message shows."""
+
+
 class Faults:
     """The faults of one scene, in the order they were found, and notes of what is doubtful but no fault."""
 
@@ -28,10 +38,16 @@ class Faults:
         self.notes: list[str] = []
 
     def add(self, where: str, what: str) -> None:
-        """Add a fault: where, what was found, what would work."""
+        """Add a fault: where, what was found, what would work.
+
+        Raises:
+            SceneError: there are `MOST_FAULTS` now, so that reading ends here.
+        """
         line = self._line(where, what)
         if line not in self.lines:
             self.lines.append(line)
+        if len(self.lines) >= MOST_FAULTS:
+            raise SceneError([*self.lines, self._line("", f"has {MOST_FAULTS} faults up to here; mend these first")])
 
     def nameless(self, where: str, key: str, name: str) -> None:
         """Add a fault for an empty name; readers leave one behind where they have reported a fault already."""
@@ -43,7 +59,8 @@ class Faults:
         self.notes.append(self._line(where, what))
 
     def _line(self, where: str, what: str) -> str:
-        line = ": ".join(part for part in (self.source, shorten(where), what) if part)
+        told = (part if len(part) <= LONGEST_PART else f"{part[:LONGEST_PART]}..." for part in (shorten(where), what))
+        line = ": ".join(part for part in (self.source, *told) if part)
         return printable(line, keep="")  # no name breaks a line, to begin one that looks like ours
 
     @property
@@ -73,16 +90,18 @@ class Entry:
     where: str
 
 
-def show(value: object) -> str:
+def show(value: object, depth: int = 0) -> str:
     """Return a raw value as a scene file would write it, shortened for a message."""
+    if depth > DEEPEST:
+        return "..."
     if value is True or value is False:
         text = str(value).lower()
     elif isinstance(value, str):
         text = f'"{value}"'
     elif isinstance(value, Mapping):
-        text = "{" + ", ".join(f"{key} = {show(item)}" for key, item in list(value.items())[:9]) + "}"
+        text = "{" + ", ".join(f"{key} = {show(item, depth + 1)}" for key, item in list(value.items())[:9]) + "}"
     elif isinstance(value, (list, tuple)):
-        text = f"[{', '.join(show(item) for item in value[:9])}]"
+        text = f"[{', '.join(show(item, depth + 1) for item in value[:9])}]"
     else:
         text = str(value) if not isinstance(value, int) or abs(value) < 10**80 else "a very long integer"
     return shorten(" ".join(text.split()))

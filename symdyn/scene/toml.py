@@ -7,17 +7,32 @@ import tomllib
 from collections.abc import Mapping
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
+from typing import cast
 
 from symdyn.errors import SceneError
+from symdyn.scene.contents import read_bounded
 from symdyn.scene.declare import Declaration, assemble
 from symdyn.scene.model import Scene
 from symdyn.scene.names import check_name, suggestion
 from symdyn.scene.reading import Reading, ReadOptions
-from symdyn.scene.table import Entry, Faults, show
+from symdyn.scene.table import Entry, Faults, shorten, show
 
 TABLES = ("parameters", "bodies", "joints", "points", "springs", "dampers", "loads", "rows")
 
 ROOT_KEYS = ("name", "gravity", *TABLES, "loop", "dh")
+
+LARGEST_FILE = 4 * 2**20
+MOST_VALUES = 300_000
+DEEPEST = 16
+MOST_PARTS = 16
+"""Bounds of a file: bytes, values, nesting, parts of a dotted key. A chain of 5000 bodies takes a third of them."""
+
+_PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
+
+_DOTTED = re.compile(
+    rf'"""(?s:[^\\]|\\.)*?"""|{chr(39) * 3}(?s:.)*?{chr(39) * 3}|#.*|(?P<key>{_PART}(?:[ \t]*+\.[ \t]*+{_PART})*+)'
+)
+"""Texts of several lines and comments, or else a dotted key; a text of one line, a word and a number look like one."""
 
 
 def read(path: Path, options: ReadOptions) -> Reading:
@@ -26,7 +41,7 @@ def read(path: Path, options: ReadOptions) -> Reading:
     Raises:
         SceneError: with every fault of the file, one line each.
     """
-    content = read_bytes(path)
+    content = read_bounded(path, LARGEST_FILE, "a scene file such as arm.toml", "no mechanism needs as much")
     try:
         text = content.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -34,22 +49,6 @@ def read(path: Path, options: ReadOptions) -> Reading:
     faults = Faults(str(path))
     scene = _scene(text, faults, options)
     return Reading(scene, tuple(faults.notes))
-
-
-def read_bytes(path: Path) -> bytes:
-    """Return the contents of a scene file.
-
-    Raises:
-        SceneError: it cannot be read, and why.
-    """
-    try:
-        return path.read_bytes()
-    except FileNotFoundError:
-        raise SceneError(f"{path}: there is no such file; check the path, or begin one with symdyn new") from None
-    except IsADirectoryError:
-        raise SceneError(f"{path}: is a folder; give a scene file such as {path}/scene.toml") from None
-    except (OSError, ValueError) as error:
-        raise SceneError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
 
 
 def read_text(text: str, source: str = "scene.toml") -> Scene:
@@ -71,14 +70,48 @@ def _scene(text: str, faults: Faults, options: ReadOptions) -> Scene:
 
 
 def _parse(text: str, source: str) -> dict[str, object]:
+    _refuse_long_keys(text, source)
     try:
-        return tomllib.loads(text.removeprefix("\ufeff"), parse_float=_decimal)
+        root = tomllib.loads(text.removeprefix("\ufeff"), parse_float=_decimal)
     except tomllib.TOMLDecodeError as error:
         raise SceneError(f"{source}: {_reworded(str(error))}") from None
     except (ValueError, RecursionError) as error:
         long = "an integer has more digits than any number needs"  # int refuses it in words for programmers
         reason = "it nests too deep" if isinstance(error, RecursionError) else long
         raise SceneError(f"{source}: is not TOML that can be read: {reason}") from None
+    _refuse_many_values(root, source)
+    return root
+
+
+def _refuse_long_keys(text: str, source: str) -> None:
+    """Refuse keys of many parts, on which the parser spends the square of their number."""
+    if all(line.count(".") < MOST_PARTS for line in text.splitlines()):
+        return
+    for found in _DOTTED.finditer(text):
+        parts = re.findall(_PART, found["key"] or "")
+        if len(parts) > MOST_PARTS:
+            line = text.count("\n", 0, found.start()) + 1
+            raise SceneError(
+                f"{source}: line {line}: {shorten(found['key'])} is a key of {len(parts)} parts; "
+                "no key of a scene has more than three"
+            )
+
+
+def _refuse_many_values(root: Mapping[str, object], source: str) -> None:
+    """Refuse more values, and deeper ones, than any mechanism has."""
+    count, level = 0, cast("list[object]", [root])
+    for _ in range(DEEPEST):
+        inner: list[object] = []
+        for value in level:
+            if isinstance(value, dict):
+                inner += value.values()
+            elif isinstance(value, list):
+                inner += value
+        count, level = count + len(inner), inner
+        if count > MOST_VALUES:
+            raise SceneError(f"{source}: holds more than {MOST_VALUES} values; no mechanism needs as many")
+    if level:
+        raise SceneError(f"{source}: nests deeper than {DEEPEST} levels; a scene needs five")
 
 
 def _decimal(digits: str) -> Decimal:

@@ -68,7 +68,7 @@ def _apply(op: Op, args: list[Value]) -> Value:
         return Fraction((a > 0) - (a < 0))
     if op is Op.SQRT:
         return _root(a)
-    if op is Op.LOG and a <= 0:
+    if op is Op.LOG and float(a) <= 0:  # a product of small numbers may be zero as a double only
         raise FormulaError(f"takes the logarithm of {float(a):.6g}; it must be positive")
     return _FUNCTIONS[op](*(float(arg) for arg in args))
 

@@ -16,7 +16,7 @@ from symdyn.draw import pose
 from symdyn.dynamics import is_closed
 from symdyn.dynamics.prescribed import TIME, prescribed
 from symdyn.dynamics.state import State, state_symbols
-from symdyn.errors import DrawError
+from symdyn.errors import DrawError, NoValueError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import JOINTS, Joint, Scene
 from symdyn.scene.start import starting_velocity
@@ -46,8 +46,15 @@ class Chosen:
     parameters: Mapping[str, float]
 
     def of(self, *nodes: Expr) -> list[float]:
-        """Return the values of nodes."""
-        return [float(x) for x in evaluate(nodes, Floats(), self.values)]
+        """Return the values of nodes.
+
+        Raises:
+            NoValueError: a formula has none at this state, or none that a double holds.
+        """
+        found = [float(x) for x in evaluate(nodes, Floats(), self.values)]
+        if not all(map(math.isfinite, found)):
+            raise NoValueError("at the state of the lesson a number is beyond the largest double; choose other units")
+        return found
 
 
 def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) -> Chosen:

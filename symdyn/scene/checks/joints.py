@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from symdyn.graph import Graph
+from symdyn.graph import Graph, Op
 from symdyn.scene.draft import Draft, joint_numbers, shown
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.model import Joint
 from symdyn.scene.names import listed
-from symdyn.scene.quantity import Quantity, Vector, express
+from symdyn.scene.quantity import ZERO, Quantity, Vector, express
 from symdyn.scene.start import quaternion
 from symdyn.scene.table import Faults
 from symdyn.scene.value import Value, value_of
@@ -41,9 +41,9 @@ def direction(where: str, key: str, axis: Vector, faults: Faults, tilt: str = "t
     `tilt` says what turns it by a parameter.
     """
     text = f"{key} = [{', '.join(shown(x) for x in axis)}]"
-    names = listed(dict.fromkeys(name for x in axis for name in x.symbols))
-    if names != "none":
-        faults.add(where, f"{text} depends on {names}; give numbers, and {tilt} instead")
+    names = dict.fromkeys(name for x in axis for name in x.symbols)
+    if names:
+        faults.add(where, f"{text} depends on {listed(names)}; give numbers, and {tilt} instead")
     elif all(vanishes(x) for x in axis):
         faults.add(where, f"{text} has zero length; give a direction such as [0, 0, 1]")
     else:
@@ -53,6 +53,8 @@ def direction(where: str, key: str, axis: Vector, faults: Faults, tilt: str = "t
 
 def vanishes(quantity: Quantity) -> bool:
     """Tell whether a quantity without symbols is zero."""
+    if quantity.op is Op.CONSTANT:
+        return quantity == ZERO
     try:
         return express(quantity, graph := Graph()) is graph.zero or value_of(quantity, {}) == 0
     except (FormulaError, ZeroDivisionError):

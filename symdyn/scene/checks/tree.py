@@ -16,9 +16,10 @@ def check_tree(draft: Draft, faults: Faults) -> None:
     """Report ends that are no bodies, bodies that hang on nothing or on themselves, and a scene that stands still."""
     scene = draft.scene
     bodies = {body.name: None for body in scene.bodies}
+    ends = {**bodies, GROUND: None}
     carrier: dict[str, Joint] = {}
     for where, joint in zip(draft.where["joints"], scene.joints, strict=True):
-        _ends(where, joint, bodies, faults)
+        _ends(where, joint, bodies, ends, faults)
         if joint.child == GROUND:
             faults.add(where, f'child = "{GROUND}" cannot move; swap parent and child')
         elif joint.child in carrier:
@@ -35,14 +36,14 @@ def check_tree(draft: Draft, faults: Faults) -> None:
         else:
             faults.add(where, f'the body hangs on no joint; add one with child = "{body.name}"')
     for where, point in zip(draft.where["points"], scene.points, strict=True):
-        _named(where, "body", point.body, [*bodies, GROUND], faults)
+        _named(where, "body", point.body, ends, faults)
     _cycles(draft, carrier, faults)
     if not any(joint.moves for joint in scene.joints):
         faults.add("", "nothing moves; declare at least one body and a revolute or prismatic joint that carries it")
 
 
-def _ends(where: str, joint: Joint, bodies: Mapping[str, None], faults: Faults) -> None:
-    _named(where, "parent", joint.parent, [*bodies, GROUND], faults)
+def _ends(where: str, joint: Joint, bodies: Mapping[str, None], ends: Mapping[str, None], faults: Faults) -> None:
+    _named(where, "parent", joint.parent, ends, faults)
     if joint.child != GROUND:  # reported by itself
         _named(where, "child", joint.child, bodies, faults)
 
@@ -89,9 +90,9 @@ def check_loops(draft: Draft, values: Mapping[str, Value], faults: Faults) -> No
     """Report joints that close loops between bodies that are one, or that say what they forbid in no formula."""
     scene = draft.scene
     bodies = {body.name: None for body in scene.bodies}
-    rigid = _rigid(scene.joints)
+    ends, rigid = {**bodies, GROUND: None}, _rigid(scene.joints)
     for where, joint in zip(draft.where["loops"], scene.loops, strict=True):
-        _ends(where, joint, bodies, faults)
+        _ends(where, joint, bodies, ends, faults)
         if joint.parent == joint.child:
             faults.add(where, f'joins "{joint.parent}" with itself; a loop is closed between two bodies')
         elif rigid.get(joint.parent, joint.parent) == rigid.get(joint.child, joint.child):

@@ -120,7 +120,7 @@ def _files(path: Path, root: Element) -> dict[Path, Element]:
             if child.tag == "model" and file != path:
                 raise SceneError(f"{file}: line {child.line}: an attached model attaches another one; join the two")
             for other in dict.fromkeys((path.parent / name, file.parent / name)):
-                if other.is_file():
+                if _is_file(other):
                     if other.resolve() in chain:
                         raise SceneError(f"{file}: line {child.line}: {other.name} includes itself; break the ring")
                     if other not in files:
@@ -129,6 +129,14 @@ def _files(path: Path, root: Element) -> dict[Path, Element]:
         if len(files) > MOST_FILES:
             raise SceneError(f"{path}: includes more than {MOST_FILES} files; join some of them")
     return files
+
+
+def _is_file(path: Path) -> bool:
+    """Tell whether a file is there; a name that no system allows names none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def _harden(file: Path, root: Element, total: int, faults: Faults) -> int:

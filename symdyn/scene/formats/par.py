@@ -20,8 +20,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from symdyn.errors import SceneError
 from symdyn.graph import Op
+from symdyn.scene.contents import read_bounded
 from symdyn.scene.declare import Declaration, assemble
 from symdyn.scene.folding import FormulaError, neg
 from symdyn.scene.formats.naming import printable_names
@@ -57,15 +57,7 @@ def read(path: Path, options: ReadOptions) -> Reading:
     Raises:
         SceneError: with every fault of the file, one line each.
     """
-    try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-    except FileNotFoundError:
-        raise SceneError(f"{path}: there is no such file; check the path") from None
-    except (OSError, ValueError) as error:
-        raise SceneError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
-    if len(content) > LARGEST_FILE:
-        raise SceneError(f"{path}: holds more than {LARGEST_FILE >> 20} MB; no parameter file needs as much")
+    content = read_bounded(path, LARGEST_FILE, "a parameter file such as arm.par", "no parameter file needs as much")
     return read_text(content.decode("utf-8", errors="replace"), str(path), options)
 
 

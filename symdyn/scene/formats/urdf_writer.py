@@ -70,12 +70,12 @@ def _lost(scene: Scene) -> list[str]:
     if [value_of(x, values) for x in scene.gravity] != [value_of(x, values) for x in STANDARD_GRAVITY]:
         shown = ", ".join(spell(x) for x in scene.gravity)
         lost.append(f"gravity = [{shown}]: readers of URDF take [0, 0, -9.81]")
-    names = listed(q for k, q in enumerate(scene.coordinates, start=1) if q != f"q{k}")
-    if names != "none":
-        lost.append(f"the names of coordinates: {names} are called q1, q2, ... when the file is read again")
-    names = listed(drive for k, drive in enumerate(scene.drives, start=1) if drive and drive != f"tau{k}")
-    if names != "none":
-        lost.append(f"the names of drives: {names} are called tau1, tau2, ... when the file is read again")
+    renamed = [q for k, q in enumerate(scene.coordinates, start=1) if q != f"q{k}"]
+    if renamed:
+        lost.append(f"the names of coordinates: {listed(renamed)} are called q1, q2, ... when the file is read again")
+    renamed = [drive for k, drive in enumerate(scene.drives, start=1) if drive and drive != f"tau{k}"]
+    if renamed:
+        lost.append(f"the names of drives: {listed(renamed)} are called tau1, tau2, ... when the file is read again")
     for joint in scene.joints:
         where = f"joints.{joint.name}"
         if joint.coordinate and joint.drive is None:

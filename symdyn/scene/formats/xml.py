@@ -17,6 +17,7 @@ from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
 from symdyn.errors import SceneError
+from symdyn.scene.contents import read_bounded
 from symdyn.scene.table import shorten
 
 LARGEST_FILE = 32 * 2**20
@@ -24,6 +25,8 @@ LONGEST_TAG = 2**20
 DEEPEST = 200
 MOST_ELEMENTS = 500_000
 PIECE = 2**16
+
+TOO_LARGE = "a robot file has no need of that, keep meshes and textures in files of their own"
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,16 +68,7 @@ def read_xml(path: Path) -> Element:
     Raises:
         SceneError: in one line, why the file is not XML that can be read.
     """
-    try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-    except FileNotFoundError:
-        raise SceneError(f"{path}: there is no such file; check the path") from None
-    except IsADirectoryError:
-        raise SceneError(f"{path}: is a folder; give a file such as {path}/robot.urdf") from None
-    except (OSError, ValueError) as error:
-        raise SceneError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
-    return parse_xml(content, str(path))
+    return parse_xml(read_bounded(path, LARGEST_FILE, "a file such as robot.urdf", TOO_LARGE), str(path))
 
 
 def parse_xml(content: bytes, source: str) -> Element:
@@ -88,10 +82,7 @@ def parse_xml(content: bytes, source: str) -> Element:
         SceneError: in one line, why the text is not XML that can be read.
     """
     if len(content) > LARGEST_FILE:
-        raise SceneError(
-            f"{source}: holds more than {LARGEST_FILE >> 20} MB; a robot file has no need of that, "
-            "keep meshes and textures in files of their own"
-        )
+        raise SceneError(f"{source}: holds more than {LARGEST_FILE >> 20} MB; {TOO_LARGE}")
     if not content.strip():
         raise SceneError(f"{source}: is empty; give a robot file")
     builder = _Builder()
