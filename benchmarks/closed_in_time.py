@@ -19,8 +19,8 @@ from statistics import median
 import numpy as np
 
 from symdyn.scene import Scene, bind, read
-from symdyn.simulate import Trajectory, simulate
-from symdyn.simulate.integrate import METHODS
+from symdyn.simulation import Trajectory, simulate
+from symdyn.simulation.integrate import METHODS
 
 HERE = Path(__file__).parent
 EXAMPLES, DATA = HERE.parent / "examples", HERE / "data"

@@ -21,10 +21,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from symdyn.scene import Scene, read, read_text
-from symdyn.simulate.constraints import Projection
-from symdyn.simulate.integrate import METHODS, Problem
-from symdyn.simulate.integrate.taylor import integrator, size, translate
-from symdyn.simulate.system import build_system
+from symdyn.simulation.constraints import Projection
+from symdyn.simulation.integrate import METHODS, Problem
+from symdyn.simulation.integrate.taylor import integrator, size, translate
+from symdyn.simulation.system import build_system
 
 EPS = float(np.finfo(np.float64).eps)
 START = (0.5, 0.5, 0.0, 0.0)

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from symdyn.errors import SymdynError
     from symdyn.program import lower
     from symdyn.scene import Scene, read
-    from symdyn.simulate import inverse, simulate
+    from symdyn.simulation import inverse, simulate
     from symdyn.verify import certify
 
 _DOORS = {
@@ -41,13 +41,13 @@ _DOORS = {
     "certify": "symdyn.verify",
     "closed_form": "symdyn.dynamics.closed_forms.closed_form",
     "derive": "symdyn.dynamics",
-    "inverse": "symdyn.simulate",
+    "inverse": "symdyn.simulation",
     "lambdify": "symdyn.build",
     "load": "symdyn.build.load",
     "lower": "symdyn.program",
     "picture": "symdyn.draw",
     "read": "symdyn.scene",
-    "simulate": "symdyn.simulate",
+    "simulate": "symdyn.simulation",
 }
 
 __all__ = [

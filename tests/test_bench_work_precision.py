@@ -16,9 +16,9 @@ from symdyn.bench.stress.stiff import RUBBED
 from symdyn.bench.work_precision import UNTIL, Runs, lively, marked, motion
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
-from symdyn.simulate import simulate
-from symdyn.simulate.initial import read_start
-from symdyn.simulate.system import build_system
+from symdyn.simulation import simulate
+from symdyn.simulation.initial import read_start
+from symdyn.simulation.system import build_system
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

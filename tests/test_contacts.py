@@ -14,10 +14,10 @@ from symdyn.dynamics.loops.mobility import mobility
 from symdyn.dynamics.loops.numbers import numbers_of
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import Scene, read, read_text
-from symdyn.simulate import simulate
-from symdyn.simulate.initial import read_start
-from symdyn.simulate.model import Trajectory
-from symdyn.simulate.system import build_system
+from symdyn.simulation import simulate
+from symdyn.simulation.initial import read_start
+from symdyn.simulation.model import Trajectory
+from symdyn.simulation.system import build_system
 
 DATA, EXAMPLES = Path(__file__).parent / "data", Path(__file__).parent.parent / "examples"
 ZXY = (DATA / "found" / "rolling_disc_zxy.toml").read_text(encoding="utf-8")

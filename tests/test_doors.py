@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pickle
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +13,7 @@ import sympy
 
 import symdyn
 from symdyn.errors import DrawError, SimulateError
-from symdyn.simulate import read_forces, simulate
+from symdyn.simulation import read_forces, simulate
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 ARM = symdyn.read(EXAMPLES / "two_link.toml")
@@ -91,3 +93,14 @@ def test_one_entry_of_forces_is_one_entry():
         read_forces(CART, "G=1")
 
     assert len(caught.value.faults) == 1
+
+
+@pytest.mark.mends("6.simulate")
+def test_a_door_is_a_door_at_the_second_call_too():
+    """Rooms are imported when a door is first used; none of them takes the place of a door."""
+    code = "import pkgutil, symdyn\nnames = set(symdyn.__all__)\nscene = symdyn.read('examples/cart_pole.toml')\n"
+    code += "first = [len(symdyn.simulate(scene, until=0.1).t), len(symdyn.simulate(scene, until=0.1).t)]\n"
+    code += "assert first[0] == first[1]\n"
+    code += "assert not names & {module.name for module in pkgutil.iter_modules(symdyn.__path__)}"
+    ran = subprocess.run([sys.executable, "-c", code], cwd=EXAMPLES.parent, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr

@@ -16,9 +16,9 @@ from symdyn.dynamics.loops.linear import followers, forward_dynamics, linear_loo
 from symdyn.graph import evaluate, substitute
 from symdyn.scene import Scene, read_text
 from symdyn.scene.starters import starter
-from symdyn.simulate import simulate
-from symdyn.simulate.initial import read_start
-from symdyn.simulate.system import build_system
+from symdyn.simulation import simulate
+from symdyn.simulation.initial import read_start
+from symdyn.simulation.system import build_system
 
 
 def row_of(n: int) -> Scene:

@@ -9,8 +9,8 @@ import pytest
 
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
-from symdyn.simulate import inverse, read_motion, simulate
-from symdyn.simulate.model import Trajectory
+from symdyn.simulation import inverse, read_motion, simulate
+from symdyn.simulation.model import Trajectory
 
 ROOT = Path(__file__).parent.parent
 FOUND, EXAMPLES = ROOT / "tests" / "data" / "found", ROOT / "examples"

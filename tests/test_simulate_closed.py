@@ -13,11 +13,11 @@ from scipy.integrate import solve_ivp
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.scene.formula import parse as formula
-from symdyn.simulate import Trajectory, inverse, read_forces, read_motion, simulate
-from symdyn.simulate.implicit import Implicit
-from symdyn.simulate.initial import read_start
-from symdyn.simulate.record import record
-from symdyn.simulate.system import build_system
+from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, simulate
+from symdyn.simulation.implicit import Implicit
+from symdyn.simulation.initial import read_start
+from symdyn.simulation.record import record
+from symdyn.simulation.system import build_system
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -62,7 +62,7 @@ def test_multipliers_give_the_motion_of_reduced_coordinates(
 @pytest.mark.usefixtures("_ida")
 def test_both_positions_and_velocities_are_held_without_projection(monkeypatch: pytest.MonkeyPatch) -> None:
     """With G u = 0 alone the loops would open, by 6e-7 here."""
-    monkeypatch.setattr("symdyn.simulate.constraints.Projection.__call__", lambda *_: None)
+    monkeypatch.setattr("symdyn.simulation.constraints.Projection.__call__", lambda *_: None)
     found = simulate(read(EXAMPLES / "four_bar.toml"), until=5.0, method="ida", rtol=1e-8)
 
     assert found.monitors["loops"] < 6e-8

@@ -16,14 +16,14 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Joint, Scene, read
 from symdyn.scene.formula import parse as formula
 from symdyn.scene.table import Faults
-from symdyn.simulate import METHODS, Motion, Trajectory, inverse, read_forces, read_motion, simulate
-from symdyn.simulate.choose import is_stiff
-from symdyn.simulate.initial import read_start
-from symdyn.simulate.integrate import importable
-from symdyn.simulate.laws import Law, read_law
-from symdyn.simulate.record import csv_text, record
-from symdyn.simulate.slopes import differences
-from symdyn.simulate.system import build_system
+from symdyn.simulation import METHODS, Motion, Trajectory, inverse, read_forces, read_motion, simulate
+from symdyn.simulation.choose import is_stiff
+from symdyn.simulation.initial import read_start
+from symdyn.simulation.integrate import importable
+from symdyn.simulation.laws import Law, read_law
+from symdyn.simulation.record import csv_text, record
+from symdyn.simulation.slopes import differences
+from symdyn.simulation.system import build_system
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

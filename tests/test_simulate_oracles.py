@@ -9,8 +9,8 @@ from oracles import oracle
 from scenes_in_time import double_pendulum, free_top, heavy_top, pendulum
 
 from symdyn.bench.stress.scenes import pinned
-from symdyn.simulate import Trajectory, inverse, read_motion, simulate
-from symdyn.simulate.system import build_system
+from symdyn.simulation import Trajectory, inverse, read_motion, simulate
+from symdyn.simulation.system import build_system
 
 EPS = 2.3e-16
 

@@ -9,9 +9,9 @@ import pytest
 from scenes_in_time import block, pendulum
 
 from symdyn.scene import Scene
-from symdyn.simulate import Trajectory, read_forces, simulate
-from symdyn.simulate.integrate.taylor import SAMPLES, STRETCH, Guard
-from symdyn.simulate.record import csv_text
+from symdyn.simulation import Trajectory, read_forces, simulate
+from symdyn.simulation.integrate.taylor import SAMPLES, STRETCH, Guard
+from symdyn.simulation.record import csv_text
 
 pytest.importorskip("heyoka", reason="needs heyoka, the extra taylor")
 
@@ -60,7 +60,7 @@ def test_the_same_run_is_the_same_text(scene: Callable[[], Scene]) -> None:
 
 @pytest.mark.parametrize("samples", [SAMPLES, 50])
 def test_stretches_are_joined_without_a_seam(samples: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("symdyn.simulate.integrate.taylor.SAMPLES", samples)
+    monkeypatch.setattr("symdyn.simulation.integrate.taylor.SAMPLES", samples)
     found = simulate(block(), until=200.0, method="taylor", rtol=1e-15)
 
     assert found.steps > 2 * STRETCH

@@ -11,8 +11,8 @@ from symdyn.dynamics import derive
 from symdyn.dynamics.loops.mobility import mobility
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene import Scene, read, read_text
-from symdyn.simulate import read_motion, simulate
-from symdyn.simulate.initial import read_start
+from symdyn.simulation import read_motion, simulate
+from symdyn.simulation.initial import read_start
 
 FOUND = Path(__file__).parent / "data" / "found"
 
@@ -51,7 +51,7 @@ def test_a_loop_whose_angles_start_singular_is_refused_in_simulate() -> None:
 
 @pytest.mark.mends("3.5")
 def test_a_loop_whose_angles_start_singular_is_refused_in_inverse() -> None:
-    from symdyn.simulate.inverse import inverse
+    from symdyn.simulation.inverse import inverse
 
     scene = undriven("euler_hinge")
     with pytest.raises(SimulateError, match=r"joint j: theta = 0: .*singular"):

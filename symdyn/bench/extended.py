@@ -21,9 +21,9 @@ import numpy.typing as npt
 from symdyn.algebra.big import BigFloats
 from symdyn.errors import SimulateError
 from symdyn.graph import evaluate
-from symdyn.simulate.integrate import METHODS, importable
-from symdyn.simulate.integrate.taylor import refuses, translate
-from symdyn.simulate.system import System
+from symdyn.simulation.integrate import METHODS, importable
+from symdyn.simulation.integrate.taylor import refuses, translate
+from symdyn.simulation.system import System
 
 Array = npt.NDArray[np.float64]
 Long = npt.NDArray[np.longdouble]

@@ -17,11 +17,11 @@ from symdyn.bench.extended import truth
 from symdyn.bench.model import Curve, Motion, Point, unbeaten
 from symdyn.errors import SimulateError
 from symdyn.scene import JOINTS, Scene
-from symdyn.simulate.constraints import Projection
-from symdyn.simulate.initial import read_start
-from symdyn.simulate.integrate import METHODS, IntegrationError, Piece, Problem, importable, integrate
-from symdyn.simulate.monitors import observe
-from symdyn.simulate.system import System, build_system
+from symdyn.simulation.constraints import Projection
+from symdyn.simulation.initial import read_start
+from symdyn.simulation.integrate import METHODS, IntegrationError, Piece, Problem, importable, integrate
+from symdyn.simulation.monitors import observe
+from symdyn.simulation.system import System, build_system
 
 Array = npt.NDArray[np.float64]
 

@@ -29,8 +29,8 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 def run(options: argparse.Namespace) -> int:
     """Compute and write."""
     from symdyn.cli.talk import Waiting, say
-    from symdyn.simulate import inverse, read_motion
-    from symdyn.simulate.motion import motion_times
+    from symdyn.simulation import inverse, read_motion
+    from symdyn.simulation.motion import motion_times
 
     scene = read_scene(options)
     entries = flattened(options.motion)

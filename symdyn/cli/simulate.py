@@ -9,7 +9,7 @@ from symdyn.cli.reading import add_reading_options, read_scene
 from symdyn.cli.trajectory import add_output_options, check_outputs, collected, deliver, flattened, pairs
 
 if TYPE_CHECKING:
-    from symdyn.simulate import Trajectory
+    from symdyn.simulation import Trajectory
 
 CTRL_C = 130
 
@@ -48,9 +48,9 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 def run(options: argparse.Namespace) -> int:
     """Compute, write, and tell how well the laws were kept."""
     from symdyn.cli.talk import Bar, say
-    from symdyn.simulate import read_forces, simulate
-    from symdyn.simulate.forward import check_run
-    from symdyn.simulate.initial import read_start
+    from symdyn.simulation import read_forces, simulate
+    from symdyn.simulation.forward import check_run
+    from symdyn.simulation.initial import read_start
 
     scene = read_scene(options)
     formulas = (*options.stop, *options.report)
@@ -85,8 +85,8 @@ def run(options: argparse.Namespace) -> int:
 
 def told(trajectory: Trajectory) -> list[str]:
     """Return what is said about a run: events, its end, errors."""
-    from symdyn.simulate.columns import counted
-    from symdyn.simulate.model import END, INTERRUPTED
+    from symdyn.simulation.columns import counted
+    from symdyn.simulation.model import END, INTERRUPTED
 
     lines = [f"event: {event.formula} = 0 at t = {event.t!r} s" for event in trajectory.events if not event.stops]
     end = float(trajectory.t[-1])
@@ -116,7 +116,7 @@ def errors(trajectory: Trajectory) -> str:
 
 def status(trajectory: Trajectory) -> int:
     """Return the exit status: 130 after Ctrl-C, 1 where the integrator gave up."""
-    from symdyn.simulate.model import INTERRUPTED
+    from symdyn.simulation.model import INTERRUPTED
 
     if trajectory.stopped == INTERRUPTED:
         return CTRL_C

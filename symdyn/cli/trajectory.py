@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
-    from symdyn.simulate import Trajectory
+    from symdyn.simulation import Trajectory
 
 T = TypeVar("T")
 
@@ -45,9 +45,9 @@ def collected(*parts: Callable[[], object]) -> tuple[object, ...]:
 def check_outputs(options: argparse.Namespace) -> None:
     """Raise SimulateError for files that could not be written in the end, before anything is computed."""
     from symdyn.errors import SimulateError
-    from symdyn.simulate.film import check_film
-    from symdyn.simulate.plot import check_plot
-    from symdyn.simulate.record import writer_for
+    from symdyn.simulation.film import check_film
+    from symdyn.simulation.plot import check_plot
+    from symdyn.simulation.record import writer_for
 
     checks: list[Callable[[], object]] = []
     if options.output:
@@ -72,9 +72,9 @@ def deliver(trajectory: Trajectory, options: argparse.Namespace) -> None:
     import sys
 
     from symdyn.cli.talk import print_paths
-    from symdyn.simulate.film import film
-    from symdyn.simulate.plot import plot
-    from symdyn.simulate.record import csv_text, record
+    from symdyn.simulation.film import film
+    from symdyn.simulation.plot import plot
+    from symdyn.simulation.record import csv_text, record
 
     if options.output:
         record(trajectory, Path(options.output))
@@ -96,7 +96,7 @@ def pairs(text: str | None, option: str) -> dict[str, str]:
         SimulateError: a part that is no name=formula.
     """
     from symdyn.scene.table import Faults
-    from symdyn.simulate.reading import close, split_commas, words
+    from symdyn.simulation.reading import close, split_commas, words
 
     faults = Faults("")
     found = words(split_commas(text or ""), option, faults)

@@ -14,7 +14,7 @@ from symdyn.bench.stress.model import Case, worst
 from symdyn.bench.stress.scenes import chain, offset_pendulum, one_body, two_link
 from symdyn.dynamics import available
 from symdyn.scene import Scene
-from symdyn.simulate.reading import parameter_values
+from symdyn.simulation.reading import parameter_values
 from symdyn.verify.accuracy import ALLOWED
 
 Array = npt.NDArray[np.float64]

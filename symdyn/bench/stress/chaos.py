@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from symdyn.bench.stress.model import Case
 from symdyn.bench.stress.scenes import offset_pendulum, two_link
 from symdyn.scene import Scene
-from symdyn.simulate import simulate
+from symdyn.simulation import simulate
 
 FAMILY = "chaos"
 TIGHTEST = 1e-15

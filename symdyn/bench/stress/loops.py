@@ -17,7 +17,7 @@ from symdyn.bench.stress.model import Case
 from symdyn.bench.stress.scenes import parallelogram, pinned
 from symdyn.scene import read_text
 from symdyn.scene.starters import starter
-from symdyn.simulate import Trajectory, simulate
+from symdyn.simulation import Trajectory, simulate
 
 FAMILY = "loops"
 

@@ -25,7 +25,7 @@ from symdyn.dynamics import roads
 from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
-from symdyn.simulate.reading import parameter_values
+from symdyn.simulation.reading import parameter_values
 
 Array = npt.NDArray[np.float64]
 

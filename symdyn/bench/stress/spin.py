@@ -13,7 +13,7 @@ import numpy as np
 
 from symdyn.bench.stress.model import Case
 from symdyn.bench.stress.scenes import free_top, heavy_top
-from symdyn.simulate import simulate
+from symdyn.simulation import simulate
 
 FAMILY = "spin"
 TIGHTEST = 1e-15

@@ -8,8 +8,8 @@ import numpy as np
 
 from symdyn.bench.stress.model import Case
 from symdyn.bench.stress.scenes import rubbing, stiff_spring
-from symdyn.simulate import METHODS, simulate
-from symdyn.simulate.integrate import importable
+from symdyn.simulation import METHODS, simulate
+from symdyn.simulation.integrate import importable
 
 FAMILY = "stiff"
 

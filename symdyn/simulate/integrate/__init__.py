@@ -1,8 +1,0 @@
-"""Integrators, one file a library; `METHODS` is the table of all."""
-
-from symdyn.simulate.integrate import scipy_ivp, sundials, taylor
-from symdyn.simulate.integrate.method import Hit, IntegrationError, Method, Piece, Problem, importable, integrate
-
-METHODS: dict[str, Method] = {**taylor.METHODS, **scipy_ivp.METHODS, **sundials.METHODS}
-
-__all__ = ["METHODS", "Hit", "IntegrationError", "Method", "Piece", "Problem", "importable", "integrate"]

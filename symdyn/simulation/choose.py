@@ -1,0 +1,103 @@
+"""Which integrator fits a system: Taylor's where it applies, implicit methods where the system is stiff, else DOP853.
+
+A system is stiff where a motion dies out so fast, -Re λ, that an explicit method would have to follow it although
+nothing oscillates or grows nearly as fast; λ are the eigenvalues of ∂f/∂x at the start. What dies out as fast as
+something else grows is a saddle, as at a pendulum's top, which friction has no part in.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.errors import SimulateError
+from symdyn.scene.names import suggestion
+from symdyn.simulation.integrate import METHODS, Method, importable
+from symdyn.simulation.integrate.taylor import overlooks, refuses, size
+from symdyn.simulation.slopes import differences
+from symdyn.simulation.system import System
+
+Array = npt.NDArray[np.float64]
+
+STIFF_STEPS, STIFF_RATIO = 3000.0, 50.0
+"""Beyond both a system is stiff: steps that stability asks of an explicit method, decay over oscillation or growth."""
+
+OTHERWISE = "dop853"
+"""What steps over a change point of loops, where series end."""
+
+LARGEST = 3000
+"""Operations that heyoka compiles within a few seconds."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """An integrator and why it was taken.
+
+    Attributes:
+        name: its key in `METHODS`.
+        method: the integrator.
+        reason: in words, "" for none.
+        otherwise: the one to take where it cannot go on, if nobody asked for it; None for none.
+    """
+
+    name: str
+    method: Method
+    reason: str
+    otherwise: str | None = None
+
+
+def choose(system: System, x: Array, until: float, asked: str | None = None) -> Choice:
+    """Return the integrator for a system.
+
+    Args:
+        system: the equations.
+        x: state at the start.
+        until: time of the end, s.
+        asked: a key of `METHODS`, upper or lower case; None chooses.
+
+    Raises:
+        SimulateError: there is no such method, it does not apply, or its library is missing.
+    """
+    if asked is not None:
+        return _asked(system, asked)
+    if is_stiff(system, x, until):
+        name = "cvode" if importable(METHODS["cvode"].module) else "radau"
+        return Choice(name, METHODS[name], "the system is stiff")
+    why = refuses(system)
+    if not why and overlooks(system):
+        why = f"a series may overlook a turn of {overlooks(system)}"
+    if not why and size(system) > LARGEST:
+        why = f"{size(system)} operations would take heyoka long to compile"
+    if not why and not importable(METHODS["taylor"].module):
+        why = "heyoka is not installed; pip install 'symdyn[taylor]'"
+    if not why:
+        return Choice("taylor", METHODS["taylor"], "", OTHERWISE if system.closed else None)
+    return Choice("dop853", METHODS["dop853"], f"no Taylor method: {why}")
+
+
+def _asked(system: System, asked: str) -> Choice:
+    name = asked.lower()
+    if name not in METHODS:
+        raise SimulateError(f"method {asked} is not known; {suggestion(asked, METHODS)}")
+    method = METHODS[name]
+    if not importable(method.module):
+        raise SimulateError(f"method {name} needs {method.library}; pip install 'symdyn[{method.extra}]'")
+    why = method.refuses(system)
+    if why:
+        raise SimulateError(f"method {name} does not apply: {why}; take dop853")
+    return Choice(name, method, "")
+
+
+def is_stiff(system: System, x: Array, until: float) -> bool:
+    """Tell whether a system is stiff at the start; a jump there, which looks infinitely steep, is no stiffness."""
+    decays = []
+    for step in (1e-5, 1e-6):
+        eigenvalues = np.linalg.eigvals(differences(system, 0.0, x, step))
+        decay = float(np.max(-eigenvalues.real, initial=0.0))
+        lively = float(np.max(np.maximum(np.abs(eigenvalues.imag), eigenvalues.real), initial=0.0))
+        if not (decay * until > STIFF_STEPS and decay > STIFF_RATIO * lively):
+            return False
+        decays.append(decay)
+    return decays[1] < 2 * decays[0]

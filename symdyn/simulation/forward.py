@@ -1,0 +1,256 @@
+"""Forces prescribed, motion computed: the door `simulate`."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.dynamics.loops.numbers import numbers_of
+from symdyn.errors import SimulateError
+from symdyn.scene import Quantity, Scene
+from symdyn.scene.names import suggestion
+from symdyn.scene.table import Faults
+from symdyn.simulation.choose import Choice, choose
+from symdyn.simulation.constraints import Projection
+from symdyn.simulation.contacts import needed
+from symdyn.simulation.forces import Forces, held, read_forces
+from symdyn.simulation.initial import Start, no_equations, read_start, singular
+from symdyn.simulation.integrate import METHODS, Hit, Problem
+from symdyn.simulation.limits import passed
+from symdyn.simulation.model import END, INTERRUPTED, Event, Trajectory
+from symdyn.simulation.monitors import observe
+from symdyn.simulation.reactions import reaction_columns
+from symdyn.simulation.reading import TIME, close, parameter_values, read_formula
+from symdyn.simulation.run import STOPPED, Run, integrated
+from symdyn.simulation.samples import sample_times
+from symdyn.simulation.system import System, build_system
+from symdyn.simulation.valueless import valueless
+
+Array = npt.NDArray[np.float64]
+
+DRIFT = 1e-2
+"""Constraints may be missed by this part of the tolerance before a state is projected, and by rounding at least."""
+
+ROUNDING = 1e-14
+
+AHEAD = 1e-6
+"""Part of the time, or seconds, by which it is looked ahead for what has no value where a run ends."""
+
+FINEST, SMALLEST = 1e-16, 1e-300
+"""The finest relative tolerance that means anything in doubles, and the smallest absolute one."""
+
+
+def simulate(
+    scene: Scene,
+    forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
+    until: float = 10.0,
+    start: Mapping[str, str] | Start | None = None,
+    start_rates: Mapping[str, str] | None = None,
+    method: str | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    stops: Sequence[str] = (),
+    reports: Sequence[str] = (),
+    every: float | None = None,
+    reactions: bool = False,
+    progress: Callable[[float], None] | None = None,
+    say: Callable[[str], None] | None = None,
+) -> Trajectory:
+    """Return the motion that forces give a scene from t = 0 on.
+
+    A run that cannot go on, or is interrupted (Ctrl-C), returns what was computed so far. `Trajectory.stopped` says
+    why, and of the first so does a RuntimeWarning unless somebody listens (`say`).
+
+    Args:
+        scene: the mechanism, its parameters bound.
+        forces: driving forces, from `read_forces`, or what that takes.
+        until: time of the end, s.
+        start: formulas by coordinate, in place of what the scene says; or a whole state.
+        start_rates: formulas by velocity.
+        method: a key of `METHODS`; None chooses.
+        rtol: relative tolerance of a step; None takes the method's.
+        atol: absolute tolerance of a step; None takes rtol.
+        stops: formulas in t, coordinates, velocities and parameters; where one crosses zero the run ends.
+        reports: likewise; where one crosses zero the event is kept.
+        every: seconds between samples; None for 200 samples.
+        reactions: add the columns of all joint reactions.
+        progress: called with the share that is done.
+        say: called with lines for the user: the method and why.
+
+    Raises:
+        SimulateError: with every fault of the arguments, one line each.
+        DerivationError: there is no forward dynamics, or loops cannot be closed.
+    """
+    forces = forces if isinstance(forces, Forces) else read_forces(scene, forces)
+    formulas = (*stops, *reports)
+    zeros, times, initial = _checked(scene, until, every, rtol, atol, formulas, method, start, start_rates)
+    notes = (*initial.notes, *held(scene, forces, until))
+    for note in notes:
+        _tell(say, note)
+    system = build_system(scene, forces, zeros)
+    x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
+    _ready(system, x)
+    flags = tuple(k < len(stops) for k in range(len(formulas)))
+    choice = choose(system, x, until, method)
+    while True:
+        relative = choice.method.rtol if rtol is None else rtol
+        absolute = relative if atol is None else atol
+        _tell(say, _method(choice, relative, absolute))
+        projection = Projection(system, max(ROUNDING, DRIFT * relative))
+        looked_for = (*flags, *(True for _ in system.ends), *(False for _ in system.limits))
+        run = integrated(
+            Problem(system, x, times, relative, absolute, looked_for, projection), choice.method, progress, say
+        )
+        if choice.otherwise is None or run.stopped in (END, STOPPED, INTERRUPTED):
+            break
+        choice = Choice(choice.otherwise, METHODS[choice.otherwise], f"{choice.name}: {run.stopped}")
+    stopped = _why(system, formulas, run)
+    events = tuple(_event(system, formulas, flags, hit) for hit in run.hits if hit.event < len(formulas))
+    q, u = run.x[:, : system.nq], run.x[:, system.nq : system.nq + system.nv]
+    with np.errstate(all="ignore"):  # a motion that leaves what is real has its last row there
+        columns, monitors = observe(system, run.t, run.x)
+        qdd = system.tell("rates", run.t, run.x)[:, system.nq : system.nq + system.nv]
+        tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
+        if reactions:
+            columns |= reaction_columns(scene, run.t, q, u, qdd, tau, given=True)
+        contacts, seen = needed(scene, run.t, q, u, qdd, tau)
+    for one in contacts:
+        monitors[f"normal_force {one.row.name}"] = float(one.normal.min())
+        monitors[f"friction_coefficient {one.row.name}"] = float(one.friction.max())
+    seen += _limits(system, x, run.hits)
+    for note in seen:
+        _tell(say, note)
+    notes = (*notes, *seen)
+    found = Trajectory(
+        scene, run.t, q, u, qdd, tau, columns, monitors, events, stopped, choice.name, relative, absolute, run.steps,
+        run.evaluations, run.preparing, run.wall, notes,
+    )  # fmt: skip
+    if say is None and not found.complete and stopped != INTERRUPTED:
+        warnings.warn(f"{scene.name}: {stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)
+    return found
+
+
+def _checked(
+    scene: Scene,
+    until: float,
+    every: float | None,
+    rtol: float | None,
+    atol: float | None,
+    formulas: Sequence[str],
+    method: str | None,
+    start: Mapping[str, str] | Start | None,
+    start_rates: Mapping[str, str] | None,
+) -> tuple[tuple[Quantity, ...], Array, Start]:
+    """Return formulas of events, times of samples and the start; all faults together."""
+    faults: list[str] = []
+    initial = None
+    try:
+        if isinstance(start, Start):
+            no_equations(numbers_of(scene), start.q)
+            initial = start
+        else:
+            initial = read_start(scene, start, start_rates)
+    except SimulateError as error:
+        faults += error.faults
+    try:
+        events, times = check_run(scene, until, every, rtol, atol, formulas, method)
+    except SimulateError as error:
+        faults += error.faults
+    if faults:
+        raise SimulateError(tuple(dict.fromkeys(faults)))
+    assert initial is not None, "without faults there is a start"
+    return events, times, initial
+
+
+def check_run(
+    scene: Scene,
+    until: float,
+    every: float | None = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    formulas: Sequence[str] = (),
+    method: str | None = None,
+) -> tuple[tuple[Quantity, ...], Array]:
+    """Return the formulas of events and the times of samples of a run; arguments as for `simulate`.
+
+    Raises:
+        SimulateError: with every fault, one line each.
+    """
+    values = parameter_values(scene)
+    faults = Faults("")
+    allowed = (TIME, *scene.coordinates, *scene.velocities, *values)
+    events = [read_formula(text, allowed, "event", faults) for text in formulas]
+    for text, event in zip(formulas, events, strict=True):
+        if event is not None and not event.symbols:
+            faults.add("event", f'"{text}" is a constant, which crosses nothing')
+    for name, value, least in (("rtol", rtol, FINEST), ("atol", atol, SMALLEST)):
+        if value is not None and not least <= value < 1:
+            faults.add("", f"{name} = {value:g} is not a tolerance; give one between {least:g} and 1, such as 1e-9")
+    if method is not None and method.lower() not in METHODS:
+        faults.add("", f"method {method} is not known; {suggestion(method, METHODS)}")
+    times = sample_times(until, every, faults)
+    close(faults)
+    return tuple(event for event in events if event is not None), times
+
+
+def _ready(system: System, x: Array) -> None:
+    """Raise SimulateError where the accelerations at the start do not exist."""
+    with np.errstate(all="ignore"):
+        rates = system.rates(0.0, x)
+    why = "" if system.closed else singular(system.scene, x[: system.nq])
+    if not np.all(np.isfinite(rates)):
+        part = valueless(system.scene, system.forces, 0.0, x[: system.nq], x[system.nq : system.nq + system.nv])
+        why = f"start: {part}; give another start" if part else why
+        why = why or "the accelerations have no finite value at the start; give another start"
+    if why:
+        raise SimulateError(f"{system.scene.name}: {why}")
+
+
+def _method(choice: Choice, rtol: float, atol: float) -> str:
+    """Return what is said about the method."""
+    tolerance = f"tolerance {rtol:g}" if rtol == atol else f"tolerances {rtol:g} relative, {atol:g} absolute"
+    reason = f" ({choice.reason})" if choice.reason else ""
+    return f"method: {choice.name} ({choice.method.library}), {tolerance}{reason}"
+
+
+def _why(system: System, formulas: Sequence[str], run: Run) -> str:
+    """Return what ended a run: its time, a formula of the user, where equations end, or what has no value there."""
+    if run.stopped in (END, INTERRUPTED):
+        return run.stopped
+    if run.stopped == STOPPED:
+        hit = run.hits[-1]
+        if hit.event < len(formulas):
+            return formulas[hit.event]
+        return f"t = {hit.t:.9g} s: {system.ends[hit.event - len(formulas)]}"
+    t, x = float(run.t[-1]), run.x[-1]
+    if system.changes(x[: system.nq]):
+        return f"{run.stopped}; a change point of the loops is near, where branches of their motion meet"
+    ahead = x + AHEAD * max(1.0, t) * np.nan_to_num(system.tell("rates", t, x))
+    found = [
+        valueless(system.scene, system.forces, t, one[: system.nq], one[system.nq : system.nq + system.nv])
+        for one in (x, ahead)
+    ]
+    return "; ".join(part for part in (run.stopped, *found[: 1 if found[0] else 2]) if part)
+
+
+def _limits(system: System, x: Array, hits: Sequence[Hit]) -> list[str]:
+    """Return what is said of limits of joints that a run has passed, x its start."""
+    if not system.limits:
+        return []
+    first = len(system.events) + len(system.ends)
+    beyond = system.tell("events", 0.0, x)[first:] > 0
+    times = [[hit.t for hit in hits if hit.event == first + k] for k in range(len(system.limits))]
+    return [words for words in map(passed, system.limits, beyond, times) if words]
+
+
+def _event(system: System, formulas: Sequence[str], flags: Sequence[bool], hit: Hit) -> Event:
+    q, u = hit.x[: system.nq], hit.x[system.nq : system.nq + system.nv]
+    return Event(formulas[hit.event], hit.t, q, u, flags[hit.event])
+
+
+def _tell(say: Callable[[str], None] | None, line: str) -> None:
+    if say is not None:
+        say(line)

@@ -1,0 +1,35 @@
+"""Expressions of a workspace as functions of a program: of the state, or of a direction beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symdyn.dynamics.derive import arguments
+from symdyn.dynamics.equations import Argument, Function
+from symdyn.dynamics.workspace import Workspace
+from symdyn.graph import Expr, Graph
+from symdyn.scene import express
+from symdyn.simulation.forces import Forces
+from symdyn.simulation.reading import TIME
+
+EVERYTHING = ("q", "qd", "tau", TIME)
+
+
+def function_of(w: Workspace, name: str, entries: Sequence[Expr], takes: Sequence[str] = EVERYTHING) -> Function:
+    """Return entries as a function of everything, or of what it takes."""
+    return plain(name, entries, arguments(w, takes))
+
+
+def plain(name: str, entries: Sequence[Expr], takes: Sequence[Argument]) -> Function:
+    """Return entries as a function of its arguments."""
+    return Function(name, name, tuple(takes), "out", (len(entries),), tuple(entries), units="", formulation="")
+
+
+def argument(graph: Graph, name: str, count: int) -> Argument:
+    """Return an argument of so many numbers, such as a direction."""
+    return Argument(name, tuple(graph.symbol(f"{name}[{k}]") for k in range(count)), name, ())
+
+
+def drive(w: Workspace, forces: Forces, k: int) -> Expr:
+    """Return the driving force of a velocity: its formula, or the argument that a table fills."""
+    return w.state.tau[k] if k in forces.tables else express(forces.formula(k), w.graph)

@@ -1,0 +1,202 @@
+"""Where a simulation starts: what the scene and the user say, what loops and prescribed motions make of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.algebra.numeric import Floats
+from symdyn.dynamics import derive
+from symdyn.dynamics.loops.assembly import closed_position
+from symdyn.dynamics.loops.continuation import declared_rates, fitting
+from symdyn.dynamics.loops.numbers import Numbers, numbers_of
+from symdyn.dynamics.prescribed import TIME, prescribed
+from symdyn.errors import DerivationError, SimulateError
+from symdyn.graph import Graph, evaluate, substitute
+from symdyn.scene import Scene, express, velocity_name
+from symdyn.scene.names import suggestion
+from symdyn.scene.start import starting_position, starting_velocity
+from symdyn.scene.table import Faults
+from symdyn.simulation.reading import close, number_of, parameter_values, read_formula
+
+Array = npt.NDArray[np.float64]
+
+CONSISTENT = 1e-9
+"""Largest coordinate by which a start is moved without a note, rad or m."""
+
+SINGULAR = 1e-14
+"""Smallest eigenvalue of the mass matrix with unit diagonal that is not zero."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """A state to start from.
+
+    Attributes:
+        q: coordinates, shape (nq,).
+        u: velocities, shape (nv,).
+        notes: what was changed so that loops close, one line each.
+    """
+
+    q: Array
+    u: Array
+    notes: tuple[str, ...] = ()
+
+
+def read_start(scene: Scene, start: Mapping[str, str] | None = None, rates: Mapping[str, str] | None = None) -> Start:
+    """Return the state at t = 0, consistent with loops and prescribed motions.
+
+    Args:
+        scene: the mechanism, its parameters bound.
+        start: formulas in parameters by coordinate, in place of what the scene says.
+        rates: likewise by velocity, or by coordinate where the velocity is its rate.
+
+    Raises:
+        SimulateError: with every fault, one line each; also where angles are singular there, or a wheel lies flat.
+    """
+    values = parameter_values(scene)
+    faults = Faults("")
+    q = np.array([number_of(x, values, "start", faults) or 0.0 for x in starting_position(scene)])
+    u = np.array([number_of(x, values, "start_rates", faults) or 0.0 for x in starting_velocity(scene)])
+    moved = prescribed(scene, Graph()).place
+    given_q: list[int] = []
+    given_u: list[int] = []
+    for name, text in (start or {}).items():
+        k = _index(name, scene.coordinates, "start", faults)
+        value = _value(text, values, f"start: {name}", faults)
+        if k is not None and value is not None:
+            q[k] = value
+            given_q.append(k)
+    velocities = scene.velocities
+    for name, text in (rates or {}).items():
+        named = velocity_name(name) if name not in velocities and velocity_name(name) in velocities else name
+        k = _index(named, velocities, "start rates", faults)
+        value = _value(text, values, f"start rates: {name}", faults)
+        if k is not None and value is not None:
+            u[k] = value
+            given_u.append(k)
+            if k in moved:
+                faults.add("start rates", f"{name} has a prescribed motion, which says how it starts")
+    numbers = numbers_of(scene)
+    _prescribe(scene, q, u, given_q, faults)
+    for group, part in _quaternions(scene).items():
+        if not np.linalg.norm(q[part]) > 0:
+            faults.add("start", f"the quaternion ({group}) has length zero; (1, 0, 0, 0) is no rotation")
+    close(faults)
+    notes = [
+        f"start: the quaternion ({group}) has length {np.linalg.norm(q[part]):.6g}; it was divided by that"
+        for group, part in _quaternions(scene).items()
+        if abs(np.linalg.norm(q[part]) - 1.0) > CONSISTENT
+    ]
+    q = numbers.normalised(q)
+    if scene.loops or scene.rows:
+        q, u, more = _closed(numbers, q, u, given_q, given_u, faults)
+        notes += more
+        close(faults)
+    no_equations(numbers, q)
+    return Start(q, u, tuple(notes))
+
+
+def no_equations(numbers: Numbers, q: Array) -> None:
+    """Refuse a start at which equations of motion say nothing.
+
+    Raises:
+        SimulateError: angles are singular there, or a wheel lies flat.
+    """
+    why = numbers.singular_angles(q) or numbers.lying_flat(q)
+    if why:
+        raise SimulateError(f"start: {why}")
+
+
+def _index(name: str, names: Sequence[str], where: str, faults: Faults) -> int | None:
+    if name in names:
+        return list(names).index(name)
+    faults.add(where, f"{name} is not known; {suggestion(name, names)}")
+    return None
+
+
+def _value(text: str, values: Mapping[str, object], where: str, faults: Faults) -> float | None:
+    formula = read_formula(text, values, where, faults)
+    return None if formula is None else number_of(formula, values, where, faults)  # type: ignore[arg-type]
+
+
+def _quaternions(scene: Scene) -> dict[str, slice]:
+    from symdyn.dynamics.state import quaternions
+
+    names = list(scene.coordinates)
+    groups = quaternions(scene)
+    return {", ".join(group): slice(names.index(group[0]), names.index(group[0]) + 4) for group in groups}
+
+
+def _prescribe(scene: Scene, q: Array, u: Array, given: Sequence[int], faults: Faults) -> None:
+    """Put prescribed motions at t = 0 in their places."""
+    graph = Graph()
+    motion = prescribed(scene, graph)
+    if not motion.place:
+        return
+    known = {graph.symbol(p.name): express(p.value, graph) for p in scene.parameters if p.value is not None}
+    found = evaluate(
+        substitute([*motion.position, *motion.velocity], known | {graph.symbol(TIME): graph.zero}), Floats(), {}
+    )
+    for i, k in enumerate(motion.place):
+        name = scene.velocities[k].removesuffix("_dot")
+        place = scene.coordinates.index(name)
+        if place in given:
+            faults.add("start", f"{name} has a prescribed motion, which says where it starts")
+        q[place], u[k] = found[i], found[len(motion.place) + i]
+
+
+def _closed(
+    numbers: Numbers, q: Array, u: Array, given_q: Sequence[int], given_u: Sequence[int], faults: Faults
+) -> tuple[Array, Array, list[str]]:
+    """Return a state that closes the loops; what the scene and the user give is held fast, other velocities follow."""
+    scene = numbers.scene
+    names = list(scene.velocities)
+    moved = list(prescribed(scene, Graph()).place)
+    rates = [velocity_name(scene.coordinates[k]) for k in given_q]
+    held = sorted({*moved, *(names.index(rate) for rate in rates if rate in names)})
+    try:
+        assembly = closed_position(numbers, q if held or any(q) else None, held or None)
+    except DerivationError as fault:
+        faults.add("start", str(fault))
+        return q, u, []
+    notes = list(assembly.notes)
+    closed = np.array(assembly.q)
+    way = float(np.abs(closed - q).max(initial=0.0))
+    if way > CONSISTENT and not any("start" in note for note in notes):
+        k = int(np.abs(closed - q).argmax())
+        notes.append(f"the start was moved so that the loops close, {scene.coordinates[k]} by {way:.3g}")
+    given = sorted({*declared_rates(numbers), *moved, *given_u})
+    try:
+        u = fitting(numbers, closed, {k: float(u[k]) for k in given})
+    except DerivationError as fault:
+        faults.add("start rates", str(fault))
+    return closed, u, notes
+
+
+def singular(scene: Scene, q: Array) -> str:
+    """Return which velocity moves no mass at q, "" if all do; of a tree."""
+    function = derive(scene, ("mass_matrix",))["mass_matrix"]
+    graph = function.entries[0].graph
+    values = {graph.symbol(name): float(x) for name, x in zip(scene.coordinates, q, strict=True)}
+    for p in scene.parameters:
+        if p.value is not None:
+            (values[graph.symbol(p.name)],) = evaluate([express(p.value, graph)], Floats(), {})
+    n = len(scene.velocities)
+    M = np.array(evaluate(function.entries, Floats(), values), dtype=np.float64).reshape(n, n)
+    if not np.all(np.isfinite(M)):
+        return "the mass matrix has no finite value at the start"
+    size = np.sqrt(np.abs(np.diag(M)))
+    if np.any(size == 0):
+        return f"{scene.velocities[int(size.argmin())]} moves no mass at the start"
+    eigenvalues, vectors = np.linalg.eigh(M / np.outer(size, size))
+    if eigenvalues[0] > SINGULAR:
+        return ""
+    velocity = scene.velocities[int(np.abs(vectors[:, 0]).argmax())]
+    return (
+        f"the mass matrix is singular at the start, a motion with {velocity} moves no mass; "
+        "give another start, or a mass or an inertia"
+    )

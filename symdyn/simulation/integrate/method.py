@@ -1,0 +1,292 @@
+"""What an integrator is given and what it yields, and what all that go step by step share.
+
+An integrator is a generator: it yields the samples of the stretch that it has just covered, so that whoever draws them
+can show progress, and stop between any two with all before them in hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.errors import SimulateError
+from symdyn.graph import Op, reachable
+from symdyn.simulation.constraints import Projection
+from symdyn.simulation.system import System
+
+Array = npt.NDArray[np.float64]
+
+
+class IntegrationError(SimulateError):
+    """An integrator that cannot go on: what it said."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One integration from t = 0.
+
+    Attributes:
+        system: the equations.
+        x: state at t = 0, shape (nx,).
+        times: where samples are wanted, ascending, from 0 to the end; shape (N,).
+        rtol, atol: tolerances on a step, relative and absolute.
+        stops: whether the event of each of the system's formulas ends the run.
+        project: brings states back to their constraints.
+    """
+
+    system: System
+    x: Array
+    times: Array
+    rtol: float
+    atol: float
+    stops: tuple[bool, ...]
+    project: Projection
+
+    @property
+    def until(self) -> float:
+        """Time of the end."""
+        return float(self.times[-1])
+
+
+@dataclass(frozen=True)
+class Hit:
+    """An event: which formula crossed zero, when and where."""
+
+    event: int
+    t: float
+    x: Array
+
+
+@dataclass(frozen=True)
+class Piece:
+    """What an integrator has found since the last piece.
+
+    Attributes:
+        t: times of the samples, shape (k,), k may be 0.
+        x: their states, shape (k, nx).
+        hits: events in that stretch, in order.
+        now: where the integration stands: time and state.
+        steps: steps taken in that stretch.
+        evaluations: of the right-hand side in that stretch.
+        stopped: whether the last hit ended the run.
+    """
+
+    t: Array
+    x: Array
+    hits: tuple[Hit, ...]
+    now: tuple[float, Array]
+    steps: int
+    evaluations: int
+    stopped: bool = False
+
+
+Run = Callable[[Problem], Iterator[Piece]]
+
+SHARE = 0.1
+"""Part of the tolerance that multistep methods are given for a step: the errors of theirs add up, to ten and more."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """An integrator.
+
+    Attributes:
+        library: whose it is.
+        text: what it is, one line.
+        module: what must be importable.
+        extra: the extra of this package that installs it; "" for none.
+        rtol: tolerance if none is given.
+        run: the integrator.
+        refuses: why it does not apply to a system, "" if it does.
+    """
+
+    library: str
+    text: str
+    module: str
+    extra: str
+    rtol: float
+    run: Run
+    refuses: Callable[[System], str] = lambda system: ""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of an integrator that goes step by step.
+
+    Attributes:
+        t0, t1: where it begins and ends.
+        x1: state at its end.
+        at: states inside, shape (k, nx), at times (k,).
+        evaluations: of the right-hand side, so far.
+    """
+
+    t0: float
+    t1: float
+    x1: Array
+    at: Callable[[Array], Array]
+    evaluations: int
+
+
+LIBRARIES_RAISE = (ArithmeticError, ValueError, RuntimeError, MemoryError)
+"""What integrators and linear algebra of others end with, where a state is not finite or a matrix is singular."""
+
+
+def integrate(method: Method, problem: Problem) -> Iterator[Piece]:
+    """Yield the pieces of a motion; whatever a library ends with is told in words, and what came before it stands.
+
+    Raises:
+        IntegrationError: the integrator cannot go on.
+    """
+    t = 0.0
+    try:
+        with np.errstate(all="ignore"):  # what tells that a motion ends there is said in words
+            for piece in method.run(problem):
+                t = piece.now[0]
+                yield piece
+    except LIBRARIES_RAISE as fault:
+        raise IntegrationError(f"{method.library} cannot go on after t = {t:g} s: {fault}") from fault
+
+
+Resume = Callable[[float, Array], None]
+
+
+def follow(problem: Problem, steps: Iterator[Step], resume: Resume, slack: float = 1.0) -> Iterator[Piece]:
+    """Yield a piece a step: its samples, events by bisection on its interpolant, and projection at its end.
+
+    Args:
+        problem: what is integrated.
+        steps: the steps, each made when it is asked for.
+        resume: goes on from another state than that of the last step, which a projection has moved.
+        slack: how many times its limit a projection waits for; multistep methods lose their past when they resume.
+    """
+    events, pace = Watch(problem), Pace(problem)
+    seen = 0
+    if problem.times[0] == 0.0:
+        yield Piece(problem.times[:1], problem.x[None], (), (0.0, problem.x), 0, 0)
+    for step in steps:
+        if not np.all(np.isfinite(step.x1)):
+            raise IntegrationError(f"the motion leaves what doubles hold after t = {step.t0:g} s")
+        pace.check(step)
+        hits = events.within(step)
+        stop = next((hit for hit in hits if problem.stops[hit.event]), None)
+        end = step.t1 if stop is None else stop.t
+        first, last = np.searchsorted(problem.times, (step.t0, end), side="right")
+        inside = problem.times[first:last]
+        x = step.at(inside) if len(inside) else np.empty((0, len(problem.x)))
+        if len(inside) and inside[-1] == step.t1:
+            x[-1] = step.x1
+        kept = np.array([_kept(problem, one) for one in x]).reshape(x.shape)
+        now = step.x1 if stop is None else stop.x
+        used, seen = step.evaluations - seen, step.evaluations
+        if stop is not None:
+            yield Piece(inside, kept, tuple(h for h in hits if h.t <= end), (end, now), 1, used, True)
+            return
+        moved = problem.project(step.x1, slack) if step.t1 < problem.until else None
+        if moved is not None:
+            resume(step.t1, moved)
+            events.restart(step.t1, moved)
+        yield Piece(inside, kept, tuple(hits), (step.t1, step.x1 if moved is None else moved), 1, used)
+
+
+class Pace:
+    """Notices an integrator that gets nowhere, by how far the last steps have come."""
+
+    STEPS = 3000
+    """After so many steps it is looked."""
+
+    MOST = 1e7
+    """Steps that the rest of the way may take where a force jumps: at rest, as in dry friction, it holds the state."""
+
+    LEAST = 1e-9
+    """Part of the time by which so many steps must advance it: less is a motion that goes beyond all bounds."""
+
+    def __init__(self, problem: Problem) -> None:
+        """Look whether anything jumps."""
+        rates = problem.system.program["rates"].function.entries
+        self.jumps = any(node.op is Op.SIGN for node in reachable(rates))
+        self.until, self.begin, self.steps = problem.until, 0.0, 0
+
+    def check(self, step: Step) -> None:
+        """Raise IntegrationError where the last steps lead nowhere."""
+        self.steps += 1
+        if self.steps < self.STEPS:
+            return
+        way = step.t1 - self.begin
+        if self.jumps and (self.until - step.t1) * self.steps > self.MOST * way:
+            raise IntegrationError(
+                f"the motion sticks at t = {step.t1:g} s, where a force with sign jumps to and fro; write a steep "
+                "tanh(v/0.01) in place of sign(v), or give the joint friction with smoothing"
+            )
+        if way <= self.LEAST * step.t1:
+            raise IntegrationError(
+                f"the motion goes beyond all bounds, or a formula has no real value, after t = {step.t1:.9g} s: "
+                f"{self.steps} steps have advanced the time by {way:.1g} s"
+            )
+        self.begin, self.steps = step.t1, 0
+
+
+def _kept(problem: Problem, x: Array) -> Array:
+    moved = problem.project(x)
+    return x if moved is None else moved
+
+
+class Watch:
+    """Zeros of the events inside steps; what is zero at the start has not crossed."""
+
+    POINTS = 4
+    """Parts of a step that are looked at, so that two crossings in one step are seen unless they are very close."""
+
+    def __init__(self, problem: Problem) -> None:
+        """Remember the values at t = 0."""
+        self.problem = problem
+        self.last: Array = np.empty(0)
+        self.restart(0.0, problem.x)
+
+    def restart(self, t: float, x: Array) -> None:
+        """Go on from another state."""
+        if self.problem.stops:
+            values = self._values(np.array([t]), x[None])[0]
+            self.last = values if not len(self.last) else np.where(values == 0, self.last, values)
+
+    def _values(self, t: Array, x: Array) -> Array:
+        return self.problem.system.tell("events", t, x)
+
+    def within(self, step: Step) -> list[Hit]:
+        """Return the events of a step, in order of time."""
+        if not self.problem.stops:
+            return []
+        times = np.linspace(step.t0, step.t1, self.POINTS + 1)[1:]
+        states = np.vstack([step.at(times[:-1]), step.x1])
+        hits: list[Hit] = []
+        before = step.t0
+        for t, values in zip(times, self._values(times, states), strict=True):
+            for k in np.nonzero(self.last * values < 0)[0]:
+                hits.append(self._hit(step, int(k), before, float(t)))
+            self.last = np.where(values == 0, self.last, values)  # a zero met exactly is seen by the next value
+            before = float(t)
+        return sorted(hits, key=lambda hit: hit.t)
+
+    def _hit(self, step: Step, event: int, low: float, high: float) -> Hit:
+        """Return where an event's formula vanishes between two times."""
+        from scipy.optimize import brentq
+
+        def state(t: float) -> Array:
+            return step.x1 if t == step.t1 else step.at(np.array([t]))[0]
+
+        def value(t: float) -> float:
+            return float(self._values(np.array([t]), state(t)[None])[0, event])
+
+        if value(low) * value(high) > 0:  # the zero was met exactly at `low`
+            return Hit(event, low, state(low))
+        t = float(brentq(value, low, high, xtol=1e-15 * max(1.0, abs(high)), rtol=8.9e-16))
+        return Hit(event, t, state(t))
+
+
+def importable(name: str) -> bool:
+    """Tell whether a module is installed."""
+    from importlib.util import find_spec
+
+    return find_spec(name) is not None

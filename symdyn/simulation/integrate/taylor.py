@@ -1,0 +1,333 @@
+"""heyoka's adaptive Taylor method: the graph in its expressions, compiled by LLVM for steps of any order.
+
+Every operation of the graph has its row in `WORDS`; those that branch (abs, sign) have none, nor have tables.
+
+heyoka takes a step from the last two orders of the series, and believes it. Where tanh or exp is flat to the last
+digit, as smoothed friction is away from rest, no order of the series knows of the turn ahead; where a root comes to
+zero, as the length of a spring may, its series goes on below. Equations with these are followed step by step, and a
+step is kept only if the series has the rates of the equations all along it.
+
+Reference: Biscani and Izzo, Revisiting high-order Taylor methods for astrodynamics and celestial mechanics (2021).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.algebra.numeric import Arithmetic
+from symdyn.dynamics.equations import Function
+from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.simulation.integrate.method import Hit, IntegrationError, Method, Piece, Problem
+from symdyn.simulation.reading import TIME
+from symdyn.simulation.system import System
+
+Array = npt.NDArray[np.float64]
+
+WORDS: Mapping[Op, str] = {
+    Op.SIN: "sin",
+    Op.COS: "cos",
+    Op.SQRT: "sqrt",
+    Op.EXP: "exp",
+    Op.LOG: "log",
+    Op.TANH: "tanh",
+    Op.ATAN2: "atan2",
+}
+"""heyoka's names of functions; sums, products and quotients are Python's operators."""
+
+COMPACT = 250
+"""Operations from which on loops are compiled in place of straight code, which would take long."""
+
+COMPACT_SOON = 700
+"""The same where code is compiled without optimisation, which takes a tenth of the time."""
+
+STRETCH = 200
+"""Steps after which the caller hears of it."""
+
+SAMPLES = 20_000
+"""Samples of one stretch: of millions, only those near by are looked at."""
+
+UNSEEN = (Op.EXP, Op.TANH)
+"""Functions that are flat to the last digit of a double where they do not turn."""
+
+TURNING = (Op.SQRT, Op.ATAN2)
+"""Functions with branches: √x² is |x|, whose series on one side of zero says -x on the other."""
+
+PI = Fraction("3.14159265358979323846264338327950288419716939937510")
+
+PATIENT = 10.0
+"""How many times its limit a projection waits for: it takes as long as a hundred steps."""
+
+LOST = 1e3
+"""How many times its limit a step that is right never misses: ten times the tolerance."""
+
+SMALLEST = float(np.finfo(np.float64).eps)
+
+
+class Expressions(Arithmetic):
+    """heyoka's expressions as an algebra."""
+
+    def __init__(self, real: Callable[[Fraction], Any] = float) -> None:
+        """Import heyoka; constants are rounded by `real`."""
+        import heyoka
+
+        self.heyoka: Any = heyoka
+        self.real = real
+
+    def constant(self, value: Fraction) -> Any:
+        """Return a rounded constant as an expression."""
+        return self.heyoka.expression(self.real(value))
+
+    def pi(self) -> Any:
+        """Return π as an expression."""
+        return self.constant(PI)
+
+    def function(self, node: Expr, args: Sequence[Any]) -> Any:
+        """Return node.op(args)."""
+        return getattr(self.heyoka, WORDS[node.op])(*args)
+
+
+def refuses(system: System) -> str:
+    """Return why the Taylor method does not apply to a system, "" if it does."""
+    if system.forces.tables:
+        return "a force is a table, which has no derivatives of high order"
+    branches = sorted({node.op.name.lower() for node in _nodes(system) if node.op in (Op.ABS, Op.SIGN)})
+    return f"{' and '.join(branches)} in the equations branch" if branches else ""
+
+
+def overlooks(system: System) -> str:
+    """Return which functions of the equations a series may overlook, "" if there are none."""
+    return " and ".join(sorted({node.op.name.lower() for node in _nodes(system) if node.op in UNSEEN}))
+
+
+def guarded(system: System) -> bool:
+    """Tell whether steps are checked: a series may overlook a turn, or go on where a root or an angle turns back."""
+    return any(node.op in (*UNSEEN, *TURNING) for node in _nodes(system))
+
+
+def size(system: System) -> int:
+    """Return how many operations are compiled."""
+    return sum(bool(node.args) for node in _nodes(system))
+
+
+def equations(system: System, name: str = "rates") -> Function:
+    """Return what series are made of: rates, of a closed mechanism by all rows at once, or events.
+
+    What fails where a choice of independent velocities does would end the series there.
+    """
+    closed = system.together if name == "rates" and system.closed and not system.linear else None
+    return system.program[name].function if closed is None else closed["together"].function
+
+
+def _nodes(system: System) -> list[Expr]:
+    names = [name for name in ("rates", "events") if name in system.calls]
+    return reachable([entry for name in names for entry in equations(system, name).entries])
+
+
+def translate(
+    system: System, name: str = "rates", real: Callable[[Fraction], Any] = float
+) -> tuple[list[Any], list[Any]]:
+    """Return the variables of the state and the entries of a function as heyoka's expressions.
+
+    W, the work, is a state that nothing depends on. Constants are rounded by `real`.
+    """
+    algebra = Expressions(real)
+    function = equations(system, name)
+    symbols = {argument.name: argument.symbols for argument in function.arguments}
+    states = [*symbols["q"], *symbols["qd"]]
+    names = [str(symbol.value) for symbol in states] + (["work of forces"] if system.works else [])
+    variables = [algebra.heyoka.expression(one) for one in names]
+    values: dict[Expr, Any] = dict(zip(states, variables, strict=False))
+    values[symbols[TIME][0]] = algebra.heyoka.time
+    entries = evaluate(function.entries, algebra, values)
+    return variables, entries
+
+
+def integrator(problem: Problem, hits: Callable[[int, float, Any], None] | None = None) -> Any:
+    """Return heyoka's integrator of a problem.
+
+    Args:
+        problem: what is integrated.
+        hits: called with the number of an event, its time and the integrator at the end of the step that holds it.
+    """
+    import heyoka
+
+    system = problem.system
+    variables, entries = translate(system)
+    compact = size(system) > (COMPACT_SOON if system.closed else COMPACT)
+    options: dict[str, Any] = {"tol": max(problem.rtol, SMALLEST), "compact_mode": compact}
+    if system.closed and not compact:  # where each step is looked at, its code is not worth more than it costs
+        options["opt_level"] = 0
+    if problem.stops:
+        _, formulas = translate(system, "events")
+        options["nt_events"] = [
+            heyoka.nt_event(formula, lambda ta, t, sign, k=k: hits and hits(k, t, ta))
+            for k, formula in enumerate(formulas)
+        ]
+    return heyoka.taylor_adaptive(list(zip(variables, entries, strict=True)), problem.x, **options)
+
+
+def run(problem: Problem) -> Iterator[Piece]:
+    """Yield the pieces of the motion by heyoka's Taylor method, `STRETCH` steps each.
+
+    Raises:
+        IntegrationError: the motion leaves what doubles hold.
+    """
+    found: list[Hit] = []
+
+    def hit(event: int, t: float, ta: Any) -> None:
+        if t > 0.0:  # heyoka also reports what is zero at the start
+            ta.update_d_output(t)
+            found.append(Hit(event, t, ta.d_output.copy()))
+
+    ta = integrator(problem, hit)
+    stretch = Stretch(ta, problem, found)
+    times, done = problem.times, 1
+    yield Piece(times[:1], problem.x[None], (), (0.0, problem.x), 0, 0)
+    goal = min(_sure_step(ta), problem.until)
+    while ta.time < problem.until:
+        inside = times[done : np.searchsorted(times, goal, side="right")][:SAMPLES]
+        x, steps, why = stretch.cover(inside, min(goal, float(inside[-1])) if len(inside) == SAMPLES else goal)
+        hits, found[:] = sorted(found, key=lambda one: one.t), []
+        stop = next((one for one in hits if problem.stops[one.event]), None)
+        now = (float(ta.time), ta.state.copy()) if stop is None else (stop.t, stop.x)
+        kept = inside[: len(x)][inside[: len(x)] <= now[0]]
+        yield Piece(
+            kept, x[: len(kept)], tuple(one for one in hits if one.t <= now[0]), now, steps, steps, stop is not None
+        )
+        if stop is not None:
+            return
+        if why:
+            raise IntegrationError(why)
+        done += len(kept)
+        goal = problem.until
+
+
+class Stretch:
+    """Some steps of heyoka's, and the samples in them."""
+
+    def __init__(self, ta: Any, problem: Problem, found: list[Hit]) -> None:
+        """Take an integrator and where it puts the events that it finds."""
+        self.ta, self.problem, self.found = ta, problem, found
+        self.guard = Guard(problem) if guarded(problem.system) else None
+        self.longest = math.inf
+        self.why = ""
+
+    def cover(self, inside: Array, goal: float) -> tuple[Array, int, str]:
+        """Return the states at times `inside` as far as it came, shape (k, nx), its steps, and why it cannot go on.
+
+        It goes to `goal`, or `STRETCH` steps, or until an event stops it.
+        """
+        if self.guard is not None:
+            return self._step_by_step(inside, goal)
+        import heyoka
+
+        begin, start = float(self.ta.time), self.ta.state.copy()
+        grid = np.unique(np.concatenate([[begin], inside, [goal]]))
+        each = {"callback": self._after} if self.problem.project.active or any(self.problem.stops) else {}
+        outcome, _, _, steps, _, states = self.ta.propagate_grid(grid, max_steps=STRETCH, **each)
+        if outcome == heyoka.taylor_outcome.err_nf_state:  # once more, to stand where it was still finite
+            self.ta.time, self.ta.state[:] = begin, start
+            self.found.clear()
+            return self._step_by_step(inside, goal)
+        return states[np.searchsorted(grid, inside[inside <= grid[len(states) - 1]])], int(steps), self.why
+
+    def _step_by_step(self, inside: Array, goal: float) -> tuple[Array, int, str]:
+        ta, steps = self.ta, 0
+        rows: list[Array] = []
+        while ta.time < goal and steps < STRETCH:
+            begin, start, before = float(ta.time), ta.state.copy(), len(self.found)
+            ta.step(max_delta_t=min(goal - begin, self.longest), write_tc=True)
+            finite = math.isfinite(ta.time) and bool(np.all(np.isfinite(ta.state)))
+            if not finite or (self.guard is not None and not self.guard.holds(ta.tc, begin, ta.time - begin)):
+                self.longest = (ta.time - begin) / 2 if finite else 0.0
+                ta.time, ta.state[:] = begin, start
+                del self.found[before:]
+                if self.longest <= SMALLEST * max(1.0, begin):
+                    return _states(rows, start), steps, _stuck(begin)
+                continue
+            self.longest *= 2
+            steps += 1
+            for t in inside[len(rows) : np.searchsorted(inside, ta.time, side="right")]:
+                ta.update_d_output(t)
+                rows.append(ta.d_output.copy())
+            if not self._after(ta):
+                break
+        return _states(rows, ta.state), steps, self.why
+
+    def _after(self, ta: Any) -> bool:
+        """Bring the state back to its constraints after a step, where it has drifted; tell whether to go on."""
+        project = self.problem.project
+        drift = project.drift(ta.state) if project.active else 0.0
+        if drift > LOST * project.limit:
+            self.why = f"the series leave the constraints after t = {ta.time:g} s"
+            return False
+        if drift > PATIENT * project.limit:
+            ta.state[:] = project.projected(ta.state)
+        return not any(self.problem.stops[one.event] for one in self.found)
+
+
+def _states(rows: list[Array], like: Array) -> Array:
+    return np.array(rows, dtype=np.float64).reshape(-1, len(like))
+
+
+def _stuck(t: float) -> str:
+    return f"the motion leaves what doubles hold, or a formula has no real value, after t = {t:g} s"
+
+
+class Guard:
+    """Looks whether the series of a step has the rates that the equations have."""
+
+    def __init__(self, problem: Problem) -> None:
+        """Take the tolerance of a problem."""
+        self.system, self.limit = problem.system, SLACK * max(problem.rtol, SMALLEST)
+
+    def holds(self, series: Array, t: float, h: float) -> bool:
+        """Tell whether a step of length h from t on is to be believed; series: (nx, orders + 1)."""
+        orders = np.arange(series.shape[1])
+        powers = (h * PLACES[:, None]) ** orders
+        states = powers @ series.T
+        slopes = powers[:, :-1] @ (series[:, 1:] * orders[1:]).T
+        with np.errstate(all="ignore"):
+            off = h * np.abs(slopes - self.system.tell("rates", t + h * PLACES, states))
+        return bool(np.all(off <= self.limit * np.maximum(1.0, np.abs(states).max(axis=1))[:, None]))
+
+
+PLACES = np.arange(1, 9) / 8
+"""Where in a step its rates are looked at, over its length."""
+
+SLACK = 30.0
+"""How many times the tolerance they may be off, times the step; of steps that are right, less than four were seen."""
+
+
+def _sure_step(ta: Any) -> float:
+    """Return a step that is short enough at the start.
+
+    heyoka takes it from the last two orders of the series alone. Both vanish at states with symmetries, such as a
+    pendulum that starts level and at rest, whose motion has the orders 2, 6, 10, ... only: the step would be far too
+    long. The shortest step by any of the orders from 4 on is taken in its place; a step later the symmetry is gone.
+    """
+    state, begin = ta.state.copy(), ta.time
+    ta.step(max_delta_t=SHORTEST, write_tc=True)
+    series = np.abs(ta.tc)
+    ta.state[:], ta.time = state, begin
+    norms = series.max(axis=0)
+    size = max(1.0, norms[0])
+    orders = np.arange(4, len(norms))
+    with np.errstate(divide="ignore"):
+        radius = np.min((size / norms[4:]) ** (1.0 / orders))
+    return float(radius) / np.e**2
+
+
+SHORTEST = 1e-200
+"""A step that changes nothing, s."""
+
+
+METHODS = {
+    "taylor": Method("heyoka", "Taylor method of adaptive order and step", "heyoka", "taylor", 1e-12, run, refuses)
+}

@@ -1,0 +1,231 @@
+"""Motion prescribed, driving forces computed: the door `inverse`.
+
+In a closed mechanism laws are needed for as many coordinates as it has freedoms; the others follow (followed.py).
+Velocities of a quaternion are found from q̇ = H u, their rates from q̈ = H u̇ + Ḣ u.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.build.load import load_program
+from symdyn.dynamics.derive import arguments
+from symdyn.dynamics.equations import Equations, Function
+from symdyn.dynamics.loops.assembly import off_planes
+from symdyn.dynamics.loops.numbers import numbers_of
+from symdyn.dynamics.prescribed import prescribed
+from symdyn.dynamics.state import quaternions
+from symdyn.dynamics.workspace import Workspace
+from symdyn.errors import SimulateError
+from symdyn.graph import Graph, tangents
+from symdyn.program import cheapest, lower
+from symdyn.scene import JOINTS, Scene, spell, velocity_name
+from symdyn.scene.start import starting_position
+from symdyn.scene.table import Faults
+from symdyn.simulation.followed import Followed, Tied, followed
+from symdyn.simulation.initial import no_equations
+from symdyn.simulation.laws import Law, constant, formula_law
+from symdyn.simulation.model import Trajectory
+from symdyn.simulation.motion import Motion
+from symdyn.simulation.reactions import reaction_columns
+from symdyn.simulation.reading import TIME, bound, close, number_of, parameter_values
+
+Array = npt.NDArray[np.float64]
+
+UNIT = 1e-9
+"""How far the length of a prescribed quaternion may be from one."""
+
+NOTHING = 1e-7
+"""Force of a passive joint, over the largest, that is rounding."""
+
+
+def inverse(scene: Scene, motion: Motion, times: npt.ArrayLike, reactions: bool = False) -> Trajectory:
+    """Return the driving forces, and on request all joint reactions, of a prescribed motion.
+
+    Args:
+        scene: the mechanism, its parameters bound.
+        motion: laws of its coordinates; those without one rest at their start, or follow through the loops.
+        times: s, shape (N,), ascending.
+        reactions: add the columns of all joint reactions.
+
+    Raises:
+        SimulateError: with every fault, one line each.
+        DerivationError: the drives do not fit the loops.
+    """
+    t = np.atleast_1d(np.asarray(times, dtype=np.float64))
+    _check(scene, motion, t)
+    functions = _Functions(scene)
+    laws = _laws(scene, motion)
+    q, rate, second = (np.stack(parts, axis=-1) for parts in zip(*(law(t) for law in laws.values()), strict=True))
+    finite = np.isfinite(q) & np.isfinite(rate) & np.isfinite(second)
+    if not finite.all():
+        row, column = (int(one) for one in np.argwhere(~finite)[0])
+        name = scene.coordinates[column]
+        raise SimulateError(f"motion: {name}: {laws[name].text} has no finite value or derivative at t = {t[row]:g} s")
+    free = [name for name in scene.coordinates if name not in motion.laws and name not in _own(scene)]
+    notes = [f"no law is given for {', '.join(free)}: at rest"] if free and not functions.closed else []
+    columns: dict[str, Array] = {}
+    if functions.closed:
+        found = _followed(scene, functions, motion, laws, [name for name in laws if name not in free], t)
+        q, u, a = found.q, found.u, found.a
+        notes += found.notes
+        columns |= {"loop_error": found.off} if functions.holding.any() else {}
+    else:
+        _resting(scene, q[0], free)
+        u, a = _velocities(scene, functions, motion, t, q, rate, second)
+    tau = functions("inverse_dynamics", t, q, u, a)
+    power = np.einsum("ni,ni->n", tau, u)
+    columns["drive_power"] = power
+    if reactions:
+        columns |= reaction_columns(scene, t, q, u, a, tau, given=False)
+    notes += _impossible(scene, tau)
+    return Trajectory(scene, t, q, u, a, tau, columns, notes=tuple(notes))
+
+
+def _followed(
+    scene: Scene, functions: _Functions, motion: Motion, laws: Mapping[str, Law], given: list[str], t: Array
+) -> Followed:
+    """Return what follows from the laws of `given` coordinates through loops and rows."""
+
+    def known(at: Array) -> tuple[Array, Array, Array]:
+        parts = list(zip(*(laws[name](at) for name in given), strict=True)) or [()] * 3
+        q, rate, second = (np.array(part).reshape(len(given), len(at)).T for part in parts)
+        return q, rate, second
+
+    for lengths in _lengths(scene, known(t)[0], given):
+        _unit(lengths)
+    numbers = numbers_of(scene)
+    tied = Tied(numbers, lambda name, q, u: functions(name, 0.0, q, u), functions.holding)
+    quasi = {scene.velocities.index(name): law for name, law in motion.quasi.items()}
+    found = followed(tied, given, known, quasi, t)
+    return replace(found, notes=(*found.notes, *off_planes(numbers, found.q[0])))
+
+
+def _resting(scene: Scene, q: Array, free: Sequence[str]) -> None:
+    """Refuse angles that rest where they are singular."""
+    numbers = numbers_of(scene)
+    if any(name in free for angles in numbers.angles for name in angles.names):
+        no_equations(numbers, q)
+
+
+def _impossible(scene: Scene, tau: Array) -> list[str]:
+    """Return what is to be said of forces that no drive gives."""
+    moved, largest = prescribed(scene, Graph()).place, np.abs(tau).max(axis=0)
+    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    return [
+        f"{name.removesuffix('_dot')} has no drive, and the motion takes up to {largest[k]:.3g} "
+        f"{'N m' if units[k] == 'rad' else 'N'} there"
+        for k, name in enumerate(scene.velocities)
+        if scene.drives[k] is None and k not in moved and largest[k] > NOTHING * max(1.0, float(largest.max()))
+    ]
+
+
+def _own(scene: Scene) -> dict[str, Law]:
+    """Return the laws that the scene itself prescribes."""
+    values = parameter_values(scene)
+    moved = [joint for joint in scene.joints if joint.motion is not None]
+    return {j.coordinates[0]: formula_law(bound(j.motion, values), spell(j.motion)) for j in moved if j.motion}
+
+
+def _laws(scene: Scene, motion: Motion) -> dict[str, Law]:
+    """Return a law for every coordinate, in order."""
+    values, own, faults = parameter_values(scene), _own(scene), Faults("")
+    start = {
+        name: number_of(x, values, "start", faults) or 0.0
+        for name, x in zip(scene.coordinates, starting_position(scene), strict=True)
+    }
+    close(faults)
+    return {name: motion.laws.get(name) or own.get(name) or constant(start[name]) for name in scene.coordinates}
+
+
+def _check(scene: Scene, motion: Motion, t: Array) -> None:
+    parameter_values(scene)
+    faults = Faults("")
+    if not scene.velocities:
+        faults.add(scene.name, "nothing moves: no joint has a coordinate")
+    if not len(t) or not np.all(np.isfinite(t)) or np.any(np.diff(t) <= 0):
+        faults.add("times", "must be finite and rise")
+    low, high = motion.span
+    if len(t) and (t[0] < low or t[-1] > high):
+        faults.add("motion", f"is known from {low:g} s to {high:g} s only; times go from {t[0]:g} s to {t[-1]:g} s")
+    moved = prescribed(scene, Graph()).place
+    for name in motion.laws:
+        if velocity_name(name) in [scene.velocities[k] for k in moved]:
+            faults.add("motion", f"{name} has a prescribed motion in the scene; take one of the two away")
+    close(faults)
+
+
+class _Functions:
+    """Compiled functions of positions, velocities and accelerations.
+
+    Attributes:
+        closed: whether there are rows to keep; loops whose rows are all redundant have none.
+        holding: of these, whether each holds a position.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        w = Workspace(scene)
+        names = ["inverse_dynamics"]
+        if scene.loops or scene.rows:
+            names += ["constraint_residual", "constraint_jacobian", "constraint_bias"]
+        functions = [cheapest(w, name) for name in names]
+        columns = [tangents(w.state.rates, {u: w.graph.one}) for u in w.state.qd]
+        H = [column[k] for k in range(len(w.state.q)) for column in columns]
+        turned = tangents(w.state.rates, w.state.velocity)  # Ḣ u
+        shape = (len(w.state.q), w.state.n)
+        functions.append(_function(w, "kinematics", H, shape))
+        functions.append(_function(w, "turning", turned, shape[:1]))
+        self.program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
+        self.closed = any(f.name == "constraint_jacobian" and f.entries for f in functions)
+        residuals = [x for f in functions if f.name == "constraint_residual" for x in f.entries]
+        self.holding = np.array([not x.is_zero for x in residuals], dtype=bool)
+        self.calls, _ = load_program(self.program, lean=True)
+
+    def __call__(self, name: str, t: Any, q: Array, u: Array, a: Array | None = None) -> Array:
+        """Return a function's values, one a row."""
+        known = {"q": q, "qd": u, "qdd": a, TIME: t}
+        function = self.program[name].function
+        found = np.asarray(self.calls[name](*(known[one.name] for one in function.arguments)), dtype=np.float64)
+        return np.broadcast_to(found, (*q.shape[:-1], *function.shape))
+
+
+def _function(w: Workspace, name: str, entries: Sequence[Any], shape: tuple[int, ...]) -> Function:
+    return Function(name, name, arguments(w, ("q", "qd")), "out", shape, tuple(entries), "", "")
+
+
+def _velocities(
+    scene: Scene, functions: _Functions, motion: Motion, t: Array, q: Array, rate: Array, second: Array
+) -> tuple[Array, Array]:
+    """Return u and u̇ of positions whose rates are known; what tables say about quasi-velocities goes first."""
+    H = functions("kinematics", t, q, np.zeros((len(t), len(scene.velocities))))
+    back = np.linalg.pinv(H)
+    off = np.abs(np.einsum("nij,nj->ni", H, np.einsum("nij,nj->ni", back, rate)) - rate)
+    for lengths in _lengths(scene, q, scene.coordinates):
+        _unit(lengths)
+    u = np.einsum("nij,nj->ni", back, rate)
+    a = np.einsum("nij,nj->ni", back, second - functions("turning", t, q, u))
+    for k, name in enumerate(scene.velocities):
+        if name in motion.quasi:
+            u[:, k], a[:, k], _ = motion.quasi[name](t)
+    if not motion.quasi and off.size and off.max() > 1e-6 * max(1.0, float(np.abs(rate).max())):
+        raise SimulateError("motion: a quaternion changes its length; give unit quaternions")
+    return u, a
+
+
+def _lengths(scene: Scene, q: Array, names: Sequence[str]) -> list[Array]:
+    """Return the lengths of the quaternions among columns of q, called `names`."""
+    groups = [group for group in quaternions(scene) if group[0] in names]
+    return [np.linalg.norm(q[:, list(names).index(group[0]) :][:, :4], axis=1) for group in groups]
+
+
+def _unit(lengths: Array) -> None:
+    if np.abs(lengths - 1.0).max() > UNIT:
+        raise SimulateError(
+            f"motion: a quaternion has the length {lengths[int(np.abs(lengths - 1).argmax())]:.6g}; "
+            "give unit quaternions, such as cos(t/2) and sin(t/2)"
+        )

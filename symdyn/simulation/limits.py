@@ -1,0 +1,109 @@
+"""Limits of joints in a run: told where they are passed, as nothing in the equations keeps them.
+
+    position    (x - lower) (x - upper), or one of them alone
+    velocity    v² - limit²              effort    τ² - limit²
+
+Each is negative inside and positive outside, so that its zeros are passages, by turns out and in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from symdyn.dynamics.loads import joint_rates
+from symdyn.dynamics.state import joint_position
+from symdyn.graph import Expr, Graph, Op, reachable
+from symdyn.scene import JOINTS, Joint, Quantity, Scene, express
+from symdyn.scene.table import Faults
+from symdyn.simulation.reading import number_of, parameter_values
+
+SLACK = Fraction(1, 10**9)
+"""What a motion may be beyond a limit, rad or m, for one that rests on it rounds."""
+
+UNITS = {"position": ("rad", "m"), "velocity": ("rad/s", "m/s"), "effort": ("N m", "N")}
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit that a motion may pass.
+
+    Attributes:
+        words: whose, what and how far, such as "joint elbow: position within -1 … 1.57 rad".
+        beyond: formula that is positive beyond it.
+    """
+
+    words: str
+    beyond: Expr
+
+
+def limits_of(scene: Scene, graph: Graph, drives: Sequence[Expr]) -> list[Limit]:
+    """Return the limits that the joints of a scene declare.
+
+    Args:
+        scene: the mechanism, its parameters bound.
+        graph: where to write.
+        drives: driving force of every velocity, on that graph.
+    """
+    velocities, found = list(scene.velocities), []
+    for joint in scene.joints:
+        given, rates = joint.limits, joint_rates(joint, graph)
+        if len(rates) != 1:
+            continue
+        if given.lower is not None or given.upper is not None:
+            found.append(_position(scene, joint, graph))
+        sizes = [("velocity", given.velocity, rates[0])]
+        if joint.coupling is None:
+            sizes.append(("effort", given.effort, drives[velocities.index(joint.rates[0])]))
+        for kind, largest, value in sizes:
+            if largest is not None:
+                size = express(largest, graph)
+                words = f"up to {_number(scene, largest)}"
+                found.append(Limit(_words(joint, kind, words), value * value - size * size - _slack(graph)))
+    return [one for one in found if any(node.op is Op.SYMBOL for node in reachable([one.beyond]))]
+
+
+def _position(scene: Scene, joint: Joint, graph: Graph) -> Limit:
+    x, lower, upper = joint_position(joint, graph), joint.limits.lower, joint.limits.upper
+    if lower is not None and upper is not None:
+        words = f"within {_number(scene, lower)} … {_number(scene, upper)}"
+        least, most = express(lower, graph) - _slack(graph), express(upper, graph) + _slack(graph)
+        return Limit(_words(joint, "position", words), (x - least) * (x - most))
+    if lower is not None:
+        return Limit(
+            _words(joint, "position", f"from {_number(scene, lower)}"), express(lower, graph) - x - _slack(graph)
+        )
+    assert upper is not None, "one of the two is given"
+    return Limit(_words(joint, "position", f"up to {_number(scene, upper)}"), x - express(upper, graph) - _slack(graph))
+
+
+def _slack(graph: Graph) -> Expr:
+    return graph.constant(SLACK)
+
+
+def _words(joint: Joint, kind: str, words: str) -> str:
+    turns = "rad" in JOINTS[joint.type].velocities(joint)
+    return f"joint {joint.name}: {kind} {words} {UNITS[kind][0 if turns else 1]}"
+
+
+def _number(scene: Scene, quantity: Quantity) -> str:
+    value = number_of(quantity, parameter_values(scene), "limits", Faults(""))
+    return "?" if value is None else f"{value:.6g}"
+
+
+def passed(words: str, beyond_at_start: bool, times: Sequence[float]) -> str:
+    """Return what is said of a limit, "" where a run kept it.
+
+    Args:
+        words: of the limit.
+        beyond_at_start: whether the run began beyond it.
+        times: of its passages, out and in by turns.
+    """
+    out = [*([0.0] if beyond_at_start else []), *times[1 if beyond_at_start else 0 :: 2]]
+    if not out:
+        return ""
+    first = "at the start" if beyond_at_start else f"at t = {out[0]:.6g} s"
+    again = len(out) - 1
+    more = f" and {again} time{'s' * (again > 1)} more" if again else ""
+    return f"{words} is passed {first}{more}; the limit is data for controllers, nothing in the equations keeps it"

@@ -1,0 +1,126 @@
+"""Plots of a trajectory: coordinates, velocities, driving forces and the energy balance over time; svg, png or html."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.dynamics.state import quaternions
+from symdyn.emit.escape import in_html
+from symdyn.emit.render import render
+from symdyn.errors import SimulateError
+from symdyn.simulation.forces import drive_names
+from symdyn.simulation.integrate import importable
+from symdyn.simulation.model import Trajectory
+from symdyn.simulation.record import write_whole
+
+Array = npt.NDArray[np.float64]
+
+ENDINGS = (".svg", ".png", ".html")
+
+MONITORS = {
+    "energy": "largest error of the energy balance, J",
+    "energy_scale": "energy that moved, J",
+    "loops": "largest residual of the loops, m or 1",
+    "loop_rates": "largest velocity against the rows, m/s or rad/s",
+    "quaternions": "largest error of a squared length of a quaternion",
+    "momenta": "largest change of a conserved momentum",
+}
+"""What the monitors of a run tell, in words."""
+
+MOST_LINES = 12
+"""Curves of one panel; further ones are left out, and the title says so."""
+
+
+def check_plot(path: Path) -> None:
+    """Raise SimulateError where a plot cannot be made: an ending that is not known, or no matplotlib."""
+    if path.suffix.lower() not in ENDINGS:
+        raise SimulateError(f"{path}: plots are written to {', '.join(ENDINGS)} files")
+    if not importable("matplotlib"):
+        raise SimulateError("plots need matplotlib; pip install 'symdyn[plot]'")
+
+
+def plot(trajectory: Trajectory, path: Path) -> None:
+    """Write a plot of a trajectory.
+
+    Raises:
+        SimulateError: an ending that is not known, no matplotlib, or a file that cannot be written.
+    """
+    check_plot(path)
+    kind = path.suffix.lower()
+    picture = draw(trajectory, "png" if kind == ".png" else "svg")
+    write_whole(path, lambda file: _write(file, _page(trajectory, picture) if kind == ".html" else picture))
+
+
+def _write(file: IO[bytes], data: bytes) -> None:
+    file.write(data)
+
+
+def panels(trajectory: Trajectory) -> list[tuple[str, list[tuple[str, Array]]]]:
+    """Return title and curves of every panel."""
+    scene, extra = trajectory.scene, trajectory.extra
+    columns = [
+        (
+            f"coordinates, {'rad, m, or 1 for quaternions' if quaternions(scene) else 'rad or m'}",
+            list(zip(scene.coordinates, trajectory.q.T, strict=True)),
+        ),
+        ("velocities, per s", list(zip(scene.velocities, trajectory.qd.T, strict=True))),
+        ("driving forces, N m or N", list(zip(drive_names(scene), trajectory.tau.T, strict=True))),
+    ]
+    if not np.any(trajectory.tau):
+        columns.pop()
+    energies = [(name, extra[name]) for name in ("kinetic_energy", "potential_energy", "work") if name in extra]
+    errors = [(name, extra[name]) for name in ("energy_error", "loop_error") if name in extra]
+    columns += [("energies, J", energies)] if energies else []
+    columns += [("errors: energy, J; loops, m or 1", errors)] if errors else []
+    return columns
+
+
+def draw(trajectory: Trajectory, kind: str) -> bytes:
+    """Return the picture as "svg" or "png"; the same trajectory, the same bytes."""
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    parts = panels(trajectory)
+    with mpl.rc_context({"svg.hashsalt": trajectory.scene.name, "svg.fonttype": "none", "font.size": 9.0}):
+        figure = Figure(figsize=(8.0, 2.2 * len(parts)), layout="constrained")
+        FigureCanvasAgg(figure)
+        axes: Any = figure.subplots(len(parts), 1, sharex=True, squeeze=False)[:, 0]
+        for axis, (title, curves) in zip(axes, parts, strict=True):
+            for name, values in curves[:MOST_LINES]:
+                axis.plot(trajectory.t, values, label=name, linewidth=1.0)
+            more = len(curves) - MOST_LINES
+            axis.set_title(title + (f" (and {more} more)" if more > 0 else ""), loc="left", fontsize=9)
+            axis.grid(alpha=0.3)
+            axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=8)
+            for event in trajectory.events:
+                axis.axvline(event.t, color="0.5", linewidth=0.6, linestyle=":")
+        axes[-1].set_xlabel("t, s")
+        figure.suptitle(trajectory.scene.name, x=0.01, ha="left")
+        buffer = io.BytesIO()
+        metadata = {"Date": None} if kind == "svg" else {"Software": None}
+        figure.savefig(buffer, format=kind, dpi=150, metadata=metadata)
+    return buffer.getvalue()
+
+
+def _page(trajectory: Trajectory, svg: bytes) -> bytes:
+    """Return a page that shows the plot and what is known of the run, without anything from elsewhere."""
+    picture = svg.decode()
+    picture = picture[picture.index("<svg") :]
+    facts = [("scene", trajectory.scene.name)]
+    if trajectory.method:
+        facts += [
+            ("method", f"{trajectory.method}, tolerances {trajectory.rtol:g} relative, {trajectory.atol:g} absolute"),
+            ("steps", f"{trajectory.steps}"),
+            ("ended by", trajectory.stopped),
+        ]
+    facts += [(MONITORS[name], f"{value:.3g}") for name, value in trajectory.monitors.items()]
+    facts += [(f"event {event.formula}", f"t = {event.t!r} s") for event in trajectory.events]
+    safe = [(in_html(name), in_html(text)) for name, text in facts]
+    title = in_html(trajectory.scene.name)
+    return render("plot/page.html.jinja", {"title": title, "picture": picture, "facts": safe}).encode()

@@ -1,0 +1,86 @@
+"""Trajectories on disk: CSV and NumPy's .npz."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from symdyn.emit import files
+from symdyn.errors import EmitError, SimulateError
+from symdyn.simulation.model import Trajectory
+
+
+def csv_text(trajectory: Trajectory) -> str:
+    """Return the table as CSV: a header, then the shortest digits that read back to the same doubles."""
+    names, table = trajectory.table()
+    lines = [",".join(names), *(",".join(map(repr, row)) for row in table.tolist())]
+    return "\n".join(lines) + "\n"
+
+
+def write_npz(trajectory: Trajectory, file: IO[bytes]) -> None:
+    """Write t, q, qd, qdd, tau, each extra column by its name, the names of columns, and JSON of how it was made."""
+    scene = trajectory.scene
+    arrays: dict[str, Any] = {name: getattr(trajectory, name) for name in ("t", "q", "qd", "qdd", "tau")}
+    arrays |= dict(trajectory.extra)
+    arrays["coordinates"], arrays["velocities"] = np.array(scene.coordinates), np.array(scene.velocities)
+    arrays["about"] = np.array(json.dumps(about(trajectory), ensure_ascii=False))
+    np.savez_compressed(file, **arrays)
+
+
+def about(trajectory: Trajectory) -> dict[str, Any]:
+    """Return how a trajectory was made, and how well laws were kept, for JSON; the same run, the same text."""
+    return {
+        "scene": trajectory.scene.name,
+        "method": trajectory.method,
+        "rtol": trajectory.rtol,
+        "atol": trajectory.atol,
+        "steps": trajectory.steps,
+        "evaluations": trajectory.evaluations,
+        "stopped": trajectory.stopped,
+        "events": [{"formula": e.formula, "t": e.t, "stops": e.stops} for e in trajectory.events],
+        "monitors": dict(trajectory.monitors),
+    }
+
+
+def record(trajectory: Trajectory, path: Path) -> None:
+    """Write a trajectory to a .csv or .npz file.
+
+    Raises:
+        SimulateError: another ending, or a file that cannot be written.
+    """
+    writer = writer_for(path)
+    write_whole(path, lambda file: writer(trajectory, file))
+
+
+def writer_for(path: Path) -> Callable[[Trajectory, IO[bytes]], None]:
+    """Return what writes files of this ending.
+
+    Raises:
+        SimulateError: an ending that is not known.
+    """
+    if path.suffix.lower() not in WRITERS:
+        raise SimulateError(f"{path}: trajectories are written to {' or '.join(WRITERS)} files")
+    return WRITERS[path.suffix.lower()]
+
+
+def write_whole(path: Path, write: Callable[[IO[bytes]], None]) -> None:
+    """Write a file that `write` fills, all of it or nothing.
+
+    Raises:
+        SimulateError: it cannot be written, and why.
+    """
+    try:
+        files.write({path.name: write}, path.parent)
+    except EmitError as fault:
+        raise SimulateError(f"{path}: cannot be written ({getattr(fault.__cause__, 'strerror', None)})") from None
+
+
+def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:
+    file.write(csv_text(trajectory).encode())
+
+
+WRITERS: Mapping[str, Callable[[Trajectory, IO[bytes]], None]] = {".csv": _write_csv, ".npz": write_npz}

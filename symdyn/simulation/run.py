@@ -1,0 +1,91 @@
+"""One integration from its start to its end, however it ends: by time, an event, an interrupt or a failure."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.simulation.integrate import Hit, IntegrationError, Method, Piece, Problem, integrate
+from symdyn.simulation.model import END, INTERRUPTED
+from symdyn.simulation.outlook import Outlook
+
+Array = npt.NDArray[np.float64]
+
+STOPPED = "stopped by an event"
+
+
+@dataclass(frozen=True)
+class Run:
+    """What an integrator has found until it ended.
+
+    Attributes:
+        t, x: times and states of the samples, and where it stood at its end; shapes (N,) and (N, nx).
+        hits: events.
+        stopped: "end", "interrupted", `STOPPED` by the last of the hits, or why the integrator gave up.
+        steps, evaluations: of the integrator.
+        preparing, wall: seconds until its first state, and from there on.
+    """
+
+    t: Array
+    x: Array
+    hits: tuple[Hit, ...]
+    stopped: str
+    steps: int
+    evaluations: int
+    preparing: float
+    wall: float
+
+
+def integrated(
+    problem: Problem,
+    method: Method,
+    progress: Callable[[float], None] | None = None,
+    say: Callable[[str], None] | None = None,
+) -> Run:
+    """Return what an integrator finds.
+
+    Args:
+        problem: what is integrated.
+        method: by what.
+        progress: called with the share that is done.
+        say: told how long it will take, where that is long.
+    """
+    pieces: list[Piece] = []
+    stopped, outlook = END, Outlook(problem.until, say)
+    begin = ready = time.perf_counter()
+    try:
+        for piece in integrate(method, problem):
+            if not pieces:
+                ready = time.perf_counter()
+            pieces.append(piece)
+            outlook.look(piece.now[0])
+            if progress is not None:
+                progress(piece.now[0] / problem.until)
+    except KeyboardInterrupt:
+        stopped = INTERRUPTED
+    except IntegrationError as fault:
+        stopped = str(fault)
+    wall = time.perf_counter() - ready
+    now = pieces[-1].now if pieces else (0.0, problem.x)
+    t = np.concatenate([np.empty(0), *(piece.t for piece in pieces)])
+    x = np.concatenate([np.empty((0, len(problem.x))), *(piece.x for piece in pieces)])
+    if not len(t) or now[0] > t[-1]:  # where it stands when it ends between two samples
+        t, x = np.append(t, now[0]), np.vstack([x, now[1]])
+    hits = tuple(hit for piece in pieces for hit in piece.hits)
+    if pieces and pieces[-1].stopped:
+        stopped = STOPPED
+    steps, evaluations = (sum(getattr(piece, name) for piece in pieces) for name in ("steps", "evaluations"))
+    return _real(problem, Run(t, x, hits, stopped, steps, evaluations, ready - begin, wall))
+
+
+def _real(problem: Problem, run: Run) -> Run:
+    """Return a run without its last row where an event stopped it at a place without accelerations."""
+    if run.stopped != STOPPED or len(run.t) < 2:
+        return run
+    with np.errstate(all="ignore"):
+        last = problem.system.tell("rates", run.t[-1:], run.x[-1:])
+    return run if np.all(np.isfinite(last)) else replace(run, t=run.t[:-1], x=run.x[:-1])

@@ -1,0 +1,90 @@
+"""Which part of a scene has no value at a state: named where a run cannot begin there, or cannot go on.
+
+A spring between points that meet has no direction to pull in, nor has a damper; a formula may leave the real numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.algebra.numeric import Floats
+from symdyn.dynamics.loads import pull
+from symdyn.dynamics.positions import body_placements
+from symdyn.dynamics.state import vector
+from symdyn.graph import Expr, Graph, evaluate
+from symdyn.scene import Damper, Quantity, Scene, Spring, express, spell
+from symdyn.simulation.forces import Forces, drive_names
+from symdyn.simulation.reading import TIME
+from symdyn.spatial import dot, sub
+
+Array = npt.NDArray[np.float64]
+
+
+def valueless(scene: Scene, forces: Forces, t: float, q: Array, u: Array) -> str:
+    """Return what has no value at a time and a state, "" where all has one.
+
+    Args:
+        scene: the mechanism, its parameters bound.
+        forces: what drives it.
+        t: time, s.
+        q: coordinates, shape (nq,).
+        u: velocities, shape (nv,).
+    """
+    graph = Graph()
+    values = dict(zip(map(graph.symbol, scene.coordinates), q.tolist(), strict=True))
+    values |= dict(zip(map(graph.symbol, scene.velocities), u.tolist(), strict=True))
+    values[graph.symbol(TIME)] = t
+    for parameter in scene.parameters:
+        if parameter.value is not None:
+            values[graph.symbol(parameter.name)] = evaluate([express(parameter.value, graph)], Floats(), {})[0]
+
+    def has_value(formula: Expr) -> bool:
+        try:
+            return math.isfinite(evaluate([formula], Floats(), values)[0])
+        except (ArithmeticError, ValueError):
+            return False
+
+    for what, quantity in _formulas(scene, forces):
+        try:
+            known = has_value(express(quantity, graph))
+        except ZeroDivisionError:
+            known = False
+        if not known:
+            return f"{what}, {spell(quantity)}, has no real value there"
+    for what, formula in _between_points(scene, graph):
+        if not has_value(formula):
+            return what
+    return ""
+
+
+def _formulas(scene: Scene, forces: Forces) -> Iterator[tuple[str, Quantity]]:
+    names = drive_names(scene)
+    for k, formula in forces.formulas.items():
+        yield f"the driving force {names[k]}", formula
+    for joint in scene.joints:
+        for formula in joint.forces:
+            yield f"the force of joint {joint.name}", formula
+        if joint.motion is not None:
+            yield f"the motion of joint {joint.name}", joint.motion
+    for load in scene.loads:
+        for formula in (*load.force, *load.couple):
+            yield f"load {load.name}", formula
+
+
+def _between_points(scene: Scene, graph: Graph) -> Iterator[tuple[str, Expr]]:
+    placed = body_placements(scene, graph) if scene.springs or scene.dampers else {}
+    elements: tuple[Spring | Damper, ...] = (*scene.springs, *scene.dampers)
+    for element in elements:
+        if not element.ends:
+            continue
+        a, b = (placed[end.body].point(vector(end.at, graph)) for end in element.ends)
+        square = dot(sub(b, a), sub(b, a))
+        if isinstance(element, Spring):
+            words = f"spring {element.name} has no length there, where it pulls (with free = 0 it would not)"
+            yield f"{words}, and so no direction", pull(element, square)
+        else:
+            yield f"damper {element.name} has no length there, and so no direction", graph.one / square
