@@ -275,7 +275,7 @@ def matrix(pose: Pose) -> list[float]:
 
 @pytest.mark.mends("3.12")
 def test_the_inertia_of_two_particles_is_written_as_one_that_a_body_has(tmp_path):
-    """Two particles are a rod: one principal moment is the sum of the others, and rounded decimals lie on either side."""
+    """One principal moment of a rod is the sum of the others; rounded decimals lie on either side."""
     found = Path(__file__).parent / "data" / "found" / "two_particles.toml"
     scenes = [found.read_text("utf-8")]
     rng = np.random.default_rng(5)
