@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symdyn.build import lambdify
 from symdyn.errors import SceneError
 from symdyn.scene import GROUND, Coupling, Limits, number, parse, read
 from symdyn.scene.door import read_noting
@@ -362,3 +363,25 @@ def outcome(text: str) -> tuple[str, ...]:
         return read_element(parse_xml(text.encode(), "r.urdf"), "r.urdf", ReadOptions()).scene.coordinates
     except SceneError as error:
         return error.faults
+
+
+# Slips that other readers pass over
+
+
+@pytest.mark.mends("4.inertia")
+def test_an_inertial_without_inertia_is_a_point_mass(tmp_path):
+    """Pinocchio, too, takes the mass at its origin and no inertia about it: M = m l²."""
+    point = '<inertial><origin xyz="0 0 0.5" rpy="1 2 3"/><mass value="4"/></inertial>'
+    path = tmp_path / "r.urdf"
+    path.write_text(f'<robot name="r">{pendulum().replace(INERTIAL, point)}</robot>')
+    result = read_noting(path)
+
+    assert any("without <inertia> is read as a point mass at its origin" in note for note in result.notes)
+    assert lambdify(result.scene, "mass_matrix")([0.3]) == pytest.approx(4 * 0.5**2, rel=1e-15)
+
+
+def test_limits_that_are_swapped_name_line_joint_and_both_numbers():
+    swapped = LIMIT.replace('lower="-1"', 'lower="1"').replace('upper="1"', 'upper="-0.5"')
+    assert (
+        faults(pendulum(swapped)) == 'r.urdf: line 4: joint hinge: <limit> lower="1" is above upper="-0.5"; swap them'
+    )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from importlib import import_module
 from os import PathLike
@@ -39,10 +38,6 @@ EXTENSIONS: Mapping[str, str] = {
 }
 
 ROOTS: Mapping[str, str] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf"}
-
-LONGEST_GAP = 10_000
-
-_PROLOG = ((b"<!--", b"-->"), (b"<?", b"?>"), (b"<!", b">"))  # what may stand in front of the root element
 
 
 def read(
@@ -117,31 +112,16 @@ def _format(path: Path) -> str:
     ending = path.suffix.lower()
     if ending in EXTENSIONS:
         return EXTENSIONS[ending]
-    from symdyn.scene.formats.xml import LARGEST_FILE, TOO_LARGE, parse_xml
+    from symdyn.scene.formats.xml import LARGEST_FILE, TOO_LARGE, find_root, parse_xml
 
     content = read_bounded(path, LARGEST_FILE, "a scene file such as arm.toml", TOO_LARGE)
     if ending != ".xml":
         known = ", ".join([*EXTENSIONS, ".xml"])
         raise SceneError(f'{path}: the extension "{ending}" names no format; known are {known}')
-    root = _root(content)
-    if not root:
-        root = parse_xml(content, str(path)).tag  # says what is wrong with the text, if anything is
+    first = find_root(content)
+    # where there is no element, the parser says what is wrong with the text
+    root = first[1].decode("ascii") if first else parse_xml(content, str(path)).tag
     if root not in ROOTS:
         known = ", ".join(f"<{name}>" for name in ROOTS)
         raise SceneError(f"{path}: has the root element <{root[:40]}>; expected one of {known}")
     return ROOTS[root]
-
-
-def _root(content: bytes) -> str:
-    """Return the name of the first element of an XML file, "" if there is none; nothing else is looked at."""
-    at = 3 if content.startswith(b"\xef\xbb\xbf") else 0
-    while True:
-        at += len(content[at : at + LONGEST_GAP]) - len(content[at : at + LONGEST_GAP].lstrip())
-        mark = next(((start, end) for start, end in _PROLOG if content.startswith(start, at)), None)
-        if mark is None:
-            name = re.match(rb"<([A-Za-z_][\w.:-]*)", content[at : at + LONGEST_GAP])
-            return name[1].decode("ascii") if name else ""
-        close = content.find(mark[1], at + len(mark[0]))
-        if close < 0:
-            return ""
-        at = close + len(mark[1])

@@ -54,11 +54,12 @@ def read(path: Path, options: ReadOptions) -> Reading:
     Raises:
         SceneError: with every fault of the file, one line each.
     """
-    return read_element(read_xml(path), str(path), options)
+    faults = Faults(str(path))
+    return read_element(read_xml(path, faults.note), str(path), options, faults)
 
 
-def read_element(root: Element, source: str, options: ReadOptions) -> Reading:
-    """Return the scene below a <robot> element; `source` stands in front of every fault and note.
+def read_element(root: Element, source: str, options: ReadOptions, faults: Faults | None = None) -> Reading:
+    """Return the scene below a <robot> element; `source` stands in front of every fault and note, `faults` of before.
 
     Raises:
         SceneError: with every fault of the element, one line each.
@@ -66,7 +67,7 @@ def read_element(root: Element, source: str, options: ReadOptions) -> Reading:
     if root.tag != "robot":
         raise SceneError(f"{source}: its root is <{root.tag}>; the root of a URDF is <robot>")
     _refuse_xacro(root, source)
-    faults = Faults(source)
+    faults = faults or Faults(source)
     robot = _Robot(root, faults, options)
     declaration = Declaration(name=robot.name(), bodies=tuple(robot.bodies()), joints=tuple(robot.joints_in_file()))
     robot.note_data()
@@ -173,13 +174,14 @@ class _Robot:
         if inertial is None:
             return {}
         mass, inertia, origin = inertial.first("mass"), inertial.first("inertia"), inertial.first("origin")
-        for tag, found in (("mass", mass), ("inertia", inertia)):
-            if found is None:
-                advice = "give both mass and inertia, or leave out <inertial> for a massless link"
-                self.faults.add(where, f"<inertial> has no <{tag}>; {advice}")
-        if mass is None or inertia is None:
+        if mass is None:
+            advice = "give both mass and inertia, or leave out <inertial> for a massless link"
+            self.faults.add(where, f"<inertial> has no <mass>; {advice}")
             return {}
         table: dict[str, Any] = {"mass": self.attributes.number(where, mass, "value", None)}
+        if inertia is None:
+            self._note("<inertial> without <inertia> is read as a point mass at its origin", where)
+            return table | {"com": self.attributes.vector(where, origin, "xyz")}
         xx, yy, zz, xy, xz, yz = (self.attributes.number(where, inertia, key, None) for key in INERTIA)
         entries: Entries = (xx, yy, zz, xy, xz, yz)
         rpy = self.attributes.angles(where, origin, "rpy")
@@ -271,6 +273,11 @@ class _Robot:
             size = folding.fraction(value)
             if size is None or -UNLIMITED < size < UNLIMITED:
                 limits[key] = value
+        low, high = (folding.fraction(limits[key]) if key in limits else None for key in ("lower", "upper"))
+        if low is not None and high is not None and low > high:
+            shown = (f"{key}={show(limit.attributes.get(key, '0'))}" for key in ("lower", "upper"))
+            self.faults.add(where, f"<limit> {' is above '.join(shown)}; swap them")
+            return {}
         return limits
 
     def _mimic(self, where: str, joint: Element, mimic: Element) -> dict[str, object]:
