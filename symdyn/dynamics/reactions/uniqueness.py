@@ -22,7 +22,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.loops.assembly import with_parameters
 from symdyn.dynamics.loops.generic import generic_places
 from symdyn.dynamics.loops.newton import lever_of, newton, seen_closed
 from symdyn.dynamics.loops.numbers import numbers_of
@@ -180,7 +179,7 @@ def _closed(scene: Scene, q: Array, parameters: Mapping[str, float]) -> tuple[Ar
     """Return q with its loops closed to the last digits, generic positions, and the residual where they are open."""
     if not is_closed(scene):
         return q, (), 0.0
-    numbers = with_parameters(numbers_of(scene), parameters)
+    numbers = numbers_of(scene).bound_to(parameters)
     lever = lever_of(numbers, q)
     off = float(np.abs(numbers.residual(q)).max(initial=0.0))
     near = newton(numbers, q, ())
