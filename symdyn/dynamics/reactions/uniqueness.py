@@ -138,7 +138,8 @@ def reactions_at(
         t: time, s, where something depends on it.
 
     Raises:
-        DerivationError: an argument has the wrong length, a free parameter has no value, or L is not positive.
+        DerivationError: an argument has the wrong length, a free parameter has no value, L is not positive, or a wheel
+            lies flat.
     """
     workspace = Workspace(scene)
     hanging = Hanging(scene, workspace.tree, workspace.state)
@@ -180,6 +181,9 @@ def _closed(scene: Scene, q: Array, parameters: Mapping[str, float]) -> tuple[Ar
     if not is_closed(scene):
         return q, (), 0.0
     numbers = numbers_of(scene).bound_to(parameters)
+    fault = numbers.lying_flat(q)
+    if fault:
+        raise DerivationError(f"{scene.name}: {fault}")
     lever = lever_of(numbers, q)
     off = float(np.abs(numbers.residual(q)).max(initial=0.0))
     near = newton(numbers, q, ())
