@@ -13,6 +13,7 @@ from symdyn.scene.contents import read_bounded
 from symdyn.scene.model import Scene
 from symdyn.scene.names import suggestion
 from symdyn.scene.reading import Reading, ReadOptions, Written
+from symdyn.scene.table import Faults
 
 READERS: Mapping[str, str] = {
     "toml": "symdyn.scene.toml",
@@ -46,6 +47,7 @@ def read(
     snap: bool = True,
     allow_invalid_inertia: bool = False,
     spanning_tree: Sequence[str] | None = None,
+    floating_base: str | None = None,
 ) -> Scene:
     """Return the scene in a file: TOML, URDF, MJCF or Khalil's .par.
 
@@ -54,12 +56,14 @@ def read(
         snap: read decimals that are a small rational multiple of π at their own digits as that multiple.
         allow_invalid_inertia: accept inertias that no real body has, of every body.
         spanning_tree: names of the joints to cut where joints close loops; chosen when left out.
+        floating_base: name of a free joint between the ground and the root link of a URDF or the base of an MJCF file,
+            with a quaternion and no drives; without it the root is the ground.
 
     Raises:
         SceneError: with every fault of the file, one line each.
     """
     cuts = None if spanning_tree is None else tuple(spanning_tree)
-    return read_noting(path, ReadOptions(snap, allow_invalid_inertia, cuts)).scene
+    return read_noting(path, ReadOptions(snap, allow_invalid_inertia, cuts, floating_base)).scene
 
 
 @growing()
@@ -69,9 +73,16 @@ def read_noting(path: str | PathLike[str], options: ReadOptions | None = None) -
     Raises:
         SceneError: with every fault of the file, one line each.
     """
-    file = Path(path)
-    reader: Callable[[Path, ReadOptions], Reading] = import_module(READERS[_format(file)]).read
-    return reader(file, options or ReadOptions())
+    file, options = Path(path), options or ReadOptions()
+    format = _format(file)
+    if options.floating_base is not None:
+        from symdyn.scene.formats.floating import check_base
+
+        faults = Faults(str(file))
+        check_base(options.floating_base, format, faults)
+        faults.close()
+    reader: Callable[[Path, ReadOptions], Reading] = import_module(READERS[format]).read
+    return reader(file, options)
 
 
 def write_text(scene: Scene, format: str, lossy: bool = False) -> Written:

@@ -21,6 +21,7 @@ from symdyn.errors import SceneError
 from symdyn.scene import folding
 from symdyn.scene.declare import Declaration, assemble
 from symdyn.scene.formats.attributes import Attributes
+from symdyn.scene.formats.floating import free_base
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.turned import Entries, turned
 from symdyn.scene.formats.xml import Element, read_xml
@@ -99,7 +100,10 @@ class _Robot:
         self.joints = [self._named(joint) for joint in root.all("joint")]
         self.body_name = self._printable([name for name, _ in self.links if name], "link")
         self.joint_name = self._printable([name for name, _ in self.joints if name], "joint")
-        self.body_name.update(dict.fromkeys(self._roots(), GROUND))
+        self.base, roots = options.floating_base, self._roots()
+        if self.base is None:
+            self.body_name.update(dict.fromkeys(roots, GROUND))
+        self.root_names = [self.body_name[name] for name in roots]
         self.data: dict[str, list[str]] = {}
 
     def name(self) -> str:
@@ -121,12 +125,15 @@ class _Robot:
         return entries
 
     def joints_in_file(self) -> list[Entry]:
-        """Return the joints."""
-        return [
+        """Return the joints; where the base floats, the one that carries the root is the first."""
+        joints = [
             Entry(self.joint_name[name], self._joint(self._where(name, joint), name, joint), self._where(name, joint))
             for name, joint in self.joints
             if name
         ]
+        if self.base is not None:
+            joints[:0] = [free_base(self.base, root, joints, self.faults) for root in self.root_names]
+        return joints
 
     def note_data(self) -> None:
         """Note what was snapped, and what was read that the equations do not hold, or that other tools leave out."""
