@@ -184,3 +184,37 @@ def test_a_formula_without_a_real_value_is_named_with_what_helps(capsys: pytest.
 def test_a_start_that_is_no_start_is_refused_whole() -> None:
     with pytest.raises(SimulateError, match="q_Z is not known"):
         read_start(crank_rocker(), {"q_Z": "1"})
+
+
+ROW = """
+name = "row"
+[bodies.a]
+mass = 1
+[bodies.b]
+mass = 1
+[joints.first]
+type = "prismatic"
+parent = "ground"
+child = "a"
+axis = [1, 0, 0]
+coordinate = "x"
+[joints.second]
+type = "prismatic"
+parent = "a"
+child = "b"
+axis = [0, 1, 0]
+coordinate = "y"
+[rows.slip]
+formula = "y_dot - x_dot/x"
+"""
+
+
+@pytest.mark.mends("3.13")
+def test_a_row_without_a_real_value_is_named_with_what_helps(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = tmp_path / "row.toml"
+    scene.write_text(ROW)
+    assert main(["simulate", str(scene), "--until", "1"]) == 1
+    err = capsys.readouterr().err
+    assert "the row slip has no real value at x = 0, y = 0; give the scene a start where it has one" in err
