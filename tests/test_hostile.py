@@ -123,6 +123,46 @@ def test_a_parameter_that_is_printed_as_another_symbol_is_told_apart() -> None:
         assert shown["l"] == r"\mathtt{l}" or latex == "m_{ }{g}"
 
 
+# A scene made in Python takes the same door
+
+
+def declared(text: str) -> dict[str, dict[str, object]]:
+    """Return what says a text in each place of a scene that is made in Python."""
+    from symdyn.scene import body, parameter, point, revolute, row, spring
+
+    joints: dict[str, dict[str, object]] = {
+        "drive": {"drive": text}, "coordinate": {"coordinate": text}, "parent": {"parent": text}, "axis": {"axis": [0, 0, text]},
+    }  # fmt: skip
+    made: dict[str, dict[str, object]] = {
+        "name": {"name": text},
+        "parameter": {"parameters": [parameter(text, 1)]},
+        "parameters": {"parameters": {text: 1}},
+        "value": {"parameters": [parameter("k", text)]},
+        "latex": {"parameters": [parameter("k", 1, latex=text)]},
+        "body": {"bodies": [body("bob", mass=1), body(text, mass=1)]},
+        "mass": {"bodies": [body("bob", mass=text)]},
+        "point": {"points": [point(text, "bob")]},
+        "spring": {"springs": [spring(text, joint="hinge", stiffness=1)]},
+        "row": {"rows": [row("r", text)]},
+        "gravity": {"gravity": [0, 0, text]},
+    }
+    hinge: dict[str, object] = {"parent": "ground", "child": "bob", "axis": [0, 0, 1]}
+    for key, given in joints.items():
+        made[key] = {"joints": [revolute("hinge", **(hinge | given))]}  # type: ignore[arg-type]
+    return made
+
+
+@pytest.mark.parametrize("where", declared(""))
+def test_a_scene_made_in_python_says_no_more_than_one_in_a_file(where: str) -> None:
+    from symdyn.scene import body, revolute, scene
+
+    plain = {"bodies": [body("bob", mass=1)], "joints": [revolute("hinge", "ground", "bob", axis=[0, 0, 1])]}
+    for text in (*hostile.PAYLOADS.values(), CONTROLS):
+        with pytest.raises(SceneError) as caught:
+            scene(**({"name": "made"} | plain | declared(text)[where]))  # type: ignore[arg-type]
+        assert printable(str(caught.value))
+
+
 # Words
 
 
