@@ -22,6 +22,7 @@ def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, 
     from symdyn.dynamics import LARGEST, Equations, Workspace, available_on
     from symdyn.program import choose, formulate
     from symdyn.scene import JOINTS, spell
+    from symdyn.scene.robot_words import leaves
 
     workspace = Workspace(scene, closing)
     outputs, left_out = available_on(workspace)
@@ -62,6 +63,7 @@ def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, 
             for joint in scene.loops
         ],
         "rows": [{"name": row.name, "type": row.type, "says": _says(row)} for row in scene.rows],
+        "leaves": list(leaves(scene)),
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
         "parameters": [
             {"name": p.name, "value": spell(p.value) if p.value else None, "unit": p.unit, "text": p.text}

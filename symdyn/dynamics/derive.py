@@ -20,6 +20,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, growing, reachable
 from symdyn.scene import JOINTS, Scene
 from symdyn.scene.names import listed
+from symdyn.scene.robot_words import coordinates_of_joints
 
 DYNAMICS: tuple[str, ...] = tuple(
     name for name, row in OUTPUTS.items() if not row.place and name not in CLOSED_ONLY and name not in REACTIONS
@@ -261,7 +262,8 @@ def conventions(scene: Scene, name: str) -> str:
     """Return the names of the coordinates or velocities, and what they mean where that is not plain; else ""."""
     plain = len(scene.coordinates) == len(scene.velocities)
     if name == "q":
-        return runs(scene.coordinates) + ("" if plain else "; quaternions are in the order (w, x, y, z)")
+        told = coordinates_of_joints(scene) or runs(scene.coordinates)
+        return told + ("" if plain else "; quaternions are in the order (w, x, y, z)")
     if name == "qd" and not plain:
         return f"{runs(scene.velocities)}; {BODY_AXES}"
     return ""
