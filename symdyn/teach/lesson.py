@@ -14,7 +14,7 @@ from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.lagrange import Energies, driving_forces, energies
 from symdyn.dynamics.positions import body_placements
-from symdyn.dynamics.state import State, state_symbols
+from symdyn.dynamics.state import State, state_symbols, vector
 from symdyn.emit.letters import Letters
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
@@ -153,6 +153,10 @@ class Lesson(Prose):
         """The ring in which positions, velocities and what is made of them are written."""
         needed = [self.graph.symbol(parameter.name) for parameter in self.scene.parameters]
         needed += [x for T in self.placed.values() for row in (*T.R, T.p) for x in row]
+        for body in self.scene.bodies:  # where nothing moves along it, a mass's place holds what no energy knows
+            centre = () if body.com is None else (body.com,)
+            for at in (*centre, *(particle.at for particle in body.particles)):
+                needed += self.placed[body.name].point(vector(at, self.graph))
         state = (*self.state.q, *self.state.qd, *self.state.qdd)
         return TrigonometricRing([*needed, self.energy.K + self.energy.G], state, total_angles(self._parallel))
 

@@ -35,7 +35,8 @@ from symdyn.errors import DerivationError
 NEAR = 1e-3
 """Below it a mechanism is said to be near a change point."""
 
-GUESSES, DRAWS = 40, 60
+GUESSES, DRAWS, FEWER = 40, 60, 2
+"""Random positions to begin with, random values of parameters, and positions for each of those after the first."""
 
 
 @dataclass(frozen=True)
@@ -72,13 +73,16 @@ class Assembly:
         return self.singular_values[self.rank - 1] if self.rank else 0.0
 
 
-def closed_position(numbers: Numbers, guess: Array | None = None, held: Sequence[int] | None = None) -> Assembly:
+def closed_position(
+    numbers: Numbers, guess: Array | None = None, held: Sequence[int] | None = None, guesses: int = GUESSES
+) -> Assembly:
     """Return a closed position; see `assemble`.
 
     Args:
         numbers: the mechanism.
         guess: coordinates to begin with; None takes those of the scene, and random ones where it gives none.
         held: velocities whose coordinates must not move; None holds driven ones as long as the loops close so.
+        guesses: how many random ones are tried.
     """
     scene = numbers.scene
     given = guess is not None or any(joint.start for joint in scene.moving)
@@ -96,7 +100,7 @@ def closed_position(numbers: Numbers, guess: Array | None = None, held: Sequence
                 notes.append(f"the loops do not close at the start of {names}, which had to move")
             return _looked_at(numbers, q, notes)
         fault = open_loop(numbers, q) or reversed_loop(numbers, q) or ""
-    for seed in range(GUESSES) if not given else ():
+    for seed in range(guesses) if not given else ():
         q = newton(numbers, numbers.drawn(seed), ())
         if seen_closed(numbers, q):
             notes.append("no joint has a start: a closed position was found from a random guess; give start")
@@ -127,7 +131,7 @@ def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers
         rng = random.Random(f"{scene.name}:{draw}")
         numbers = with_parameters(numbers, rest | {name: rng.uniform(0.5, 1.5) for name in missing})
         try:
-            return numbers, closed_position(numbers)
+            return numbers, closed_position(numbers, guesses=FEWER if draw else GUESSES)
         except DerivationError as fault:
             last = fault
     names = ", ".join(missing)

@@ -118,6 +118,8 @@ def _rolling(row: Row, X: Transform) -> tuple[Wrench, ...]:
         return tuple(ways[component] for component in row.components)
     a = apply(X.R, unit(row.axis, graph))
     w = _sine(a, n)
+    if w.is_zero:
+        raise DerivationError(f"contact {row.name}: {lies_flat(row)}; nothing can lean it: give it another axis")
     d = scale(-r / w, sub(n, scale(dot(n, a), a)))
     ways = {
         "along": (scale(1 / w, cross(a, n)), scale(-r, a)),
@@ -143,6 +145,12 @@ def sine(row: Row, X: Transform) -> Expr:
     return _sine(apply(X.R, unit(row.axis, graph)), unit(row.plane.normal, graph))
 
 
+def lies_flat(row: Row) -> str:
+    """Return what is said of a wheel whose axis is along the normal."""
+    body = row.place.body if row.place else ""
+    return f"{body} lies flat on its plane, its axis along the normal, so that no point of its rim is the lowest"
+
+
 def _in_plane(n: Vec) -> Vec:
     """Return a unit vector of a plane: its x, unless the normal is along it."""
     graph = n[0].graph
@@ -157,7 +165,7 @@ def _at_rim(force: Vec, d: Vec) -> Wrench:
 
 
 def _sine(a: Vec, n: Vec) -> Expr:
-    """Return |a × n|; 1 where the wheel stands upright whatever it does, which the ring decides exactly."""
+    """Return |a × n|; 1 or 0 where the wheel always stands upright or lies flat, which the ring decides exactly."""
     graph, across = a[0].graph, cross(a, n)
     square = dot(across, across)
     try:
@@ -165,4 +173,6 @@ def _sine(a: Vec, n: Vec) -> Expr:
         (value,) = evaluate([square], ring, ring.values([square]))
     except DerivationError:  # a motion that is no trigonometric polynomial
         return graph.sqrt(square)
+    if ring.is_zero(value):
+        return graph.zero
     return graph.one if ring.is_zero(value - 1) else graph.sqrt(square)

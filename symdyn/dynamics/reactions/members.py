@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.dynamics.loads import joint_resistance, load_vectors, pull, resistance, tension
+from symdyn.dynamics.loads import joint_resistance, length, load_vectors, pull, resistance, tension
 from symdyn.dynamics.motion import Motion, body_motion
 from symdyn.dynamics.reactions.hinges import Hinge, about, nothing, plus
 from symdyn.dynamics.state import State, joint_motion, joint_position, vector
@@ -96,7 +96,7 @@ def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
         if isinstance(element, Spring):
             size = pull(element, dot(way, way))
         else:
-            s = graph.sqrt(dot(way, way))
+            s = length(element, dot(way, way))
             (rate,) = tangents([s], state.velocity)
             size = resistance(element, rate) / s
         force = scale(size, way)
