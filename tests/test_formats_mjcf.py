@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -430,3 +431,28 @@ def test_a_lopsided_force_range_is_noted(tmp_path):
 
     assert any("actuatorfrcrange = -1 5 is kept as one largest force, 5" in note for note in reading.notes)
     assert reading.scene.joints[0].limits.effort == number(5)
+
+
+# A base that floats
+
+
+def test_a_floating_base_is_the_free_joint_that_the_file_could_have(tmp_path: Path) -> None:
+    base = (
+        '<body name="base" pos="1 2 3" quat="1 1 0 0"><inertial pos="0 0 0.1" mass="3" diaginertia="1 2 2.5"/>{}</body>'
+    )
+    arm = body('<joint name="j" axis="1 2 3"/>')
+    still, free = base.format(arm), base.format('<freejoint name="trunk"/>' + arm)
+    ours = mjcf.read(world(tmp_path, still), ReadOptions(floating_base="trunk")).scene
+    theirs = mjcf.read(world(tmp_path, free), ReadOptions()).scene
+    unit = [number(1), number(2), number(3)]
+
+    assert list(ours.joints[0].start[:3]) == unit == list(theirs.joints[0].start[:3])
+    assert ours.joints == tuple(
+        replace(joint, drives=mine.drives) for joint, mine in zip(theirs.joints, ours.joints, strict=True)
+    )
+    assert ours.bodies == theirs.bodies
+
+
+def test_a_base_with_joints_of_its_own_is_not_set_free(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"floating base: the one body .* carries none without a joint, b with joints"):
+        mjcf.read(world(tmp_path, body()), ReadOptions(floating_base="trunk"))

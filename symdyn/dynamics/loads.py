@@ -40,32 +40,19 @@ def pull(spring: Spring, square: Expr) -> Expr:
     """Return the force of a spring between two points over their distance, F / s, N/m.
 
     What does not pull where the points meet, as a spring of free length zero, is a polynomial there and has a value;
-    what pulls has no direction.
+    what pulls has no direction. Points that never part pull at nothing.
 
     Args:
         spring: between points.
         square: s², m².
     """
     graph, terms = square.graph, _of_distance(spring, square.graph)
-    if not terms[0].is_zero:
-        s = length(spring, square)
-        return tension(spring, s - express(spring.free, graph)) / s
-    s = graph.sqrt(square)
-    return graph.total(c * _power(s, square, m) for m, c in enumerate(terms[1:]))
-
-
-def length(element: Spring | Damper, square: Expr) -> Expr:
-    """Return the distance of an element's ends by its square, m.
-
-    Raises:
-        DerivationError: the ends are one point in every position.
-    """
     if square.is_zero:
-        raise DerivationError(
-            f"{element.name}: its two ends coincide in every position, so that it has no direction; "
-            "give one of them another place, or leave it out"
-        )
-    return square.graph.sqrt(square)
+        return graph.zero
+    s = graph.sqrt(square)
+    if not terms[0].is_zero:
+        return tension(spring, s - express(spring.free, graph)) / s
+    return graph.total(c * _power(s, square, m) for m, c in enumerate(terms[1:]))
 
 
 def stored_between(spring: Spring, square: Expr) -> Expr:
@@ -197,7 +184,7 @@ def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
     placed = body_placements(scene, graph) if scene.dampers or scene.loads else {}
     for damper in scene.dampers:
         if damper.ends:
-            (rate,) = tangents([length(damper, _square(placed, damper, graph))], state.velocity)
+            (rate,) = tangents([graph.sqrt(_square(placed, damper, graph))], state.velocity)
             _oppose(forces, rate, resistance(damper, rate), state)
     for load in scene.loads:
         work = _work(load, placed[load.place.body], scene, graph)

@@ -19,7 +19,6 @@ from symdyn.dynamics.loads import (
     declared_forces,
     joint_of,
     joint_resistance,
-    length,
     load_vectors,
     pull,
     resistance,
@@ -96,7 +95,9 @@ def joint_forces(scene: Scene, tree: Tree, lean: LeanTree) -> list[Expr]:
             forces[k] = forces[k] - resistance(damper, ratio * state.qd[k]) * ratio
             continue
         apart, rates = distance(damper, tree, lean), lean.rates(state.qd)
-        s = length(damper, apart.square)
+        if apart.square.is_zero:  # points that never part
+            continue
+        s = graph.sqrt(apart.square)
         rate = graph.total(h * rates[i] for i, h in apart.slopes) / s
         share = resistance(damper, rate) / s
         forces = [a - b for a, b in zip(forces, _gathered(lean, apart, share), strict=True)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.dynamics.loops.cuts import contact, height, lies_flat, sine
+from symdyn.dynamics.loops.cuts import contact, height, sine
 from symdyn.dynamics.positions import body_placements
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Row, Scene
@@ -27,12 +27,17 @@ class Gauge:
     @property
     def flat(self) -> str:
         """What is said of a start where the wheel lies flat."""
-        return f"contact {self.row.name}: {lies_flat(self.row)}; give a start at which it leans"
+        return f"contact {self.row.name}: {self._parallel}; give a start at which it leans"
 
     @property
     def fell_flat(self) -> str:
         """What is said where a motion ends because the wheel lies flat."""
-        return f"contact {self.row.name}: the motion came to where {lies_flat(self.row)}"
+        return f"contact {self.row.name}: the motion came to where {self._parallel}"
+
+    @property
+    def _parallel(self) -> str:
+        body = self.row.place.body if self.row.place else ""
+        return f"{body} lies flat on its plane, its axis along the normal, so that no point of its rim is the lowest"
 
 
 def gauges(scene: Scene, graph: Graph) -> tuple[Gauge, ...]:

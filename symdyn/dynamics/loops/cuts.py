@@ -119,7 +119,10 @@ def _rolling(row: Row, X: Transform) -> tuple[Wrench, ...]:
     a = apply(X.R, unit(row.axis, graph))
     w = _sine(a, n)
     if w.is_zero:
-        raise DerivationError(f"contact {row.name}: {lies_flat(row)}; nothing can lean it: give it another axis")
+        raise DerivationError(
+            f"rows.{row.name}: {row.place.body if row.place else ''} lies flat on its plane wherever the joints stand, "
+            "its axis along the normal, so that no point of its rim is the lowest; turn the axis of the wheel"
+        )
     d = scale(-r / w, sub(n, scale(dot(n, a), a)))
     ways = {
         "along": (scale(1 / w, cross(a, n)), scale(-r, a)),
@@ -145,12 +148,6 @@ def sine(row: Row, X: Transform) -> Expr:
     return _sine(apply(X.R, unit(row.axis, graph)), unit(row.plane.normal, graph))
 
 
-def lies_flat(row: Row) -> str:
-    """Return what is said of a wheel whose axis is along the normal."""
-    body = row.place.body if row.place else ""
-    return f"{body} lies flat on its plane, its axis along the normal, so that no point of its rim is the lowest"
-
-
 def _in_plane(n: Vec) -> Vec:
     """Return a unit vector of a plane: its x, unless the normal is along it."""
     graph = n[0].graph
@@ -165,7 +162,7 @@ def _at_rim(force: Vec, d: Vec) -> Wrench:
 
 
 def _sine(a: Vec, n: Vec) -> Expr:
-    """Return |a × n|; 1 or 0 where the wheel always stands upright or lies flat, which the ring decides exactly."""
+    """Return |a × n|; 1 where the wheel stands upright whatever it does, which the ring decides exactly."""
     graph, across = a[0].graph, cross(a, n)
     square = dot(across, across)
     try:
@@ -173,6 +170,4 @@ def _sine(a: Vec, n: Vec) -> Expr:
         (value,) = evaluate([square], ring, ring.values([square]))
     except DerivationError:  # a motion that is no trigonometric polynomial
         return graph.sqrt(square)
-    if ring.is_zero(value):
-        return graph.zero
     return graph.one if ring.is_zero(value - 1) else graph.sqrt(square)

@@ -182,7 +182,8 @@ ROWS: dict[str, Output] = {
         },
     ),
     "multipliers": Output(
-        "multipliers lambda of M qdd + h = tau + G^T lambda: wrenches that parents exert on children at the cuts",
+        "multipliers lambda of M qdd + h = tau + G^T lambda: wrenches that parents exert on children at the cuts, at "
+        "the origin of the moved joint frame, axes of the joint frame on the parent; of contacts along, across, normal",
         ("q", "qd", "tau"),
         "lambda",
         lambda n: (-1,),

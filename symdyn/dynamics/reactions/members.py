@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.dynamics.loads import joint_resistance, length, load_vectors, pull, resistance, tension
+from symdyn.dynamics.loads import joint_resistance, load_vectors, pull, resistance, tension
 from symdyn.dynamics.motion import Motion, body_motion
 from symdyn.dynamics.reactions.hinges import Hinge, about, nothing, plus
 from symdyn.dynamics.state import State, joint_motion, joint_position, vector
@@ -93,10 +93,13 @@ def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
         ends = [(number[end.body], end) for end in element.ends]
         a, b = (placed[k].point(vector(end.at, graph)) if k >= 0 else vector(end.at, graph) for k, end in ends)
         way = sub(b, a)
+        square = dot(way, way)
+        if square.is_zero:  # points that never part
+            continue
         if isinstance(element, Spring):
-            size = pull(element, dot(way, way))
+            size = pull(element, square)
         else:
-            s = length(element, dot(way, way))
+            s = graph.sqrt(square)
             (rate,) = tangents([s], state.velocity)
             size = resistance(element, rate) / s
         force = scale(size, way)

@@ -67,7 +67,7 @@ def read(path: Path, options: ReadOptions) -> Reading:
         SceneError: with every fault found, one line each; or the package mujoco is not there.
     """
     faults = Faults(str(path))
-    root = read_xml(path)
+    root = read_xml(path, faults.note)
     if root.tag != "mujoco":
         raise SceneError(f"{path}: its root is <{root.tag}>; the root of an MJCF file is <mujoco>")
     files = _files(path, root)
