@@ -10,8 +10,6 @@ import numpy.typing as npt
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import derive
-from symdyn.dynamics.loops.assembly import closed_position
-from symdyn.dynamics.loops.continuation import declared_rates, fitting
 from symdyn.dynamics.loops.numbers import Numbers, numbers_of
 from symdyn.dynamics.prescribed import TIME, prescribed
 from symdyn.errors import DerivationError, SimulateError
@@ -20,12 +18,10 @@ from symdyn.scene import Scene, express, velocity_name
 from symdyn.scene.names import suggestion
 from symdyn.scene.start import starting_position, starting_velocity
 from symdyn.scene.table import Faults
+from symdyn.simulation.given import CONSISTENT, closed_rates, closed_start
 from symdyn.simulation.reading import close, number_of, parameter_values, read_formula
 
 Array = npt.NDArray[np.float64]
-
-CONSISTENT = 1e-9
-"""Largest coordinate by which a start is moved without a note, rad or m."""
 
 SINGULAR = 1e-14
 """Smallest eigenvalue of the mass matrix with unit diagonal that is not zero."""
@@ -152,29 +148,24 @@ def _prescribe(scene: Scene, q: Array, u: Array, given: Sequence[int], faults: F
 def _closed(
     numbers: Numbers, q: Array, u: Array, given_q: Sequence[int], given_u: Sequence[int], faults: Faults
 ) -> tuple[Array, Array, list[str]]:
-    """Return a state that closes the loops; what the scene and the user give is held fast, other velocities follow."""
-    scene = numbers.scene
-    names = list(scene.velocities)
-    moved = list(prescribed(scene, Graph()).place)
-    rates = [velocity_name(scene.coordinates[k]) for k in given_q]
-    held = sorted({*moved, *(names.index(rate) for rate in rates if rate in names)})
+    """Return a state that closes the loops; what can be chosen and is given stays, the rest follows."""
+    moved = list(prescribed(numbers.scene, Graph()).place)
     try:
-        assembly = closed_position(numbers, q if held or any(q) else None, held or None)
-    except DerivationError as fault:
-        faults.add("start", str(fault))
+        assembly, notes = closed_start(numbers, q, given_q, moved)
+    except (DerivationError, SimulateError) as fault:
+        faults.add("start" if isinstance(fault, DerivationError) else "", str(fault))
         return q, u, []
-    notes = list(assembly.notes)
     closed = np.array(assembly.q)
     way = float(np.abs(closed - q).max(initial=0.0))
     if way > CONSISTENT and not any("start" in note for note in notes):
         k = int(np.abs(closed - q).argmax())
-        notes.append(f"the start was moved so that the loops close, {scene.coordinates[k]} by {way:.3g}")
-    given = sorted({*declared_rates(numbers), *moved, *given_u})
+        notes.append(f"the start was moved so that the loops close, {numbers.scene.coordinates[k]} by {way:.3g}")
     try:
-        u = fitting(numbers, closed, {k: float(u[k]) for k in given})
+        u, more = closed_rates(numbers, closed, u, given_u, moved)
     except DerivationError as fault:
         faults.add("start rates", str(fault))
-    return closed, u, notes
+        return closed, u, notes
+    return closed, u, [*notes, *more]
 
 
 def singular(scene: Scene, q: Array) -> str:

@@ -180,6 +180,10 @@ class Lesson(Prose):
         needed += [x for one in self.masses for row in one.inertia for x in row]
         needed += vector(self.scene.gravity, self.graph)
         needed += [x for T in self.placed.values() for row in (*T.R, T.p) for x in row]
+        for body in self.scene.bodies:  # where nothing moves along it, a mass's place holds what no energy knows
+            centre = () if body.com is None else (body.com,)
+            for at in (*centre, *(particle.at for particle in body.particles)):
+                needed += self.placed[body.name].point(vector(at, self.graph))
         state = (*self.state.q, *self.state.qd, *self.state.qdd)
         return TrigonometricRing([*needed, self.energy.K + self.energy.G], state, total_angles(self._parallel))
 

@@ -20,6 +20,7 @@ from symdyn.dynamics.positions import body_placements
 from symdyn.emit.symbols import latex_symbols
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import JOINTS, Scene, acceleration_name, velocity_name
+from symdyn.scene.names import LONGEST
 from symdyn.teach.masses import AXES, masses
 from symdyn.teach.student.tokens import plain_index
 
@@ -120,12 +121,17 @@ class Names:
     def _piece(self, word: str) -> str | Form | None:
         return self.symbols.get(word) or self.shorthands.get(word)
 
+    @cached_property
+    def longest(self) -> int:
+        """Return the letters of the longest piece."""
+        return max(map(len, (*self.symbols, *self.shorthands, *CIRCULAR)))
+
     def _split(self, word: str) -> Iterator[list[str | Form]]:
         """Yield every way to cut a word into known pieces; bounded, as pieces are."""
         ways: list[list[list[str | Form]]] = [[[]]]
         for end in range(1, len(word) + 1):
             here: list[list[str | Form]] = []
-            for start in range(end):
+            for start in range(max(0, end - self.longest), end):
                 piece = self._piece(word[start:end])
                 if piece is None and end == len(word) and start and word[start:end] in CIRCULAR:
                     piece = Function(CIRCULAR[word[start:end]], ())
@@ -152,7 +158,7 @@ class Names:
 
     def nearest(self, word: str) -> str:
         """Return a hint for an unknown word."""
-        near = get_close_matches(word, list(self.symbols), n=1, cutoff=0.5)
+        near = len(word) <= LONGEST and get_close_matches(word, list(self.symbols), n=1, cutoff=0.5)
         if near:
             return f"did you mean {self.symbols[near[0]]}?"
         known = list(dict.fromkeys(self.symbols.values()))
