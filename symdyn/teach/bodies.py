@@ -267,11 +267,12 @@ def _named(
 
 def _folded(lesson: Balance, matrix: Matrix) -> Block:
     """Return a matrix, or its entries one below the other in a fold where they are long."""
-    cells = [len(text_of(entry)) for entry in matrix.entries]
-    columns = [max(cells[k :: matrix.width]) for k in range(matrix.width)]
-    if sum(columns) + GAP * (len(columns) - 1) <= WIDEST:
-        return matrix
+    terms = [length(entry) for entry in matrix.entries]
+    if max(terms) <= WIDEST:  # no text is shorter than its terms
+        cells = [len(text_of(entry)) for entry in matrix.entries]
+        columns = [max(cells[k :: matrix.width]) for k in range(matrix.width)]
+        if sum(columns) + GAP * (len(columns) - 1) <= WIDEST:
+            return matrix
     pairs = zip(matrix.names, matrix.entries, strict=True)
     entries = tuple(Formula(name, form) for name, form in pairs)
-    terms = str(sum(map(length, matrix.entries)))
-    return Fold(lesson.say("long", name=Symbol(matrix.left), terms=terms), entries)
+    return Fold(lesson.say("long", name=Symbol(matrix.left), terms=str(sum(terms))), entries)

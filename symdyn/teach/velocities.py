@@ -121,14 +121,22 @@ def folded(lesson: Lesson, formula: Formula) -> Block:
 
 def length(form: Form) -> int:
     """Return how many terms a reader sees, those in brackets included."""
-    parts = getattr(form, "terms", None)
-    if parts is not None:
-        return sum(length(part) for part in parts)
-    factors = getattr(form, "factors", None)
-    if factors is not None:
-        return max(1, sum(length(part) for part in factors if getattr(part, "terms", None) or hasattr(part, "base")))
-    base = getattr(form, "base", None)
-    return length(base) if base is not None else 1
+    return _length(form, {})
+
+
+def _length(form: Form, known: dict[int, int]) -> int:
+    """Return the same; `known` holds it by identity, since long forms have most of their parts in common."""
+    if id(form) not in known:
+        terms, factors, base = (getattr(form, part, None) for part in ("terms", "factors", "base"))
+        if terms is not None:
+            found = sum(_length(part, known) for part in terms)
+        elif factors is not None:
+            inner = [part for part in factors if getattr(part, "terms", None) or hasattr(part, "base")]
+            found = max(1, sum(_length(part, known) for part in inner))
+        else:
+            found = _length(base, known) if base is not None else 1
+        known[id(form)] = found
+    return known[id(form)]
 
 
 def _kind(mass: Mass) -> str:
