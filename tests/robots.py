@@ -86,20 +86,59 @@ class Peer:
         return np.linalg.solve(self.mass_matrix(q), tau - self.inverse_dynamics(q, qd, np.zeros_like(q)))
 
 
+class FloatingPeer:
+    """The same robot behind Pinocchio's free flyer, whose velocities are ours, and whose quaternion is x, y, z, w.
+
+    The joints come in the order of the robot that stands still, after the six velocities of the base.
+    """
+
+    def __init__(self, path: Path, still: Scene) -> None:
+        import pinocchio
+
+        self.pin, self.peer = pinocchio, Peer(path, still)
+        self.model = pinocchio.buildModelFromUrdf(str(path), pinocchio.JointModelFreeFlyer())
+        assert list(self.model.names)[2:] == list(self.peer.model.names)[1:]
+        self.data = self.model.createData()
+        n = len(still.velocities)
+        self.A, self.damping = np.zeros((self.peer.model.nv + 6, n + 6)), np.zeros((n + 6, n + 6))
+        self.A[:6, :6], self.A[6:, 6:] = np.eye(6), self.peer.A
+        self.damping[6:, 6:] = self.peer.damping
+        self.independent = self.peer.independent
+
+    def q(self, q: np.ndarray) -> np.ndarray:
+        x, y, z, w, i, j, k = q[:7]
+        return np.concatenate([[x, y, z, i, j, k, w], self.peer.q(q[7:])])
+
+    def inverse_dynamics(self, q: np.ndarray, qd: np.ndarray, qdd: np.ndarray) -> np.ndarray:
+        tau = self.pin.rnea(self.model, self.data, self.q(q), self.A @ qd, self.A @ qdd)
+        return self.A.T @ tau + self.damping @ qd
+
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        M = self.pin.crba(self.model, self.data, self.q(q))
+        return self.A.T @ (np.triu(M) + np.triu(M, 1).T) @ self.A
+
+    def forward_dynamics(self, q: np.ndarray, qd: np.ndarray, tau: np.ndarray) -> np.ndarray:
+        if self.independent:
+            driving = self.A @ (tau - self.damping @ qd)
+            return self.A.T @ self.pin.aba(self.model, self.data, self.q(q), self.A @ qd, driving)
+        bias = self.inverse_dynamics(q, qd, np.zeros_like(qd))
+        return np.linalg.solve(self.mass_matrix(q), tau - bias)
+
+
 def number(quantity: object) -> float:
     from symdyn.scene.value import value_of
 
     return float(value_of(quantity, {}))  # type: ignore[arg-type]
 
 
-def differences(scene: Scene, peer: Peer, states: int = 3, seed: int = 1) -> dict[str, float]:
+def differences(scene: Scene, peer: Peer | FloatingPeer, states: int = 3, seed: int = 1) -> dict[str, float]:
     """Return the largest differences at random states, relative to the largest entry of what Pinocchio says.
 
     For forward dynamics this is the difference of the forces that would give the two accelerations, M (q̈ - q̈'),
     relative to the largest force: both solve with M, and no more digits of q̈ are known than its condition leaves. NaN
     where forward dynamics does not exist.
     """
-    n = len(scene.coordinates)
+    n, free = len(scene.velocities), any(joint.type == "free" for joint in scene.joints)
     inverse, mass = lambdify(scene, ("inverse_dynamics", "mass_matrix"))
     try:
         forward = lambdify(scene, "forward_dynamics")
@@ -109,6 +148,9 @@ def differences(scene: Scene, peer: Peer, states: int = 3, seed: int = 1) -> dic
     rng = np.random.default_rng(seed)
     for _ in range(states):
         q, qd, qdd = rng.uniform(-2, 2, (3, n))
+        if free:  # one more coordinate, and a quaternion of length one
+            q = np.append(q, rng.uniform(-2, 2))
+            q[3:7] /= np.linalg.norm(q[3:7])
         tau, M = peer.inverse_dynamics(q, qd, qdd), peer.mass_matrix(q)
         found = {"inverse_dynamics": relative(inverse(q, qd, qdd), tau), "mass_matrix": relative(mass(q), M)}
         if forward is not None:

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symdyn.build import lambdify
+from symdyn.cli import main
 from symdyn.errors import SceneError
 from symdyn.scene import GROUND, Coupling, Limits, number, parse, read
 from symdyn.scene.door import read_noting
@@ -88,6 +90,7 @@ def test_what_was_changed_or_left_out_is_noted():
         "damping enters the equations as -damping * rate (slide_right, shoulder)",
         "friction is kept as data and enters no equation (shoulder); a scene says "
         "friction = { coulomb = 0.5, smoothing = 0.01 } to have it act",
+        "coordinates: q1 shoulder, q2 elbow, q3 slide_left",
     ]
 
 
@@ -362,3 +365,129 @@ def outcome(text: str) -> tuple[str, ...]:
         return read_element(parse_xml(text.encode(), "r.urdf"), "r.urdf", ReadOptions()).scene.coordinates
     except SceneError as error:
         return error.faults
+
+
+# Slips that other readers pass over
+
+
+@pytest.mark.mends("4.inertia")
+def test_an_inertial_without_inertia_is_a_point_mass(tmp_path):
+    """Pinocchio, too, takes the mass at its origin and no inertia about it: M = m l²."""
+    point = '<inertial><origin xyz="0 0 0.5" rpy="1 2 3"/><mass value="4"/></inertial>'
+    path = tmp_path / "r.urdf"
+    path.write_text(f'<robot name="r">{pendulum().replace(INERTIAL, point)}</robot>')
+    result = read_noting(path)
+
+    assert any("without <inertia> is read as a point mass at its origin" in note for note in result.notes)
+    assert lambdify(result.scene, "mass_matrix")([0.3]) == pytest.approx(4 * 0.5**2, rel=1e-15)
+
+
+def test_limits_that_are_swapped_name_line_joint_and_both_numbers():
+    swapped = LIMIT.replace('lower="-1"', 'lower="1"').replace('upper="1"', 'upper="-0.5"')
+    assert (
+        faults(pendulum(swapped)) == 'r.urdf: line 4: joint hinge: <limit> lower="1" is above upper="-0.5"; swap them'
+    )
+
+
+# A base that floats
+
+ROBOT = f"""<link name="base">{INERTIAL.replace('mass value="1"', 'mass value="3"')}</link>
+{LINK.format("bob")}
+{joint("hinge", "base", "bob", '<origin xyz="0 0.2 0.1" rpy="0.3 0 0"/><axis xyz="0 1 0"/>' + LIMIT)}"""
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Path:
+    path = tmp_path / "robot.urdf"
+    path.write_text(f'<robot name="r">{ROBOT}</robot>')
+    return path
+
+
+@pytest.mark.mends("4.floating")
+@pytest.mark.parametrize("verb", [["info"], ["generate", "-o", "{out}"], ["convert", "{out}.toml"], ["info", "--json"]])
+def test_every_verb_that_reads_a_robot_lets_its_base_float(robot, tmp_path, capsys, verb):
+    words = [word.format(out=tmp_path / "out") for word in verb]
+    try:
+        status = main([words[0], str(robot), *words[1:], "--floating-base", "trunk"])
+    except SystemExit as usage:
+        status = usage.code
+    said = capsys.readouterr()
+    assert status == 0, said.err
+
+
+def test_a_floating_base_carries_the_mass_of_the_root_and_moves_the_joints_as_before(robot):
+    still, free = read(robot), read(robot, floating_base="trunk")
+    M, tau = lambdify(free, ("mass_matrix", "inverse_dynamics"))
+    q, u = [0, 0, 0, 1, 0, 0, 0, 0.4], np.zeros(7)
+
+    assert [j.name for j in free.joints] == ["trunk", "hinge"]
+    assert free.joints[0].type == "free"
+    assert not any(free.joints[0].drives)
+    assert [b.name for b in free.bodies] == ["base", "bob"]
+    np.testing.assert_allclose(np.diag(M(q))[:3], 4, rtol=1e-15)
+    np.testing.assert_allclose(tau(q, u, u)[:3], [0, 0, 4 * 9.81], atol=1e-13)
+    np.testing.assert_allclose(tau(q, u, u)[6:], lambdify(still, "inverse_dynamics")([0.4], [0], [0]), atol=1e-14)
+    assert not any("does not move" in note for note in read_noting(robot, ReadOptions(floating_base="trunk")).notes)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("hinge", "there is a joint hinge already; give the base another name, such as hinge_joint"),
+        ("my base", "is not a plain identifier; .* such as my_base"),
+        ("", "is empty; give a name"),
+    ],
+)
+def test_a_floating_base_needs_a_name_of_its_own(robot, name, words):
+    with pytest.raises(SceneError, match=f"floating base: .*{words}"):
+        read(robot, floating_base=name)
+
+
+def test_what_floats_already_or_has_no_base_is_told(robot, tmp_path):
+    robot.write_text(f'<robot name="r">{pendulum("", "floating")}</robot>')
+    with pytest.raises(SceneError, match="the joint hinge sets the robot free already; leave the floating base out"):
+        read(robot, floating_base="trunk")
+    for file, words in (("rx90.par", "gives its base no mass"), ("dead_centre.toml", 'type = "free"')):
+        with pytest.raises(SceneError, match=f"only robots in URDF and MJCF are set free; .*{words}"):
+            read(ARM.parent / file, floating_base="trunk")
+
+
+# What a robot file has no words for
+
+
+@pytest.mark.mends("4.poses")
+def test_info_tells_how_the_pose_of_the_tool_is_asked_for(robot, capsys):
+    """A URDF declares no points, so no pose is among the functions; what is told gives the pose of the last link."""
+    assert main(["info", str(robot)]) == 0
+    told = re.search(r"--functions (\S+)", capsys.readouterr().out)
+
+    assert told is not None, "info tells how poses are asked for"
+    assert lambdify(read(robot), told[1].split(",")[0])([0.0]) == pytest.approx(
+        np.array([[1, 0, 0, 0], [0, np.cos(0.3), -np.sin(0.3), 0.2], [0, np.sin(0.3), np.cos(0.3), 0.1]])
+    )
+
+
+@pytest.mark.mends("4.names")
+@pytest.mark.parametrize("target", ["numpy", "c", "js"])
+def test_generated_code_tells_whose_positions_the_coordinates_are(tmp_path, capsys, target):
+    assert main(["generate", str(ARM), "--target", target, "-o", str(tmp_path)]) == 0
+    texts = [file.read_text("utf-8") for file in tmp_path.iterdir()]
+
+    assert "coordinates: q1 shoulder, q2 elbow, q3 slide_left" in capsys.readouterr().err
+    assert any("q1 shoulder, q2 elbow, q3 slide_left" in text for text in texts)
+
+
+@pytest.mark.mends("4.digits")
+def test_numbers_that_info_prints_are_exact_and_short_or_rounded_and_marked(robot, capsys):
+    long = LIMIT.replace('lower="-1"', 'lower="-2.0943951023931953"')
+    robot.write_text(robot.read_text().replace(LIMIT, long + '<dynamics damping="0.12345678901234"/>'))
+    printed = ""
+    for more in ([], ["--base-parameters"], ["--symbolic", "inertia"]):
+        assert main(["info", str(robot), *more]) == 0
+        printed += capsys.readouterr().out
+
+    assert not re.search(r"\d[.]?\d{9,}", printed)
+    assert "from ≈ -2.0944 to 1" in printed
+    assert "damping ≈ 0.123457" in printed
+    assert main(["info", str(robot), "--json"]) == 0
+    assert "-2.0943951023931953" in capsys.readouterr().out

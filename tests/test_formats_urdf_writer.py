@@ -24,6 +24,7 @@ from symdyn.scene.formats.xml import parse_xml
 from symdyn.scene.model import STANDARD_GRAVITY
 from symdyn.scene.quantity import ZERO
 from symdyn.scene.reading import ReadOptions
+from symdyn.scene.value import value_of
 from symdyn.verify.equality import DIFFERENT, PROVED, Claim, prove
 
 ARM = Path(__file__).parent / "data" / "gripper_arm.urdf"
@@ -270,3 +271,33 @@ def test_steps_become_roll_pitch_and_yaw(steps):
 def matrix(pose: Pose) -> list[float]:
     T = placement(pose, Graph())
     return evaluate([*T.p, *(x for row in T.R for x in row)], Floats(), {})
+
+
+@pytest.mark.mends("3.12")
+def test_the_inertia_of_two_particles_is_written_as_one_that_a_body_has(tmp_path):
+    """One principal moment of a rod is the sum of the others; rounded decimals lie on either side."""
+    found = Path(__file__).parent / "data" / "found" / "two_particles.toml"
+    scenes = [found.read_text("utf-8")]
+    rng = np.random.default_rng(5)
+    for _ in range(40):
+        m, n = (f"{x:.1f}" for x in rng.uniform(0.1, 2, 2))
+        at, to = ([float(f"{x:.1f}") for x in rng.uniform(-0.5, 0.5, 3)] for _ in range(2))
+        rod = f"particles = [{{ mass = {m}, at = {at} }}, {{ mass = {n}, at = {to} }}]"
+        scenes.append(f'[bodies.a]\n{rod}\n[joints.j]\ntype = "revolute"\nparent = "ground"\nchild = "a"\n')
+    for text in scenes:
+        scene = read_text(text, "rod.toml")
+        path = tmp_path / "rod.urdf"
+        path.write_text(write_text(scene).text, encoding="utf-8")
+        again = read(path)  # refused where a principal moment is larger than the sum of the others
+        values = [float(value_of(x, {})) for x in again.bodies[0].inertia]
+        exact = [float(x) for x in _about_centre(scene.bodies[0].particles)]
+        assert np.max(np.abs(np.subtract(values, exact))) <= 1e-15 * max(exact)
+
+
+def _about_centre(particles) -> list[Fraction]:
+    mass = [value_of(p.mass, {}) for p in particles]
+    place = [[value_of(x, {}) for x in p.at] for p in particles]
+    reduced = mass[0] * mass[1] / (mass[0] + mass[1])
+    x, y, z = (a - b for a, b in zip(*place, strict=True))
+    squares = (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)
+    return [reduced * square for square in squares]

@@ -1,5 +1,6 @@
 """XML that means harm, or is none, ends in one clear line, soon and in little memory."""
 
+import inspect
 import re
 import tracemalloc
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from symdyn.errors import SceneError
+from symdyn.scene import read
 from symdyn.scene.formats import xml
 from symdyn.scene.formats.xml import Element, parse_xml, read_xml
 
@@ -46,14 +48,15 @@ def refusal(content: bytes) -> str:
         (b'<a b="x', "the file breaks off inside a tag"),
         (b"<a/><b/>", "one root element holds everything else"),
         (b'<a b="1" b="2"/>', "duplicate attribute; give it once"),
-        (b"<a><xacro:b/></a>", "unbound prefix; declare the prefix at the root"),
+        (b'<a><b xmlns:p="x"/><p:c/></a>', "unbound prefix; declare the prefix at the root"),
+        (b"<a>" + b"".join(b"<p%d:b/>" % k for k in range(60)) + b"</a>", "unbound prefix; declare the prefix"),
         ('<?xml version="1.0" encoding="utf-8"?><r n="ä"/>'.encode("latin-1"), "saved as UTF-8 text"),
         (b'<?xml version="1.0" encoding="utf-16"?><r/>', "save the file as UTF-8"),
         (b'<?xml version="1.0" encoding="shift_jis"?><r/>', "encoding that cannot be read .*; save the file as UTF-8"),
         (b'<?xml version="1.0" encoding="nonsense"?><r/>', "encoding that cannot be read .*nonsense"),
         (b'<?xml version="1.0" encoding="rot13"?><r/>', "encoding that cannot be read"),
     ],
-    ids=range(26),
+    ids=range(27),
 )
 def test_what_is_no_harmless_xml_is_one_line(content, words):
     assert re.search(words, refusal(content))
@@ -111,3 +114,49 @@ def test_files_that_cannot_be_opened_say_why(tmp_path: Path):
         read_xml(tmp_path)
     with pytest.raises(SceneError, match="cannot be read"):
         read_xml(Path("nul\0name.urdf"))
+
+
+@pytest.mark.mends("4.prefix")
+def test_a_prefix_that_is_declared_nowhere_is_read_with_a_note():
+    """Such files come with real robots, and other readers take the prefix for a part of the name."""
+    text = b'<robot name="a:b c:d">\n <gazebo:plugin ns:x="1"/>\n <!-- k:l --><link name="m:n"/></robot>'
+    told: list[str] = []
+    root = _parse_telling(text, told)
+
+    assert [child.tag for child in root.children] == ["{gazebo}plugin", "link"]
+    assert [line.split(" is declared")[0] for line in told if "nowhere" in line] == [
+        "line 2: the prefix gazebo", "line 2: the prefix ns",
+    ]  # fmt: skip
+
+
+@pytest.mark.mends("4.prefix")
+def test_a_macro_behind_an_undeclared_prefix_is_still_a_macro(tmp_path):
+    (tmp_path / "r.urdf").write_text('<robot name="r"><xacro:arm/></robot>')
+    with pytest.raises(SceneError, match="run xacro first"):
+        read(tmp_path / "r.urdf")
+
+
+@pytest.mark.mends("4.declaration")
+@pytest.mark.parametrize(
+    ("start", "encoding"), [("\n", "latin-1"), ("<!-- by hand -->\n", "utf-8"), ("\ufeff\n", "utf-8")]
+)
+def test_a_declaration_that_is_not_first_is_read_with_a_note(start, encoding):
+    text = f'{start}<?xml version="1.0"\n encoding="{encoding}"?>\n<robot name="Rückgrat"><link/></robot>'
+    told: list[str] = []
+    root = _parse_telling(text.encode(encoding), told)
+
+    assert root.attributes["name"] == "Rückgrat"
+    assert root.line == 4
+    assert [line.split(" belongs at")[0] for line in told] == ["line 2: the declaration <?xml ...?>"]
+
+
+@pytest.mark.parametrize("text", [b"<!---->" * 200_000 + b"<?xml version='1.0'?><a/>", b"<?xml" * 100_000, b"<?xml?>"])
+def test_what_stands_in_front_of_the_root_is_not_searched_for_ever(text):
+    assert "is not well-formed XML" in refusal(text)
+
+
+def _parse_telling(text: bytes, told: list[str]) -> Element:
+    """Return the root; the notes go into `told`, where the reader has any."""
+    parameters = inspect.signature(parse_xml).parameters
+    more = {"note": lambda where, what: told.append(f"{where}: {what}")} if "note" in parameters else {}
+    return parse_xml(text, "robot.urdf", **more)

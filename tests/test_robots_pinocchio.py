@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import mpmath
 import numpy as np
 import pytest
-from robots import NUMBERS, Peer, differences, relative, robot_files, robot_folder
+from robots import NUMBERS, FloatingPeer, Peer, differences, relative, robot_files, robot_folder
 
 from symdyn.build import lambdify
 from symdyn.dynamics import derive
@@ -39,14 +39,16 @@ REFUSED = {
 }
 """Files that hold no mechanism, and what is said of them."""
 
+FLOATING = ("solo12.urdf", "a1.urdf", "talos_full_v2.urdf", "hyq_no_sensors.urdf", "ur5_robot.urdf", "panda.urdf")
+
 
 def name(path: Path) -> str:
     folder = robot_folder()
     return str(path.relative_to(folder)) if folder else path.name
 
 
-def read_plainly(path: Path) -> Reading:
-    return read(path, ReadOptions(snap=False, allow_invalid_inertia=True))
+def read_plainly(path: Path, floating_base: str | None = None) -> Reading:
+    return read(path, ReadOptions(snap=False, allow_invalid_inertia=True, floating_base=floating_base))
 
 
 needs_robots = pytest.mark.skipif(not FILES, reason="the package example-robot-data is not installed")
@@ -80,6 +82,17 @@ def test_the_dynamics_are_those_of_pinocchio(path):
         assert np.min(np.linalg.eigvalsh(M)) <= 1e-15 * np.max(M)
     else:
         assert found["forward_dynamics"] <= CLOSE
+
+
+@needs_robots
+@pytest.mark.parametrize("path", [path for path in FILES if path.name in FLOATING], ids=name)
+def test_a_floating_base_is_the_free_flyer_of_pinocchio(path):
+    """Position, quaternion, velocities in the moved frame: the free flyer, but for the place of the quaternion's w."""
+    scene = read_plainly(path, floating_base="base").scene
+    found = differences(scene, FloatingPeer(path, read_plainly(path).scene))
+
+    assert scene.joints[0].type == "free"
+    assert max(found.values()) <= CLOSE
 
 
 @following

@@ -77,6 +77,7 @@ def test_a_page_is_small_closed_and_alone(name: str, language: str) -> None:
     parser.feed(page)
     assert parser.open == []
     assert len(page.encode()) < 1_500_000
+    assert page.count("<style") == 1  # all pictures of a page have one style sheet
     assert not re.search(r'(?:src|href)="(?!#)', page)
     assert not re.search(r"url\(|@import|fetch\(|XMLHttp", page)
     assert len(ids := re.findall(r' id="([^"]*)"', page)) == len(set(ids))

@@ -40,6 +40,12 @@ def add_reading_options(verb: argparse.ArgumentParser, optional: bool = False) -
         "--spanning-tree", metavar="LIST", help="joints to cut where joints close loops, e.g. elbow,slider"
     )
     group.add_argument(
+        "--floating-base",
+        metavar="NAME",
+        help="a free joint NAME between the ground and the root link of a robot in URDF or MJCF; without this, the "
+        "root is the ground",
+    )
+    group.add_argument(
         "--bind", metavar="LIST", help="values for parameters, e.g. m1=2.5,h1=1/2; what is zero drops out"
     )
 
@@ -129,7 +135,8 @@ def read_scene(options: argparse.Namespace) -> Scene:
     from symdyn.scene import ReadOptions, bind, read_bindings, read_noting, with_symbols
 
     cuts = options.spanning_tree and tuple(name.strip() for name in options.spanning_tree.split(","))
-    reading = read_noting(options.scene, ReadOptions(options.snap, options.allow_invalid_inertia, cuts))
+    how = ReadOptions(options.snap, options.allow_invalid_inertia, cuts, options.floating_base)
+    reading = read_noting(options.scene, how)
     for note in reading.notes[:MOST_NOTES]:
         say(f"symdyn: {note}")
     if len(reading.notes) > MOST_NOTES:
@@ -148,5 +155,6 @@ def reading_words(options: argparse.Namespace) -> list[str]:
     words += ["--no-snap"] if not options.snap else []
     words += ["--allow-invalid-inertia"] if options.allow_invalid_inertia else []
     words += ["--spanning-tree", shlex.quote(options.spanning_tree.replace(" ", ""))] if options.spanning_tree else []
+    words += ["--floating-base", shlex.quote(options.floating_base)] if options.floating_base else []
     words += ["--bind", shlex.quote(options.bind.replace(" ", ""))] if options.bind else []
     return words

@@ -113,8 +113,9 @@ def pairs(text: str | None, option: str) -> dict[str, str]:
     Raises:
         SimulateError: a part that is no name=formula.
     """
+    from symdyn.scene.formula import split_commas
     from symdyn.scene.table import Faults
-    from symdyn.simulation.reading import close, split_commas, words
+    from symdyn.simulation.reading import close, words
 
     faults = Faults("")
     found = words(split_commas(text or ""), option, faults)

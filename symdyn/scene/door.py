@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
@@ -14,6 +14,8 @@ from symdyn.scene.contents import read_bounded
 from symdyn.scene.model import Scene
 from symdyn.scene.names import suggestion
 from symdyn.scene.reading import Reading, ReadOptions, Written
+from symdyn.scene.robot_words import MOST, coordinates_of_joints
+from symdyn.scene.table import Faults
 
 READERS: Mapping[str, str] = {
     "toml": "symdyn.scene.toml",
@@ -40,10 +42,6 @@ EXTENSIONS: Mapping[str, str] = {
 
 ROOTS: Mapping[str, str] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf"}
 
-LONGEST_GAP = 10_000
-
-_PROLOG = ((b"<!--", b"-->"), (b"<?", b"?>"), (b"<!", b">"))  # what may stand in front of the root element
-
 
 def read(
     path: str | PathLike[str],
@@ -51,6 +49,7 @@ def read(
     snap: bool = True,
     allow_invalid_inertia: bool = False,
     spanning_tree: Sequence[str] | None = None,
+    floating_base: str | None = None,
 ) -> Scene:
     """Return the scene in a file: TOML, URDF, MJCF or Khalil's .par.
 
@@ -59,12 +58,14 @@ def read(
         snap: read decimals that are a small rational multiple of π at their own digits as that multiple.
         allow_invalid_inertia: accept inertias that no real body has, of every body.
         spanning_tree: names of the joints to cut where joints close loops; chosen when left out.
+        floating_base: name of a free joint between the ground and the root link of a URDF or the base of an MJCF file,
+            with a quaternion and no drives; without it the root is the ground.
 
     Raises:
         SceneError: with every fault of the file, one line each.
     """
     cuts = None if spanning_tree is None else tuple(spanning_tree)
-    return read_noting(path, ReadOptions(snap, allow_invalid_inertia, cuts)).scene
+    return read_noting(path, ReadOptions(snap, allow_invalid_inertia, cuts, floating_base)).scene
 
 
 @growing()
@@ -74,9 +75,18 @@ def read_noting(path: str | PathLike[str], options: ReadOptions | None = None) -
     Raises:
         SceneError: with every fault of the file, one line each.
     """
-    file = Path(path)
-    reader: Callable[[Path, ReadOptions], Reading] = import_module(READERS[_format(file)]).read
-    return reader(file, options or ReadOptions())
+    file, options = Path(path), options or ReadOptions()
+    format = _format(file)
+    if options.floating_base is not None:
+        from symdyn.scene.formats.floating import check_base
+
+        faults = Faults(str(file))
+        check_base(options.floating_base, format, faults)
+        faults.close()
+    reader: Callable[[Path, ReadOptions], Reading] = import_module(READERS[format]).read
+    reading = reader(file, options)
+    told = coordinates_of_joints(reading.scene, MOST)
+    return replace(reading, notes=(*reading.notes, f"{file}: coordinates: {told}")) if told else reading
 
 
 def write_text(scene: Scene, format: str, lossy: bool = False) -> Written:
@@ -117,31 +127,16 @@ def _format(path: Path) -> str:
     ending = path.suffix.lower()
     if ending in EXTENSIONS:
         return EXTENSIONS[ending]
-    from symdyn.scene.formats.xml import LARGEST_FILE, TOO_LARGE, parse_xml
+    from symdyn.scene.formats.xml import LARGEST_FILE, TOO_LARGE, find_root, parse_xml
 
     content = read_bounded(path, LARGEST_FILE, "a scene file such as arm.toml", TOO_LARGE)
     if ending != ".xml":
         known = ", ".join([*EXTENSIONS, ".xml"])
         raise SceneError(f'{path}: the extension "{ending}" names no format; known are {known}')
-    root = _root(content)
-    if not root:
-        root = parse_xml(content, str(path)).tag  # says what is wrong with the text, if anything is
+    first = find_root(content)
+    # where there is no element, the parser says what is wrong with the text
+    root = first[1].decode("ascii") if first else parse_xml(content, str(path)).tag
     if root not in ROOTS:
         known = ", ".join(f"<{name}>" for name in ROOTS)
         raise SceneError(f"{path}: has the root element <{root[:40]}>; expected one of {known}")
     return ROOTS[root]
-
-
-def _root(content: bytes) -> str:
-    """Return the name of the first element of an XML file, "" if there is none; nothing else is looked at."""
-    at = 3 if content.startswith(b"\xef\xbb\xbf") else 0
-    while True:
-        at += len(content[at : at + LONGEST_GAP]) - len(content[at : at + LONGEST_GAP].lstrip())
-        mark = next(((start, end) for start, end in _PROLOG if content.startswith(start, at)), None)
-        if mark is None:
-            name = re.match(rb"<([A-Za-z_][\w.:-]*)", content[at : at + LONGEST_GAP])
-            return name[1].decode("ascii") if name else ""
-        close = content.find(mark[1], at + len(mark[0]))
-        if close < 0:
-            return ""
-        at = close + len(mark[1])

@@ -16,11 +16,14 @@ class ReadOptions:
             that multiple.
         allow_invalid_inertia: whether inertias that no body has are notes instead of faults.
         spanning_tree: names of the joints to cut where joints close loops; None chooses them, with a note for each.
+        floating_base: name of a free joint with a quaternion between the ground and the root of a robot; None: the root
+            is the ground.
     """
 
     snap: bool = True
     allow_invalid_inertia: bool = False
     spanning_tree: tuple[str, ...] | None = None
+    floating_base: str | None = None
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from fractions import Fraction
 
 from symdyn.scene.formats.doubles import ROUNDING, Doubles, matrix_of, times
+from symdyn.scene.formats.rounded import possible
 from symdyn.scene.formula import quantity
-from symdyn.scene.physical import impossible
 from symdyn.scene.quantity import Quantity
 
 KEYS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
@@ -33,7 +32,7 @@ def entries(
         written = dict(zip(KEYS, map(float, declared), strict=True))
         if all(abs(written[key] - computed[key]) <= AGREEMENT * largest for key in KEYS):
             return {key: quantity(value) for key, value in written.items()}
-    return {key: quantity(value) for key, value in _possible(computed, largest).items()}
+    return {key: quantity(float(x)) for key, x in zip(KEYS, possible(list(computed.values())), strict=True)}
 
 
 def _rotated(principal: list[float], quaternion: Sequence[float], tidy: bool) -> dict[str, float]:
@@ -44,22 +43,3 @@ def _rotated(principal: list[float], quaternion: Sequence[float], tidy: bool) ->
     full = times(scaled, [list(column) for column in zip(*rotation, strict=True)])
     least = ROUNDING * max(principal) if tidy else 0.0
     return {key: full[i][j] if i == j or abs(full[i][j]) > least else 0.0 for key, (i, j) in KEYS.items()}
-
-
-def _possible(found: dict[str, float], largest: float) -> dict[str, float]:
-    """Return the entries, with the moments raised by less than rounding where it was rounding that broke them.
-
-    The compiler has checked the principal moments; a flat body lies on the edge of what is possible, and a rounded
-    rotation may put it beyond. As much added to each moment leaves the axes alone and leads back.
-    """
-    if not _broken(found):
-        return found
-    raised = {
-        key: value + 4 * ROUNDING * largest if key in ("xx", "yy", "zz") else value for key, value in found.items()
-    }
-    return found if _broken(raised) else raised
-
-
-def _broken(found: dict[str, float]) -> bool:
-    at = {place: Fraction(repr(found[key])) for key, place in KEYS.items()}
-    return impossible([[at[min(i, j), max(i, j)] for j in range(3)] for i in range(3)]) is not None

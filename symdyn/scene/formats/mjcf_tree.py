@@ -19,6 +19,8 @@ from typing import Any
 
 from symdyn.scene.declare import Declaration
 from symdyn.scene.formats.doubles import Doubles
+from symdyn.scene.formats.floating import WHERE as FLOATING
+from symdyn.scene.formats.floating import free_base
 from symdyn.scene.formats.mjcf_inertia import entries
 from symdyn.scene.formats.mjcf_joints import Joints, merged, shift
 from symdyn.scene.formats.naming import printable_names
@@ -45,6 +47,7 @@ class Tree:
         self.frames = self.names(
             [("body", i) for i in range(1, model.nbody)] + [("site", i) for i in range(model.nsite)], "frame"
         )
+        self.base = options.floating_base
         self.joint_names = self.names([("joint", j) for j in range(model.njnt)], "joint")
         self.joints = Joints(mujoco, model, list(self.joint_names.values()), self.frames, self.doubles, faults)
         self.taken = {"frame": list(self.frames.values()), "joint": list(self.joint_names.values())}
@@ -57,6 +60,8 @@ class Tree:
         joints: list[Entry] = []
         for i in range(1, self.model.nbody):
             self.body(i, bodies, joints)
+        if self.base is not None:
+            self.set_free(self.base, joints)
         points = tuple(self.point(i) for i in range(self.model.nsite))
         self.note()
         name = stem if self.title in ("", NO_NAME) else self.title
@@ -93,10 +98,16 @@ class Tree:
             if any(
                 nonzero(getattr(model, f"tendon_{key}")[i]) for key in TENDON_KEYS if hasattr(model, f"tendon_{key}")
             ):
-                what = "has stiffness, damping, friction or armature, and such tendons come with force elements"
-                faults.add(f"tendon {model.tendon(i).name or i + 1}", f"{what}, which a scene does not have; delete it")
+                what = "has stiffness, damping, friction or armature, and no force along a tendon is read"
+                advice = (
+                    'delete it, and say what it does in TOML: force = "..." of its joints, [springs] between points'
+                )
+                faults.add(f"tendon {model.tendon(i).name or i + 1}", f"{what}; {advice}")
         if model.opt.density or model.opt.viscosity:
-            faults.add("option", "density and viscosity of a fluid act on the bodies and are not read; set both to 0")
+            what = "density and viscosity of a fluid make MuJoCo guess drag from each body's inertia; this is not read"
+            faults.add(
+                "option", f'{what}; set both to 0, and say what drag there is in TOML: [loads] with force = "..."'
+            )
 
     def note(self) -> None:
         """Note what was recognised, and what is not part of the equations."""
@@ -134,6 +145,26 @@ class Tree:
             table = {"type": "fixed", "parent": parent, "child": name, "origin": merged(*place)}
             joints.append(Entry(self.fresh("joint", f"{name}_weld"), table, f"body {name}"))
         bodies.append(Entry(name, self.inertial(i), f"body {name}"))
+
+    def set_free(self, name: str, joints: list[Entry]) -> None:
+        """Put a free joint in the place of the weld that holds the base: the one body without joints that carries some.
+
+        The base starts where the file puts it.
+        """
+        model = self.model
+        roots = sorted({int(model.body_rootid[i]) for i in range(1, model.nbody) if model.body_jntnum[i]})
+        bases = [i for i in roots if not model.body_jntnum[i]]
+        if len(bases) != 1:
+            jointed = listed(self.frames["body", i] for i in roots if model.body_jntnum[i])
+            found = f"{listed(self.frames['body', i] for i in bases)} without a joint, {jointed} with joints"
+            what = "the one body of the world that has no joint and carries some is set free"
+            self.faults.add(FLOATING, f"{what}; here the world carries {found}")
+            return
+        (base,) = bases
+        start = [quantity(float(x)) for x in (*model.body_pos[base], *model.body_quat[base])]
+        root = self.frames["body", base]
+        k = next(k for k, joint in enumerate(joints) if joint.table["child"] == root)
+        joints[k] = free_base(name, root, [*joints[:k], *joints[k + 1 :]], self.faults, start)
 
     def fresh(self, kind: str, name: str) -> str:
         """Return a name that nothing has, for something that the file has no name for."""

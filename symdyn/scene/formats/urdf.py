@@ -21,6 +21,7 @@ from symdyn.errors import SceneError
 from symdyn.scene import folding
 from symdyn.scene.declare import Declaration, assemble
 from symdyn.scene.formats.attributes import Attributes
+from symdyn.scene.formats.floating import free_base
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.turned import Entries, turned
 from symdyn.scene.formats.xml import Element, read_xml
@@ -54,11 +55,12 @@ def read(path: Path, options: ReadOptions) -> Reading:
     Raises:
         SceneError: with every fault of the file, one line each.
     """
-    return read_element(read_xml(path), str(path), options)
+    faults = Faults(str(path))
+    return read_element(read_xml(path, faults.note), str(path), options, faults)
 
 
-def read_element(root: Element, source: str, options: ReadOptions) -> Reading:
-    """Return the scene below a <robot> element; `source` stands in front of every fault and note.
+def read_element(root: Element, source: str, options: ReadOptions, faults: Faults | None = None) -> Reading:
+    """Return the scene below a <robot> element; `source` stands in front of every fault and note, `faults` of before.
 
     Raises:
         SceneError: with every fault of the element, one line each.
@@ -66,7 +68,7 @@ def read_element(root: Element, source: str, options: ReadOptions) -> Reading:
     if root.tag != "robot":
         raise SceneError(f"{source}: its root is <{root.tag}>; the root of a URDF is <robot>")
     _refuse_xacro(root, source)
-    faults = Faults(source)
+    faults = faults or Faults(source)
     robot = _Robot(root, faults, options)
     declaration = Declaration(name=robot.name(), bodies=tuple(robot.bodies()), joints=tuple(robot.joints_in_file()))
     robot.note_data()
@@ -98,7 +100,10 @@ class _Robot:
         self.joints = [self._named(joint) for joint in root.all("joint")]
         self.body_name = self._printable([name for name, _ in self.links if name], "link")
         self.joint_name = self._printable([name for name, _ in self.joints if name], "joint")
-        self.body_name.update(dict.fromkeys(self._roots(), GROUND))
+        self.base, roots = options.floating_base, self._roots()
+        if self.base is None:
+            self.body_name.update(dict.fromkeys(roots, GROUND))
+        self.root_names = [self.body_name[name] for name in roots]
         self.data: dict[str, list[str]] = {}
 
     def name(self) -> str:
@@ -120,12 +125,15 @@ class _Robot:
         return entries
 
     def joints_in_file(self) -> list[Entry]:
-        """Return the joints."""
-        return [
+        """Return the joints; where the base floats, the one that carries the root is the first."""
+        joints = [
             Entry(self.joint_name[name], self._joint(self._where(name, joint), name, joint), self._where(name, joint))
             for name, joint in self.joints
             if name
         ]
+        if self.base is not None:
+            joints[:0] = [free_base(self.base, root, joints, self.faults) for root in self.root_names]
+        return joints
 
     def note_data(self) -> None:
         """Note what was snapped, and what was read that the equations do not hold, or that other tools leave out."""
@@ -173,13 +181,14 @@ class _Robot:
         if inertial is None:
             return {}
         mass, inertia, origin = inertial.first("mass"), inertial.first("inertia"), inertial.first("origin")
-        for tag, found in (("mass", mass), ("inertia", inertia)):
-            if found is None:
-                advice = "give both mass and inertia, or leave out <inertial> for a massless link"
-                self.faults.add(where, f"<inertial> has no <{tag}>; {advice}")
-        if mass is None or inertia is None:
+        if mass is None:
+            advice = "give both mass and inertia, or leave out <inertial> for a massless link"
+            self.faults.add(where, f"<inertial> has no <mass>; {advice}")
             return {}
         table: dict[str, Any] = {"mass": self.attributes.number(where, mass, "value", None)}
+        if inertia is None:
+            self._note("<inertial> without <inertia> is read as a point mass at its origin", where)
+            return table | {"com": self.attributes.vector(where, origin, "xyz")}
         xx, yy, zz, xy, xz, yz = (self.attributes.number(where, inertia, key, None) for key in INERTIA)
         entries: Entries = (xx, yy, zz, xy, xz, yz)
         rpy = self.attributes.angles(where, origin, "rpy")
@@ -271,6 +280,11 @@ class _Robot:
             size = folding.fraction(value)
             if size is None or -UNLIMITED < size < UNLIMITED:
                 limits[key] = value
+        low, high = (folding.fraction(limits[key]) if key in limits else None for key in ("lower", "upper"))
+        if low is not None and high is not None and low > high:
+            shown = (f"{key}={show(limit.attributes.get(key, '0'))}" for key in ("lower", "upper"))
+            self.faults.add(where, f"<limit> {' is above '.join(shown)}; swap them")
+            return {}
         return limits
 
     def _mimic(self, where: str, joint: Element, mimic: Element) -> dict[str, object]:

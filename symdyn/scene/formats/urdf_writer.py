@@ -16,6 +16,7 @@ from symdyn.errors import SceneError
 from symdyn.scene.formats.losses import lost_words
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, xyz_rpy
+from symdyn.scene.formats.rounded import possible
 from symdyn.scene.formats.urdf import UNLIMITED
 from symdyn.scene.model import GROUND, STANDARD_GRAVITY, Body, Joint, Pose, Scene
 from symdyn.scene.names import listed
@@ -137,7 +138,7 @@ class _Writer:
         mass, com, inertia = self.combined(body)
         if not mass and not any(inertia):
             return []
-        entries = " ".join(f'{key}="{decimal_text(x)}"' for key, x in zip(INERTIA, inertia, strict=True))
+        entries = " ".join(f'{key}="{decimal_text(x)}"' for key, x in zip(INERTIA, possible(inertia), strict=True))
         origin = [f'<origin xyz="{_words(com)}"/>'] if any(com) else []
         return _element("inertial", "", [*origin, f'<mass value="{decimal_text(mass)}"/>', f"<inertia {entries}/>"])
 

@@ -3,15 +3,20 @@
 Document types are refused whole, so that there are no entities to expand and nothing outside to fetch. The text is fed
 to the parser in small pieces and refused as soon as it nests too deep, grows too many elements, or opens a tag that
 does not end. What remains is a plain tree of elements with the lines they stand in; text between tags is dropped.
+
+Two slips that other readers of robot files pass over are mended with a note, in the text and before the parser sees it:
+a declaration <?xml ...?> that is not the first thing of the file, and prefixes that are declared nowhere.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 from xml.etree.ElementTree import ParseError
+from xml.parsers.expat import errors
 
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
@@ -25,6 +30,24 @@ LONGEST_TAG = 2**20
 DEEPEST = 200
 MOST_ELEMENTS = 500_000
 PIECE = 2**16
+LONGEST_GAP = 10_000
+MOST_PREFIXES = 50
+MOST_COMMENTS = 1000
+
+_BOM = b"\xef\xbb\xbf"
+
+_PROLOG = ((b"<!--", b"-->"), (b"<?", b"?>"), (b"<!", b">"))  # what may stand in front of the root element
+
+_ROOT = re.compile(rb"<([A-Za-z_][\w.:-]*)")
+
+_PREFIX = re.compile(rb"(?:<|\s(?=[\w.:-]{1,200}\s{0,9}=))([A-Za-z_][\w.-]{0,60}):[A-Za-z_]")
+
+_DECLARED = re.compile(rb"xmlns:([A-Za-z_][\w.-]{0,60})\s{0,9}=")
+
+Note = Callable[[str, str], None]
+"""Takes where and what was found; see `Faults.note`."""
+
+UNBOUND_PREFIX = errors.codes[errors.XML_ERROR_UNBOUND_PREFIX]
 
 TOO_LARGE = "a robot file has no need of that, keep meshes and textures in files of their own"
 
@@ -62,25 +85,103 @@ class Element:
             stack.extend(reversed(element.children))
 
 
-def read_xml(path: Path) -> Element:
-    """Return the root element of an XML file.
+def read_xml(path: Path, note: Note | None = None) -> Element:
+    """Return the root element of an XML file; `note` is told what was mended.
 
     Raises:
         SceneError: in one line, why the file is not XML that can be read.
     """
-    return parse_xml(read_bounded(path, LARGEST_FILE, "a file such as robot.urdf", TOO_LARGE), str(path))
+    return parse_xml(read_bounded(path, LARGEST_FILE, "a file such as robot.urdf", TOO_LARGE), str(path), note)
 
 
-def parse_xml(content: bytes, source: str) -> Element:
+def parse_xml(content: bytes, source: str, note: Note | None = None) -> Element:
     """Return the root element of XML text.
 
     Args:
         content: the file as bytes; its declaration or its first bytes tell the encoding, UTF-8 without them.
         source: name of the file, for messages.
+        note: is told what was mended in the text.
 
     Raises:
         SceneError: in one line, why the text is not XML that can be read.
     """
+    if len(content) <= LARGEST_FILE:
+        content = _declaration_first(content, note)
+    try:
+        return _parse(content, source)
+    except _UnboundPrefixError as refusal:
+        declared = _with_prefixes(content, note)
+        if declared == content:
+            raise SceneError(str(refusal)) from None
+    try:
+        return _parse(declared, source)
+    except _UnboundPrefixError as refusal:
+        raise SceneError(str(refusal)) from None
+
+
+def find_root(content: bytes) -> re.Match[bytes] | None:
+    """Return where the first element of an XML file begins, and its name; None if there is none."""
+    return _ROOT.match(content, _after_prolog(content))
+
+
+def _after_prolog(content: bytes, stop: bytes = b"") -> int:
+    """Return where what stands in front of the root element ends, or where `stop` begins in it.
+
+    Where a comment does not end, or nothing but blanks is found, that is where no element begins.
+    """
+    at = len(_BOM) if content.startswith(_BOM) else 0
+    for _ in range(MOST_COMMENTS):
+        gap = content[at : at + LONGEST_GAP]
+        at += len(gap) - len(gap.lstrip())
+        mark = next(((start, end) for start, end in _PROLOG if content.startswith(start, at)), None)
+        if mark is None or (stop and content.startswith(stop, at)):
+            return at
+        close = content.find(mark[1], at + len(mark[0]))
+        if close < 0:
+            return at
+        at = close + len(mark[1])
+    return at
+
+
+def _declaration_first(content: bytes, note: Note | None) -> bytes:
+    """Return the text with its declaration in front of blanks and comments, which keep their lines."""
+    first = len(_BOM) if content.startswith(_BOM) else 0
+    at = _after_prolog(content, b"<?xml")
+    close = content.find(b"?>", at)
+    if at == first or close < 0 or not re.match(rb"<\?xml\s", content[at : at + 6]):
+        return content
+    declaration = content[at : close + 2]
+    if note:
+        line = content.count(b"\n", 0, at) + 1
+        note(
+            f"line {line}", "the declaration <?xml ...?> belongs at the very beginning; it is read as if it stood there"
+        )
+    kept = b"\n" * declaration.count(b"\n")
+    return content[:first] + b" ".join(declaration.split()) + content[first:at] + kept + content[close + 2 :]
+
+
+def _with_prefixes(content: bytes, note: Note | None) -> bytes:
+    """Return the text with the prefixes declared at the root that are declared nowhere; each names itself."""
+    root = find_root(content)
+    if root is None:
+        return content
+    found: dict[bytes, int] = {}
+    for match in _PREFIX.finditer(content, root.start()):
+        found.setdefault(match[1], match.start(1))
+    known = {match[1] for match in _DECLARED.finditer(content)}
+    missing = [name for name in found if name[:3].lower() != b"xml" and name not in known]
+    if not missing or len(missing) > MOST_PREFIXES:
+        return content
+    if note:
+        for name in missing:
+            line = content.count(b"\n", 0, found[name]) + 1
+            what = f"the prefix {name.decode('ascii')} is declared nowhere; what it stands in front of is left aside"
+            note(f"line {line}", what)
+    declarations = b"".join(b' xmlns:%b="%b"' % (name, name) for name in missing)
+    return content[: root.end()] + declarations + content[root.end() :]
+
+
+def _parse(content: bytes, source: str) -> Element:
     if len(content) > LARGEST_FILE:
         raise SceneError(f"{source}: holds more than {LARGEST_FILE >> 20} MB; {TOO_LARGE}")
     if not content.strip():
@@ -102,6 +203,8 @@ def parse_xml(content: bytes, source: str) -> Element:
         advice = "delete <!DOCTYPE ...> and write out what its entities stand for"
         raise SceneError(f"{source}: line {line}: a document type or an entity is not read; {advice}") from None
     except ParseError as error:
+        if error.code == UNBOUND_PREFIX:
+            raise _UnboundPrefixError(f"{source}: {_place(error)}: is not well-formed XML: {_reason(error)}") from None
         raise SceneError(f"{source}: {_place(error)}: is not well-formed XML: {_reason(error)}") from None
     except (LookupError, ValueError) as error:
         advice = "save the file as UTF-8"
@@ -113,6 +216,10 @@ def parse_xml(content: bytes, source: str) -> Element:
 class _Expat(Protocol):
     CurrentLineNumber: int
     CurrentByteIndex: int
+
+
+class _UnboundPrefixError(Exception):
+    """A prefix that is declared nowhere."""
 
 
 class _BoundError(Exception):

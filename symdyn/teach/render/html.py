@@ -9,8 +9,10 @@ import re
 from collections.abc import Iterator
 
 from symdyn.algebra.form import Form
+from symdyn.draw.style import style
 from symdyn.emit.breaking import latex_width
 from symdyn.emit.escape import in_html, in_script
+from symdyn.emit.names import page_stem
 from symdyn.emit.render import render
 from symdyn.errors import DerivationError, TeachError
 from symdyn.teach.document import (
@@ -39,7 +41,7 @@ SHORT = 150.0  # of a formula between words
 
 def html(document: Document) -> dict[str, str]:
     """Return the one file by name."""
-    return {f"{document.scene.name}.html": html_page(document)}
+    return {f"{page_stem(document.scene.name)}.html": html_page(document)}
 
 
 def html_page(document: Document) -> str:
@@ -70,6 +72,7 @@ def html_page(document: Document) -> str:
         "text": LANGUAGES[document.language],
         "sections": sections[:solutions],
         "solutions": sections[solutions:],
+        "style": live.css if live else style("auto"),  # of all pictures, once
         "live": live,
         "absent": absent,
         "questions": in_script(asked) if asked else "",
@@ -119,6 +122,7 @@ class _Page:
         elif isinstance(block, Picture):
             alt = in_html(block.alt)
             svg = re.sub(r"<title>.*?</title>", lambda _: f"<title>{alt}</title>", block.svg, count=1, flags=re.S)
+            svg = re.sub(r"<style>.*?</style>\n?", "", svg, count=1, flags=re.S)
             svg = re.sub(r'aria-label="[^"]*"', lambda _: f'aria-label="{alt}"', svg, count=1)
             yield f"<figure>{svg.strip()}<figcaption>{self.words(block.caption)}</figcaption></figure>"
         elif isinstance(block, Values):
