@@ -239,16 +239,16 @@ def test_unknown_functions_are_told_together_and_none_is_no_list(capsys):
 
 @pytest.mark.mends("2.bench")
 def test_a_measurement_that_takes_minutes_says_so_and_what_is_shorter(monkeypatch, capsys):
-    class Begun(Exception):
+    class BegunError(Exception):
         pass
 
     def begins(*_):
-        raise Begun
+        raise BegunError
 
     monkeypatch.setattr("symdyn.bench.bench", begins)
-    with pytest.raises(Begun):
+    with pytest.raises(BegunError):
         main(["bench", str(EXAMPLES / "double_pendulum.toml")])
     assert "a minute or more" in capsys.readouterr().err
-    with pytest.raises(Begun):
+    with pytest.raises(BegunError):
         main(["bench", str(EXAMPLES / "double_pendulum.toml"), "--quick"])
     assert not capsys.readouterr().err
