@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from symdyn.algebra.form import Form, Number
 from symdyn.emit.formula_text import text_of
-from symdyn.teach.check import HOLDS, ROUNDED, Answer
+from symdyn.teach.check import EMPTY, HOLDS, ROUNDED, Answer
 from symdyn.teach.differences import Difference
 from symdyn.verify.equality import PROVED, UNDEFINED
 
@@ -25,9 +25,11 @@ SENTENCES: Mapping[str, Mapping[str, str]] = {
         "holds": "{name}: right: it vanishes wherever the loops are closed (in numbers, at assembled positions)",
         "digits": "{name}: right to the digits written",
         "undefined": "{name}: not compared: no point is found where both formulas are real",
+        "empty": "{name}: this only says how it is called; write it out in the symbols of the scene",
         "different": "{name}: different",
         "turned": "{name}: different: all of it has the opposite sign",
         "book": " (the textbook's (5.40) takes this minus out; --book compares with that)",
+        "forgotten": "{name}: different: what is missing is all of -dK/d{q}, the slope of the kinetic energy",
         "unlisted": "the formula has another value; its terms cannot be told apart one by one",
         "moved": "wrong symbol: {found} should be {right}: {right_symbol} in place of {found_symbol}",
         "power": "wrong power of {symbol}: {found} should be {right}",
@@ -58,9 +60,11 @@ SENTENCES: Mapping[str, Mapping[str, str]] = {
         "holds": "{name}: správne: je nulový všade, kde sú slučky uzavreté (číselne, v zostavených polohách)",
         "digits": "{name}: správne na uvedený počet číslic",
         "undefined": "{name}: neporovnané: nenašiel sa bod, v ktorom sú oba výrazy reálne",
+        "empty": "{name}: toto hovorí len, ako sa to volá; vypíšte to v symboloch scény",
         "different": "{name}: nesúhlasí",
         "turned": "{name}: nesúhlasí: celý výraz má opačné znamienko",
         "book": " (učebnica v (5.40) toto mínus vyníma; s tým porovnáva --book)",
+        "forgotten": "{name}: nesúhlasí: chýba celé -dK/d{q}, derivácia kinetickej energie podľa súradnice",
         "unlisted": "výraz má inú hodnotu; jeho členy sa nedajú rozlíšiť po jednom",
         "moved": "nesprávny symbol: {found} má byť {right}: {right_symbol} namiesto {found_symbol}",
         "power": "nesprávna mocnina {symbol}: {found} má byť {right}",
@@ -101,6 +105,10 @@ def in_words(answer: Answer, language: str = "en") -> list[str]:
         return [say["right"].format(name=name) + how]
     if answer.verdict == UNDEFINED:
         return [say["undefined"].format(name=name)]
+    if answer.verdict == EMPTY:
+        return [say["empty"].format(name=name)]
+    if answer.forgotten:
+        return [say["forgotten"].format(name=name, q=answer.forgotten)]
     if answer.turned:
         hint = say["book"] if answer.name.startswith(("k_C", "k_D")) else ""
         return [say["turned"].format(name=name) + hint]

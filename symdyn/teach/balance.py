@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from symdyn.algebra.addition import with_added_angles
 from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Symbol, form_of
+from symdyn.algebra.squares import with_squares
 from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics import Workspace, derive_one
@@ -143,5 +145,5 @@ def _forms(system: Equilibrium, more: Sequence[Sequence[Expr]]) -> Callable[[Exp
         except DerivationError:
             continue
         compact = Compactor(ring, parallel)
-        return lambda node: compact(values[node]) if node in values else form_of(node)
+        return lambda node: with_squares(with_added_angles(compact(values[node]))) if node in values else form_of(node)
     return form_of

@@ -6,7 +6,7 @@ Equality is decided by value over finite fields (`symdyn.verify.equality`); the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.algebra.form import (
@@ -17,11 +17,13 @@ from symdyn.algebra.form import (
     express_form,
     form_of,
     in_place,
+    power_of,
     product_of,
     sum_of,
     symbols_of,
     terms_of,
 )
+from symdyn.dynamics.recursive.ldl import solve
 from symdyn.emit.equations import Printable, printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, gradient, reachable
@@ -32,7 +34,8 @@ from symdyn.teach.student.names import Names, Target
 from symdyn.teach.student.statements import Statement, read_statements
 from symdyn.verify import DIFFERENT, NUMERICAL, PROVED, Claim, Finding, prove
 
-ROUNDED, HOLDS = "rounded", "holds"
+ROUNDED, HOLDS, EMPTY = "rounded", "holds", "empty"
+FEW_SOLVED = 4  # accelerations, while equations solved for one are something that a student writes
 MANY = 400  # differences, which no answer lists
 
 
@@ -44,13 +47,15 @@ class Answer:
         line: where it stands, from 1.
         name: of the quantity, such as "k_z12", or "equation 2", "velocity row 1".
         verdict: PROVED, NUMERICAL, DIFFERENT or UNDEFINED, as of a finding; ROUNDED for equal to the digits written;
-            HOLDS for a row that is none of the scene's, but true wherever the loops are closed.
+            HOLDS for a row that is none of the scene's, but true wherever the loops are closed; EMPTY for what names
+            quantities in place of formulas, such as L = K - P.
         error_log10: log10 of the probability that a wrong formula would pass; 0 when not proved.
         differences: term by term; none where it is right or where no term can be told.
         turned: whether all of it has the opposite sign.
         shifted: by how much a potential energy lies elsewhere, which is free; None for not at all.
         scaled: whether an equation is the scene's times a factor.
         valued: parameters in whose place the formula has the scene's numbers.
+        forgotten: the coordinate q whose -dK/dq is all that is missing; "" for none.
     """
 
     line: int
@@ -62,6 +67,7 @@ class Answer:
     shifted: Form | None = None
     scaled: bool = False
     valued: tuple[str, ...] = ()
+    forgotten: str = ""
 
     @property
     def right(self) -> bool:
@@ -88,19 +94,60 @@ def check_derivation(
     page = printable(scene)
     others = tuple(row.multiplier for row in page.constraints.rows)
     names = Names(scene, others)
-    known = {str(goal): expected(page, goal, book) for goal in names.targets.values()}
-    free = {name: form for name, form in known.items() if name not in names.symbols.values()}
     read = read_statements(text, scene, name, target, others)
-    statements = [replace(x, forms=tuple(in_place(form, free) for form in x.forms)) for x in read]
+    asked = {str(goal) for x in read for goal in x.targets} | {s for x in read for f in x.forms for s in symbols_of(f)}
+    goals = {str(goal): goal for goal in names.targets.values() if str(goal) in asked}
+    known = {name: _wanted(page, goal, names, book) for name, goal in goals.items()}
+    free = {name: form for name, form in known.items() if name not in names.symbols.values()}
     answers = []
-    for statement in statements:
+    for statement in read:
+        filled = replace(statement, forms=tuple(in_place(form, free) for form in statement.forms))
         for goal in statement.targets:
             right = known[str(goal)]
-            forms = statement.forms or (known[str(statement.targets[0])],)
-            answers += [_compared(statement.line, str(goal), form, right, scene, goal.kind) for form in forms]
+            if not _says(statement, goal, read, free, scene):
+                answers.append(Answer(statement.line, str(goal), EMPTY))
+                continue
+            forms = filled.forms or (known[str(statement.targets[0])],)
+            compared = [_compared(statement.line, str(goal), form, right, scene, goal.kind) for form in forms]
+            if goal.kind == "tau":
+                pairs = zip(compared, forms, strict=True)
+                compared = [_without_slope(one, form, right, goal.index[0] - 1, page) for one, form in pairs]
+            answers += compared
         if not statement.targets:
-            answers.append(_untitled(statement, page))
+            answers.append(_untitled(filled, page))
     return answers
+
+
+def _says(
+    statement: Statement, goal: Target, read: Sequence[Statement], quantities: Container[str], scene: Scene
+) -> bool:
+    """Tell whether a statement says what a quantity is: K = K, L = T - V and tau1 = M_1 only say how it is called.
+
+    Coefficients may go by their names in a formula of the scene's symbols; else what is named is written out as well.
+    """
+    own = {str(goal), scene.drives[goal.index[0] - 1] if goal.kind == "tau" else None}
+    written = {
+        str(one)
+        for x in read
+        for one in x.targets
+        if x.forms and not any(s in quantities or s in scene.drives for form in x.forms for s in symbols_of(form))
+    }
+    if not statement.forms:
+        return bool(written & {str(one) for one in statement.targets})
+    twin = f"k_z{goal.index[1]}{goal.index[0]}" if goal.kind == "k_z" else ""
+    for form in statement.forms:
+        named = set(symbols_of(form))
+        called = {name for name in named if name in quantities}
+        if called < named:  # with symbols of the scene: coefficients may go by their names
+            called = {name for name in called if not name.startswith("k_") or name == twin}
+        if named & own or not called <= written:
+            return False
+    return True
+
+
+def _wanted(page: Printable, target: Target, names: Names, book: bool) -> Form:
+    place = names.places.get(target.kind)
+    return expected(page, target, book) if place is None else form_of(place)
 
 
 def expected(page: Printable, target: Target, book: bool = False) -> Form:
@@ -182,6 +229,9 @@ def _free(form: Form, scene: Scene) -> Form | None:
 def _untitled(statement: Statement, page: Printable) -> Answer:
     """Return the answer to left = right: an equation of motion, or a row of constraints, where it could be either."""
     left, other = statement.forms
+    solved = _solved(statement, page)
+    if solved is not None and solved.right:
+        return solved
     if not may_be_row(sum_of((left, *_negative(other))), page):
         return _equation(statement, page)
     row = _row(statement, page)
@@ -241,10 +291,72 @@ def _equation(statement: Statement, page: Printable) -> Answer:
             rates = [c.rate for c in page.rows[i] if c.kind == "k_z" and not c.vanishes]
             if _proportional(mine, right, page, rates):
                 return Answer(statement.line, f"equation {i + 1}", PROVED, scaled=True)
+            answer = _without_slope(answer, mine, right, i, page)
+            if answer.forgotten:
+                return answer
+            for whole in _multiplied(mine, page, i):
+                scaled = _compared(statement.line, f"equation {i + 1}", whole, right, scene, "equation")
+                if len(scaled.differences) in range(1, len(answer.differences)):
+                    answer = scaled
             if best is None or len(answer.differences) < len(best.differences):
                 best = answer
     assert best is not None, "a scene with coordinates has an equation"
     return best
+
+
+def _without_slope(answer: Answer, found: Form, right: Form, i: int, page: Printable) -> Answer:
+    """Return the answer, or one that says that Lagrange's -∂K/∂q was forgotten, if nothing else is wrong."""
+    names = list(page.scene.coordinates)
+    if answer.right or len(names) != len(page.rows):
+        return answer
+    graph = Graph()
+    slope = gradient(express_form(page.K, graph), [graph.symbol(names[i])])[0]
+    if slope.is_zero:
+        return answer
+    claim = Claim("forgotten", "found", "scene", (express_form(found, graph),), (express_form(right, graph) + slope,))
+    positive = [p.name for p in page.scene.parameters if p.positive]
+    verdict = prove([claim], positive=positive)[1][0].verdict
+    return replace(answer, forgotten=names[i], differences=()) if verdict in (PROVED, NUMERICAL) else answer
+
+
+def _multiplied(found: Form, page: Printable, i: int) -> Iterator[Form]:
+    """Yield a wrong equation times what makes one of its accelerations' coefficients the scene's: it was divided by."""
+    graph = Graph()
+    node = express_form(found, graph)
+    parameters = {p.name for p in page.scene.parameters}
+    for c in page.rows[i]:
+        if c.kind != "k_z" or c.vanishes:
+            continue
+        slope = gradient(node, [express_form(c.rate, graph)])[0]
+        names = {str(one.value) for one in reachable([slope]) if one.op is Op.SYMBOL}
+        if not slope.is_zero and names <= parameters:
+            yield product_of((found, c.form, power_of(form_of(slope), -1)))
+
+
+def _solved(statement: Statement, page: Printable) -> Answer | None:
+    """Return the answer to an acceleration that is solved for, all others eliminated; None for what is none.
+
+    u̇ = M⁻¹ (Q - h)
+    """
+    scene, (left, other) = page.scene, statement.forms
+    accelerations = [acceleration_name(u) for u in scene.velocities]
+    known = [str(form.name) for form in (left, other) if isinstance(form, Symbol) and form.name in accelerations]
+    if len(known) != 1 or page.constraints.rows or len(accelerations) > FEW_SOLVED:
+        return None
+    formula = other if left == Symbol(known[0]) else left
+    if set(accelerations) & set(symbols_of(formula)):
+        return None
+    graph = Graph()
+    symbols = [graph.symbol(name) for name in accelerations]
+    balance = [sum_of((page.left(i), *_negative(page.driving(i)))) for i in range(len(accelerations))]
+    M = [gradient(express_form(form, graph), symbols) for form in balance]
+    still = dict.fromkeys(accelerations, ZERO)
+    rest = [express_form(sum_of(_negative(in_place(form, still))), graph) for form in balance]
+    right = solve(range(-1, len(M)), M, rest)[accelerations.index(known[0])]
+    claim = Claim(known[0], "found", "scene", (express_form(formula, graph),), (right,))
+    positive = [p.name for p in scene.parameters if p.positive]
+    finding = prove([claim], positive=positive)[1][0]
+    return Answer(statement.line, known[0], finding.verdict, finding.error_log10)
 
 
 def _proportional(found: Form, right: Form, page: Printable, rates: Sequence[Form]) -> bool:

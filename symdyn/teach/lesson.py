@@ -167,7 +167,7 @@ class Lesson(Prose):
     @cached_property
     def masses(self) -> list[Mass]:
         """Particles and rigid bodies, the ground's side first."""
-        return masses(self)
+        return masses(self.scene, self.graph, self.placed)
 
     @cached_property
     def ring(self) -> TrigonometricRing:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from symdyn.dynamics.state import first_moment, vector
-from symdyn.graph import Expr, tangents
-from symdyn.scene import Body, express
-from symdyn.spatial import Mat, Vec, apply, symmetric
-
-if TYPE_CHECKING:
-    from symdyn.teach.lesson import Lesson
+from symdyn.graph import Expr, Graph
+from symdyn.scene import Body, Scene, express
+from symdyn.spatial import Mat, Transform, Vec, apply, symmetric
 
 AXES = "xyz"
 
@@ -44,11 +41,11 @@ class Mass:
         return not all(x.is_zero for row in self.inertia for x in row)
 
 
-def masses(lesson: Lesson) -> list[Mass]:
-    """Return all masses, the ground's side first."""
-    graph, found = lesson.graph, []
-    for number, body in enumerate(lesson.scene.bodies, 1):
-        T = lesson.placed[body.name]
+def masses(scene: Scene, graph: Graph, placed: Mapping[str, Transform]) -> list[Mass]:
+    """Return all masses, the ground's side first; `placed` says where bodies are in the ground frame."""
+    found = []
+    for number, body in enumerate(scene.bodies, 1):
+        T = placed[body.name]
         own = [(express(p.mass, graph), T.point(vector(p.at, graph))) for p in body.particles]
         m, inertia = express(body.mass, graph), symmetric(*(express(x, graph) for x in body.inertia))
         extended = not m.is_zero or not all(x.is_zero for row in inertia for x in row) or body.first_moment is not None
@@ -64,12 +61,3 @@ def masses(lesson: Lesson) -> list[Mass]:
         nothing = symmetric(*[graph.zero] * 6)
         found += [Mass(tag, body, True, m, at, nothing) for tag, (m, at) in zip(tags, own, strict=False)]
     return found
-
-
-def angular_velocity(lesson: Lesson, body: Body) -> Vec:
-    """Return ω in body axes from ω̃ = Rᵀ Ṙ."""
-    R = lesson.placed[body.name].R
-    dR = [tangents(row, lesson.state.velocity) for row in R]
-    pairs = ((2, 1), (0, 2), (1, 0))
-    x, y, z = (lesson.graph.total(R[k][a] * dR[k][b] for k in range(3)) for a, b in pairs)
-    return x, y, z

@@ -12,8 +12,8 @@ from symdyn.teach.document import Block, Formula, Step, Values, Words
 from symdyn.teach.equations import WIDEST, coefficient_key, node_of
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.looks import Name
-from symdyn.teach.masses import Mass, angular_velocity
-from symdyn.teach.velocities import length
+from symdyn.teach.masses import Mass
+from symdyn.teach.velocities import angular_velocity, length
 
 SHORT = 4
 """Terms of a coefficient that stands in a table."""

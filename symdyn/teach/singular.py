@@ -16,8 +16,8 @@ import numpy as np
 
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.teach.lesson import Lesson
-from symdyn.teach.masses import angular_velocity
 from symdyn.teach.state import Chosen
+from symdyn.teach.velocities import angular_velocity
 
 BESIDE = 1e-5  # rad or m
 WORKS = 1e-3  # of what works elsewhere: more than this is no rest

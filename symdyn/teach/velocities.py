@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from symdyn.algebra.form import ZERO, Form, Symbol, terms_of
-from symdyn.graph import tangents
+from symdyn.graph import Expr, tangents
+from symdyn.scene import Body
 from symdyn.teach.document import Block, Fold, Formula, Step, Values, Words
 from symdyn.teach.forms import rate_of
 from symdyn.teach.lesson import SMALL_SCENE, Lesson
-from symdyn.teach.masses import AXES, Mass, angular_velocity
+from symdyn.teach.masses import AXES, Mass
 
 MOST_TERMS = 20
 """Terms of one formula from which it is shown folded."""
@@ -91,6 +92,15 @@ def _turning(lesson: Lesson, mass: Mass) -> Step:
     blocks += all_zero(absent)
     claim = lesson.say("turning", body=mass.body.name)
     return Step(f"turning:{mass.tag}", claim, tuple(blocks), lesson.say("turning.reason"))
+
+
+def angular_velocity(lesson: Lesson, body: Body) -> tuple[Expr, Expr, Expr]:
+    """Return ω in body axes from ω̃ = Rᵀ Ṙ."""
+    R = lesson.placed[body.name].R
+    dR = [tangents(row, lesson.state.velocity) for row in R]
+    pairs = ((2, 1), (0, 2), (1, 0))
+    x, y, z = (lesson.graph.total(R[k][a] * dR[k][b] for k in range(3)) for a, b in pairs)
+    return x, y, z
 
 
 def all_zero(names: list[Symbol]) -> list[Block]:

@@ -16,13 +16,16 @@ from functools import cached_property
 from itertools import combinations
 
 from symdyn.algebra.form import Form, Function, Symbol, sum_of
+from symdyn.dynamics.positions import body_placements
 from symdyn.emit.symbols import latex_symbols
-from symdyn.graph import Op
+from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import JOINTS, Scene, acceleration_name, velocity_name
 from symdyn.scene.names import LONGEST
+from symdyn.teach.masses import AXES, masses
 from symdyn.teach.student.tokens import plain_index
 
 FEW = 9  # joints, while digits side by side are read as joint numbers
+FEW_PLACES = 3  # degrees of freedom, while places are formulas that somebody writes
 CIRCULAR = {"s": Op.SIN, "c": Op.COS, "sin": Op.SIN, "cos": Op.COS, "S": Op.SIN, "C": Op.COS}
 
 
@@ -31,8 +34,8 @@ class Target:
     """What a student's formula claims to be.
 
     Attributes:
-        kind: "k_z", "k_C", "k_D", "k_G", "k_E", "tau", "K", "P" or "L".
-        index: numbers from 1.
+        kind: "k_z", "k_C", "k_D", "k_G", "k_E", "tau", "K", "P" or "L"; "x", "y", "z" with the tag of a mass, as x1.
+        index: numbers from 1; none of a place.
     """
 
     kind: str
@@ -162,6 +165,15 @@ class Names:
         return f"known are {', '.join(known[:14])}{', ...' if len(known) > 14 else ''}"
 
     @cached_property
+    def places(self) -> Mapping[str, Expr]:
+        """Return where masses are, as lessons call it: x1, y1, z1; of few degrees of freedom, as answers are short."""
+        if len(self.scene.velocities) > FEW_PLACES:
+            return {}
+        graph = Graph()
+        found = masses(self.scene, graph, body_placements(self.scene, graph))
+        return {f"{axis}{mass.tag}": node for mass in found for axis, node in zip(AXES, mass.place, strict=True)}
+
+    @cached_property
     def targets(self) -> Mapping[str, Target]:
         """Return what can be claimed, by plain name."""
         n = range(1, len(self.scene.velocities) + 1)
@@ -182,6 +194,9 @@ class Names:
         for name in [name for name in self.symbols if name in found and found[name].kind in ("k_z", "k_D", "k_C")]:
             if self.symbols[name] in {p.name for p in self.scene.parameters}:
                 del found[name]
+        for name in self.places:
+            if name not in self.symbols:
+                found[name] = Target(name)
         energies = {"K": "K", "T": "K", "Ek": "K", "P": "P", "V": "P", "U": "P", "Ep": "P", "L": "L"}
         for name, kind in energies.items():
             found.setdefault(name, Target(kind))

@@ -227,9 +227,16 @@ class _Parser(Cursor):
             closed = self.take()
             if closed.text != "}":
                 raise self.fault(closed, f"}} is expected after \\{token.text}{{{word.text}")
-            if self.sees("sub"):
+            if self.sees("sub") or self.plain_digit(word, closed):
                 word = replace(word, text=word.text + self.take().text)
         return word, 1 if token.text == "dot" else 2
+
+    def plain_digit(self, word: Token, closed: Token) -> bool:
+        """Tell whether digits right behind an accent are the index of its letter, as in q̇1 for q1."""
+        after = self.peek()
+        touches = after is not None and after.kind == "number" and after.at == closed.at + 1
+        symbols = self.names.symbols
+        return touches and after is not None and word.text not in symbols and word.text + after.text in symbols
 
     # Words
 

@@ -17,6 +17,7 @@ from symdyn.scene import Scene
 from symdyn.teach.student.names import Names, Target
 from symdyn.teach.student.parser import parse
 from symdyn.teach.student.source import Source, source
+from symdyn.teach.student.times import without_time
 from symdyn.teach.student.tokens import Token, plain_index, tokens
 
 
@@ -54,7 +55,7 @@ def read_statements(
     names = Names(scene, others)
     statements = [
         statement
-        for chunk in _chunks(from_text, _without_empty(tokens(from_text)))
+        for chunk in _chunks(from_text, without_time(from_text, _without_empty(tokens(from_text)), names))
         if (statement := _statement(from_text, chunk, names, target)) is not None
     ]
     if not statements:
@@ -69,11 +70,13 @@ def read_formula(text: str, scene: Scene, name: str = "answer") -> Form:
         TeachError: it cannot be read, or is more than one formula.
     """
     from_text = source(text, name)
-    found = [t for t in _without_empty(tokens(from_text)) if t.kind not in ("row", "stop")]
+    names = Names(scene)
+    found = without_time(from_text, _without_empty(tokens(from_text)), names)
+    found = [t for t in found if t.kind not in ("row", "stop")]
     start = next((i + 1 for i, t in enumerate(found) if t.kind == "op" and t.text == "="), 0)
     if not found[start:]:
         raise TeachError(f"{name}: no formula is found")
-    return parse(from_text, found[start:], Names(scene), len(from_text.text))
+    return parse(from_text, found[start:], names, len(from_text.text))
 
 
 def find_target(name: str, scene: Scene) -> Target:
