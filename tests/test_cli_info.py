@@ -11,7 +11,7 @@ from arms import EXAMPLES, two_link
 
 from symdyn.cli import main
 from symdyn.dynamics import Workspace, available, derive_one
-from symdyn.dynamics.loops.assembly import with_parameters, witness
+from symdyn.dynamics.loops.assembly import witness
 from symdyn.dynamics.loops.numbers import numbers_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
@@ -222,7 +222,7 @@ def test_a_start_without_a_real_value_costs_a_draw_of_free_parameters_and_no_mor
     draw = dict.fromkeys([one.name for one in free.parameters], 1.0)
 
     with pytest.raises(DerivationError, match="has no real value with these parameters"):
-        with_parameters(numbers, draw | {"r": 1.4, "l": 0.6}).start()
+        numbers.bound_to(draw | {"r": 1.4, "l": 0.6}).start()
     found, assembly = witness({}, numbers)
     assert found.free["l"] > found.free["r"] * 3**0.5 / 2
     assert assembly.residual < 1e-9

@@ -12,7 +12,7 @@ from symdyn.dynamics.loops.assembly import closed_position
 from symdyn.dynamics.loops.continuation import fitting
 from symdyn.dynamics.loops.mobility import mobility
 from symdyn.dynamics.loops.numbers import numbers_of
-from symdyn.errors import SceneError, SimulateError
+from symdyn.errors import DerivationError, SceneError, SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
 from symdyn.simulation.initial import read_start
@@ -134,6 +134,14 @@ def test_a_wheel_that_starts_flat_is_refused_and_says_what_helps() -> None:
 
     with pytest.raises(SimulateError, match=r"contact contact: disc lies flat on its plane.*give a start at which it"):
         read_start(read_text(text, "disc.toml"))
+
+
+def test_a_wheel_whose_axis_is_always_along_the_normal_is_refused_with_its_row() -> None:
+    text = BALL.replace('type = "free"', 'type = "prismatic"').replace("radius = 0.1", "radius = 0.1\naxis = [0, 0, 1]")
+    text = text.replace('coordinates = ["x", "y", "z", "e0", "e1", "e2", "e3"]\nstart = [0, 0, 0.1, 1, 0, 0, 0]\n', "")
+
+    with pytest.raises(DerivationError, match=r"rows.touch: ball lies flat on its plane wherever the joints stand"):
+        numbers_of(read_text(text, "disc.toml"))
 
 
 @pytest.mark.parametrize("method", ["dop853", "radau", "cvode"])

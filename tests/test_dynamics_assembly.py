@@ -12,8 +12,10 @@ from closed_mechanisms import crank_rocker, exact, four_bar, n_four_bar, rssr, s
 
 from symdyn.build import lambdify
 from symdyn.dynamics import Workspace, assemble, consistent, follow
+from symdyn.dynamics.loops.assembly import witness
+from symdyn.dynamics.loops.numbers import numbers_of
 from symdyn.errors import DerivationError
-from symdyn.scene import Joint
+from symdyn.scene import Joint, read_text
 from symdyn.scene.quantity import ONE, ZERO
 from symdyn.scene.table import compose
 
@@ -136,6 +138,31 @@ def test_free_parameters_need_values_to_assemble_in_numbers() -> None:
     values = {"a": 1.0, "b": 3.0, "c": 3.5, "d": 4.0, "m1": 1.0, "m2": 1.0, "m3": 1.0}
     found = assemble(scene, {"q_A": 0.8, "q_B": 0.1, "q_D": 2.0}, ("q_A",), values)
     assert found.q == pytest.approx(assemble(crank_rocker()).q)
+
+
+def test_loops_that_cannot_be_closed_are_given_up_when_enough_is_spent(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = """
+    bodies.arm = {{ mass = 1 }}
+    parameters.r = {{}}
+    joints.hub = {{ type = "revolute", parent = "ground", child = "arm" }}
+    [[loop]]
+    name = "far"
+    type = "revolute"
+    parent = "ground"
+    child = "arm"
+    origin = ["{}", 0, 0]
+    tip = ["r", 0, 0]
+    """
+    limit = 200_000
+    monkeypatch.setattr("symdyn.dynamics.loops.assembly.EFFORT", limit)
+    numbers = numbers_of(read_text(text.format("r + 9"), "far.toml"))
+
+    with pytest.raises(
+        DerivationError, match=r"the loop far cannot be.*random values of r were tried, \d+ times: give"
+    ):
+        witness({}, numbers)
+    assert limit < numbers.effort < 1.5 * limit
+    assert witness({}, numbers_of(read_text(text.format("r"), "near.toml")))[1].residual < 1e-9
 
 
 def test_a_path_keeps_its_branch_through_two_turns() -> None:

@@ -9,8 +9,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mechanisms import coupled_tree, random_tree, with_loads
+from running import call
 
 from symdyn.algebra.form import express_form
+from symdyn.algebra.numeric import Floats
 from symdyn.build import build, lambdify
 from symdyn.build.load import load as load_scene
 from symdyn.dynamics import DYNAMICS, OUTPUTS, Workspace, available, derive, derive_one, roads
@@ -115,6 +117,19 @@ def test_damper_between_points_and_at_a_joint():
 
     expected = without_load(q, 0) + (C * v + 4 * v**3) * slope + C * qd + 2 * qd**5
     assert inverse(one, q, qd, 0) == pytest.approx(expected, rel=1e-14)
+
+
+def test_points_that_never_part_pull_at_nothing():
+    """A spring that would pull and a damper between the hinge and itself change nothing, by every road and method."""
+    ends = Place("ground", vec(0, 0, 0)), Place("bob", vec(0, 0, 0))
+    one = pendulum(springs=(Spring("s", "", ends, vec("k"), parse("s0")),), dampers=(Damper("d", "", ends, vec("c")),))
+    state = {"q": [0.8], "qd": [-1.7], "qdd": [0.6], "params": VALUES}
+
+    for road in roads("inverse_dynamics"):
+        forces = call(derive(one, ["inverse_dynamics"], road), "inverse_dynamics", Floats(), **state)
+        assert forces == pytest.approx([without_load(0.8, 0.6)], rel=1e-14)
+    with_pair, alone = (lambdify(x, "reactions")([0.8], [-1.7], [0.6], VALUES) for x in (one, pendulum()))
+    np.testing.assert_allclose(with_pair, alone, atol=1e-14)
 
 
 @pytest.mark.parametrize("frame", ["ground", "body"])

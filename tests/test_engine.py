@@ -8,23 +8,23 @@ from pathlib import Path
 
 import pytest
 from engine.trials.compare import COMPARED, report
-from engine.trials.options import OPTIONS, choices, pairs
+from engine.trials.options import OPTIONS, PAIRED, covering, pairs
 
 from symdyn.dynamics import OUTPUTS
 
 ENGINE = Path(__file__).parent / "engine"
 
-FIRST, ALL, PART = 100, 3000, 50
+ALL, PART = 3000, 50
 
 
-@pytest.mark.parametrize("seed", range(FIRST))
+@pytest.mark.parametrize("seed", range(PAIRED))
 def test_bodies_one_by_one_move_and_bear_as_symdyn_says(seed: int) -> None:
     text = report(seed)
     assert not text, text
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("begin", range(FIRST, ALL, PART))
+@pytest.mark.parametrize("begin", range(PAIRED, ALL, PART))
 def test_thousands_of_mechanisms_move_and_bear_as_symdyn_says(begin: int) -> None:
     found = [text for text in map(report, range(begin, begin + PART)) if text]
     assert not found, "\n\n".join(found)
@@ -33,7 +33,7 @@ def test_thousands_of_mechanisms_move_and_bear_as_symdyn_says(begin: int) -> Non
 def test_every_pair_of_options_meets_in_the_first_trials() -> None:
     every = {((a, x), (b, y)) for a, b in combinations(OPTIONS, 2) for x in OPTIONS[a] for y in OPTIONS[b]}
 
-    assert every == set().union(*(pairs(one) for one in choices(FIRST)))
+    assert every == set().union(*(pairs(one) for one in covering()))
 
 
 def test_every_output_is_compared() -> None:

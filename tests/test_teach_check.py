@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
@@ -68,6 +69,16 @@ def test_a_whole_document_and_plain_text_are_right(two_link: Scene) -> None:
 
         assert {"tau1", "tau2"} <= {answer.name for answer in answers}
         assert all(answer.verdict == PROVED for answer in answers)
+
+
+def test_names_of_code_are_read_as_code_writes_them() -> None:
+    renamed = re.sub(r"\ba\b(?! )", "a__b", re.sub(r"\bm\b(?! =)", "lambda_", ROD))
+    scene = read_text(renamed.replace("m = {", "lambda_ = {").replace("a = {", "a__b = {"), "rod.toml")
+
+    answers = check_derivation(equations_text(scene, "text"), scene)
+
+    assert answers
+    assert all(answer.verdict == PROVED for answer in answers)
 
 
 def test_decimals_that_are_rounded_are_right_to_their_digits() -> None:

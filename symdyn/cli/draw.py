@@ -81,10 +81,11 @@ def _at(text: str) -> dict[str, float]:
     """Return the coordinates of `q1=0.3, q2=90 deg`."""
     from symdyn.errors import DrawError
     from symdyn.scene import FormulaError, parse
+    from symdyn.scene.formula import split_commas
     from symdyn.scene.value import value_of
 
     values: dict[str, float] = {}
-    for part in text.split(","):
+    for part in split_commas(text):
         name, equals, formula = (piece.strip() for piece in part.partition("="))
         if not name or not equals or not formula:
             raise DrawError(f'--at: "{part.strip()}" gives no coordinate a value; write --at q1=0.3,q2=1')

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from symdyn.graph import growing
+
 if TYPE_CHECKING:
     from symdyn.dynamics import Closing, Equations
     from symdyn.scene import Joint, Row, Scene
@@ -14,6 +16,7 @@ MEASURED = 50
 """Velocities up to which it is measured what every step saves: that takes all functions ten times over."""
 
 
+@growing()
 def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, Any], list[str]]:
     """Return the facts for JSON, and why some functions are missing."""
     from symdyn.dynamics import LARGEST, Equations, Workspace, available_on

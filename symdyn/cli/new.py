@@ -23,6 +23,7 @@ def run(options: argparse.Namespace) -> int:
     """Write the scene and print its path."""
     from symdyn.cli.talk import print_paths
     from symdyn.emit import write
+    from symdyn.emit.names import is_device
     from symdyn.errors import EmitError
     from symdyn.scene.starters import STARTERS, starter
 
@@ -30,6 +31,8 @@ def run(options: argparse.Namespace) -> int:
     template = (options.template or (name if name in STARTERS else "rr")).replace("-", "_")
     text = starter(name, template, options.n)
     path = Path(f"{name}.toml")
+    if is_device(name):
+        raise EmitError(f"{path} is a device on Windows, whatever the letters' case; try {name}1")
     if path.exists() and not options.force:
         raise EmitError(f"{path} exists; give another name, or --force to overwrite it")
     write({path.name: text}, ".")

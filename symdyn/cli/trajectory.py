@@ -16,7 +16,15 @@ T = TypeVar("T")
 def add_output_options(verb: argparse.ArgumentParser) -> None:
     """Add where the trajectory goes and how dense it is."""
     verb.add_argument("--every", type=float, metavar="DT", help="seconds between samples (default: 200 samples)")
-    verb.add_argument("--reactions", action="store_true", help="columns of all joint reactions too, axes of the child")
+    verb.add_argument(
+        "--reactions",
+        nargs="?",
+        const="body",
+        default="",
+        metavar="AXES",
+        help="columns of all joint reactions and multipliers too; axes: body (of the child, the default), joint (of "
+        "the joint frame on the parent) or ground",
+    )
     verb.add_argument("-o", "--output", metavar="FILE", help=".csv or .npz (default: CSV on stdout)")
     verb.add_argument("--plot", metavar="FILE", help="a plot: .svg, .png or .html")
     verb.add_argument("--animate", metavar="FILE", help="the mechanism as it moves: .html, or .svg without buttons")
@@ -49,7 +57,7 @@ def check_outputs(options: argparse.Namespace) -> None:
     from symdyn.simulation.plot import check_plot
     from symdyn.simulation.record import writer_for
 
-    checks: list[Callable[[], object]] = []
+    checks: list[Callable[[], object]] = [lambda: _axes(options.reactions)]
     if options.output:
         checks.append(lambda: writer_for(Path(options.output)))
     if options.plot:
@@ -65,6 +73,16 @@ def check_outputs(options: argparse.Namespace) -> None:
 
             checks.append(missing)
     collected(*checks)
+
+
+def _axes(named: str) -> None:
+    from symdyn.scene.table import Faults
+    from symdyn.simulation.reactions import axes_of
+    from symdyn.simulation.reading import close
+
+    faults = Faults("")
+    axes_of(named, faults)
+    close(faults)
 
 
 def deliver(trajectory: Trajectory, options: argparse.Namespace) -> None:
@@ -95,8 +113,9 @@ def pairs(text: str | None, option: str) -> dict[str, str]:
     Raises:
         SimulateError: a part that is no name=formula.
     """
+    from symdyn.scene.formula import split_commas
     from symdyn.scene.table import Faults
-    from symdyn.simulation.reading import close, split_commas, words
+    from symdyn.simulation.reading import close, words
 
     faults = Faults("")
     found = words(split_commas(text or ""), option, faults)

@@ -47,6 +47,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 def run(options: argparse.Namespace) -> int:
     """Write the files and print their paths."""
     from symdyn.cli.talk import Waiting, print_paths
+    from symdyn.emit.names import page_stem
     from symdyn.teach import rendered, walkthrough
     from symdyn.teach.exercises import with_exercises
     from symdyn.teach.interactive import interactive_page
@@ -57,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
         progress("deriving")
         if options.format == "sliders":
             page = interactive_page(scene, language=options.language)
-            print_paths(*placed({f"{scene.name}.html": page}, options.output))
+            print_paths(*placed({f"{page_stem(scene.name)}.html": page}, options.output))
             return 0
         document = walkthrough(scene, options.language, options.detail, options.until, options.road)
         document = with_exercises(document) if options.exercises else document

@@ -174,7 +174,7 @@ def _derived(workspace: Workspace, request: str, road: str | None) -> Function:
         text=row.text.format(name=place, **_terms(workspace.scene))
         + _chosen(workspace, request)
         + _loose(workspace.scene, unique),
-        arguments=arguments(workspace, (*row.arguments, *((TIME,) if _takes_time(entries) else ()))),
+        arguments=arguments(workspace, (*row.arguments, *((TIME,) if _takes_time(workspace.graph, entries) else ()))),
         result=row.result,
         shape=_complete(row.shape(n), len(entries)),
         entries=tuple(entries),
@@ -215,8 +215,8 @@ def _terms(scene: Scene) -> dict[str, str]:
     }
 
 
-def _takes_time(entries: Sequence[Expr]) -> bool:
-    return any(node.op is Op.SYMBOL and node.value == TIME for node in reachable(entries))
+def _takes_time(graph: Graph, entries: Sequence[Expr]) -> bool:
+    return graph.names(TIME) and any(node.op is Op.SYMBOL and node.value == TIME for node in reachable(entries))
 
 
 def _complete(shape: tuple[int, ...], size: int) -> tuple[int, ...]:

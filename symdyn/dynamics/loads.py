@@ -40,13 +40,15 @@ def pull(spring: Spring, square: Expr) -> Expr:
     """Return the force of a spring between two points over their distance, F / s, N/m.
 
     What does not pull where the points meet, as a spring of free length zero, is a polynomial there and has a value;
-    what pulls has no direction.
+    what pulls has no direction. Points that never part pull at nothing.
 
     Args:
         spring: between points.
         square: s², m².
     """
     graph, terms = square.graph, _of_distance(spring, square.graph)
+    if square.is_zero:
+        return graph.zero
     s = graph.sqrt(square)
     if not terms[0].is_zero:
         return tension(spring, s - express(spring.free, graph)) / s

@@ -95,6 +95,8 @@ def joint_forces(scene: Scene, tree: Tree, lean: LeanTree) -> list[Expr]:
             forces[k] = forces[k] - resistance(damper, ratio * state.qd[k]) * ratio
             continue
         apart, rates = distance(damper, tree, lean), lean.rates(state.qd)
+        if apart.square.is_zero:  # points that never part
+            continue
         s = graph.sqrt(apart.square)
         rate = graph.total(h * rates[i] for i, h in apart.slopes) / s
         share = resistance(damper, rate) / s

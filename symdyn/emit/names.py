@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import keyword
+import re
 import sys
 from collections.abc import Sequence
 
@@ -12,17 +13,30 @@ from symdyn.program import identifier
 C_HEADERS = """assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdarg stdbool
 stddef stdint stdio stdlib string tgmath time wchar wctype"""
 
+DEVICES = re.compile(r"(con|prn|aux|nul|(com|lpt)\d)\Z", re.IGNORECASE)
+
 
 def stem(scene: str) -> str:
     """Return the file name of a scene without its ending, which also opens the names of its C functions.
 
-    A scene called numpy or math would hide the module or header that its own code needs; it gets an underscore.
+    A scene called numpy or math would hide the module or header that its own code needs, and Windows writes no file
+    called CON.c; each gets an underscore.
     """
     name = identifier(scene) or "scene"
     if not name[0].isalpha():
         name = f"m{name}"
-    taken = name in C_HEADERS.split() or name == "numpy" or keyword.iskeyword(name) or name in sys.stdlib_module_names
-    return f"{name}_" if taken else name
+    module = name == "numpy" or keyword.iskeyword(name) or name in sys.stdlib_module_names
+    return f"{name}_" if module or name in C_HEADERS.split() or is_device(name) else name
+
+
+def page_stem(scene: str) -> str:
+    """Return the file name of a scene's pages without ending; that of a device of Windows gets an underscore."""
+    return f"{scene}_" if is_device(scene) else scene
+
+
+def is_device(name: str) -> bool:
+    """Tell whether Windows takes a file of this name, with any ending, for a device."""
+    return DEVICES.match(name) is not None
 
 
 def function_names(names: Sequence[str]) -> list[str]:

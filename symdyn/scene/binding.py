@@ -15,7 +15,7 @@ from symdyn.graph import Graph
 from symdyn.scene.check import check
 from symdyn.scene.draft import KINDS, Draft
 from symdyn.scene.folding import FormulaError
-from symdyn.scene.formula import parse, quantity
+from symdyn.scene.formula import parse, quantity, split_commas
 from symdyn.scene.mapping import map_quantities, substituted
 from symdyn.scene.model import Scene
 from symdyn.scene.names import suggestion
@@ -101,7 +101,7 @@ def read_bindings(text: str) -> dict[str, str]:
         SceneError: a part that is no name = value, or a name that comes twice.
     """
     values: dict[str, str] = {}
-    for part in _parts(text):
+    for part in split_commas(text):
         name, equals, value = (piece.strip() for piece in part.partition("="))
         if not name or not equals or not value:
             raise SceneError(f'"{part.strip()}" gives no parameter a value; write m1=2.5,h1=1')
@@ -110,18 +110,6 @@ def read_bindings(text: str) -> dict[str, str]:
         parse(value)
         values[name] = value
     return values
-
-
-def _parts(text: str) -> list[str]:
-    """Return the text between commas; one may stand inside atan2(y, x)."""
-    parts, depth = [""], 0
-    for character in text:
-        depth += (character == "(") - (character == ")")
-        if character == "," and depth <= 0:
-            parts.append("")
-        else:
-            parts[-1] += character
-    return parts
 
 
 def _is_zero(value: Quantity) -> bool:

@@ -211,6 +211,17 @@ class _Reader:
             raise FormulaError("its powers multiply out to too many terms; name a part of it as a parameter")
 
 
+def split_commas(text: str) -> list[str]:
+    """Return the parts between the commas that stand in no bracket, as that of atan2(y, x) does."""
+    parts, depth, last = [], 0, 0
+    for place, letter in enumerate(text):
+        depth += (letter == "(") - (letter == ")")
+        if letter == "," and depth <= 0:
+            parts.append(text[last:place])
+            last = place + 1
+    return [part.strip() for part in (*parts, text[last:])] if text.strip() else []
+
+
 def _size(part: Quantity) -> int:
     return 1 + sum(_size(arg) for arg in part.args)
 

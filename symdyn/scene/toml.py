@@ -65,11 +65,16 @@ def read_text(text: str, source: str = "scene.toml") -> Scene:
 
 
 def _scene(text: str, faults: Faults, options: ReadOptions) -> Scene:
-    declaration = _declaration(_parse(text, faults.source), faults.source, faults)
+    declaration = _declaration(tables_of(text, faults.source), faults.source, faults)
     return assemble(declaration, faults.source, faults, options.allow_invalid_inertia, options.spanning_tree)
 
 
-def _parse(text: str, source: str) -> dict[str, object]:
+def tables_of(text: str, source: str) -> dict[str, object]:
+    """Return the tables of TOML text; numbers with a point are decimals.
+
+    Raises:
+        SceneError: it is no TOML, or has more values, or deeper ones, than any file of ours.
+    """
     _refuse_long_keys(text, source)
     try:
         root = tomllib.loads(text.removeprefix("\ufeff"), parse_float=_decimal)

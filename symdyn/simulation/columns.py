@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.errors import SceneError, SimulateError
 from symdyn.scene.table import Faults
 from symdyn.simulation.reading import TIME, close, read_file
 
@@ -43,19 +45,25 @@ def read_columns(path: Path) -> Columns:
         SimulateError: with every fault of the file, one line each.
     """
     faults = Faults(str(path))
-    rows = [row for row in csv.reader(io.StringIO(read_file(path))) if any(cell.strip() for cell in row)]
+    try:
+        rows = [row for row in csv.reader(io.StringIO(read_file(path))) if any(cell.strip() for cell in row)]
+    except csv.Error as error:
+        raise SimulateError(f"{path}: is no CSV: {error}") from None
     names = [cell.strip() for cell in rows[0]] if rows else []
     if TIME not in names:
         faults.add("", "has no column t; the first row must name the columns, such as t,q1,q2")
-    for name in dict.fromkeys(name for name in names if names.count(name) > 1):
+    for name in [name for name, count in Counter(names).items() if count > 1][:MOST]:
         faults.add("", f"has the column {name} twice")
     if len(rows) < 3:
         faults.add("", f"has {counted(max(0, len(rows) - 1), 'row')} of numbers; at least two are needed")
     close(faults)
-    table = np.array([_numbers(row, names, number, faults) for number, row in enumerate(rows[1:], start=2)])
-    t = table[:, names.index(TIME)]
-    for k in np.nonzero(np.diff(t) <= 0)[0]:
-        faults.add(f"row {k + 3}", f"t = {t[k + 1]:g} does not come after t = {t[k]:g}; sort the rows by time")
+    try:
+        table = np.array([_numbers(row, names, number, faults) for number, row in enumerate(rows[1:], start=2)])
+        t = table[:, names.index(TIME)]
+        for k in np.nonzero(np.diff(t) <= 0)[0]:
+            faults.add(f"row {k + 3}", f"t = {t[k + 1]:g} does not come after t = {t[k]:g}; sort the rows by time")
+    except SceneError as error:  # so many that reading ended
+        raise SimulateError([*error.faults[:MOST], f"{path}: and more faults than are counted"]) from None
     if len(faults.lines) > MOST:
         faults.lines[MOST:] = [f"{path}: and {len(faults.lines) - MOST} faults more"]
     close(faults)

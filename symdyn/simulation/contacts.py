@@ -1,7 +1,5 @@
 """What contacts would need in the world: normal forces that push, and friction enough not to slip.
 
-    f        forces of the spanning tree, as if nothing closed it
-    λ        Gᵀ λ = f - τ, the least one; entries that a relation between rows leaves open are told as such
     N, F     multipliers of a contact along the normal, and in the plane
 
 The equations take contacts as two-sided and without slip; both are looked at in what they give.
@@ -14,13 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build.load import load_program
 from symdyn.dynamics.loops.closure import Closure, loose_rows
 from symdyn.dynamics.loops.numbers import Numbers
-from symdyn.dynamics.workspace import Workspace
-from symdyn.program import formulate, lower
 from symdyn.scene import Row, Scene
-from symdyn.simulation.reading import TIME
+from symdyn.simulation.multipliers import decided, multipliers
 
 Array = npt.NDArray[np.float64]
 
@@ -57,22 +52,22 @@ def needed(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau: Array) -> 
     contacts = [row for row in scene.rows if row.touches]
     if not contacts:
         return [], []
-    closure, numbers = _decided(scene)
+    closure, numbers = decided(scene)
     places = _places(closure, numbers)
     labels = [numbers.constraints.labels[k] for k in loose_rows(numbers, closure.assembly)]
     shared = {(label.owner, label.number) for label in labels if not label.loop}
-    multipliers = _multipliers(scene, t, q, u, a, tau)
+    sizes = multipliers(scene, t, q, u, a, tau)
     found, notes = [], []
     for row in contacts:
         mine = {row.components[number]: k for (name, number), k in places.items() if name == row.name}
         if "normal" not in mine or any((row.name, number) in shared for number in range(len(row.components))):
             notes.append(f"contact {row.name}: its forces are not unique, so that nothing is told of them")
             continue
-        normal = multipliers[:, mine["normal"]]
+        normal = sizes[:, mine["normal"]]
         plane = np.hypot(
-            *(multipliers[:, mine[way]] if way in mine else np.zeros_like(normal) for way in ("along", "across"))
+            *(sizes[:, mine[way]] if way in mine else np.zeros_like(normal) for way in ("along", "across"))
         )
-        size = float(np.abs(multipliers).max(initial=0.0))
+        size = float(np.abs(sizes).max(initial=0.0))
         pushes = normal > NOTHING * size
         one = Needed(row, normal, np.where(pushes, plane / np.where(pushes, normal, 1.0), 0.0))
         found.append(one)
@@ -97,27 +92,8 @@ def _told(one: Needed, t: Array, size: float) -> list[str]:
     return notes
 
 
-def _decided(scene: Scene) -> tuple[Closure, Numbers]:
-    closed = Workspace(scene).closed
-    return closed.closure, closed.numbers
-
-
 def _places(closure: Closure, numbers: Numbers) -> dict[tuple[str, int], int]:
     """Return the place among the kept rows of every contact's row, by its name and number."""
     labels = numbers.constraints.labels
     kept = [(labels[k], place) for place, k in enumerate(closure.kept)]
     return {(label.owner, label.number): place for label, place in kept if not label.loop}
-
-
-def _multipliers(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau: Array) -> Array:
-    """Return λ of the kept rows, shape (N, rows)."""
-    program = lower(formulate(scene, ("tree_forces", "constraint_jacobian")))
-    calls, _ = load_program(program, lean=True)
-    known = {"q": q, "qd": u, "qdd": a, TIME: t}
-    found = {}
-    for routine in program.routines:
-        values = calls[routine.function.name](*(known[one.name] for one in routine.function.arguments))
-        found[routine.function.name] = np.broadcast_to(values, (len(t), *routine.function.shape))
-    excess = found["tree_forces"] - tau
-    back = np.linalg.pinv(found["constraint_jacobian"].transpose(0, 2, 1))
-    return np.asarray(np.einsum("nrk,nk->nr", back, excess))

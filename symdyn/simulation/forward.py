@@ -17,12 +17,13 @@ from symdyn.simulation.choose import Choice, choose
 from symdyn.simulation.constraints import Projection
 from symdyn.simulation.contacts import needed
 from symdyn.simulation.forces import Forces, held, read_forces
+from symdyn.simulation.functions import point_names
 from symdyn.simulation.initial import Start, no_equations, read_start, singular
 from symdyn.simulation.integrate import METHODS, Hit, Problem
 from symdyn.simulation.limits import passed
 from symdyn.simulation.model import END, INTERRUPTED, Event, Trajectory
 from symdyn.simulation.monitors import observe
-from symdyn.simulation.reactions import reaction_columns
+from symdyn.simulation.reactions import axes_of, reaction_columns
 from symdyn.simulation.reading import TIME, close, parameter_values, read_formula
 from symdyn.simulation.run import STOPPED, Run, integrated
 from symdyn.simulation.samples import sample_times
@@ -55,7 +56,7 @@ def simulate(
     stops: Sequence[str] = (),
     reports: Sequence[str] = (),
     every: float | None = None,
-    reactions: bool = False,
+    reactions: bool | str = False,
     progress: Callable[[float], None] | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Trajectory:
@@ -76,7 +77,8 @@ def simulate(
         stops: formulas in t, coordinates, velocities and parameters; where one crosses zero the run ends.
         reports: likewise; where one crosses zero the event is kept.
         every: seconds between samples; None for 200 samples.
-        reactions: add the columns of all joint reactions.
+        reactions: add the columns of all joint reactions and multipliers, in axes "body", "joint" or "ground"; True is
+            "body".
         progress: called with the share that is done.
         say: called with lines for the user: the method and why.
 
@@ -86,6 +88,9 @@ def simulate(
     """
     forces = forces if isinstance(forces, Forces) else read_forces(scene, forces)
     formulas = (*stops, *reports)
+    faults = Faults("")
+    axes = axes_of(reactions, faults)
+    close(faults)
     zeros, times, initial = _checked(scene, until, every, rtol, atol, formulas, method, start, start_rates)
     notes = (*initial.notes, *held(scene, forces, until))
     for note in notes:
@@ -114,8 +119,10 @@ def simulate(
         columns, monitors = observe(system, run.t, run.x)
         qdd = system.tell("rates", run.t, run.x)[:, system.nq : system.nq + system.nv]
         tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
-        if reactions:
-            columns |= reaction_columns(scene, run.t, q, u, qdd, tau, given=True)
+        if scene.points:
+            columns |= dict(zip(point_names(scene), system.tell("points", run.t, run.x).T, strict=True))
+        if axes:
+            columns |= reaction_columns(scene, run.t, q, u, qdd, tau, given=True, axes=axes)
         contacts, seen = needed(scene, run.t, q, u, qdd, tau)
     for one in contacts:
         monitors[f"normal_force {one.row.name}"] = float(one.normal.min())

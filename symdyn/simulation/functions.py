@@ -6,9 +6,11 @@ from collections.abc import Sequence
 
 from symdyn.dynamics.derive import arguments
 from symdyn.dynamics.equations import Argument, Function
+from symdyn.dynamics.positions import body_placements
+from symdyn.dynamics.state import placement
 from symdyn.dynamics.workspace import Workspace
 from symdyn.graph import Expr, Graph
-from symdyn.scene import express
+from symdyn.scene import Scene, express
 from symdyn.simulation.forces import Forces
 from symdyn.simulation.reading import TIME
 
@@ -18,6 +20,18 @@ EVERYTHING = ("q", "qd", "tau", TIME)
 def function_of(w: Workspace, name: str, entries: Sequence[Expr], takes: Sequence[str] = EVERYTHING) -> Function:
     """Return entries as a function of everything, or of what it takes."""
     return plain(name, entries, arguments(w, takes))
+
+
+def points(w: Workspace) -> Function:
+    """Return where the declared points of a scene are, ground axes, m, three entries each."""
+    placed = body_placements(w.scene, w.graph) if w.scene.points else {}
+    places = [placed[one.body] @ placement(one.at, w.graph) for one in w.scene.points]
+    return function_of(w, "points", [x for place in places for x in place.p], ("q",))
+
+
+def point_names(scene: Scene) -> list[str]:
+    """Return the names of the columns of `points`."""
+    return [f"point_{one.name}_{axis}" for one in scene.points for axis in "xyz"]
 
 
 def plain(name: str, entries: Sequence[Expr], takes: Sequence[Argument]) -> Function:

@@ -28,11 +28,12 @@ from symdyn.scene import JOINTS, Scene, spell, velocity_name
 from symdyn.scene.start import starting_position
 from symdyn.scene.table import Faults
 from symdyn.simulation.followed import Followed, Tied, followed
+from symdyn.simulation.functions import point_names, points
 from symdyn.simulation.initial import no_equations
 from symdyn.simulation.laws import Law, constant, formula_law
 from symdyn.simulation.model import Trajectory
 from symdyn.simulation.motion import Motion
-from symdyn.simulation.reactions import reaction_columns
+from symdyn.simulation.reactions import axes_of, reaction_columns
 from symdyn.simulation.reading import TIME, bound, close, number_of, parameter_values
 
 Array = npt.NDArray[np.float64]
@@ -44,21 +45,22 @@ NOTHING = 1e-7
 """Force of a passive joint, over the largest, that is rounding."""
 
 
-def inverse(scene: Scene, motion: Motion, times: npt.ArrayLike, reactions: bool = False) -> Trajectory:
+def inverse(scene: Scene, motion: Motion, times: npt.ArrayLike, reactions: bool | str = False) -> Trajectory:
     """Return the driving forces, and on request all joint reactions, of a prescribed motion.
 
     Args:
         scene: the mechanism, its parameters bound.
         motion: laws of its coordinates; those without one rest at their start, or follow through the loops.
         times: s, shape (N,), ascending.
-        reactions: add the columns of all joint reactions.
+        reactions: add the columns of all joint reactions and multipliers, in axes "body", "joint" or "ground"; True is
+            "body".
 
     Raises:
         SimulateError: with every fault, one line each.
         DerivationError: the drives do not fit the loops.
     """
     t = np.atleast_1d(np.asarray(times, dtype=np.float64))
-    _check(scene, motion, t)
+    axes = _check(scene, motion, t, reactions)
     functions = _Functions(scene)
     laws = _laws(scene, motion)
     q, rate, second = (np.stack(parts, axis=-1) for parts in zip(*(law(t) for law in laws.values()), strict=True))
@@ -81,8 +83,10 @@ def inverse(scene: Scene, motion: Motion, times: npt.ArrayLike, reactions: bool 
     tau = functions("inverse_dynamics", t, q, u, a)
     power = np.einsum("ni,ni->n", tau, u)
     columns["drive_power"] = power
-    if reactions:
-        columns |= reaction_columns(scene, t, q, u, a, tau, given=False)
+    if scene.points:
+        columns |= dict(zip(point_names(scene), functions("points", t, q, u).T, strict=True))
+    if axes:
+        columns |= reaction_columns(scene, t, q, u, a, tau, given=False, axes=axes)
     notes += _impossible(scene, tau)
     return Trajectory(scene, t, q, u, a, tau, columns, notes=tuple(notes))
 
@@ -143,9 +147,11 @@ def _laws(scene: Scene, motion: Motion) -> dict[str, Law]:
     return {name: motion.laws.get(name) or own.get(name) or constant(start[name]) for name in scene.coordinates}
 
 
-def _check(scene: Scene, motion: Motion, t: Array) -> None:
+def _check(scene: Scene, motion: Motion, t: Array, reactions: bool | str) -> str:
+    """Return the axes of reactions that are wanted, "" for none; all faults together."""
     parameter_values(scene)
     faults = Faults("")
+    axes = axes_of(reactions, faults)
     if not scene.velocities:
         faults.add(scene.name, "nothing moves: no joint has a coordinate")
     if not len(t) or not np.all(np.isfinite(t)) or np.any(np.diff(t) <= 0):
@@ -158,6 +164,7 @@ def _check(scene: Scene, motion: Motion, t: Array) -> None:
         if velocity_name(name) in [scene.velocities[k] for k in moved]:
             faults.add("motion", f"{name} has a prescribed motion in the scene; take one of the two away")
     close(faults)
+    return axes
 
 
 class _Functions:
@@ -178,7 +185,7 @@ class _Functions:
         H = [column[k] for k in range(len(w.state.q)) for column in columns]
         turned = tangents(w.state.rates, w.state.velocity)  # Ḣ u
         shape = (len(w.state.q), w.state.n)
-        functions.append(_function(w, "kinematics", H, shape))
+        functions += [points(w), _function(w, "kinematics", H, shape)]
         functions.append(_function(w, "turning", turned, shape[:1]))
         self.program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
         self.closed = any(f.name == "constraint_jacobian" and f.entries for f in functions)

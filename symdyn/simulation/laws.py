@@ -26,10 +26,11 @@ import numpy.typing as npt
 from symdyn.algebra.numeric import Batches
 from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene import FormulaError, Quantity, express
+from symdyn.scene.formula import split_commas
 from symdyn.scene.names import suggestion
 from symdyn.scene.table import Faults
 from symdyn.simulation.columns import Columns
-from symdyn.simulation.reading import TIME, bound, number_of, read_formula, split_commas
+from symdyn.simulation.reading import TIME, bound, number_of, read_formula
 
 Array = npt.NDArray[np.float64]
 Motion3 = tuple[Array, Array, Array]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
@@ -12,10 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.dynamics.state import quaternions
-from symdyn.errors import SimulateError
+from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import Scene, acceleration_name, velocity_name
 from symdyn.scene.names import suggestion
 from symdyn.scene.table import Faults, show
+from symdyn.scene.toml import tables_of
 from symdyn.simulation.columns import Columns, read_columns
 from symdyn.simulation.laws import Law, column_law, read_law
 from symdyn.simulation.reading import close, parameter_values, read_file, words
@@ -167,9 +167,9 @@ def split_entries(
 def _toml(path: Path, table: str, faults: Faults) -> list[tuple[str, str]]:
     """Return name and text of every entry of a TOML file, under [table] or without it."""
     try:
-        root = tomllib.loads(read_file(path), parse_float=Decimal)
-    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
-        faults.add(str(path), f"is not TOML that can be read: {error}")
+        root = tables_of(read_file(path), str(path))
+    except SceneError as error:
+        faults.lines += error.faults
         return []
     inner = root.get(table, root)
     if not isinstance(inner, Mapping):

@@ -1,7 +1,7 @@
 """How long a run will take: said once it is known to be long; a run that would take years is ended.
 
 The time of the end may be a slip of the pen, `--until 1e6` for 1e0, and nobody should wait for it in ignorance. The
-pace is that of the stretch since the last look, so that a slow beginning does not count.
+pace is that of the stretch since the last look, so that a slow beginning does not count; a run is ended by two of them.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Outlook:
         """Start the clock; `say` is told."""
         self.until, self.say = until, say
         self.next, self.t, self.begin = FIRST, 0.0, time.perf_counter()
-        self.last = self.begin
+        self.last, self.hopeless = self.begin, False
 
     def look(self, t: float) -> None:
         """Tell how long the rest takes.
@@ -42,7 +42,7 @@ class Outlook:
             return
         rest = (self.until - t) * ((now - self.last) / (t - self.t)) if t > self.t else float("inf")
         spent = now - self.begin
-        if rest > HOPELESS:
+        if rest > HOPELESS and self.hopeless:
             raise IntegrationError(
                 f"t = {t:g} s after {spoken(spent)} of computing; at this pace t = {self.until:g} s takes "
                 f"{spoken(rest)}, so the run ends here; give an end that is sooner, or a coarser tolerance"
@@ -52,7 +52,7 @@ class Outlook:
                 f"t = {t:g} s after {spoken(spent)}; at this pace the end at t = {self.until:g} s is "
                 f"{spoken(rest)} away; Ctrl-C ends the run with what it has"
             )
-        self.last, self.t, self.next = now, t, 4 * self.next
+        self.last, self.t, self.next, self.hopeless = now, t, 4 * self.next, rest > HOPELESS
 
 
 def spoken(seconds: float) -> str:

@@ -8,18 +8,23 @@ import numpy.typing as npt
 from symdyn.build.load import load_program
 from symdyn.program import formulate, lower
 from symdyn.scene import Scene
+from symdyn.scene.table import Faults
+from symdyn.simulation.multipliers import LOOSE, multiplier_columns
 from symdyn.simulation.reading import TIME
 
 Array = npt.NDArray[np.float64]
 
-LOOSE = "_not_unique"
-"""Ends the names of columns that rigid bodies do not determine; their numbers are one choice among many."""
+AXES = ("body", "joint", "ground")
+"""What reactions are written in: axes of the child's body, of the joint frame on the parent, of the ground."""
 
 
 def reaction_columns(
     scene: Scene, t: Array, q: Array, qd: Array, qdd: Array, tau: Array, given: bool, axes: str = "body"
 ) -> dict[str, Array]:
     """Return force and moment of every joint and loop at the origin of its moved frame, drives included; N and N m.
+
+    They are called `reaction_JOINT_fx`, and in other axes than the body's `reaction_JOINT_fx_joint`, `.._fx_ground`.
+    The multipliers of a closed mechanism follow them.
 
     Args:
         scene: the mechanism.
@@ -44,8 +49,17 @@ def reaction_columns(
     found = np.broadcast_to(found, (len(t), *found.shape[-2:]))
     names = [joint.name for joint in (*scene.joints, *scene.loops)]
     unique = routine.function.unique or (True,) * (6 * len(names))
-    return {
-        f"reaction_{name}_{component}{'' if unique[6 * i + k] else LOOSE}": found[:, i, k]
+    ending = "" if axes == "body" else f"_{axes}"
+    columns = {
+        f"reaction_{name}_{component}{ending}{'' if unique[6 * i + k] else LOOSE}": found[:, i, k]
         for i, name in enumerate(names)
         for k, component in enumerate(COMPONENTS)
     }
+    return columns | multiplier_columns(scene, t, q, qd, qdd, tau)
+
+
+def axes_of(reactions: bool | str, faults: Faults) -> str:
+    """Return the axes that are asked for, "" for none; what is no axes is a fault."""
+    if isinstance(reactions, str) and reactions not in ("", *AXES):
+        faults.add("reactions", f'"{reactions}" are no axes; write body, joint or ground')
+    return reactions if isinstance(reactions, str) else "body" if reactions else ""

@@ -14,6 +14,9 @@ from symdyn.scene.value import Value, value_of
 
 TIME = "t"
 
+LARGEST_FILE = 64 * 2**20
+"""Bytes of a file of numbers or laws; a million rows of three numbers have room in it."""
+
 
 def read_formula(text: object, allowed: Iterable[str], where: str, faults: Faults) -> Quantity | None:
     """Return a formula whose symbols are among `allowed`, None after a fault."""
@@ -90,17 +93,6 @@ def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
     return found
 
 
-def split_commas(text: str) -> list[str]:
-    """Return the parts between the commas that stand in no bracket."""
-    parts, depth, last = [], 0, 0
-    for place, letter in enumerate(text):
-        depth += (letter == "(") - (letter == ")")
-        if letter == "," and depth == 0:
-            parts.append(text[last:place])
-            last = place + 1
-    return [part.strip() for part in (*parts, text[last:])] if text.strip() else []
-
-
 def read_file(path: Path) -> str:
     """Return the text of a file.
 
@@ -108,7 +100,11 @@ def read_file(path: Path) -> str:
         SimulateError: it cannot be read, and why.
     """
     try:
-        return path.read_text(encoding="utf-8-sig")
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+        if len(content) > LARGEST_FILE:
+            raise SimulateError(f"{path}: holds more than {LARGEST_FILE >> 20} MB; give fewer rows")
+        return content.decode("utf-8-sig")
     except FileNotFoundError:
         raise SimulateError(f"{path}: there is no such file; check the path") from None
     except IsADirectoryError:

@@ -40,7 +40,7 @@ from symdyn.simulation.closed import corrections, reach, row_rates, together
 from symdyn.simulation.conserved import conserved
 from symdyn.simulation.ends import ends
 from symdyn.simulation.forces import Forces
-from symdyn.simulation.functions import drive, function_of
+from symdyn.simulation.functions import drive, function_of, points
 from symdyn.simulation.limits import limits_of
 from symdyn.simulation.reading import TIME, parameter_values
 
@@ -253,6 +253,7 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
         function_of(w, "power", powers),
         function_of(w, "kinetic", cheapest(w, "kinetic_energy").entries),
         function_of(w, "potential", cheapest(w, "potential_energy").entries),
+        points(w),
     ]
     last, limits = ends(scene, w.graph), limits_of(scene, w.graph, drives)
     if events or last or limits:

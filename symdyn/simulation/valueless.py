@@ -83,6 +83,8 @@ def _between_points(scene: Scene, graph: Graph) -> Iterator[tuple[str, Expr]]:
             continue
         a, b = (placed[end.body].point(vector(end.at, graph)) for end in element.ends)
         square = dot(sub(b, a), sub(b, a))
+        if square.is_zero:  # points that never part pull at nothing
+            continue
         if isinstance(element, Spring):
             words = f"spring {element.name} has no length there, where it pulls (with free = 0 it would not)"
             yield f"{words}, and so no direction", pull(element, square)

@@ -8,7 +8,8 @@ functions are compared with equations that nobody has solved beforehand:
     A x + b = 0                             (5.18), reactions: equal where an entry is unique, elsewhere apart by what
                                             is in equilibrium with itself
 
-Where these equations lose rank themselves (a change point, angles that are singular) there is nothing to compare.
+Where these equations lose rank themselves (a change point, angles that are singular, a wheel that lies flat) there is
+nothing to compare.
 """
 
 from __future__ import annotations
@@ -101,7 +102,7 @@ def natural_places(w: Workspace) -> list[tuple[str, Array]]:
         for held in (set_to, []):  # as they were set, if the loops close so
             try:
                 q = newton(numbers, numbers.normalised(guess), held)
-                closed = seen_closed(numbers, q)
+                closed = seen_closed(numbers, q) and not (numbers.lying_flat(q) or numbers.singular_angles(q))
             except DerivationError:  # a formula has no value there
                 continue
             if closed:

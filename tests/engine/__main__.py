@@ -6,7 +6,10 @@ Exit status 1 where something differs.
 from __future__ import annotations
 
 import argparse
+import os
 import sys
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: small matrices wait for threads on a busy machine
 
 from engine.trials.compare import report
 

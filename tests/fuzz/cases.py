@@ -6,12 +6,16 @@ import argparse
 import base64
 import json
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from random import Random
 
 from symdyn.cli import parser
+from symdyn.errors import SymdynError
+from symdyn.scene import write_text
+from symdyn.scene.toml import read_text
 
 from . import grammar
 from .grammar import NASTY, chance
@@ -206,7 +210,7 @@ def _scene(rng: Random, few: bool, spoilt: float) -> tuple[str, bytes]:
         made = spoil(rng, grammar.scene(rng, FEW if few else 6, chance(rng, spoilt)), times)
         content = toml(made).encode(errors="surrogatepass")
         return "scene.toml", scribble(rng, content, 1) if times and chance(rng, 0.2) else content
-    kind = rng.choice(("small", "small", "xml", "par") if few else ("small", "toml", "urdf", "xml", "par"))
+    kind = rng.choice(("small", "small", "urdf", "xml", "par") if few else ("small", "toml", "urdf", "xml", "par"))
     endings = {"urdf": ".urdf", "xml": ".xml", "par": ".par"}
     content, other = rng.choice(seeds()[kind]), rng.choice(seeds()[kind])
     return f"scene{endings.get(kind, '.toml')}", scribble(rng, content, times, other)
@@ -224,6 +228,20 @@ def seeds() -> dict[str, list[bytes]]:
             found[kind].append(content)
             if kind == "toml" and content.count(b"\n[bodies.") <= FEW and b"dh" not in content:
                 found["small"].append(content)
+    for kind in ("urdf", "par"):
+        found[kind] += _converted(kind)
     found["homework"] = [path.read_bytes() for path in sorted((ROOT / "docs").glob("check-derivation.md"))]
     found["small"].sort(key=len)
+    return found
+
+
+def _converted(kind: str, most: int = 12) -> list[bytes]:
+    """Return scenes by grammar in another format, since few files of it lie here."""
+    found: list[bytes] = []
+    for number in range(10 * most):
+        with suppress(SymdynError):  # such a scene is not right, or the format cannot hold it
+            read = read_text(toml(grammar.scene(Random(number), FEW, open_ones=False)))
+            found.append(write_text(read, kind, lossy=True).text.encode())
+        if len(found) == most:
+            break
     return found

@@ -57,14 +57,14 @@ PLANTS = (
         "scene/folding.py",
         "        if max(value.numerator.bit_length(), value.denominator.bit_length()) * n > LONGEST_BITS:",
         "        if False:",
-        r"over|OverflowError|ValueError",
+        r"over \d|[A-Za-z]+Error: scene/folding\.py",
     ),
     Plant(
         "a cell of a table of forces that is no number ends in a traceback",
-        "simulate/columns.py",
+        "simulation/columns.py",
         "        except ValueError:",
         "        except NotImplementedError:",
-        r"ValueError: simulate/columns\.py",
+        r"ValueError: simulation/columns\.py",
     ),
     Plant(
         "the reader of homework does not get past **",
@@ -89,9 +89,9 @@ PLANTS = (
     ),
     Plant(
         "a file that is written leaves another one behind",
-        "emit/sources.py",
-        "            aside.append((_write_aside(place, text), place / name))\n",
-        "            aside.append((_write_aside(place, text), place / name))\n            _write_aside(place, text)\n",
+        "emit/files.py",
+        "                aside.append(temporary := _aside(place))\n",
+        "                aside.append(temporary := _aside(place))\n                _aside(place)\n",
         r"a file left behind",
     ),
     Plant(

@@ -35,7 +35,10 @@ from symdyn.errors import DerivationError
 NEAR = 1e-3
 """Below it a mechanism is said to be near a change point."""
 
-GUESSES, DRAWS = 40, 60
+GUESSES, DRAWS, GUESSES_A_DRAW = 40, 60, 5
+
+EFFORT = 4_000_000
+"""When so much is spent, about 3 s, no further guess is tried; the first is followed as far as it leads."""
 
 
 @dataclass(frozen=True)
@@ -72,13 +75,16 @@ class Assembly:
         return self.singular_values[self.rank - 1] if self.rank else 0.0
 
 
-def closed_position(numbers: Numbers, guess: Array | None = None, held: Sequence[int] | None = None) -> Assembly:
+def closed_position(
+    numbers: Numbers, guess: Array | None = None, held: Sequence[int] | None = None, guesses: int = GUESSES
+) -> Assembly:
     """Return a closed position; see `assemble`.
 
     Args:
         numbers: the mechanism.
         guess: coordinates to begin with; None takes those of the scene, and random ones where it gives none.
         held: velocities whose coordinates must not move; None holds driven ones as long as the loops close so.
+        guesses: how many random ones at most.
     """
     scene = numbers.scene
     given = guess is not None or any(joint.start for joint in scene.moving)
@@ -96,7 +102,9 @@ def closed_position(numbers: Numbers, guess: Array | None = None, held: Sequence
                 notes.append(f"the loops do not close at the start of {names}, which had to move")
             return _looked_at(numbers, q, notes)
         fault = open_loop(numbers, q) or reversed_loop(numbers, q) or ""
-    for seed in range(GUESSES) if not given else ():
+    for seed in range(guesses) if not given else ():
+        if numbers.effort > EFFORT:
+            break
         q = newton(numbers, numbers.drawn(seed), ())
         if seen_closed(numbers, q):
             notes.append("no joint has a start: a closed position was found from a random guess; give start")
@@ -120,24 +128,21 @@ def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers
     others = [p.name for p in scene.free_parameters if p.name not in known and p.name not in missing]
     rest = dict(known) | dict.fromkeys(others, 1.0)
     if not missing:
-        numbers = with_parameters(numbers, rest)
+        numbers = numbers.bound_to(rest)
         return numbers, closed_position(numbers)
     last: DerivationError | None = None
-    for draw in range(DRAWS):
+    draw = 0
+    while draw < DRAWS and numbers.effort <= EFFORT:
         rng = random.Random(f"{scene.name}:{draw}")
-        numbers = with_parameters(numbers, rest | {name: rng.uniform(0.5, 1.5) for name in missing})
+        numbers = numbers.bound_to(rest | {name: rng.uniform(0.5, 1.5) for name in missing})
+        draw += 1
         try:
-            return numbers, closed_position(numbers)
+            return numbers, closed_position(numbers, guesses=GUESSES_A_DRAW)
         except DerivationError as fault:
             last = fault
-    names = ", ".join(missing)
-    raise DerivationError(f"{last}; {DRAWS} random values of {names} were tried: give values with which it closes")
-
-
-def with_parameters(numbers: Numbers, free: Mapping[str, float]) -> Numbers:
-    """Return the mechanism with values of its free parameters."""
-    n = numbers
-    return Numbers(n.scene, n.graph, n.state, n.tree, n.directions, n.constraints, free)
+    raise DerivationError(
+        f"{last}; random values of {', '.join(missing)} were tried, {draw} times: give values with which it closes"
+    )
 
 
 # Newton

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from symdyn.dynamics.loops.assembly import Assembly, closed_position, with_parameters
+from symdyn.dynamics.loops.assembly import Assembly, closed_position
 from symdyn.dynamics.loops.newton import NEGLIGIBLE, dimensionless, newton, seen_closed
 from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
 from symdyn.errors import DerivationError
@@ -178,7 +178,7 @@ def _numbers(scene: Scene, parameters: Mapping[str, float] | None) -> Numbers:
         raise DerivationError(
             f"{scene.name}: {', '.join(missing)} {'has' if len(missing) == 1 else 'have'} no value; give parameters"
         )
-    return with_parameters(numbers_of(scene), known)
+    return numbers_of(scene).bound_to(known)
 
 
 def _velocity(scene: Scene, coordinate: str) -> int:

@@ -118,6 +118,11 @@ def _rolling(row: Row, X: Transform) -> tuple[Wrench, ...]:
         return tuple(ways[component] for component in row.components)
     a = apply(X.R, unit(row.axis, graph))
     w = _sine(a, n)
+    if w.is_zero:
+        raise DerivationError(
+            f"rows.{row.name}: {row.place.body if row.place else ''} lies flat on its plane wherever the joints stand, "
+            "its axis along the normal, so that no point of its rim is the lowest; turn the axis of the wheel"
+        )
     d = scale(-r / w, sub(n, scale(dot(n, a), a)))
     ways = {
         "along": (scale(1 / w, cross(a, n)), scale(-r, a)),

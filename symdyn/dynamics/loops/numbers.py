@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
+from copy import copy
 from functools import cached_property
 from typing import Any
 
@@ -39,6 +40,9 @@ SINGULAR = 1e-6
 FLAT = 1e-3
 """Sine of the angle between axis and normal of a wheel that lies flat."""
 
+AT_LEAST = 100
+"""Nodes that could be evaluated while values are handed to and fro."""
+
 
 class Numbers:
     """Functions of q as numbers, at values of the parameters."""
@@ -58,6 +62,22 @@ class Numbers:
         self.constraints, self.directions = constraints, directions
         self.free = dict(free)
         self._orders: dict[tuple[Expr, ...], list[Expr]] = {}  # Newton's method asks for the same entries many times
+        self._spent = [0]
+
+    def bound_to(self, free: Mapping[str, float]) -> Numbers:
+        """Return the mechanism with values of its free parameters; what was derived and spent is shared."""
+        found = copy(self)
+        found.free = dict(free)
+        for name in ("parameters", "plain"):
+            found.__dict__.pop(name, None)
+        if self.plain is not self:
+            found.plain = self.plain.bound_to(free)
+        return found
+
+    @property
+    def effort(self) -> int:
+        """What has been spent on values, in nodes of the graph: a measure of time that every machine agrees on."""
+        return self._spent[0]
 
     @cached_property
     def parameters(self) -> dict[Expr, float]:
@@ -89,10 +109,24 @@ class Numbers:
         values = self.parameters | dict(zip(self.state.q, q.tolist(), strict=True)) | dict(others or {})
         wanted = tuple(entries)
         order = self._orders.get(wanted) or self._orders.setdefault(wanted, reachable(wanted))
+        self._spent[0] += AT_LEAST + len(order)
         try:
             return np.array(evaluate(wanted, Floats(), values, order), dtype=np.float64)
         except (ArithmeticError, ValueError) as fault:
-            raise DerivationError(f"{self.scene.name}: a formula has no real value at q = {q.tolist()}") from fault
+            raise DerivationError(f"{self.scene.name}: {self._valueless(wanted, values, q)}") from fault
+
+    def _valueless(self, entries: Sequence[Expr], values: Mapping[Expr, float], q: Array) -> str:
+        """Return whose formula has no real value, and where."""
+        rows = zip(self.constraints.labels, self.constraints.residual, self.constraints.G, strict=True)
+        owners = {entry: label.words for label, residual, row in rows for entry in (residual, *row)}
+        place = ", ".join(f"{name} = {x:.6g}" for name, x in zip(self.scene.coordinates, q.tolist(), strict=True))
+        for entry in entries:
+            try:
+                evaluate([entry], Floats(), values)
+            except (ArithmeticError, ValueError):
+                whose = owners.get(entry, "a row, or its rate,")
+                return f"{whose} has no real value at {place}; give the scene a start where it has one"
+        return f"a formula has no real value at {place}; give the scene another start"
 
     def residual(self, q: Array) -> Array:
         """Return r(q), every loop's, m or 1."""
@@ -131,7 +165,7 @@ class Numbers:
         if scene is self.scene:
             return self
         found = numbers_of(scene)
-        found.free = self.free
+        found.free, found._spent = self.free, self._spent
         return found
 
     def turned(self, q: Array) -> Array:

@@ -93,10 +93,13 @@ def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
         ends = [(number[end.body], end) for end in element.ends]
         a, b = (placed[k].point(vector(end.at, graph)) if k >= 0 else vector(end.at, graph) for k, end in ends)
         way = sub(b, a)
+        square = dot(way, way)
+        if square.is_zero:  # points that never part
+            continue
         if isinstance(element, Spring):
-            size = pull(element, dot(way, way))
+            size = pull(element, square)
         else:
-            s = graph.sqrt(dot(way, way))
+            s = graph.sqrt(square)
             (rate,) = tangents([s], state.velocity)
             size = resistance(element, rate) / s
         force = scale(size, way)

@@ -22,7 +22,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.loops.assembly import with_parameters
 from symdyn.dynamics.loops.generic import generic_places
 from symdyn.dynamics.loops.newton import lever_of, newton, seen_closed
 from symdyn.dynamics.loops.numbers import numbers_of
@@ -139,7 +138,8 @@ def reactions_at(
         t: time, s, where something depends on it.
 
     Raises:
-        DerivationError: an argument has the wrong length, a free parameter has no value, or L is not positive.
+        DerivationError: an argument has the wrong length, a free parameter has no value, L is not positive, or a wheel
+            lies flat.
     """
     workspace = Workspace(scene)
     hanging = Hanging(scene, workspace.tree, workspace.state)
@@ -180,7 +180,10 @@ def _closed(scene: Scene, q: Array, parameters: Mapping[str, float]) -> tuple[Ar
     """Return q with its loops closed to the last digits, generic positions, and the residual where they are open."""
     if not is_closed(scene):
         return q, (), 0.0
-    numbers = with_parameters(numbers_of(scene), parameters)
+    numbers = numbers_of(scene).bound_to(parameters)
+    fault = numbers.lying_flat(q)
+    if fault:
+        raise DerivationError(f"{scene.name}: {fault}")
     lever = lever_of(numbers, q)
     off = float(np.abs(numbers.residual(q)).max(initial=0.0))
     near = newton(numbers, q, ())

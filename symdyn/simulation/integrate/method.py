@@ -147,6 +147,8 @@ def integrate(method: Method, problem: Problem) -> Iterator[Piece]:
                 t = piece.now[0]
                 yield piece
     except LIBRARIES_RAISE as fault:
+        if isinstance(fault.__cause__ or fault.__context__, KeyboardInterrupt):  # a library's own words for Ctrl-C
+            raise KeyboardInterrupt from fault
         raise IntegrationError(f"{method.library} cannot go on after t = {t:g} s: {fault}") from fault
 
 

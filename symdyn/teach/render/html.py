@@ -12,6 +12,7 @@ from symdyn.algebra.form import Form
 from symdyn.draw.style import style
 from symdyn.emit.breaking import latex_width
 from symdyn.emit.escape import in_html, in_script
+from symdyn.emit.names import page_stem
 from symdyn.emit.render import render
 from symdyn.errors import DerivationError, TeachError
 from symdyn.teach.document import (
@@ -40,7 +41,7 @@ SHORT = 150.0  # of a formula between words
 
 def html(document: Document) -> dict[str, str]:
     """Return the one file by name."""
-    return {f"{document.scene.name}.html": html_page(document)}
+    return {f"{page_stem(document.scene.name)}.html": html_page(document)}
 
 
 def html_page(document: Document) -> str:

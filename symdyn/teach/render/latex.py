@@ -7,6 +7,7 @@ from itertools import groupby
 
 from symdyn.emit.breaking import latex_width
 from symdyn.emit.escape import in_latex
+from symdyn.emit.names import page_stem
 from symdyn.emit.render import render
 from symdyn.teach.document import (
     Blank,
@@ -49,7 +50,7 @@ def latex(document: Document) -> dict[str, str]:
         for section in document.sections
     ]
     values = {"title": in_latex(document.title), "comment": document.scene.name, "sections": sections}
-    return {f"{document.scene.name}.tex": render("teach/walkthrough.tex.jinja", values)}
+    return {f"{page_stem(document.scene.name)}.tex": render("teach/walkthrough.tex.jinja", values)}
 
 
 class _Page:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from symdyn.emit.escape import in_markdown
+from symdyn.emit.names import page_stem
 from symdyn.emit.render import render
 from symdyn.teach.document import (
     Blank,
@@ -36,7 +37,7 @@ MARKS = {"erratum": "⚠", "remark": "ℹ", "check": "✓"}
 def markdown(document: Document) -> dict[str, str]:
     """Return the files by name: the text, and its pictures as SVG."""
     page = Page(document)
-    stem = document.scene.name
+    stem = page_stem(document.scene.name)
     sections = [
         {
             "title": in_markdown(section.title),

@@ -10,6 +10,7 @@ from typing import Any
 
 from symdyn.emit.escape import in_code, in_markdown
 from symdyn.emit.formula_text import text_of
+from symdyn.emit.names import page_stem
 from symdyn.scene import write_text
 from symdyn.teach.document import Blank, Block, Document, Formula, Picture, Step
 from symdyn.teach.exercises import answer_of
@@ -51,7 +52,7 @@ def notebook(document: Document) -> dict[str, str]:
         "nbformat": 4,
         "nbformat_minor": 5,
     }
-    return {f"{document.scene.name}.ipynb": json.dumps(book, ensure_ascii=False, indent=1) + "\n"}
+    return {f"{page_stem(document.scene.name)}.ipynb": json.dumps(book, ensure_ascii=False, indent=1) + "\n"}
 
 
 def _cells(document: Document) -> Iterator[Cell]:

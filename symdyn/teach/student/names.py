@@ -19,6 +19,7 @@ from symdyn.algebra.form import Form, Function, Symbol, sum_of
 from symdyn.emit.symbols import latex_symbols
 from symdyn.graph import Op
 from symdyn.scene import JOINTS, Scene, acceleration_name, velocity_name
+from symdyn.scene.names import LONGEST
 from symdyn.teach.student.tokens import plain_index
 
 FEW = 9  # joints, while digits side by side are read as joint numbers
@@ -117,12 +118,17 @@ class Names:
     def _piece(self, word: str) -> str | Form | None:
         return self.symbols.get(word) or self.shorthands.get(word)
 
+    @cached_property
+    def longest(self) -> int:
+        """Return the letters of the longest piece."""
+        return max(map(len, (*self.symbols, *self.shorthands, *CIRCULAR)))
+
     def _split(self, word: str) -> Iterator[list[str | Form]]:
         """Yield every way to cut a word into known pieces; bounded, as pieces are."""
         ways: list[list[list[str | Form]]] = [[[]]]
         for end in range(1, len(word) + 1):
             here: list[list[str | Form]] = []
-            for start in range(end):
+            for start in range(max(0, end - self.longest), end):
                 piece = self._piece(word[start:end])
                 if piece is None and end == len(word) and start and word[start:end] in CIRCULAR:
                     piece = Function(CIRCULAR[word[start:end]], ())
@@ -149,7 +155,7 @@ class Names:
 
     def nearest(self, word: str) -> str:
         """Return a hint for an unknown word."""
-        near = get_close_matches(word, list(self.symbols), n=1, cutoff=0.5)
+        near = len(word) <= LONGEST and get_close_matches(word, list(self.symbols), n=1, cutoff=0.5)
         if near:
             return f"did you mean {self.symbols[near[0]]}?"
         known = list(dict.fromkeys(self.symbols.values()))

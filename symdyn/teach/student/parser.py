@@ -27,6 +27,7 @@ from symdyn.algebra.form import (
     sum_of,
 )
 from symdyn.graph import Op
+from symdyn.scene.table import shorten
 from symdyn.teach.student.bounds import too_large
 from symdyn.teach.student.cursor import Cursor
 from symdyn.teach.student.names import Names
@@ -238,7 +239,8 @@ class _Parser(Cursor):
             return ways[0]
         if not ways:
             raise self.fault(
-                token, f"{token.text} is no symbol of {self.names.scene.name}; {self.names.nearest(token.text)}"
+                token,
+                f"{shorten(token.text)} is no symbol of {self.names.scene.name}; {self.names.nearest(token.text)}",
             )
         shown = " or ".join(" ".join(p if isinstance(p, str) else "..." for p in way) for way in ways[:2])
         raise self.fault(token, f"{token.text} can be read as {shown}; put spaces between factors")
@@ -262,9 +264,11 @@ class _Parser(Cursor):
                     raise self.fault(token, f"{piece} has no such derivative; only coordinates carry dots")
                 factors.append(Symbol(name))
             elif dots and i == 0:
-                raise self.fault(token, f"{token.text} carries no dots; only coordinates do")
+                raise self.fault(token, f"{shorten(token.text)} carries no dots; only coordinates do")
             elif isinstance(piece, Function) and not piece.args:
-                raise self.fault(token, f"{token.text} is no symbol of {self.names.scene.name}; write sin(...) in full")
+                raise self.fault(
+                    token, f"{shorten(token.text)} is no symbol of {self.names.scene.name}; write sin(...) in full"
+                )
             else:
                 factors.append(piece)
         return product_of(factors)

@@ -37,6 +37,8 @@ _EQUATION_NUMBER = re.compile(r"\\q?quad\s*\(\d+(?:\.\d+)*[a-z]?\)|\\(?:tag|labe
 _ENVIRONMENT = re.compile(r"\\(?:begin|end)\{[^{}]*\}(?:\{[^{}]*\})?|\$\$?|\\[\[\]()]|;|\n *\n")
 _ROW = re.compile(r"\\\\(?:\[[^\]]*\])?|\n")
 _GROUP = re.compile(r"\{(?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*\}")
+_INDICES = (_GROUP, re.compile(r"\\[A-Za-z]+(?:\{[^{}]*\})?"), re.compile(r"[A-Za-z0-9]+"))
+_UNDERSCORES = re.compile("_+")
 
 
 @dataclass(frozen=True)
@@ -129,20 +131,21 @@ class _Lexer:
         if name in FUNCTIONS and (end >= len(self.text) or self.text[end] != "_"):
             self._add("command", SAME.get(name, name), end)
             return
-        while end < len(self.text) and self.text[end] == "_":
-            index, end = self._index(end)
+        while under := _UNDERSCORES.match(self.text, end):
+            index, end = self._index(under.end() - 1, optional=len(name) > 1)
             name += index
         dots = 0
         while dots < 2 and end < len(self.text) and self.text[end] == "'":
             dots, end = dots + 1, end + 1
         self._add("word", name, end, dots)
 
-    def _index(self, at: int) -> tuple[str, int]:
-        """Return the index that begins with the underscore at `at`, and where it ends."""
-        after = at + 1
-        for pattern in (_GROUP, re.compile(r"\\[A-Za-z]+(?:\{[^{}]*\})?"), re.compile(r"[A-Za-z0-9]+")):
-            if found := pattern.match(self.text, after):
+    def _index(self, at: int, optional: bool = False) -> tuple[str, int]:
+        """Return the index that begins with the underscore at `at`, and where it ends; names of code end in _ too."""
+        for pattern in _INDICES:
+            if found := pattern.match(self.text, at + 1):
                 return plain_index(found[0]), found.end()
+        if optional:
+            return "", at + 1
         raise self.source.fault(at, "an index is missing; write q_1 or q_{12}")
 
     def _command(self, name: str, end: int) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping
+from functools import cache
 from itertools import combinations
 
 OPTIONS: Mapping[str, tuple[str, ...]] = {  # what stands there more than once comes more often
@@ -29,23 +30,32 @@ OPTIONS: Mapping[str, tuple[str, ...]] = {  # what stands there more than once c
     "hung": ("", "", "turned"),  # some joints are declared from the child towards the ground
 }
 
-CANDIDATES = 40
+PAIRED, CANDIDATES = 100, 40
 
 Choice = dict[str, str]
 
 
-def choices(count: int) -> list[Choice]:
-    """Return options for cases 0, 1, …, the same every time; the first hundred hold every pair of values."""
+def choice(seed: int) -> Choice:
+    """Return the options of a case, the same every time; the first hundred hold every pair of values."""
+    if seed < PAIRED:
+        return covering()[seed]
+    rng = random.Random(f"choice {seed}")
+    return {name: rng.choice(values) for name, values in OPTIONS.items()}
+
+
+@cache
+def covering() -> tuple[Choice, ...]:
+    """Return options of which any two values meet."""
     rng = random.Random("pairs")
     open_pairs = {((a, x), (b, y)) for a, b in combinations(OPTIONS, 2) for x in OPTIONS[a] for y in OPTIONS[b]}
     found: list[Choice] = []
-    while len(found) < count:
+    while len(found) < PAIRED:
         must = dict(min(open_pairs, default=()))  # a pair that has to come, so that none is left over
         drawn = [{name: rng.choice(values) for name, values in OPTIONS.items()} | must for _ in range(CANDIDATES)]
         best = max(drawn, key=lambda one: len(pairs(one) & open_pairs))
         open_pairs -= pairs(best)
         found.append(best)
-    return found
+    return tuple(found)
 
 
 def pairs(choice: Choice) -> set[tuple[tuple[str, str], tuple[str, str]]]:
