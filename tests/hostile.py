@@ -112,6 +112,7 @@ DOORS = {  # what writes files of a scene, by folder; {scene} and {folder} are f
     "dalembert-tex": "walkthrough {scene} --road dalembert -o {folder}/l.tex",
     "svg": "draw {scene} --labels coordinates,bodies,joints,points -o {folder}/p.svg",
     "free": "draw {scene} --body bob -o {folder}/p.svg",
+    "film": "simulate {scene} --until 0.1 --bind g=9,m=1,l=1 --animate {folder}/a.html",
     "toml": "convert {scene} {folder}/c.toml",
     "par": "convert {scene} --lossy {folder}/c.par",
     "urdf": "convert {scene} --lossy {folder}/c.urdf",

@@ -32,7 +32,7 @@ from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, substitute, tangents
 from symdyn.program import lower
-from symdyn.scene import JOINTS, Body, Joint, Pose, Scene, folding, number, symbol
+from symdyn.scene import JOINTS, Body, Joint, Pose, Scene, folding, number, read_text, symbol
 from symdyn.scene.loads import Place, Row, Spring
 from symdyn.scene.quantity import ONE, ZERO
 from symdyn.scene.table import compose
@@ -328,6 +328,37 @@ def test_positions_close_a_planar_loop_whose_bodies_lie_in_planes_one_above_the_
 
     assert lambdify(layered, "positions")(q) == pytest.approx(lambdify(flat, "positions")(q), abs=1e-14)
     assert np.abs(lambdify(layered, "constraint_residual")(lambdify(layered, "positions")(q))).max() < 1e-14
+
+
+def test_a_loop_that_leaves_its_plane_has_no_positions_of_a_planar_one() -> None:
+    scene = read_text(OBLIQUE)
+
+    with pytest.raises(DerivationError, match="a loop does not stay in a plane"):
+        lambdify(scene, "positions")
+
+
+OBLIQUE = """
+[bodies.b1]
+mass = 1
+[bodies.b2]
+mass = 1
+[joints.j1]
+type = "revolute"
+parent = "ground"
+child = "b1"
+[joints.j2]
+type = "cylindrical"
+parent = "b1"
+child = "b2"
+drive = false
+start = [1, -0.7]
+[[loop]]
+type = "point_on_line"
+parent = "b1"
+child = "b2"
+origin = [["Tx", 1], ["Tz", 0.5], ["Ry", 0.4], ["Rx", 0.4]]
+tip = [["Tx", 1.5], ["Tz", -1.2], ["Ty", 0.4]]
+"""
 
 
 def test_velocities_and_accelerations_fit_a_numeric_motion() -> None:

@@ -148,6 +148,45 @@ def test_a_body_that_loops_hold_bears_one_that_swings():
     assert a[3] == pytest.approx(0.1 * weight[1] / (0.3 + 0.01), rel=1e-9)
 
 
+SLEIGH = """
+name = "sleigh"
+[bodies.sled]
+mass = 2
+com = [0.1, 0, 0.2]
+inertia = [0.02, 0.04, 0.05]
+inertia_about = "com"
+[joints.on]
+type = "planar"
+parent = "ground"
+child = "sled"
+axis = [0, 0, 1]
+coordinates = ["x", "y", "phi"]
+drive = false
+[rows.blade]
+type = "knife_edge"
+body = "sled"
+axis = [0, 1, 0]
+"""
+
+
+@pytest.mark.mends("3.2")
+@pytest.mark.parametrize("heading", [0.0, np.pi / 2, np.pi, -np.pi / 2])
+def test_a_blade_has_motions_and_reactions_at_every_heading(heading):
+    """Whichever velocities go before: at some heading they leave one open. With t along the blade, m v' = F t + m l w²,
+    and (I + m l²) w' = M - m l v w."""
+    scene = symdyn.scene.read_text(SLEIGH, "sleigh.toml")
+    forward, reactions = (symdyn.lambdify(scene, name) for name in ("forward_dynamics", "forward_reactions"))
+    q, c, s = np.array([0.2, -0.3, heading]), np.cos(heading), np.sin(heading)
+    u, tau = np.array([0.5 * c, 0.5 * s, 2.0]), np.array([1.0, 2.0, 0.3])
+
+    faster, turning = (c * tau[0] + s * tau[1]) / 2 + 0.1 * 4, (0.3 - 2 * 0.1 * 0.5 * 2) / (0.05 + 2 * 0.01)
+    expected = [faster * c - 0.5 * s * 2, faster * s + 0.5 * c * 2, turning]
+    np.testing.assert_allclose(forward(q, u, tau), expected, atol=1e-12)
+    least = reactions_at(scene, q, u, forward(q, u, 0 * tau))
+    assert least.unique.all()
+    np.testing.assert_allclose(reactions(q, u, 0 * tau), least.wrenches, atol=1e-9)
+
+
 # Words and order
 
 

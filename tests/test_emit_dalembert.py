@@ -22,10 +22,10 @@ def test_page_of_the_two_link_arm():
     assert "3(u-1) = 3 \\cdot 2 = 6" in text
     assert "m_R = \\sum t\\,s_t = 4" in text
     assert "6 = 2 + 4" in text
-    assert r"\bar F^{A}_{33} = \begin{bmatrix} -m_2 g \sin(q_1 + q_2) \\ -m_2 g \cos(q_1 + q_2)" in text
+    assert r"\bar F^{A}_{22} = \begin{bmatrix} -m_2 g \sin(q_1 + q_2) \\ -m_2 g \cos(q_1 + q_2)" in text
     outwards = r"-\ddot q_1 m_1 h_1 \\ -\dot q_1^2 m_1 h_1 \\ -\ddot q_1 m_1 h_1^2"  # the mass is at (0, -h1)
     assert r"\bar F^{D}_{11} = \begin{bmatrix} " + outwards in text
-    assert r"\bar F^{*R}_{2,\mathrm{elbow}} = \begin{bmatrix} -F_{\mathrm{elbow},x} \\ -F_{\mathrm{elbow},y}" in text
+    assert r"\bar F^{*R}_{1,\mathrm{elbow}} = \begin{bmatrix} -F_{\mathrm{elbow},x} \\ -F_{\mathrm{elbow},y}" in text
 
 
 def test_page_of_the_four_bar_shows_the_pattern_of_blocks():

@@ -28,6 +28,8 @@ DATA = Path(__file__).parent / "data"
 
 FILES = ("pendulum.xml", "cart_pole.xml", "arm.xml", "gimbal.xml", "floating.xml")
 
+TENDON = '<tendon><fixed name="t">{}</fixed>{}</tendon><equality><tendon name="e" tendon1="t"/></equality>'
+
 ROD = '<inertial pos="0 0 -0.5" mass="2" diaginertia="0.2 0.2 0.01"/>'
 
 
@@ -237,7 +239,17 @@ def test_names_that_cannot_be_printed_are_changed_with_a_note(tmp_path: Path) ->
             body() + '<site name="s"/><site name="o" pos="0 1 0"/>',
             '<tendon><spatial name="t"><site site="s"/><site site="o"/></spatial></tendon>'
             '<equality><tendon name="e" tendon1="t"/></equality>',
-            "equality e: is a tendon constraint; joint, connect and weld are read",
+            "equality e: the tendon t runs through space, and its length is no sum of joint positions; delete it, or",
+        ),
+        (
+            body() + body('<joint name="k"/>', name="c") + body('<joint name="l"/>', name="d"),
+            TENDON.format('<joint joint="k" coef="2"/><joint joint="j" coef="1"/><joint joint="l" coef="1"/>', ""),
+            r"equality e: ties 3 joints \(k, j, l\), and a coupling ties two; delete it, .* a row \[rows.NAME\]",
+        ),
+        (
+            body(),
+            TENDON.format('<joint joint="j" coef="2"/>', ""),
+            r"equality e: ties 1 joints \(j\), .*; it holds this joint still: .* lock it in TOML",
         ),
         (
             body() + body('<joint name="k"/>', name="c"),
@@ -258,7 +270,7 @@ def test_names_that_cannot_be_printed_are_changed_with_a_note(tmp_path: Path) ->
         (
             body(inertial='<geom type="mesh" mesh="shell"/>'),
             '<asset><mesh name="shell" file="shell.stl"/></asset>',
-            "body b: takes its inertia from the mesh shell, and meshes are not opened",
+            'body b: takes its inertia from the mesh "shell.stl", and there is no such file; put it there, or give',
         ),
         (body(joint=""), "", "nothing moves"),
         (body() + "<oops/>", "", "MuJoCo's compiler refuses it: XML Error: Schema violation: unrecognized element"),
@@ -456,3 +468,93 @@ def test_a_floating_base_is_the_free_joint_that_the_file_could_have(tmp_path: Pa
 def test_a_base_with_joints_of_its_own_is_not_set_free(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"floating base: the one body .* carries none without a joint, b with joints"):
         mjcf.read(world(tmp_path, body()), ReadOptions(floating_base="trunk"))
+
+
+# Meshes that give inertia
+
+BRICK = """\
+v 0 0 0
+v 1 0 0
+v 1 2 0
+v 0 2 0
+v 0 0 3
+v 1 0 3
+v 1 2 3
+v 0 2 3
+f 1 4 3 2
+f 5 6 7 8
+f 1 2 6 5
+f 2 3 7 6
+f 3 4 8 7
+f 4 1 5 8
+"""
+
+
+@pytest.mark.mends("4.mesh")
+@pytest.mark.parametrize("suffix", ["xml", "mjcf"])
+def test_a_mesh_beside_the_file_gives_its_inertia(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str) -> None:
+    """A brick of 1 m, 2 m, 3 m and 1 kg/m^3: m = 6 kg, I = m/12 (b² + c²) about its centre."""
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "brick.obj").write_text(BRICK)
+    geoms = '<geom type="mesh" mesh="brick" density="1"/><geom type="mesh" mesh="drawn" mass="0"/>'
+    files = '<mesh name="brick" file="brick.obj"/><mesh name="drawn" file="nowhere.obj"/>'
+    path = world(tmp_path, body(inertial=geoms), f'<compiler meshdir="parts"/><asset>{files}</asset>')
+    path = path.rename(tmp_path / f"robot.{suffix}")
+    monkeypatch.chdir("/")  # the mesh lies beside the file, wherever the program runs
+    brick = mjcf.read(path, ReadOptions()).scene.bodies[0]
+
+    assert float(value_of(brick.mass, {})) == pytest.approx(6, rel=1e-6)
+    assert [float(value_of(x, {})) for x in brick.com] == pytest.approx([0.5, 1, 1.5], rel=1e-6)
+    moments = [float(value_of(x, {})) for x in brick.inertia]
+    assert moments == pytest.approx([6.5, 5, 2.5, 0, 0, 0], rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "words"),
+    [
+        ("shell.stl", 70 << 20, 'the mesh "shell.stl" of 70 MB; 64 are the most that is read; give the body <inertial'),
+        ("shell.ply", 10, 'the mesh "shell.ply", which is none of .stl, .obj, .msh; convert it, or give'),
+        ("shell.stl", 10, "MuJoCo's compiler refuses it: "),
+    ],
+)
+def test_a_mesh_that_cannot_be_read_is_told(tmp_path: Path, name: str, size: int, words: str) -> None:
+    with (tmp_path / name).open("wb") as mesh:
+        mesh.truncate(size)
+    around = f'<asset><mesh name="shell" file="{name}"/></asset>'
+    assert words in faults(world(tmp_path, body(inertial='<geom type="mesh" mesh="shell"/>'), around))
+
+
+# Tendons that couple joints
+
+
+@pytest.mark.mends("4.tendon")
+def test_an_equality_of_fixed_tendons_is_the_coupling_that_mujoco_keeps(tmp_path: Path) -> None:
+    """0.5 (a - 0.3) + 1.5 b - 0.1 = 2 · 0.25 b: b follows a, and c follows b by a chain."""
+    two = '<fixed name="u"><joint joint="b" coef="0.25"/></fixed>'
+    three = '<fixed name="v"><joint joint="c" coef="-1"/><joint joint="b" coef="4"/></fixed>'
+    joints = (
+        '<joint name="a" axis="0 1 0" ref="0.3"/>',
+        '<joint name="b" axis="0 1 0"/>',
+        '<joint name="c" type="slide"/>',
+    )
+    inside = "".join(body(one, name=f"on_{k}").replace("<body", '<body pos="0 0 1"') for k, one in enumerate(joints))
+    around = (
+        '<compiler angle="radian"/><tendon><fixed name="t"><joint joint="a" coef="0.5"/><joint joint="b" coef="1.5"/>'
+        f'</fixed>{two}{three}</tendon><equality><tendon name="e" tendon1="t" tendon2="u" polycoef="0.1 2 0 0 0"/>'
+        '<tendon name="f" tendon1="v"/></equality>'
+    )
+    path = world(tmp_path, inside, around)
+    scene = mjcf.read(path, ReadOptions()).scene
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+
+    assert scene.coordinates == ("q1",)
+    for a in (-0.4, 0.3, 1.1):
+        for joint in scene.joints:
+            coupled = joint.coupling
+            value = (
+                a if coupled is None else float(value_of(coupled.ratio, {})) * a + float(value_of(coupled.offset, {}))
+            )
+            data.joint(joint.name).qpos[0] = value
+        mujoco.mj_forward(model, data)
+        np.testing.assert_allclose(data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY], 0, atol=1e-15)

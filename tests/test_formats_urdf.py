@@ -90,6 +90,7 @@ def test_what_was_changed_or_left_out_is_noted():
         "damping enters the equations as -damping * rate (slide_right, shoulder)",
         "friction is kept as data and enters no equation (shoulder); a scene says "
         "friction = { coulomb = 0.5, smoothing = 0.01 } to have it act",
+        "coordinates: q1 shoulder, q2 elbow, q3 slide_left",
     ]
 
 
@@ -449,3 +450,44 @@ def test_what_floats_already_or_has_no_base_is_told(robot, tmp_path):
     for file, words in (("rx90.par", "gives its base no mass"), ("dead_centre.toml", 'type = "free"')):
         with pytest.raises(SceneError, match=f"only robots in URDF and MJCF are set free; .*{words}"):
             read(ARM.parent / file, floating_base="trunk")
+
+
+# What a robot file has no words for
+
+
+@pytest.mark.mends("4.poses")
+def test_info_tells_how_the_pose_of_the_tool_is_asked_for(robot, capsys):
+    """A URDF declares no points, so no pose is among the functions; what is told gives the pose of the last link."""
+    assert main(["info", str(robot)]) == 0
+    told = re.search(r"--functions (\S+)", capsys.readouterr().out)
+
+    assert told is not None, "info tells how poses are asked for"
+    assert lambdify(read(robot), told[1].split(",")[0])([0.0]) == pytest.approx(
+        np.array([[1, 0, 0, 0], [0, np.cos(0.3), -np.sin(0.3), 0.2], [0, np.sin(0.3), np.cos(0.3), 0.1]])
+    )
+
+
+@pytest.mark.mends("4.names")
+@pytest.mark.parametrize("target", ["numpy", "c", "js"])
+def test_generated_code_tells_whose_positions_the_coordinates_are(tmp_path, capsys, target):
+    assert main(["generate", str(ARM), "--target", target, "-o", str(tmp_path)]) == 0
+    texts = [file.read_text("utf-8") for file in tmp_path.iterdir()]
+
+    assert "coordinates: q1 shoulder, q2 elbow, q3 slide_left" in capsys.readouterr().err
+    assert any("q1 shoulder, q2 elbow, q3 slide_left" in text for text in texts)
+
+
+@pytest.mark.mends("4.digits")
+def test_numbers_that_info_prints_are_exact_and_short_or_rounded_and_marked(robot, capsys):
+    long = LIMIT.replace('lower="-1"', 'lower="-2.0943951023931953"')
+    robot.write_text(robot.read_text().replace(LIMIT, long + '<dynamics damping="0.12345678901234"/>'))
+    printed = ""
+    for more in ([], ["--base-parameters"], ["--symbolic", "inertia"]):
+        assert main(["info", str(robot), *more]) == 0
+        printed += capsys.readouterr().out
+
+    assert not re.search(r"\d[.]?\d{9,}", printed)
+    assert "from ≈ -2.0944 to 1" in printed
+    assert "damping ≈ 0.123457" in printed
+    assert main(["info", str(robot), "--json"]) == 0
+    assert "-2.0943951023931953" in capsys.readouterr().out

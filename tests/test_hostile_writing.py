@@ -6,6 +6,7 @@ import ast
 import os
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -36,6 +37,7 @@ sys.exit(main(sys.argv[1:]))
 
 MENDED = {"walkthrough": [pytest.mark.mends("1.6")], "sliders": [pytest.mark.mends("1.6"), pytest.mark.slow]}
 MENDED["lesson with pictures"] = [pytest.mark.mends("1.6"), pytest.mark.slow]
+MENDED["draw"] = [pytest.mark.slow]
 
 
 def doors(*names: str) -> list[object]:
@@ -108,12 +110,19 @@ OWN = {  # beside the cache of compiled code, in build/
 }
 
 
+@cache
+def parsed() -> dict[str, list[ast.Call | ast.Import | ast.ImportFrom]]:
+    """Return the calls and imports of every module of symdyn."""
+    kinds = (ast.Call, ast.Import, ast.ImportFrom)
+    trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(ROOT.rglob("*.py"))}
+    return {
+        path.relative_to(ROOT).as_posix(): [x for x in ast.walk(tree) if isinstance(x, kinds)]
+        for path, tree in trees.items()
+    }
+
+
 def test_one_file_writes_for_all_doors() -> None:
-    found = set()
-    for path in sorted(ROOT.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call) and _writes(node):
-                found.add(path.relative_to(ROOT).as_posix())
+    found = {name for name, nodes in parsed().items() if any(isinstance(x, ast.Call) and _writes(x) for x in nodes)}
     assert {name for name in found if not name.startswith("build/")} == set(OWN)
 
 
@@ -130,10 +139,10 @@ def _writes(call: ast.Call) -> bool:
 def test_text_is_escaped_for_a_target_in_one_file() -> None:
     """What other modules could escape with is imported by no other, but for the XML of robots, which is a format's."""
     tools = {"html", "xml.sax.saxutils", "markupsafe"}
-    found = {}
-    for path in sorted(ROOT.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    found: set[tuple[str, str | None]] = set()
+    for path, nodes in parsed().items():
+        for node in nodes:
             names = [node.module] if isinstance(node, ast.ImportFrom) else []
             names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-            found |= {path.relative_to(ROOT).as_posix(): name for name in names if name in tools}
-    assert found == {"emit/escape.py": "html", "scene/formats/urdf_writer.py": "xml.sax.saxutils"}
+            found |= {(path, name) for name in names if name in tools}
+    assert found == {("emit/escape.py", "html"), ("scene/formats/urdf_writer.py", "xml.sax.saxutils")}

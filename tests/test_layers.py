@@ -22,9 +22,9 @@ ROOMS = {  # room: the rooms it may import
     "build": ["emit"],
     "draw": ["emit"],
     "verify": ["build"],
-    "simulate": ["verify", "draw"],
-    "bench": ["simulate"],
-    "teach": ["simulate"],
+    "simulation": ["verify", "draw"],
+    "bench": ["simulation"],
+    "teach": ["simulation"],
     "cli": ["bench", "teach"],
 }
 

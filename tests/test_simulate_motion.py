@@ -277,9 +277,9 @@ def test_declared_rates_of_a_closed_scene_stay_and_the_others_follow() -> None:
 def test_rates_that_contradict_each_other_are_refused() -> None:
     contradicting = "q_A_dot = 2, q_D_dot = 7 contradict each other: C is violated"
     with pytest.raises(SimulateError, match=contradicting):
-        read_start(_with_rates({"A": "2", "D": "7"}))
+        read_start(scene := _with_rates({"A": "2", "D": "7"}))
     with pytest.raises(SimulateError, match=contradicting):
-        read_start(_with_rates({"A": "2"}), rates={"q_D": "7"})
+        read_start(scene, rates={"q_A": "2", "q_D": "7"})
     (note,) = [one for one in mobility(_with_rates({"A": "2", "D": "7"})).notes if "planar" not in one]
     assert contradicting in note
 

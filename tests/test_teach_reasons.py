@@ -24,14 +24,14 @@ def steps(document: Document) -> dict[str, Step]:
 def said(document: Document, key: str) -> str:
     """Return all prose of a step."""
     step, spell = steps(document)[key], Spelling(document)
-    return " ".join(spell.words(x) for x in (step.claim, *step.blocks, step.reason) if isinstance(x, Words))
+    return " ".join(spell.words(x, str) for x in (step.claim, *step.blocks, step.reason) if isinstance(x, Words))
 
 
 def reasons(document: Document, kind: str) -> dict[str, str]:
     """Return why each coefficient is there or not, by its name as it is printed."""
     spell = Spelling(document)
     (table,) = [block for block in steps(document)[f"meaning:{kind}"].blocks if isinstance(block, Values)]
-    return {spell.words(name): spell.words(why) for name, _, why in table.rows}
+    return {spell.words(name, str): spell.words(why, str) for name, _, why in table.rows}
 
 
 @pytest.mark.mends("5.4")

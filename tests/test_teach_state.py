@@ -174,7 +174,7 @@ def test_coefficients_have_units() -> None:
     step = next(step for section in document.sections for step in section.steps if step.key == "values")
     (table,) = [block for block in step.blocks if isinstance(block, Values)]
     spell = Spelling(document)
-    units = {spell.words(row[0]): spell.words(row[-1]) for row in table.rows}
+    units = {spell.words(row[0], str): spell.words(row[-1], str) for row in table.rows}
     assert units["$k_{z,11}$"] == "kg"
     assert units["$k_{z,12}$"] == units["$k_{D,12}$"] == "kg m"
     assert units["$k_{z,22}$"] == "kg m²"

@@ -29,7 +29,8 @@ def test_every_example_passes_with_every_output(path: Path) -> None:
 
     assert certificate.passed, [f for f in certificate.findings if f.verdict == DIFFERENT]
     unsure = [f.claim for f in certificate.findings if f.verdict != PROVED]
-    assert [claim for claim in unsure if not claim.startswith(("mass matrix: positive definite", "positions"))] == []
+    told = [claim for claim in unsure if not claim.startswith(("mass matrix: positive definite", "positions"))]
+    assert [claim for claim in told if not claim.endswith("in numbers")] == []  # closed mechanisms at natural positions
     assert {a.module for a in certificate.accuracy} == MODULES
     json.dumps(certificate.as_dict())
 

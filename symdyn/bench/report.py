@@ -9,7 +9,7 @@ from typing import Any
 from symdyn.bench.model import Bench, Curve, Measured, Motion, Point
 from symdyn.bench.plots import Dot, Series, log_log
 from symdyn.bench.stress.model import Stress
-from symdyn.emit.escape import in_html
+from symdyn.emit.escape import in_html, in_markdown
 from symdyn.emit.render import render
 from symdyn.verify.certificate import finite
 
@@ -153,7 +153,7 @@ def markdown(bench: Bench, links: Mapping[str, str] | None = None) -> str:
         for name, heads, curves in _motions(bench.motion):
             lines += [f"![{name}]({links[name]})", ""] if links and name in links else []
             lines += table(heads, curve_rows(curves), numbers=range(1, 5))
-    lines += [f"Note: {note}\n" for note in bench.notes]
+    lines += _notes(bench.notes)
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
@@ -192,6 +192,11 @@ def curve_rows(curves: Sequence[Curve]) -> list[tuple[str, ...]]:
         for c in curves
         for p in c.points
     ]
+
+
+def _notes(notes: Sequence[str]) -> list[str]:
+    """Return notes as Markdown; they may quote a compiler, which quotes what a scene says."""
+    return [f"Note: {in_markdown(' '.join(note.split()))}\n" for note in notes]
 
 
 def table(columns: Sequence[str], cells: Sequence[Sequence[str]], numbers: Sequence[int] = ()) -> list[str]:
@@ -284,7 +289,7 @@ def stress_markdown(found: Stress) -> str:
     lines = [f"# {found.scene or 'Built-in scenes'}: hard cases", "", f"    {found.command}", ""]
     cells = [[cell.replace("|", "\\|") for cell in row] for row in stress_rows(found)]
     lines += table(HARD, cells, numbers=(3, 4))
-    lines += [f"Note: {note}\n" for note in found.notes]
+    lines += _notes(found.notes)
     return "\n".join(lines).rstrip("\n") + "\n"
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from symdyn.graph import growing
+
 if TYPE_CHECKING:
     from symdyn.dynamics import Closing, Equations
     from symdyn.scene import Joint, Row, Scene
@@ -14,11 +16,13 @@ MEASURED = 50
 """Velocities up to which it is measured what every step saves: that takes all functions ten times over."""
 
 
+@growing()
 def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, Any], list[str]]:
     """Return the facts for JSON, and why some functions are missing."""
     from symdyn.dynamics import LARGEST, Equations, Workspace, available_on
     from symdyn.program import choose, formulate
     from symdyn.scene import JOINTS, spell
+    from symdyn.scene.robot_words import leaves
 
     workspace = Workspace(scene, closing)
     outputs, left_out = available_on(workspace)
@@ -59,6 +63,7 @@ def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, 
             for joint in scene.loops
         ],
         "rows": [{"name": row.name, "type": row.type, "says": _says(row)} for row in scene.rows],
+        "leaves": list(leaves(scene)),
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
         "parameters": [
             {"name": p.name, "value": spell(p.value) if p.value else None, "unit": p.unit, "text": p.text}

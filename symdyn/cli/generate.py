@@ -45,10 +45,11 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 
 def run(options: argparse.Namespace) -> int:
     """Write the files and print their paths."""
-    from symdyn.cli.talk import Waiting, print_paths, say
+    from symdyn.cli.talk import Waiting, asking, print_paths, say
     from symdyn.emit import emit, write
     from symdyn.program import at_rest, formulate, lower, prepare
     from symdyn.program.prepare import is_prepared
+    from symdyn.scene.robot_words import leaves
 
     scene = read_scene(options)
     closing = closing_of(options, scene)
@@ -57,6 +58,8 @@ def run(options: argparse.Namespace) -> int:
         outputs, left_out = requested(scene, options.functions, closing)
         for reason in left_out:
             say(f"symdyn: {reason}")
+        if options.functions is None and not scene.points:
+            say(f"symdyn: {scene.name}: {asking(leaves(scene))}")
         equations = formulate(scene, outputs, options.formulation, closing)
         program = lower(at_rest(equations) if options.static else equations)
         if options.prepare:

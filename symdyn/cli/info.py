@@ -59,14 +59,15 @@ def run(options: argparse.Namespace) -> int:
 
 def show_parts(found: dict[str, Any]) -> None:
     """Print chosen frames and base parameters for people."""
-    from symdyn.cli.talk import print_table
+    from symdyn.cli.talk import print_table, short
 
     if "frames" in found:
         columns = ("joint", "as declared", "in the frame of", "link", "moved, in the declared frame")
         rows = [(f["joint"], f["declared"], f["parent"], f["link"], f["moved"] or "-") for f in found["frames"]]
         print_table("Link frames, z along the joint's axis; lengths in m, angles in deg or rad", columns, rows)
     for parameter in found.get("base_parameters", ()):
-        print(f"{parameter['name']} = {parameter['formula']}")
+        formula = short(parameter["formula"])
+        print(f"{parameter['name']} {formula}" if formula[0] == "≈" else f"{parameter['name']} = {formula}")
 
 
 def show(facts: dict[str, Any]) -> None:
@@ -76,7 +77,7 @@ def show(facts: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.tree import Tree
 
-    from symdyn.cli.talk import WIDTH, print_table
+    from symdyn.cli.talk import WIDTH, asking, print_table, short
 
     free = facts["degrees_of_freedom"]
     freedom = f"{free} degree{'s' * (free != 1)} of freedom"
@@ -91,12 +92,14 @@ def show(facts: dict[str, Any]) -> None:
         width = None if sys.stdout.isatty() else WIDTH
         Console(width=width, highlight=False, markup=False, emoji=False).print(branches["ground"])
     print()
+    if not facts["points"]:
+        print(f"{asking(facts['leaves'])}\n")
     if facts["acting"]:
         rows = [tuple(one.values()) for one in facts["acting"]]
         print_table("What acts beside gravity and drives", ("", "name", "where", "law"), rows)
     show_loops(facts)
     if facts["parameters"]:
-        rows = [(p["name"], p["value"] or "free", p["unit"], p["text"]) for p in facts["parameters"]]
+        rows = [(p["name"], short(p["value"] or "free"), p["unit"], p["text"]) for p in facts["parameters"]]
         print_table("Parameters; free ones are passed as params, in this order", ("name", "value", "unit", ""), rows)
     columns = ("function", "shape", "road", "mul ", "add ", "div ", "sin/cos ", "other ")
     rows = []
@@ -174,6 +177,8 @@ def _several(named: list[dict[str, str]]) -> str:
 
 def _label(joint: dict[str, Any]) -> str:
     """Return one line about a joint and the body that it carries."""
+    from symdyn.cli.talk import short
+
     words = [f"{joint['name']}: {joint['type']}"]
     if joint["coordinate"]:
         words.append(f"{joint['coordinate']} in {joint['unit']}")
@@ -184,9 +189,10 @@ def _label(joint: dict[str, Any]) -> str:
         words += [f"drives {' '.join(drives)}"] if any(joint["drives"]) else []
     if joint["mimic"]:
         follows = joint["mimic"]
-        words.append(f"follows {follows['coordinate']}: ratio {follows['ratio']}, offset {follows['offset']}")
-    words += [f"{key} {joint[key]}" for key in ("armature", "damping", "friction") if joint[key] != "0"]
-    limits = joint["limits"]
+        ratio, offset = short(follows["ratio"]), short(follows["offset"])
+        words.append(f"follows {follows['coordinate']}: ratio {ratio}, offset {offset}")
+    words += [f"{key} {short(joint[key])}" for key in ("armature", "damping", "friction") if joint[key] != "0"]
+    limits = {key: value and short(value) for key, value in joint["limits"].items()}
     if limits["lower"] or limits["upper"]:
         words.append(f"from {limits['lower'] or '-oo'} to {limits['upper'] or 'oo'}")
     words += [f"{key} up to {limits[key]}" for key in ("velocity", "effort") if limits[key]]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 import threading
 import time
 from collections.abc import Sequence
+from fractions import Fraction
 from types import TracebackType
 from typing import Any
 
@@ -14,6 +16,10 @@ from symdyn.errors import printable
 
 PATIENCE = 2.0  # seconds after which a user wants to know what is going on
 WIDTH = 160  # of tables that are not shown on a terminal
+MOST_LEAVES = 8
+LONGEST_NUMBER, DIGITS = 8, 6  # digits of a number that is shown as it is, and of one that is rounded
+
+_NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:/\d+)?(?![\w.])")
 
 
 def say(text: str) -> None:
@@ -50,6 +56,29 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
     for row in rows:
         table.add_row(*row)
     console.print(table)
+
+
+def asking(leaves: Sequence[str]) -> str:
+    """Return how poses and Jacobians are asked for, of the bodies that end the branches for example."""
+    told = ", ".join(leaves[:MOST_LEAVES]) + (f", ... ({len(leaves)} in all)" if len(leaves) > MOST_LEAVES else "")
+    words = f"--functions pose:{leaves[0]},jacobian:{leaves[0]}"
+    return f"poses and Jacobians are asked for by name: {words} (branches end with {told})"
+
+
+def short(text: str) -> str:
+    """Return a formula with its numbers rounded to six digits where they are long, and ≈ in front if any was.
+
+    >>> short("2*pi"), short("1/3"), short("-2.0943951023931953"), short("m1 + 0.1234567890123*a2")
+    ('2*pi', '1/3', '≈ -2.0944', '≈ m1 + 0.123457*a2')
+    """
+    rounded = _NUMBER.sub(lambda found: _rounded(found[0]), text)
+    return text if rounded == text else f"≈ {rounded}"
+
+
+def _rounded(number: str) -> str:
+    if len(re.sub(r"\D", "", number).strip("0")) <= LONGEST_NUMBER:
+        return number
+    return f"{float(Fraction(number)):.{DIGITS}g}"
 
 
 class Waiting:

@@ -20,6 +20,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, growing, reachable
 from symdyn.scene import JOINTS, Scene
 from symdyn.scene.names import listed
+from symdyn.scene.robot_words import coordinates_of_joints
 
 DYNAMICS: tuple[str, ...] = tuple(
     name for name, row in OUTPUTS.items() if not row.place and name not in CLOSED_ONLY and name not in REACTIONS
@@ -173,7 +174,7 @@ def _derived(workspace: Workspace, request: str, road: str | None) -> Function:
         text=row.text.format(name=place, **_terms(workspace.scene))
         + _chosen(workspace, request)
         + _loose(workspace.scene, unique),
-        arguments=arguments(workspace, (*row.arguments, *((TIME,) if _takes_time(entries) else ()))),
+        arguments=arguments(workspace, (*row.arguments, *((TIME,) if _takes_time(workspace.graph, entries) else ()))),
         result=row.result,
         shape=_complete(row.shape(n), len(entries)),
         entries=tuple(entries),
@@ -214,8 +215,8 @@ def _terms(scene: Scene) -> dict[str, str]:
     }
 
 
-def _takes_time(entries: Sequence[Expr]) -> bool:
-    return any(node.op is Op.SYMBOL and node.value == TIME for node in reachable(entries))
+def _takes_time(graph: Graph, entries: Sequence[Expr]) -> bool:
+    return graph.names(TIME) and any(node.op is Op.SYMBOL and node.value == TIME for node in reachable(entries))
 
 
 def _complete(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
@@ -261,7 +262,8 @@ def conventions(scene: Scene, name: str) -> str:
     """Return the names of the coordinates or velocities, and what they mean where that is not plain; else ""."""
     plain = len(scene.coordinates) == len(scene.velocities)
     if name == "q":
-        return runs(scene.coordinates) + ("" if plain else "; quaternions are in the order (w, x, y, z)")
+        told = coordinates_of_joints(scene) or runs(scene.coordinates)
+        return told + ("" if plain else "; quaternions are in the order (w, x, y, z)")
     if name == "qd" and not plain:
         return f"{runs(scene.velocities)}; {BODY_AXES}"
     return ""

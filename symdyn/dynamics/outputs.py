@@ -12,7 +12,6 @@ from symdyn.dynamics.loops.outputs import closing
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.reactions.outputs import REACTIONS
 from symdyn.dynamics.recursive.potential import potential_energy
-from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.scene import Scene
 
 
@@ -64,7 +63,7 @@ OUTPUTS: dict[str, Output] = {
         "g",
         lambda n: (n,),
         "N m (revolute) or N (prismatic)",
-        {"lagrange": lambda w: lagrange.gravity_forces(w.energy), "rnea": lambda w: rnea(w.lean, w.still, w.still)},
+        {"lagrange": lambda w: lagrange.gravity_forces(w.energy), "rnea": lambda w: w.gravity_forces},
         prefer=roads.quicker_gravity,
     ),
     "elastic_forces": Output(
@@ -112,7 +111,7 @@ OUTPUTS: dict[str, Output] = {
         "p",
         lambda n: (n,),
         "kg m^2/s or kg m/s",
-        {"rnea": roads.momentum, "lagrange": lambda w: lagrange.momenta(w.energy)},
+        {"rnea": lambda w: w.momentum, "lagrange": lambda w: lagrange.momenta(w.energy)},
     ),
     "kinetic_energy": Output(
         "kinetic energy K(q, qd)",
@@ -171,7 +170,7 @@ OUTPUTS: dict[str, Output] = {
         "k_G",
         lambda n: (n,),
         "N m (revolute) or N (prismatic)",
-        {"lagrange": lambda w: lagrange.gravity_forces(w.energy), "rnea": lambda w: rnea(w.lean, w.still, w.still)},
+        {"lagrange": lambda w: lagrange.gravity_forces(w.energy), "rnea": lambda w: w.gravity_forces},
         prefer=roads.quicker_gravity,
     ),
     "k_E": Output(

@@ -90,14 +90,9 @@ def quicker_gravity(w: Workspace) -> str:
     return "rnea" if w.state.n > LONGEST else "lagrange"
 
 
-def momentum(w: Workspace) -> list[Expr]:
-    """Return p = M q̇: inverse dynamics at q̈ = q̇, without velocity and gravity."""
-    return rnea(w.lean, w.still, w.state.qd, gravity=False)
-
-
 def kinetic(w: Workspace) -> list[Expr]:
     """Return K = p·q̇ / 2."""
-    total = w.graph.total(p * qd for p, qd in zip(momentum(w), w.state.qd, strict=True))
+    total = w.graph.total(p * qd for p, qd in zip(w.momentum, w.state.qd, strict=True))
     return [total / 2]
 
 

@@ -128,6 +128,16 @@ class Workspace:
         """Christoffel symbols of that M."""
         return christoffel(self.composite_mass, self.directions)
 
+    @cached_property
+    def gravity_forces(self) -> list[Expr]:
+        """Return g(q), shape (n,), by recursion."""
+        return rnea(self.lean, self.still, self.still)
+
+    @cached_property
+    def momentum(self) -> list[Expr]:
+        """Return p = M q̇, shape (n,): inverse dynamics at q̈ = q̇, without velocity and gravity."""
+        return rnea(self.lean, self.still, self.state.qd, gravity=False)
+
     def velocity_forces(self, qd: list[Expr]) -> list[Expr]:
         """Return c(q, q̇) at the given velocities, shape (n,)."""
         return rnea(self.lean, qd, self.still, gravity=False)

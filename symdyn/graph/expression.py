@@ -112,6 +112,10 @@ class Graph:
         """Return the node of a named input."""
         return self._tables[SYMBOL].get(name) or self._append(name, SYMBOL, (), name)
 
+    def names(self, name: str) -> bool:
+        """Tell whether any node is the symbol of this name."""
+        return name in self._tables[SYMBOL]
+
     @property
     def pi(self) -> Expr:
         """The named constant π."""

@@ -12,6 +12,9 @@ from symdyn.scene.names import suggestion
 from symdyn.scene.quantity import ZERO, Quantity
 from symdyn.scene.table import Entry, Faults, Table, plain, show, vector
 
+MOST_PARTICLES = 500
+"""Particles of a body; each is a term of every formula, so that more of them are given by their sums."""
+
 INERTIA_KEYS = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
@@ -72,6 +75,11 @@ def _particles(table: Table, faults: Faults) -> tuple[Particle, ...]:
     advice = 'give a list such as [{ mass = "m1", at = [0, 0, 0] }]'
     if not isinstance(raw, (list, tuple)):
         table.fault(f"particles = {show(raw)} is not a list; {advice}")
+        return ()
+    if len(raw) > MOST_PARTICLES:
+        table.fault(
+            f"particles lists {len(raw)}; {MOST_PARTICLES} are allowed, give the mass, com and inertia of all together"
+        )
         return ()
     particles = []
     for k, item in enumerate(raw):

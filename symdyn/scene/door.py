@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
@@ -13,6 +14,7 @@ from symdyn.scene.contents import read_bounded
 from symdyn.scene.model import Scene
 from symdyn.scene.names import suggestion
 from symdyn.scene.reading import Reading, ReadOptions, Written
+from symdyn.scene.robot_words import MOST, coordinates_of_joints
 from symdyn.scene.table import Faults
 
 READERS: Mapping[str, str] = {
@@ -82,7 +84,9 @@ def read_noting(path: str | PathLike[str], options: ReadOptions | None = None) -
         check_base(options.floating_base, format, faults)
         faults.close()
     reader: Callable[[Path, ReadOptions], Reading] = import_module(READERS[format]).read
-    return reader(file, options)
+    reading = reader(file, options)
+    told = coordinates_of_joints(reading.scene, MOST)
+    return replace(reading, notes=(*reading.notes, f"{file}: coordinates: {told}")) if told else reading
 
 
 def write_text(scene: Scene, format: str, lossy: bool = False) -> Written:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symdyn.dynamics.equations import Function
-from symdyn.dynamics.loops.closed import solve_dependent, with_multipliers
+from symdyn.dynamics.loops.closed import solve_dependent
 from symdyn.dynamics.loops.linear import LinearLoops, followers
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError
@@ -57,14 +57,8 @@ def reach(w: Workspace) -> list[Expr]:
 
 def together(w: Workspace, tau: Sequence[Expr], power: Expr) -> Function | None:
     """Return the rates of a state by all rows at once; None where masses leave some acceleration open without them."""
-    rows, given, n = w.closed.recursive, w.prescribed, w.state.n
-    one, zero = w.graph.one, w.graph.zero
-    still = [zero] * n
-    excess = [drive - force for drive, force in zip(w.state.tau, w.forces(still), strict=True)]
-    units = [[one if i == k else zero for i in range(n)] for k in given.place]
-    gamma = [*w.closed.gamma(rows), *(-a for a in given.acceleration)]
     try:
-        found, _ = with_multipliers(w.composite_mass, [*w.closed.G(rows), *units], gamma, excess)
+        found, _ = w.closed.together
     except DerivationError:
         return None
     accelerations = substitute(found, dict(zip(w.state.tau, tau, strict=True)))

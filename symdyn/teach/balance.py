@@ -11,14 +11,16 @@ from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.closed_forms.parallel import angle_groups
+from symdyn.dynamics.loops.closed import solve_normal
 from symdyn.dynamics.loops.words import in_words
 from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, REACTION, Equilibrium, Unknown, equilibrium
-from symdyn.dynamics.reactions.freedoms import drives
+from symdyn.dynamics.reactions.freedoms import PLACES, TINY, drives
 from symdyn.dynamics.reactions.hinges import plus, power, times
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate
+from symdyn.scene.joints import Wrench
 from symdyn.teach.cut import cut
-from symdyn.teach.lesson import Prose
+from symdyn.teach.lesson import Prose, refuse_quaternions
 from symdyn.teach.looks import Name
 
 MOST_UNKNOWNS = 40
@@ -31,12 +33,7 @@ class Balance(Prose):
 
     def __post_init__(self) -> None:
         """Set the system up, in a plane where there is one."""
-        for joint in self.scene.joints:
-            if joint.velocities:
-                raise DerivationError(
-                    f"{self.scene.name}: joint {joint.name} turns by a quaternion, for which there are no formulas to "
-                    'read; write orientation = "zyx" (or another sequence of axes) to have them'
-                )
+        refuse_quaternions(self.scene)
         self.workspace = Workspace(self.scene)
         self.scene = self.workspace.scene
         self.graph, self.state = self.workspace.graph, self.workspace.state
@@ -61,7 +58,7 @@ class Balance(Prose):
         """Return the unknowns of an open mechanism: its joints' wrenches, found from the tips to the ground, split.
 
         What is left of a joint's wrench along its motions (D, with D_i · S_j = 1 for i = j, else 0) are drive, elements
-        and couplings; the rest is split along reactions, which are at right angles.
+        and couplings; the rest is split along reactions.
         """
         R, hanging = derive_one(self.workspace, "reactions").entries, self.workspace.hanging
         along, rest = [], []
@@ -74,7 +71,7 @@ class Balance(Prose):
             along[-1] = [size - own for size, own in zip(along[-1], self.system.own[h], strict=True)]
         sizes: dict[int, Expr] = {}
         for u, one in enumerate(self.system.unknowns):
-            h, wrench = one.acts[0]
+            h = one.acts[0][0]
             if one.kind == COUPLING:
                 sizes[u] = along[h][0]
                 for other, against in one.acts[1:]:  # what the coupling takes from the leader is no drive of its
@@ -82,12 +79,22 @@ class Balance(Prose):
                     along[other] = [
                         x - power(against, S) * sizes[u] for x, S in zip(along[other], leading, strict=True)
                     ]
-            elif one.kind == REACTION:
-                sizes[u] = power(rest[h], wrench) / power(wrench, wrench)
+        for h, split in enumerate(rest):
+            reactions = [(u, one.acts[0]) for u, one in enumerate(self.system.unknowns) if one.kind == REACTION]
+            own = [(u, W) for u, (acting, W) in reactions if acting == h]
+            sizes |= zip([u for u, _ in own], self._shares(split, [W for _, W in own]), strict=True)
         for u, one in enumerate(self.system.unknowns):
             if one.kind == DRIVE:
                 sizes[u] = along[one.acts[0][0]][one.number]
         return [sizes[u] for u in range(len(sizes))]
+
+    def _shares(self, wrench: Wrench, parts: list[Wrench]) -> list[Expr]:
+        """Return x with Σ x · part = wrench; parts of a custom joint need not be at right angles."""
+        products = [power(a, b) for k, a in enumerate(parts) for b in parts[:k]]
+        if not products or abs(self.workspace.hanging.samples.at(products, PLACES[0])).max() < TINY:
+            return [power(wrench, part) / power(part, part) for part in parts]
+        flat = [(*force, *moment) for force, moment in parts]
+        return solve_normal([[part[k] for part in flat] for k in range(6)], (*wrench[0], *wrench[1]))
 
     def _unknown(self, u: int, one: Unknown) -> Symbol:
         """Name an unknown; its value is the solution, or the symbol itself where loops leave only numbers."""

@@ -8,7 +8,6 @@ from symdyn.teach.energies import energy_steps
 from symdyn.teach.equations import coefficient_steps, equation_steps, name_coefficients
 from symdyn.teach.equilibria import equilibrium_step
 from symdyn.teach.lesson import Lesson
-from symdyn.teach.masses import masses
 from symdyn.teach.meaning import meaning_steps
 from symdyn.teach.notation import acting_steps, notation_step, scene_step
 from symdyn.teach.numbers import number_steps, power_step, scene_picture, weights_picture
@@ -28,7 +27,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     lesson = Lesson(without_hidden_zeros(scene), language)
     assert lesson.closed.n == lesson.state.n, "closed forms and graph have the same velocities"  # raises early
     lesson.numbers = numbers_for(lesson)
-    found = masses(lesson)
+    found = lesson.masses
     chosen = choose_state(lesson.scene, lesson.state, lesson.graph)
     sections = [
         _section(

@@ -23,9 +23,24 @@ from symdyn.spatial import Transform
 from symdyn.teach.document import Words
 from symdyn.teach.languages import LANGUAGES, fill
 from symdyn.teach.looks import Letter, Name, Rate, Slope
+from symdyn.teach.masses import Mass, masses
 
 SMALL_SCENE = 3
 """Degrees of freedom up to which everything is shown in full."""
+
+
+def refuse_quaternions(scene: Scene) -> None:
+    """Say that nobody reads formulas in quaternions, before anything else that a road asks of a scene.
+
+    Raises:
+        DerivationError: a joint turns by a quaternion.
+    """
+    for joint in scene.joints:
+        if joint.velocities:
+            raise DerivationError(
+                f"{scene.name}: joint {joint.name} turns by a quaternion, for which there are no formulas to read; "
+                'write orientation = "zyx" (or another sequence of axes) to have them'
+            )
 
 
 @dataclass
@@ -100,6 +115,7 @@ class Lesson(Prose):
         for parameter in self.scene.parameters:
             self.graph.symbol(parameter.name)
         self.state: State = state_symbols(self.scene, self.graph)
+        refuse_quaternions(self.scene)
         if self.scene.loops or self.scene.rows:
             raise DerivationError(
                 f"{self.scene.name}: Lagrange's road (5.21) is for open mechanisms, and this one has constraints; "
@@ -149,9 +165,20 @@ class Lesson(Prose):
         return body_placements(self.scene, self.graph)
 
     @cached_property
+    def masses(self) -> list[Mass]:
+        """Particles and rigid bodies, the ground's side first."""
+        return masses(self)
+
+    @cached_property
     def ring(self) -> TrigonometricRing:
-        """The ring in which positions, velocities and what is made of them are written."""
+        """The ring in which positions, velocities and what is made of them are written.
+
+        A number such as pi or a root may stand where no energy has it: in a place along the axis of a turn.
+        """
         needed = [self.graph.symbol(parameter.name) for parameter in self.scene.parameters]
+        needed += [x for one in self.masses for x in (one.m, *one.place, *(one.h or ()))]
+        needed += [x for one in self.masses for row in one.inertia for x in row]
+        needed += vector(self.scene.gravity, self.graph)
         needed += [x for T in self.placed.values() for row in (*T.R, T.p) for x in row]
         for body in self.scene.bodies:  # where nothing moves along it, a mass's place holds what no energy knows
             centre = () if body.com is None else (body.com,)

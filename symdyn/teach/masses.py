@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from symdyn.dynamics.state import first_moment, vector
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Body, express
 from symdyn.spatial import Mat, Vec, apply, symmetric
-from symdyn.teach.lesson import Lesson
+
+if TYPE_CHECKING:
+    from symdyn.teach.lesson import Lesson
 
 AXES = "xyz"
 

@@ -2,8 +2,8 @@
 
     G u = 0, G u̇ + Ġ u = 0      rows of the loops at the drawn position, with prescribed motions as rows of their own
 
-Rates of independent velocities are chosen, the others follow. A velocity that nothing drives and no loop ties (the
-spin of a rod between two balls) is accelerated as it is without a drive.
+Rates of independent velocities are chosen, the others follow. What nothing drives (the spin of a rod between two
+balls, a wheel that rolls down) is accelerated as it is without a drive.
 """
 
 from __future__ import annotations
@@ -12,9 +12,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.linalg import null_space
 
 from symdyn.algebra.numeric import Floats
+from symdyn.dynamics.angles import angles_of
 from symdyn.dynamics.reactions.samples import Array
+from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
 from symdyn.teach.balance import Balance
 from symdyn.teach.state import ACCELERATIONS, RATES, Chosen, choose_state, starting_rates
@@ -23,8 +26,13 @@ SMALL = 1e-9
 
 
 def choose_motion(lesson: Balance) -> Chosen:
-    """Return the drawn position with rates and accelerations that are not all alike and that the loops allow."""
+    """Return the drawn position with rates and accelerations that are not all alike and that the loops allow.
+
+    Raises:
+        DerivationError: angles are singular at that position, or no accelerations fit it.
+    """
     chosen = choose_state(lesson.scene, lesson.state, lesson.graph, moving=not lesson.closed)
+    _refuse_singular_angles(lesson, chosen)
     w, n = lesson.workspace, lesson.state.n
     led = w.prescribed
     if not lesson.closed and not led.place:
@@ -40,8 +48,19 @@ def choose_motion(lesson: Balance) -> Chosen:
     chosen = _with(chosen, lesson.state.qd, u)
     bias = [-x for x in chosen.of(*w.closed.bias(rows))] if rows else []
     right = np.array([*bias, *chosen.of(*led.acceleration)])
-    chosen = _with(chosen, lesson.state.qdd, _tied(A, right, free, ACCELERATIONS))
-    return _without_idle_drives(lesson, chosen, A, right, free)
+    if not lesson.closed:
+        return _with(chosen, lesson.state.qdd, _tied(A, right, free, ACCELERATIONS))
+    return _with(chosen, lesson.state.qdd, _accelerated(lesson, chosen, A, right, free))
+
+
+def _refuse_singular_angles(lesson: Balance, chosen: Chosen) -> None:
+    for angles in angles_of(lesson.scene):
+        if abs(chosen.of(angles.clearance(lesson.graph))[0]) < SMALL:
+            raise DerivationError(
+                f"{lesson.scene.name}: joint {angles.joint.name}: where the lesson shows numbers {angles.names[1]} is "
+                f"{chosen.q[angles.middle]:.4g}, and its angles are singular there; give another start, or another "
+                "sequence of axes"
+            )
 
 
 def solved_at(lesson: Balance, chosen: Chosen) -> tuple[Array, bool]:
@@ -91,23 +110,46 @@ def _with(chosen: Chosen, symbols: tuple[Expr, ...], values: Array) -> Chosen:
     return replace(chosen, values={**chosen.values, **dict(zip(symbols, rounded, strict=True))})
 
 
-def _without_idle_drives(lesson: Balance, chosen: Chosen, A: Array, right: Array, free: list[int]) -> Chosen:
-    """Return the state with accelerations changed, within what A allows, so that drives nobody declared are zero."""
-    idle = [lesson.system.unknowns.index(one) for one in lesson.system.passive] if lesson.closed else []
-    if not idle:
-        return chosen
+def _accelerated(lesson: Balance, chosen: Chosen, G: Array, right: Array, free: list[int]) -> Array:
+    """Return accelerations near those wanted that the rows allow and that need no drive which nobody declared.
 
-    def needed(wanted: tuple[float, ...]) -> tuple[Chosen, Array]:
-        state = _with(chosen, lesson.state.qdd, _tied(A, right, free, wanted))
-        return state, solved_at(lesson, state)[0][idle]
+        G u̇ = right, A x + b(u̇) = 0 with x = 0 where it is an idle drive      linear in (u̇, x)
 
-    start = [ACCELERATIONS[k % len(ACCELERATIONS)] for k in range(len(free))]
-    _, before = needed(tuple(start))
-    slopes = []
-    for k in range(len(free)):
-        moved = [x + (i == k) for i, x in enumerate(start)]
-        slopes.append(needed(tuple(moved))[1] - before)
-    driven = [k for k, v in enumerate(free) if lesson.scene.drives[v]]
-    slopes_of_idle = np.array([s if k not in driven else 0 * s for k, s in enumerate(slopes)]).T
-    step = np.linalg.lstsq(slopes_of_idle, -before, rcond=1e-10)[0]
-    return needed(tuple(np.array(start) + step))[0]
+    Raises:
+        DerivationError: there are none.
+    """
+    n, unknowns = lesson.state.n, len(lesson.system.unknowns)
+    rest, slopes = _inertial(lesson, chosen)
+    matrix, _ = _system_at(lesson, chosen)
+    idle = np.eye(unknowns)[[lesson.system.unknowns.index(one) for one in lesson.system.passive]]
+    C = np.block(
+        [
+            [G, np.zeros((len(G), unknowns))],
+            [slopes, matrix],
+            [np.zeros((len(idle), n)), idle.reshape(-1, unknowns)],
+        ]
+    )
+    d = np.concatenate([right, -rest, np.zeros(len(idle))])
+    found = np.linalg.lstsq(C, d, rcond=1e-10)[0]
+    if abs(C @ found - d).max(initial=0.0) > 1e-7 * (1 + abs(d).max(initial=0.0)):
+        raise DerivationError(
+            f"{lesson.scene.name}: where the lesson shows numbers no accelerations fit the loops and rows (a change "
+            "point); give the joints another start"
+        )
+    ways = null_space(C, rcond=1e-10)[:n]
+    wanted = np.array([ACCELERATIONS[place % len(ACCELERATIONS)] for place in range(len(free))])
+    weight = np.array([[1e4 if lesson.scene.drives[k] else 1.0] for k in free])  # driven ones first
+    missing = (wanted - found[free]).reshape(-1, 1)
+    moved = found[free] + ways[free] @ np.linalg.lstsq(weight * ways[free], weight * missing, rcond=1e-10)[0][:, 0]
+    return _tied(G, right, free, [float(x) for x in np.round(moved, 12)])
+
+
+def _inertial(lesson: Balance, chosen: Chosen) -> tuple[Array, Array]:
+    """Return b of (5.18) without acceleration, and how it changes with each, which it does linearly."""
+
+    def at(accelerations: Array) -> Array:
+        return _system_at(lesson, _with(chosen, lesson.state.qdd, accelerations))[1]
+
+    n = lesson.state.n
+    rest = at(np.zeros(n))
+    return rest, np.array([at(unit) - rest for unit in np.eye(n)]).reshape(n, -1).T

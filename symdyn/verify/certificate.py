@@ -109,7 +109,7 @@ def certify(
         notes += left_out
     preferred = choose(workspace, outputs, road)
     claims = [
-        _agreement(workspace, one, derive_one(workspace, name, road))
+        _agreement(workspace, name, one, derive_one(workspace, name, road))
         for name, one in zip(outputs, preferred, strict=True)
         for road in roads(name, scene)
         if road != one.formulation
@@ -157,10 +157,9 @@ def everything(
     return outputs + tuple(extra), left_out
 
 
-def _agreement(w: Workspace, one: Function, other: Function) -> Claim:
+def _agreement(w: Workspace, name: str, one: Function, other: Function) -> Claim:
     """Return that two derivations agree; multipliers are compared as the force Gᵀ λ that they make."""
     sides = [one.entries, other.entries]
-    name = one.name
     if name == "multipliers":
         rows, name = w.closed.G(w.closed.recursive), f"G^T {name}"
         sides = [

@@ -10,7 +10,8 @@ coupler) as long as Tᵀ M T is not. *With multipliers*, the other road: A = M +
 
     G A⁻¹ Gᵀ λ = -γ - G A⁻¹ (τ - h - Gᵀ γ),    u̇ = A⁻¹ (τ - h - Gᵀ γ + Gᵀ λ)
 
-where A = M and no Gᵀ γ will do if M is regular. The identity of both holds off the constraint manifold too.
+where A = M and no Gᵀ γ will do if M is regular. The identity of both holds off the constraint manifold too. Where rows
+without loops have no partition that will do at every position, the first road takes all rows at once as well.
 
 Blocks of G_d up to six rows are solved by Cramer's rule with shared minors: a block is singular where the dependent
 velocities are undetermined and nowhere else, which pivots chosen beforehand could not promise. Larger ones, and those

@@ -70,6 +70,8 @@ class Closure:
         redundant: other rows that depend on the kept ones.
         names: what each row is, in words, shape (all rows,).
         partition: of forward dynamics.
+        fails: whether, without loops, its dependent velocities are undetermined at some positions, so that equations
+            take all rows at once: a blade has a heading at which the velocity along x is none of its own.
         driven: of inverse dynamics, driven velocities independent; None where the drives do not fit.
         fault: why there is none.
     """
@@ -80,6 +82,7 @@ class Closure:
     redundant: tuple[int, ...]
     names: tuple[str, ...]
     partition: Partition
+    fails: bool
     driven: Partition | None
     fault: str = ""
 
@@ -113,9 +116,10 @@ def decided(numbers: Numbers, assembly: Assembly, closing: Closing) -> Closure:
     names = tuple(f"{one.owner}: {spoken(one, numbers, q)}" for one in numbers.constraints.labels)
     choices = [one[list(kept)] for one in found]
     partition = _partition(numbers, kept, choices, closing.independent, assembly.length)
+    fails = not closing.independent and _fails(numbers, kept, choices[0], partition.dependent, assembly.length)
     driven, fault = _driven(numbers, kept, choices, partition)
     redundant = tuple(k for k in some if k not in kept)
-    return Closure(assembly, kept, empty, redundant, names, partition, driven, fault)
+    return Closure(assembly, kept, empty, redundant, names, partition, fails, driven, fault)
 
 
 def loose_rows(numbers: Numbers, assembly: Assembly) -> tuple[int, ...]:
@@ -214,20 +218,34 @@ def _sure(numbers: Numbers, kept: Sequence[int], G: Array, among: Sequence[int],
     m = len(kept)
     if numbers.scene.loops or not 0 < m <= len(among) or comb(len(among), m) > CHOICES:
         return ()
-    try:
-        drawn = [dimensionless(numbers, numbers.drawn(seed), length)[list(kept)] for seed in range(POSITIONS)]
-    except DerivationError:  # a formula has no value somewhere
+    rows = _drawn(numbers, kept, G, length)
+    if rows is None:
         return ()
-    rows = np.stack([G, *drawn])
     top = float(np.linalg.svd(rows, compute_uv=False).max())
     choices = list(combinations(among, m))
     worst = [float(np.linalg.svd(rows[:, :, list(one)], compute_uv=False).min()) for one in choices]
     best = max(worst)
-    return (
-        next(one for one, value in zip(choices, worst, strict=True) if value >= EVEN * best)
-        if best > SURE * top
-        else ()
-    )
+    if best <= SURE * top:
+        return ()
+    return next(one for one, value in zip(choices, worst, strict=True) if value >= EVEN * best)
+
+
+def _fails(numbers: Numbers, kept: Sequence[int], G: Array, dependent: Sequence[int], length: float) -> bool:
+    """Whether rows without loops leave dependent velocities nearly undetermined at some position."""
+    rows = None if numbers.scene.loops or not kept else _drawn(numbers, kept, G, length)
+    if rows is None:
+        return False
+    top = float(np.linalg.svd(rows, compute_uv=False).max())
+    return bool(np.linalg.svd(rows[:, :, list(dependent)], compute_uv=False).min() <= SURE * top)
+
+
+def _drawn(numbers: Numbers, kept: Sequence[int], G: Array, length: float) -> Array | None:
+    """Return the kept rows at a position, G, and at random ones, shape (positions, m, n); None where some have none."""
+    try:
+        drawn = [dimensionless(numbers, numbers.drawn(seed), length)[list(kept)] for seed in range(POSITIONS)]
+    except DerivationError:  # a formula has no value somewhere
+        return None
+    return np.stack([G, *drawn])
 
 
 def _wanted(scene: Scene, wanted: Sequence[str], G: Array) -> list[int]:

@@ -113,7 +113,20 @@ class Numbers:
         try:
             return np.array(evaluate(wanted, Floats(), values, order), dtype=np.float64)
         except (ArithmeticError, ValueError) as fault:
-            raise DerivationError(f"{self.scene.name}: a formula has no real value at q = {q.tolist()}") from fault
+            raise DerivationError(f"{self.scene.name}: {self._valueless(wanted, values, q)}") from fault
+
+    def _valueless(self, entries: Sequence[Expr], values: Mapping[Expr, float], q: Array) -> str:
+        """Return whose formula has no real value, and where."""
+        rows = zip(self.constraints.labels, self.constraints.residual, self.constraints.G, strict=True)
+        owners = {entry: label.words for label, residual, row in rows for entry in (residual, *row)}
+        place = ", ".join(f"{name} = {x:.6g}" for name, x in zip(self.scene.coordinates, q.tolist(), strict=True))
+        for entry in entries:
+            try:
+                evaluate([entry], Floats(), values)
+            except (ArithmeticError, ValueError):
+                whose = owners.get(entry, "a row, or its rate,")
+                return f"{whose} has no real value at {place}; give the scene a start where it has one"
+        return f"a formula has no real value at {place}; give the scene another start"
 
     def residual(self, q: Array) -> Array:
         """Return r(q), every loop's, m or 1."""

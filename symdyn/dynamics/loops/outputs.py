@@ -32,6 +32,8 @@ def _flat(matrix: list[list[Expr]]) -> list[Expr]:
 def _forward(w: Workspace) -> list[Expr]:
     refuse_ideal_friction(w.scene)
     _massive(w)
+    if w.closed.closure.fails:
+        return w.closed.together[0]
     reduced = w.closed.motion
     rest = [tau - force for tau, force in zip(w.state.tau, w.forces(list(reduced.s)), strict=True)]
     return closed.accelerations(reduced, w.composite_mass, rest)
@@ -70,6 +72,9 @@ def _lagrange_multipliers(w: Workspace) -> list[Expr]:
 
 
 def _multipliers(w: Workspace) -> list[Expr]:
+    if w.closed.closure.fails:
+        refuse_ideal_friction(w.scene)
+        return w.closed.together[1][: len(w.closed.closure.kept)]
     found = w.forces(_forward(w))
     excess = [force - tau for force, tau in zip(found, w.state.tau, strict=True)]
     return closed.multipliers(w.closed.G(w.closed.recursive), w.closed.closure.partition, excess)

@@ -39,6 +39,10 @@ if TYPE_CHECKING:
     from symdyn.dynamics.workspace import Workspace
 
 
+CLOSED = 1e-6
+"""Most by which a closed form may miss the assembled position, rad and m."""
+
+
 @dataclass(frozen=True)
 class _Unknown:
     """An unknown move on the way round a loop: its velocity, whether it slides, its sense, axis s or z before it."""
@@ -181,7 +185,10 @@ def _turned(a: Vec, angle: Expr, z: Vec) -> Vec:
 
 
 def _branch(w: Workspace, unknowns: Sequence[_Unknown], candidates: Sequence[tuple[Expr, ...]]) -> tuple[Expr, ...]:
-    """Return the candidate that is at the assembled position."""
+    """Return the candidate that is at the assembled position.
+
+    Neither is where what moves leaves the plane, by a slide along the normal or on a line that is oblique.
+    """
     numbers = w.closed.numbers
     known = {w.graph.symbol(str(node.value)): value for node, value in numbers.parameters.items()}
     known |= dict(zip(w.state.q, w.closed.closure.assembly.typical, strict=True))
@@ -195,4 +202,7 @@ def _branch(w: Workspace, unknowns: Sequence[_Unknown], candidates: Sequence[tup
             return float("inf")
         return float(np.abs(np.where(slides, way, np.sin(way / 2))).max())
 
-    return min(candidates, key=off)
+    found = min(candidates, key=off)
+    if off(found) > CLOSED:
+        raise _none(w, "a loop does not stay in a plane")
+    return found

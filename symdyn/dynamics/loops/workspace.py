@@ -137,10 +137,21 @@ class Closed:
     @cached_property
     def lagrange_solution(self) -> tuple[list[Expr], list[Expr]]:
         """u̇, and λ with what prescribed motions take beside τ behind it: each is a row u̇_p = p̈ of its own."""
-        w, rows = self.w, self.differentiated
-        bias = substitute(self.lagrange_forces, dict.fromkeys(w.state.qdd, w.graph.zero))
+        bias = substitute(self.lagrange_forces, dict.fromkeys(self.w.state.qdd, self.w.graph.zero))
+        return self._by_all_rows(self.w.lagrange_mass, self.differentiated, bias)
+
+    # Recursive road where every partition fails somewhere: all rows at once
+
+    @cached_property
+    def together(self) -> tuple[list[Expr], list[Expr]]:
+        """The same by recursion: regular wherever G has full rank, whatever velocities are independent."""
+        w = self.w
+        return self._by_all_rows(w.composite_mass, self.recursive, w.forces([w.graph.zero] * w.state.n))
+
+    def _by_all_rows(self, M: Matrix, rows: Constraints, bias: list[Expr]) -> tuple[list[Expr], list[Expr]]:
+        w, given = self.w, self.w.prescribed
         rest = [tau - h for tau, h in zip(w.state.tau, bias, strict=True)]
-        one, zero, given = w.graph.one, w.graph.zero, w.prescribed
+        one, zero = w.graph.one, w.graph.zero
         units = [[one if i == k else zero for i in range(w.state.n)] for k in given.place]
         gamma = [*self.gamma(rows), *(-a for a in given.acceleration)]
-        return with_multipliers(w.lagrange_mass, [*self.G(rows), *units], gamma, rest)
+        return with_multipliers(M, [*self.G(rows), *units], gamma, rest)

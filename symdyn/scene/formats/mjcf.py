@@ -2,8 +2,8 @@
 
 The compiler resolves what only it knows: default classes, includes, frames, inertia from geoms, units. Before it sees
 the file, the file and everything it includes is read by the hardened parser, and what could keep a machine busy is
-refused. Before it compiles, everything that is drawn, sensed or touched is taken out, so that no mesh and no picture is
-ever opened. What remains, a tree of bodies, is read by `mjcf_tree`.
+refused. Before it compiles, everything that is drawn, sensed or touched is taken out, so that no picture is ever
+opened, and no mesh but those that give moving bodies their inertia. What remains, a tree of bodies, `mjcf_tree` reads.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from typing import Any
 
 from symdyn.errors import SceneError
 from symdyn.scene.declare import assemble
+from symdyn.scene.formats.mjcf_mesh import check_meshes, mesh_paths
 from symdyn.scene.formats.mjcf_tree import Tree, nonzero
 from symdyn.scene.formats.xml import Element, read_xml
 from symdyn.scene.reading import Reading, ReadOptions
@@ -79,7 +80,7 @@ def read(path: Path, options: ReadOptions) -> Reading:
     said: list[str] = []
     with _heard(mujoco, path, said):
         spec = _spec(mujoco, path, files)
-    _strip(mujoco, spec, faults)
+    _strip(mujoco, spec, path.parent, faults)
     faults.close()
     with _heard(mujoco, path, said):
         model = spec.compile()
@@ -97,7 +98,9 @@ def _spec(mujoco: Any, path: Path, files: Mapping[Path, Element]) -> Any:
     if path.suffix == ".xml":
         return mujoco.MjSpec.from_file(str(path))  # parses MJCF, opens nothing else
     others = {os.path.relpath(file, path.parent): file.read_bytes() for file in files if file != path}
-    return mujoco.MjSpec.from_string(path.read_text(encoding="utf-8"), include=others)
+    spec = mujoco.MjSpec.from_string(path.read_text(encoding="utf-8"), include=others)
+    spec.modelfiledir = str(path.parent)  # where meshes are looked for
+    return spec
 
 
 # The text
@@ -213,7 +216,7 @@ def _one_line(text: str) -> str:
     return ", ".join(part.strip() for part in text.splitlines() if part.strip())
 
 
-def _strip(mujoco: Any, spec: Any, faults: Faults) -> None:
+def _strip(mujoco: Any, spec: Any, folder: Path, faults: Faults) -> None:
     """Take out what has no part in a tree of rigid bodies; refuse what has a part that cannot be read."""
     if len(spec.bodies) > MOST_BODIES:
         faults.add("", f"there are {len(spec.bodies)} bodies; {MOST_BODIES} are the most that is read")
@@ -233,17 +236,18 @@ def _strip(mujoco: Any, spec: Any, faults: Faults) -> None:
         setattr(spec, key, -1)
     for drawn in (*spec.geoms, *spec.sites, *spec.tendons):
         drawn.material = ""
-    files = [mesh for mesh in spec.meshes if mesh.file]
-    unopened = dict.fromkeys(mesh.name for mesh in files)
+    files = {mesh.name: mesh for mesh in spec.meshes if mesh.file}
+    needed: dict[str, str] = {}
     for geom in list(spec.geoms):
-        if geom.meshname in unopened or geom.hfieldname:
-            if _weighs(mujoco, spec, geom):
-                advice = 'give it <inertial pos="..." mass="..." diaginertia="..."/>'
-                what = f"takes its inertia from the mesh {geom.meshname}, and meshes are not opened; {advice}"
-                faults.add(f"body {geom.parent.name or geom.parent.info}", what)
-            spec.delete(geom)
-    for mesh in files:
-        spec.delete(mesh)
+        if geom.meshname in files or geom.hfieldname:
+            if geom.meshname in files and _weighs(mujoco, spec, geom):
+                needed.setdefault(geom.meshname, f"body {geom.parent.name or geom.parent.info}")
+            else:
+                spec.delete(geom)
+    for name, mesh in files.items():
+        if name not in needed:
+            spec.delete(mesh)
+    check_meshes([(where, mesh_paths(spec, files[name], folder)) for name, where in needed.items()], faults)
 
 
 def _refuse_actuators(spec: Any, faults: Faults) -> None:

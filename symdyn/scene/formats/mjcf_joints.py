@@ -7,12 +7,20 @@ from typing import Any
 
 from symdyn.scene import folding
 from symdyn.scene.formats.doubles import Doubles
+from symdyn.scene.formats.mjcf_tendon import NoCouplingError, tied
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formula import quantity
 from symdyn.scene.model import GROUND, Pose
 from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector
 from symdyn.scene.table import Entry, Faults, compose
 from symdyn.scene.turns import Step, inverse, plus, towards
+
+BALLS = {
+    "armature": "no rotor follows three axes at once; add it to the inertia of the body if the joint hangs on "
+    "the ground, write three hinges, or set it to 0",
+    "stiffness": "its torque, along the rotation vector, jumps at half a turn; write three hinges, or set it to 0",
+}
+"""Why what MuJoCo does at a ball is not done here, and what would work."""
 
 
 class Joints:
@@ -51,17 +59,41 @@ class Joints:
                 faults.note(where, "is not active and left out")
             elif int(model.eq_type[i]) in (int(kinds.mjEQ_CONNECT), int(kinds.mjEQ_WELD)):
                 self.loops.append(self.loop(i, where))
+            elif model.eq_type[i] == kinds.mjEQ_TENDON:
+                self.tendons(i, where, found)
             elif model.eq_type[i] != kinds.mjEQ_JOINT:
                 kind = kinds(model.eq_type[i]).name.removeprefix("mjEQ_").lower()
-                faults.add(where, f"is a {kind} constraint; joint, connect and weld are read; delete it")
+                faults.add(where, f"is a {kind} constraint; joint, tendon, connect and weld are read; delete it")
             elif leader < 0 or any(model.eq_data[i][2:5]) or follower in found:
                 advice = "a joint1 that follows a joint2 by a polynomial a0 + a1 x is read; correct it or delete it"
                 faults.add(where, f"is no linear coupling of two joints; {advice}")
             else:
-                found[follower] = self.coupling(follower, leader, model.eq_data[i])
-                names = f"{self.names[follower]} follows {self.names[leader]}"
-                faults.note(where, f"{names} without give here; MuJoCo's constraint is soft")
+                self.follow(follower, leader, model.eq_data[i], where, found)
         return found
+
+    def tendons(self, i: int, where: str, found: dict[int, dict[str, object]]) -> None:
+        """Collect an equality of fixed tendons that couples two joints; the outer one follows, if it is free to."""
+        try:
+            ties = tied(self.mujoco, self.model, i, self.names)
+        except NoCouplingError as reason:
+            self.faults.add(where, str(reason))
+            return
+        follower = next((j for j in sorted(ties, reverse=True) if j not in found), None)
+        if follower is None:
+            names = " and ".join(self.names[j] for j in ties)
+            self.faults.add(where, f"ties {names}, and each of them follows another joint already; delete one of them")
+            return
+        (leader,) = ties.keys() - {follower}
+        offset = float(self.model.eq_data[i][0]) / ties[follower]
+        self.follow(follower, leader, (offset, -ties[leader] / ties[follower]), where, found)
+
+    def follow(
+        self, follower: int, leader: int, data: Sequence[float], where: str, found: dict[int, dict[str, object]]
+    ) -> None:
+        """Collect the coupling of two joints, with a note."""
+        found[follower] = self.coupling(follower, leader, data)
+        names = f"{self.names[follower]} follows {self.names[leader]}"
+        self.faults.note(where, f"{names} without give here; MuJoCo's constraint is soft")
 
     def loop(self, i: int, where: str) -> Entry:
         """Return a connect constraint as a spherical joint that closes a loop, a weld as a fixed one.
@@ -153,9 +185,7 @@ class Joints:
         where = f"joint {name}"
         for key, value in (("armature", model.dof_armature[dof]), ("stiffness", model.jnt_stiffness[j])):
             if value and not (key == "stiffness" and self.off("SPRING")):
-                self.faults.add(
-                    where, f"{key} of a joint with a quaternion is not read; write three hinges, or set it to 0"
-                )
+                self.faults.add(where, f"{key} of a joint with a quaternion is not read: {BALLS[key]}")
         if model.jnt_limited[j]:
             self.faults.note(where, "the limit of a joint with a quaternion is left out")
         if model.jnt_type[j] == self.mujoco.mjtJoint.mjJNT_FREE:

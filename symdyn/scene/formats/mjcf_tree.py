@@ -98,10 +98,16 @@ class Tree:
             if any(
                 nonzero(getattr(model, f"tendon_{key}")[i]) for key in TENDON_KEYS if hasattr(model, f"tendon_{key}")
             ):
-                what = "has stiffness, damping, friction or armature, and such tendons come with force elements"
-                faults.add(f"tendon {model.tendon(i).name or i + 1}", f"{what}, which a scene does not have; delete it")
+                what = "has stiffness, damping, friction or armature, and no force along a tendon is read"
+                advice = (
+                    'delete it, and say what it does in TOML: force = "..." of its joints, [springs] between points'
+                )
+                faults.add(f"tendon {model.tendon(i).name or i + 1}", f"{what}; {advice}")
         if model.opt.density or model.opt.viscosity:
-            faults.add("option", "density and viscosity of a fluid act on the bodies and are not read; set both to 0")
+            what = "density and viscosity of a fluid make MuJoCo guess drag from each body's inertia; this is not read"
+            faults.add(
+                "option", f'{what}; set both to 0, and say what drag there is in TOML: [loads] with force = "..."'
+            )
 
     def note(self) -> None:
         """Note what was recognised, and what is not part of the equations."""

@@ -11,11 +11,11 @@ import numpy as np
 from ..mechanism import Array, Mechanism, NoDirection
 from ..states import assemble, free_motions, moved, rank, rows
 from .families import FAMILIES
-from .options import Choice
+from .options import PAIRED, Choice
 from .scenes import Drawing, Undrawable
 
-LONGEST = 7
-"""Velocities of the largest mechanism."""
+LONGEST, LONGEST_IN_SPACE = 7, 4
+"""Velocities of the largest mechanism; those of loops in space among the trials of every run, where they cost most."""
 
 ATTEMPTS = 200
 
@@ -72,7 +72,8 @@ def _drawn(seed: int, choice: Choice, rng: random.Random) -> Case:
     locked = _locks(d, m, q) if choice["lead"] == "locked" else {}
     held = _velocities(m, locked)
     free = [k for k in range(n) if k not in held]
-    if not 1 <= len(free) <= LONGEST or n > LONGEST + 1:
+    longest = LONGEST_IN_SPACE if seed < PAIRED and choice["family"] == "space" else LONGEST
+    if not 1 <= len(free) <= longest or n > longest + 1:
         raise Undrawable
     places = [q, *_places(m, q, held, rng)]
     G = [rows(m.at(one))[:, free] for one in places]

@@ -1,0 +1,69 @@
+"""Meshes that give bodies of an MJCF file their inertia: MuJoCo's compiler opens them, if they are there and of a size.
+
+All other meshes are taken out unopened: what is drawn or touched has no part in the equations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from symdyn.scene.table import Faults, show
+
+LARGEST_MESH = 64 * 2**20
+MOST_IN_ALL = 512 * 2**20
+
+ENDINGS = (".stl", ".obj", ".msh")
+
+INSTEAD = 'give the body <inertial pos="..." mass="..." diaginertia="..."/> instead'
+
+
+def mesh_paths(spec: Any, mesh: Any, folder: Path) -> list[Path]:
+    """Return where MuJoCo looks for the file of a mesh: in the folder for meshes, beside the file that names it."""
+    own = getattr(mesh, "compiler", None) or spec.compiler
+    name = Path(mesh.file).name if spec.strippath else mesh.file
+    meshdirs = dict.fromkeys([getattr(own, "meshdir", "") or "", getattr(spec, "meshdir", "") or ""])
+    return [folder / meshdir / name for meshdir in meshdirs]
+
+
+def check_meshes(needed: Sequence[tuple[str, Sequence[Path]]], faults: Faults) -> None:
+    """Report meshes that are not there, are none that MuJoCo reads, or are larger than a link's mesh needs to be.
+
+    Args:
+        needed: the body that takes its inertia from a mesh, and where the file of the mesh may be.
+        faults: takes what is wrong.
+    """
+    total = 0
+    for body, paths in needed:
+        path = next((path for path in paths if _is_file(path)), None)
+        if path is None:
+            what = f"takes its inertia from the mesh {show(_shown(paths[0], faults))}, and there is no such file"
+            faults.add(body, f"{what}; put it there, or {INSTEAD}")
+        elif path.suffix.lower() not in ENDINGS:
+            what = (
+                f"takes its inertia from the mesh {show(_shown(path, faults))}, which is none of {', '.join(ENDINGS)}"
+            )
+            faults.add(body, f"{what}; convert it, or {INSTEAD}")
+        else:
+            size = path.stat().st_size
+            total += size
+            if size > LARGEST_MESH:
+                what = f"takes its inertia from the mesh {show(_shown(path, faults))} of {size >> 20} MB"
+                faults.add(body, f"{what}; {LARGEST_MESH >> 20} are the most that is read; {INSTEAD}")
+    if total > MOST_IN_ALL:
+        what = f"the meshes that bodies take their inertia from have {total >> 20} MB together"
+        faults.add("", f"{what}; {MOST_IN_ALL >> 20} are the most that is read; give bodies <inertial> instead")
+
+
+def _shown(path: Path, faults: Faults) -> str:
+    """Return the path as it is seen from the folder of the scene, where it lies below it."""
+    folder = Path(faults.source).parent
+    return str(path.relative_to(folder)) if path.is_relative_to(folder) else str(path)
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name that no system allows
+        return False
