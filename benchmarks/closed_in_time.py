@@ -1,6 +1,6 @@
 """Closed mechanisms in time: Taylor's method with projection against DOP853, and the other methods beside them.
 
-    python benchmarks/closed_in_time.py [rounds]
+    python benchmarks/closed_in_time.py [rounds] [scene ...]
 
 Every closed example, and Andrews' squeezer, as it is and with a spring a hundred times as stiff. Each method has its
 own default tolerance, which a user gets who says none; DOP853 at 1e-12 besides. Times are processor time, medians
@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 
@@ -49,9 +50,11 @@ TRIED: tuple[tuple[str, float | None], ...] = (
 )
 
 
-def main(rounds: int) -> None:
+def main(rounds: int, wanted: Sequence[str] = ()) -> None:
     """Print a table a scene."""
     for name, (path, parameters, forces, rates, until) in ROWS.items():
+        if wanted and name not in wanted:
+            continue
         scene = bind(read(path), parameters) if parameters else read(path)
 
         def run(
@@ -96,4 +99,4 @@ def main(rounds: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 5)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 5, sys.argv[2:])

@@ -235,3 +235,20 @@ def test_unknown_functions_are_told_together_and_none_is_no_list(capsys):
     assert "there is no output 'bar'" in told
     assert main(["bench", scene, "--functions", ""]) == 1
     assert "pendulum: no function is asked for" in capsys.readouterr().err
+
+
+@pytest.mark.mends("2.bench")
+def test_a_measurement_that_takes_minutes_says_so_and_what_is_shorter(monkeypatch, capsys):
+    class BegunError(Exception):
+        pass
+
+    def begins(*_):
+        raise BegunError
+
+    monkeypatch.setattr("symdyn.bench.bench", begins)
+    with pytest.raises(BegunError):
+        main(["bench", str(EXAMPLES / "double_pendulum.toml")])
+    assert "a minute or more" in capsys.readouterr().err
+    with pytest.raises(BegunError):
+        main(["bench", str(EXAMPLES / "double_pendulum.toml"), "--quick"])
+    assert not capsys.readouterr().err

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import os
+import re
 import subprocess
 import sys
 from functools import cache
@@ -112,9 +113,11 @@ OWN = {  # beside the cache of compiled code, in build/
 
 @cache
 def parsed() -> dict[str, list[ast.Call | ast.Import | ast.ImportFrom]]:
-    """Return the calls and imports of every module of symdyn."""
+    """Return the calls and imports of every module of symdyn that may write or escape."""
     kinds = (ast.Call, ast.Import, ast.ImportFrom)
-    trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(ROOT.rglob("*.py"))}
+    may = re.compile("|".join([*(WRITES - {"replace"}), r"os\.replace", r"open\(", "html", "saxutils", "markupsafe"]))
+    texts = {path: path.read_text(encoding="utf-8") for path in sorted(ROOT.rglob("*.py"))}
+    trees = {path: ast.parse(text) for path, text in texts.items() if may.search(text)}
     return {
         path.relative_to(ROOT).as_posix(): [x for x in ast.walk(tree) if isinstance(x, kinds)]
         for path, tree in trees.items()

@@ -88,8 +88,8 @@ def bench(
     positions = _positions(scene, seed)
     found: list[Measured] = []
     with _fresh_cache():
-        for name in functions:
-            progress(f"measuring {name}")
+        for number, name in enumerate(functions, start=1):
+            progress(f"measuring {name}, {number} of {len(functions)}")
             found += _function(scene, name, positions, machines, quick, seed)
         moved = None
         if trajectories:

@@ -20,7 +20,7 @@ from symdyn.algebra.balls import Balls
 from symdyn.algebra.numeric import Floats
 from symdyn.algebra.running_error import Bounded, RunningErrors
 from symdyn.dynamics import Function
-from symdyn.graph import evaluate
+from symdyn.graph import evaluate, reachable
 from symdyn.verify.accuracy import FUNCTION_ULPS, ROUNDOFF
 
 Array = npt.NDArray[np.float64]
@@ -67,6 +67,7 @@ def reference(function: Function, states: Mapping[str, Array], count: int) -> Re
     """Return the exact results of a function at `count` states."""
     doubles = RunningErrors(_Doubles(), ROUNDOFF["double"], 2 * FUNCTION_ULPS * ROUNDOFF["double"])  # type: ignore[arg-type]
     kept, balls, bounds = [], [], []
+    order = reachable(function.entries)
     with Balls(BITS) as algebra:
         for k in range(count):
             given = {
@@ -75,10 +76,10 @@ def reference(function: Function, states: Mapping[str, Array], count: int) -> Re
                 for symbol, value in zip(argument.symbols, _row(argument.name, states, k), strict=True)
             }
             try:
-                rough = evaluate(function.entries, doubles, {s: Bounded(v, 0.0) for s, v in given.items()})
+                rough = evaluate(function.entries, doubles, {s: Bounded(v, 0.0) for s, v in given.items()}, order)
             except (ValueError, ZeroDivisionError, OverflowError):
                 continue
-            exact = evaluate(function.entries, algebra, {s: algebra.number(v) for s, v in given.items()})
+            exact = evaluate(function.entries, algebra, {s: algebra.number(v) for s, v in given.items()}, order)
             if all(ball.is_finite() for ball in exact):
                 kept.append(k)
                 balls.append(exact)

@@ -15,6 +15,13 @@ if TYPE_CHECKING:
     from symdyn.bench import Bench
 
 
+LONG = (
+    "every function is derived, compiled and measured in every implementation, at 800 states: a minute or more "
+    "for two joints, longer for more; --quick is a first look, and --functions takes some of them"
+)
+"""Said where all is measured."""
+
+
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the verb."""
     verb = verbs.add_parser("bench", help="measure run time against error", description=__doc__)
@@ -35,11 +42,13 @@ def run(options: argparse.Namespace) -> int:
     from symdyn.bench import bench
     from symdyn.bench.report import as_json, html, markdown
     from symdyn.cli.generate import split
-    from symdyn.cli.talk import Waiting
+    from symdyn.cli.talk import Waiting, say
     from symdyn.emit.files import write
 
     scene = read_scene(options)
     functions = split(options.functions) if options.functions is not None else None
+    if not options.quick:
+        say(f"symdyn: {LONG}")
     with Waiting() as progress:
         found = bench(scene, functions, options.quick, options.trajectories, options.seed, _command(options), progress)
     if options.output is not None:
@@ -50,8 +59,6 @@ def run(options: argparse.Namespace) -> int:
     else:
         show(found)
     if options.output is not None:
-        from symdyn.cli.talk import say
-
         for path in paths:
             say(f"symdyn: wrote {path}")
     return 0

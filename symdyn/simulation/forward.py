@@ -37,8 +37,8 @@ DRIFT = 1e-2
 
 ROUNDING = 1e-14
 
-AHEAD = 1e-6
-"""Part of the time, or seconds, by which it is looked ahead for what has no value where a run ends."""
+AHEAD = (0.0, 1e-6, 1e-5, 1e-4)
+"""Parts of the time, or seconds, by which it is looked ahead for what has no value where a run ends."""
 
 FINEST, SMALLEST = 1e-16, 1e-300
 """The finest relative tolerance that means anything in doubles, and the smallest absolute one."""
@@ -235,12 +235,14 @@ def _why(system: System, formulas: Sequence[str], run: Run) -> str:
     t, x = float(run.t[-1]), run.x[-1]
     if system.changes(x[: system.nq]):
         return f"{run.stopped}; a change point of the loops is near, where branches of their motion meet"
-    ahead = x + AHEAD * max(1.0, t) * np.nan_to_num(system.tell("rates", t, x))
-    found = [
+    rates = np.nan_to_num(system.tell("rates", t, x))
+    places = (x + way * max(1.0, t) * rates for way in AHEAD)
+    parts = (
         valueless(system.scene, system.forces, t, one[: system.nq], one[system.nq : system.nq + system.nv])
-        for one in (x, ahead)
-    ]
-    return "; ".join(part for part in (run.stopped, *found[: 1 if found[0] else 2]) if part)
+        for one in places
+    )
+    found = next(filter(None, parts), "")
+    return f"{run.stopped}; {found}" if found else run.stopped
 
 
 def _limits(system: System, x: Array, hits: Sequence[Hit]) -> list[str]:

@@ -230,7 +230,7 @@ class State:
 
     def blade(self, row: Any) -> Contact:
         """Return a knife edge: its point has no velocity along the axis, across the blade."""
-        T, body = self.T[row.place.body], row.plane.body if hasattr(row, "plane") else "ground"
+        T, body = self.T[row.place.body], row.plane.body
         a, p = T[:3, :3] @ unit(row.axis), self.point(row.place)
         return Contact(row.name, body, row.place.body, p, forces(a), [], (self.T[body].x[:3, :3], T.x[:3, :3]))
 
@@ -239,10 +239,9 @@ class State:
 
         The height of its lowest point over the plane is a matter of position where "normal" is among its components.
         """
-        plane, T, r = getattr(row, "plane", None), self.T[row.place.body], value(row.radius, self.m.values)
-        body, O = plane.body if plane else "ground", self.point(row.place)  # noqa: E741  the centre of the wheel
-        n = self.T[body][:3, :3] @ unit(plane.normal if plane else row.normal)
-        height = n @ (O - self.point(plane) if plane else O)
+        body, T, r = row.plane.body, self.T[row.place.body], value(row.radius, self.m.values)
+        O, n = self.point(row.place), self.T[body][:3, :3] @ unit(row.plane.normal)  # noqa: E741  the wheel's centre
+        height = n @ (O - self.point(row.plane))
         if row.axis is None:
             x = cross(n, jet(np.eye(3)[np.argmin(abs(n.x))]))
             x, C, height = x / apply("SQRT", x @ x), O - r * n, height - r

@@ -10,6 +10,7 @@ import shutil
 import signal
 import tempfile
 import time
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -99,6 +100,8 @@ def _work(make: Callable[[int], Case], run: Sequence[int], lines: int, folder: P
         for k, number in enumerate(run):
             _tell(lines, {"at": k})
             _tell(lines, {"number": number, "verdict": vars(judge(make(number), folder))})
+    except BaseException:  # of the fuzzer, not of a case
+        traceback.print_exc()
     finally:
         os._exit(0)
 

@@ -14,7 +14,6 @@ import re
 import resource
 import shutil
 import signal
-import subprocess
 import sys
 import time
 import traceback
@@ -90,8 +89,11 @@ def judge(case: Case, folder: Path) -> Verdict:
         sign, words = "a file outside its folder", str(strays)
     os.chdir(folder)
     shutil.rmtree(work, ignore_errors=True)
-    for name in strays:
-        subprocess.run(["rm", "-rf", "--", str(folder / name)], check=False)
+    for stray in (folder / name for name in strays):
+        if stray.is_dir() and not stray.is_symlink():
+            shutil.rmtree(stray, ignore_errors=True)
+        else:
+            stray.unlink()
     return Verdict(sign, words, status, seconds, bool(_READ))
 
 

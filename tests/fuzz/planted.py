@@ -53,11 +53,11 @@ PLANTS = (
         r"OverflowError: scene/value\.py",
     ),
     Plant(
-        "a power of a number may have any number of digits",
+        "a formula that divides by zero ends in a traceback",
         "scene/folding.py",
-        "        if max(value.numerator.bit_length(), value.denominator.bit_length()) * n > LONGEST_BITS:",
-        "        if False:",
-        r"over \d|[A-Za-z]+Error: scene/folding\.py",
+        '        raise FormulaError("it divides by zero; check the denominator")',
+        "        raise ZeroDivisionError",
+        r"ZeroDivisionError: scene/folding\.py",
     ),
     Plant(
         "a cell of a table of forces that is no number ends in a traceback",
@@ -102,11 +102,11 @@ PLANTS = (
         r"a file outside its folder",
     ),
     Plant(
-        "a joint's unknown type is shown as it is written",
-        "scene/joint_table.py",
-        "        table.fault(f'type = \"{kind}\" is not a joint; {choice(kind, JOINTS)}')",
-        "        print(kind)",
-        r"control character in stdout",
+        "messages quote a stranger's file as it is written",
+        "errors.py",
+        "    if text.isprintable():",
+        "    if True:",
+        r"control character in stderr",
     ),
 )
 

@@ -200,6 +200,8 @@ def _partition(
         raise DerivationError(
             f"{scene.name}: the loops do not let the joints {names} follow their prescribed motions independently; "
             f"leave {n - m} of them prescribed at most"
+            if names
+            else f"{scene.name}: no velocities determine the others at any closed position that was found; give a start"
         )
     return _made(numbers, kept, [k for k in range(n) if k not in chosen])
 

@@ -7,14 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.scene import Row
-
 from ..mechanism import Array
 from ..states import assemble
 from .scenes import ANGLES, AXES, IN_PLANE, IN_SPACE, STRAIGHT, TREE, Drawing, Undrawable
-
-PLANES = "plane" in Row.__dataclass_fields__
-"""Whether contacts are with planes that may lie anywhere; before, with the ground."""
 
 
 def tree(d: Drawing) -> Array:
@@ -93,7 +88,7 @@ def wheels(d: Drawing) -> Array:
 
 def disc(d: Drawing) -> Array:
     """A disc or a ball that flies but for its contact, perhaps with a pendulum, perhaps on a plate."""
-    on_plate = PLANES and d.rng.random() < 0.3
+    on_plate = d.rng.random() < 0.3
     if on_plate:
         d.joint(d.rng.choice(["revolute", "prismatic"]), "ground", d.body("plate"), tip=[])
     orientation = d.rng.choice(["quaternion", "zxy", "zxz", "yxz"])
@@ -101,10 +96,10 @@ def disc(d: Drawing) -> Array:
     if d.rng.random() < 0.3:
         d.joint("revolute", "b1", d.body("b2"))
     row = wheel(d, "b1")
-    if PLANES and (on_plate or d.rng.random() < 0.4):
+    if on_plate or d.rng.random() < 0.4:
         row.pop("normal")
         row["plane"] = {"body": "plate" if on_plate else "ground", "at": d.place(), "normal": d.rng.choice(AXES)}
-    if PLANES and d.rng.random() < 0.3:
+    if d.rng.random() < 0.3:
         row.pop("axis")  # a ball; its two ways in the plane are no names for directions
         row["components"] = ["along", "across", *(["normal"] if "normal" in row["components"] else [])]
     d.tables["rows"] = {"contact": row}
