@@ -101,7 +101,7 @@ def read_bindings(text: str) -> dict[str, str]:
         SceneError: a part that is no name = value, or a name that comes twice.
     """
     values: dict[str, str] = {}
-    for part in split_commas(text):
+    for part in split_commas(text) or [""]:
         name, equals, value = (piece.strip() for piece in part.partition("="))
         if not name or not equals or not value:
             raise SceneError(f'"{part.strip()}" gives no parameter a value; write m1=2.5,h1=1')
