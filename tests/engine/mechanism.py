@@ -21,6 +21,9 @@ from .joints import coordinates, forces, inverse, motion, placed, pose, residual
 
 Array = np.ndarray
 
+FLAT = 1e-9
+"""Sine of the angle between a wheel's axis and the normal of its plane below which it touches nowhere."""
+
 
 @dataclass(frozen=True)
 class Contact:
@@ -46,7 +49,7 @@ class Contact:
 
 
 class NoDirection(Exception):  # noqa: N818  nothing is wrong with the mechanism
-    """The ends of a spring or damper meet, so that its force has no direction."""
+    """The ends of a spring or damper meet, so that its force has no direction, or a wheel lies flat on its plane."""
 
 
 class Mechanism:
@@ -248,6 +251,8 @@ class State:
         else:
             a = T[:3, :3] @ unit(row.axis)
             x = cross(a, n)
+            if np.linalg.norm(x.x) < FLAT:
+                raise NoDirection(row.name)
             w = apply("SQRT", x @ x)
             x, C, height = x / w, O - r * ((n - (n @ a) * a) / w), height - r * w
         ways = {"along": x, "across": cross(n, x), "normal": n}

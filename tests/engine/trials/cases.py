@@ -58,7 +58,7 @@ def draw(seed: int, choice: Choice) -> Case:
     for attempt in range(ATTEMPTS):
         try:
             return _drawn(seed, choice, random.Random(f"{seed}.{attempt}"))
-        except Undrawable:
+        except (Undrawable, NoDirection):
             continue
     raise AssertionError(f"case {seed}: {ATTEMPTS} attempts gave no mechanism with {choice}")
 
@@ -105,11 +105,8 @@ def _drawn(seed: int, choice: Choice, rng: random.Random) -> Case:
             states.append((place, basis @ np.array([rng.uniform(-size, size) for _ in range(freedoms)]), 0.3 * k))
             if k == 0 and choice["rest"] != "static":  # at the start at rest, and moving
                 states.append((place, basis @ np.ones(freedoms), 0.7))
-    try:
-        for place, u, t in states:
-            m.at(place, u, t=t).pulls(), m.at(place, u, t=t).drags()
-    except NoDirection:
-        raise Undrawable from None
+    for place, u, t in states:  # every force has a direction
+        m.at(place, u, t=t).pulls(), m.at(place, u, t=t).drags()
     if not states:
         raise Undrawable
     independent = ()
@@ -263,7 +260,7 @@ def _act(d: Drawing, m: Mechanism, acting: str) -> None:
     if acting == "friction" or every:
         for name in single:
             smoothing = {} if rng.random() < 0.05 else {"smoothing": rng.choice([0.1, 0.5])}
-            stribeck = {"static": d.positive(), "stribeck": 0.4} if rng.random() < 0.5 else {}
+            stribeck = {"static": d.number(3.5), "stribeck": 0.4} if rng.random() < 0.5 else {}
             joints[name]["friction"] = {"coulomb": d.positive()} | stribeck | smoothing
     if acting == "loads" or every:
         body = rng.choice(m.bodies)
