@@ -15,8 +15,6 @@ from symdyn.cli import main
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
-PENDULUM = str(EXAMPLES / "pendulum.toml")
-
 
 def shell(words: str, redirected: str, folder: Path) -> tuple[int, str, str]:
     """Return exit status, stdout and stderr of a command whose streams a shell has redirected."""
@@ -43,26 +41,43 @@ def test_a_message_for_nobody_goes_nowhere(tmp_path: Path) -> None:
     assert (status, out) == (1, "")
 
 
+ROD = """
+name = "rod"
+gravity = [0, "-g", 0]
+[parameters]
+g = { text = "tiaž", unit = "m/s²" }
+m = { text = "hmotnosť ťažidla", unit = "kg·1" }
+[bodies.b]
+mass = "m"
+com = [1, 0, 0]
+[joints.j]
+type = "revolute"
+parent = "ground"
+child = "b"
+axis = [0, 0, 1]
+"""
+
+
 @pytest.mark.mends("2.ascii")
 @pytest.mark.parametrize(
     ("words", "shown"),
     [
-        (["check-derivation", "{homework}", "{two_link}", "--language", "sk"], "k_z12"),
-        (["info", PENDULUM], "pendulum"),
-        (["info", PENDULUM, "--json"], '"name": "pendulum"'),
-        (["equations", "{two_link}", "--document"], "\\end{document}"),
+        (["check-derivation", "homework.txt", str(EXAMPLES / "two_link.toml"), "--language", "sk"], "k_z12"),
+        (["info", "rod.toml"], "tazidla"),
+        (["info", "rod.toml", "--json"], '"name": "rod"'),
+        (["equations", "rod.toml", "--document"], "\\end{document}"),
     ],
 )
 def test_letters_that_a_terminal_lacks_end_no_command(
     words: list[str], shown: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    homework = tmp_path / "homework.txt"
-    homework.write_text("k_{z,12} = m_2 h_2^2 + m_1 h_1 h_2 c_2\n", encoding="utf-8")
+    (tmp_path / "homework.txt").write_text("k_{z,12} = m_2 h_2^2 + m_1 h_1 h_2 c_2\n", encoding="utf-8")
+    (tmp_path / "rod.toml").write_text(ROD, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
     raw = io.BytesIO()
-    terminal = io.TextIOWrapper(raw, encoding="ascii", write_through=True)
-    monkeypatch.setattr(sys, "stdout", terminal)
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(raw, encoding="ascii", write_through=True))
 
-    status = main([word.format(homework=homework, two_link=EXAMPLES / "two_link.toml") for word in words])
+    status = main(words)
 
     assert status in (0, 1)
     assert shown in raw.getvalue().decode("ascii")
