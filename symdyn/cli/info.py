@@ -31,6 +31,13 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 
 def run(options: argparse.Namespace) -> int:
     """Print what is known about the scene."""
+    from symdyn.graph import growing
+
+    with growing():  # once over all of it: each time that the collector wakes it walks every node
+        return _shown(options)
+
+
+def _shown(options: argparse.Namespace) -> int:
     from symdyn.cli.facts import gather, parts
     from symdyn.cli.talk import Waiting, print_json, say
 
