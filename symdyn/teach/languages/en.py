@@ -267,6 +267,12 @@ TEXTS = {
     "unknown.moment": "moment in joint {joint} about its {axis} axis",
     "unknown.coupling": "what keeps joint {joint} coupled to joint {leader}",
     "unknown.other": "component of what joint {joint} transmits",
+    "loops": "The loops and other constraints tie the coordinates: these equations hold at every instant.",
+    "loops.positions": "Positions, in axes of the ground or of the joint that closes the loop:",
+    "loops.rates": "Rates: the derivatives of the positions with respect to time, linear in the rates.",
+    "loops.reason": "Each of these joints keeps a point of one body on a point of the other: {joints}. Reached along "
+    "both branches of the loop, the point has the same coordinates. Differentiated once more, the equations tie the "
+    "accelerations.",
     "count": "There are {equations} equations.",
     "count.sum": "(5.18): {each} · {bodies} = {equations} equations for {bodies} moving bodies. (5.19), class times "
     "number of joints, added up: the joints have {m} = {sum} = {reactions} unknown reactions. Unknown drives: n = "

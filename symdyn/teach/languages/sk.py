@@ -263,6 +263,11 @@ TEXTS = {
     "unknown.moment": "moment v spojení {joint} okolo jeho osi {axis}",
     "unknown.coupling": "čo drží spojenie {joint} spriahnuté so spojením {leader}",
     "unknown.other": "zložka toho, čo prenáša spojenie {joint}",
+    "loops": "Slučky a iné väzby viažu súradnice: tieto rovnice platia v každom okamihu.",
+    "loops.positions": "Polohy, v osiach rámu alebo spojenia, ktoré slučku uzatvára:",
+    "loops.rates": "Rýchlosti: časové derivácie polôh, lineárne v rýchlostiach.",
+    "loops.reason": "Každé z týchto spojení drží bod jedného člena v bode druhého: {joints}. Po oboch vetvách slučky "
+    "má ten bod rovnaké súradnice. Po ďalšom derivovaní rovnice viažu zrýchlenia.",
     "count": "Počet rovníc je {equations}.",
     "count.sum": "(5.18): {each} · {bodies} = {equations} rovníc, počet pohyblivých členov je {bodies}. (5.19), "
     "trieda krát počet spojení v súčte: v spojeniach je {m} = {sum} = {reactions} neznámych reakcií. Neznáme hnacie "
