@@ -356,7 +356,8 @@ def test_page_and_command_line_read_the_same_formulas(lesson: Document, browser:
     path.write_text(html_page(lesson), encoding="utf-8")
     pieces = r"m1 m_2 h1 h_2^2 q_1 q_{2} q1' \dot q_1 \ddot{q}_2 \frac {2} { }"
     pieces += r" ( ) ( ) \left[ \right] \sin cos cos^2 c_{12} s"
-    signs = "^ ** * * / + - + 2 0,5 1.5 ½ ² q̇₁ · m2h2 g sqrt x"
+    signs = "^ ** * * / + - + 2 0,5 1.5 ½ ² q̇₁ · m2h2 g sqrt x q̇1 (t) q_1(t) d/dt dq2/dt"
+    signs += r" diff(q_1,t) Derivative(q2(t),(t,2)) \frac{d}{dt} \frac{d^2q_1}{dt^2} {\left(t\right)}"
     rng, known = random.Random(7), [*pieces.split(), *signs.split()]
     texts = [" ".join(rng.choices(known, k=rng.randint(1, 9))) for _ in range(1500)]
     points = questions(lesson)["points"]
