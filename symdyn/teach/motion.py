@@ -138,7 +138,7 @@ def _accelerated(lesson: Balance, chosen: Chosen, G: Array, right: Array, free: 
         )
     ways = null_space(C, rcond=1e-10)[:n]
     wanted = np.array([ACCELERATIONS[place % len(ACCELERATIONS)] for place in range(len(free))])
-    weight = np.array([[1e4 if lesson.scene.drives[k] else 1.0] for k in free])  # driven ones first
+    weight = np.array([1e4 if lesson.scene.drives[k] else 1.0 for k in free]).reshape(-1, 1)  # driven ones first
     missing = (wanted - found[free]).reshape(-1, 1)
     moved = found[free] + ways[free] @ np.linalg.lstsq(weight * ways[free], weight * missing, rcond=1e-10)[0][:, 0]
     return _tied(G, right, free, [float(x) for x in np.round(moved, 12)])
