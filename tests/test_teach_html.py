@@ -185,6 +185,16 @@ def test_a_page_of_exercises_tells_no_answer_without_being_asked(name: str, lang
     assert told == []
 
 
+def test_coefficients_below_braces_are_hidden_where_they_are_asked_and_names_of_unknowns_are_not() -> None:
+    arm = with_exercises(walkthrough(read(EXAMPLES / "scara.toml")))
+    hidden = [step.key for step in arm.sections[-1].steps if step.key.startswith("follows:")]
+    assert "follows:equation:1" in hidden
+    assert not {"follows:notation", "follows:state"} & set(hidden)
+
+    forces = with_exercises(walkthrough(read(EXAMPLES / "two_link.toml"), road="dalembert"))
+    assert not [step.key for step in forces.sections[-1].steps if step.key.startswith("follows:")]
+
+
 def test_answers_of_blanks_are_what_the_graph_says(lesson: Document) -> None:
     from symdyn.verify import PROVED, Claim, prove
 

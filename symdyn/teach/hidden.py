@@ -6,7 +6,7 @@ import random
 from collections.abc import Iterator, Sequence
 from math import isclose
 
-from symdyn.algebra.form import Form, symbols_of
+from symdyn.algebra.form import Form, Symbol, symbols_of
 from symdyn.algebra.numeric import Floats
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.teach.document import (
@@ -78,8 +78,10 @@ class Hidden:
         return bool(found) and found <= self.own
 
     def _tells(self, block: Block) -> bool:
-        """Whether a formula with a symbol of the scene is worth an answer, its sign apart."""
-        forms = [form for form in _written(block) if self.own & set(symbols_of(form))]
+        """Whether a formula, more than a name, is worth an answer, its sign apart; tables and prose name symbols."""
+        if isinstance(block, (Values, Words)):
+            return False
+        forms = [form for form in _written(block) if self._plain(form) and not isinstance(form, Symbol)]
         return any(self._is_answer(self.document.value(form)) for form in forms)
 
     def _is_answer(self, node: Expr) -> bool:
