@@ -13,7 +13,7 @@ import pytest
 from latex_reader import LatexReader, displays
 from mechanisms import jointed
 
-from symdyn.algebra.form import ZERO, Symbol, terms_of
+from symdyn.algebra.form import ZERO, Symbol, express_form, terms_of
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
 from symdyn.dynamics import Workspace
@@ -21,7 +21,7 @@ from symdyn.dynamics.loops.rows import differentiated
 from symdyn.dynamics.positions import body_placements
 from symdyn.emit.formula_text import text_of
 from symdyn.errors import DerivationError, EmitError
-from symdyn.graph import Expr, Op, evaluate, reachable, tangents
+from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
 from symdyn.scene import JOINTS, Scene, express, number, read
 from symdyn.scene.starters import starter
 from symdyn.scene.toml import read_text
@@ -146,6 +146,27 @@ def table(name: str, key: str) -> dict[str, list[float]]:
     (values,) = (block for block in step.blocks if isinstance(block, Values))
     texts = {row[0].parts[0].name: [str(cell.parts[0]) for cell in row[1:]] for row in values.rows}
     return {key: [float(x.replace("−", "-")) for x in cells if x[-1] in "0123456789"] for key, cells in texts.items()}
+
+
+@pytest.mark.mends("5.10")
+@pytest.mark.parametrize(("name", "tied"), [("four_bar", 2), ("slider_crank", 2), ("spatial_slider_crank", 3)])
+def test_the_equations_of_loops_are_written_before_they_are_used(name: str, tied: int) -> None:
+    document = walkthrough(scene(name), road="dalembert")
+    keys = [step.key for section in document.sections for step in section.steps]
+    formulas = [block for step, block in document.blocks() if step.key == "loops" and isinstance(block, Formula)]
+    assert len(formulas) == 2 * tied
+    assert keys.index("loops") < keys.index("state")
+
+    (values,) = (block for step, block in document.blocks() if step.key == "state")
+    shown = {row[0].parts[0].name: float(row[1].parts[0].replace("−", "-")) for row in values.rows}
+    for level, block in enumerate(formulas):
+        graph = Graph()
+        node = express_form(block.form, graph)
+        used = {x: shown[str(x.value)] for x in reachable([node]) if x.op is Op.SYMBOL}
+        assert any(str(x.value).endswith("_dot") for x in used) == (level >= tied)
+        assert evaluate([node], Floats(), used)[0] == pytest.approx(0, abs=5e-3)
+        away = {x: value + 0.3 * k for k, (x, value) in enumerate(used.items(), 1)}
+        assert abs(evaluate([node], Floats(), away)[0]) > 0.01
 
 
 def test_a_closed_mechanism_moves_as_its_loop_allows_and_the_ground_moves_its_momentum() -> None:

@@ -8,6 +8,7 @@ from symdyn.scene import Scene
 from symdyn.teach.balance import Balance
 from symdyn.teach.bodies import body_steps
 from symdyn.teach.document import Block, Document, Section, Step, Values, Words
+from symdyn.teach.loops import loop_steps
 from symdyn.teach.motion import choose_motion
 from symdyn.teach.notation import acting_steps, leader, notation_step, scene_step
 from symdyn.teach.numbers import scene_picture, state_step
@@ -28,7 +29,7 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "road
     first = [shown, *acting_steps(lesson), notation_step(lesson), _unknown_table(lesson)]
     sections = [
         Section("scene", lesson.text("section.scene"), tuple(first)),
-        _section(lesson, "count", [_count(lesson)]),
+        _section(lesson, "count", [_count(lesson), *loop_steps(lesson)]),
     ]
     last = STAGES.index(until)
     if last >= 1:

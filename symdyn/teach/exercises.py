@@ -14,11 +14,13 @@ from typing import Any
 from symdyn.algebra.form import ZERO, Form, Symbol, express_form, symbols_of
 from symdyn.algebra.numeric import Floats
 from symdyn.errors import TeachError
-from symdyn.graph import Graph, Op, evaluate, reachable
-from symdyn.teach.document import Blank, Block, Braced, Document, Fold, Formula, Matrix, Section, Step, Words
+from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
+from symdyn.scene import Scene
+from symdyn.teach.document import Blank, Block, Box, Braced, Document, Fold, Formula, Matrix, Section, Step, Words
+from symdyn.teach.hidden import Hidden
 from symdyn.teach.languages import LANGUAGES, fill
 from symdyn.teach.state import shown_state
-from symdyn.teach.student.names import Names
+from symdyn.teach.student.names import Names, Target
 from symdyn.teach.student.statements import read_formula
 from symdyn.verify import NUMERICAL, PROVED, Claim, prove
 
@@ -31,7 +33,11 @@ EACH = ("coefficients", "bivectors", "solved")
 ERRATA = "errata:"
 """What stands before the key of a step that tells what the textbook has wrong in it."""
 
+FREE = "potential:"
+"""What stands before the keys of blanks whose results hold a constant that is free."""
+
 POINTS = 6
+TWINS = 4  # further points, with the parameters of the first and another position
 LONGEST = 60  # symbols of an answer that anyone types
 MOST = 6  # coefficients of one kind that are asked for; the others are shown
 
@@ -42,18 +48,27 @@ def with_exercises(document: Document) -> Document:
     Raises:
         TeachError: there is no result that could be left out.
     """
+    found = {step.key: asked for section in document.sections for step in section.steps
+             if (asked := _asked(document, step)) is not None}  # fmt: skip
+    hidden = Hidden(document, list(found.values()))
     solved: list[Step] = []
     sections = []
     for section in document.sections:
-        errata = {step.key.removeprefix(ERRATA): step for step in section.steps if step.key.startswith(ERRATA)}
-        asked = {step.key: found for step in section.steps if (found := _asked(document, step)) is not None}
-        for key, step in asked.items():
-            solved += [_solution(document, block) for block in step.blocks if isinstance(block, Blank)]
-            if key in errata:  # they say what is right
-                solved.append(errata[key])
-        steps = [
-            asked.get(x.key, x) for x in section.steps if x.key.removeprefix(ERRATA) not in asked or x.key in asked
-        ]
+        steps = []
+        for step in section.steps:
+            asked = found.get(step.key, step)
+            solved += [_solution(document, block) for block in asked.blocks if isinstance(block, Blank)]
+            if step.key.startswith(ERRATA):
+                if step.key.removeprefix(ERRATA) in found or hidden.parts(step)[1]:  # they say what is right
+                    solved.append(_folded(document, step.key, Words(()), step.blocks))
+                else:
+                    steps.append(step)
+                continue
+            kept, told = hidden.parts(asked)
+            if told:
+                solved.append(_folded(document, f"follows:{step.key}", step.claim, told))
+                kept.append(Words((LANGUAGES[document.language]["exercise.later"],)))
+            steps.append(replace(asked, blocks=tuple(kept)))
         sections.append(replace(section, steps=tuple(steps)))
     if not solved:
         raise TeachError(
@@ -120,8 +135,14 @@ def _blank(document: Document, step: Step, result: tuple[str, Form], solution: S
 def _solution(document: Document, blank: Blank) -> Step:
     texts = LANGUAGES[document.language]
     claim = Words(fill(texts["exercise.solved"], {"left": Symbol(blank.left)}))
-    folded = Fold(Words((texts["exercise.solution"],)), blank.solution)
-    return Step(f"solution:{blank.key}", claim, (folded,))
+    return _folded(document, f"solution:{blank.key}", claim, blank.solution)
+
+
+def _folded(document: Document, key: str, claim: Words, blocks: Sequence[Block]) -> Step:
+    summary = Words((LANGUAGES[document.language]["exercise.solution"],))
+    if isinstance(blocks[0], Box):
+        summary = blocks[0].title
+    return Step(key, claim, (Fold(summary, tuple(blocks)),))
 
 
 def judge(document: Document, key: str, text: str) -> str:
@@ -145,6 +166,9 @@ def judge(document: Document, key: str, text: str) -> str:
         form = read_formula(text, document.scene)
     except TeachError as fault:
         return str(fault)
+    named = [name for name in symbols_of(form) if name in map(str, quantities(Names(document.scene)).values())]
+    if named:
+        return words["fault.quantity"].format(text=named[0])
     graph = Graph()
     typed, right = express_form(form, graph), express_form(blanks[key].answer, graph)
     same, turned = (
@@ -152,7 +176,24 @@ def judge(document: Document, key: str, text: str) -> str:
         Claim("turned", "typed", "-", (-typed,), (right,)),
     )
     verdicts = [finding.verdict in (PROVED, NUMERICAL) for finding in prove([same, turned])[1]]
+    if not verdicts[0] and _lies_elsewhere(document.scene, blanks[key], typed, right):
+        return words["answer.shifted"]
     return words["answer.right" if verdicts[0] else "answer.turned" if verdicts[1] else "answer.wrong"]
+
+
+def _lies_elsewhere(scene: Scene, blank: Blank, typed: Expr, right: Expr) -> bool:
+    """Whether a potential energy that changes with position differs from the answer by what does not."""
+    moving = [typed.graph.symbol(name) for name in (*scene.coordinates, *scene.velocities)]
+    slopes = list(zip(gradient(typed, moving), gradient(right, moving), strict=True))
+    if not blank.key.startswith(FREE) or all(x.is_zero for _, x in slopes):
+        return False
+    claims = [Claim(f"{k}", "typed", "answer", (mine,), (x,)) for k, (mine, x) in enumerate(slopes)]
+    return all(finding.verdict in (PROVED, NUMERICAL) for finding in prove(claims)[1])
+
+
+def quantities(names: Names) -> dict[str, Target]:
+    """Return what may be claimed and is no symbol of the scene, by plain name: y1, k_z21, K."""
+    return {word: target for word, target in names.targets.items() if word not in names.symbols}
 
 
 # What a page is told
@@ -163,8 +204,9 @@ def questions(document: Document) -> dict[str, Any]:
 
     Returns:
         symbols: the scene's name of every way to write one, dotted: velocity and acceleration of coordinates, short:
-        shorthands such as c12, points: values of all symbols, at those behind the sixth of parameters as declared,
-        values: for each blank its value at every point, words.
+        shorthands such as c12, quantities: names of results, points: values of all symbols: six drawn
+        ones, those of `twins` with the parameters of the first and another position, then parameters as declared;
+        values: for each blank its value at every point, free: blanks that a constant may be added to, words.
     """
     blanks = {block.key: block for _, block in document.blocks() if isinstance(block, Blank)}
     if not blanks:
@@ -173,6 +215,11 @@ def questions(document: Document) -> dict[str, Any]:
     nodes = {key: document.value(blank.answer) for key, blank in blanks.items()}
     every = list(dict.fromkeys(names.symbols.values()))
     points = [dict(zip(every, _drawn(every, k), strict=True)) for k in range(POINTS)]
+    moving = {*document.scene.coordinates, *names.rates}
+    points += [
+        point | {name: value for name, value in zip(every, _drawn(every, POINTS + k), strict=True) if name in moving}
+        for k, point in enumerate(points[:TWINS])
+    ]
     symbols = [x for x in reachable(list(nodes.values())) if x.op is Op.SYMBOL]
     given = shown_state(document.scene).parameters
     bound = {p.name: given[p.name] for p in document.scene.parameters if p.value is not None and p.name in every}
@@ -185,6 +232,10 @@ def questions(document: Document) -> dict[str, Any]:
         "symbols": dict(names.symbols),
         "dotted": {q: list(rates) for q, rates in names.dotted.items()},
         "short": {key: [form.op.name.lower(), symbols_of(form)] for key, form in names.shorthands.items()},  # type: ignore[union-attr]
+        "quantities": {word: str(target) for word, target in quantities(names).items()},
+        "drawn": POINTS,
+        "twins": TWINS,
+        "free": [key for key in blanks if key.startswith(FREE)],
         "points": points,
         "values": {key: [float(f"{value[i]:.12g}") for value in values] for i, key in enumerate(nodes)},
         "words": {key: t for key, t in LANGUAGES[document.language].items() if key.startswith(("answer.", "fault."))},

@@ -9,7 +9,7 @@ from symdyn.graph import Expr, tangents
 from symdyn.scene import Body
 from symdyn.teach.document import Block, Fold, Formula, Step, Values, Words
 from symdyn.teach.forms import rate_of
-from symdyn.teach.lesson import SMALL_SCENE, Lesson
+from symdyn.teach.lesson import SMALL_SCENE, Lesson, Prose
 from symdyn.teach.masses import AXES, Mass
 
 MOST_TERMS = 20
@@ -110,7 +110,7 @@ def all_zero(names: list[Symbol]) -> list[Block]:
     return [Formula(one.name, ZERO) for one in names]
 
 
-def folded(lesson: Lesson, formula: Formula) -> Block:
+def folded(lesson: Prose, formula: Formula) -> Block:
     """Return a formula, folded under its name where it is long."""
     small = len(lesson.scene.velocities) <= SMALL_SCENE
     if length(formula.form) <= (PAGE if small else MOST_TERMS):

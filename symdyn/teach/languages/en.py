@@ -267,6 +267,12 @@ TEXTS = {
     "unknown.moment": "moment in joint {joint} about its {axis} axis",
     "unknown.coupling": "what keeps joint {joint} coupled to joint {leader}",
     "unknown.other": "component of what joint {joint} transmits",
+    "loops": "The loops and other constraints tie the coordinates: these equations hold at every instant.",
+    "loops.positions": "Positions, in axes of the ground or of the joint that closes the loop:",
+    "loops.rates": "Rates: the derivatives of the positions with respect to time, linear in the rates.",
+    "loops.reason": "Each of these joints keeps a point of one body on a point of the other: {joints}. Reached along "
+    "both branches of the loop, the point has the same coordinates. Differentiated once more, the equations tie the "
+    "accelerations.",
     "count": "There are {equations} equations.",
     "count.sum": "(5.18): {each} · {bodies} = {equations} equations for {bodies} moving bodies. (5.19), class times "
     "number of joints, added up: the joints have {m} = {sum} = {reactions} unknown reactions. Unknown drives: n = "
@@ -346,6 +352,7 @@ TEXTS = {
     "exercise.hint": "Hint",
     "exercise.solution": "Solution",
     "exercise.ask": "What is {left}?",
+    "exercise.later": "Written out, this follows from what is asked; it stands with the solutions.",
     "exercise.solved": "{left} is found like this.",
     "exercise.hint.square": "Square both velocities, add them, and use sin² + cos² = 1 and the addition formula.",
     "exercise.hint.potential": "Mass times free fall times height; the height is in the positions.",
@@ -359,6 +366,7 @@ TEXTS = {
     "stand above.",
     "exercise.hint.solved": "Begin at the last body: its equation of moments about the axis holds the drive alone.",
     "answer.right": "Right.",
+    "answer.shifted": "Right; your zero of potential energy lies elsewhere, which adds a constant and is free.",
     "answer.turned": "Not yet: all of it has the opposite sign.",
     "answer.factor": "Not yet: yours is {factor} times the result.",
     "answer.rounded": "Not yet: it is right to some digits only; write numbers exactly.",
@@ -366,6 +374,8 @@ TEXTS = {
     "answer.wrong": "Not yet: it has another value.",
     "answer.undefined": "This has no value: it divides by zero, or takes the root of a negative number.",
     "fault.empty": "Nothing is written here.",
+    "fault.quantity": "{text} only names a result; write it out in the symbols of the mechanism.",
+    "fault.time": "Derivatives are read of coordinates only, such as q' or d/dt q; carry out the others first.",
     "fault.name": "{text} is no symbol here.",
     "fault.ambiguous": "{text} can be read in several ways; put spaces between factors.",
     "fault.character": "{text} has no place in a formula.",

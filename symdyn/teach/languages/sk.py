@@ -263,6 +263,11 @@ TEXTS = {
     "unknown.moment": "moment v spojení {joint} okolo jeho osi {axis}",
     "unknown.coupling": "čo drží spojenie {joint} spriahnuté so spojením {leader}",
     "unknown.other": "zložka toho, čo prenáša spojenie {joint}",
+    "loops": "Slučky a iné väzby viažu súradnice: tieto rovnice platia v každom okamihu.",
+    "loops.positions": "Polohy, v osiach rámu alebo spojenia, ktoré slučku uzatvára:",
+    "loops.rates": "Rýchlosti: časové derivácie polôh, lineárne v rýchlostiach.",
+    "loops.reason": "Každé z týchto spojení drží bod jedného člena v bode druhého: {joints}. Po oboch vetvách slučky "
+    "má ten bod rovnaké súradnice. Po ďalšom derivovaní rovnice viažu zrýchlenia.",
     "count": "Počet rovníc je {equations}.",
     "count.sum": "(5.18): {each} · {bodies} = {equations} rovníc, počet pohyblivých členov je {bodies}. (5.19), "
     "trieda krát počet spojení v súčte: v spojeniach je {m} = {sum} = {reactions} neznámych reakcií. Neznáme hnacie "
@@ -341,6 +346,7 @@ TEXTS = {
     "exercise.hint": "Pomôcka",
     "exercise.solution": "Riešenie",
     "exercise.ask": "Čomu sa rovná {left}?",
+    "exercise.later": "Vypísaný výraz vyplýva z toho, na čo sa tu pýtame; je medzi riešeniami.",
     "exercise.solved": "{left} nájdeme takto.",
     "exercise.hint.square": "Umocnite obe rýchlosti, sčítajte ich a použite sin² + cos² = 1 a súčtový vzorec.",
     "exercise.hint.potential": "Hmotnosť krát tiažové zrýchlenie krát výška; výška je medzi polohami.",
@@ -354,6 +360,7 @@ TEXTS = {
     "vyššie.",
     "exercise.hint.solved": "Začnite posledným členom: jeho momentová rovnica k osi obsahuje len hnací účinok.",
     "answer.right": "Správne.",
+    "answer.shifted": "Správne; nula potenciálnej energie leží inde, čo pridáva konštantu a je voľné.",
     "answer.turned": "Ešte nie: celý výraz má opačné znamienko.",
     "answer.factor": "Ešte nie: váš výraz je {factor}-násobok výsledku.",
     "answer.rounded": "Ešte nie: výraz je správny len na niekoľko číslic; píšte presné čísla.",
@@ -361,6 +368,8 @@ TEXTS = {
     "answer.wrong": "Ešte nie: výraz má inú hodnotu.",
     "answer.undefined": "Výraz nemá hodnotu: delí nulou alebo odmocňuje záporné číslo.",
     "fault.empty": "Nič tu nie je napísané.",
+    "fault.quantity": "{text} je len názov výsledku; vypíšte ho v symboloch mechanizmu.",
+    "fault.time": "Derivácie sa čítajú len pri súradniciach, napríklad q' alebo d/dt q; ostatné najprv vypočítajte.",
     "fault.name": "{text} tu nie je symbolom.",
     "fault.ambiguous": "{text} sa dá čítať viacerými spôsobmi; medzi činitele dajte medzery.",
     "fault.character": "{text} nepatrí do vzorca.",
