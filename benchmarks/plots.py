@@ -32,7 +32,9 @@ NAMES |= {"gravity_forces": "gravity"}
 
 def draw(found: Found, folder: Path) -> None:
     """Write both plots into a folder."""
-    with plt.rc_context(SETTINGS):
+    with plt.rc_context():
+        matplotlib.rcdefaults()  # a matplotlibrc that lies about draws no part of them
+        matplotlib.rcParams.update(SETTINGS)
         _save(_against_joints(found), folder / "time_against_n")
         _save(_against_operations(found), folder / "operations_against_time")
 

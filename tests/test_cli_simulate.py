@@ -48,6 +48,26 @@ def test_stop_report_npz_and_plots(tmp_path: Path, capsys: pytest.CaptureFixture
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.html", "a.npz", "a.png", "a.svg"]
 
 
+def test_a_plot_does_not_read_a_stranger_s_matplotlibrc(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason="needs matplotlib, the extra plot")
+    words = [sys.executable, "-m", "symdyn", "simulate", DOUBLE, "--until", "0.1", "--method", "dop853"]
+    pictures = []
+    for name, stranger in (
+        ("alone", None),
+        ("beside", b"axes.facecolor: red\ntext.usetex: True\nlines.marker: \xff\n"),
+    ):
+        folder = tmp_path / name
+        folder.mkdir()
+        if name == "beside":
+            (folder / "matplotlibrc").write_bytes(stranger)
+        to = ["-o", "a.csv", "--plot", "a.svg"]
+        done = subprocess.run([*words, *to], cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        assert "matplotlibrc" not in done.stderr
+        pictures.append((folder / "a.svg").read_bytes())
+    assert pictures[0] == pictures[1]
+
+
 def test_inverse_prints_forces_and_reactions(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["inverse", DOUBLE, "--motion", "q1=quintic(0, pi/2, 1)", "q2=0.1*t**2", "--until", "1", "--every", "0.5"]
     assert main([*words, "--reactions"]) == 0

@@ -17,7 +17,8 @@ from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import DYNAMICS, OUTPUTS, Workspace, derive, derive_one, roads
 from symdyn.dynamics.state import joint_motion, quaternions
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import JOINTS, Body, Joint, Motion, Scene, number
+from symdyn.scene import JOINTS, Body, Joint, Motion, Quantity, Scene, folding, number
+from symdyn.scene.quantity import symbol
 from symdyn.spatial import Transform, Vec, add, apply, cross, dot, elementary, scale, sub, zero_vector
 from symdyn.verify.equality import PROVED, Claim, prove
 from symdyn.verify.laws import laws
@@ -44,6 +45,14 @@ GIMBALS = [jointed(kind, orientation="zyx") for kind in ("spherical", "free")]
 CHAINS = [jointed(*types) for types in (("revolute", "spherical", "prismatic"), ("free", "universal"))]
 
 
+def with_rotor(one: Scene, inertia: Quantity) -> Scene:
+    """Return a scene with a rotor at its last joint."""
+    return replace(one, name=f"{one.name}_rotor", joints=(*one.joints[:-1], replace(one.joints[-1], armature=inertia)))
+
+
+ROTORS = [with_rotor(jointed("revolute", "spherical", orientation=o), symbol("L")) for o in ("quaternion", "zxz")]
+
+
 def by_name(one: Scene) -> str:
     return one.name
 
@@ -54,7 +63,7 @@ def test_every_type_has_its_class(kind: str) -> None:
     assert JOINTS[kind].class_t(jointed("revolute", kind).joints[1]) == CLASSES[kind]
 
 
-@pytest.mark.parametrize("one", [*SHORT, *GIMBALS, *CHAINS], ids=by_name)
+@pytest.mark.parametrize("one", [*SHORT, *GIMBALS, *CHAINS, *ROTORS], ids=by_name)
 def test_both_derivations_agree(one: Scene) -> None:
     w, claims = Workspace(one), []
     for name in (name for name in DYNAMICS if OUTPUTS[name].exists(one)):
@@ -68,13 +77,33 @@ def test_both_derivations_agree(one: Scene) -> None:
     assert len(findings) > 10
 
 
-@pytest.mark.parametrize("one", [*SHORT, *GIMBALS], ids=by_name)
+@pytest.mark.parametrize("one", [*SHORT, *GIMBALS, *ROTORS], ids=by_name)
 def test_every_law_holds(one: Scene) -> None:
     claims = [claim for claim in laws(Workspace(one)) if claim.left]
     findings = prove(on_unit_sphere(one, claims))[1]
 
     assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
     assert {"passivity", "power balance"} <= {finding.claim.split(":")[0] for finding in findings}
+
+
+@pytest.mark.parametrize("orientation", ["quaternion", "zyx", "zxz"])
+def test_a_rotor_at_a_ball_on_the_ground_is_inertia_of_the_body(orientation: str) -> None:
+    plain, rotor = jointed("spherical", orientation=orientation), number(Fraction(7, 10))
+    xx, yy, zz, *products = plain.bodies[0].inertia
+    heavier = tuple(folding.add(x, rotor) for x in (xx, yy, zz))
+    body = replace(plain.bodies[0], inertia=(*heavier, *products))
+    rotating, solid = with_rotor(plain, rotor), replace(plain, bodies=(body,))
+    rng = np.random.default_rng(5)
+    q, qd, qdd = (rng.uniform(-1, 1, len(names)) for names in (plain.coordinates, *[plain.velocities] * 2))
+    q = q / np.linalg.norm(q) if orientation == "quaternion" else q
+    given = {"q": q, "qd": qd, "qdd": qdd, "tau": qdd, "params": ()}
+    for name in ("inverse_dynamics", "forward_dynamics", "mass_matrix", "velocity_forces", "kinetic_energy"):
+        for road in roads(name, rotating):
+            told = [call(derive(scene, [name], road), name, Floats(), **given) for scene in (rotating, solid)]
+            np.testing.assert_allclose(*told, rtol=1e-13, atol=1e-13)
+            assert not np.allclose(told[0], call(derive(plain, [name], road), name, Floats(), **given), atol=1e-9) or (
+                name == "velocity_forces" and orientation == "quaternion"  # alike about all axes: no ω × a ω
+            )
 
 
 def state_of(one: Scene, graph: Graph, seed: int) -> dict[Expr, float]:

@@ -233,8 +233,12 @@ def test_names_that_cannot_be_printed_are_changed_with_a_note(tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("inside", "around", "message"),
     [
-        (body('<joint name="j" type="ball" stiffness="1"/>'), "", "joint j: stiffness of a joint with a quaternion"),
-        (body('<joint name="j" type="ball" armature="1"/>'), "", "joint j: armature of a joint with a quaternion"),
+        (body('<joint name="j" type="ball" stiffness="1"/>'), "", "joint j: stiffness of a ball is not read"),
+        (
+            body('<joint name="j" type="free" armature="1"/>'),
+            "",
+            "joint j: armature of a free joint is not read: a free body has no rotor; add it to the body's own mass",
+        ),
         (
             body() + '<site name="s"/><site name="o" pos="0 1 0"/>',
             '<tendon><spatial name="t"><site site="s"/><site site="o"/></spatial></tendon>'
@@ -312,7 +316,7 @@ def test_what_cannot_be_read_is_refused_in_one_line(
 def test_all_faults_of_a_file_are_told_together(tmp_path: Path) -> None:
     text = faults(
         world(
-            tmp_path, body('<joint type="ball" armature="1"/>') + body('<joint type="ball" stiffness="1"/>', name="c")
+            tmp_path, body('<joint type="free" armature="1"/>') + body('<joint type="ball" stiffness="1"/>', name="c")
         )
     )
     assert "armature of" in text
@@ -558,3 +562,21 @@ def test_an_equality_of_fixed_tendons_is_the_coupling_that_mujoco_keeps(tmp_path
             data.joint(joint.name).qpos[0] = value
         mujoco.mj_forward(model, data)
         np.testing.assert_allclose(data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY], 0, atol=1e-15)
+
+
+@pytest.mark.mends("4.armature")
+def test_the_rotor_of_a_ball_resists_as_in_mujoco(tmp_path: Path) -> None:
+    inertial = '<inertial pos="0.1 0.05 0.3" mass="2" fullinertia="0.3 0.2 0.25 0.01 0.02 0.03"/>'
+    inner = f'<body pos="0.3 0 0.1" euler="0 23 0"><joint name="l" type="ball" armature="0.4"/>{inertial}</body>'
+    ball = f'<joint name="k" type="ball" pos="0.01 0.02 0.1" armature="0.7"/>{inertial}{inner}'
+    middle = f'<body pos="0.2 0.1 0" euler="10 20 30">{ball}</body>'
+    path = world(tmp_path, f'<body><joint name="j" axis="1 2 0" armature="0.2"/>{inertial}{middle}</body>')
+    scene = mjcf.read(path, ReadOptions()).scene
+    assert [spell(joint.armature) for joint in scene.joints] == ["0.2", "0.7", "0.4"]
+    peer, rng = Peer(path, scene), np.random.default_rng(3)
+    q, (qd, qdd) = draw(scene, rng), rng.uniform(-2, 2, (2, len(scene.velocities)))
+    inverse, mass, forward = lambdify(scene, ("inverse_dynamics", "mass_matrix", "forward_dynamics"))
+    tau = peer.inverse_dynamics(q, qd, qdd)
+    np.testing.assert_allclose(inverse(q, qd, qdd), tau, rtol=0, atol=1e-13 * np.abs(tau).max())
+    np.testing.assert_allclose(mass(q), peer.mass_matrix(q), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(forward(q, qd, tau), qdd, rtol=0, atol=1e-12)

@@ -244,6 +244,8 @@ JOINT_FAULTS = [
     ("cylindrical", "drives = [1, false]", "drives: 1 is no name, nor true or false"),
     ("cylindrical", "force = 3", "force = 3 is one number; a cylindrical joint has 2 velocities"),
     ("cylindrical", "armature = 3", "armature = 3 has no meaning for a cylindrical joint, which has 2 velocities"),
+    ("spherical", "rotor = { inertia = 1 }", "rotor = {inertia = 1} has no meaning for a spherical joint, which has 3"),
+    ("free", "armature = 3", "armature = 3 has no meaning for a free joint, which has 6 velocities"),
     ("spherical", "friction = { coulomb = 1 }", "friction is a table, which has no meaning for a spherical joint"),
     ("spherical", 'mimic = { joint = "j" }', 'mimic = {joint = "j"} has no meaning for a spherical joint'),
     ("spherical", 'motion = "t"', 'motion = "t" has no meaning for a spherical joint, which has 3 velocities'),

@@ -142,7 +142,8 @@ def roads(request: str, scene: Scene | None = None) -> tuple[str, ...]:
     found = tuple(_row(request, scene)[0].roads)
     if scene is None or not set(found).intersection(TREES_ONLY):
         return found
-    if not any(joint.motion for joint in scene.joints) and not build_tree(scene, Graph()).coupled:
+    tree = build_tree(scene, Graph())
+    if not any(joint.motion for joint in scene.joints) and not tree.coupled and not tree.balls:
         return found
     return tuple(road for road in found if road not in TREES_ONLY)
 

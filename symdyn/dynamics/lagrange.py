@@ -21,12 +21,13 @@ from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import (
     State,
     first_moment,
+    joint_motion,
     joint_position,
     state_symbols,
     vector,
 )
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
-from symdyn.scene import Body, Joint, Scene, express
+from symdyn.scene import JOINTS, Body, Joint, Scene, express
 from symdyn.spatial import Mat, Transform, Vec, apply_transposed, cross, dot, symmetric
 from symdyn.spatial import apply as matvec
 
@@ -64,7 +65,7 @@ def energies(scene: Scene, graph: Graph) -> Energies:
     gravity = vector(scene.gravity, graph)
     placed = body_placements(scene, graph)
     kinetic = [_kinetic(body, placed[body.name], rates, graph) for body in scene.bodies]
-    kinetic += [_rotor(joint, rates, graph) for joint in scene.joints if joint.moves]
+    kinetic += [rotor_energy(joint, rates, graph) for joint in scene.joints if joint.moves]
     potential = [-dot(gravity, _weighted_place(body, placed[body.name], graph)) for body in scene.bodies]
     K, G = graph.total(kinetic), graph.total(potential)
     return Energies(scene, graph, state, directions(scene, graph), K, G, elastic_energy(scene, graph))
@@ -89,10 +90,15 @@ def _kinetic(body: Body, T: Transform, rates: dict[Expr, Expr], graph: Graph) ->
     return total + _half(graph) * m * _square(v) + dot(v, cross(omega, matvec(T.R, h))) + spin
 
 
-def _rotor(joint: Joint, rates: dict[Expr, Expr], graph: Graph) -> Expr:
-    """Return ½ armature (rate of the joint)²."""
+def rotor_energy(joint: Joint, rates: dict[Expr, Expr], graph: Graph) -> Expr:
+    """Return ½ armature (rate of the joint)², at a ball ½ armature ω² of its relative angular velocity."""
+    inertia = express(joint.armature, graph)
+    if inertia.is_zero:
+        return graph.zero
+    if JOINTS[joint.type].ball:
+        return _half(graph) * inertia * _square(_angular_velocity(joint_motion(joint, graph).placement.R, rates))
     (rate,) = tangents([joint_position(joint, graph)], rates)
-    return _half(graph) * express(joint.armature, graph) * rate * rate
+    return _half(graph) * inertia * rate * rate
 
 
 def _weighted_place(body: Body, T: Transform, graph: Graph) -> Vec:

@@ -69,7 +69,7 @@ def cheaper_forward(w: Workspace) -> str:
 
     The counts cross at 1.5 pairs a joint for parallel axes and at 5 for crossed ones; in between both are counted.
     """
-    if w.lean.coupled or w.prescribed.place:
+    if w.lean.coupled or w.lean.balls or w.prescribed.place:
         return "crba"
     depth = [0]
     for i in w.lean.outward():

@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from symdyn.dynamics.rotors import BallRotor, ball_rotor
 from symdyn.dynamics.state import first_moment, joint_motion, placement, vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, Body, Move, Scene, express, velocity_name
@@ -48,7 +49,8 @@ class Topology:
         parent: parent[i] < i; parent[0] is -1.
         A: A[i] are pairs (velocity k from 0, coefficient), as in the module's legend; none for the ground.
         b: b[i] are triples (j, k, coefficient), as in the module's legend.
-        armature: inertia of the rotor of move i, seen at the joint, kg m^2 or kg.
+        armature: inertia of the rotor of move i, seen at the joint, kg m^2 or kg; zero at balls.
+        balls: rotors of balls, which belong to no move alone.
         n: number of velocities.
     """
 
@@ -58,6 +60,7 @@ class Topology:
     A: tuple[tuple[tuple[int, Expr], ...], ...]
     b: tuple[tuple[tuple[int, int, Expr], ...], ...]
     armature: tuple[Expr, ...]
+    balls: tuple[BallRotor, ...]
     n: int
 
     @property
@@ -141,6 +144,7 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
     parent, base, T, inertia = [-1], [still], [still], [no_inertia(graph)]
     S: list[tuple[Vec, Vec]] = [(zero_vector(graph), zero_vector(graph))]
     armature, position = [graph.zero], [graph.zero]
+    balls: list[BallRotor] = []
     A: list[tuple[tuple[int, Expr], ...]] = [()]
     b: list[tuple[tuple[int, int, Expr], ...]] = [()]
     velocities = {name: k for k, name in enumerate(scene.velocities)}
@@ -154,7 +158,9 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         follows = joint.coupling
         names = (velocity_name(follows.coordinate),) if follows else joint.rates
         factor = express(follows.ratio, graph) if follows else graph.one
-        rotor = express(joint.armature, graph)
+        ball = ball_rotor(joint, [velocities[name] for name in names], graph)
+        balls += [] if ball is None else [ball]
+        rotor = express(joint.armature, graph) if ball is None else graph.zero
         for move in motion.moves:
             here = place @ move.before
             parent.append(carrier)
@@ -180,6 +186,7 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         A=tuple(A),
         b=tuple(b),
         armature=tuple(armature),
+        balls=tuple(balls),
         n=len(velocities),
         base=tuple(base),
         T=tuple(T),

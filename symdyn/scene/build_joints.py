@@ -104,7 +104,7 @@ def joint(
             one for every velocity.
         mimic: {"joint": name, "ratio": 1, "offset": 0} of a joint that follows another one, in place of a coordinate:
             position = ratio · position of that joint + offset; {"coordinate": name, ...} of a joint with several.
-        armature: inertia of a rotor, seen at the joint, kg m^2 or kg.
+        armature: inertia of a rotor, seen at the joint, kg m^2 or kg; at a ball about all axes alike.
         rotor: {"inertia": ..., "gear": ...} in its place: armature = inertia · gear^2.
         damping: viscous damping of every velocity, N m s/rad or N s/m.
         friction: dry friction, N m or N, kept as data; or {"coulomb": ..., "static": ..., "stribeck": ...,
@@ -186,10 +186,16 @@ def universal(
 
 
 def spherical(
-    name: str, parent: str, child: str, *, orientation: str | None = None, **keys: Unpack[JointKeys]
+    name: str,
+    parent: str,
+    child: str,
+    *,
+    orientation: str | None = None,
+    armature: Number | None = None,
+    **keys: Unpack[JointKeys],
 ) -> Entry:
     """Declare a ball and socket; the arguments are those of `joint`."""
-    return joint(name, "spherical", parent, child, orientation=orientation, **keys)
+    return joint(name, "spherical", parent, child, orientation=orientation, armature=armature, **keys)
 
 
 def planar(name: str, parent: str, child: str, *, axis: Three | None = None, **keys: Unpack[JointKeys]) -> Entry:

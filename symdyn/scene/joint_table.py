@@ -29,7 +29,7 @@ OWN_KEYS = ("coordinate", "coordinates", "drive", "drives", "force", "forces", "
 """What only a joint with coordinates of its own has."""
 
 SINGLE_KEYS = ("mimic", "armature", "rotor", "limits", "motion")
-"""What only a joint with one velocity has."""
+"""What only a joint with one velocity has; a ball has an armature too."""
 
 RATE_KEYS = ("mimic", "armature", "rotor", "damping", "friction", "limits")
 
@@ -131,7 +131,8 @@ def _joint(table: Table, kind: str, nq: int, nv: int, follows: bool) -> Joint:
     if follows:
         _refuse(table, (*OWN_KEYS, *LOCK_KEYS), "a joint that follows another one")
     if len(speeds) != 1:
-        _refuse(table, SINGLE_KEYS, f"a {kind} joint, which has {len(speeds)} velocities")
+        keys = [key for key in SINGLE_KEYS if key != "armature" or not JOINTS[kind].ball]
+        _refuse(table, keys, f"a {kind} joint, which has {len(speeds)} velocities")
     if kind == "custom":
         _refuse(table, ("mimic",), "a custom joint")
     friction, dry = _friction(table, kind, len(speeds))

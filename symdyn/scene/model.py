@@ -136,7 +136,8 @@ class Joint:
         drives: name of the driving force or torque of each velocity, None where it is passive; () for none at all.
         forces: generalized force Q^A of each velocity beside the drive (5.22), a formula; N m or N; () for none.
         coupling: the coordinate that the joint follows, in place of one of its own.
-        armature: inertia of a rotor, seen at the joint: adds ½ armature (rate of the joint)² to K; kg m^2 or kg.
+        armature: inertia of a rotor, seen at the joint: adds ½ armature (rate of the joint)² to K, at a ball ½
+            armature ω² of its angular velocity relative to the parent; kg m^2 or kg.
         damping: viscous damping, adds -damping · rate to Q^A; N m s/rad or N s/m.
         friction: dry friction as robot files give it, N m or N; data, no part of the equations.
         dry: dry friction that enters the equations.

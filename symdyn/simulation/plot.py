@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib.util
 import io
+import sys
 from pathlib import Path
 from typing import IO, Any
 
@@ -82,12 +85,14 @@ def panels(trajectory: Trajectory) -> list[tuple[str, list[tuple[str, Array]]]]:
 
 def draw(trajectory: Trajectory, kind: str) -> bytes:
     """Return the picture as "svg" or "png"; the same trajectory, the same bytes."""
-    import matplotlib as mpl
+    mpl = _matplotlib()
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     parts = panels(trajectory)
-    with mpl.rc_context({"svg.hashsalt": trajectory.scene.name, "svg.fonttype": "none", "font.size": 9.0}):
+    with mpl.rc_context():
+        mpl.rcdefaults()  # whatever settings stand in files of the user or of the program around us
+        mpl.rcParams.update({"svg.hashsalt": trajectory.scene.name, "svg.fonttype": "none", "font.size": 9.0})
         figure = Figure(figsize=(8.0, 2.2 * len(parts)), layout="constrained")
         FigureCanvasAgg(figure)
         axes: Any = figure.subplots(len(parts), 1, sharex=True, squeeze=False)[:, 0]
@@ -106,6 +111,21 @@ def draw(trajectory: Trajectory, kind: str) -> bytes:
         metadata = {"Date": None} if kind == "svg" else {"Software": None}
         figure.savefig(buffer, format=kind, dpi=150, metadata=metadata)
     return buffer.getvalue()
+
+
+def _matplotlib() -> Any:
+    """Return matplotlib, imported where no stranger's file lies.
+
+    As it is imported it reads a file matplotlibrc in the current folder, which may have come with a scene: one that is
+    no text ends the import, and one that is text may ask for a program to typeset with.
+    """
+    if "matplotlib" not in sys.modules:
+        spec = importlib.util.find_spec("matplotlib")
+        assert spec is not None
+        assert spec.origin is not None
+        with contextlib.chdir(Path(spec.origin).parent / "mpl-data"):  # where its own defaults are
+            return importlib.import_module("matplotlib")
+    return sys.modules["matplotlib"]
 
 
 def _page(trajectory: Trajectory, svg: bytes) -> bytes:

@@ -22,7 +22,8 @@ from symdyn.algebra.form import (
     sum_of,
     terms_of,
 )
-from symdyn.dynamics.state import joint_position, vector
+from symdyn.dynamics.lagrange import rotor_energy
+from symdyn.dynamics.state import vector
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Joint, express
 from symdyn.spatial import cross, dot
@@ -189,9 +190,8 @@ def _offset(lesson: Lesson, mass: Mass, term: Expr) -> Step:
 
 
 def _rotor(lesson: Lesson, joint: Joint, kinetic: list[str]) -> Step:
-    (rate,) = tangents([joint_position(joint, lesson.graph)], lesson.state.velocity)
     key = f"K:rotor {joint.name}"
-    node = express(joint.armature, lesson.graph) * rate * rate / 2
+    node = rotor_energy(joint, lesson.state.velocity, lesson.graph)
     lesson.name(key, "K", joint.name, node=node)
     kinetic.append(key)
     return Step(f"rotor:{joint.name}", lesson.say("rotor", joint=joint.name), (Formula(key, lesson.short(node)),))

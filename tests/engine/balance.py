@@ -3,12 +3,13 @@
     ν̇, u̇        rates of the bodies' twists and of the velocities; A u: the joints' own rates, for some joints follow
     w, λ         whole wrench in every joint of the tree, six of them; size of every wrench of a loop or contact
     c, μ, τ      force of a coupling, of a row that is a formula, of a drive
+B, β         what rotors add along own rates: matrix, and forces at u̇ = 0
 
     M ν̇ + b = Dᵀ w + (W D)ᵀ λ + weights, springs, loads        Newton and Euler, of every body
     D ν̇ - S A u̇ = (D ν̇)₀                                      every joint moves as its freedoms allow
     W D ν̇ = (W D ν̇)₀ - (its rate)₀                             loops and contacts forbid what they forbid
     a u̇ = -ȧ u                                                  so do formulas in velocities
-    Sᵀ w + armature A u̇ = τ + Q + c + aᵀ μ                       what goes through a joint along its own freedoms
+    Sᵀ w + B A u̇ + β = τ + Q + c + aᵀ μ                          what goes through a joint along its own freedoms
 
 (·)₀ is at u̇ = 0, as the placements move. Of every velocity the rate or the drive may be given, or both, or neither:
 inverse dynamics gives rates, forward dynamics gives drives. What is not unique comes as the least solution, with the
@@ -24,7 +25,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from .jets import number
 from .mechanism import Array, State
 
 RANK = 1e-10
@@ -62,9 +62,7 @@ def balance(state: State, du: Array, tau: Array) -> Solution:
     W, bias = state.forbidden(contacts)
     a, formula_bias = state.formulas()
     (pulls, pulled), (drags, dragged) = state.pulls(), state.drags()
-    armature = np.zeros(len(A))
-    for joint in m.scene.joints:
-        armature[list(m.own_rates(joint))] = number(joint.armature, m.values)
+    B, beta = state.rotors()
     free, open_ = np.isnan(du), np.isnan(tau)
     known = {"u": np.where(free, 0, du), "tau": np.where(open_, 0, tau)}
     own, follows = A.copy(), [m.first[joint.name] for joint in m.scene.joints if joint.coupling is not None]
@@ -81,9 +79,9 @@ def balance(state: State, du: Array, tau: Array) -> Solution:
         (W @ twists - bias, {"nu": W}),
         (-formula_bias - a @ known["u"], {"u": a[:, free]}),
         (
-            own @ known["tau"] + pulled + dragged - armature * (A @ known["u"]),
+            own @ known["tau"] + pulled + dragged - beta - B @ A @ known["u"],
             {
-                "w": S.T, "u": (armature[:, None] * A)[:, free], "tau": -own[:, open_], "mu": -own @ a.T,
+                "w": S.T, "u": (B @ A)[:, free], "tau": -own[:, open_], "mu": -own @ a.T,
                 "c": -couplings,
             },
         ),

@@ -303,6 +303,25 @@ class State:
             parts += [m * self.m.gravity, np.cross(R @ h, self.m.gravity)]
         return np.concatenate(parts)
 
+    def rotors(self) -> tuple[Array, Array]:
+        """Return what rotors add to the mass matrix of own rates, (r, r), and to forces along them at u̇ = 0, (r,).
+
+        A joint's rotor resists its own rate, a ball's its angular velocity relative to the parent.
+        """
+        n = len(self.m.own)
+        matrix, forces = np.zeros((n, n)), np.zeros(n)
+        for joint in self.m.scene.joints:
+            own, a = list(self.m.own_rates(joint)), number(joint.armature, self.m.values)
+            spins, bent = np.eye(len(own)), np.zeros(len(own))
+            if joint.type == "spherical":
+                R = motion(joint, self.moving[joint.name], self.m.values)[:3, :3]
+                turned = (R.rate @ Jet(R.x, R.v).T).v
+                spins = self.S(joint)[3:]
+                bent = self.J[joint.name].x[:3, :3] @ [turned[2, 1], turned[0, 2], turned[1, 0]]
+            matrix[np.ix_(own, own)] = a * spins.T @ spins
+            forces[own] = a * spins.T @ bent
+        return matrix, forces
+
     def pulls(self) -> tuple[Array, Array]:
         """Return what springs exert on bodies, (6n,), and at joints along their own rates."""
         return self._elements(self.m.scene.springs, self.tension)

@@ -26,12 +26,12 @@ from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, check_
 from symdyn.dynamics.closed_forms.loads import ClosedLoads, closed_loads, load_nodes
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.positions import body_placements, moved_placements
-from symdyn.dynamics.state import State, state_symbols, vector
+from symdyn.dynamics.state import State, joint_motion, state_symbols, vector
 from symdyn.dynamics.tree import body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import Scene, express
-from symdyn.spatial import Inertia, Transform, apply, dot, no_inertia
+from symdyn.scene import JOINTS, Scene, express
+from symdyn.spatial import Inertia, Transform, apply, dot, no_inertia, symmetric, zero_vector
 
 Row = tuple[Polynomial, ...]
 Matrix = tuple[Row, ...]
@@ -135,6 +135,7 @@ def closed_form(scene: Scene) -> ClosedForm:
         for joint, body in zip(scene.joints, scene.bodies, strict=True)
         if not _is_nothing(inertia := body_inertia(body, graph))
     ]
+    massive += _balls(scene, graph)
     potential = _potential(scene, graph)
     needed = [*state.qd, potential, *nodes.needed]
     for inertia, chain in massive:
@@ -175,11 +176,24 @@ def _rotors(scene: Scene, graph: Graph) -> list[tuple[int, Expr]]:
     rotors = []
     for joint in scene.joints:
         inertia = express(joint.armature, graph)
-        if joint.moves and not inertia.is_zero:
+        if joint.moves and not inertia.is_zero and not JOINTS[joint.type].ball:
             leader = joint.coupling.coordinate if joint.coupling else joint.coordinate
             ratio = express(joint.coupling.ratio, graph) if joint.coupling else graph.one
             rotors.append((number[leader], ratio * ratio * inertia))
     return rotors
+
+
+def _balls(scene: Scene, graph: Graph) -> list[tuple[Inertia, list[tuple[int, Transform]]]]:
+    """Return the rotors of balls as bodies that nothing but their joint moves, as `_add_body` takes them."""
+    number = {coordinate: i for i, coordinate in enumerate(scene.coordinates)}
+    found = []
+    for joint in scene.joints:
+        a, zero = express(joint.armature, graph), graph.zero
+        if JOINTS[joint.type].ball and not a.is_zero:
+            X = joint_motion(joint, graph).placement
+            inertia = Inertia(zero, zero_vector(graph), symmetric(a, a, a, zero, zero, zero))
+            found.append((inertia, [(number[q], X) for q in joint.coordinates]))
+    return found
 
 
 def _entries(T: Transform) -> list[Expr]:

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from symdyn.dynamics.loads import joint_resistance, load_vectors, pull, resistance, tension
 from symdyn.dynamics.motion import Motion, body_motion
 from symdyn.dynamics.reactions.hinges import Hinge, about, nothing, plus
+from symdyn.dynamics.rotors import ball_rotor
 from symdyn.dynamics.state import State, joint_motion, joint_position, vector
 from symdyn.dynamics.tree import Tree, body_inertia
 from symdyn.graph import Expr, tangents
@@ -123,7 +124,11 @@ def own_forces(scene: Scene, hinge: Hinge, state: State) -> list[Expr]:
         if damper.joint == joint.name:
             forces[0] = forces[0] - resistance(damper, hinge.rates[0])
     armature = express(joint.armature, graph)
-    if joint.moves and not armature.is_zero:
+    ball = ball_rotor(joint, hinge.velocities, graph)
+    if ball is not None:
+        turning = ball.forces(state.qd, state.qdd)
+        forces = [force - moment for force, moment in zip(forces, turning, strict=True)]
+    elif joint.moves and not armature.is_zero:
         first = joint_motion(joint, graph).moves[0]
         bent = graph.total(x * hinge.rates[j] * hinge.rates[k] for j, k, x in first.bias)
         pulled = graph.total(x * hinge.ratio * state.qdd[hinge.velocities[k]] for k, x in first.rate)

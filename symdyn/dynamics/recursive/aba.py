@@ -117,6 +117,8 @@ def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequenc
     """
     if tree.coupled:
         raise DerivationError("the articulated-body algorithm knows no joints that share a velocity; use the road crba")
+    if tree.balls:
+        raise DerivationError("the articulated-body algorithm knows no rotor about three axes; use the road crba")
     graph, still = tree.graph, zero_vector(tree.graph)
     w, c = [still], [(still, still)]
     A = [_rigid(tree.body[0], still)]

@@ -57,6 +57,9 @@ def crba(tree: LeanTree, leaping: bool = False, keeping: bool = False) -> list[l
             p = tree.parent[i]
             polar[p] = _sum_of_polar_moments(polar[p], polar[i], tree.link[i], C[i])
             C[p] = C[p] + tree.link[i].moments_back(C[i])
+    for ball in tree.balls:
+        for k, m, value in ball.entries():
+            M[k][m] = M[k][m] + value
     return M
 
 

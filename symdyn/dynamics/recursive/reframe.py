@@ -104,6 +104,7 @@ def reframe(tree: Tree) -> LeanTree:
         A=tree.A,
         b=tree.b,
         armature=tree.armature,
+        balls=tree.balls,
         n=tree.n,
         link=tuple(links),
         slides=(False, *(_slides(tree, i) for i in tree.outward())),

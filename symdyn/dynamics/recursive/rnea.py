@@ -76,7 +76,11 @@ def rnea(
         tau[i] = (f[2] if tree.slides[i] else n[2]) + tree.armature[i] * acceleration[i]
         n, f = tree.link[i].wrench_back(n, f)
         wrench[p] = (add(wrench[p][0], n), add(wrench[p][1], f))
-    return tree.gather(tau)
+    forces = tree.gather(tau)
+    for ball in tree.balls:
+        for k, moment in zip(ball.velocities, ball.forces(qd, qdd), strict=True):
+            forces[k] = forces[k] + moment
+    return forces
 
 
 def moving(w: Vec, dw: Vec, a: Vec) -> Motion:

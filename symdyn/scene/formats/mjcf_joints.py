@@ -15,12 +15,11 @@ from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector
 from symdyn.scene.table import Entry, Faults, compose
 from symdyn.scene.turns import Step, inverse, plus, towards
 
-BALLS = {
-    "armature": "no rotor follows three axes at once; add it to the inertia of the body if the joint hangs on "
-    "the ground, write three hinges, or set it to 0",
+REFUSED = {
+    "armature": "a free body has no rotor; add it to the body's own mass and inertia, or set it to 0",
     "stiffness": "its torque, along the rotation vector, jumps at half a turn; write three hinges, or set it to 0",
 }
-"""Why what MuJoCo does at a ball is not done here, and what would work."""
+"""Why what MuJoCo does at a ball or a free joint is not done here, and what would work."""
 
 
 class Joints:
@@ -183,18 +182,21 @@ class Joints:
         """Return the table of a joint with a quaternion; a free one starts where the file puts its body."""
         model, dof, name = self.model, int(self.model.jnt_dofadr[j]), self.names[j]
         where = f"joint {name}"
-        for key, value in (("armature", model.dof_armature[dof]), ("stiffness", model.jnt_stiffness[j])):
-            if value and not (key == "stiffness" and self.off("SPRING")):
-                self.faults.add(where, f"{key} of a joint with a quaternion is not read: {BALLS[key]}")
+        free, armature = model.jnt_type[j] == self.mujoco.mjtJoint.mjJNT_FREE, float(model.dof_armature[dof])
+        refused = {"armature": free and armature, "stiffness": not self.off("SPRING") and model.jnt_stiffness[j]}
+        for key in [key for key, value in refused.items() if value]:
+            kind = "free joint" if free else "ball"
+            self.faults.add(where, f"{key} of a {kind} is not read: {REFUSED[key]}")
         if model.jnt_limited[j]:
             self.faults.note(where, "the limit of a joint with a quaternion is left out")
-        if model.jnt_type[j] == self.mujoco.mjtJoint.mjJNT_FREE:
+        if free:
             first = int(model.jnt_qposadr[j])
             start = [quantity(float(x)) for x in model.qpos0[first : first + 7]]
             return {"type": "free", "start": start, **self.losses(dof)}
         anchor = shift(self.doubles.vector(model.jnt_pos[j]))
         frames = {"origin": merged(*place, *anchor), "tip": merged(*inverse(anchor))}
-        return {"type": "spherical", **frames, **self.losses(dof)}
+        rotor = {"armature": quantity(armature)} if armature else {}
+        return {"type": "spherical", **frames, **rotor, **self.losses(dof)}
 
     def spring(self, j: int) -> None:
         """Collect the spring of a joint."""

@@ -109,6 +109,7 @@ class JointKind:
             frame, axes of the joint frame, for the placement X of the one in the other.
         residual: t numbers that vanish where X is a placement that the joint allows, m or 1; near such a placement
             their rates are the powers of the wrenches per unit.
+        ball: whether it is any rotation about a point, at which a rotor may be alike about all axes.
         turned: the joint from its child to its parent, frames swapped already, with the coordinates and velocities that
             it had; None where that is no joint of the type, since velocities are measured in the child.
     """
@@ -118,6 +119,7 @@ class JointKind:
     wrenches: Callable[[Joint, Transform], tuple[Wrench, ...]]
     residual: Callable[[Joint, Transform], tuple[Expr, ...]]
     turned: Callable[[Joint], Joint] | None = None
+    ball: bool = False
 
     def coordinates(self, joint: Joint) -> tuple[str, ...]:
         """Return the unit of every coordinate, "rad", "m" or "1"."""

@@ -22,4 +22,4 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return X.p
 
 
-SPHERICAL = JointKind(("orientation",), _blocks, _wrenches, _residual)
+SPHERICAL = JointKind(("orientation",), _blocks, _wrenches, _residual, ball=True)

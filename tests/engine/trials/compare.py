@@ -125,10 +125,8 @@ class Truth:
     @cached_property
     def armature(self) -> Array:
         """Rotors' part of the mass matrix."""
-        each, own = np.zeros(len(self.m.own)), self.still.tree[2]
-        for joint in self.m.scene.joints:
-            each[list(self.m.own_rates(joint))] = number(joint.armature, self.m.values)
-        return own.T @ (each[:, None] * own)
+        own = self.still.tree[2]
+        return own.T @ self.still.rotors()[0] @ own
 
     @cached_property
     def M(self) -> Array:
@@ -139,7 +137,7 @@ class Truth:
     def c(self) -> Array:
         """Velocity forces of the spanning tree."""
         M, b = self.still.inertias()
-        return self.still.columns.T @ (M @ self.still.twists()[1] + b)
+        return self.still.columns.T @ (M @ self.still.twists()[1] + b) + self.still.tree[2].T @ self.still.rotors()[1]
 
     def on_velocities(self, acting: tuple[Array, Array]) -> Array:
         """Return the force along velocities of wrenches on bodies and forces at joints."""

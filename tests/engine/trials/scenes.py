@@ -109,6 +109,8 @@ class Drawing:
         name = f"j{len(self.tables['joints']) + 1}"
         table = {"type": kind, "parent": parent, "child": child, "origin": self.steps()}
         table |= self.shape(kind) | more
+        if kind == "spherical" and self.rng.random() < 0.5:
+            table["armature"] = self.positive()
         if kind == "custom":
             u, w = f"{name}a", f"{name}b"
             two = self.rng.random() < 0.5
