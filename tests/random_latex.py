@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Iterable
 
 from symdyn.scene import grammar
 
@@ -10,7 +11,9 @@ from symdyn.scene import grammar
 def random_symbols(count: int, seed: int) -> list[str]:
     """Return symbols of the grammar, written in all the ways that it leaves open."""
     chance = random.Random(seed)
-    choose = lambda names: f"\\{chance.choice(sorted(names))} "  # noqa: E731
+
+    def choose(names: Iterable[str]) -> str:
+        return f"\\{chance.choice(sorted(names))} "
 
     def single() -> str:
         return chance.choice((chance.choice("abkmqIJM019"), choose(grammar.GREEK | grammar.VARIANTS | grammar.MARKS)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from unittest.mock import patch
@@ -109,6 +110,19 @@ def test_a_mass_that_no_double_holds_in_a_moment_is_told(tmp_path: Path, capsys:
     scene.write_text(text.replace("com = [0, 0, 0]\n", ""), encoding="utf-8")
 
     message = said(["walkthrough", str(scene), "--road", "dalembert", "-o", str(tmp_path / "lesson.md")], capsys)
+
+    assert "largest double" in message
+
+
+def test_an_arrow_that_no_double_holds_is_told_in_our_words_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = tmp_path / "heavy.toml"
+    scene.write_text(ARM.format(a=1, com=0.1).replace("mass = 1\n", "mass = 1.797e308\n"), encoding="utf-8")
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        message = said(["walkthrough", str(scene), "-o", str(tmp_path / "lesson.md")], capsys)
 
     assert "largest double" in message
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from dataclasses import replace
 from fractions import Fraction
@@ -409,6 +410,14 @@ def test_an_entity_in_an_included_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "part.xml").write_text('<!DOCTYPE x [<!ENTITY a "b">]><mujoco>&a;</mujoco>')
     path = world(tmp_path, body(), '<include file="part.xml"/>')
     assert "part.xml: line 1: a document type or an entity is not read" in faults(path)
+
+
+@pytest.mark.parametrize("kind", ["pipe", "device"])
+def test_what_is_included_is_a_file(kind: str, tmp_path: Path) -> None:
+    """A pipe that nobody writes to would keep the compiler waiting without an end."""
+    os.mkfifo(tmp_path / "part.xml")
+    name = {"pipe": "part.xml", "device": os.devnull}[kind]
+    assert f"{name} is no file" in faults(world(tmp_path, body(), f'<include file="{name}"/>'))
 
 
 def test_a_mesh_in_the_file_itself_gives_its_inertia(tmp_path: Path) -> None:

@@ -60,6 +60,7 @@ def picture(
     return svg(drawing(scene, q, parameters, view, frames, labels, wrenches), prefix, scheme)
 
 
+@np.errstate(all="ignore")  # a place that no double holds is told by the text of the picture
 def drawing(
     scene: Scene,
     q: Sequence[float] | Array | None = None,

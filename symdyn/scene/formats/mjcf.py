@@ -123,6 +123,8 @@ def _files(path: Path, root: Element) -> dict[Path, Element]:
             if child.tag == "model" and file != path:
                 raise SceneError(f"{file}: line {child.line}: an attached model attaches another one; join the two")
             for other in dict.fromkeys((path.parent / name, file.parent / name)):
+                if _is_strange(other):
+                    raise SceneError(f"{file}: line {child.line}: {shorten(name)} is no file; give one with MJCF")
                 if _is_file(other):
                     if other.resolve() in chain:
                         raise SceneError(f"{file}: line {child.line}: {other.name} includes itself; break the ring")
@@ -138,6 +140,14 @@ def _is_file(path: Path) -> bool:
     """Tell whether a file is there; a name that no system allows names none."""
     try:
         return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def _is_strange(path: Path) -> bool:
+    """Tell whether a pipe, a device or a folder stands there, at which the compiler would wait or read on."""
+    try:
+        return path.exists() and not path.is_file()
     except (OSError, ValueError):
         return False
 
