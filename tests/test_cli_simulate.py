@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -66,6 +68,39 @@ def test_a_plot_does_not_read_a_stranger_s_matplotlibrc(tmp_path: Path) -> None:
         assert "matplotlibrc" not in done.stderr
         pictures.append((folder / "a.svg").read_bytes())
     assert pictures[0] == pictures[1]
+
+
+LIBRARY = """
+import os, signal, time
+try:
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(0.1)
+except KeyboardInterrupt as fault:
+    raise ImportError("initialization failed") from fault
+"""
+
+
+def test_an_interrupt_while_a_library_is_imported_is_an_interrupt(tmp_path: Path) -> None:
+    (tmp_path / "heyoka.py").write_text(LIBRARY)
+    words = [sys.executable, "-m", "symdyn", "simulate", DOUBLE, "--until", "0.1", "--method", "taylor"]
+    paths = os.pathsep.join([str(tmp_path), str(Path(__file__).parent.parent), os.environ.get("PYTHONPATH", "")])
+    done = subprocess.run(
+        words,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=_listening,
+    )
+    assert done.returncode == 130, done.stderr
+    assert "symdyn: interrupted at t = 0 s" in done.stderr
+    assert "ImportError" not in done.stderr
+
+
+def _listening() -> None:
+    """Hear SIGINT, which a shell's background ignores, and so would its children."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def test_inverse_prints_forces_and_reactions(capsys: pytest.CaptureFixture[str]) -> None:

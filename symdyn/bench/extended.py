@@ -22,7 +22,7 @@ from symdyn.algebra.big import BigFloats
 from symdyn.errors import SimulateError
 from symdyn.graph import evaluate
 from symdyn.simulation.integrate import METHODS, importable
-from symdyn.simulation.integrate.taylor import refuses, translate
+from symdyn.simulation.integrate.taylor import library, refuses, translate
 from symdyn.simulation.system import System
 
 Array = npt.NDArray[np.float64]
@@ -108,8 +108,7 @@ def long_double(value: Fraction) -> Any:
 
 def _taylor(system: System, x: Array, until: float) -> Truth:
     """Return the end of the motion by ever shorter steps, until it settles."""
-    import heyoka
-
+    heyoka = library()
     variables, entries = translate(system, real=long_double)
     start = np.concatenate([_on_loops(system, x), np.zeros(int(system.works), np.longdouble)])
     rates = list(zip(variables, entries, strict=True))

@@ -12,7 +12,9 @@ Reference: Biscani and Izzo, Revisiting high-order Taylor methods for astrodynam
 
 from __future__ import annotations
 
+import importlib
 import math
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
@@ -23,6 +25,7 @@ import numpy.typing as npt
 from symdyn.algebra.numeric import Arithmetic
 from symdyn.dynamics.equations import Function
 from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.simulation.integrate.interrupts import interrupts_wait
 from symdyn.simulation.integrate.method import Hit, IntegrationError, Method, Piece, Problem
 from symdyn.simulation.reading import TIME
 from symdyn.simulation.system import System
@@ -69,14 +72,20 @@ LOST = 1e3
 SMALLEST = float(np.finfo(np.float64).eps)
 
 
+def library() -> Any:
+    """Return heyoka."""
+    if "heyoka" not in sys.modules:
+        with interrupts_wait():
+            return importlib.import_module("heyoka")
+    return sys.modules["heyoka"]
+
+
 class Expressions(Arithmetic):
     """heyoka's expressions as an algebra."""
 
     def __init__(self, real: Callable[[Fraction], Any] = float) -> None:
         """Import heyoka; constants are rounded by `real`."""
-        import heyoka
-
-        self.heyoka: Any = heyoka
+        self.heyoka: Any = library()
         self.real = real
 
     def constant(self, value: Fraction) -> Any:
@@ -155,9 +164,7 @@ def integrator(problem: Problem, hits: Callable[[int, float, Any], None] | None 
         problem: what is integrated.
         hits: called with the number of an event, its time and the integrator at the end of the step that holds it.
     """
-    import heyoka
-
-    system = problem.system
+    heyoka, system = library(), problem.system
     variables, entries = translate(system)
     compact = size(system) > (COMPACT_SOON if system.closed else COMPACT)
     options: dict[str, Any] = {"tol": max(problem.rtol, SMALLEST), "compact_mode": compact}
@@ -169,7 +176,8 @@ def integrator(problem: Problem, hits: Callable[[int, float, Any], None] | None 
             heyoka.nt_event(formula, lambda ta, t, sign, k=k: hits and hits(k, t, ta))
             for k, formula in enumerate(formulas)
         ]
-    return heyoka.taylor_adaptive(list(zip(variables, entries, strict=True)), problem.x, **options)
+    with interrupts_wait():
+        return heyoka.taylor_adaptive(list(zip(variables, entries, strict=True)), problem.x, **options)
 
 
 def run(problem: Problem) -> Iterator[Piece]:
@@ -225,13 +233,11 @@ class Stretch:
         """
         if self.guard is not None:
             return self._step_by_step(inside, goal)
-        import heyoka
-
         begin, start = float(self.ta.time), self.ta.state.copy()
         grid = np.unique(np.concatenate([[begin], inside, [goal]]))
         each = {"callback": self._after} if self.problem.project.active or any(self.problem.stops) else {}
         outcome, _, _, steps, _, states = self.ta.propagate_grid(grid, max_steps=STRETCH, **each)
-        if outcome == heyoka.taylor_outcome.err_nf_state:  # once more, to stand where it was still finite
+        if outcome == library().taylor_outcome.err_nf_state:  # once more, to stand where it was still finite
             self.ta.time, self.ta.state[:] = begin, start
             self.found.clear()
             return self._step_by_step(inside, goal)
