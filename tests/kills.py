@@ -26,6 +26,9 @@ EXAMPLES = ROOT / "examples"
 
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 
+INTERRUPTED = 130
+"""Status of a verb that was told to stop and did; `simulate` keeps the rows that it has then."""
+
 LOAD = "import sys, symdyn; print(symdyn.load(sys.argv[1], 'inverse_dynamics').compiled)"
 
 VERBS: dict[str, Sequence[str]] = {
@@ -45,7 +48,8 @@ class Outcome:
 
     Attributes:
         statuses: how the processes ended.
-        halves: files under a final name that are not what an undisturbed run writes.
+        halves: files under a final name that are not what an undisturbed run writes, nor the rows that an interrupted
+            one keeps.
         behind: hidden files and folders that were there when all was over, and what stood in the temporary folder.
         tracebacks: of processes that were told to stop, and told of their own insides.
         talk: of an undisturbed run afterwards; the cache is whole if it does not speak of it.
@@ -85,7 +89,10 @@ def kills(verb: str, times: int, seed: int = 1) -> Outcome:
             statuses[running.returncode] += 1
             if b"Traceback" in talk:
                 tracebacks.append(f"{how.name}: {talk.decode().strip().splitlines()[-1]}")
-            halves += [f"{name} after {how.name}" for name, data in _files(folder / "work") if data != whole.get(name)]
+            kept = running.returncode == INTERRUPTED
+            for name, data in _files(folder / "work"):
+                if data != whole.get(name) and not (kept and _is_closed(data)):
+                    halves.append(f"{name} after {how.name}")
         last = _started(verb, folder)
         _, talk = last.communicate()
         assert last.returncode == 0, talk.decode()
@@ -105,6 +112,12 @@ def _started(verb: str, folder: Path) -> subprocess.Popen[bytes]:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     )
+
+
+def _is_closed(data: bytes) -> bool:
+    """Tell whether what an interrupted run keeps is a table of whole rows, or a picture with its end."""
+    cells = {line.count(b",") for line in data.splitlines() if not line.startswith(b"#")}
+    return data.endswith((b"</svg>", b"</svg>\n")) or (data.endswith(b"\n") and len(cells) == 1)
 
 
 def _files(folder: Path) -> Iterator[tuple[str, bytes]]:
