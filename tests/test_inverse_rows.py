@@ -101,3 +101,10 @@ def test_idle_motions_are_least_and_told() -> None:
 
     assert any("idle: coupler spins about the line of its joints" in note for note in found.notes)
     assert not any("at rest" in note for note in found.notes)
+
+
+def test_a_motion_in_which_a_wheel_comes_to_lie_flat_between_two_samples_is_refused() -> None:
+    scene = read(FOUND / "rolling_disc_zxy.toml")
+
+    with pytest.raises(SimulateError, match=r"t = 1\.3708 s: contact contact: .* lies flat"):
+        followed(scene, "q1=0.001", "q2=0.2+t", "q3=0", until=2.0, count=6)

@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from symdyn.dynamics.loops.mobility import idle_motions
 from symdyn.dynamics.loops.newton import free_motions
-from symdyn.dynamics.loops.numbers import Numbers
+from symdyn.dynamics.loops.numbers import FLAT, Numbers
 from symdyn.errors import SimulateError
 from symdyn.scene import Joint, Scene, velocity_name
 from symdyn.simulation.initial import no_equations
@@ -43,6 +43,9 @@ NEGLIGIBLE = 1e-10
 
 NOTHING = 1e-7
 """Components of unit motions below it are zero."""
+
+AHEAD = 1e-7
+"""s by which it is looked ahead for whether a wheel falls or rises."""
 
 RTOL, ATOL = 1e-12, 1e-13
 """Tolerances of positions that are integrated."""
@@ -106,7 +109,35 @@ def followed(tied: Tied, given: Sequence[str], laws: Known, quasi: Mapping[int, 
         found.q[i], found.off[i] = q, one.missed(q)
         found.u[i] = one.velocities(now, q)
         found.a[i] = one.accelerations(now, q, found.u[i])
+    _upright(one, t, found)
     return found
+
+
+def _upright(one: _Following, t: Array, found: Followed) -> None:
+    """Refuse a motion in which a wheel comes to lie flat, also between two samples.
+
+    w, the sine of the angle between axis and normal, is |sin|: it falls before such a place and rises behind it.
+
+    Raises:
+        SimulateError: with the time.
+    """
+    numbers = one.numbers
+    for k, gauge in enumerate(numbers.gauges):
+
+        def w(q: Array, k: int = k) -> float:
+            return float(numbers.at([numbers.gauges[k].sine], q)[0])
+
+        moves = [(w(numbers.moved(q, AHEAD * u)) - w(q)) for q, u in zip(found.q, found.u, strict=True)]
+        for i in range(len(t) - 1):
+            if not moves[i] < 0 < moves[i + 1]:
+                continue
+            q, (low, high) = found.q[i], (float(t[i]), float(t[i + 1]))
+            for _ in range(STEPS):  # a third of the interval less at every step
+                left, right = low + (high - low) / 3, high - (high - low) / 3
+                one_third, two_thirds = one.placed(left, q), one.placed(right, q)
+                low, high = (low, right) if w(one_third) < w(two_thirds) else (left, high)
+            if w(one.placed(low, q)) < FLAT:
+                raise SimulateError(f"motion: t = {low:.6g} s: {gauge.fell_flat}")
 
 
 class _Following:
@@ -217,7 +248,11 @@ class _Following:
         """
         from scipy.integrate import solve_ivp
 
+        reached = float(t[0])
+
         def rates(now: float, at: Array) -> Array:
+            nonlocal reached
+            reached = now
             here = at.copy()
             here[self.places] = self.at(now)[0]
             return np.asarray(self.functions("kinematics", here, self.still) @ self.velocities(now, here))
@@ -226,7 +261,10 @@ class _Following:
             return np.array([q])
         run = solve_ivp(rates, (t[0], t[-1]), q, method="DOP853", t_eval=t, rtol=RTOL, atol=ATOL)
         if not run.success:
-            raise SimulateError(f"motion: what follows through the rows cannot be integrated: {run.message}")
+            raise SimulateError(
+                f"motion: t = {reached:.6g} s: what follows through the rows has no finite rate there; "
+                f"let the motion end sooner, or give laws for other coordinates than {', '.join(self.given)}"
+            )
         return np.asarray(run.y.T)
 
     def undetermined(self, q: Array) -> tuple[str, ...]:

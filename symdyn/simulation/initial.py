@@ -26,6 +26,9 @@ Array = npt.NDArray[np.float64]
 SINGULAR = 1e-14
 """Smallest eigenvalue of the mass matrix with unit diagonal that is not zero."""
 
+NAMED = 6
+"""Coordinates that a note names."""
+
 
 @dataclass(frozen=True)
 class Start:
@@ -156,16 +159,22 @@ def _closed(
         faults.add("start" if isinstance(fault, DerivationError) else "", str(fault))
         return q, u, []
     closed = np.array(assembly.q)
-    way = float(np.abs(closed - q).max(initial=0.0))
-    if way > CONSISTENT and not any("start" in note for note in notes):
-        k = int(np.abs(closed - q).argmax())
-        notes.append(f"the start was moved so that the loops close, {numbers.scene.coordinates[k]} by {way:.3g}")
+    ways = _ways(numbers.scene, closed - q)
+    if ways and not any("start" in note for note in notes):
+        notes.append(f"the start was moved so that the loops close, {ways}")
     try:
         u, more = closed_rates(numbers, closed, u, given_u, moved)
     except DerivationError as fault:
         faults.add("start rates", str(fault))
         return closed, u, notes
     return closed, u, [*notes, *more]
+
+
+def _ways(scene: Scene, way: Array) -> str:
+    """Return by how much coordinates were moved, the farthest first, "" if none was."""
+    far = [int(k) for k in np.argsort(-np.abs(way), kind="stable") if abs(way[k]) > CONSISTENT]
+    words = [f"{scene.coordinates[k]} by {abs(way[k]):.3g}" for k in far[:NAMED]]
+    return ", ".join(words) + (f", and {len(far) - NAMED} more" if len(far) > NAMED else "")
 
 
 def singular(scene: Scene, q: Array) -> str:
