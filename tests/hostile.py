@@ -134,16 +134,22 @@ def unescaped(name: str, instead: Any) -> Iterator[None]:
     """Let something stand in place of a function of `symdyn.emit.escape`, or of a check at the door, everywhere."""
     from symdyn.emit import render
 
-    with pytest.MonkeyPatch.context() as patch:
-        found = 0
-        for module in [module for key, module in sys.modules.items() if key.startswith("symdyn")]:
-            if callable(getattr(module, name, None)):
-                patch.setattr(module, name, instead)
-                found += 1
-        assert found, f"nothing is called {name}"
-        render._environment.cache_clear()
-        yield
+    def holders(value: Any) -> list[Any]:
+        ours = [module for key, module in sys.modules.items() if key.startswith("symdyn")]
+        return [module for module in ours if getattr(module, name, None) is value]
+
+    every = [getattr(module, name, None) for key, module in list(sys.modules.items()) if key.startswith("symdyn")]
+    original = next((one for one in every if callable(one)), None)
+    assert original is not None, f"nothing is called {name}"
+    for module in holders(original):
+        setattr(module, name, instead)
     render._environment.cache_clear()
+    try:
+        yield
+    finally:
+        for module in holders(instead):  # with those that were imported meanwhile
+            setattr(module, name, original)
+        render._environment.cache_clear()
 
 
 # What opens files: each returns what it saw of canaries
