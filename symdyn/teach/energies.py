@@ -103,6 +103,9 @@ def _square(lesson: Lesson, mass: Mass) -> Step:
     squares = sum_of(power_of(Symbol(f"d{axis}:{tag}"), 2) for axis in components)
     blocks: list[Block] = [Formula(key, squares, lesson.number(f"v2.definition:{tag}"))]
     groups = expanded_squares(components.values())
+    if groups is None:
+        blocks.append(lesson.say("square.long"))
+        return Step(f"square:{tag}", lesson.say("square", tag=tag), tuple(blocks), reference=_reference(lesson, key))
     simple = []
     identities: list[Block] = []
     for group in groups:

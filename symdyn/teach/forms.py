@@ -83,6 +83,10 @@ def has_sine(form: Form) -> bool:
     return isinstance(form, Power) and has_sine(form.base)
 
 
+MOST_PRODUCTS = 20_000
+"""Products of two terms up to which squares are multiplied out."""
+
+
 @dataclass(frozen=True)
 class Group:
     """Terms of a square that have everything in common but sines: outer · (Σ sines).
@@ -101,11 +105,13 @@ class Group:
         return product_of((self.outer, sum_of(self.sines)))
 
 
-def expanded_squares(forms: Iterable[Form]) -> list[Group]:
-    """Return Σ form², multiplied out; what differs in sines only stands in one bracket."""
+def expanded_squares(forms: Iterable[Form]) -> list[Group] | None:
+    """Return Σ form², multiplied out; what differs in sines only stands in one bracket; None where it fills pages."""
     total: dict[Monomial, Fraction] = {}
-    for form in forms:
-        terms = list(_expand(form).items())
+    every = [list(_expand(form).items()) for form in forms]
+    if sum(len(terms) ** 2 for terms in every) > MOST_PRODUCTS:
+        return None
+    for terms in every:
         for k, (a, x) in enumerate(terms):
             for m, (b, y) in enumerate(terms[k:]):
                 key = _times(a, b)

@@ -83,6 +83,7 @@ TEXTS = {
     "square.out": "Multiplied out, with everything but sines and cosines in front of the brackets:",
     "square.fold": "Multiplied out: {terms} terms",
     "square.result": "With that:",
+    "square.long": "Multiplied out, it fills pages; below, the kinetic energy has its simplest form.",
     "identity.pythagoras": "Because sin² + cos² = 1:",
     "identity.addition": "By the addition formula cos(a − b) = cos a cos b + sin a sin b and its kin:",
     "kinetic": "The kinetic energy of mass {tag} of {body}.",

@@ -83,6 +83,7 @@ TEXTS = {
     "square.out": "Po umocnení, keď všetko okrem sínusov a kosínusov vyjmeme pred zátvorky:",
     "square.fold": "Po umocnení, počet členov výrazu: {terms}",
     "square.result": "Po úprave:",
+    "square.long": "Po umocnení by zaplnila strany; nižšie má kinetická energia svoj najjednoduchší tvar.",
     "identity.pythagoras": "Pretože sin² + cos² = 1:",
     "identity.addition": "Podľa súčtového vzorca cos(a − b) = cos a cos b + sin a sin b a jemu podobných:",
     "kinetic": "Kinetická energia hmotnosti {tag} člena {body}.",
