@@ -291,7 +291,8 @@ def arguments(workspace: Workspace, names: Sequence[str]) -> tuple[Argument, ...
     """Return arguments in calling order: state, time where it is asked for, the free parameters if there are any."""
     scene, state = workspace.scene, workspace.state
     symbols: dict[str, tuple[Expr, ...]] = {"q": state.q, "qd": state.qd, "qdd": state.qdd, "tau": state.tau}
-    symbols[TIME] = (workspace.graph.symbol(TIME),)
+    if TIME in names:  # a graph without the symbol need not be searched for it
+        symbols[TIME] = (workspace.graph.symbol(TIME),)
     units = [unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
     speeds = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
     result = []
