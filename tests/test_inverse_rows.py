@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from symdyn.cli import main
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import inverse, read_motion, simulate
@@ -14,6 +15,47 @@ from symdyn.simulation.model import Trajectory
 
 ROOT = Path(__file__).parent.parent
 FOUND, EXAMPLES = ROOT / "tests" / "data" / "found", ROOT / "examples"
+
+SLIDER_CRANK = """
+name = "slider_crank"
+gravity = [0, -9.81, 0]
+[bodies.crank]
+mass = 1
+[bodies.rod]
+mass = 2
+com = [0.5, 0, 0]
+[bodies.piston]
+mass = 1.5
+[joints.A]
+type = "revolute"
+parent = "ground"
+child = "crank"
+coordinate = "q1"
+drive = false
+start = 0.6
+[joints.B]
+type = "revolute"
+parent = "crank"
+child = "rod"
+origin = [0.5, 0, 0]
+coordinate = "q2"
+drive = false
+start = -0.9
+[joints.P]
+type = "prismatic"
+parent = "ground"
+child = "piston"
+axis = [1, 0, 0]
+coordinate = "x"
+drive = "F"
+start = 1.3
+[[loop]]
+name = "C"
+type = "revolute"
+parent = "rod"
+child = "piston"
+origin = [1, 0, 0]
+"""
 
 
 def followed(scene: Scene, *laws: str, until: float = 1.0, count: int = 11) -> Trajectory:
@@ -103,8 +145,35 @@ def test_idle_motions_are_least_and_told() -> None:
     assert not any("at rest" in note for note in found.notes)
 
 
-def test_a_motion_in_which_a_wheel_comes_to_lie_flat_between_two_samples_is_refused() -> None:
+def test_a_motion_in_which_a_wheel_comes_to_lie_flat_between_two_samples_ends_before() -> None:
     scene = read(FOUND / "rolling_disc_zxy.toml")
 
-    with pytest.raises(SimulateError, match=r"t = 1\.3708 s: contact contact: .* lies flat"):
-        followed(scene, "q1=0.001", "q2=0.2+t", "q3=0", until=2.0, count=6)
+    with pytest.warns(RuntimeWarning, match=r"t = 1\.3708 s: contact contact: .* lies flat.*; the rows until"):
+        found = followed(scene, "q1=0.001", "q2=0.2+t", "q3=0", until=2.0, count=6)
+
+    assert found.t.tolist() == pytest.approx([0.0, 0.4, 0.8, 1.2])
+    assert not found.complete
+
+
+def test_loops_that_cannot_be_closed_any_more_end_the_rows() -> None:
+    scene = read_text(SLIDER_CRANK, "slider_crank.toml")
+
+    with pytest.warns(RuntimeWarning, match=r"t = 0\.\d+ s: the loops cannot be closed with x = "):
+        found = followed(scene, "x=1.32+t")
+
+    assert found.t.tolist() == pytest.approx([0.0, 0.1])  # the piston gets as far as 1.5 m
+    assert np.isfinite(found.tau).all()
+
+
+def test_a_dead_centre_where_no_force_gives_the_motion_ends_the_rows(tmp_path: Path) -> None:
+    scene = read_text(SLIDER_CRANK, "slider_crank.toml")
+    file, rows = tmp_path / "slider_crank.toml", tmp_path / "rows.csv"
+    file.write_text(SLIDER_CRANK, encoding="utf-8")
+
+    with pytest.raises(SimulateError, match=r"t = 0 s: no finite F gives slider_crank this .* dead centre"):
+        followed(scene, "q1=t")
+    done = main(["inverse", str(file), "--motion", "q1=0.5-t", "--until", "1", "--every", "0.1", "-o", str(rows)])
+
+    assert done == 1
+    assert len(rows.read_text(encoding="utf-8").splitlines()) == 1 + 5
+    assert "nan" not in rows.read_text(encoding="utf-8")

@@ -58,6 +58,14 @@ def test_a_loop_whose_angles_start_singular_is_refused_in_inverse() -> None:
         inverse(scene, read_motion(scene, ["theta=t"]), np.linspace(0, 1, 3))
 
 
+def test_a_tree_whose_angles_start_singular_is_refused_in_inverse_too() -> None:
+    from symdyn.simulation.inverse import inverse
+
+    scene = top("zxz", "0.2")
+    with pytest.raises(SimulateError, match=r"start: joint tip: b = 0: .*quaternion"):
+        inverse(scene, read_motion(scene, ["a=t", "b=0.1*t", "c=2*t"]), np.linspace(0, 1, 3))
+
+
 @pytest.mark.mends("3.5")
 def test_mobility_does_not_depend_on_angles() -> None:
     """Two hinges to the ground with crossed axes hold the body a: what is left is that b turns about it."""

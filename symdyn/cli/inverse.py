@@ -41,8 +41,15 @@ def run(options: argparse.Namespace) -> int:
     )
     with Waiting() as progress:
         progress(f"computing forces of {scene.name}")
-        trajectory = inverse(scene, motion, times, options.reactions)  # type: ignore[arg-type]
-    for note in trajectory.notes:
-        say(f"symdyn: {note}")
+        trajectory = inverse(
+            scene,
+            motion,  # type: ignore[arg-type]
+            times,  # type: ignore[arg-type]
+            options.reactions,
+            lambda line: say(f"symdyn: {line}"),
+        )
     deliver(trajectory, options)
-    return 0
+    if trajectory.complete:
+        return 0
+    say(f"symdyn: {trajectory.stopped}; the rows until then are kept")
+    return 1

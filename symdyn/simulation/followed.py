@@ -26,6 +26,7 @@ from symdyn.dynamics.loops.numbers import FLAT, Numbers
 from symdyn.errors import SimulateError
 from symdyn.scene import Joint, Scene, velocity_name
 from symdyn.simulation.initial import no_equations
+from symdyn.simulation.model import END
 
 Array = npt.NDArray[np.float64]
 Known = Callable[[Array], tuple[Array, Array, Array]]
@@ -69,12 +70,13 @@ class Tied:
 
 @dataclass(frozen=True)
 class Followed:
-    """What follows, at times of shape (N,).
+    """What follows, at the first R of the times asked for.
 
     Attributes:
-        q, u, a: positions, velocities and accelerations, shapes (N, nq), (N, nv), (N, nv).
-        off: largest residual that is left, shape (N,).
+        q, u, a: positions, velocities and accelerations, shapes (R, nq), (R, nv), (R, nv).
+        off: largest residual that is left, shape (R,).
         notes: what a user should know.
+        stopped: "end", or why nothing follows at the next time.
     """
 
     q: Array
@@ -82,10 +84,11 @@ class Followed:
     a: Array
     off: Array
     notes: tuple[str, ...]
+    stopped: str
 
 
 def followed(tied: Tied, given: Sequence[str], laws: Known, quasi: Mapping[int, Known], t: Array) -> Followed:
-    """Return what follows from laws at times; see the module's legend.
+    """Return what follows from laws at times, as far as it goes; see the module's legend.
 
     Args:
         tied: the mechanism and its functions.
@@ -95,49 +98,55 @@ def followed(tied: Tied, given: Sequence[str], laws: Known, quasi: Mapping[int, 
         t: times, s, ascending.
 
     Raises:
-        SimulateError: laws that contradict the rows, or leave motions undetermined.
+        SimulateError: laws that contradict the rows at the first time, or leave motions undetermined.
     """
     one, numbers = _Following(tied, given, laws, quasi), tied.numbers
     q = one.placed(float(t[0]), numbers.start())
     no_equations(numbers, q)
     notes = one.undetermined(q)
     path = one.integrated(t, q) if one.rolls(q) else None
-    n, nv = len(t), numbers.state.n
-    found = Followed(np.empty((n, len(q))), np.empty((n, nv)), np.empty((n, nv)), np.empty(n), notes)
-    for i, now in enumerate(t.tolist()):
-        q = one.placed(now, q if path is None else path[i])
-        found.q[i], found.off[i] = q, one.missed(q)
-        found.u[i] = one.velocities(now, q)
-        found.a[i] = one.accelerations(now, q, found.u[i])
-    _upright(one, t, found)
-    return found
+    rows: list[tuple[Array, Array, Array, float]] = []
+    stopped = END
+    for now in t.tolist():
+        try:
+            q = one.placed(now, q if path is None else next(path))
+            u = one.velocities(now, q)
+            rows.append((q, u, one.accelerations(now, q, u), one.missed(q)))
+        except SimulateError as fault:
+            if not rows:
+                raise
+            stopped = str(fault)
+            break
+    positions, velocities, accelerations, off = (np.array(part) for part in zip(*rows, strict=True))
+    fallen = _fallen(one, t, positions, velocities)
+    n, stopped = fallen or (len(rows), stopped)
+    return Followed(positions[:n], velocities[:n], accelerations[:n], off[:n], notes, stopped)
 
 
-def _upright(one: _Following, t: Array, found: Followed) -> None:
-    """Refuse a motion in which a wheel comes to lie flat, also between two samples.
+def _fallen(one: _Following, t: Array, q: Array, u: Array) -> tuple[int, str] | None:
+    """Return how many rows there are before a wheel comes to lie flat, also between two samples, and what is said.
 
     w, the sine of the angle between axis and normal, is |sin|: it falls before such a place and rises behind it.
-
-    Raises:
-        SimulateError: with the time.
     """
-    numbers = one.numbers
+    numbers, found = one.numbers, []
     for k, gauge in enumerate(numbers.gauges):
 
-        def w(q: Array, k: int = k) -> float:
-            return float(numbers.at([numbers.gauges[k].sine], q)[0])
+        def w(at: Array, k: int = k) -> float:
+            return float(numbers.at([numbers.gauges[k].sine], at)[0])
 
-        moves = [(w(numbers.moved(q, AHEAD * u)) - w(q)) for q, u in zip(found.q, found.u, strict=True)]
-        for i in range(len(t) - 1):
+        moves = [(w(numbers.moved(at, AHEAD * rate)) - w(at)) for at, rate in zip(q, u, strict=True)]
+        for i in range(len(q) - 1):
             if not moves[i] < 0 < moves[i + 1]:
                 continue
-            q, (low, high) = found.q[i], (float(t[i]), float(t[i + 1]))
+            low, high = float(t[i]), float(t[i + 1])
             for _ in range(STEPS):  # a third of the interval less at every step
                 left, right = low + (high - low) / 3, high - (high - low) / 3
-                one_third, two_thirds = one.placed(left, q), one.placed(right, q)
+                one_third, two_thirds = one.placed(left, q[i]), one.placed(right, q[i])
                 low, high = (low, right) if w(one_third) < w(two_thirds) else (left, high)
-            if w(one.placed(low, q)) < FLAT:
-                raise SimulateError(f"motion: t = {low:.6g} s: {gauge.fell_flat}")
+            if w(one.placed(low, q[i])) < FLAT:
+                found.append((i + 1, f"motion: t = {low:.6g} s: {gauge.fell_flat}"))
+                break
+    return min(found, default=None)
 
 
 class _Following:
@@ -240,32 +249,35 @@ class _Following:
         """Tell whether rows that hold velocities only determine what laws and positions do not."""
         return _rank(self.matrix(q)) > _rank(self.matrix(q, holding=True))
 
-    def integrated(self, t: Array, q: Array) -> Array:
-        """Return positions at times by integration of the velocities, shape (N, nq).
+    def integrated(self, t: Array, q: Array) -> Iterator[Array]:
+        """Yield positions at times by integration of the velocities, each of shape (nq,).
 
         Raises:
             SimulateError: the velocities have no finite value on the way.
         """
-        from scipy.integrate import solve_ivp
-
-        reached = float(t[0])
+        from scipy.integrate import DOP853
 
         def rates(now: float, at: Array) -> Array:
-            nonlocal reached
-            reached = now
             here = at.copy()
             here[self.places] = self.at(now)[0]
             return np.asarray(self.functions("kinematics", here, self.still) @ self.velocities(now, here))
 
+        yield q
         if len(t) < 2:
-            return np.array([q])
-        run = solve_ivp(rates, (t[0], t[-1]), q, method="DOP853", t_eval=t, rtol=RTOL, atol=ATOL)
-        if not run.success:
-            raise SimulateError(
-                f"motion: t = {reached:.6g} s: what follows through the rows has no finite rate there; "
-                f"let the motion end sooner, or give laws for other coordinates than {', '.join(self.given)}"
-            )
-        return np.asarray(run.y.T)
+            return
+        solver = DOP853(rates, t[0], q, t[-1], rtol=RTOL, atol=ATOL)
+        curve = None
+        for now in t[1:]:
+            while solver.t < now:
+                solver.step()
+                curve = None
+                if solver.status == "failed":
+                    raise SimulateError(
+                        f"motion: t = {solver.t:.6g} s: what follows through the rows has no finite rate there; "
+                        f"let the motion end sooner, or give laws for other coordinates than {', '.join(self.given)}"
+                    )
+            curve = curve or solver.dense_output()
+            yield np.asarray(curve(now), dtype=np.float64)
 
     def undetermined(self, q: Array) -> tuple[str, ...]:
         """Return which coordinates rest and which motions are idle.

@@ -6,7 +6,8 @@ Velocities of a quaternion are found from q̇ = H u, their rates from q̈ = H u�
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -28,13 +29,15 @@ from symdyn.scene import JOINTS, Scene, spell, velocity_name
 from symdyn.scene.start import starting_position
 from symdyn.scene.table import Faults
 from symdyn.simulation.followed import Followed, Tied, followed
+from symdyn.simulation.forces import Forces, drive_names
 from symdyn.simulation.functions import point_names, points
 from symdyn.simulation.initial import no_equations
 from symdyn.simulation.laws import Law, constant, formula_law
-from symdyn.simulation.model import Trajectory
+from symdyn.simulation.model import END, Trajectory
 from symdyn.simulation.motion import Motion
 from symdyn.simulation.reactions import axes_of, reaction_columns
 from symdyn.simulation.reading import TIME, bound, close, number_of, parameter_values
+from symdyn.simulation.valueless import valueless
 
 Array = npt.NDArray[np.float64]
 
@@ -45,8 +48,17 @@ NOTHING = 1e-7
 """Force of a passive joint, over the largest, that is rounding."""
 
 
-def inverse(scene: Scene, motion: Motion, times: npt.ArrayLike, reactions: bool | str = False) -> Trajectory:
+def inverse(
+    scene: Scene,
+    motion: Motion,
+    times: npt.ArrayLike,
+    reactions: bool | str = False,
+    say: Callable[[str], None] | None = None,
+) -> Trajectory:
     """Return the driving forces, and on request all joint reactions, of a prescribed motion.
+
+    A motion that a mechanism cannot go on with returns the rows until then. `Trajectory.stopped` says why, and so does
+    a RuntimeWarning unless somebody listens (`say`).
 
     Args:
         scene: the mechanism, its parameters bound.
@@ -54,9 +66,10 @@ def inverse(scene: Scene, motion: Motion, times: npt.ArrayLike, reactions: bool 
         times: s, shape (N,), ascending.
         reactions: add the columns of all joint reactions and multipliers, in axes "body", "joint" or "ground"; True is
             "body".
+        say: takes what a user should know.
 
     Raises:
-        SimulateError: with every fault, one line each.
+        SimulateError: with every fault, one line each; and where there is not even a first row.
         DerivationError: the drives do not fit the loops.
     """
     t = np.atleast_1d(np.asarray(times, dtype=np.float64))
@@ -72,23 +85,31 @@ def inverse(scene: Scene, motion: Motion, times: npt.ArrayLike, reactions: bool 
     free = [name for name in scene.coordinates if name not in motion.laws and name not in _own(scene)]
     notes = [f"no law is given for {', '.join(free)}: at rest"] if free and not functions.closed else []
     columns: dict[str, Array] = {}
+    stopped = END
     if functions.closed:
         found = _followed(scene, functions, motion, laws, [name for name in laws if name not in free], t)
-        q, u, a = found.q, found.u, found.a
+        q, u, a, stopped = found.q, found.u, found.a, found.stopped
         notes += found.notes
         columns |= {"loop_error": found.off} if functions.holding.any() else {}
     else:
-        _resting(scene, q[0], free)
+        no_equations(numbers_of(scene), q[0])
         u, a = _velocities(scene, functions, motion, t, q, rate, second)
-    tau = functions("inverse_dynamics", t, q, u, a)
-    power = np.einsum("ni,ni->n", tau, u)
-    columns["drive_power"] = power
+    tau = functions("inverse_dynamics", t[: len(q)], q, u, a)
+    n, stopped = _finite(scene, t, q, u, tau, stopped)
+    t, q, u, a, tau = t[:n], q[:n], u[:n], a[:n], tau[:n]
+    columns = {name: column[:n] for name, column in columns.items()}
+    columns["drive_power"] = np.einsum("ni,ni->n", tau, u)
     if scene.points:
         columns |= dict(zip(point_names(scene), functions("points", t, q, u).T, strict=True))
     if axes:
         columns |= reaction_columns(scene, t, q, u, a, tau, given=False, axes=axes)
     notes += _impossible(scene, tau)
-    return Trajectory(scene, t, q, u, a, tau, columns, notes=tuple(notes))
+    if say is not None:
+        for note in notes:
+            say(note)
+    elif stopped != END:
+        warnings.warn(f"{scene.name}: {stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)
+    return Trajectory(scene, t, q, u, a, tau, columns, stopped=stopped, notes=tuple(notes))
 
 
 def _followed(
@@ -110,11 +131,23 @@ def _followed(
     return replace(found, notes=(*found.notes, *off_planes(numbers, found.q[0])))
 
 
-def _resting(scene: Scene, q: Array, free: Sequence[str]) -> None:
-    """Refuse angles that rest where they are singular."""
-    numbers = numbers_of(scene)
-    if any(name in free for angles in numbers.angles for name in angles.names):
-        no_equations(numbers, q)
+def _finite(scene: Scene, t: Array, q: Array, u: Array, tau: Array, stopped: str) -> tuple[int, str]:
+    """Return how many rows have forces, and what is said where they end.
+
+    Raises:
+        SimulateError: not even the first has.
+    """
+    none = np.argwhere(~np.isfinite(tau))
+    if not len(none):
+        return len(tau), stopped
+    n, column = (int(one) for one in none[0])
+    why = valueless(scene, Forces(), float(t[n]), q[n], u[n]) or (
+        f"no finite {drive_names(scene)[column]} gives {scene.name} this motion there, as at a dead centre; "
+        "let another joint drive, or the motion keep away from it"
+    )
+    if not n:
+        raise SimulateError(f"motion: t = {t[0]:g} s: {why}")
+    return n, f"motion: t = {t[n]:g} s: {why}"
 
 
 def _impossible(scene: Scene, tau: Array) -> list[str]:
@@ -197,7 +230,8 @@ class _Functions:
         """Return a function's values, one a row."""
         known = {"q": q, "qd": u, "qdd": a, TIME: t}
         function = self.program[name].function
-        found = np.asarray(self.calls[name](*(known[one.name] for one in function.arguments)), dtype=np.float64)
+        with np.errstate(all="ignore"):  # where there is no force, the rows end, and words say so
+            found = np.asarray(self.calls[name](*(known[one.name] for one in function.arguments)), dtype=np.float64)
         return np.broadcast_to(found, (*q.shape[:-1], *function.shape))
 
 
