@@ -197,14 +197,15 @@ def _limits() -> Iterator[None]:
         raise Overtime
 
     before = signal.signal(signal.SIGPROF, alarm)
-    used = int(time.process_time())
-    resource.setrlimit(resource.RLIMIT_CPU, (used + int(SECONDS) + GRACE, resource.getrlimit(resource.RLIMIT_CPU)[1]))
+    used, (soft, hard) = int(time.process_time()), resource.getrlimit(resource.RLIMIT_CPU)
+    resource.setrlimit(resource.RLIMIT_CPU, (used + int(SECONDS) + GRACE, hard))
     signal.setitimer(signal.ITIMER_PROF, SECONDS)
     try:
         yield
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
         signal.signal(signal.SIGPROF, before)
+        resource.setrlimit(resource.RLIMIT_CPU, (soft, hard))  # or what warms the fuzzer would end it in a long run
 
 
 def limit_memory() -> None:
