@@ -25,6 +25,7 @@ from symdyn.graph import Expr, Op
 Powers = tuple[tuple[int, int], ...]  # ((generator, power), …), ascending
 Key = tuple[tuple[Monomial, Fraction], ...]  # a trigonometric polynomial, scaled, terms in reading order
 
+WORK = 20  # products of terms that take as long as writing a term short does
 LONG = 4  # a factor common to fewer terms stays in them, as in the textbook's (5.40)
 
 
@@ -66,7 +67,12 @@ class Compactor:
         self._known: dict[object, int] = {}  # generator, factor or polynomial -> its word
 
     def __call__(self, p: Polynomial) -> Form:
-        """Return a short form of p."""
+        """Return a short form of p.
+
+        Raises:
+            DerivationError: closed forms of this ring have become too long to be of use.
+        """
+        self.ring.count(WORK * len(p))
         items = self._grouped(self._by_parameters(p))
         number, common, rest = take_out(items)
         if len(items) < LONG or not common:

@@ -37,7 +37,7 @@ from symdyn.algebra.generators import (
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable
 
-MOST_PRODUCTS = 5_000_000  # a 7-axis arm with ten symbolic inertial parameters a link takes 16 thousand
+MOST_PRODUCTS = 3_000_000  # a 7-axis arm with ten symbolic inertial parameters a link takes 16 thousand
 TINY = Fraction(1, 10**60)
 
 Polynomial = Any  # flint.fmpq_mpoly, which carries no type hints
@@ -131,7 +131,7 @@ class TrigonometricRing:
 
     def mul(self, a: Polynomial, b: Polynomial) -> Polynomial:
         """Return a b in normal form."""
-        self._count(len(a) * len(b))
+        self.count(len(a) * len(b))
         return self.normal(a * b)
 
     def dot(self, a: Iterable[Polynomial], b: Iterable[Polynomial]) -> Polynomial:
@@ -139,11 +139,16 @@ class TrigonometricRing:
         total = self.zero
         for x, y in zip(a, b, strict=True):
             if x and y:
-                self._count(len(x) * len(y))
+                self.count(len(x) * len(y))
                 total += x * y
         return self.normal(total)
 
-    def _count(self, products: int) -> None:
+    def count(self, products: int) -> None:
+        """Add to the work that was done.
+
+        Raises:
+            DerivationError: it is more than a closed form of use takes.
+        """
         self._products += products
         if self._products > MOST_PRODUCTS:
             raise DerivationError(

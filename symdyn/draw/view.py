@@ -19,6 +19,7 @@ LARGEST, SMALLEST = 8.0, 2.5  # half the width of a joint's symbol
 TOUCHING = 4.0  # units of the picture within which two points are one for the choice of that size
 EDGE_ON = 60.0  # what a turn costs whose plane is seen edge-on, against crowded points
 PLANE = 1e-9  # how far a unit axis may lean and still be parallel
+FARTHEST = 1e300  # m a unit of the picture: beyond it, the other way round is nothing
 
 
 @dataclass(frozen=True)
@@ -180,7 +181,7 @@ def _fitted(right: Array, up: Array, toward: Array, spots: Array, joints: Array,
     low, high = flat.min(axis=0), flat.max(axis=0)
     ways = high - low
     size = max(ways[0] / WIDE, ways[1] / HIGH, float(np.abs(flat).max()) * 1e-12)
-    scale = float(1 / size) if size > 0 else 100.0
+    scale = float(1 / min(size, FARTHEST)) if size > 0 else 100.0
     return View(right, up, toward, scale, (low + high) / 2, planar, _symbol(joints @ np.stack([right, up], 1) * scale))
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 from symdyn.algebra.form import Form, Function, Number, Pi, Power, Product, Sum, Symbol, split_sign, terms_of
 from symdyn.emit.symbols import print_name
@@ -23,6 +24,7 @@ LONGEST_VALUE = 24  # characters of a formula in a table
 FRACTIONS = (2, 3, 4, 6, 7, 8, 9, 11, 12)  # 1/12 stays a fraction; 7/20 is read as 0.35
 
 
+@lru_cache(maxsize=10_000)  # long formulas have the same few numbers in thousands of places
 def significant(value: Fraction, digits: int) -> str:
     """Return a positive value rounded to significant digits, as a decimal, or as a·10^k written "aek"."""
     exponent = 0

@@ -36,12 +36,13 @@ def mass_faults(body: Body, values: Mapping[str, Value]) -> list[str]:
 
 def inertia_fault(body: Body, values: Mapping[str, Value]) -> tuple[str, str] | None:
     """Return what is wrong with the inertia of a body and what would mend it, None if a body can have it."""
-    mass, matrix = _known([body.mass], values), central_inertia(body, values)
-    if matrix is None:
-        if mass and mass[0] == 0 and body.first_moment and any(_known(body.first_moment, values) or ()):
-            return "first_moment is not zero but the mass is", "give a mass"
-        return None
     try:
+        matrix = central_inertia(body, values)
+        if matrix is None:
+            mass = _known([body.mass], values)
+            if mass and mass[0] == 0 and body.first_moment and any(_known(body.first_moment, values) or ()):
+                return "first_moment is not zero but the mass is", "give a mass"
+            return None
         condition = impossible(matrix)
     except OverflowError:
         condition = "its entries are beyond the largest double"

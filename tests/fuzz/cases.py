@@ -152,12 +152,13 @@ def _line(rng: Random) -> Case:
     """Return a command line of any verb, right or wrong, for no scene or a pendulum."""
     name = rng.choice((*sorted(verbs()), str(rng.choice(NASTY))))
     words = _options(rng, name, 0.15)
-    if name in ("bench", "stress"):  # with no file to work on, for they would
+    first = int(name in ("bench", "stress"))
+    if first:  # no file to work on, or they would; nothing in front, which might swallow its name
         words = ["missing.toml", *words]
     elif chance(rng, 0.8):
         words.insert(0, "scene.toml" if chance(rng, 0.9) else str(rng.choice(NASTY)))
     if chance(rng, 0.3):
-        words.insert(rng.randrange(len(words) + 1), str(rng.choice(NASTY))[:200])
+        words.insert(max(first, rng.randrange(len(words) + 1)), str(rng.choice(NASTY))[:200])
     limit = ["--until", str(rng.choice((0, 0.01, -1, "nan", "1e-300")))] if name in ("simulate", "inverse") else []
     argv = [word.replace("\x00", "\udcff") for word in (name, *words, *limit)]  # as the system hands over bytes
     return Case(tuple(argv), {"scene.toml": seeds()["small"][0]})
