@@ -25,7 +25,7 @@ from symdyn.graph import Expr, Op
 Powers = tuple[tuple[int, int], ...]  # ((generator, power), …), ascending
 Key = tuple[tuple[Monomial, Fraction], ...]  # a trigonometric polynomial, scaled, terms in reading order
 
-WORK = 20  # products of terms that take as long as writing a term short does
+WORK = 40  # products of terms that take as long as writing a term short does
 LONG = 4  # a factor common to fewer terms stays in them, as in the textbook's (5.40)
 
 
