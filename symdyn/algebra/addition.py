@@ -14,6 +14,7 @@ from symdyn.algebra.form import (
     Power,
     Product,
     Sum,
+    factors_of,
     power_of,
     product_of,
     split_sign,
@@ -48,7 +49,7 @@ def _joined(terms: list[Form]) -> Form:
 def _one(first: Form, second: Form) -> Form | None:
     """Return two terms as one, None if they are no two sides of an addition theorem."""
     (sign, left), (other, right) = split_sign(first), split_sign(second)
-    a, b = Counter(_factors(left)), Counter(_factors(right))
+    a, b = Counter(factors_of(left)), Counter(factors_of(right))
     mine, yours = list((a - b).elements()), list((b - a).elements())
     if not (len(mine) == len(yours) == 2 and all(_is_circular(one) for one in (*mine, *yours))):
         return None
@@ -72,10 +73,6 @@ def _one(first: Form, second: Form) -> Form | None:
 
 def _sum(p: Form, q: Form, plus: bool) -> Form:
     return sum_of([*terms_of(p), *(one if plus else product_of((MINUS_ONE, one)) for one in terms_of(q))])
-
-
-def _factors(form: Form) -> tuple[Form, ...]:
-    return form.factors if isinstance(form, Product) else (form,)
 
 
 def _is_circular(form: Form) -> bool:

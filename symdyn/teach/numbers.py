@@ -8,6 +8,7 @@ from symdyn.algebra.form import (
     Power,
     Symbol,
     express_form,
+    factors_of,
     product_of,
     signed_product,
     sum_of,
@@ -23,7 +24,6 @@ from symdyn.scene import JOINTS
 from symdyn.teach.balance import Balance
 from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step, Values, Words
 from symdyn.teach.equations import coefficient_key, coefficient_unit, node_of
-from symdyn.teach.forms import factors_of
 from symdyn.teach.lesson import Lesson, Prose
 from symdyn.teach.looks import Name
 from symdyn.teach.masses import Mass
