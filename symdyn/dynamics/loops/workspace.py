@@ -72,7 +72,7 @@ class Closed:
         """
         partition = self.closure.driven
         if partition is None:
-            raise DerivationError(f"{self.w.scene.name}: {self.closure.fault}")
+            raise DerivationError(f"{self.w.scene.name}: inverse dynamics is not unique: {self.closure.fault}")
         return partition
 
     @cached_property
