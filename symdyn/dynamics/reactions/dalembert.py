@@ -204,12 +204,11 @@ def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown
 
 def _passive(hanging: Hanging, with_idle: bool) -> set[int]:
     """Return the velocities without a drive; where idle motions get one, those that determine what closes the loops."""
-    scene = hanging.scene
+    scene, closure = hanging.scene, hanging.closure
     if not scene.loops and not scene.rows:
         return set()
-    fits = hanging.closure is not None and hanging.closure.driven is not None
-    if with_idle and fits:
-        return set(hanging.closure.driven.dependent)  # type: ignore[union-attr]
+    if with_idle and closure is not None and closure.driven is not None:
+        return set(closure.driven.dependent)
     return set(undriven(scene))
 
 
