@@ -357,7 +357,10 @@ def _solved(statement: Statement, page: Printable) -> Answer | None:
     M = [gradient(express_form(form, graph), symbols) for form in balance]
     still = dict.fromkeys(accelerations, ZERO)
     rest = [express_form(sum_of(_negative(in_place(form, still))), graph) for form in balance]
-    right = solve(range(-1, len(M)), M, rest)[accelerations.index(known[0])]
+    try:
+        right = solve(range(-1, len(M)), M, rest)[accelerations.index(known[0])]
+    except DerivationError:  # what moves no mass has no acceleration of its own
+        return None
     finding = _same(known[0], express_form(formula, graph), right, scene)
     return Answer(statement.line, known[0], finding.verdict, finding.error_log10)
 
