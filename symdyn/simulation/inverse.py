@@ -24,9 +24,10 @@ from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, tangents
 from symdyn.program import cheapest, lower
-from symdyn.scene import JOINTS, Scene, spell, velocity_name
+from symdyn.scene import Scene, spell, velocity_name
 from symdyn.scene.start import starting_position
 from symdyn.scene.table import Faults
+from symdyn.scene.units import velocity_units
 from symdyn.simulation.followed import Followed, Tied, followed
 from symdyn.simulation.functions import point_names, points
 from symdyn.simulation.initial import no_equations
@@ -120,7 +121,7 @@ def _resting(scene: Scene, q: Array, free: Sequence[str]) -> None:
 def _impossible(scene: Scene, tau: Array) -> list[str]:
     """Return what is to be said of forces that no drive gives."""
     moved, largest = prescribed(scene, Graph()).place, np.abs(tau).max(axis=0)
-    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    units = velocity_units(scene)
     return [
         f"{name.removesuffix('_dot')} has no drive, and the motion takes up to {largest[k]:.3g} "
         f"{'N m' if units[k] == 'rad' else 'N'} there"

@@ -19,7 +19,7 @@ from symdyn.algebra.form import Form, Number, Pi, Symbol, power_of, product_of
 from symdyn.dynamics.loads import generalized_forces
 from symdyn.dynamics.prescribed import TIME
 from symdyn.graph import Expr, gradient, reachable, substitute
-from symdyn.scene import JOINTS
+from symdyn.scene.units import coordinate_units
 from symdyn.teach.document import Block, Step, Values, Words
 from symdyn.teach.lesson import Lesson, together
 from symdyn.teach.numbers import written
@@ -90,7 +90,7 @@ def _variables(lesson: Lesson, rest: list[Expr]) -> list[Expr]:
 
 
 def _turns(lesson: Lesson) -> dict[Expr, bool]:
-    units = [unit for joint in lesson.scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
+    units = coordinate_units(lesson.scene)
     return {q: unit == "rad" for q, unit in zip(lesson.state.q, units, strict=True)}
 
 

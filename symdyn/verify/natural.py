@@ -30,7 +30,8 @@ from symdyn.dynamics.reactions.least import InNumbers
 from symdyn.dynamics.reactions.ties import undriven
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
-from symdyn.scene import JOINTS, velocity_name
+from symdyn.scene import velocity_name
+from symdyn.scene.units import coordinate_units
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Finding
 
 SAME = 1e-7
@@ -115,7 +116,7 @@ def natural_places(w: Workspace) -> list[tuple[str, Array]]:
 def _guesses(w: Workspace) -> Iterator[tuple[str, Array, list[int]]]:
     """Yield the positions to begin with, and the velocities of the coordinates that were set."""
     assembly, scene = w.closed.closure.assembly, w.scene
-    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
+    units = coordinate_units(scene)
     angles = [k for k, unit in enumerate(units) if unit == "rad"]
 
     def turned(
