@@ -124,7 +124,7 @@ class Names:
 
     @cached_property
     def longest(self) -> int:
-        """Return the letters of the longest piece."""
+        """Return how many letters the longest piece has."""
         return max(map(len, (*self.symbols, *self.shorthands, *CIRCULAR)))
 
     def _split(self, word: str) -> Iterator[list[str | Form]]:
