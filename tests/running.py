@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
+from symdyn.algebra.elimination import eliminate
 from symdyn.dynamics import Equations, Workspace
-from symdyn.dynamics.reactions.dalembert import equilibrium
+from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
+from symdyn.dynamics.reactions.hinges import plus, times
 from symdyn.dynamics.reactions.recursion import as_rows
-from symdyn.dynamics.reactions.solution import solved_at, transmitted
-from symdyn.graph import Algebra, evaluate
+from symdyn.dynamics.reactions.solution import elements, equations
+from symdyn.graph import Algebra, Expr, evaluate
 from symdyn.scene import Scene, express
 
 
@@ -50,9 +52,23 @@ def solved_reactions(scene: Scene, axes: str, algebra: Algebra[Any], **arguments
     values.update(zip(free, arguments.get("params", ()), strict=True))
     sizes = [w.graph.symbol(f"x[{k}]") for k in range(len(system.unknowns))]
     values.update(zip(sizes, solved_at(system, algebra, values), strict=True))
+    whole = elements(system)  # axes of joint frames
+    for unknown, size in zip(system.unknowns, sizes, strict=True):
+        for h, wrench in unknown.acts:
+            whole[h] = plus(whole[h], times(size, wrench))
     shown = (*w.hanging.joints, *w.hanging.loops)
-    wrenches = [hinge.on_child(one) for hinge, one in zip(shown, transmitted(system, sizes), strict=False)]
+    wrenches = [hinge.on_child(one) for hinge, one in zip(shown, whole, strict=False)]
     return evaluate(as_rows(w.hanging, wrenches, axes), algebra, values)
+
+
+def solved_at(system: Equilibrium, algebra: Algebra[Any], values: Mapping[Expr, Any]) -> list[Any]:
+    """Return x with A x + b = 0 of (5.18) at one place, shape (unknowns,), which the equations determine there."""
+    rows = equations(system)
+    found = iter(evaluate([entry for row in rows for entry in row.values()], algebra, dict(values)))
+    zero = evaluate([system.hanging.graph.zero], algebra, {})[0]
+    done = eliminate([{c: next(found) for c in row} for row in rows], len(system.unknowns), algebra, zero, abs)
+    assert not done.free, "the equations determine all unknowns"
+    return done.x
 
 
 def settings(equations: Equations, algebra: Algebra[Any]) -> dict[Any, Any]:

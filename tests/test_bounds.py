@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 import sys
 import warnings
 from collections.abc import Callable
@@ -332,3 +333,11 @@ def test_no_lesson_is_called_as_a_device_of_windows(format: str) -> None:
     names = rendered(walkthrough(scene), format)
 
     assert not [name for name in names if name.split(".")[0].upper() == "CON"]
+
+
+def test_a_lesson_shows_the_pictures_that_stand_beside_it() -> None:
+    from symdyn.teach import rendered, walkthrough
+
+    files = rendered(walkthrough(read_text(ARM.format(a=1, com=1).replace('"arm"', '"CON"'))), "md")
+
+    assert set(re.findall(r"\]\((.*?\.svg)\)", files["CON_.md"])) == {name for name in files if name.endswith(".svg")}

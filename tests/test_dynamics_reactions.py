@@ -31,6 +31,8 @@ from symdyn.dynamics.reactions.uniqueness import reactions_at
 from symdyn.errors import DerivationError
 from symdyn.graph import substitute
 from symdyn.scene import Damper, Friction, Load, Place, Scene, Spring, number, parse
+from symdyn.scene.toml import read_text
+from symdyn.teach import walkthrough
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, PROVED, Claim, prove
 from symdyn.verify.laws import laws
 from symdyn.verify.quaternions import on_unit_sphere
@@ -334,6 +336,20 @@ def test_forces_of_bodies_are_not_regrouped():
 def in_floats(case):
     one, state = four_bar_case(case)
     return one, {key: [float(x) for x in values] for key, values in state.items()}
+
+
+def test_a_row_that_forbids_nothing_has_a_force_that_nothing_tells():
+    one = read_text(
+        'name = "idle"\n[joints.a]\ntype = "revolute"\nparent = "ground"\nchild = "b"\naxis = [0, 1, 0]\n'
+        'coordinate = "q1"\n[bodies.b]\nparticles = [{ mass = 1, at = [0.3, 0, 0] }]\n[rows.r]\nformula = "0*q1_dot"\n'
+    )
+    found = reactions_at(one, [0.1])
+
+    assert found.words == ("r: force of the row is not unique",)
+    assert found.unique.all()
+    system = equilibrium(Workspace(one).hanging)
+    assert "r" not in {system.unknowns[u].joint for _, u in system.blocks}
+    assert walkthrough(one, road="dalembert").sections
 
 
 def test_across_the_plane_a_four_bar_is_three_times_overconstrained():

@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 
 from symdyn.scene import read
+from symdyn.scene.toml import read_text
 from symdyn.teach.answers import in_words
 from symdyn.teach.check import check_derivation
+from symdyn.verify import DIFFERENT, PROVED
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 ARM, CART = read(EXAMPLES / "two_link.toml"), read(EXAMPLES / "cart_pole.toml")
@@ -89,6 +91,17 @@ def test_quantities_that_are_written_out_may_be_named() -> None:
     text += "M_1 = k_z11*q1'' + k_z12*q2'' + k_C1*q1'*q2' + k_D12*q2'^2 + k_G1"
 
     assert all(answer.right for answer in check_derivation(text, ARM))
+
+
+def test_an_acceleration_that_no_mass_gives_is_an_answer_like_others() -> None:
+    spindle = read_text(
+        'name = "spindle"\n[joints.a]\ntype = "revolute"\nparent = "ground"\nchild = "b"\naxis = [0, 0, 1]\n'
+        'coordinate = "q1"\n[bodies.b]\nparticles = [{ mass = 1, at = [0, 0, 0.5] }]\n'
+    )
+
+    answers = check_derivation("q1_ddot = 2*q1\nK = 0", spindle)
+
+    assert [answer.verdict for answer in answers] == [DIFFERENT, PROVED]
 
 
 @pytest.mark.mends("5.7")

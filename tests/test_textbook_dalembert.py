@@ -14,11 +14,12 @@ from figure_5_39 import Loop, matrix_times, single_loop
 from figure_5_39 import vector as exact
 from mechanisms import coupled_tree, jointed, random_tree
 from oracles import BIG
+from running import solved_at
 
 from symdyn.dynamics import derive_one
 from symdyn.dynamics.reactions.bivectors import frames, inertia_bivector, shift, turned
 from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, equilibrium
-from symdyn.dynamics.reactions.solution import equations, solved_at
+from symdyn.dynamics.reactions.solution import equations
 from symdyn.dynamics.state import vector
 from symdyn.dynamics.tree import body_inertia
 from symdyn.errors import DerivationError

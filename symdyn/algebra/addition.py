@@ -6,6 +6,7 @@ Loops meet in angles of two branches, whose sums no generator of the ring stands
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 
 from symdyn.algebra.form import (
     MINUS_ONE,
@@ -14,6 +15,7 @@ from symdyn.algebra.form import (
     Power,
     Product,
     Sum,
+    factors_of,
     power_of,
     product_of,
     split_sign,
@@ -22,7 +24,7 @@ from symdyn.algebra.form import (
 )
 from symdyn.graph import Op
 
-CIRCULAR = (Op.SIN, Op.COS)
+OTHER = {Op.SIN: Op.COS, Op.COS: Op.SIN}
 
 
 def with_added_angles(form: Form) -> Form:
@@ -48,23 +50,19 @@ def _joined(terms: list[Form]) -> Form:
 def _one(first: Form, second: Form) -> Form | None:
     """Return two terms as one, None if they are no two sides of an addition theorem."""
     (sign, left), (other, right) = split_sign(first), split_sign(second)
-    a, b = Counter(_factors(left)), Counter(_factors(right))
+    a, b = Counter(factors_of(left)), Counter(factors_of(right))
     mine, yours = list((a - b).elements()), list((b - a).elements())
-    if not (len(mine) == len(yours) == 2 and all(_is_circular(one) for one in (*mine, *yours))):
+    if not (len(mine) == len(yours) == len(_circular(mine)) == len(_circular(yours)) == 2):
         return None
-    angles = [one.args[0] for one in mine if isinstance(one, Function)]
-    found = {(one.op, one.args[0]) for one in yours if isinstance(one, Function)}
-    ops = [one.op for one in mine if isinstance(one, Function)]
-    swapped = {(Op.COS if op is Op.SIN else Op.SIN, angle) for op, angle in zip(ops, angles, strict=True)}
-    if found != swapped or angles[0] == angles[1]:
+    (f, p), (g, q) = _circular(mine)
+    if set(_circular(yours)) != {(OTHER[f], p), (OTHER[g], q)} or p == q:
         return None
-    (p, q), same = angles, sign == other
-    if ops == [Op.COS, Op.SIN]:
-        p, q, ops = q, p, [Op.SIN, Op.COS]
-    if ops == [Op.SIN, Op.COS]:  # sin p cos q ± cos p sin q
+    same = sign == other
+    if f is not g:  # sin p cos q ± cos p sin q, or the other way round
+        p, q = (p, q) if f is Op.SIN else (q, p)
         joined = Function(Op.SIN, (_sum(p, q, plus=same),))
     else:  # cos p cos q ± sin p sin q, or the other way round
-        sign = sign if ops[0] is Op.COS else other
+        sign = sign if f is Op.COS else other
         joined = Function(Op.COS, (_sum(p, q, plus=not same),))
     factor = [MINUS_ONE] if sign < 0 else []
     return product_of([*factor, *(a & b).elements(), joined])
@@ -74,9 +72,6 @@ def _sum(p: Form, q: Form, plus: bool) -> Form:
     return sum_of([*terms_of(p), *(one if plus else product_of((MINUS_ONE, one)) for one in terms_of(q))])
 
 
-def _factors(form: Form) -> tuple[Form, ...]:
-    return form.factors if isinstance(form, Product) else (form,)
-
-
-def _is_circular(form: Form) -> bool:
-    return isinstance(form, Function) and form.op in CIRCULAR
+def _circular(forms: Iterable[Form]) -> list[tuple[Op, Form]]:
+    """Return function and angle of the sines and cosines among forms."""
+    return [(one.op, one.args[0]) for one in forms if isinstance(one, Function) and one.op in OTHER]

@@ -82,7 +82,7 @@ def product_of(factors: Iterable[Form]) -> Form:
     """Return the product of `factors`; products among them are laid open, numbers multiplied and put first."""
     number, flat = Fraction(1), list[Form]()
     for factor in factors:
-        for part in factor.factors if isinstance(factor, Product) else (factor,):
+        for part in factors_of(factor):
             if isinstance(part, Number):
                 number *= part.value
             else:
@@ -117,6 +117,11 @@ def terms_of(form: Form) -> tuple[Form, ...]:
     if form == ZERO:
         return ()
     return form.terms if isinstance(form, Sum) else (form,)
+
+
+def factors_of(form: Form) -> tuple[Form, ...]:
+    """Return the factors of a product, or the form alone."""
+    return form.factors if isinstance(form, Product) else (form,)
 
 
 def signed_product(form: Form, rate: Form) -> Form:

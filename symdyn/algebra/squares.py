@@ -8,7 +8,19 @@ from __future__ import annotations
 from collections import Counter
 from fractions import Fraction
 
-from symdyn.algebra.form import Form, Function, Number, Power, Product, Sum, power_of, product_of, sum_of, terms_of
+from symdyn.algebra.form import (
+    Form,
+    Function,
+    Number,
+    Power,
+    Product,
+    Sum,
+    factors_of,
+    power_of,
+    product_of,
+    sum_of,
+    terms_of,
+)
 
 TWO = Number(Fraction(2))
 
@@ -40,7 +52,7 @@ def _folded(terms: list[Form]) -> Form:
 
 def _square(first: Form, second: Form) -> Form | None:
     """Return r (a + b)² for r (a + 2 b) a and r b², else None."""
-    factors = _factors(first)
+    factors = factors_of(first)
     for k, mixed in enumerate(factors):
         if not isinstance(mixed, Sum):
             continue
@@ -51,18 +63,14 @@ def _square(first: Form, second: Form) -> Form | None:
             halves = [_half(term) for term in others]
             b = sum_of(half for half in halves if half is not None)
             common = [factor for n, factor in enumerate(factors) if n not in (k, m)]
-            if None not in halves and _is_square(_factors(second), common, b):
+            if None not in halves and _is_square(factors_of(second), common, b):
                 return product_of([*common, power_of(sum_of([a, *terms_of(b)]), 2)])
     return None
 
 
-def _factors(form: Form) -> tuple[Form, ...]:
-    return form.factors if isinstance(form, Product) else (form,)
-
-
 def _half(term: Form) -> Form | None:
     """Return b for 2 b."""
-    factors = _factors(term)
+    factors = factors_of(term)
     return product_of(factors[1:]) if len(factors) > 1 and factors[0] == TWO else None
 
 

@@ -18,7 +18,8 @@ from symdyn.dynamics import Argument
 from symdyn.dynamics.loops.numbers import Numbers, numbers_of
 from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.errors import DerivationError
-from symdyn.scene import JOINTS, Scene
+from symdyn.scene import Scene
+from symdyn.scene.units import coordinate_units
 
 Array = npt.NDArray[np.float64]
 
@@ -85,7 +86,7 @@ class Positions:
 
 def positions_of(scene: Scene, seed: int = 1) -> Positions:
     """Return a scene's coordinates without any singular positions; free parameters as `draw` gives them."""
-    units = tuple(unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint))
+    units = coordinate_units(scene)
     loops = None
     if is_closed(scene):
         numbers = numbers_of(scene)

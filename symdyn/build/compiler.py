@@ -131,10 +131,9 @@ def compile_library(
 def _run(command: Sequence[str], patience: float, place: Path | None = None) -> tuple[int | None, str]:
     """Run a command and return its exit code (None: it had to be stopped) and all it said.
 
-    What it writes on its way goes to `place`, whose end takes it away even if the command is killed.
-
     Words go to a file and the command gets a process group of its own, so that a compiler which hangs, or whose
-    children do, is stopped and waits for nobody.
+    children do, is stopped and waits for nobody. What it writes on its way goes to `place`, which is taken away even if
+    the command is killed.
     """
     with _file_of_words() as words:
         try:

@@ -24,7 +24,7 @@ from symdyn.cli import (
     verify,
     walkthrough,
 )
-from symdyn.cli.streams import prepare_streams, silence
+from symdyn.cli.streams import prepare_streams, silence_stdout
 from symdyn.errors import SymdynError, SymdynWarning, printable
 
 VERBS = (
@@ -106,7 +106,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         print("symdyn: interrupted", file=sys.stderr)
         return 130
     except BrokenPipeError:  # the reader, such as head, has seen enough
-        silence("stdout")
+        silence_stdout()
         return 0
     except OSError as fault:  # a full disk under stdout, for one
         print(f"symdyn: {printable(fault.strerror or str(fault))}", file=sys.stderr)

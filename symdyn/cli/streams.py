@@ -35,10 +35,9 @@ def prepare_streams() -> None:
             stream.reconfigure(errors=LACKING)
 
 
-def silence(name: str) -> None:
-    """Put the null device where nobody reads a standard stream any more."""
-    stream = getattr(sys, name)
-    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+def silence_stdout() -> None:
+    """Put the null device where nobody reads results any more."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _null_device(number: int, mode: str) -> Any:

@@ -13,16 +13,16 @@ import numpy as np
 
 from symdyn.algebra.numeric import Batches
 from symdyn.dynamics.loads import load_vectors
+from symdyn.dynamics.loops.cuts import in_plane
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import first_moment, joint_motion, placement, vector
 from symdyn.errors import DrawError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import GROUND, Body, Damper, Joint, Load, Place, Scene, Spring, express
+from symdyn.scene.joints import blocks
 from symdyn.spatial import Transform, Vec, unit_transform
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-
-LEVEL = 1e-9  # components of a unit vector that are none
 
 
 @dataclass(frozen=True)
@@ -195,11 +195,11 @@ def drawn(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
             wanted["wheel", row.name] = (*_point(row.place, placed, graph), express(row.radius, graph), *axis)
         if row.place is not None:
             T = placed[row.plane.body]
-            normal = _turned(T, vector(row.plane.normal, graph))
+            normal = blocks.unit(row.plane.normal, graph)
+            ways = (*_turned(T, normal), *_point(row.place, placed, graph), *_turned(T, in_plane(normal)))
             blade = row.axis if row.type == "knife_edge" else None
             across = _turned(placed[row.place.body], vector(blade, graph)) if blade else ()
-            at, spot = T.point(vector(row.plane.at, graph)), _point(row.place, placed, graph)
-            wanted["touch", row.name] = (*at, *normal, *spot, *across)
+            wanted["touch", row.name] = (*T.point(vector(row.plane.at, graph)), *ways, *across)
     for load in scene.loads:
         wanted |= _load(load, placed, graph)
     return wanted
@@ -302,7 +302,7 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
             if (x := arrays.get(("wheel", row.name))) is not None
         },
         {
-            row.name: _touch(x, frame("frame", row.plane.body), row.type == "rolling" or row.plane.declared)
+            row.name: _touch(x, row.type == "rolling" or row.plane.declared)
             for row in scene.rows
             if (x := arrays.get(("touch", row.name))) is not None
         },
@@ -310,12 +310,9 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
     )
 
 
-def _touch(x: Array, carrier: Frame, drawn: bool) -> Touch:
-    normal = unit(x[:, 3:6])
-    n = np.einsum("nji,nj->ni", carrier.R, normal)
-    axis = np.where((np.abs(n[:, 1:]).max(axis=1) < LEVEL)[:, None], np.eye(3)[1], np.eye(3)[0])
-    along = carrier.direction(unit(axis - np.einsum("ni,ni->n", axis, n)[:, None] * n))
-    return Touch(x[:, :3], normal, along, x[:, 6:9], unit(x[:, 9:]) if x.shape[1] > 9 else None, drawn)
+def _touch(x: Array, drawn: bool) -> Touch:
+    across = unit(x[:, 12:]) if x.shape[1] > 12 else None
+    return Touch(x[:, :3], unit(x[:, 3:6]), unit(x[:, 9:12]), x[:, 6:9], across, drawn)
 
 
 def elastic(scene: Scene) -> tuple[Spring | Damper, ...]:

@@ -18,9 +18,10 @@ from symdyn.dynamics.tree import build_tree
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, growing, reachable
-from symdyn.scene import JOINTS, Scene
+from symdyn.scene import Scene
 from symdyn.scene.names import listed
 from symdyn.scene.robot_words import coordinates_of_joints
+from symdyn.scene.units import coordinate_units, velocity_units
 
 DYNAMICS: tuple[str, ...] = tuple(
     name for name, row in OUTPUTS.items() if not row.place and name not in CLOSED_ONLY and name not in REACTIONS
@@ -293,8 +294,8 @@ def arguments(workspace: Workspace, names: Sequence[str]) -> tuple[Argument, ...
     symbols: dict[str, tuple[Expr, ...]] = {"q": state.q, "qd": state.qd, "qdd": state.qdd, "tau": state.tau}
     if TIME in names:  # a graph without the symbol need not be searched for it
         symbols[TIME] = (workspace.graph.symbol(TIME),)
-    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
-    speeds = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    units = coordinate_units(scene)
+    speeds = velocity_units(scene)
     result = []
     for name in names:
         text, spelled = ARGUMENTS[name]

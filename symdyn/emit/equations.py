@@ -17,7 +17,8 @@ from symdyn.emit.constraints import PrintedConstraints, printed_constraints
 from symdyn.emit.formula_text import rounded, shortened
 from symdyn.errors import EmitError
 from symdyn.graph import Graph
-from symdyn.scene import JOINTS, Scene, acceleration_name, express
+from symdyn.scene import Scene, acceleration_name, express
+from symdyn.scene.units import coordinate_units
 
 GROUPS = ("equations", "coefficients", "textbook", "matrix")
 FORMATS = ("latex", "text", "sympy")
@@ -142,7 +143,7 @@ def printable(scene: Scene | ClosedForm, short: bool = False, digits: int | None
     scene = closed.scene
     names = {parameter.name for parameter in scene.parameters} | set(scene.coordinates)
     names |= {drive for drive in scene.drives if drive}
-    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
+    units = coordinate_units(scene)
     numbers = {q: i for i, (q, unit) in enumerate(zip(scene.coordinates, units, strict=True), 1) if unit == "rad"}
 
     def spelled(form: Form) -> Form:

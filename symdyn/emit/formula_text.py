@@ -11,7 +11,19 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
-from symdyn.algebra.form import Form, Function, Number, Pi, Power, Product, Sum, Symbol, split_sign, terms_of
+from symdyn.algebra.form import (
+    Form,
+    Function,
+    Number,
+    Pi,
+    Power,
+    Product,
+    Sum,
+    Symbol,
+    factors_of,
+    split_sign,
+    terms_of,
+)
 from symdyn.emit.symbols import print_name
 from symdyn.graph import Op
 from symdyn.scene.grammar import takes_exponent
@@ -199,7 +211,7 @@ class Latex:
         sign, rest = split_sign(form)
         if sign < 0:
             return f"-{self.bracketed(rest)}"
-        factors = rest.factors if isinstance(rest, Product) else (rest,)
+        factors = factors_of(rest)
         below = [Power(f.base, -f.exponent) for f in factors if isinstance(f, Power) and f.exponent < 0]
         above = [f for f in factors if not (isinstance(f, Power) and f.exponent < 0)]
         if below:

@@ -14,8 +14,9 @@ from functools import cached_property
 from itertools import chain, count
 
 from symdyn.emit.symbols import latex_symbols
-from symdyn.scene import JOINTS, Scene
+from symdyn.scene import Scene
 from symdyn.scene.grammar import GREEK
+from symdyn.scene.units import velocity_units
 
 _TAG = r"\d+[a-h]?"  # of a mass: its body, and a letter where the body has several
 _AXIS = "[xyz]"
@@ -81,7 +82,7 @@ class Letters:
     @cached_property
     def _chosen(self) -> dict[str, str]:
         scene = self.scene
-        units = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+        units = velocity_units(scene)
         places = {
             "joints": [re.escape(bare(one.name)) for one in (*scene.joints, *scene.loops)],
             "slides": [str(i) for i, unit in enumerate(units, 1) if unit == "m"],

@@ -6,8 +6,11 @@ from pathlib import Path
 
 from symdyn.errors import SceneError
 
+BEGIN = "check the path, or begin a scene with symdyn new"
+"""What to do where there is no scene."""
 
-def read_bounded(path: Path, most: int, wanted: str, advice: str) -> bytes:
+
+def read_bounded(path: Path, most: int, wanted: str, advice: str, missing: str = "check the path") -> bytes:
     """Return the contents of a file of at most `most` bytes.
 
     Args:
@@ -15,6 +18,7 @@ def read_bounded(path: Path, most: int, wanted: str, advice: str) -> bytes:
         most: a multiple of 2**20.
         wanted: what kind of file, such as "a scene file".
         advice: behind the message that the file is larger.
+        missing: behind the message that there is none.
 
     Raises:
         SceneError: it cannot be read, and why, or holds more.
@@ -23,7 +27,7 @@ def read_bounded(path: Path, most: int, wanted: str, advice: str) -> bytes:
         with path.open("rb") as file:
             content = file.read(most + 1)
     except FileNotFoundError:
-        raise SceneError(f"{path}: there is no such file; check the path, or begin a scene with symdyn new") from None
+        raise SceneError(f"{path}: there is no such file; {missing}") from None
     except IsADirectoryError:
         raise SceneError(f"{path}: is a folder; give {wanted}") from None
     except (OSError, ValueError) as error:

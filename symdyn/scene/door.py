@@ -10,7 +10,7 @@ from pathlib import Path
 
 from symdyn.errors import SceneError
 from symdyn.graph import growing
-from symdyn.scene.contents import read_bounded
+from symdyn.scene.contents import BEGIN, read_bounded
 from symdyn.scene.model import Scene
 from symdyn.scene.names import suggestion
 from symdyn.scene.reading import Reading, ReadOptions, Written
@@ -129,7 +129,7 @@ def _format(path: Path) -> str:
         return EXTENSIONS[ending]
     from symdyn.scene.formats.xml import LARGEST_FILE, TOO_LARGE, find_root, parse_xml
 
-    content = read_bounded(path, LARGEST_FILE, "a scene file such as arm.toml", TOO_LARGE)
+    content = read_bounded(path, LARGEST_FILE, "a scene file such as arm.toml", TOO_LARGE, BEGIN)
     if ending != ".xml":
         known = ", ".join([*EXTENSIONS, ".xml"])
         raise SceneError(f'{path}: the extension "{ending}" names no format; known are {known}')

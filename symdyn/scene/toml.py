@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import cast
 
 from symdyn.errors import SceneError
-from symdyn.scene.contents import read_bounded
+from symdyn.scene.contents import BEGIN, read_bounded
 from symdyn.scene.declare import Declaration, assemble
 from symdyn.scene.model import Scene
 from symdyn.scene.names import check_name, suggestion
@@ -41,7 +41,7 @@ def read(path: Path, options: ReadOptions) -> Reading:
     Raises:
         SceneError: with every fault of the file, one line each.
     """
-    content = read_bounded(path, LARGEST_FILE, "a scene file such as arm.toml", "no mechanism needs as much")
+    content = read_bounded(path, LARGEST_FILE, "a scene file such as arm.toml", "no mechanism needs as much", BEGIN)
     try:
         text = content.decode("utf-8")
     except UnicodeDecodeError as error:

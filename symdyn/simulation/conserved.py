@@ -41,7 +41,7 @@ def conserved(w: Workspace, accelerations: Sequence[Expr], tabulated: bool) -> l
     first = 0
     for joint in scene.moving:
         own = momenta[first : first + len(joint.rates)]
-        if joint.parent == GROUND and any("1" in JOINTS[joint.type].coordinates(joint) for _ in (0,)):
+        if joint.parent == GROUND and "1" in JOINTS[joint.type].coordinates(joint):
             candidates += _in_ground_axes(w, joint, own)
         first += len(joint.rates)
     seeds = state.velocity | dict(zip(state.qd, accelerations, strict=True))

@@ -25,9 +25,10 @@ from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, tangents
 from symdyn.program import cheapest, lower
-from symdyn.scene import JOINTS, Scene, spell, velocity_name
+from symdyn.scene import Scene, spell, velocity_name
 from symdyn.scene.start import starting_position
 from symdyn.scene.table import Faults
+from symdyn.scene.units import velocity_units
 from symdyn.simulation.followed import Followed, Tied, followed
 from symdyn.simulation.forces import Forces, drive_names
 from symdyn.simulation.functions import point_names, points
@@ -153,7 +154,7 @@ def _finite(scene: Scene, t: Array, q: Array, u: Array, tau: Array, stopped: str
 def _impossible(scene: Scene, tau: Array) -> list[str]:
     """Return what is to be said of forces that no drive gives."""
     moved, largest = prescribed(scene, Graph()).place, np.abs(tau).max(axis=0)
-    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    units = velocity_units(scene)
     return [
         f"{name.removesuffix('_dot')} has no drive, and the motion takes up to {largest[k]:.3g} "
         f"{'N m' if units[k] == 'rad' else 'N'} there"

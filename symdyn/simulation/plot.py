@@ -121,8 +121,8 @@ def _matplotlib() -> Any:
     """
     if "matplotlib" not in sys.modules:
         spec = importlib.util.find_spec("matplotlib")
-        assert spec is not None
-        assert spec.origin is not None
+        assert spec is not None, "who plots has seen that it is importable"
+        assert spec.origin is not None, "a package that is imported has a file"
         with contextlib.chdir(Path(spec.origin).parent / "mpl-data"):  # where its own defaults are
             return importlib.import_module("matplotlib")
     return sys.modules["matplotlib"]

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from symdyn.errors import SimulateError
+from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import FormulaError, Quantity, Scene, parse, spell
+from symdyn.scene.contents import read_bounded
 from symdyn.scene.mapping import substituted
 from symdyn.scene.names import suggestion
 from symdyn.scene.table import Faults
@@ -100,16 +101,8 @@ def read_file(path: Path) -> str:
         SimulateError: it cannot be read, and why.
     """
     try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-        if len(content) > LARGEST_FILE:
-            raise SimulateError(f"{path}: holds more than {LARGEST_FILE >> 20} MB; give fewer rows")
-        return content.decode("utf-8-sig")
-    except FileNotFoundError:
-        raise SimulateError(f"{path}: there is no such file; check the path") from None
-    except IsADirectoryError:
-        raise SimulateError(f"{path}: is a folder; give a file") from None
+        return read_bounded(path, LARGEST_FILE, "a file", "give fewer rows").decode("utf-8-sig")
+    except SceneError as fault:
+        raise SimulateError(fault.faults) from None
     except UnicodeDecodeError as error:
         raise SimulateError(f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8 text") from None
-    except OSError as error:
-        raise SimulateError(f"{path}: cannot be read ({error.strerror or error})") from None

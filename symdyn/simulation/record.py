@@ -76,7 +76,7 @@ def write_whole(path: Path, write: Callable[[IO[bytes]], None]) -> None:
     try:
         files.write({path.name: write}, path.parent)
     except EmitError as fault:
-        raise SimulateError(f"{path}: cannot be written ({getattr(fault.__cause__, 'strerror', None)})") from None
+        raise SimulateError(str(fault)) from None
 
 
 def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:

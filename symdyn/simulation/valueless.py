@@ -13,13 +13,12 @@ import numpy.typing as npt
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.loads import pull
-from symdyn.dynamics.positions import body_placements
-from symdyn.dynamics.state import vector
+from symdyn.dynamics.positions import ends_apart
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Damper, Quantity, Scene, Spring, express, spell
 from symdyn.simulation.forces import Forces, drive_names
 from symdyn.simulation.reading import TIME
-from symdyn.spatial import dot, sub
+from symdyn.spatial import dot
 
 Array = npt.NDArray[np.float64]
 
@@ -76,13 +75,12 @@ def _formulas(scene: Scene, forces: Forces) -> Iterator[tuple[str, Quantity]]:
 
 
 def _between_points(scene: Scene, graph: Graph) -> Iterator[tuple[str, Expr]]:
-    placed = body_placements(scene, graph) if scene.springs or scene.dampers else {}
     elements: tuple[Spring | Damper, ...] = (*scene.springs, *scene.dampers)
     for element in elements:
         if not element.ends:
             continue
-        a, b = (placed[end.body].point(vector(end.at, graph)) for end in element.ends)
-        square = dot(sub(b, a), sub(b, a))
+        way = ends_apart(scene, element.ends, graph)
+        square = dot(way, way)
         if square.is_zero:  # points that never part pull at nothing
             continue
         if isinstance(element, Spring):

@@ -118,7 +118,7 @@ class Balance(Prose):
         """Return "force along x" for a unit wrench of fixed direction in its joint frame, else ""."""
         force, moment = one.acts[0][1]
         first, second = (self.workspace.hanging.samples.at([*force, *moment], seed) for seed in (2, 3))
-        return in_words(first[:3], first[3:]) if abs(first - second).max() < 1e-12 else ""
+        return in_words(first[:3], first[3:]) if first.any() and abs(first - second).max() < 1e-12 else ""
 
     def kept(self, wrench: tuple[Sequence[Expr], Sequence[Expr]]) -> list[Expr]:
         """Return the components that are written."""

@@ -19,7 +19,7 @@ from symdyn.graph import Expr
 from symdyn.spatial import Mat, Vec, apply, cross, sub, zero_vector
 from symdyn.teach.balance import Balance
 from symdyn.teach.cut import Cut
-from symdyn.teach.document import Block, Box, Fold, Formula, Matrix, Picture, Step, Words
+from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Matrix, Picture, Step, Words
 from symdyn.teach.looks import Letter
 from symdyn.teach.numbers import equals
 from symdyn.teach.render.spelling import letter
@@ -164,7 +164,7 @@ def _errata(lesson: Balance, behind: str, numbers: Sequence[str]) -> Step:
     right = lesson.name("text:M right", "M", "jjy", node=None)
     said = [lesson.say(f"erratum.{number}", reads=reads, right=right) for number in numbers]
     boxes = [Box("erratum", title, (words,)) for title, words in zip(titles, said, strict=True)]
-    return Step(f"errata:{behind}", Words(()), tuple(boxes))
+    return Step(f"{ERRATA}{behind}", Words(()), tuple(boxes))
 
 
 def _misread(lesson: Balance, chosen: Chosen) -> int:
@@ -200,7 +200,7 @@ def _acceleration(lesson: Balance, j: int, one: Cut, chosen: Chosen) -> Step:
         moment = Symbol(f"{head}D:{here}:{axis}")
         blocks.append(lesson.say("erratum.5.16.check", left=moment, wrong=wrong, right=right))
     title = lesson.say("erratum", number="5.16")
-    return Step(f"errata:moved:{body}", Words(()), (Box("erratum", title, tuple(blocks)),))
+    return Step(f"{ERRATA}moved:{body}", Words(()), (Box("erratum", title, tuple(blocks)),))
 
 
 # Bivectors and equilibrium

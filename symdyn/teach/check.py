@@ -26,7 +26,7 @@ from symdyn.algebra.form import (
 from symdyn.dynamics.recursive.ldl import solve
 from symdyn.emit.equations import Printable, printable
 from symdyn.errors import DerivationError
-from symdyn.graph import Graph, Op, gradient, reachable
+from symdyn.graph import Expr, Graph, Op, gradient, reachable
 from symdyn.scene import Scene, acceleration_name, express
 from symdyn.teach.differences import Difference, differences
 from symdyn.teach.rows import LEVELS, ground_rows, holds, level_of, may_be_row, scene_rows
@@ -208,9 +208,16 @@ def _values(found: Form, right: Form, scene: Scene) -> dict[str, Form]:
 def _equal(name: str, found: Form, right: Form, scene: Scene) -> Finding:
     """Return whether two forms are the same function."""
     graph = Graph()
-    claim = Claim(name, "found", "scene", (express_form(found, graph),), (express_form(right, graph),))
-    positive = [p.name for p in scene.parameters if p.positive]
-    return prove([claim], positive=positive)[1][0]
+    return _same(name, express_form(found, graph), express_form(right, graph), scene)
+
+
+def _same(name: str, found: Expr, right: Expr, scene: Scene) -> Finding:
+    """Return whether two nodes of one graph are the same function."""
+    return _proved([Claim(name, "found", "scene", (found,), (right,))], scene)[0]
+
+
+def _proved(claims: Sequence[Claim], scene: Scene) -> list[Finding]:
+    return prove(claims, positive=[p.name for p in scene.parameters if p.positive])[1]
 
 
 def _free(form: Form, scene: Scene) -> Form | None:
@@ -313,10 +320,8 @@ def _without_slope(answer: Answer, found: Form, right: Form, i: int, page: Print
     slope = gradient(express_form(page.K, graph), [graph.symbol(names[i])])[0]
     if slope.is_zero:
         return answer
-    claim = Claim("forgotten", "found", "scene", (express_form(found, graph),), (express_form(right, graph) + slope,))
-    positive = [p.name for p in page.scene.parameters if p.positive]
-    verdict = prove([claim], positive=positive)[1][0].verdict
-    return replace(answer, forgotten=names[i], differences=()) if verdict in (PROVED, NUMERICAL) else answer
+    finding = _same("forgotten", express_form(found, graph), express_form(right, graph) + slope, page.scene)
+    return replace(answer, forgotten=names[i], differences=()) if finding.verdict in (PROVED, NUMERICAL) else answer
 
 
 def _multiplied(found: Form, page: Printable, i: int) -> Iterator[Form]:
@@ -352,10 +357,11 @@ def _solved(statement: Statement, page: Printable) -> Answer | None:
     M = [gradient(express_form(form, graph), symbols) for form in balance]
     still = dict.fromkeys(accelerations, ZERO)
     rest = [express_form(sum_of(_negative(in_place(form, still))), graph) for form in balance]
-    right = solve(range(-1, len(M)), M, rest)[accelerations.index(known[0])]
-    claim = Claim(known[0], "found", "scene", (express_form(formula, graph),), (right,))
-    positive = [p.name for p in scene.parameters if p.positive]
-    finding = prove([claim], positive=positive)[1][0]
+    try:
+        right = solve(range(-1, len(M)), M, rest)[accelerations.index(known[0])]
+    except DerivationError:  # what moves no mass has no acceleration of its own
+        return None
+    finding = _same(known[0], express_form(formula, graph), right, scene)
     return Answer(statement.line, known[0], finding.verdict, finding.error_log10)
 
 
@@ -364,7 +370,6 @@ def _proportional(found: Form, right: Form, page: Printable, rates: Sequence[For
     graph = Graph()
     a, b = express_form(found, graph), express_form(right, graph)
     moving = {*page.scene.velocities, *(acceleration_name(u) for u in page.scene.velocities), *page.scene.drives}
-    positive = [p.name for p in page.scene.parameters if p.positive]
     symbols = [express_form(rate, graph) for rate in rates]
     pairs = [(x, y) for x, y in zip(gradient(a, symbols), gradient(b, symbols), strict=True) if not y.is_zero]
     for x, y in pairs[:1]:
@@ -372,6 +377,6 @@ def _proportional(found: Form, right: Form, page: Printable, rates: Sequence[For
             return False
         nothing = Claim("no factor", "found", "0", (x,), (graph.zero,))
         same = Claim("proportional", "found", "scene", (a * y,), (b * x,))
-        verdicts = [finding.verdict for finding in prove([nothing, same], positive=positive)[1]]
+        verdicts = [finding.verdict for finding in _proved([nothing, same], page.scene)]
         return verdicts[0] == DIFFERENT and verdicts[1] in (PROVED, NUMERICAL)
     return False

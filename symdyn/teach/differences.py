@@ -21,7 +21,7 @@ from fractions import Fraction
 from typing import Any
 
 from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form, Function, Power, Product, express_form, terms_of
+from symdyn.algebra.form import Form, Function, Power, express_form, factors_of, terms_of
 from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.dynamics.closed_forms.parallel import angle_groups
@@ -235,6 +235,5 @@ def _rounds(found: Fraction, right: Fraction) -> bool:
 
 def _functions(form: Form) -> list[Function]:
     """Return the sines and cosines of a term."""
-    factors = form.factors if isinstance(form, Product) else (form,)
-    bases = [factor.base if isinstance(factor, Power) else factor for factor in factors]
+    bases = [factor.base if isinstance(factor, Power) else factor for factor in factors_of(form)]
     return [x for x in bases if isinstance(x, Function) and x.op in (Op.SIN, Op.COS)]

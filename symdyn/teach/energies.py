@@ -16,6 +16,7 @@ from symdyn.algebra.form import (
     Sum,
     Symbol,
     express_form,
+    factors_of,
     power_of,
     product_of,
     split_sign,
@@ -28,7 +29,7 @@ from symdyn.graph import Expr, tangents
 from symdyn.scene import Joint, express
 from symdyn.spatial import cross, dot
 from symdyn.teach.document import Block, Fold, Formula, Step, Words
-from symdyn.teach.forms import expanded_squares, factors_of, rate_of
+from symdyn.teach.forms import expanded_squares, rate_of
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.masses import AXES, Mass
 from symdyn.teach.velocities import MOST_TERMS, angular_velocity, folded, length

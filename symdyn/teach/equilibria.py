@@ -19,7 +19,7 @@ from symdyn.algebra.form import Form, Number, Pi, Symbol, power_of, product_of
 from symdyn.dynamics.loads import generalized_forces
 from symdyn.dynamics.prescribed import TIME
 from symdyn.graph import Expr, gradient, reachable, substitute
-from symdyn.scene import JOINTS
+from symdyn.scene.units import coordinate_units
 from symdyn.teach.document import Block, Step, Values, Words
 from symdyn.teach.lesson import Lesson, together
 from symdyn.teach.numbers import written
@@ -54,13 +54,13 @@ def equilibrium_step(lesson: Lesson, chosen: Chosen) -> Step:
     others = [x for x in found if not any(_same(x, y, moving, turns) for y in known)]
     places += [([written(x) for x in place], "numeric", place) for place in others]
     judge = Judge(lesson, rest, chosen)
-    false = [one for one in places if not judge.rests(dict(zip(moving, map(float, one[2]), strict=True)))]
-    rows = [
-        _row(lesson, shown, how, _stable(lesson, rest, moving, place, chosen))
-        for shown, how, place in places
-        if not any(place is one[2] for one in false)
-    ]
-    search = [how_searched, *([_left_out(lesson, moving, [shown for shown, _, _ in false])] if false else [])]
+    rows, false = [], []
+    for shown, how, place in places:
+        if judge.rests(dict(zip(moving, map(float, place), strict=True))):
+            rows.append(_row(lesson, shown, how, _stable(lesson, rest, moving, place, chosen)))
+        else:
+            false.append(shown)
+    search = [how_searched, *([_left_out(lesson, moving, false)] if false else [])]
     if not rows:
         return Step("equilibria", lesson.say("equilibria"), (lesson.say("equilibria.none"), *search))
     head = (
@@ -90,7 +90,7 @@ def _variables(lesson: Lesson, rest: list[Expr]) -> list[Expr]:
 
 
 def _turns(lesson: Lesson) -> dict[Expr, bool]:
-    units = [unit for joint in lesson.scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
+    units = coordinate_units(lesson.scene)
     return {q: unit == "rad" for q, unit in zip(lesson.state.q, units, strict=True)}
 
 

@@ -16,7 +16,20 @@ from symdyn.algebra.numeric import Floats
 from symdyn.errors import TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import Scene
-from symdyn.teach.document import Blank, Block, Box, Braced, Document, Fold, Formula, Matrix, Section, Step, Words
+from symdyn.teach.document import (
+    ERRATA,
+    Blank,
+    Block,
+    Box,
+    Braced,
+    Document,
+    Fold,
+    Formula,
+    Matrix,
+    Section,
+    Step,
+    Words,
+)
 from symdyn.teach.hidden import Hidden
 from symdyn.teach.languages import LANGUAGES, fill
 from symdyn.teach.state import shown_state
@@ -29,9 +42,6 @@ CHOSEN = ("square", "potential", "momentum", "slope", "equation", "coefficients"
 
 EACH = ("coefficients", "bivectors", "solved")
 """Those of which every result is asked for by itself, and the others only for the last one."""
-
-ERRATA = "errata:"
-"""What stands before the key of a step that tells what the textbook has wrong in it."""
 
 FREE = "potential:"
 """What stands before the keys of blanks whose results hold a constant that is free."""

@@ -20,6 +20,7 @@ from symdyn.algebra.form import (
     Product,
     Sum,
     Symbol,
+    factors_of,
     power_of,
     product_of,
     sum_of,
@@ -28,11 +29,6 @@ from symdyn.algebra.form import (
 from symdyn.graph import Op
 
 Monomial = tuple[tuple[Form, int], ...]  # (atom, exponent), in order of appearance
-
-
-def factors_of(form: Form) -> tuple[Form, ...]:
-    """Return the factors of a product, or the form alone."""
-    return form.factors if isinstance(form, Product) else (form,)
 
 
 def rate_of(form: Form, rates: Mapping[str, Form]) -> Form:

@@ -3,26 +3,13 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from math import isclose
 
 from symdyn.algebra.form import Form, Symbol, symbols_of
 from symdyn.algebra.numeric import Floats
 from symdyn.graph import Expr, Op, evaluate, reachable
-from symdyn.teach.document import (
-    Blank,
-    Block,
-    Box,
-    Braced,
-    Document,
-    Fold,
-    Formula,
-    Matrix,
-    Picture,
-    Step,
-    Values,
-    Words,
-)
+from symdyn.teach.document import ERRATA, Blank, Block, Document, Picture, Step, Values, Words, written_out
 from symdyn.teach.student.names import Names
 
 FOLLOWS = {
@@ -64,14 +51,14 @@ class Hidden:
         return [block for block in step.blocks if not any(block is one for one in hidden)], hidden
 
     def _follows(self, step: Step) -> bool:
-        kind, _, rest = step.key.removeprefix("errata:").partition(":")
+        kind, _, rest = step.key.removeprefix(ERRATA).partition(":")
         if kind in ALIKE:
             return any(f"{source}:{rest}" in self.keys for source in FOLLOWS[kind])
         return any(key.partition(":")[0] in FOLLOWS.get(kind, ()) for key in self.keys)
 
     def _writes(self, block: Block) -> bool:
         """Whether a block writes something out in symbols of the scene alone, or tells an answer."""
-        return any(self._plain(form) for form in _written(block)) or self._tells(block)
+        return any(self._plain(form) for form in written_out(block)) or self._tells(block)
 
     def _plain(self, form: Form) -> bool:
         found = set(symbols_of(form))
@@ -81,7 +68,7 @@ class Hidden:
         """Whether a formula, more than a name, is worth an answer, its sign apart; tables and prose name symbols."""
         if isinstance(block, (Values, Words)):
             return False
-        forms = [form for form in _written(block) if self._plain(form) and not isinstance(form, Symbol)]
+        forms = [form for form in written_out(block) if self._plain(form) and not isinstance(form, Symbol)]
         return any(self._is_answer(self.document.value(form)) for form in forms)
 
     def _is_answer(self, node: Expr) -> bool:
@@ -102,23 +89,3 @@ class Hidden:
                 point.setdefault(name, random.Random(f"{k}:{name}").uniform(0.25, 2.0))
             values.append(evaluate([node], Floats(), {x: point[str(x.value)] for x in symbols})[0])
         return values
-
-
-def _written(block: Block) -> Iterator[Form]:
-    """Yield the right-hand sides of a block."""
-    if isinstance(block, Formula):
-        yield block.form
-        if block.right is not None:
-            yield block.right
-    elif isinstance(block, Braced):
-        yield block.form
-        yield from (term.form for term in block.terms)
-    elif isinstance(block, Matrix):
-        yield from block.entries
-    elif isinstance(block, Values):
-        yield from (part for row in block.rows for cell in row for part in cell.parts if not isinstance(part, str))
-    elif isinstance(block, (Box, Fold)):
-        for inner in block.blocks:
-            yield from _written(inner)
-    elif isinstance(block, Words):
-        yield from (part for part in block.parts if not isinstance(part, str))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from symdyn.scene import Scene, without_hidden_zeros
-from symdyn.teach.document import Block, Document, Section, Step, Words
+from symdyn.teach.document import ERRATA, Block, Document, Section, Step, Words
 from symdyn.teach.energies import energy_steps
 from symdyn.teach.equations import coefficient_steps, equation_steps, name_coefficients
 from symdyn.teach.equilibria import equilibrium_step
@@ -83,5 +83,5 @@ def _with_errata(lesson: Lesson, section: Section, chosen: Chosen) -> Section:
         steps.append(step)
         boxes = errata(lesson, step.key, chosen)
         if boxes:
-            steps.append(Step(f"errata:{step.key}", Words(()), tuple(boxes)))
+            steps.append(Step(f"{ERRATA}{step.key}", Words(()), tuple(boxes)))
     return Section(section.key, section.title, tuple(steps))

@@ -19,10 +19,9 @@ from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, tangents
-from symdyn.scene import GROUND
-from symdyn.spatial import sub, unit_transform
 from symdyn.teach.balance import Balance
 from symdyn.teach.document import Block, Formula, Step, Words
+from symdyn.teach.rows import points_apart
 from symdyn.teach.velocities import folded
 
 IN_A_PLANE = 3  # equations of a body
@@ -33,7 +32,8 @@ def loop_steps(lesson: Balance) -> list[Step]:
     if not lesson.closed:
         return []
     together = [hinge for hinge in lesson.workspace.hanging.loops if _is_point(lesson, hinge)]
-    gaps = [x for hinge in together for x in _gap(lesson, hinge) if not x.is_zero]
+    placed = body_placements(lesson.scene, lesson.graph)
+    gaps = [x for hinge in together for x in points_apart(hinge, placed) if not x.is_zero]
     moving = [x for x in tangents(gaps, lesson.state.velocity) if not x.is_zero]
     write = _writer(lesson, [*gaps, *moving])
     positions, rates = [write(x) for x in gaps], [write(x) for x in moving]
@@ -63,16 +63,6 @@ def _is_point(lesson: Balance, hinge: Hinge) -> bool:
     """Whether all that a joint does is to keep two points together."""
     planar = len(lesson.system.kept) == IN_A_PLANE
     return hinge.joint.type == "spherical" or (planar and hinge.joint.type == "revolute")
-
-
-def _gap(lesson: Balance, hinge: Hinge) -> list[Expr]:
-    """Return how far the joint's point on the child lies from that on the parent, m, axes of the ground."""
-    graph = lesson.graph
-    placed = body_placements(lesson.scene, graph)
-    on_parent, on_child = (
-        placed[name] if name != GROUND else unit_transform(graph) for name in (hinge.joint.parent, hinge.joint.child)
-    )
-    return list(sub(on_parent.point(hinge.origin.p), on_child.point(hinge.place_on_child)))
 
 
 def _writer(lesson: Balance, nodes: list[Expr]) -> Callable[[Expr], Form]:

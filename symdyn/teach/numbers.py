@@ -8,6 +8,7 @@ from symdyn.algebra.form import (
     Power,
     Symbol,
     express_form,
+    factors_of,
     product_of,
     signed_product,
     sum_of,
@@ -19,11 +20,10 @@ from symdyn.dynamics.state import vector
 from symdyn.emit.equations import Printable
 from symdyn.emit.letters import head
 from symdyn.graph import tangents
-from symdyn.scene import JOINTS
+from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.teach.balance import Balance
 from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step, Values, Words
 from symdyn.teach.equations import coefficient_key, coefficient_unit, node_of
-from symdyn.teach.forms import factors_of
 from symdyn.teach.lesson import Lesson, Prose
 from symdyn.teach.looks import Name
 from symdyn.teach.masses import Mass
@@ -64,8 +64,8 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
     symbols = [*(lesson.graph.symbol(p.name) for p in lesson.scene.parameters)]
     symbols += [*lesson.state.q, *lesson.state.qd, *lesson.state.qdd]
     units = [parameter.unit for parameter in lesson.scene.parameters]
-    places = [unit for joint in lesson.scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
-    rates = [unit for joint in lesson.scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    places = coordinate_units(lesson.scene)
+    rates = velocity_units(lesson.scene)
     units += [*places, *(f"{unit}/s" for unit in rates), *(f"{unit}/s^2" for unit in rates)]
     cells = [
         (Words((Symbol(str(x.value)),)), Words((written(chosen.values[x]),)), Words((unit.replace("^2", "²"),)))
@@ -82,7 +82,7 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
 
 
 def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
-    rows, slides = [], [unit == "m" for joint in lesson.scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    rows, slides = [], [unit == "m" for unit in velocity_units(lesson.scene)]
     for c in page.coefficients:
         if not c.vanishes and not (c.kind == "k_z" and c.indices[0] > c.indices[1]):
             key = coefficient_key(c)
@@ -114,7 +114,7 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
         values.append(-chosen.of(express_form(force, lesson.graph))[0])
     whole = sum(map(abs, values)) or 1.0
     bars = tuple(Bar(label, value, abs(value) / whole) for label, value in zip(labels, values, strict=True))
-    slides = [unit == "m" for joint in lesson.scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    slides = [unit == "m" for unit in velocity_units(lesson.scene)]
     total, unit = _drive(lesson, i), "N" if slides[i] else "N m"
     caption = lesson.say("shares", total=total)
     block = Shares(caption, total, sum(values), unit, bars)

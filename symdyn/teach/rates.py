@@ -6,7 +6,7 @@ from symdyn.algebra.form import ZERO, Form, Symbol, power_of, product_of
 from symdyn.emit.equations import Printable
 from symdyn.emit.formula_text import text_of
 from symdyn.graph import Expr, gradient, tangents
-from symdyn.scene import JOINTS
+from symdyn.scene.units import velocity_units
 from symdyn.spatial import add, apply, cross
 from symdyn.teach.document import Block, Formula, Step, Values, Words
 from symdyn.teach.equations import WIDEST, coefficient_key, node_of
@@ -21,7 +21,7 @@ SHORT = 4
 
 def rates_step(lesson: Lesson, page: Printable, kind: str, found: list[Mass]) -> Step:
     """Return a table: each coefficient of a product of velocities, and why it is there or not."""
-    rows, slides = [], [unit == "m" for j in lesson.scene.moving for unit in JOINTS[j.type].velocities(j)]
+    rows, slides = [], [unit == "m" for unit in velocity_units(lesson.scene)]
     for c in page.coefficients:
         if c.kind == kind:
             short = length(c.form) <= SHORT and len(text_of(c.form)) <= WIDEST

@@ -21,11 +21,12 @@ from symdyn.dynamics.loops.assembly import closed_position, witness
 from symdyn.dynamics.loops.newton import free_motions
 from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
 from symdyn.dynamics.positions import body_placements
+from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.emit.equations import Printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, tangents
-from symdyn.scene import GROUND, Scene, acceleration_name
-from symdyn.spatial import sub, unit_transform
+from symdyn.scene import Scene, acceleration_name
+from symdyn.spatial import Transform, sub
 
 LEVELS = ("position", "velocity", "acceleration")
 TOGETHER = ("revolute", "spherical", "universal")  # joints that keep two points together
@@ -91,9 +92,7 @@ def ground_rows(scene: Scene, level: str) -> list[Row]:
     for hinge in w.hanging.loops:
         if hinge.joint.type not in TOGETHER:
             continue
-        on_parent = placed[hinge.joint.parent] if hinge.joint.parent != GROUND else unit_transform(w.graph)
-        on_child = placed[hinge.joint.child] if hinge.joint.child != GROUND else unit_transform(w.graph)
-        entries: list[Expr] = list(sub(on_parent.point(hinge.origin.p), on_child.point(hinge.place_on_child)))
+        entries = points_apart(hinge, placed)
         if level != LEVELS[0]:
             entries = tangents(entries, w.state.velocity)
         if level == LEVELS[2]:
@@ -104,6 +103,12 @@ def ground_rows(scene: Scene, level: str) -> list[Row]:
             if not x.is_zero
         ]
     return found
+
+
+def points_apart(hinge: Hinge, placed: Mapping[str, Transform]) -> list[Expr]:
+    """Return the way from a joint's point on the child to that on the parent, m, axes of the ground, shape (3,)."""
+    on_parent, on_child = placed[hinge.joint.parent], placed[hinge.joint.child]
+    return list(sub(on_parent.point(hinge.origin.p), on_child.point(hinge.place_on_child)))
 
 
 def holds(form: Form, scene: Scene) -> bool:

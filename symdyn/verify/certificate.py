@@ -161,11 +161,7 @@ def _agreement(w: Workspace, name: str, one: Function, other: Function) -> Claim
     """Return that two derivations agree; multipliers are compared as the force Gᵀ λ that they make."""
     sides = [one.entries, other.entries]
     if name == "multipliers":
-        rows, name = w.closed.G(w.closed.recursive), f"G^T {name}"
-        sides = [
-            tuple(w.graph.total(row[k] * x for row, x in zip(rows, side, strict=True)) for k in range(w.state.n))
-            for side in sides
-        ]
+        name, sides = f"G^T {name}", [tuple(w.closed.constraint_forces(side)) for side in sides]
     return Claim(name, one.formulation, other.formulation, sides[0], sides[1])
 
 

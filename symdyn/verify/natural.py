@@ -30,7 +30,8 @@ from symdyn.dynamics.reactions.least import InNumbers
 from symdyn.dynamics.reactions.ties import undriven
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, substitute
-from symdyn.scene import JOINTS, velocity_name
+from symdyn.scene import velocity_name
+from symdyn.scene.units import coordinate_units
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Finding
 
 SAME = 1e-7
@@ -115,7 +116,7 @@ def natural_places(w: Workspace) -> list[tuple[str, Array]]:
 def _guesses(w: Workspace) -> Iterator[tuple[str, Array, list[int]]]:
     """Yield the positions to begin with, and the velocities of the coordinates that were set."""
     assembly, scene = w.closed.closure.assembly, w.scene
-    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
+    units = coordinate_units(scene)
     angles = [k for k, unit in enumerate(units) if unit == "rad"]
 
     def turned(
@@ -181,9 +182,8 @@ def _entries(w: Workspace) -> list[Expr]:
 
 def _values(w: Workspace, q: Array, u: Array, tau: Array) -> dict[Expr, float]:
     """Return values of all symbols but the accelerations, at t = 0."""
-    values = {w.graph.symbol(str(node.value)): value for node, value in w.closed.numbers.parameters.items()}
-    values[w.graph.symbol(TIME)] = 0.0
-    for symbols, numbers in ((w.state.q, q), (w.state.qd, u), (w.state.tau, tau)):
+    values = w.closed.values(q.tolist()) | {w.graph.symbol(TIME): 0.0}
+    for symbols, numbers in ((w.state.qd, u), (w.state.tau, tau)):
         values |= dict(zip(symbols, numbers.tolist(), strict=True))
     return values
 
@@ -203,8 +203,7 @@ def _at(entries: Sequence[Expr], values: Mapping[Expr, float]) -> Array | None:
 def _forward(w: Workspace, states: Sequence[_State]) -> tuple[Finding, list[str]]:
     """Return how forward dynamics and multipliers stand, and at which positions they do not exist."""
     moved, multipliers = derive_one(w, "forward_dynamics").entries, derive_one(w, "multipliers").entries
-    pairs = list(zip(w.closed.G(w.closed.recursive), multipliers, strict=True))
-    pulled = [w.graph.total(row[k] * x for row, x in pairs) for k in range(w.state.n)]
+    pulled = w.closed.constraint_forces(multipliers)
     compared: list[str] = []
     undefined, wrong = [], []
     for state in states:

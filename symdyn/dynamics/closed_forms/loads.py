@@ -16,8 +16,8 @@ from symdyn.algebra.form import (
     Form,
     Function,
     Power,
-    Product,
     Symbol,
+    factors_of,
     form_of,
     in_place,
     power_of,
@@ -198,9 +198,8 @@ def _ordered(scene: Scene) -> Graph:
 
 def _product(*parts: Form) -> Form:
     """Return a product with equal factors as one power, and a squared root as what stands under it."""
-    product = product_of(parts)
     exponents: dict[Form, int] = {}
-    for factor in product.factors if isinstance(product, Product) else (product,):
+    for factor in factors_of(product_of(parts)):
         base, exponent = (factor.base, factor.exponent) if isinstance(factor, Power) else (factor, 1)
         exponents[base] = exponents.get(base, 0) + exponent
     factors = []

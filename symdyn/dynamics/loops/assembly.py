@@ -131,21 +131,18 @@ def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers
         numbers = numbers.bound_to(rest)
         return numbers, closed_position(numbers)
     last: DerivationError | None = None
-    draw = 0
-    while draw < DRAWS and numbers.effort <= EFFORT:
+    for draw in range(DRAWS):
         rng = random.Random(f"{scene.name}:{draw}")
         numbers = numbers.bound_to(rest | {name: rng.uniform(0.5, 1.5) for name in missing})
-        draw += 1
         try:
             return numbers, closed_position(numbers, guesses=GUESSES_A_DRAW)
         except DerivationError as fault:
             last = fault
+        if numbers.effort > EFFORT:
+            break
     raise DerivationError(
-        f"{last}; random values of {', '.join(missing)} were tried, {draw} times: give values with which it closes"
+        f"{last}; random values of {', '.join(missing)} were tried, {draw + 1} times: give values with which it closes"
     )
-
-
-# Newton
 
 
 def _without_angles(numbers: Numbers, q: Array) -> Array:

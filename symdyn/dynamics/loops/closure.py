@@ -73,7 +73,7 @@ class Closure:
         fails: whether, without loops, its dependent velocities are undetermined at some positions, so that equations
             take all rows at once: a blade has a heading at which the velocity along x is none of its own.
         driven: of inverse dynamics, driven velocities independent; None where the drives do not fit.
-        fault: why there is none.
+        fault: why there is none, and inverse dynamics is not unique.
     """
 
     assembly: Assembly
@@ -288,13 +288,13 @@ def _driven(
         return partition, ""
     free = n - m
     if len(driven) > free:
-        return None, f"inverse dynamics is not unique: {over_driven(scene, free)}"
+        return None, over_driven(scene, free)
     chosen = _dependent(choices, [[k for k in reversed(range(n)) if k not in driven]])
     if chosen is None:
         freedoms = f"{free} degree{'s' * (free != 1)} of freedom"
         return None, (
-            f"inverse dynamics is not unique: the drives {drives_of(scene, driven)} work against each other, where "
-            f"{freedoms} remain{'s' * (free == 1)}; drive other joints"
+            f"the drives {drives_of(scene, driven)} work against each other, where {freedoms} "
+            f"remain{'s' * (free == 1)}; drive other joints"
         )
     return _made(numbers, kept, [k for k in range(n) if k not in chosen]), ""
 

@@ -113,7 +113,7 @@ def _rolling(row: Row, X: Transform) -> tuple[Wrench, ...]:
     graph = X.p[0].graph
     n, r = unit(row.plane.normal, graph), express(row.radius, graph)
     if row.axis is None:
-        along, d = _in_plane(n), scale(-r, n)
+        along, d = in_plane(n), scale(-r, n)
         ways = {"along": _at_rim(along, d), "across": _at_rim(cross(n, along), d), "normal": forces(n)[0]}
         return tuple(ways[component] for component in row.components)
     a = apply(X.R, unit(row.axis, graph))
@@ -148,7 +148,7 @@ def sine(row: Row, X: Transform) -> Expr:
     return _sine(apply(X.R, unit(row.axis, graph)), unit(row.plane.normal, graph))
 
 
-def _in_plane(n: Vec) -> Vec:
+def in_plane(n: Vec) -> Vec:
     """Return a unit vector of a plane: its x, unless the normal is along it."""
     graph = n[0].graph
     x, y = (graph.one, graph.zero, graph.zero), (graph.zero, graph.one, graph.zero)

@@ -10,10 +10,9 @@ import random
 
 import numpy as np
 
-from symdyn.dynamics.loops.newton import dimensionless, newton, seen_closed
+from symdyn.dynamics.loops.newton import dimensionless, newton, seen_closed, turns_of
 from symdyn.dynamics.loops.numbers import Array, Numbers
 from symdyn.errors import DerivationError
-from symdyn.scene import JOINTS
 
 PLACES, STEPS = 2, 2
 """How many positions, and in how many steps each is come to."""
@@ -38,9 +37,9 @@ def generic_places(numbers: Numbers, q: Array, length: float) -> tuple[Array, ..
 def _wandered(numbers: Numbers, q: Array, length: float, seed: int) -> Array:
     """Return where a walk in one direction ends, as straight as the loops allow; q itself where nothing moves."""
     rng = random.Random(f"{numbers.scene.name}:{seed}")
-    units = [unit for joint in numbers.scene.moving for unit in JOINTS[joint.type].velocities(joint)]
-    scales = np.array([1.0 if unit == "rad" else length for unit in units])
-    way = np.array([rng.uniform(-1, 1) for _ in units])
+    scales = np.full(numbers.state.n, length)
+    scales[turns_of(numbers)] = 1.0
+    way = np.array([rng.uniform(-1, 1) for _ in scales])
     for _ in range(STEPS):
         G = dimensionless(numbers, q, length)
         way = way - np.linalg.lstsq(G, G @ way, rcond=1e-8)[0] if len(G) else way

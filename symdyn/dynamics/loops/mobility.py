@@ -228,7 +228,7 @@ def _notes(scene: Scene, closure: Closure, found: Mobility) -> list[str]:
     notes += [f"idle: {motion}; it needs no drive" for motion in found.idle]
     drives, free = len(found.drives), found.by_rank - len(found.idle)
     if closure.driven is None:
-        notes.append(closure.fault)
+        notes.append(f"inverse dynamics is not unique: {closure.fault}")
     elif drives == 0 and free:
         notes.append("no joint is driven: inverse dynamics gives the forces at " + ", ".join(found.independent))
     elif drives < free:

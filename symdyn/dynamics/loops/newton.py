@@ -16,7 +16,7 @@ import numpy as np
 
 from symdyn.dynamics.loops.numbers import Array, Numbers
 from symdyn.dynamics.loops.words import missed
-from symdyn.scene import JOINTS
+from symdyn.scene.units import velocity_units
 
 CLOSED = 1e-9
 """Largest residual of a closed loop, over the size of the mechanism."""
@@ -63,7 +63,7 @@ def newton(numbers: Numbers, q: Array, held: Sequence[int]) -> Array:
 
 def turns_of(numbers: Numbers) -> list[int]:
     """Return the velocities that are angular."""
-    units = [unit for joint in numbers.scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    units = velocity_units(numbers.scene)
     return [k for k, unit in enumerate(units) if unit == "rad"]
 
 

@@ -45,13 +45,11 @@ def _massive(w: Workspace) -> None:
 
     from symdyn.algebra.numeric import Floats
 
-    reduced, numbers = w.closed.motion, w.closed.numbers
+    reduced = w.closed.motion
     if not reduced.independent:
         return
     size = len(reduced.independent)
-    known = {w.graph.symbol(str(node.value)): value for node, value in numbers.parameters.items()}
-    known |= dict(zip(w.state.q, w.closed.closure.assembly.typical, strict=True))
-    known[w.graph.symbol(TIME)] = 0.0
+    known = w.closed.values(w.closed.closure.assembly.typical) | {w.graph.symbol(TIME): 0.0}
     entries = evaluate(_flat(reduced.mass(w.composite_mass)), Floats(), known)
     mass = np.array(entries).reshape(size, size)
     values, vectors = np.linalg.eigh(mass)

@@ -189,9 +189,7 @@ def _branch(w: Workspace, unknowns: Sequence[_Unknown], candidates: Sequence[tup
 
     Neither is where what moves leaves the plane, by a slide along the normal or on a line that is oblique.
     """
-    numbers = w.closed.numbers
-    known = {w.graph.symbol(str(node.value)): value for node, value in numbers.parameters.items()}
-    known |= dict(zip(w.state.q, w.closed.closure.assembly.typical, strict=True))
+    known = w.closed.values(w.closed.closure.assembly.typical)
     there = np.array([known[w.closed.coordinates[one.velocity]] for one in unknowns])
     slides = np.array([one.slides for one in unknowns])
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -63,6 +64,11 @@ class Closed:
         """The mechanism in numbers, on a graph of its own, with values of all parameters."""
         return self._decided[1]
 
+    def values(self, q: Iterable[float]) -> dict[Expr, float]:
+        """Return values of all parameters, those that the numbers have, and of the coordinates at q."""
+        values = {self.w.graph.symbol(str(node.value)): x for node, x in self.numbers.parameters.items()}
+        return values | dict(zip(self.w.state.q, q, strict=True))
+
     @property
     def driven(self) -> Partition:
         """The partition of inverse dynamics.
@@ -72,7 +78,7 @@ class Closed:
         """
         partition = self.closure.driven
         if partition is None:
-            raise DerivationError(f"{self.w.scene.name}: {self.closure.fault}")
+            raise DerivationError(f"{self.w.scene.name}: inverse dynamics is not unique: {self.closure.fault}")
         return partition
 
     @cached_property
@@ -100,6 +106,11 @@ class Closed:
     def G(self, rows: Constraints) -> Matrix:
         """Return the kept rows, shape (m, nv)."""
         return [list(rows.G[k]) for k in self.closure.kept]
+
+    def constraint_forces(self, multipliers: Sequence[Expr]) -> list[Expr]:
+        """Return Gᵀ λ, shape (nv,), for λ of the kept rows."""
+        pairs = list(zip(self.G(self.recursive), multipliers, strict=True))
+        return [self.w.graph.total(row[k] * x for row, x in pairs) for k in range(self.w.state.n)]
 
     def bias(self, rows: Constraints) -> list[Expr]:
         """Return Ġ u of the kept rows, shape (m,)."""

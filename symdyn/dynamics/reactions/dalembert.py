@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from symdyn.dynamics.reactions.bivectors import Bivectors, exerted_on, known_bivectors
 from symdyn.dynamics.reactions.freedoms import drives, reactions_of
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import Hinge, plus, relative_twists, times
+from symdyn.dynamics.reactions.hinges import Hinge, nothing, plus, relative_twists, times
 from symdyn.dynamics.reactions.members import own_forces
 from symdyn.dynamics.reactions.ties import (
     flattened,
@@ -153,7 +153,8 @@ def equilibrium(
     for u, unknown in enumerate(unknowns):
         for h, wrench in unknown.acts:
             for j, exerted in exerted_on(hanging, hanging.hinges[h], wrench).items():
-                blocks[j, u] = plus(blocks[j, u], exerted) if (j, u) in blocks else exerted
+                if not all(x.is_zero for part in exerted for x in part):
+                    blocks[j, u] = plus(blocks[j, u], exerted) if (j, u) in blocks else exerted
     return Equilibrium(hanging, bodies, tuple(unknowns), blocks, kept, own)
 
 
@@ -198,18 +199,17 @@ def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown
             ]
     for number, row in enumerate(rows_of(hanging)):
         acts = tuple((feels[k][0], times(slope, feels[k][1])) for k, slope in enumerate(row.G) if not slope.is_zero)
-        found.append(Unknown(ROW, row.owner, number, acts))
+        found.append(Unknown(ROW, row.owner, number, acts or ((0, nothing(graph)),)))  # a row may forbid nothing
     return found
 
 
 def _passive(hanging: Hanging, with_idle: bool) -> set[int]:
     """Return the velocities without a drive; where idle motions get one, those that determine what closes the loops."""
-    scene = hanging.scene
+    scene, closure = hanging.scene, hanging.closure
     if not scene.loops and not scene.rows:
         return set()
-    fits = hanging.closure is not None and hanging.closure.driven is not None
-    if with_idle and fits:
-        return set(hanging.closure.driven.dependent)  # type: ignore[union-attr]
+    if with_idle and closure is not None and closure.driven is not None:
+        return set(closure.driven.dependent)
     return set(undriven(scene))
 
 

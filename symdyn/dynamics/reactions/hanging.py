@@ -54,10 +54,9 @@ class Hanging:
         if self.closure is None:
             return Samples(self.scene, self.graph)
         assembly = self.closure.assembly
-        places = [
-            dict(zip(self.scene.coordinates, q, strict=True)) for q in (assembly.typical, *self.closure.assembly.places)
-        ]
-        return Samples(self.scene, self.graph, tuple(dict(assembly.parameters) | place for place in places))
+        positions = (assembly.typical, *assembly.places)
+        places = (dict(assembly.parameters) | dict(zip(self.scene.coordinates, q, strict=True)) for q in positions)
+        return Samples(self.scene, self.graph, tuple(places))
 
     @property
     def joints(self) -> tuple[Hinge, ...]:

@@ -94,7 +94,7 @@ class InNumbers:
         """
         A, b, T, still = self.matrices(values)
         _, scales = self.sizes(values, length)
-        rows = np.tile([1.0] * 3 + [1.0 / length] * 3, (len(b) + len(R)) // 6)
+        rows = _as_forces(len(b) + len(R), length)
         whole = np.vstack([A, T]) * rows[:, None] / scales
         right = np.concatenate([-b, R - still]) * rows
         left = whole @ np.linalg.lstsq(whole, right, rcond=RANK)[0] - right
@@ -104,14 +104,14 @@ class InNumbers:
         """Return the least solution at values of all symbols, for a characteristic length."""
         A, b, T, still = self.matrices(values)
         _, scales = self.sizes(values, length)
-        rows = np.tile([1.0] * 3 + [1.0 / length] * 3, len(b) // 6)
+        rows = _as_forces(len(b), length)
         scaled, right = (A * rows[:, None]) / scales, rows * b
         U, s, Vt = np.linalg.svd(scaled, full_matrices=True)
         rank = int((s > RANK * s.max(initial=0.0)).sum())
         y = -Vt[:rank].T @ ((U[:, :rank].T @ right) / s[:rank])
         missed = float(np.abs(scaled @ y + right).max(initial=0.0))
         N = Vt[rank:].T
-        shown = (T / scales) @ N * np.tile([1.0] * 3 + [1.0 / length] * 3, len(T) // 6)[:, None]
+        shown = (T / scales) @ N * _as_forces(len(T), length)[:, None]
         return Least(
             y / scales,
             np.linalg.norm(N, axis=1) > LOOSE,
@@ -121,3 +121,8 @@ class InNumbers:
             (T @ (y / scales) + still).reshape(-1, 6),
             (np.linalg.norm(shown, axis=1) <= LOOSE).reshape(-1, 6),
         )
+
+
+def _as_forces(rows: int, length: float) -> Array:
+    """Return what makes rows of [force; moment] comparable: moments count as forces, shape (rows,)."""
+    return np.tile([1.0] * 3 + [1.0 / length] * 3, rows // 6)

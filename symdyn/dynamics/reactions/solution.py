@@ -1,22 +1,19 @@
-"""The solution of (5.18) in numbers: sizes of all unknowns, and the reactions that they are.
+"""(5.18) row by row, and the reactions that its unknowns are: A x = -b, T x = R - R⁰.
 
-A x + b = 0 is solved at one place after the other and over any algebra, with pivots that the numbers there choose. So
-no choice is made beforehand that could fail at another place, and what one place leaves undetermined is seen there.
+Nothing is solved here. Who solves does it in numbers, at one place after the other, with pivots that the numbers there
+choose: no choice is made beforehand that could fail at another place.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
-from symdyn.algebra.elimination import eliminate
 from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.dynamics.reactions.freedoms import drives
 from symdyn.dynamics.reactions.hinges import nothing, plus, times
 from symdyn.dynamics.reactions.members import placements
 from symdyn.dynamics.reactions.recursion import as_row, as_rows
-from symdyn.errors import DerivationError
-from symdyn.graph import Algebra, Expr, evaluate
+from symdyn.graph import Expr
 from symdyn.scene.joints import Wrench
 
 Rows = list[dict[int, Expr]]
@@ -69,46 +66,3 @@ def elements(system: Equilibrium) -> list[Wrench]:
         for force, D in zip(forces, drives(hinge, hanging.samples), strict=True):
             total[h] = plus(total[h], times(force, D))
     return total
-
-
-def transmitted(system: Equilibrium, x: Sequence[Expr]) -> list[Wrench]:
-    """Return the whole wrench through every joint, axes of its joint frame, about P: reactions, drives, elements."""
-    total = elements(system)
-    for unknown, size in zip(system.unknowns, x, strict=True):
-        for h, wrench in unknown.acts:
-            total[h] = plus(total[h], times(size, wrench))
-    return total
-
-
-def solved_at(
-    system: Equilibrium, algebra: Algebra[Any], values: Mapping[Expr, Any], weigh: Callable[[Any], Any] = abs
-) -> list[Any]:
-    """Return x with A x + b = 0 at one place, shape (unknowns,).
-
-    Args:
-        system: from `equilibrium`.
-        algebra: what to compute with.
-        values: of all symbols.
-        weigh: the size of a number, 0 where it cannot be told from zero.
-
-    Raises:
-        DerivationError: the equations do not determine x there.
-    """
-    rows = equations(system)
-    found = iter(evaluate([entry for row in rows for entry in row.values()], algebra, dict(values)))
-    zero = evaluate([system.hanging.graph.zero], algebra, {})[0]
-    done = eliminate([{c: next(found) for c in row} for row in rows], len(system.unknowns), algebra, zero, weigh)
-    if done.free:
-        raise DerivationError(undetermined(system, len(system.unknowns) - len(done.free)))
-    return done.x
-
-
-def undetermined(system: Equilibrium, rank: int) -> str:
-    """Return why a system has no unique solution, and what would work."""
-    return (
-        f"{system.hanging.scene.name}: reactions: {system.equations} equations of equilibrium determine {rank} of the "
-        f"{len(system.unknowns)} unknowns ({system.reactions} reactions, {system.drives} drives): the mechanism has "
-        "too many drives, or is overconstrained; make drives passive, take joints with more freedoms, or ask "
-        "symdyn.dynamics.reactions_at for the least reactions at one position, with those "
-        "flagged that are not unique"
-    )

@@ -119,9 +119,9 @@ def sizes(hanging: Hanging, unknown: Sequence[Tie], forces: Sequence[Expr]) -> l
     """
     closure = hanging.closure
     if closure is not None and closure.driven is None:
-        why = closure.fault.removeprefix("inverse dynamics is not unique: ")
         raise DerivationError(
-            f"{hanging.scene.name}: reactions are not unique: {why}; or ask for forward_reactions, with drives given"
+            f"{hanging.scene.name}: reactions are not unique: {closure.fault}; or ask for forward_reactions, with "
+            "drives given"
         )
     among = undriven(hanging.scene)
     uses = [[k for k in among if not one.G[k].is_zero] for one in unknown]

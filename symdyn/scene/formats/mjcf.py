@@ -19,7 +19,7 @@ from typing import Any
 
 from symdyn.errors import SceneError
 from symdyn.scene.declare import assemble
-from symdyn.scene.formats.mjcf_mesh import check_meshes, mesh_paths
+from symdyn.scene.formats.mjcf_mesh import check_meshes, is_file, mesh_paths
 from symdyn.scene.formats.mjcf_tree import Tree, nonzero
 from symdyn.scene.formats.xml import Element, read_xml
 from symdyn.scene.reading import Reading, ReadOptions
@@ -125,7 +125,7 @@ def _files(path: Path, root: Element) -> dict[Path, Element]:
             for other in dict.fromkeys((path.parent / name, file.parent / name)):
                 if _is_strange(other):
                     raise SceneError(f"{file}: line {child.line}: {shorten(name)} is no file; give one with MJCF")
-                if _is_file(other):
+                if is_file(other):
                     if other.resolve() in chain:
                         raise SceneError(f"{file}: line {child.line}: {other.name} includes itself; break the ring")
                     if other not in files:
@@ -134,14 +134,6 @@ def _files(path: Path, root: Element) -> dict[Path, Element]:
         if len(files) > MOST_FILES:
             raise SceneError(f"{path}: includes more than {MOST_FILES} files; join some of them")
     return files
-
-
-def _is_file(path: Path) -> bool:
-    """Tell whether a file is there; a name that no system allows names none."""
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
 
 
 def _is_strange(path: Path) -> bool:

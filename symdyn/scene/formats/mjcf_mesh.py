@@ -36,7 +36,7 @@ def check_meshes(needed: Sequence[tuple[str, Sequence[Path]]], faults: Faults) -
     """
     total = 0
     for body, paths in needed:
-        path = next((path for path in paths if _is_file(path)), None)
+        path = next((path for path in paths if is_file(path)), None)
         if path is None:
             what = f"takes its inertia from the mesh {show(_shown(paths[0], faults))}, and there is no such file"
             faults.add(body, f"{what}; put it there, or {INSTEAD}")
@@ -62,8 +62,9 @@ def _shown(path: Path, faults: Faults) -> str:
     return str(path.relative_to(folder)) if path.is_relative_to(folder) else str(path)
 
 
-def _is_file(path: Path) -> bool:
+def is_file(path: Path) -> bool:
+    """Tell whether a file is there; a name that no system allows names none."""
     try:
         return path.is_file()
-    except (OSError, ValueError):  # a name that no system allows
+    except (OSError, ValueError):
         return False

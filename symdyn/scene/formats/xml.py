@@ -105,18 +105,16 @@ def parse_xml(content: bytes, source: str, note: Note | None = None) -> Element:
     Raises:
         SceneError: in one line, why the text is not XML that can be read.
     """
-    if len(content) <= LARGEST_FILE:
-        content = _declaration_first(content, note)
+    if len(content) > LARGEST_FILE:
+        raise SceneError(f"{source}: holds more than {LARGEST_FILE >> 20} MB; {TOO_LARGE}")
+    content = _declaration_first(content, note)
     try:
         return _parse(content, source)
-    except _UnboundPrefixError as refusal:
+    except _UnboundPrefixError:
         declared = _with_prefixes(content, note)
         if declared == content:
-            raise SceneError(str(refusal)) from None
-    try:
-        return _parse(declared, source)
-    except _UnboundPrefixError as refusal:
-        raise SceneError(str(refusal)) from None
+            raise
+    return _parse(declared, source)
 
 
 def find_root(content: bytes) -> re.Match[bytes] | None:
@@ -182,8 +180,6 @@ def _with_prefixes(content: bytes, note: Note | None) -> bytes:
 
 
 def _parse(content: bytes, source: str) -> Element:
-    if len(content) > LARGEST_FILE:
-        raise SceneError(f"{source}: holds more than {LARGEST_FILE >> 20} MB; {TOO_LARGE}")
     if not content.strip():
         raise SceneError(f"{source}: is empty; give a robot file")
     builder = _Builder()
@@ -203,9 +199,8 @@ def _parse(content: bytes, source: str) -> Element:
         advice = "delete <!DOCTYPE ...> and write out what its entities stand for"
         raise SceneError(f"{source}: line {line}: a document type or an entity is not read; {advice}") from None
     except ParseError as error:
-        if error.code == UNBOUND_PREFIX:
-            raise _UnboundPrefixError(f"{source}: {_place(error)}: is not well-formed XML: {_reason(error)}") from None
-        raise SceneError(f"{source}: {_place(error)}: is not well-formed XML: {_reason(error)}") from None
+        kind = _UnboundPrefixError if error.code == UNBOUND_PREFIX else SceneError
+        raise kind(f"{source}: {_place(error)}: is not well-formed XML: {_reason(error)}") from None
     except (LookupError, ValueError) as error:
         advice = "save the file as UTF-8"
         raise SceneError(f"{source}: is in an encoding that cannot be read ({shorten(str(error))}); {advice}") from None
@@ -218,7 +213,7 @@ class _Expat(Protocol):
     CurrentByteIndex: int
 
 
-class _UnboundPrefixError(Exception):
+class _UnboundPrefixError(SceneError):
     """A prefix that is declared nowhere."""
 
 

@@ -16,6 +16,7 @@ from symdyn.emit.escape import in_html
 from symdyn.emit.symbols import latex_symbols
 from symdyn.scene import JOINTS, Joint, Parameter, Scene, acceleration_name
 from symdyn.scene.start import quaternion
+from symdyn.scene.units import velocity_units
 from symdyn.scene.value import value_of
 from symdyn.teach.interactive.reduced import Held
 from symdyn.teach.render.mathml import inline
@@ -60,7 +61,7 @@ def controls(
         last = max(t, min(60.0, max(2.0, 4 * math.pi / fastest)) if fastest else 10.0)
         groups.append({"key": "t", "rows": [_row("t", 0, "t", "t", "s", (0.0, last), t)]})
     groups.append({"key": "q", "rows": _positions(scene, symbols, values, start["q"], extent, tied, led)})
-    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    units = velocity_units(scene)
     for k, names in ((1, scene.velocities), (2, tuple(acceleration_name(v) for v in scene.velocities))):
         key, rows = ("qd", "qdd")[k - 1], []
         for i, (name, unit) in enumerate(zip(names, units, strict=True)):

@@ -9,7 +9,7 @@ from symdyn.dynamics import is_closed
 from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.state import quaternions
 from symdyn.errors import SymdynError
-from symdyn.scene import Scene, acceleration_name, without_hidden_zeros
+from symdyn.scene import Scene, acceleration_name
 from symdyn.teach.balance import Balance
 from symdyn.teach.motion import choose_motion
 from symdyn.teach.state import shown_state, starting_rates
@@ -35,7 +35,7 @@ def start(scene: Scene) -> Start:
     chosen, still = shown_state(scene), is_closed(scene)
     if still and not quaternions(scene):
         with suppress(SymdynError):  # too large for a lesson
-            chosen, still = choose_motion(Balance(without_hidden_zeros(scene), "en")), False
+            chosen, still = choose_motion(Balance(scene, "en")), False
     numbers = {str(symbol.value): value for symbol, value in chosen.values.items()}
     rates = [numbers.get(u, 0.0) for u in scene.velocities]
     led = any(joint.motion is not None for joint in scene.joints)

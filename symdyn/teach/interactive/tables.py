@@ -10,6 +10,7 @@ from symdyn.emit.latex_layout import together
 from symdyn.emit.letters import Letters, head
 from symdyn.emit.symbols import latex_symbols
 from symdyn.scene import JOINTS, Scene, acceleration_name
+from symdyn.scene.units import velocity_units
 from symdyn.teach.equations import coefficient_unit
 from symdyn.teach.interactive.controls import UNITS
 from symdyn.teach.interactive.live import Live, Term
@@ -19,7 +20,7 @@ from symdyn.teach.render.mathml import inline
 def force_tables(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict[str, Any]]:
     """Return, row by row, its name, its unit and its terms."""
     symbols, letters = latex_symbols(scene), Letters(scene)
-    units = [unit for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
+    units = velocity_units(scene)
     slides = [units[velocity] == "m" for velocity in computed.rows]
     tables = []
     for i, velocity in enumerate(computed.rows):

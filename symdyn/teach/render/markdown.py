@@ -37,7 +37,6 @@ MARKS = {"erratum": "⚠", "remark": "ℹ", "check": "✓"}
 def markdown(document: Document) -> dict[str, str]:
     """Return the files by name: the text, and its pictures as SVG."""
     page = Page(document)
-    stem = page_stem(document.scene.name)
     sections = [
         {
             "title": in_markdown(section.title),
@@ -54,8 +53,13 @@ def markdown(document: Document) -> dict[str, str]:
         for section in document.sections
     ]
     text = render("teach/walkthrough.md.jinja", {"title": in_markdown(document.title), "sections": sections})
-    pictures = {f"{stem}-{one.key}.svg": one.svg for _, one in document.blocks() if isinstance(one, Picture)}
-    return {f"{stem}.md": text, **pictures}
+    pictures = {_file(document, one): one.svg for _, one in document.blocks() if isinstance(one, Picture)}
+    return {f"{page_stem(document.scene.name)}.md": text, **pictures}
+
+
+def _file(document: Document, picture: Picture) -> str:
+    """Return the name of a picture's file, beside the text."""
+    return f"{page_stem(document.scene.name)}-{picture.key}.svg"
 
 
 class Page:
@@ -83,7 +87,7 @@ class Page:
         elif isinstance(block, Matrix):
             yield display([self.spell.matrix(block)], block.number)
         elif isinstance(block, Picture):
-            yield f"![{in_markdown(block.alt)}]({self.document.scene.name}-{block.key}.svg)"
+            yield f"![{in_markdown(block.alt)}]({_file(self.document, block)})"
             yield f"*{self.words(block.caption)}*"
         elif isinstance(block, Values):
             yield table([map(self.words, row) for row in (block.head, *block.rows)])

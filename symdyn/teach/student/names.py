@@ -19,8 +19,9 @@ from symdyn.algebra.form import Form, Function, Symbol, sum_of
 from symdyn.dynamics.positions import body_placements
 from symdyn.emit.symbols import latex_symbols
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene import JOINTS, Scene, acceleration_name, velocity_name
+from symdyn.scene import Scene, acceleration_name, velocity_name
 from symdyn.scene.names import LONGEST
+from symdyn.scene.units import coordinate_units
 from symdyn.teach.masses import AXES, masses
 from symdyn.teach.student.tokens import plain_index
 
@@ -123,7 +124,7 @@ class Names:
 
     @cached_property
     def longest(self) -> int:
-        """Return the letters of the longest piece."""
+        """Return how many letters the longest piece has."""
         return max(map(len, (*self.symbols, *self.shorthands, *CIRCULAR)))
 
     def _split(self, word: str) -> Iterator[list[str | Form]]:
@@ -145,7 +146,7 @@ class Names:
         """Return c12 for cos(q1 + q2), and so on, as far as the scene has no symbol of that name."""
         if len(self.scene.coordinates) > FEW:
             return {}
-        units = [unit for joint in self.scene.moving for unit in JOINTS[joint.type].coordinates(joint)]
+        units = coordinate_units(self.scene)
         angles = [i for i, unit in enumerate(units) if unit == "rad"]
         found: dict[str, Form] = {}
         for count in range(1, len(angles) + 1):
