@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from symdyn.program import lower
 from symdyn.scene import Scene, read
 from symdyn.scene.value import value_of
 from symdyn.teach import walkthrough
-from symdyn.teach.interactive import interactive_page, live
+from symdyn.teach.interactive import Live, interactive_page, live
 from symdyn.teach.render.html import html_page
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -39,9 +40,24 @@ def browser() -> Iterator[Any]:
 
 def saved(name: str, folder: Path, language: str = "en") -> tuple[Scene, Path]:
     """Return a scene and its page on disk."""
-    scene, path = read(EXAMPLES / f"{name}.toml"), folder / f"{name}.html"
-    path.write_text(interactive_page(scene, language=language), encoding="utf-8")
-    return scene, path
+    path = folder / f"{name}.html"
+    path.write_text(page_of(name, language), encoding="utf-8")
+    return scene_of(name), path
+
+
+@cache
+def scene_of(name: str) -> Scene:
+    return read(EXAMPLES / f"{name}.toml")
+
+
+@cache
+def page_of(name: str, language: str) -> str:
+    return interactive_page(scene_of(name), language=language)
+
+
+@cache
+def live_of(name: str) -> Live:
+    return live(scene_of(name))
 
 
 def values(page: Any, kind: str) -> list[float]:
@@ -127,7 +143,7 @@ def test_closed_numbers_follow_the_sliders_and_are_what_python_computes(
 ) -> None:
     scene, path = saved(name, tmp_path)
     positions, rates, pulls, changed = CASES[name]
-    names, computed = [p.name for p in scene.parameters], live(scene)
+    names, computed = [p.name for p in scene.parameters], live_of(name)
     with opened(browser, path) as page:
         if changed:
             move(page, "params", names.index(changed[0]), changed[1])
@@ -216,8 +232,8 @@ def test_a_loop_that_cannot_close_stays_where_it_closes_last(browser: Any, tmp_p
 @pytest.mark.parametrize("name", ["four_bar", "rssr", "rolling_disc", "heavy_top"])
 def test_a_played_motion_is_that_of_the_equations(browser: Any, tmp_path: Path, name: str) -> None:
     scene, path = saved(name, tmp_path)
-    module = run_python(emit(live(scene).program))
-    closed = live(scene).held is not None
+    module = run_python(emit(live_of(name).program))
+    closed = live_of(name).held is not None
     with opened(browser, path) as page:
         data = page.content().split("const data = ", 1)[1].split(";\n", 1)[0]
         start = page.evaluate(f"() => ({data}).start")

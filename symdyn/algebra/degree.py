@@ -59,8 +59,9 @@ class Degrees:
 
     def add(self, a: Degree, b: Degree) -> Degree:
         """Return the bounds of a sum over the common denominator."""
-        keys = {**a.below, **b.below}
-        below = {k: max(a.below.get(k, 0), b.below.get(k, 0)) for k in keys}
+        below = a.below
+        if a.below != b.below:
+            below = {k: max(a.below.get(k, 0), b.below.get(k, 0)) for k in {**a.below, **b.below}}
         scale = max(a.scale, b.scale)
         a, b = self._lifted(a, below, scale), self._lifted(b, below, scale)
         return Degree(max(a.numerator, b.numerator), max(a.bits, b.bits) + 1, scale, below)
@@ -111,6 +112,8 @@ class Degrees:
     def _lifted(self, a: Degree, below: dict[int, int], scale: int) -> Degree:
         """Return the numerator's bounds when the denominator is raised to `below` and D^scale."""
         degree, bits = a.numerator, a.bits + (scale - a.scale) * self.denominator_bits
+        if below is a.below:
+            return Degree(degree, bits)
         for k, e in below.items():
             spare = e - a.below.get(k, 0)
             degree += spare * self.divisors[k].numerator
@@ -148,8 +151,9 @@ def bound(left: Sequence[Expr], right: Sequence[Expr], wanted: Needs) -> Bound:
     algebra = Degrees(wanted)
     sides = []
     for outputs in (left, right):
-        symbols = {node: Degree(1) for node in reachable(outputs) if node.op is Op.SYMBOL}
-        sides.append(evaluate(outputs, algebra, symbols))
+        order = reachable(outputs)
+        symbols = {node: Degree(1) for node in order if node.op is Op.SYMBOL}
+        sides.append(evaluate(outputs, algebra, symbols, order))
     totals = [algebra.total(algebra.sub(a, b)) for a, b in zip(*sides, strict=True)]
     collisions = len(algebra.hashed) ** 2 * max(algebra.hashed, default=0)
     degree = max((total.numerator for total in totals), default=0) + collisions

@@ -123,7 +123,6 @@ class FiniteField:
         self._root = _root_of_unity(prime, self._order)
         self._i = pow(self._root, self._order // 4, prime)
         self._half = (prime + 1) // 2
-        self._units: dict[Expr, int] = {}
         self._radicals = {n: self._radical(n) for n in wanted.radicands}
 
     def constant(self, value: Fraction) -> int:
@@ -214,38 +213,40 @@ class FiniteField:
 
 
 def evaluate_over_field(outputs: Sequence[Expr], field: FiniteField, values: dict[Expr, int]) -> list[int]:
-    """Return the values of `outputs` in `field`; see `symdyn.graph.evaluate` for the arguments.
+    """Return the values of `outputs` in `field`: the loop of `evaluate`, with sines from their angles' atoms.
 
-    It differs from the general loop in one point: a sine is computed from the values of its angle's atoms.
+    Args:
+        outputs: nodes of one graph.
+        field: what to compute with.
+        values: value of every symbol that is needed; every node that is computed is added, and none computed again.
 
     Raises:
         Redraw: the point is unlucky.
     """
     binary = {Op.ADD: field.add, Op.SUB: field.sub, Op.MUL: field.mul, Op.DIV: field.div}
-    known: dict[Expr, int] = {}
     units: dict[Expr, int] = {}
-    for node in reachable(outputs):
+    for node in reachable(outputs, values):
         op, args = node.op, node.args
         if node in values:
-            known[node] = values[node]
-        elif op in binary:
-            known[node] = binary[op](known[args[0]], known[args[1]])
+            continue
+        if op in binary:
+            values[node] = binary[op](values[args[0]], values[args[1]])
         elif op is Op.NEG:
-            known[node] = field.neg(known[args[0]])
+            values[node] = field.neg(values[args[0]])
         elif op is Op.CONSTANT:
-            known[node] = field.constant(node.value)  # type: ignore[arg-type]
+            values[node] = field.constant(node.value)  # type: ignore[arg-type]
         elif op is Op.PI:
-            known[node] = field.pi()
+            values[node] = field.pi()
         elif op in (Op.SIN, Op.COS):
             angle = args[0]
             if angle not in units:
-                units[angle] = field.unit(angle, known)
-            known[node] = field.circular(op, units[angle])
+                units[angle] = field.unit(angle, values)
+            values[node] = field.circular(op, units[angle])
         elif op in FUNCTIONS:
-            known[node] = field.function(node, [known[arg] for arg in args])
+            values[node] = field.function(node, [values[arg] for arg in args])
         else:
             raise KeyError(f"symbol {node.value} has no value")
-    return [known[node] for node in outputs]
+    return [values[node] for node in outputs]
 
 
 def _hash(*key: object) -> int:

@@ -28,6 +28,7 @@ def emit(
     command: str = "",
     batch: bool = False,
     lean: bool = False,
+    doubles: bool = False,
 ) -> Sources:
     """Return the files that compute `program`; the same program gives the same bytes.
 
@@ -38,6 +39,7 @@ def emit(
         command: what the header says to run to make the files again; "" for the plain command line.
         batch: whether C gets functions over many states too; NumPy and ufuncs take batches anyway, JavaScript none.
         lean: whether ufuncs are of double alone and take a batch state by state, to be compiled in a tenth of the time.
+        doubles: whether ufuncs are of double alone, to be compiled in half the time; batches are as fast as ever.
 
     Raises:
         EmitError: an unknown target, a real type that it does not have, batches of JavaScript, no function at all, two
@@ -52,8 +54,8 @@ def emit(
     again = command or _command(program, target, real, batch)
     if batch and target == "c":
         return Sources(program, target, real, emit_c(program, find_real(real), again, batch=True))
-    if lean and target == "ufunc":
-        return Sources(program, target, real, emit_ufunc(program, find_real(real), again, lean=True))
+    if target == "ufunc":
+        return Sources(program, target, real, emit_ufunc(program, find_real(real), again, lean, doubles))
     return Sources(program, target, real, TARGETS[target](program, find_real(real), again))
 
 

@@ -63,7 +63,9 @@ def module_name(scene: str) -> str:
     return f"{stem(scene)}_ufunc"
 
 
-def emit_ufunc(program: Program, real: Real, command: str, lean: bool = False) -> tuple[tuple[str, str], ...]:
+def emit_ufunc(
+    program: Program, real: Real, command: str, lean: bool = False, doubles: bool = False
+) -> tuple[tuple[str, str], ...]:
     """Return the extension module's source, then the C that it calls, by name.
 
     Args:
@@ -71,6 +73,7 @@ def emit_ufunc(program: Program, real: Real, command: str, lean: bool = False) -
         real: double.
         command: for the header.
         lean: whether to leave out float and the entries for rows, which take compilers most of their time.
+        doubles: whether to leave out float alone.
 
     Raises:
         EmitError: a real type other than double is asked for; the module has loops for both.
@@ -82,7 +85,7 @@ def emit_ufunc(program: Program, real: Real, command: str, lean: bool = False) -
     files: dict[str, str] = {}
     loops = []
     for name, tag in TAGS.items():
-        if lean and name != real.name:
+        if (lean or doubles) and name != real.name:
             continue
         try:
             code = emit_c(_renamed(program, tag), REALS[name], command, batch=not lean)

@@ -224,7 +224,8 @@ def modules_of(program: Program, real: str, notes: list[str]) -> tuple[dict[str,
     usual = tuple(routine for routine in program.routines if is_usual(routine.function.name))
     if usual and real == "double":  # compiling the others in both real types takes longer than it tells
         try:
-            modules["ufunc"] = build_extension(emit(replace(program, routines=usual), "ufunc"))[1]
+            sources = emit(replace(program, routines=usual), "ufunc", doubles=True)  # all that is measured
+            modules["ufunc"] = build_extension(sources)[1]
         except MissingCompiler as fault:
             notes.append(f"ufunc was not measured: {fault}")
         except BuildError as fault:

@@ -8,7 +8,6 @@ positive, and lie where every root and logarithm is real.
 
 from __future__ import annotations
 
-import random
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,10 +15,11 @@ from typing import Any
 from symdyn.algebra.big import BigFloats
 from symdyn.algebra.degree import Bound, bound
 from symdyn.algebra.elimination import Field
-from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime, evaluate_over_field, needs
+from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime, needs
 from symdyn.algebra.running_error import Bounded, RunningErrors
 from symdyn.errors import VerifyError
-from symdyn.graph import FUNCTIONS, Expr, Op, evaluate, linear_form, reachable
+from symdyn.graph import FUNCTIONS, Expr, Op, linear_form, reachable
+from symdyn.verify.points import MAX_DRAWS, FieldPoints, NumberPoints, field_values
 from symdyn.verify.roots import conjugated, independent, radicands
 
 PROVED = "proved"
@@ -27,13 +27,11 @@ NUMERICAL = "checked numerically"
 DIFFERENT = "different"
 UNDEFINED = "defined nowhere"
 
-MAX_DRAWS = 200
 DIGITS = 50
 SAFETY = 1e3  # times the first-order bound of the rounding error
 SURE = -6.0  # log10 of the chance of error from which a claim is not called proved
 ROOTS = 1 << 20  # tells points that roots are looked at from points that claims are
 TRIALS = 6  # numerical points, half of them the mirror images of the others
-SPREAD = (2.0, 8.0, 64.0, 1024.0)  # widths of the ranges that numerical points are drawn from, one after the other
 
 
 @dataclass(frozen=True)
@@ -111,15 +109,16 @@ def prove(
     exact = [claim for claim, roots in zip(claims, rooted, strict=True) if roots is not None]
     wanted = needs([node for claim in exact for node in (*claim.left, *claim.right)])
     fields = Fields(seed, tuple(draw_prime(seed + k, wanted) for k in range(primes)), points)
+    over_fields, in_numbers = FieldPoints(wanted), NumberPoints(_numbers(), positive)
     findings = []
     for claim, sides in zip(claims, rooted, strict=True):
         roots = None if sides is None else _independent(sides, fields, wanted)
-        flags = None if roots is None else _agreement(claim, fields, wanted, roots)
+        flags = None if roots is None else _agreement(claim, fields, over_fields, roots)
         limit = None
         if roots is not None and flags is not None and all(flags):
             limit = conjugated(claim.widened(bound(claim.left, claim.right, wanted)), roots)
         error = limit.error_log10(wanted, primes, points) if limit else 0.0
-        findings.append(_judge(claim, flags, limit.degree if limit else 0, error, positive))
+        findings.append(_judge(claim, flags, limit.degree if limit else 0, error, in_numbers))
     return fields, findings
 
 
@@ -139,20 +138,20 @@ def _independent(sides: Sequence[Sequence[Expr]], fields: Fields, wanted: Needs)
     most = 0
     for k, prime in enumerate(fields.primes):
         points = (FiniteField(prime, hash_seed(fields.seed, k, ROOTS, draw), wanted) for draw in range(MAX_DRAWS))
-        roots = independent(sides, points, _field_values) if any(sides) else 0
+        roots = independent(sides, points, field_values) if any(sides) else 0
         if roots is None:
             return None
         most = max(most, roots)
     return most
 
 
-def _agreement(claim: Claim, fields: Fields, wanted: Needs, roots: int) -> list[bool] | None:
+def _agreement(claim: Claim, fields: Fields, places: FieldPoints, roots: int) -> list[bool] | None:
     """Return which entries agree at all points of all fields; None if no point was found at which all is defined."""
     agree: list[bool] = []
     for k, prime in enumerate(fields.primes):
         draws = iter(range(MAX_DRAWS << roots))
         for point in range(fields.points):
-            drawn = _draw(claim, prime, wanted, (fields.seed, k, point), draws)
+            drawn = _draw(claim, prime, places, (fields.seed, k, point), draws)
             if drawn is None:
                 return None
             same = [a == b for a, b in zip(*drawn, strict=True)]
@@ -161,27 +160,16 @@ def _agreement(claim: Claim, fields: Fields, wanted: Needs, roots: int) -> list[
 
 
 def _draw(
-    claim: Claim, prime: int, wanted: Needs, key: tuple[int, int, int], draws: Iterator[int]
+    claim: Claim, prime: int, places: FieldPoints, key: tuple[int, int, int], draws: Iterator[int]
 ) -> tuple[list[int], list[int]] | None:
     """Return what is compared at one random point of the field; unlucky points are drawn again."""
     for attempt in draws:
-        field = FiniteField(prime, hash_seed(*key, attempt), wanted)
         try:
-            left, right = _field_values(claim.left, field), _field_values(claim.right, field)
+            field, (left, right) = places.values((claim.left, claim.right), prime, hash_seed(*key, attempt))
         except Redraw:
             continue
         return claim.compared(left, right, field, 0, bool)
     return None
-
-
-def _field_values(outputs: Sequence[Expr], field: FiniteField) -> list[int]:
-    symbols = [node for node in reachable(outputs) if node.op is Op.SYMBOL]
-    rng = random.Random()
-    values = {}
-    for node in symbols:
-        rng.seed(f"{field.seed}:{node.value}")
-        values[node] = rng.randrange(field.p)
-    return evaluate_over_field(outputs, field, values)
 
 
 def hash_seed(*key: int) -> int:
@@ -193,7 +181,7 @@ def hash_seed(*key: int) -> int:
 
 
 def _judge(
-    claim: Claim, flags: Sequence[bool] | None, degree: int, error_log10: float, positive: Collection[str]
+    claim: Claim, flags: Sequence[bool] | None, degree: int, error_log10: float, places: NumberPoints
 ) -> Finding:
     """Return the finding for a claim.
 
@@ -202,13 +190,13 @@ def _judge(
         flags: which entries agreed over the fields; None where fields cannot tell.
         degree: bound of the degree, when all agreed.
         error_log10: log10 of the probability that they agreed by chance.
-        positive: symbols that are assumed positive.
+        places: where to look at it in numbers.
     """
     if flags is not None and not all(flags) and _is_decided((*claim.left, *claim.right)):
         return Finding(_title(claim), DIFFERENT, len(flags), 0, 0.0, list(flags).index(False))
     proved = flags is not None and all(flags) and error_log10 < SURE
     try:
-        where = _first_difference(claim, positive, 1 if proved else TRIALS)  # one look keeps the field honest
+        where = _first_difference(claim, places, 1 if proved else TRIALS)  # one look keeps the field honest
     except VerifyError:
         return Finding(_title(claim), UNDEFINED, len(claim.left), 0, 0.0, -1)
     if where >= 0:
@@ -244,19 +232,22 @@ def _by_graph(outputs: Sequence[Expr]) -> list[list[Expr]]:
     return list(groups.values())
 
 
-def _first_difference(claim: Claim, positive: Collection[str], trials: int) -> int:
+def _numbers() -> RunningErrors:
+    numbers = BigFloats(DIGITS)
+    numbers.context.trap_complex = True  # the root of a negative number is no value
+    roundoff = 10.0 ** (1 - DIGITS)
+    return RunningErrors(numbers, roundoff, roundoff)
+
+
+def _first_difference(claim: Claim, places: NumberPoints, trials: int) -> int:
     """Return the first entry that differs at random points, by more than rounding to 50 digits explains, -1 if none.
 
     Raises:
         VerifyError: no point was found at which both sides are real.
     """
-    numbers = BigFloats(DIGITS)
-    numbers.context.trap_complex = True  # the root of a negative number is no value
-    roundoff = 10.0 ** (1 - DIGITS)
-    algebra = RunningErrors(numbers, roundoff, roundoff)
-    draws = iter(range(MAX_DRAWS))
+    algebra, draws = places.algebra, iter(range(MAX_DRAWS))
     for _ in range(trials):
-        left, right = claim.compared(*_next_point(claim, algebra, positive, draws), algebra, Bounded(0, 0), _certain)
+        left, right = claim.compared(*_next_point(claim, places, draws), algebra, Bounded(0, 0), _certain)
         for i, (a, b) in enumerate(zip(left, right, strict=True)):
             if not abs(a.value - b.value) <= SAFETY * (a.error + b.error):
                 return i
@@ -268,26 +259,11 @@ def _certain(number: Bounded) -> Any:
     return abs(number.value) if abs(number.value) > SAFETY * number.error else 0
 
 
-def _next_point(
-    claim: Claim, algebra: RunningErrors, positive: Collection[str], draws: Iterator[int]
-) -> tuple[list[Bounded], list[Bounded]]:
+def _next_point(claim: Claim, places: NumberPoints, draws: Iterator[int]) -> tuple[list[Bounded], list[Bounded]]:
     """Return the values of both sides at the next point where they are real."""
     for draw in draws:
         try:
-            return _values(claim.left, algebra, positive, draw), _values(claim.right, algebra, positive, draw)
+            return places.values(claim.left, draw), places.values(claim.right, draw)
         except (ValueError, ZeroDivisionError, OverflowError):
             continue
     raise VerifyError(f"{claim.name}: no point was found at which every root and logarithm is real ({MAX_DRAWS} tries)")
-
-
-def _values(outputs: Sequence[Expr], algebra: RunningErrors, positive: Collection[str], draw: int) -> list[Bounded]:
-    """Return the values at a point: draws come as pairs x and -x, in ever wider ranges, at last all positive."""
-    width = SPREAD[draw // 8 % len(SPREAD)]
-    values = {}
-    for node in reachable(outputs):
-        if node.op is Op.SYMBOL:
-            rng = random.Random(f"{draw // 2}:{node.value}")
-            signed = draw < MAX_DRAWS // 2 and node.value not in positive
-            sign = rng.choice((-1, 1)) * (-1) ** draw if signed else 1
-            values[node] = algebra.exact(algebra.numbers.number(sign * rng.uniform(0.25, width)))
-    return evaluate(outputs, algebra, values)

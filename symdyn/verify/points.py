@@ -1,0 +1,85 @@
+"""Values of nodes at random points, kept from claim to claim: the claims of one scene share most of their nodes."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Collection, Sequence
+from typing import Any
+
+from symdyn.algebra.finite_field import FiniteField, Needs, evaluate_over_field
+from symdyn.algebra.running_error import Bounded, RunningErrors
+from symdyn.graph import Expr, Op, evaluate, reachable
+
+MAX_DRAWS = 200
+SPREAD = (2.0, 8.0, 64.0, 1024.0)  # widths of the ranges that numerical points are drawn from, one after the other
+KEPT = 6  # points that are kept, of fields and of numbers: all that claims without roots are looked at
+HELD = 100_000  # nodes that are kept at a point; with more all are forgotten, for the sake of memory
+
+
+class FieldPoints:
+    """Points over finite fields."""
+
+    def __init__(self, wanted: Needs) -> None:
+        """Start without points; `wanted` is what all claims need."""
+        self._wanted = wanted
+        self._known: dict[tuple[int, int], tuple[FiniteField, dict[Expr, int]]] = {}
+
+    def values(self, sides: Sequence[Sequence[Expr]], prime: int, seed: int) -> tuple[FiniteField, list[list[int]]]:
+        """Return the field of a prime with the point of a seed, and the values there of each of `sides`.
+
+        Raises:
+            Redraw: the point is unlucky.
+        """
+        field, known = self._known.get((prime, seed)) or (FiniteField(prime, seed, self._wanted), {})
+        if len(self._known) < KEPT:
+            self._known[prime, seed] = field, known
+        if len(known) > HELD:
+            known.clear()
+        return field, [field_values(side, field, known) for side in sides]
+
+
+def field_values(outputs: Sequence[Expr], field: FiniteField, known: dict[Expr, int] | None = None) -> list[int]:
+    """Return the values of nodes of one graph at the point of a field; `known` ones are added to.
+
+    Raises:
+        Redraw: the point is unlucky.
+    """
+    known = {} if known is None else known
+    rng = random.Random()
+    for node in reachable(outputs, known):
+        if node.op is Op.SYMBOL and node not in known:
+            rng.seed(f"{field.seed}:{node.value}")
+            known[node] = rng.randrange(field.p)
+    return evaluate_over_field(outputs, field, known)
+
+
+class NumberPoints:
+    """Points in numbers: they come as pairs x and -x, in ever wider ranges, at last all positive."""
+
+    def __init__(self, algebra: RunningErrors, positive: Collection[str]) -> None:
+        """Start without points; symbols named in `positive` are never drawn negative."""
+        self.algebra = algebra
+        self._positive = positive
+        self._known: dict[int, dict[Expr, Bounded]] = {}
+
+    def values(self, outputs: Sequence[Expr], draw: int) -> list[Bounded]:
+        """Return the values of nodes of one graph at a point.
+
+        Raises:
+            ValueError, ZeroDivisionError, OverflowError: they are not real there.
+        """
+        known = self._known.setdefault(draw, {}) if draw < KEPT else {}
+        if len(known) > HELD:
+            known.clear()
+        order = reachable(outputs, known)
+        fresh = [node for node in order if node not in known]
+        known |= {node: self._drawn(node, draw) for node in fresh if node.op is Op.SYMBOL}
+        known |= zip(fresh, evaluate(fresh, self.algebra, known, order), strict=True)
+        return [known[node] for node in outputs]
+
+    def _drawn(self, symbol: Expr, draw: int) -> Any:
+        rng = random.Random(f"{draw // 2}:{symbol.value}")
+        signed = draw < MAX_DRAWS // 2 and symbol.value not in self._positive
+        sign = rng.choice((-1, 1)) * (-1) ** draw if signed else 1
+        width = SPREAD[draw // 8 % len(SPREAD)]
+        return self.algebra.exact(self.algebra.numbers.number(sign * rng.uniform(0.25, width)))
