@@ -37,6 +37,7 @@ PAYLOADS = {
     "line of C": "??/ // *??/ / int canary_line; /* \\",
     "pragma": '*/ _Pragma("GCC error canary") /*',
     "script": "</script><script>window.canary = 1</script>",
+    "alert": "<script>alert('canary')</script>",
     "open comment": "<!--<script>",
     "image": f'<img src="{ADDRESS}" onerror="window.canary = 1">',
     "attribute": '" autofocus tabindex=1 onfocus="window.canary = 1" x="',

@@ -136,6 +136,14 @@ def test_a_wheel_that_starts_flat_is_refused_and_says_what_helps() -> None:
         read_start(read_text(text, "disc.toml"))
 
 
+def test_a_coin_without_a_start_lies_flat_and_is_refused_so() -> None:
+    start = 'start = [0, 0, "r*cos(0.1)", 0.3, 0.1, 1.97]'
+    text = ZXY.replace("axis = [0, 1, 0]", "axis = [0, 0, 1]").replace(start, "")
+
+    with pytest.raises(SimulateError, match=r"contact contact: disc lies flat on its plane.*give a start at which it"):
+        read_start(read_text(text, "disc.toml"))
+
+
 def test_a_wheel_whose_axis_is_always_along_the_normal_is_refused_with_its_row() -> None:
     text = BALL.replace('type = "free"', 'type = "prismatic"').replace("radius = 0.1", "radius = 0.1\naxis = [0, 0, 1]")
     text = text.replace('coordinates = ["x", "y", "z", "e0", "e1", "e2", "e3"]\nstart = [0, 0, 0.1, 1, 0, 0, 0]\n', "")

@@ -280,6 +280,16 @@ def test_a_harness_sees_what_one_escape_holds_back(
     assert opened(write(door, path, tmp_path / "closed"), browser) == []
 
 
+def test_a_page_is_seen_to_set_a_variable_to_open_a_dialog_and_to_ask_a_port(tmp_path: Path, browser: Any) -> None:
+    path = tmp_path / f"{hostile.NAME}.toml"
+    path.write_text(scene_with({name: PAYLOADS[name] for name in ("image", "alert")}), encoding="utf-8")
+
+    with unescaped("in_html", plainly):
+        seen = opened(write("sliders", path, tmp_path / "open"), browser)
+
+    assert {f"l.html: {one}" for one in ("variable", "dialog canary", hostile.ADDRESS)} <= {*seen}
+
+
 @pytest.mark.parametrize("door", ["svg", *(pytest.param(x, marks=pytest.mark.slow) for x in ("html", "film"))])
 def test_names_that_were_not_checked_would_still_be_escaped(door: str, tmp_path: Path, browser: Any) -> None:
     name = "h<script>window.canary=1<|script>".replace("|", "/")

@@ -18,7 +18,7 @@ from symdyn.dynamics.loops.assembly import Assembly, closed_position
 from symdyn.dynamics.loops.continuation import declared_rates, fitting
 from symdyn.dynamics.loops.newton import dimensionless, free_motions, newton, seen_closed
 from symdyn.dynamics.loops.numbers import Numbers
-from symdyn.errors import SimulateError
+from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene import velocity_name
 
 Array = npt.NDArray[np.float64]
@@ -41,8 +41,11 @@ def closed_start(numbers: Numbers, q: Array, given: Sequence[int], moved: Sequen
 
     Raises:
         SimulateError: a coordinate that could be chosen freely has a value that the loops do not reach.
-        DerivationError: the loops do not close.
+        DerivationError: the loops do not close, or a wheel lies flat.
     """
+    flat = numbers.lying_flat(q)
+    if flat:  # the contact has no height to close there
+        raise DerivationError(f"{numbers.scene.name}: {flat}")
     names, drives = list(numbers.scene.velocities), numbers.scene.drives
     rates = {k: velocity_name(numbers.scene.coordinates[k]) for k in given}
     places = {names.index(rate): k for k, rate in rates.items() if rate in names}
