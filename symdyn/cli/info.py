@@ -79,12 +79,9 @@ def show_parts(found: dict[str, Any]) -> None:
 
 def show(facts: dict[str, Any]) -> None:
     """Print the facts for people."""
-    import sys
-
-    from rich.console import Console
     from rich.tree import Tree
 
-    from symdyn.cli.talk import WIDTH, asking, print_table, short
+    from symdyn.cli.talk import asking, print_rich, print_table, short
 
     free = facts["degrees_of_freedom"]
     freedom = f"{free} degree{'s' * (free != 1)} of freedom"
@@ -96,8 +93,7 @@ def show(facts: dict[str, Any]) -> None:
         branches = {"ground": Tree("ground")}
         for joint in facts["joints"]:
             branches[joint["child"]] = branches[joint["parent"]].add(_label(joint))
-        width = None if sys.stdout.isatty() else WIDTH
-        Console(width=width, highlight=False, markup=False, emoji=False).print(branches["ground"])
+        print_rich(branches["ground"])
     print()
     if not facts["points"]:
         print(f"{asking(facts['leaves'])}\n")

@@ -43,19 +43,29 @@ def print_json(value: Any) -> None:
     print(text)
 
 
+def print_rich(shown: Any) -> None:
+    """Print a table or tree of rich's on stdout; a pipe that nobody reads any more ends a verb as it ends `print`."""
+    from rich.console import Console
+
+    class Piped(Console):
+        def on_broken_pipe(self) -> None:
+            raise BrokenPipeError  # where rich would exit with 1
+
+    width = None if sys.stdout.isatty() else WIDTH
+    Piped(width=width, highlight=False, markup=False, emoji=False).print(shown)
+
+
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a table on stdout; columns whose name ends in a space are numbers and aligned to the right."""
     from rich.box import SIMPLE_HEAD
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False, markup=False, emoji=False)
     table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD, pad_edge=False)
     for column in columns:
         table.add_column(column.rstrip(), justify="right" if column.endswith(" ") else "left")
     for row in rows:
         table.add_row(*row)
-    console.print(table)
+    print_rich(table)
 
 
 def asking(leaves: Sequence[str]) -> str:
