@@ -30,6 +30,8 @@ def write(files: Mapping[str, Contents], folder: str | Path) -> tuple[Path, ...]
         EmitError: the folder cannot be made or written to.
     """
     place = Path(folder)
+    if "\0" in str(place):
+        raise EmitError(f"{place}: no system allows this name; give another folder")
     try:
         place.mkdir(parents=True, exist_ok=True)
         with ExitStack() as left_over:
