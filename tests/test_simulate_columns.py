@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import symdyn
 from symdyn.cli import main
+from symdyn.errors import SimulateError
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -99,3 +101,8 @@ def test_the_contact_of_a_wheel_names_its_directions(capsys: pytest.CaptureFixtu
 def test_axes_that_do_not_exist_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["simulate", str(EXAMPLES / "pendulum.toml"), "--until", "1", "--reactions", "parent"]) == 1
     assert 'reactions: "parent" are no axes; write body, joint or ground' in capsys.readouterr().err
+
+
+def test_axes_that_do_not_exist_are_told_with_all_other_faults() -> None:
+    with pytest.raises(SimulateError, match=r"\"parent\" are no axes(.|\n)*until = -1 s is not a time after the start"):
+        symdyn.simulate(symdyn.read(EXAMPLES / "pendulum.toml"), until=-1.0, reactions="parent")

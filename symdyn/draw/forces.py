@@ -45,19 +45,19 @@ class Wrench:
     couple_name: str = ""
 
 
-def wrench(one: Wrench, view: View, id: str, look: str = "force") -> tuple[tuple[Item, ...], tuple[Label, ...]]:
+def wrench(one: Wrench, view: View, id: str) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
     """Return the arrows of one wrench and their labels."""
     at, force, couple = (np.array([values], dtype=np.float64) for values in (one.at, one.force, one.couple))
     items: list[Item] = []
     labels: list[Label] = []
     if np.any(force):
-        shapes, tip, away = _straight(look, view, at, unit(force), 1)
+        shapes, tip, away = _straight("force", view, at, unit(force), 1)
         items.append(Item(id, f"force {one.name}", 2, view.depth(at), shapes))
-        labels.append(Label(f"{id}-label", lettered(one.name), tip, 5.0, away, f"{look}-text"))
+        labels.append(Label(f"{id}-label", lettered(one.name), tip, 5.0, away, "force-text"))
     if np.any(couple):
         name = one.couple_name or one.name
         axis = unit(couple)
-        turned = f"{look} couple"
+        turned = "force couple"
         facing = float(np.abs(axis @ view.toward)[0]) > FACING
         shapes, tip, away = _turning(turned, view, at, axis) if facing else _straight(turned, view, at, axis, 2)
         items.append(Item(f"{id}-couple", f"couple {name}", 2, view.depth(at), shapes))

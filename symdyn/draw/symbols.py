@@ -141,9 +141,9 @@ def symbol(hinge: Hinge, view: View) -> tuple[Shape, ...]:
     return (gap, *shown) if parted else shown
 
 
-def triad(view: View, at: Array, R: Array, length: float = 3.0) -> tuple[Shape, ...]:
+def triad(view: View, at: Array, R: Array) -> tuple[Shape, ...]:
     """Return the axes of a frame as arrows, x, y, z; one that points at the viewer is not more than a speck."""
-    tips = [at + R[:, :, k] * view.reach * length for k in range(3)]
+    tips = [at + R[:, :, k] * view.reach * 3 for k in range(3)]
     return joined([arrow(f"triad-{'xyz'[k]}", view.flat(at), view.flat(tip), 1.6, 5.0) for k, tip in enumerate(tips)])
 
 

@@ -58,8 +58,8 @@ def values_of(nodes: Sequence[Expr]) -> list[Fraction]:
         raise DerivationError("a constant of the scene's placements is no finite real number") from fault
 
 
-def in_fractions(nodes: Sequence[Expr], digits: int = DIGITS) -> list[Expr]:
-    """Return the nodes with every constant as a fraction: those that are none are rounded to so many digits.
+def in_fractions(nodes: Sequence[Expr]) -> list[Expr]:
+    """Return the nodes with every constant as a fraction: those that are none are rounded.
 
     Raises:
         DerivationError: a constant is no finite real number.
@@ -73,7 +73,7 @@ def in_fractions(nodes: Sequence[Expr], digits: int = DIGITS) -> list[Expr]:
     inexact = [x for x in dict.fromkeys(outermost) if x not in varying and rational(x) is None]
     if not inexact:
         return list(nodes)
-    values = (x.graph.constant(rounded(value, digits)) for x, value in zip(inexact, values_of(inexact), strict=True))
+    values = (x.graph.constant(rounded(value, DIGITS)) for x, value in zip(inexact, values_of(inexact), strict=True))
     return substitute(nodes, dict(zip(inexact, values, strict=True)))
 
 

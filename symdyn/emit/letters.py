@@ -65,15 +65,9 @@ FAMILIES = (
 
 @dataclass(frozen=True)
 class Letters:
-    """The letters of one page.
-
-    Attributes:
-        scene: whose symbols they stand beside.
-        others: names of symbols beside the scene's, such as multipliers.
-    """
+    """The letters of one page, beside the symbols of its scene."""
 
     scene: Scene
-    others: tuple[str, ...] = ()
 
     def __getitem__(self, letter: str) -> str:
         """Return what stands for a family's wanted letter: a Latin letter, a Greek name, or LaTeX with a backslash."""
@@ -100,7 +94,7 @@ class Letters:
     def _taken(self) -> list[str]:
         """Return the scene's symbols as they print, but for a drive tau_i of velocity i, which pages mean too."""
         own = {drive for i, drive in enumerate(self.scene.drives, 1) if drive and bare(drive) == f"tau{i}"}
-        return [bare(shown) for name, shown in latex_symbols(self.scene, self.others).items() if name not in own]
+        return [bare(shown) for name, shown in latex_symbols(self.scene).items() if name not in own]
 
 
 def head(letter: str) -> str:

@@ -88,10 +88,7 @@ def simulate(
     """
     forces = forces if isinstance(forces, Forces) else read_forces(scene, forces)
     formulas = (*stops, *reports)
-    faults = Faults("")
-    axes = axes_of(reactions, faults)
-    close(faults)
-    zeros, times, initial = _checked(scene, until, every, rtol, atol, formulas, method, start, start_rates)
+    zeros, times, initial = _checked(scene, until, every, rtol, atol, formulas, method, start, start_rates, reactions)
     notes = (*initial.notes, *held(scene, forces, until))
     for note in notes:
         _tell(say, note)
@@ -99,19 +96,21 @@ def simulate(
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
     _ready(system, x)
     flags = tuple(k < len(stops) for k in range(len(formulas)))
-    choice = choose(system, x, until, method)
-    while True:
+    looked_for = (*flags, *(True for _ in system.ends), *(False for _ in system.limits))
+
+    def attempt(choice: Choice) -> tuple[Run, Problem]:
         relative = choice.method.rtol if rtol is None else rtol
         absolute = relative if atol is None else atol
         _tell(say, _method(choice, relative, absolute))
         projection = Projection(system, max(ROUNDING, DRIFT * relative))
-        looked_for = (*flags, *(True for _ in system.ends), *(False for _ in system.limits))
-        run = integrated(
-            Problem(system, x, times, relative, absolute, looked_for, projection), choice.method, progress, say
-        )
-        if choice.otherwise is None or run.stopped in (END, STOPPED, INTERRUPTED):
-            break
+        problem = Problem(system, x, times, relative, absolute, looked_for, projection)
+        return integrated(problem, choice.method, progress, say), problem
+
+    choice = choose(system, x, until, method)
+    run, problem = attempt(choice)
+    if choice.otherwise is not None and run.stopped not in (END, STOPPED, INTERRUPTED):
         choice = Choice(choice.otherwise, METHODS[choice.otherwise], f"{choice.name}: {run.stopped}")
+        run, problem = attempt(choice)
     stopped = _why(system, formulas, run)
     events = tuple(_event(system, formulas, flags, hit) for hit in run.hits if hit.event < len(formulas))
     q, u = run.x[:, : system.nq], run.x[:, system.nq : system.nq + system.nv]
@@ -121,7 +120,7 @@ def simulate(
         tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
         if scene.points:
             columns |= dict(zip(point_names(scene), system.tell("points", run.t, run.x).T, strict=True))
-        if axes:
+        if axes := axes_of(reactions, Faults("")):
             columns |= reaction_columns(scene, run.t, q, u, qdd, tau, given=True, axes=axes)
         contacts, seen = needed(scene, run.t, q, u, qdd, tau)
     for one in contacts:
@@ -132,8 +131,8 @@ def simulate(
         _tell(say, note)
     notes = (*notes, *seen)
     found = Trajectory(
-        scene, run.t, q, u, qdd, tau, columns, monitors, events, stopped, choice.name, relative, absolute, run.steps,
-        run.evaluations, run.preparing, run.wall, notes,
+        scene, run.t, q, u, qdd, tau, columns, monitors, events, stopped, choice.name, problem.rtol, problem.atol,
+        run.steps, run.evaluations, run.preparing, run.wall, notes,
     )  # fmt: skip
     if say is None and not found.complete and stopped != INTERRUPTED:
         warnings.warn(f"{scene.name}: {stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)
@@ -150,6 +149,7 @@ def _checked(
     method: str | None,
     start: Mapping[str, str] | Start | None,
     start_rates: Mapping[str, str] | None,
+    reactions: bool | str,
 ) -> tuple[tuple[Quantity, ...], Array, Start]:
     """Return formulas of events, times of samples and the start; all faults together."""
     faults: list[str] = []
@@ -163,7 +163,7 @@ def _checked(
     except SimulateError as error:
         faults += error.faults
     try:
-        events, times = check_run(scene, until, every, rtol, atol, formulas, method)
+        events, times = check_run(scene, until, every, rtol, atol, formulas, method, reactions)
     except SimulateError as error:
         faults += error.faults
     if faults:
@@ -180,6 +180,7 @@ def check_run(
     atol: float | None = None,
     formulas: Sequence[str] = (),
     method: str | None = None,
+    reactions: bool | str = False,
 ) -> tuple[tuple[Quantity, ...], Array]:
     """Return the formulas of events and the times of samples of a run; arguments as for `simulate`.
 
@@ -198,6 +199,7 @@ def check_run(
             faults.add("", f"{name} = {value:g} is not a tolerance; give one between {least:g} and 1, such as 1e-9")
     if method is not None and method.lower() not in METHODS:
         faults.add("", f"method {method} is not known; {suggestion(method, METHODS)}")
+    axes_of(reactions, faults)
     times = sample_times(until, every, faults)
     close(faults)
     return tuple(event for event in events if event is not None), times

@@ -56,11 +56,11 @@ class Least:
 class InNumbers:
     """A system (5.18), ready to be looked at anywhere."""
 
-    def __init__(self, system: Equilibrium, axes: str = "body") -> None:
-        """Prepare it; `axes` are those of the reactions."""
+    def __init__(self, system: Equilibrium) -> None:
+        """Prepare it."""
         hanging, self.system = system.hanging, system
         zeros = [hanging.graph.zero] * 6 * (len(hanging.joints) + len(hanging.loops))
-        balance, shown = equations(system), wrench_rows(system, zeros, axes)
+        balance, shown = equations(system), wrench_rows(system, zeros)
         self._size = len(balance)
         places = [(r, c) for r, row in enumerate([*balance, *shown]) for c in row]
         self._rows, self._columns = np.array(places, dtype=int).reshape(-1, 2).T

@@ -19,12 +19,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import Hinge, nothing, plus, times
+from symdyn.dynamics.reactions.hinges import nothing, plus, times
 from symdyn.dynamics.reactions.members import placements
 from symdyn.dynamics.reactions.ties import Tie, sizes, ties
 from symdyn.graph import Expr
 from symdyn.scene.joints import Wrench
-from symdyn.spatial import Transform, apply
+from symdyn.spatial import apply
 
 
 def reactions(hanging: Hanging, axes: str = "body", multipliers: Sequence[Expr] | None = None) -> list[Expr]:
@@ -67,21 +67,12 @@ def with_loops(
 def as_rows(hanging: Hanging, wrenches: Sequence[Wrench], axes: str) -> list[Expr]:
     """Return the wrenches of all joints, axes of their children, in the axes that are asked for; see `reactions`."""
     placed = placements(hanging.joints) if axes == "ground" else []
-    pairs = zip((*hanging.joints, *hanging.loops), wrenches, strict=True)
-    return [x for hinge, wrench in pairs for x in as_row(hinge, wrench, axes, placed)]
-
-
-def as_row(hinge: Hinge, wrench: Wrench, axes: str, placed: Sequence[Transform]) -> list[Expr]:
-    """Return the wrench of a joint, axes of its child, in the axes that are asked for.
-
-    Args:
-        hinge: the joint.
-        wrench: what it exerts on its child.
-        axes: as of `reactions`.
-        placed: placements of all bodies in the ground, for its axes.
-    """
-    force, moment = hinge.in_joint_axes(wrench) if axes == "joint" else wrench
-    if axes == "ground" and hinge.child >= 0:
-        R = placed[hinge.child].R
-        return [*apply(R, force), *apply(R, moment)]
-    return [*force, *moment]
+    entries: list[Expr] = []
+    for hinge, wrench in zip((*hanging.joints, *hanging.loops), wrenches, strict=True):
+        force, moment = hinge.in_joint_axes(wrench) if axes == "joint" else wrench
+        if axes == "ground" and hinge.child >= 0:
+            R = placed[hinge.child].R
+            entries += [*apply(R, force), *apply(R, moment)]
+        else:
+            entries += [*force, *moment]
+    return entries

@@ -10,9 +10,7 @@ from collections.abc import Sequence
 
 from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.dynamics.reactions.freedoms import drives
-from symdyn.dynamics.reactions.hinges import nothing, plus, times
-from symdyn.dynamics.reactions.members import placements
-from symdyn.dynamics.reactions.recursion import as_row, as_rows
+from symdyn.dynamics.reactions.hinges import Hinge, nothing, plus, times
 from symdyn.graph import Expr
 from symdyn.scene.joints import Wrench
 
@@ -33,29 +31,31 @@ def equations(system: Equilibrium) -> Rows:
     return rows
 
 
-def wrench_rows(system: Equilibrium, R: Sequence[Expr], axes: str = "body") -> Rows:
+def wrench_rows(system: Equilibrium, R: Sequence[Expr]) -> Rows:
     """Return rows which say that the unknowns are the reactions R of a tree's joints and those of loops.
 
     Args:
         system: from `equilibrium`.
         R: as of the output `reactions`, row by row.
-        axes: those of R.
     """
     hanging, last = system.hanging, len(system.unknowns)
     shown = (*hanging.joints, *hanging.loops)
-    placed = placements(hanging.joints) if axes == "ground" else []
-    still = [hinge.on_child(wrench) for hinge, wrench in zip(shown, elements(system), strict=False)]
-    known = as_rows(hanging, still, axes)
+    known = [x for hinge, wrench in zip(shown, elements(system), strict=False) for x in _entries(hinge, wrench)]
     rows = [{last: r - own} for r, own in zip(R, known, strict=True)]
     for u, unknown in enumerate(system.unknowns):
         for h, wrench in unknown.acts:
             if h < len(shown):
-                entries = as_row(shown[h], shown[h].on_child(wrench), axes, placed)
-                for k, entry in enumerate(entries):
+                for k, entry in enumerate(_entries(shown[h], wrench)):
                     if not entry.is_zero:
                         before = rows[6 * h + k].get(u)
                         rows[6 * h + k][u] = entry if before is None else before + entry
     return rows
+
+
+def _entries(hinge: Hinge, wrench: Wrench) -> tuple[Expr, ...]:
+    """Return [force; moment] on the child, its axes, for a wrench in axes of the joint frame."""
+    force, moment = hinge.on_child(wrench)
+    return (*force, *moment)
 
 
 def elements(system: Equilibrium) -> list[Wrench]:
