@@ -49,6 +49,15 @@ def test_a_loop_whose_angles_start_singular_is_refused_in_simulate() -> None:
         read_start(read(FOUND / "euler_hinge.toml"))
 
 
+@pytest.mark.parametrize("guess", [{"psi": "1", "theta": "0.3", "phi": "-1"}, {"psi": "0.1", "theta": "0.3"}])
+def test_a_start_near_a_position_that_is_not_singular_leads_there(guess: dict[str, str]) -> None:
+    """With psi held first the loop would close at theta = 0, where psi alone is as free as any."""
+    start = read_start(read(FOUND / "euler_hinge.toml"), guess)
+
+    assert np.abs(start.q[3:]) == pytest.approx([np.pi / 2, 0.3, np.pi / 2])
+    assert any("theta kept" in note for note in start.notes)
+
+
 @pytest.mark.mends("3.5")
 def test_a_loop_whose_angles_start_singular_is_refused_in_inverse() -> None:
     from symdyn.simulation.inverse import inverse

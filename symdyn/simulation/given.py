@@ -61,7 +61,9 @@ def closed_start(numbers: Numbers, q: Array, given: Sequence[int], moved: Sequen
 
 
 def _closes(numbers: Numbers, q: Array, held: Sequence[int]) -> bool:
-    return bool(seen_closed(numbers, newton(numbers, numbers.normalised(q), tuple(sorted({*held})))))
+    """Whether the loops close with some coordinates as they are, where equations of motion say something."""
+    found = newton(numbers, numbers.normalised(q), tuple(sorted({*held})))
+    return seen_closed(numbers, found) and not (numbers.singular_angles(found) or numbers.lying_flat(found))
 
 
 def _guessed(
