@@ -13,6 +13,7 @@ from symdyn.scene import Scene, read, read_text
 from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach.document import Values
 from symdyn.teach.render.spelling import Spelling
+from symdyn.teach.state import shown_state
 
 ROOT = Path(__file__).parent
 EXAMPLES, FOUND = ROOT.parent / "examples", ROOT / "data/found"
@@ -179,3 +180,12 @@ def test_coefficients_have_units() -> None:
     assert units["$k_{z,12}$"] == units["$k_{D,12}$"] == "kg m"
     assert units["$k_{z,22}$"] == "kg m²"
     assert units["$k_{G,2}$"] == "N m"
+
+
+def test_values_that_lessons_choose_for_parameters_are_no_two_alike_and_none_is_lost():
+    scene = read(ROOT / "data/rx90.par")
+    chosen = shown_state(scene).parameters
+    values = [chosen[parameter.name] for parameter in scene.free_parameters]
+
+    assert len(values) == len(set(values)) == 81
+    assert min(values) > 0.05
