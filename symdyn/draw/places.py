@@ -135,14 +135,13 @@ class Places:
         return next(body for body in self.bodies if body.name == name)
 
 
-def places(scene: Scene, q: Array, parameters: Mapping[str, float], time: float = 0.0) -> Places:
-    """Return where everything is at positions q, shape (N, nq); velocities are zero.
+def places(scene: Scene, q: Array, parameters: Mapping[str, float]) -> Places:
+    """Return where everything is at positions q, shape (N, nq); velocities are zero, and so is time.
 
     Args:
         scene: any scene.
         q: coordinates in the scene's order; rad, m or 1.
         parameters: values of the free parameters, all of them.
-        time: of loads that depend on it, s.
 
     Raises:
         DrawError: q has another shape, or a formula has no real value there.
@@ -152,7 +151,7 @@ def places(scene: Scene, q: Array, parameters: Mapping[str, float], time: float 
         raise DrawError(f"{scene.name}: positions have shape {q.shape}; give (N, {len(scene.coordinates)}): {names}")
     graph = Graph()
     wanted = drawn(scene, graph)
-    values = _symbols(scene, graph, q, parameters, time)
+    values = _symbols(scene, graph, q, parameters)
     entries = [entry for group in wanted.values() for entry in group]
     unknown = [node for node in reachable(entries) if node.op is Op.SYMBOL and node not in values]
     assert not unknown, f"the scene's check lets no unknown symbol {unknown} through"
@@ -260,9 +259,9 @@ def _flat(T: Transform) -> tuple[Expr, ...]:
     return (*T.R[0], *T.R[1], *T.R[2], *T.p)
 
 
-def _symbols(scene: Scene, graph: Graph, q: Array, parameters: Mapping[str, float], time: float) -> dict[Expr, Array]:
+def _symbols(scene: Scene, graph: Graph, q: Array, parameters: Mapping[str, float]) -> dict[Expr, Array]:
     """Return values of all symbols that a scene knows, constant ones of shape ()."""
-    values: dict[Expr, Any] = {graph.symbol("t"): np.float64(time)}
+    values: dict[Expr, Any] = {graph.symbol("t"): np.float64(0)}
     values |= {graph.symbol(name): np.float64(0) for name in scene.velocities}
     values |= {graph.symbol(name): q[:, k] for k, name in enumerate(scene.coordinates)}
     return values | {graph.symbol(name): np.float64(value) for name, value in parameters.items()}
