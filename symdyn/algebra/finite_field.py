@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from hashlib import blake2b
 from math import gcd, isqrt, lcm
 
@@ -257,6 +258,7 @@ def _is_square(n: int, p: int) -> bool:
     return n % p == 0 or pow(n, (p - 1) // 2, p) == 1
 
 
+@lru_cache(64)
 def _root_of_unity(p: int, order: int) -> int:
     """Return an element of exact multiplicative order `order`, which divides p - 1."""
     factors = [prime for prime, _ in fmpz(order).factor()]
