@@ -213,20 +213,23 @@ class FiniteField:
         return (gauss if n % 4 == 1 else -self._i * gauss) % self.p
 
 
-def evaluate_over_field(outputs: Sequence[Expr], field: FiniteField, values: dict[Expr, int]) -> list[int]:
+def evaluate_over_field(
+    outputs: Sequence[Expr], field: FiniteField, values: dict[Expr, int], order: Sequence[Expr] | None = None
+) -> list[int]:
     """Return the values of `outputs` in `field`: the loop of `evaluate`, with sines from their angles' atoms.
 
     Args:
         outputs: nodes of one graph.
         field: what to compute with.
         values: value of every symbol that is needed; every node that is computed is added, and none computed again.
+        order: what `reachable` has given for these outputs; None asks it.
 
     Raises:
         Redraw: the point is unlucky.
     """
     binary = {Op.ADD: field.add, Op.SUB: field.sub, Op.MUL: field.mul, Op.DIV: field.div}
     units: dict[Expr, int] = {}
-    for node in reachable(outputs, values):
+    for node in reachable(outputs, values) if order is None else order:
         op, args = node.op, node.args
         if node in values:
             continue

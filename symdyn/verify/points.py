@@ -50,12 +50,12 @@ def field_values(outputs: Sequence[Expr], field: FiniteField, known: dict[Expr, 
         Redraw: the point is unlucky.
     """
     known = {} if known is None else known
-    rng = random.Random()
-    for node in reachable(outputs, known):
+    rng, order = random.Random(), reachable(outputs, known)
+    for node in order:
         if node.op is Op.SYMBOL and node not in known:
             rng.seed(f"{field.seed}:{node.value}")
             known[node] = rng.randrange(field.p)
-    return evaluate_over_field(outputs, field, known)
+    return evaluate_over_field(outputs, field, known, order)
 
 
 class NumberPoints:
