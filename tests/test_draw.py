@@ -106,6 +106,7 @@ def test_labels_lie_apart_and_inside(one: Scene) -> None:
     shown = drawing(one, labels=("coordinates", "bodies", "joints", "points"))
     left, top, width, height = shown.box
     boxes = [label.box[0] for label in shown.labels]
+    assert boxes
     for k, (low, high) in enumerate(boxes):
         assert low[0] >= left
         assert low[1] >= top

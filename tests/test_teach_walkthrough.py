@@ -255,11 +255,12 @@ def test_a_wrong_formula_is_noticed() -> None:
 @pytest.mark.parametrize("name", SCENES)
 def test_forms_are_worth_their_names(name: str) -> None:
     document = lesson(name)
-    for _, block in document.blocks():
-        if isinstance(block, Formula) and block.left:
-            found = [block.form, *([block.right] if block.right is not None else [])]
-            expected, *shown = floats([document.names[block.left].node, *(document.value(form) for form in found)])
-            assert shown == pytest.approx([expected] * len(shown), rel=1e-9, abs=1e-9), block.left
+    named = [block for _, block in document.blocks() if isinstance(block, Formula) and block.left]
+    assert named
+    for block in named:
+        found = [block.form, *([block.right] if block.right is not None else [])]
+        expected, *shown = floats([document.names[block.left].node, *(document.value(form) for form in found)])
+        assert shown == pytest.approx([expected] * len(shown), rel=1e-9, abs=1e-9), block.left
 
 
 @pytest.mark.parametrize("name", ["two_link", "cart_pole", "spatial_3r"])

@@ -22,6 +22,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from hashlib import blake2b
 from math import gcd, isqrt, lcm
 
@@ -212,20 +213,23 @@ class FiniteField:
         return (gauss if n % 4 == 1 else -self._i * gauss) % self.p
 
 
-def evaluate_over_field(outputs: Sequence[Expr], field: FiniteField, values: dict[Expr, int]) -> list[int]:
+def evaluate_over_field(
+    outputs: Sequence[Expr], field: FiniteField, values: dict[Expr, int], order: Sequence[Expr] | None = None
+) -> list[int]:
     """Return the values of `outputs` in `field`: the loop of `evaluate`, with sines from their angles' atoms.
 
     Args:
         outputs: nodes of one graph.
         field: what to compute with.
         values: value of every symbol that is needed; every node that is computed is added, and none computed again.
+        order: what `reachable` has given for these outputs; None asks it.
 
     Raises:
         Redraw: the point is unlucky.
     """
     binary = {Op.ADD: field.add, Op.SUB: field.sub, Op.MUL: field.mul, Op.DIV: field.div}
     units: dict[Expr, int] = {}
-    for node in reachable(outputs, values):
+    for node in reachable(outputs, values) if order is None else order:
         op, args = node.op, node.args
         if node in values:
             continue
@@ -257,6 +261,7 @@ def _is_square(n: int, p: int) -> bool:
     return n % p == 0 or pow(n, (p - 1) // 2, p) == 1
 
 
+@lru_cache(64)
 def _root_of_unity(p: int, order: int) -> int:
     """Return an element of exact multiplicative order `order`, which divides p - 1."""
     factors = [prime for prime, _ in fmpz(order).factor()]

@@ -34,6 +34,10 @@ ROOTS = 1 << 20  # tells points that roots are looked at from points that claims
 TRIALS = 6  # numerical points, half of them the mirror images of the others
 
 
+Sides = tuple[tuple[Expr, ...], ...]
+"""What stands under the variable roots of a claim, that of one graph together."""
+
+
 @dataclass(frozen=True)
 class Claim:
     """A claim that left[i] and right[i] are the same function; the two sides may live on different graphs."""
@@ -110,9 +114,12 @@ def prove(
     wanted = needs([node for claim in exact for node in (*claim.left, *claim.right)])
     fields = Fields(seed, tuple(draw_prime(seed + k, wanted) for k in range(primes)), points)
     over_fields, in_numbers = FieldPoints(wanted), NumberPoints(_numbers(), positive)
+    free: dict[Sides, int | None] = {}
     findings = []
     for claim, sides in zip(claims, rooted, strict=True):
-        roots = None if sides is None else _independent(sides, fields, wanted)
+        if sides is not None and sides not in free:
+            free[sides] = _independent(sides, fields, wanted)
+        roots = None if sides is None else free[sides]
         flags = None if roots is None else _agreement(claim, fields, over_fields, roots)
         limit = None
         if roots is not None and flags is not None and all(flags):
@@ -122,18 +129,18 @@ def prove(
     return fields, findings
 
 
-def _radicands(claim: Claim) -> list[list[Expr]] | None:
+def _radicands(claim: Claim) -> Sides | None:
     """Return what stands under the variable roots of a claim, by graph; None where a root has no formal value."""
     found = []
     for entries in _by_graph((*claim.left, *claim.right)):
         under = radicands(entries)
         if under is None:
             return None
-        found.append(under)
-    return found
+        found.append(tuple(under))
+    return tuple(found)
 
 
-def _independent(sides: Sequence[Sequence[Expr]], fields: Fields, wanted: Needs) -> int | None:
+def _independent(sides: Sides, fields: Fields, wanted: Needs) -> int | None:
     """Return the number of roots whose signs are free, over every prime; None if they are not."""
     most = 0
     for k, prime in enumerate(fields.primes):

@@ -12,8 +12,8 @@ from symdyn.graph import Expr, Op, evaluate, reachable
 
 MAX_DRAWS = 200
 SPREAD = (2.0, 8.0, 64.0, 1024.0)  # widths of the ranges that numerical points are drawn from, one after the other
-KEPT = 6  # points that are kept, of fields and of numbers: all that claims without roots are looked at
-HELD = 100_000  # nodes that are kept at a point; with more all are forgotten, for the sake of memory
+KEPT = 40  # points that are kept, of fields and of numbers; claims with few roots are looked at fewer
+HELD = 300_000  # values that are kept at all points together; with more all are forgotten, for the sake of memory
 
 
 class FieldPoints:
@@ -33,9 +33,14 @@ class FieldPoints:
         field, known = self._known.get((prime, seed)) or (FiniteField(prime, seed, self._wanted), {})
         if len(self._known) < KEPT:
             self._known[prime, seed] = field, known
-        if len(known) > HELD:
-            known.clear()
+        _forget([values for _, values in self._known.values()])
         return field, [field_values(side, field, known) for side in sides]
+
+
+def _forget(known: Collection[dict[Expr, Any]]) -> None:
+    if sum(map(len, known)) > HELD:
+        for values in known:
+            values.clear()
 
 
 def field_values(outputs: Sequence[Expr], field: FiniteField, known: dict[Expr, int] | None = None) -> list[int]:
@@ -45,12 +50,12 @@ def field_values(outputs: Sequence[Expr], field: FiniteField, known: dict[Expr, 
         Redraw: the point is unlucky.
     """
     known = {} if known is None else known
-    rng = random.Random()
-    for node in reachable(outputs, known):
+    rng, order = random.Random(), reachable(outputs, known)
+    for node in order:
         if node.op is Op.SYMBOL and node not in known:
             rng.seed(f"{field.seed}:{node.value}")
             known[node] = rng.randrange(field.p)
-    return evaluate_over_field(outputs, field, known)
+    return evaluate_over_field(outputs, field, known, order)
 
 
 class NumberPoints:
@@ -69,8 +74,7 @@ class NumberPoints:
             ValueError, ZeroDivisionError, OverflowError: they are not real there.
         """
         known = self._known.setdefault(draw, {}) if draw < KEPT else {}
-        if len(known) > HELD:
-            known.clear()
+        _forget(self._known.values())
         order = reachable(outputs, known)
         fresh = [node for node in order if node not in known]
         known |= {node: self._drawn(node, draw) for node in fresh if node.op is Op.SYMBOL}
