@@ -82,6 +82,23 @@ def test_a_cache_that_cannot_be_written_ends_no_work(tmp_path, door):
     assert left_behind(tmp_path) == ["cache"]
 
 
+@pytest.mark.parametrize("door", ["load", "simulate"])
+def test_a_full_disk_ends_no_work(tmp_path, door):
+    compiler = tmp_path / "cc"  # fails as compilers do there, and only there
+    compiler.write_text(
+        f'#!/bin/sh\ncase "$*" in *cache*) echo full >&2; exit 1; esac\nexec {find_compiler().command[0]} "$@"\n'
+    )
+    compiler.chmod(0o700)
+    opening = (
+        "import shutil\nusage = shutil.disk_usage\n"
+        "shutil.disk_usage = lambda at: usage(at)._replace(free=0) if 'cache' in str(at) else usage(at)\n"
+    )
+    _, talk = answer(door, tmp_path, opening, CC=str(compiler))
+
+    assert "no compiled code is kept there (No space left on device)" in talk
+    assert "Traceback" not in talk
+
+
 @pytest.mark.mends("1.7")
 @pytest.mark.parametrize("door", DOORS)
 def test_a_missing_compiler_ends_no_work(tmp_path, door):

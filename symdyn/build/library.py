@@ -12,10 +12,12 @@ import ctypes
 import hashlib
 import os
 import shlex
+import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from errno import ENOSPC
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +31,9 @@ SUFFIX = ".dll" if sys.platform == "win32" else ".so"
 
 SEALED = "sealed, 1"
 """Part of the key: how entries are kept. What was kept otherwise is not looked at."""
+
+ROOM = 1 << 20
+"""Bytes that a disk has free at least, or it is full: compilers and linkers say so each in words of their own."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +132,21 @@ def _key(files: Mapping[str, str], compiler: Compiler, kind: Kind) -> str:
 
 
 def _compile_aside(files: Mapping[str, str], compiler: Compiler, library: Path, patience: float, kind: Kind) -> None:
-    """Compile in a folder beside `library`, seal, then rename."""
+    """Compile in a folder beside `library`, seal, then rename.
+
+    Raises:
+        BuildError: it cannot be compiled.
+        OSError: it cannot be written, or the compiler had no room to.
+    """
+    try:
+        _compile_sealed(files, compiler, library, patience, kind)
+    except BuildError as fault:
+        if shutil.disk_usage(library.parent).free < ROOM:
+            raise OSError(ENOSPC, os.strerror(ENOSPC)) from fault
+        raise
+
+
+def _compile_sealed(files: Mapping[str, str], compiler: Compiler, library: Path, patience: float, kind: Kind) -> None:
     with folder_aside(library.parent) as folder:
         for name, text in files.items():
             (folder / name).write_text(text, encoding="utf-8")
