@@ -14,7 +14,7 @@ demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 56
 	$(BIN)/symdyn verify examples/puma560.toml
 
 test: $(READY)  ## everything that must hold
-	$(BIN)/python -m pytest -n auto --maxprocesses 4
+	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal
 
 slow: $(READY)  ## what takes minutes: robots against Pinocchio, 3,000 mechanisms against the reference of tests/engine
 	$(BIN)/python -m pip install --quiet -e '.[dev,mjcf,robots]'
