@@ -103,6 +103,7 @@ class Early:
         if name == "symdyn.cli":
             os.kill(os.getpid(), signal.SIGINT)
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have started us with signals ignored
 sys.meta_path.insert(0, Early())
 sys.argv[1:] = ["--version"]
 runpy.run_module("symdyn", run_name="__main__")
