@@ -44,10 +44,10 @@ def main() -> int:
         return replay(given.replay)
     end = time.monotonic() + given.seconds
     limit = given.first + given.cases if given.cases else None
-    report = Report(given.seed)
+    report = Report(given.seed, make)
     numbers = runs(given.first, limit)
-    for number, one, verdict in judged(make, numbers, given.jobs, lambda: limit is None and time.monotonic() > end):
-        report.add(number, one, verdict)
+    for number, verdict in judged(make, numbers, given.jobs, lambda: limit is None and time.monotonic() > end):
+        report.add(number, verdict)
     report.show(given.keep)
     return int(bool(report.finds))
 

@@ -18,7 +18,7 @@ from pathlib import Path
 from .cases import Case
 from .judge import Verdict, judge, limit_memory
 
-RUN = 100
+RUN = 400
 """Cases of a worker; what they leave in its memory ends with it."""
 
 SILENCE = 240.0
@@ -40,8 +40,8 @@ class Worker:
 
 def judged(
     make: Callable[[int], Case], numbers: Iterator[Sequence[int]], jobs: int, ready: Callable[[], bool] = lambda: False
-) -> Iterator[tuple[int, Case, Verdict]]:
-    """Yield number, case and verdict, in any order, until the numbers end or `ready` says so.
+) -> Iterator[tuple[int, Verdict]]:
+    """Yield number and verdict, in any order, until the numbers end or `ready` says so.
 
     Args:
         make: gives the case of a number.
@@ -63,8 +63,7 @@ def judged(
                 worker = key.data
                 data = os.read(worker.lines, 1 << 16)
                 worker.heard = time.monotonic()
-                for number, verdict in _heard(worker, data):
-                    yield number, make(number), verdict
+                yield from _heard(worker, data)
                 if not data:
                     ears.unregister(worker.lines)
                     yield from _dismissed(worker, make, ears)
@@ -75,7 +74,7 @@ def judged(
 
 def alone(case: Case) -> Verdict:
     """Return the verdict on one case in a worker of its own."""
-    ((_, _, verdict),) = judged(lambda _: case, iter([[0]]), 1)
+    ((_, verdict),) = judged(lambda _: case, iter([[0]]), 1)
     return verdict
 
 
@@ -126,7 +125,7 @@ def _heard(worker: Worker, data: bytes) -> Iterator[tuple[int, Verdict]]:
 
 def _dismissed(
     worker: Worker, make: Callable[[int], Case], ears: selectors.BaseSelector
-) -> Iterator[tuple[int, Case, Verdict]]:
+) -> Iterator[tuple[int, Verdict]]:
     """Yield the verdict on the case that a worker died of, if it did, and hire another one for those behind it."""
     os.close(worker.lines)
     _, status, used = os.wait4(worker.process, 0)
@@ -136,7 +135,8 @@ def _dismissed(
     code = os.waitstatus_to_exitcode(status)
     number, *behind = worker.todo[worker.at :]
     how = signal.Signals(-code).name if code < 0 else f"exit {code}"
-    yield number, make(number), Verdict(f"died of {how}", "", code, used.ru_utime + used.ru_stime, False)
+    verb, spent = make(number).argv[0], used.ru_utime + used.ru_stime
+    yield number, Verdict(verb, f"died of {how}", "", code, spent, False)
     if behind:
         another = _hired(make, behind)
         ears.register(another.lines, selectors.EVENT_READ, another)

@@ -60,6 +60,7 @@ class Verdict:
     """How a case went.
 
     Attributes:
+        verb: the first word of its command line.
         sign: what is wrong, with its place, the same for the same fault; empty if nothing is.
         words: of the fault, such as a traceback.
         status: of exit.
@@ -67,6 +68,7 @@ class Verdict:
         read: whether a scene was read.
     """
 
+    verb: str
     sign: str
     words: str
     status: int
@@ -94,7 +96,7 @@ def judge(case: Case, folder: Path) -> Verdict:
             shutil.rmtree(stray, ignore_errors=True)
         else:
             stray.unlink()
-    return Verdict(sign, words, status, seconds, bool(_READ))
+    return Verdict(case.argv[0], sign, words, status, seconds, bool(_READ))
 
 
 def _run(case: Case, work: Path) -> tuple[str, str, int]:

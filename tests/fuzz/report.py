@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import time
 from collections import Counter, defaultdict
+from collections.abc import Callable
 from pathlib import Path
 
 from .cases import Case, verbs
@@ -15,8 +16,9 @@ from .minimise import minimised
 class Report:
     """What was tried, and the smallest case of everything that was found."""
 
-    def __init__(self, seed: str) -> None:
-        self.seed = seed
+    def __init__(self, seed: str, make: Callable[[int], Case]) -> None:
+        """Begin for the cases of a seed, which `make` gives by number."""
+        self.seed, self.make = seed, make
         self.finds: dict[str, tuple[int, Case, Verdict]] = {}
         self.times: Counter[str] = Counter()
         self.counts: Counter[str] = Counter()
@@ -26,9 +28,9 @@ class Report:
         self.longest: defaultdict[str, float] = defaultdict(float)
         self.start = time.monotonic()
 
-    def add(self, number: int, one: Case, verdict: Verdict) -> None:
+    def add(self, number: int, verdict: Verdict) -> None:
         """Count a case."""
-        verb = one.argv[0] if one.argv[0] in verbs() else "(no verb)"
+        verb = verdict.verb if verdict.verb in verbs() else "(no verb)"
         self.counts[verb] += 1
         self.read[verb] += verdict.read
         self.right[verb] += verdict.status == 0
@@ -37,7 +39,7 @@ class Report:
         if not verdict.sign:
             return
         self.times[verdict.sign] += 1
-        before = self.finds.get(verdict.sign)
+        one, before = self.make(number), self.finds.get(verdict.sign)
         if before is None:
             print(f"case {self.seed}:{number}: {verdict.sign}", flush=True)
         if before is None or _size(one) < _size(before[1]):
