@@ -227,8 +227,10 @@ class Trial:
         G = np.asarray(self.called("constraint_jacobian", [truth])[0], float).reshape(-1, len(self.code.u))
         chosen = self.code.chosen["velocities"]
         square = G[:, [i for i, k in enumerate(self.code.u) if self.case.mechanism.names[k] not in chosen]]
-        s = np.linalg.svd(square, compute_uv=False) if square.size else np.ones(1)
-        return bool(s[-1] > NEAR[self.case.choice["real"]] * s[0])
+        if not square.size:
+            return True
+        least = float(np.linalg.svd(square, compute_uv=False)[-1])
+        return least > NEAR[self.case.choice["real"]] * float(np.linalg.norm(G, 2))
 
     def justified(self, name: str) -> bool:
         """Tell whether an output may have no code."""
