@@ -11,11 +11,36 @@ from arms import EXAMPLES
 import symdyn
 from symdyn.cli import main
 from symdyn.dynamics import Workspace, derive, reactions_at
+from symdyn.dynamics.loops.mobility import mobility
 from symdyn.dynamics.loops.partition import Closing
 from symdyn.errors import DerivationError
+from symdyn.scene import read_text
 
 DATA = Path(__file__).parent / "data"
 FOUND = DATA / "found"
+
+
+COAXIAL = """
+name = "coaxial"
+gravity = "none"
+[bodies.wheel]
+mass = 1
+inertia = [1, 1, 2]
+inertia_about = "com"
+[joints.hinge]
+type = "revolute"
+parent = "ground"
+child = "wheel"
+origin = [["Rx", 0.7]]
+start = 0.5
+[[loop]]
+name = "bearing"
+type = "cylindrical"
+parent = "ground"
+child = "wheel"
+origin = [["Rx", 0.7], ["Tz", 0.5]]
+tip = { xyz = [1.2e-17, 3.9e-18, 0.5] }
+"""
 
 
 def found(name):
@@ -231,3 +256,11 @@ def test_a_mass_that_is_zero_by_its_parameters_is_told_with_its_joint(tmp_path, 
 
     assert main(["info", str(path)]) == 0  # what has no accelerations has forces all the same
     assert "a motion of the joint hinge, which carries tray, moves no mass" in capsys.readouterr().err
+
+
+def test_a_rounded_offset_is_no_lever() -> None:
+    """Two hinges whose axes are the same but for 1e-17 m turn as one."""
+    scene = read_text(COAXIAL, "coaxial.toml")
+
+    assert mobility(scene).by_rank == 1
+    assert symdyn.lambdify(scene, "forward_dynamics")([0.5], [0.0], [2.0]) == pytest.approx([1.0])

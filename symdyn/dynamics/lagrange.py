@@ -16,7 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symdyn.dynamics.directions import Directions, directions
-from symdyn.dynamics.loads import elastic_energy, generalized_forces
+from symdyn.dynamics.loads import elastic_energy, elastic_slopes, generalized_forces
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import (
     State,
@@ -150,9 +150,9 @@ def driving_forces(energy: Energies) -> list[Expr]:
     """Return τ = d/dt p - X L - Σ γ u p - Q^A, shape (nv,); N m or N. Eq. (5.21)-(5.23), Boltzmann and Hamel's form."""
     state, p = energy.state, momenta(energy)
     inertial = tangents(p, state.acceleration)
-    slope = energy.directions.slopes(energy.K - energy.P)
+    slope = energy.directions.slopes(energy.K - energy.G)
     declared = generalized_forces(energy.scene, energy.graph)
-    forces = [a - b - f for a, b, f in zip(inertial, slope, declared, strict=True)]
+    forces = [a - b + e - f for a, b, e, f in zip(inertial, slope, elastic_forces(energy), declared, strict=True)]
     for (j, i), terms in energy.directions.brackets.items():
         for m, value in terms:
             forces[i] = forces[i] - value * state.qd[j] * p[m]
@@ -177,4 +177,4 @@ def gravity_forces(energy: Energies) -> list[Expr]:
 
 def elastic_forces(energy: Energies) -> list[Expr]:
     """Return k_E = X E, shape (nv,), ∂E/∂q for rates of coordinates; N m or N."""
-    return energy.directions.slopes(energy.E)
+    return elastic_slopes(energy.scene, energy.graph, energy.directions.slopes)

@@ -12,7 +12,7 @@ Control 4 (1998), for Coulomb's and Stribeck's curve.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import comb
 
 from symdyn.dynamics.positions import body_placements
@@ -140,6 +140,24 @@ def elastic_energy(scene: Scene, graph: Graph) -> Expr:
     """Return E(q) of all springs, J; zero where each is at `free`."""
     placed = body_placements(scene, graph) if scene.springs else {}
     return graph.total(_stored(scene, placed, spring, graph) for spring in scene.springs)
+
+
+def elastic_slopes(scene: Scene, graph: Graph, slopes: Callable[[Expr], list[Expr]]) -> list[Expr]:
+    """Return X E, shape (nv,), for X that `slopes` applies: F X x at a joint, F/s X s² / 2 between points.
+
+    s² has a slope where the points meet, and s has none.
+    """
+    placed = body_placements(scene, graph) if scene.springs else {}
+    found = [graph.zero] * len(scene.velocities)
+    for spring in scene.springs:
+        if spring.ends:
+            x = _square(placed, spring, graph)
+            force = pull(spring, x) / 2
+        else:
+            x = joint_position(joint_of(scene, spring), graph) - express(spring.free, graph)
+            force = tension(spring, x)
+        found = [total + force * slope for total, slope in zip(found, slopes(x), strict=True)]
+    return found
 
 
 def _stored(scene: Scene, placed: dict[str, Transform], spring: Spring, graph: Graph) -> Expr:

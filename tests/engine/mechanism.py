@@ -48,6 +48,10 @@ class Contact:
         return np.array([np.concatenate([F.x, N.x]) for F, N in self.wrenches]).reshape(-1, 6)
 
 
+MEET = 1e-9
+"""m and N within which points meet and forces are none."""
+
+
 class NoDirection(Exception):  # noqa: N818  nothing is wrong with the mechanism
     """The ends of a spring or damper meet, so that its force has no direction, or a wheel lies flat on its plane."""
 
@@ -352,7 +356,10 @@ class State:
             if not np.any(apart.x):
                 raise NoDirection(one.name)
             length = apply("SQRT", apart @ apart)
-            force = law(one, length) * apart.x / length.x
+            size = law(one, length)
+            if length.x < MEET and abs(size) > MEET:  # rounding decides where it pulls
+                raise NoDirection(one.name)
+            force = size * apart.x / length.x
             for end, at, sign in zip(one.ends, (a, b), (1, -1), strict=True):
                 if end.body != "ground":
                     bodies += self.D("ground", end.body, at.x)[:3].T @ (sign * force)

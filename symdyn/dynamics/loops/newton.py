@@ -16,6 +16,8 @@ import numpy as np
 
 from symdyn.dynamics.loops.numbers import Array, Numbers
 from symdyn.dynamics.loops.words import missed
+from symdyn.dynamics.state import placement
+from symdyn.errors import DerivationError
 from symdyn.scene.units import velocity_units
 
 CLOSED = 1e-9
@@ -71,7 +73,8 @@ def lever_of(numbers: Numbers, q: Array) -> float:
     """Return the characteristic length: the largest lever in G; where none is, the extent of the mechanism, or 1 m."""
     turns = turns_of(numbers)
     levers = np.abs(numbers.jacobian(q)[np.ix_(_rows_of_forces(numbers), turns)])
-    places = [x for T in numbers.tree.T for x in T.p]
+    loops = [placement(pose, numbers.graph) for loop in numbers.scene.loops for pose in (loop.origin, loop.tip)]
+    places = [x for T in (*numbers.tree.T, *loops) for x in T.p]
     extent = float(np.abs(numbers.at(places, q)).max(initial=0.0))
     largest = float(levers.max(initial=0.0))
     return largest if largest > SHORT * extent else extent or 1.0
@@ -84,12 +87,21 @@ def _rows_of_forces(numbers: Numbers) -> list[int]:
 
 
 def dimensionless(numbers: Numbers, q: Array, length: float) -> Array:
-    """Return G with rows that forbid velocities divided by a length, and columns of slides multiplied by it."""
+    """Return G with rows that forbid velocities divided by a length, and columns of slides multiplied by it.
+
+    Raises:
+        DerivationError: its entries are beyond what doubles hold.
+    """
     G, turns = numbers.jacobian(q), set(turns_of(numbers))
     G[_rows_of_forces(numbers)] /= length
     for k in range(numbers.state.n):
         if k not in turns:
             G[:, k] *= length
+    if not np.isfinite(G).all():
+        raise DerivationError(
+            f"{numbers.scene.name}: the lengths of its loops and rows are beyond what doubles hold; choose units that "
+            "keep them smaller"
+        )
     return G
 
 

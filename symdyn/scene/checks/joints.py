@@ -44,11 +44,22 @@ def direction(where: str, key: str, axis: Vector, faults: Faults, tilt: str = "t
     names = dict.fromkeys(name for x in axis for name in x.symbols)
     if names:
         faults.add(where, f"{text} depends on {listed(names)}; give numbers, and {tilt} instead")
+    elif not all(_has_value(x) for x in axis):
+        faults.add(where, f"{text} divides by zero, or has no real value; give a direction such as [0, 0, 1]")
     elif all(vanishes(x) for x in axis):
         faults.add(where, f"{text} has zero length; give a direction such as [0, 0, 1]")
     else:
         return True
     return False
+
+
+def _has_value(quantity: Quantity) -> bool:
+    try:
+        express(quantity, Graph())
+        value_of(quantity, {})
+    except (FormulaError, ZeroDivisionError):
+        return False
+    return True
 
 
 def vanishes(quantity: Quantity) -> bool:
