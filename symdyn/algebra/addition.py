@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 from symdyn.algebra.form import (
     MINUS_ONE,
@@ -38,19 +39,39 @@ def with_added_angles(form: Form) -> Form:
     return form
 
 
+@dataclass(frozen=True)
+class _Term:
+    """A term of a sum: its sign, its factors, and all that two terms have in common that can be one."""
+
+    form: Form
+    sign: int
+    factors: Counter[Form]
+    kind: tuple[int, frozenset[tuple[Form, int]]]
+
+
+def _term(form: Form) -> _Term:
+    sign, rest = split_sign(form)
+    factors = Counter(factors_of(rest))
+    others = frozenset((one, n) for one, n in factors.items() if not _circular([one]))
+    return _Term(form, sign, factors, (factors.total(), others))
+
+
 def _joined(terms: list[Form]) -> Form:
-    for i, first in enumerate(terms):
-        for j in range(i + 1, len(terms)):
-            one = _one(first, terms[j])
-            if one is not None:
-                return _joined([*terms[:i], one, *terms[i + 1 : j], *terms[j + 1 :]])
-    return sum_of(terms)
+    left = [_term(one) for one in terms]
+    while True:
+        kinds: dict[tuple[int, frozenset[tuple[Form, int]]], int] = {}
+        numbers = [kinds.setdefault(one.kind, len(kinds)) for one in left]  # compared at once, whatever is in them
+        pairs = ((i, j) for i, one in enumerate(numbers) for j in range(i + 1, len(left)) if numbers[j] == one)
+        found = next(((i, j, one) for i, j in pairs if (one := _one(left[i], left[j])) is not None), None)
+        if found is None:
+            return sum_of(one.form for one in left)
+        i, j, one = found
+        left = [*left[:i], _term(one), *left[i + 1 : j], *left[j + 1 :]]
 
 
-def _one(first: Form, second: Form) -> Form | None:
+def _one(first: _Term, second: _Term) -> Form | None:
     """Return two terms as one, None if they are no two sides of an addition theorem."""
-    (sign, left), (other, right) = split_sign(first), split_sign(second)
-    a, b = Counter(factors_of(left)), Counter(factors_of(right))
+    sign, other, a, b = first.sign, second.sign, first.factors, second.factors
     mine, yours = list((a - b).elements()), list((b - a).elements())
     if not (len(mine) == len(yours) == len(_circular(mine)) == len(_circular(yours)) == 2):
         return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from symdyn.algebra.form import ZERO, Form, Symbol, terms_of
+from symdyn.errors import DerivationError
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Body
 from symdyn.teach.document import Block, Fold, Formula, Step, Values, Words
@@ -17,6 +18,9 @@ MOST_TERMS = 20
 
 PAGE = 90
 """The same for scenes that are shown in full: about a page."""
+
+MOST = 3_000
+"""Terms of the longest formula that is written at all; the longest of the examples has 600."""
 
 
 def position_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
@@ -120,8 +124,18 @@ def folded(lesson: Prose, formula: Formula) -> Block:
 
 
 def length(form: Form) -> int:
-    """Return how many terms a reader sees, those in brackets included."""
-    return _length(form, {})
+    """Return how many terms a reader sees, those in brackets included.
+
+    Raises:
+        DerivationError: more than anyone reads.
+    """
+    found = _length(form, {})
+    if found > MOST:
+        raise DerivationError(
+            f"the lesson would be too long to be of use: one of its formulas has {found} terms; symdyn generate writes "
+            "NumPy and C code, which grows with the number of joints only"
+        )
+    return found
 
 
 def _length(form: Form, known: dict[int, int]) -> int:
