@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 
 from symdyn.algebra.form import (
     MINUS_ONE,
@@ -26,8 +27,10 @@ from symdyn.algebra.form import (
 from symdyn.graph import Op
 
 OTHER = {Op.SIN: Op.COS, Op.COS: Op.SIN}
+KEPT = 10_000  # forms whose answer is remembered: the formulas of one page share most of their parts
 
 
+@lru_cache(KEPT)
 def with_added_angles(form: Form) -> Form:
     """Return the same formula with such pairs of terms written as one."""
     if isinstance(form, Sum):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from fractions import Fraction
+from functools import lru_cache
 
 from symdyn.algebra.form import (
     Form,
@@ -23,8 +24,10 @@ from symdyn.algebra.form import (
 )
 
 TWO = Number(Fraction(2))
+KEPT = 10_000  # forms whose answer is remembered: the formulas of one page share most of their parts
 
 
+@lru_cache(KEPT)
 def with_squares(form: Form) -> Form:
     """Return the same formula with such sums written as squares."""
     if isinstance(form, Sum):
