@@ -1,0 +1,90 @@
+"""The net under the house: a hash of every file that can be generated from the examples.
+
+    python tests/net.py                            prints the list that stands in tests/data/net.txt
+    python tests/net.py two_link rssr              that of these examples
+    python tests/net.py --compare two_link rssr    prints what differs from the list, and ends with 1 if anything does
+
+A line is example, formulation ("-": by counting), outputs, way and target, then each file with the beginning of its
+SHA-256; or "refused" and that of what is said. `make slow` compares; a change that is meant is listed where it is made.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator, Mapping
+from difflib import unified_diff
+from hashlib import sha256
+from pathlib import Path
+
+from symdyn import read
+from symdyn.dynamics import available
+from symdyn.emit import emit
+from symdyn.errors import SymdynError
+from symdyn.program import Program, at_rest, formulate, lower, prepare
+
+ROOT = Path(__file__).resolve().parent.parent
+NET = ROOT / "tests" / "data" / "net.txt"
+EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.toml"))
+FORMULATIONS = ("-", "rnea", "crba", "aba", "lagrange")
+REACTIONS = ("reactions", "forward_reactions")
+TARGETS = ("numpy", "c", "ufunc", "js")
+DIGITS = 12
+
+
+def lines(example: str) -> Iterator[str]:
+    """Yield the lines of an example."""
+    scene = read(ROOT / "examples" / f"{example}.toml")
+    for formulation in FORMULATIONS:
+        for outputs, names in (("all", available(scene)[0]), ("reactions", REACTIONS)):
+            try:
+                equations = formulate(scene, names, None if formulation == "-" else formulation)
+                plain = lower(equations)
+            except SymdynError as refusal:
+                yield f"{example} {formulation} {outputs} refused:{_hash(str(refusal))}"
+                continue
+            programs = {"plain": plain, "static": lower(at_rest(equations)), "prepare": prepare(plain)}
+            for way, target, found in _files(programs):
+                yield f"{example} {formulation} {outputs} {way} {target} {found}"
+
+
+def _files(programs: Mapping[str, Program]) -> Iterator[tuple[str, str, str]]:
+    """Yield way, target, and the files of a mechanism's programs."""
+    ways = [(way, program, "double", False) for way, program in programs.items()]
+    ways += [("float", programs["plain"], "float", False), ("batch", programs["plain"], "double", True)]
+    for way, program, real, batch in ways:
+        for target in TARGETS:
+            try:
+                files = emit(program, target, real, batch=batch).items()
+                yield way, target, " ".join(f"{name}:{_hash(text)}" for name, text in files)
+            except SymdynError as refusal:
+                yield way, target, f"refused:{_hash(str(refusal))}"
+
+
+def _hash(text: str) -> str:
+    return sha256(text.encode()).hexdigest()[:DIGITS]
+
+
+def known(example: str) -> list[str]:
+    """Return the lines of an example that stand in the list."""
+    return [line for line in NET.read_text(encoding="utf-8").splitlines() if line.startswith(f"{example} ")]
+
+
+def main() -> int:
+    """Print lines, or what differs from those that are known."""
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--compare", action="store_true")
+    options.add_argument("examples", nargs="*", default=EXAMPLES)
+    asked = options.parse_args()
+    differ = False
+    for example in asked.examples:
+        found = list(lines(example))
+        if asked.compare:
+            found = list(unified_diff(known(example), found, "known", "found", lineterm="", n=0))
+            differ |= bool(found)
+        print("\n".join(found), end="\n" if found else "", flush=True)
+    return int(differ)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
