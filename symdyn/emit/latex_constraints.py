@@ -5,10 +5,10 @@ from __future__ import annotations
 from symdyn.algebra.form import Form
 from symdyn.emit.breaking import latex_width
 from symdyn.emit.constraints import PrintedConstraints
-from symdyn.emit.equations import Printable
 from symdyn.emit.escape import in_latex
 from symdyn.emit.formula_text import Latex
 from symdyn.emit.latex_layout import LINE, align, bmatrix, definition, entry_name, lines_of, matrix_width
+from symdyn.emit.printable import Printable
 
 RATE = r"(\dot G\,\dot q)"
 

@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from symdyn.algebra.form import MINUS_ONE, Form, Symbol, product_of, split_sign, sum_of, symbols_of, terms_of
 from symdyn.dynamics.prescribed import TIME
 from symdyn.emit.breaking import break_lines, latex_width
-from symdyn.emit.equations import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.escape import in_latex
 from symdyn.emit.formula_text import BREAK, Latex, value_text
 from symdyn.emit.latex_constraints import constraint_page
@@ -27,6 +26,7 @@ from symdyn.emit.latex_layout import (
     together,
 )
 from symdyn.emit.letters import Letters, head
+from symdyn.emit.printable import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.symbols import latex_symbols, latex_unit
 from symdyn.scene import JOINTS, Scene, acceleration_name
 

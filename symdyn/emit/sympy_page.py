@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from symdyn.algebra.form import Form, Symbol, symbols_of
 from symdyn.algebra.sympy_algebra import NAMES, form_to_sympy, sympy_text
-from symdyn.emit.equations import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
+from symdyn.emit.printable import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.text_page import coefficient_name
 from symdyn.scene import Scene, acceleration_name
 

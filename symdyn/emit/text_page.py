@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator
 
 from symdyn.algebra.form import Form
 from symdyn.emit.breaking import break_lines
-from symdyn.emit.equations import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.formula_text import BREAK, broken_text, text_of
+from symdyn.emit.printable import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 
 WIDTH = 110
 INDENT = "    "

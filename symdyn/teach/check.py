@@ -24,7 +24,7 @@ from symdyn.algebra.form import (
     terms_of,
 )
 from symdyn.dynamics.recursive.ldl import solve
-from symdyn.emit.equations import Printable, printable
+from symdyn.emit.printable import Printable, printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, gradient, reachable
 from symdyn.scene import Scene, acceleration_name, express

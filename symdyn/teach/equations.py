@@ -10,8 +10,8 @@ from symdyn.algebra.trigonometric import Polynomial
 from symdyn.dynamics.christoffel import christoffel
 from symdyn.dynamics.lagrange import elastic_forces, gravity_forces, mass_matrix
 from symdyn.dynamics.loads import generalized_forces
-from symdyn.emit.equations import ALONE, Coefficient, Printable, printable
 from symdyn.emit.formula_text import text_of
+from symdyn.emit.printable import ALONE, Coefficient, Printable, printable
 from symdyn.graph import Expr
 from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Step, Values, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, together

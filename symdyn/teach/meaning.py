@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from symdyn.algebra.form import Form, Symbol, power_of, product_of, sum_of
 from symdyn.dynamics.state import placement, vector
-from symdyn.emit.equations import Printable
+from symdyn.emit.printable import Printable
 from symdyn.graph import Expr
 from symdyn.scene import GROUND, Joint, express
 from symdyn.scene.joints.blocks import unit

@@ -17,8 +17,8 @@ from symdyn.algebra.form import (
 from symdyn.draw import Wrench, picture
 from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.state import vector
-from symdyn.emit.equations import Printable
 from symdyn.emit.letters import head
+from symdyn.emit.printable import Printable
 from symdyn.graph import tangents
 from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.teach.balance import Balance

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from symdyn.algebra.form import ZERO, Form, Symbol, power_of, product_of
-from symdyn.emit.equations import Printable
 from symdyn.emit.formula_text import text_of
+from symdyn.emit.printable import Printable
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene.units import velocity_units
 from symdyn.spatial import add, apply, cross

@@ -22,7 +22,7 @@ from symdyn.dynamics.loops.newton import free_motions
 from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.reactions.hinges import Hinge
-from symdyn.emit.equations import Printable
+from symdyn.emit.printable import Printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, tangents
 from symdyn.scene import Scene, acceleration_name
