@@ -30,6 +30,7 @@ FORMULATIONS = ("-", "rnea", "crba", "aba", "lagrange")
 REACTIONS = ("reactions", "forward_reactions")
 TARGETS = ("numpy", "c", "ufunc", "js")
 DIGITS = 12
+SHOWN = 6
 
 
 def lines(example: str) -> Iterator[str]:
@@ -80,8 +81,9 @@ def main() -> int:
     for example in asked.examples:
         found = list(lines(example))
         if asked.compare:
-            found = list(unified_diff(known(example), found, "known", "found", lineterm="", n=0))
+            found = [line for line in unified_diff(known(example), found, lineterm="", n=0) if line[1] not in "-+@"]
             differ |= bool(found)
+            found = [*found[:SHOWN], f"{example}: {len(found)} lines differ"] if found else []
         print("\n".join(found), end="\n" if found else "", flush=True)
     return int(differ)
 

@@ -28,7 +28,7 @@ from math import gcd, isqrt, lcm
 
 from flint import fmpz
 
-from symdyn.graph import FUNCTIONS, Expr, Op, linear_form, reachable
+from symdyn.graph import Expr, Op, evaluate, linear_form, reachable
 from symdyn.graph.identities import SMALL_PRIMES
 
 BITS = 127  # enough that few of the primes drawn from divide the coefficients of any scene
@@ -216,7 +216,7 @@ class FiniteField:
 def evaluate_over_field(
     outputs: Sequence[Expr], field: FiniteField, values: dict[Expr, int], order: Sequence[Expr] | None = None
 ) -> list[int]:
-    """Return the values of `outputs` in `field`: the loop of `evaluate`, with sines from their angles' atoms.
+    """Return the values of `outputs` in `field`: `evaluate`, with sines from their angles' atoms.
 
     Args:
         outputs: nodes of one graph.
@@ -227,30 +227,25 @@ def evaluate_over_field(
     Raises:
         Redraw: the point is unlucky.
     """
-    binary = {Op.ADD: field.add, Op.SUB: field.sub, Op.MUL: field.mul, Op.DIV: field.div}
-    units: dict[Expr, int] = {}
-    for node in reachable(outputs, values) if order is None else order:
-        op, args = node.op, node.args
-        if node in values:
-            continue
-        if op in binary:
-            values[node] = binary[op](values[args[0]], values[args[1]])
-        elif op is Op.NEG:
-            values[node] = field.neg(values[args[0]])
-        elif op is Op.CONSTANT:
-            values[node] = field.constant(node.value)  # type: ignore[arg-type]
-        elif op is Op.PI:
-            values[node] = field.pi()
-        elif op in (Op.SIN, Op.COS):
-            angle = args[0]
-            if angle not in units:
-                units[angle] = field.unit(angle, values)
-            values[node] = field.circular(op, units[angle])
-        elif op in FUNCTIONS:
-            values[node] = field.function(node, [values[arg] for arg in args])
-        else:
-            raise KeyError(f"symbol {node.value} has no value")
-    return [values[node] for node in outputs]
+    return evaluate(outputs, _AtPoint(field, values), values, order, values)
+
+
+class _AtPoint:
+    """A field in which angles are known: sines and cosines are those of the units that stand for them."""
+
+    def __init__(self, field: FiniteField, values: dict[Expr, int]) -> None:
+        self._field, self._values = field, values
+        self._units: dict[Expr, int] = {}
+        self.constant, self.pi, self.add, self.sub = field.constant, field.pi, field.add, field.sub
+        self.mul, self.div, self.neg = field.mul, field.div, field.neg
+
+    def function(self, node: Expr, args: Sequence[int]) -> int:
+        if node.op not in (Op.SIN, Op.COS):
+            return self._field.function(node, args)
+        angle = node.args[0]
+        if angle not in self._units:
+            self._units[angle] = self._field.unit(angle, self._values)
+        return self._field.circular(node.op, self._units[angle])
 
 
 def _hash(*key: object) -> int:

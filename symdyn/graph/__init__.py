@@ -2,7 +2,7 @@
 
 from symdyn.graph.check import check
 from symdyn.graph.differentiate import gradient, substitute, tangents
-from symdyn.graph.evaluate import Algebra, evaluate, reachable
+from symdyn.graph.evaluate import Algebra, arithmetic, evaluate, reachable
 from symdyn.graph.expression import Expr, Graph, Scalar
 from symdyn.graph.growing import growing
 from symdyn.graph.identities import LinearForm, linear_form
@@ -17,6 +17,7 @@ __all__ = [
     "LinearForm",
     "Op",
     "Scalar",
+    "arithmetic",
     "check",
     "evaluate",
     "gradient",

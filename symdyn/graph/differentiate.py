@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from symdyn.graph.evaluate import reachable
+from symdyn.graph.evaluate import arithmetic, reachable
 from symdyn.graph.expression import Expr, Graph
 from symdyn.graph.ops import Op
 
@@ -95,17 +95,16 @@ def substitute(outputs: Sequence[Expr], values: Mapping[Expr, Expr], graph: Grap
     if not outputs:
         return []
     target = graph or outputs[0].graph
-    binary = {Op.ADD: target.add, Op.SUB: target.sub, Op.MUL: target.mul, Op.DIV: target.div}
+    apply = arithmetic(target)
     known: dict[Expr, Expr] = {}
     for node in reachable(outputs):
+        args = [known[arg] for arg in node.args]
         if node in values:
             known[node] = values[node]
-        elif all(known[arg] is arg for arg in node.args) and (node.args or target is node.graph):
+        elif target is node.graph and all(new is old for new, old in zip(args, node.args, strict=True)):
             known[node] = node
-        elif node.op in binary:
-            known[node] = binary[node.op](known[node.args[0]], known[node.args[1]])
-        elif node.op is Op.NEG:
-            known[node] = target.neg(known[node.args[0]])
+        elif node.op in apply:
+            known[node] = apply[node.op](*args)
         elif node.op is Op.CONSTANT:
             known[node] = target.constant(node.value)  # type: ignore[arg-type]
         elif node.op is Op.PI:
@@ -113,5 +112,5 @@ def substitute(outputs: Sequence[Expr], values: Mapping[Expr, Expr], graph: Grap
         elif node.op is Op.SYMBOL:
             known[node] = target.symbol(str(node.value))
         else:
-            known[node] = target.function(node.op, *(known[arg] for arg in node.args))
+            known[node] = target.function(node.op, *args)
     return [known[node] for node in outputs]

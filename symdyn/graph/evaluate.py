@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from fractions import Fraction
 from operator import attrgetter
 from typing import Any, Protocol, TypeVar
@@ -54,8 +54,23 @@ def reachable(outputs: Iterable[Expr], known: Container[Expr] = ()) -> list[Expr
     return sorted(seen, key=attrgetter("index"))
 
 
+def arithmetic(algebra: Any) -> dict[Op, Callable[..., Any]]:
+    """Return the five operations of a field by name; `algebra` is whatever has `add`, `sub`, `mul`, `div`, `neg`."""
+    return {
+        Op.ADD: algebra.add,
+        Op.SUB: algebra.sub,
+        Op.MUL: algebra.mul,
+        Op.DIV: algebra.div,
+        Op.NEG: algebra.neg,
+    }
+
+
 def evaluate(
-    outputs: Sequence[Expr], algebra: Algebra[T], values: Mapping[Expr, T], order: Sequence[Expr] | None = None
+    outputs: Sequence[Expr],
+    algebra: Algebra[T],
+    values: Mapping[Expr, T],
+    order: Sequence[Expr] | None = None,
+    known: dict[Expr, T] | None = None,
 ) -> list[T]:
     """Return the values of `outputs` over `algebra`.
 
@@ -64,20 +79,19 @@ def evaluate(
         algebra: what to compute with.
         values: value of every symbol that is needed; a node given here is not computed.
         order: what `reachable` has given for these outputs, for those that evaluate them often; None asks it.
+        known: where to keep the value of every node that is computed, those of `values` included; may be `values`.
 
     Raises:
         KeyError: a needed symbol has no value.
     """
-    binary = {Op.ADD: algebra.add, Op.SUB: algebra.sub, Op.MUL: algebra.mul, Op.DIV: algebra.div}
-    known: dict[Expr, Any] = {}
+    apply = arithmetic(algebra)
+    known = dict(values) if known is None else known
     for node in reachable(outputs, values) if order is None else order:
+        if node in known:
+            continue
         op, args = node.op, node.args
-        if node in values:
-            known[node] = values[node]
-        elif op in binary:
-            known[node] = binary[op](known[args[0]], known[args[1]])
-        elif op is Op.NEG:
-            known[node] = algebra.neg(known[args[0]])
+        if op in apply:
+            known[node] = apply[op](*[known[arg] for arg in args])
         elif op is Op.CONSTANT:
             known[node] = algebra.constant(node.value)  # type: ignore[arg-type]
         elif op is Op.PI:

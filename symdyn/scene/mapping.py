@@ -6,11 +6,13 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any, TypeVar
 
-from symdyn.graph import Op
+from symdyn.graph import Op, arithmetic
 from symdyn.scene import folding
 from symdyn.scene.quantity import Quantity
 
 T = TypeVar("T")
+
+_FOLDED = arithmetic(folding)
 
 
 def map_quantities(thing: T, change: Callable[[Quantity], Quantity]) -> T:
@@ -55,12 +57,3 @@ def substituted(quantity: Quantity, values: Mapping[str, Quantity]) -> Quantity:
         return quantity
     operation = _FOLDED.get(quantity.op)
     return operation(*args) if operation else folding.function(quantity.op, *args)
-
-
-_FOLDED: Mapping[Op, Callable[..., Quantity]] = {
-    Op.ADD: folding.add,
-    Op.SUB: folding.sub,
-    Op.MUL: folding.mul,
-    Op.DIV: folding.div,
-    Op.NEG: folding.neg,
-}

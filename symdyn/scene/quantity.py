@@ -6,11 +6,10 @@ tree with no graph behind it, so that two scenes compare equal when they say the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symdyn.graph import Expr, Graph, Op
+from symdyn.graph import FUNCTIONS, Expr, Graph, Op, arithmetic
 
 
 @dataclass(frozen=True)
@@ -65,13 +64,6 @@ Vector = tuple[Quantity, Quantity, Quantity]
 
 NULL: Vector = (ZERO, ZERO, ZERO)
 
-_BINARY: Mapping[Op, Callable[[Expr, Expr], Expr]] = {
-    Op.ADD: lambda a, b: a + b,
-    Op.SUB: lambda a, b: a - b,
-    Op.MUL: lambda a, b: a * b,
-    Op.DIV: lambda a, b: a / b,
-}
-
 
 def express(quantity: Quantity, graph: Graph) -> Expr:
     """Return the quantity as a node of `graph`; symbols keep their names.
@@ -87,8 +79,6 @@ def express(quantity: Quantity, graph: Graph) -> Expr:
     if quantity.op is Op.PI:
         return graph.pi
     args = [express(arg, graph) for arg in quantity.args]
-    if quantity.op in _BINARY:
-        return _BINARY[quantity.op](*args)
-    if quantity.op is Op.NEG:
-        return -args[0]
-    return graph.function(quantity.op, *args)
+    if quantity.op in FUNCTIONS:
+        return graph.function(quantity.op, *args)
+    return arithmetic(graph)[quantity.op](*args)  # type: ignore[no-any-return]

@@ -8,17 +8,17 @@ symbols and numbers but no symbols with a value.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symdyn.errors import SceneError
-from symdyn.graph import Op
 from symdyn.scene import folding
 from symdyn.scene.formats.losses import lost_words
 from symdyn.scene.formats.par_frames import Row, rows
 from symdyn.scene.formats.par_links import INERTIAL, NOTHING, Link, link
 from symdyn.scene.formats.placing import angle_text
+from symdyn.scene.mapping import substituted
 from symdyn.scene.model import GROUND, Joint, Limits, Parameter, Pose, Scene
 from symdyn.scene.quantity import ZERO, Quantity, Vector, symbol
 from symdyn.scene.reading import Written
@@ -201,7 +201,7 @@ def with_values(scene: Scene) -> Scene:
     values = {p.name: p.value for p in scene.parameters if p.value is not None}
 
     def fill(quantity: Quantity) -> Quantity:
-        return _substituted(quantity, values)
+        return substituted(quantity, values)
 
     if not values:
         return scene
@@ -232,21 +232,3 @@ def with_values(scene: Scene) -> Scene:
 
 def _three(fill: Callable[[Quantity], Quantity], vector: Vector) -> Vector:
     return (fill(vector[0]), fill(vector[1]), fill(vector[2]))
-
-
-_BINARY: Mapping[Op, Callable[[Quantity, Quantity], Quantity]] = {
-    Op.ADD: folding.add,
-    Op.SUB: folding.sub,
-    Op.MUL: folding.mul,
-    Op.DIV: folding.div,
-}
-
-
-def _substituted(quantity: Quantity, values: Mapping[str, Quantity]) -> Quantity:
-    """Return a formula with values in place of symbols."""
-    if not quantity.args:
-        return values.get(str(quantity.value), quantity) if quantity.op is Op.SYMBOL else quantity
-    args = [_substituted(arg, values) for arg in quantity.args]
-    if quantity.op in _BINARY:
-        return _BINARY[quantity.op](args[0], args[1])
-    return folding.neg(args[0]) if quantity.op is Op.NEG else folding.function(quantity.op, *args)
