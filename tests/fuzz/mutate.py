@@ -66,6 +66,9 @@ SPECIAL = (
 GROWTH = 0.1
 """Of the changes that may make something large, the part that do: such cases take their time."""
 
+LARGEST = 8 * 2**20
+"""Bytes beyond which a text is changed no more: to list its words would take more memory than a case may."""
+
 DEEP = 150
 """Levels of a table that is made deep; text is made deeper, by repeating its brackets."""
 
@@ -167,6 +170,8 @@ def _places(value: Any) -> Iterator[Place]:
 def scribble(rng: Random, text: bytes, times: int, other: bytes = b"") -> bytes:
     """Return a text with some of its words, lines or bytes changed; `other` is a text to take pieces from."""
     for _ in range(times):
+        if len(text) > LARGEST:
+            break
         text = rng.choice((_word, _word, _word, _line, _byte, _piece))(rng, text, other or text)
     return text
 
