@@ -25,7 +25,6 @@ from symdyn.build.compiler import find_compiler
 from symdyn.build.extension import python_headers
 from symdyn.build.folder import CACHE_VARIABLE
 from symdyn.dynamics import Equations, Workspace, available, derive_one, roads
-from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.emit import emit
 from symdyn.errors import DerivationError, MissingCompiler, SimulateError
 from symdyn.program import formulate, lower
@@ -139,7 +138,7 @@ def _fresh_cache() -> Iterator[None]:
 def _positions(scene: Scene, seed: int) -> Positions:
     """Return the coordinates, and positions near which M, a Jacobian or the rows of loops are singular."""
     last = [f"jacobian:{point.name}" for point in scene.points] or [f"jacobian:{scene.bodies[-1].name}"]
-    rows = ["constraint_jacobian"] if is_closed(scene) else []
+    rows = ["constraint_jacobian"] if scene.is_closed else []
     program = lower(formulate(scene, ("mass_matrix", *last, *rows)))
     module = run_python(emit(program, "numpy"))
     anywhere = positions_of(scene, seed)

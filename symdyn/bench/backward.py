@@ -21,7 +21,6 @@ from flint import arb_mat
 
 from symdyn.algebra.balls import Balls
 from symdyn.bench.reference import BITS, Reference, reference
-from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.errors import DerivationError
 from symdyn.program import Routine, formulate, lower
 from symdyn.scene import Scene
@@ -37,7 +36,7 @@ def linear(scene: Scene) -> tuple[Routine, ...]:
     if any(joint.motion is not None for joint in scene.joints):
         return ()
     try:
-        return lower(formulate(scene, CLOSED if is_closed(scene) else TREE)).routines
+        return lower(formulate(scene, CLOSED if scene.is_closed else TREE)).routines
     except DerivationError:
         return ()
 

@@ -16,7 +16,6 @@ import numpy.typing as npt
 
 from symdyn.dynamics import Argument
 from symdyn.dynamics.loops.numbers import Numbers, numbers_of
-from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 from symdyn.scene.units import coordinate_units
@@ -88,7 +87,7 @@ def positions_of(scene: Scene, seed: int = 1) -> Positions:
     """Return a scene's coordinates without any singular positions; free parameters as `draw` gives them."""
     units = coordinate_units(scene)
     loops = None
-    if is_closed(scene):
+    if scene.is_closed:
         numbers = numbers_of(scene)
         numbers.free = {p.name: float(x) for p, x in zip(scene.free_parameters, parameters(seed), strict=False)}
         loops = Loops(numbers)

@@ -143,11 +143,10 @@ def _mobility(scene: Scene, closing: Closing) -> dict[str, Any] | None:
     """Return the mobility of a scene with loops or rows; None for a tree, and where the loops cannot be closed."""
     from dataclasses import asdict
 
-    from symdyn.dynamics import is_closed
     from symdyn.dynamics.loops.mobility import mobility
     from symdyn.errors import DerivationError
 
-    if not is_closed(scene):
+    if not scene.is_closed:
         return None
     try:
         return asdict(mobility(scene, closing))

@@ -90,11 +90,11 @@ def closing_of(options: argparse.Namespace, scene: Scene) -> Closing:
     Raises:
         DerivationError: a choice that means nothing, or a scene without loops and rows.
     """
-    from symdyn.dynamics import Closing, is_closed
+    from symdyn.dynamics import Closing
     from symdyn.errors import DerivationError
 
     given = [f"--{name}" for name in ("independent", "baumgarte") if getattr(options, name) is not None]
-    if given and not is_closed(scene):
+    if given and not scene.is_closed:
         raise DerivationError(
             f"{scene.name}: {' and '.join(given)}: it has no loops and no rows, all its coordinates are independent; "
             f"leave {' and '.join(given)} out"

@@ -21,7 +21,7 @@ from symdyn.dynamics.derive import (
     roads,
 )
 from symdyn.dynamics.equations import Argument, Equations, Function
-from symdyn.dynamics.loops.outputs import CLOSED_ONLY, is_closed
+from symdyn.dynamics.loops.outputs import CLOSED_ONLY
 from symdyn.dynamics.loops.partition import Closing
 from symdyn.dynamics.outputs import OUTPUTS
 from symdyn.dynamics.reactions.outputs import REACTIONS
@@ -66,7 +66,6 @@ __all__ = [
     "derive",
     "derive_one",
     "follow",
-    "is_closed",
     "reactions_at",
     "roads",
     "unique_reactions",

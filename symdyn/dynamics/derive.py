@@ -7,7 +7,7 @@ from math import prod
 
 from symdyn.dynamics.equations import Argument, Equations, Function
 from symdyn.dynamics.loads import refuse_ideal_friction
-from symdyn.dynamics.loops.outputs import CLOSED_ONLY, is_closed
+from symdyn.dynamics.loops.outputs import CLOSED_ONLY
 from symdyn.dynamics.loops.partition import Closing
 from symdyn.dynamics.output import Output
 from symdyn.dynamics.outputs import OUTPUTS
@@ -156,7 +156,7 @@ def derive_one(workspace: Workspace, request: str, road: str | None = None) -> F
             workspace.derived[request, road] = _derived(workspace, request, road)
         return workspace.derived[request, road]
     except Singular as fault:
-        if is_closed(workspace.scene):  # a reduced matrix, whose rows are no velocities
+        if workspace.scene.is_closed:  # a reduced matrix, whose rows are no velocities
             raise
         raise DerivationError(moves_no_mass(workspace.scene, fault.velocity)) from fault
 
@@ -198,7 +198,7 @@ def _loose(scene: Scene, unique: Sequence[bool]) -> str:
 
 def _chosen(workspace: Workspace, request: str) -> str:
     """Return what the user chose about loops, behind the text of an output that it changes."""
-    if not is_closed(workspace.scene) or request not in (*PARTITIONED, *STABILISED):
+    if not workspace.scene.is_closed or request not in (*PARTITIONED, *STABILISED):
         return ""
     closing = workspace.closing
     words = closing.words if request in STABILISED else Closing(closing.independent).words
@@ -239,9 +239,9 @@ def _row(request: str, scene: Scene | None = None) -> tuple[Output, str]:
         raise DerivationError(f"{name} needs a {row.place}; write {name}:NAME")
     if place and not row.place:
         raise DerivationError(f"{name} is about the whole scene; write {name}")
-    if scene is not None and is_closed(scene) and row.closed is not None:
+    if scene is not None and scene.is_closed and row.closed is not None:
         row = row.closed
-    if scene is not None and name in CLOSED_ONLY and not is_closed(scene):
+    if scene is not None and name in CLOSED_ONLY and not scene.is_closed:
         raise DerivationError(f"{name} is about closed loops and rows, of which {scene.name} has none")
     return row, place
 

@@ -99,7 +99,7 @@ class Workspace:
         """The declared bodies and joints, nothing merged or regrouped, for reactions."""
         from symdyn.dynamics.reactions.hanging import Hanging  # with NumPy, which printing can do without
 
-        closed = self.scene.loops or self.scene.rows
+        closed = self.scene.is_closed
         return Hanging(self.scene, self.tree, self.state, self.closed.closure if closed else None)
 
     @cached_property

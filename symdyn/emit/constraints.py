@@ -80,7 +80,7 @@ def printed_constraints(scene: Scene, write: Callable[[Form], Form], taken: Cont
     Raises:
         DerivationError: the loops cannot be assembled, so that nobody knows which rows are independent.
     """
-    if not (scene.loops or scene.rows):
+    if not scene.is_closed:
         return PrintedConstraints((), scene.velocities)
     found = closed_constraints(scene)
     rows = tuple(_row(scene, k, row, write, taken) for k, row in enumerate(found.rows, 1))

@@ -267,6 +267,11 @@ class Scene:
         """Names of the driving forces, shape (nv,); None where a velocity is passive."""
         return tuple(drive for joint in self.joints for drive in joint.drives or (None,) * len(joint.rates))
 
+    @property
+    def is_closed(self) -> bool:
+        """Whether it has loops or rows."""
+        return bool(self.loops or self.rows)
+
     @cached_property
     def free_parameters(self) -> tuple[Parameter, ...]:
         """Parameters without a value: the argument `params` of generated functions, in this order."""

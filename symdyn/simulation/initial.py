@@ -91,7 +91,7 @@ def read_start(scene: Scene, start: Mapping[str, str] | None = None, rates: Mapp
         if abs(np.linalg.norm(q[part]) - 1.0) > CONSISTENT
     ]
     q = numbers.normalised(q)
-    if scene.loops or scene.rows:
+    if scene.is_closed:
         q, u, more = _closed(numbers, q, u, given_q, given_u, faults)
         notes += more
         close(faults)

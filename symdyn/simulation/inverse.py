@@ -212,7 +212,7 @@ class _Functions:
     def __init__(self, scene: Scene) -> None:
         w = Workspace(scene)
         names = ["inverse_dynamics"]
-        if scene.loops or scene.rows:
+        if scene.is_closed:
             names += ["constraint_residual", "constraint_jacobian", "constraint_bias"]
         functions = [cheapest(w, name) for name in names]
         columns = [tangents(w.state.rates, {u: w.graph.one}) for u in w.state.qd]

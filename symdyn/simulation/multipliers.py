@@ -65,7 +65,7 @@ def multiplier_columns(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau
     They are called `multiplier_LOOP_fx_joint`, along x of the joint frame on the parent; `multiplier_LOOP_force` along
     a direction of its own, such as a rod's; `multiplier_CONTACT_normal`; `multiplier_ROW` of a formula.
     """
-    if not (scene.loops or scene.rows):
+    if not scene.is_closed:
         return {}
     closure, numbers = decided(scene)
     if not closure.kept:

@@ -38,7 +38,7 @@ def reaction_columns(
     """
     from symdyn.dynamics.reactions.loose import COMPONENTS
 
-    closed = bool(scene.loops or scene.rows)
+    closed = scene.is_closed
     name = "forward_reactions" if closed and (given or not any(scene.drives)) else "reactions"
     program = lower(formulate(scene, (name if axes == "body" else f"{name}:{axes}",)))
     calls, _ = load_program(program, lean=True)

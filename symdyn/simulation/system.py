@@ -263,7 +263,7 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
     if momenta:
         functions.append(function_of(w, "momenta", [p for _, p in momenta]))
     rows, filled, dependent = 0, (), ()  # type: int, tuple[int, ...], tuple[int, ...]
-    if scene.loops or scene.rows:
+    if scene.is_closed:
         G = cheapest(w, "constraint_jacobian")
         rows = G.shape[0]
         filled = tuple(k for k, entry in enumerate(G.entries) if not entry.is_zero)

@@ -39,7 +39,7 @@ class Balance(Prose):
         self.workspace = Workspace(self.scene)
         self.scene = self.workspace.scene
         self.graph, self.state = self.workspace.graph, self.workspace.state
-        self.closed = bool(self.scene.loops or self.scene.rows)
+        self.closed = self.scene.is_closed
         try:
             self.system = equilibrium(self.workspace.hanging, planar=True)
         except DerivationError:

@@ -116,7 +116,7 @@ class Lesson(Prose):
             self.graph.symbol(parameter.name)
         self.state: State = state_symbols(self.scene, self.graph)
         refuse_quaternions(self.scene)
-        if self.scene.loops or self.scene.rows:
+        if self.scene.is_closed:
             raise DerivationError(
                 f"{self.scene.name}: Lagrange's road (5.21) is for open mechanisms, and this one has constraints; "
                 "--road dalembert shows it"

@@ -25,7 +25,7 @@ def scene_step(lesson: Prose, shown: Picture) -> Step:
         rows.append((Words((joint.name,)), kind, Words((parent,)), Words((joint.child,)), together(places)))
     keys = ("joint", "kind", "parent", "child", "coordinate")
     head = tuple(lesson.say(f"table.{key}") for key in keys)
-    closed = "scene.closed" if scene.loops or scene.rows else "scene"
+    closed = "scene.closed" if scene.is_closed else "scene"
     claim = lesson.say(closed, scene=scene.name, bodies=str(len(scene.bodies)), freedoms=str(len(scene.velocities)))
     return Step(
         "scene",

@@ -76,7 +76,7 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
             (Words((Symbol(TIME),)), Words((written(chosen.values[lesson.graph.symbol(TIME)]),)), Words(("s",)))
         )
     head = (lesson.say("table.symbol"), lesson.say("table.value"), lesson.say("table.unit"))
-    tied = lesson.scene.loops or lesson.scene.rows
+    tied = lesson.scene.is_closed
     reason = lesson.say("state.reason.closed" if tied else "state.reason")
     return Step("state", lesson.say("state"), (Values(head, tuple(cells)),), reason)
 

@@ -13,7 +13,6 @@ from fractions import Fraction
 
 from symdyn.algebra.numeric import Floats
 from symdyn.draw import pose
-from symdyn.dynamics import is_closed
 from symdyn.dynamics.prescribed import TIME, prescribed
 from symdyn.dynamics.state import State, state_symbols
 from symdyn.errors import DrawError, NoValueError
@@ -86,7 +85,7 @@ def starting_rates(scene: Scene, parameters: Mapping[str, float]) -> list[float]
 def shown_state(scene: Scene) -> Chosen:
     """Return the state at which lessons of a scene show numbers; a mechanism with loops or rows is at rest there."""
     graph = Graph()
-    return choose_state(scene, state_symbols(scene, graph), graph, moving=not is_closed(scene))
+    return choose_state(scene, state_symbols(scene, graph), graph, moving=not scene.is_closed)
 
 
 def timed(scene: Scene) -> bool:
@@ -149,7 +148,7 @@ def _distinct(
     scene: Scene, q: Mapping[str, float], held: Mapping[str, float], parameters: Mapping[str, float]
 ) -> dict[str, float]:
     """Return coordinates that are held, and others where none hides another; with loops or rows only driven ones."""
-    found, seen, tied = dict(held), list(held.values()), is_closed(scene)
+    found, seen, tied = dict(held), list(held.values()), scene.is_closed
     for joint in scene.moving:
         for name, unit in zip(joint.coordinates, JOINTS[joint.type].coordinates(joint), strict=True):
             if name in held or unit == "1" or (tied and not any(joint.drives)):

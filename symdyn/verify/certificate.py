@@ -22,7 +22,6 @@ from symdyn.dynamics import (
     available,
     derive,
     derive_one,
-    is_closed,
     roads,
 )
 from symdyn.emit import emit
@@ -124,7 +123,7 @@ def certify(
     progress("proving over finite fields")
     claims = on_unit_sphere(scene, [claim for claim in claims if claim.left])  # k_C of one coordinate has no entries
     fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
-    if is_closed(scene):
+    if scene.is_closed:
         progress("looking at natural positions")
         found, undefined = natural_findings(workspace, outputs)
         findings += found
@@ -262,7 +261,7 @@ def _positive_definite(program: Program, modules: dict[str, Any], seed: int, not
     with np.errstate(all="ignore"):
         matrices = [modules["numpy"].mass_matrix(*state) for state in states]
     real = [M for M in matrices if np.isfinite(M).all()][:STATES]  # a formula may be real for some parameters only
-    where = next((k for k, M in enumerate(real) if not _is_definite(M, is_closed(program.scene))), -1)
+    where = next((k for k, M in enumerate(real) if not _is_definite(M, program.scene.is_closed)), -1)
     verdict = UNDEFINED if not real else NUMERICAL if where < 0 else DIFFERENT
     return [Finding("mass matrix: positive definite", verdict, len(real), 0, 0.0, where)]
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from itertools import combinations
 
-from symdyn.dynamics import DYNAMICS, Workspace, derive_one, is_closed
+from symdyn.dynamics import DYNAMICS, Workspace, derive_one
 from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.verify.equality import Claim
 from symdyn.verify.laws_of_loops import LAWS_OF_LOOPS, Law
@@ -30,7 +30,7 @@ def laws(workspace: Workspace, outputs: Collection[str] = DYNAMICS) -> list[Clai
     Raises:
         DerivationError: an output does not exist, such as forward dynamics where M is singular.
     """
-    table = [*(_closed_laws() if is_closed(workspace.scene) else LAWS), *LAWS_OF_REACTIONS]
+    table = [*(_closed_laws() if workspace.scene.is_closed else LAWS), *LAWS_OF_REACTIONS]
     claims = [law(workspace) for needed, law in table if set(needed) <= set(outputs)]
     return [claim for claim in claims if claim is not None]
 
@@ -51,7 +51,7 @@ def _entries(w: Workspace, name: str) -> tuple[Expr, ...]:
 
 def _driving(w: Workspace) -> tuple[Expr, ...]:
     """Return what drives of the tree must exert."""
-    return _entries(w, "tree_forces" if is_closed(w.scene) else "inverse_dynamics")
+    return _entries(w, "tree_forces" if w.scene.is_closed else "inverse_dynamics")
 
 
 def _hessian(w: Workspace) -> Claim:

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
-from symdyn.dynamics import Workspace, derive_one, is_closed
+from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
 from symdyn.dynamics.reactions.hinges import Hinge, about, nothing, plus, power, relative_twists, times
@@ -58,7 +58,7 @@ def _motion(w: Workspace) -> dict[Expr, Expr] | None:
 
     Else those that driving forces give; None where forward dynamics does not exist.
     """
-    if not is_closed(w.scene) or len(undriven(w.scene)) == len(w.closed.closure.kept):
+    if not w.scene.is_closed or len(undriven(w.scene)) == len(w.closed.closure.kept):
         return {}
     passive = {w.state.tau[k]: w.graph.zero for k in undriven(w.scene)}
     try:
@@ -70,7 +70,7 @@ def _motion(w: Workspace) -> dict[Expr, Expr] | None:
 
 def _carried(w: Workspace) -> list[tuple[Tie, Expr]]:
     """Return what closes loops, contacts and rows, and its sizes in `reactions`."""
-    if not is_closed(w.scene):
+    if not w.scene.is_closed:
         return []
     unknown, hanging = ties(w.hanging), w.hanging
     return list(
@@ -98,7 +98,7 @@ def _equilibrium(w: Workspace) -> Claim | None:
 
 def _forward_equilibrium(w: Workspace) -> Claim | None:
     """(5.18) is met by the reactions of forward dynamics, with the drives given."""
-    if not is_closed(w.scene):
+    if not w.scene.is_closed:
         return None  # the same recursion, and no multiplier in it
     tau = derive_one(w, "drive_forces").entries if w.prescribed.place else w.state.tau
     motion = dict(zip(w.state.qdd, derive_one(w, "forward_dynamics").entries, strict=True))
@@ -148,7 +148,7 @@ def power_of_reactions(w: Workspace) -> Claim | None:
         pushes = zip(hinge.rates, own_forces(w.scene, hinge, w.state), strict=True)
         given += [rate * force for rate, force in pushes]
     sides = substitute([graph.total(terms), graph.total(given)], motion)
-    if is_closed(w.scene):
+    if w.scene.is_closed:
         sides = substitute(sides, dict(zip(u, derive_one(w, "velocities").entries, strict=True)))
     return Claim("power of reactions", "R.(relative motion)", "(tau + Q of joints).qd", (sides[0],), (sides[1],))
 

@@ -13,7 +13,6 @@ from symdyn.bench.stress.chains import shares
 from symdyn.bench.stress.model import Case, worst
 from symdyn.bench.stress.scenes import arm, one_body, rubbing
 from symdyn.dynamics import Function, available
-from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.errors import SceneError
 from symdyn.graph import reachable
 from symdyn.scene import Scene, body, fixed, revolute, scene
@@ -62,7 +61,7 @@ def _of(kind: str, one: Scene) -> Iterator[Case]:
     tiny["q"] = given["q"]
     metric = "error / running error bound"
     yield Case(FAMILY, f"denormal rates and forces, {kind}", metric, ALLOWED, *_worst_share(made, names, tiny))
-    if not is_closed(one) and "1" not in positions_of(one).units:
+    if not one.is_closed and "1" not in positions_of(one).units:
         tiny["q"] = given["q"] * 1e-310
         yield Case(FAMILY, f"denormal states, {kind}", metric, ALLOWED, *_worst_share(made, names, tiny))
     singles = calls(one, names, real="float")

@@ -22,7 +22,6 @@ from symdyn.bench.stress.calls import EPSILON, Calls, calls, solved
 from symdyn.bench.stress.model import Case, worst
 from symdyn.bench.stress.scenes import arm, gimbal, heavier, two_link
 from symdyn.dynamics import roads
-from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 from symdyn.simulation.reading import parameter_values
@@ -71,7 +70,7 @@ def of_scene(scene: Scene) -> Iterator[Case]:
         one = heavier(scene, (*(1,) * (len(scene.bodies) - 1), factor))
         for road in roads("forward_dynamics", one):
             try:
-                if is_closed(scene) and road == "crba":
+                if scene.is_closed and road == "crba":
                     yield _closed(f"{name}, {road}", one, calls(one, FORWARD, road=road), given)
                 elif road in ("crba", "aba"):
                     yield from cases(f"{name}, {road}", calls(one, FORWARD, road=road, beside=BESIDE), given)

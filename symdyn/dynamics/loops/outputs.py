@@ -14,12 +14,6 @@ from symdyn.dynamics.recursive.ldl import moves_no_mass
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
-from symdyn.scene import Scene
-
-
-def is_closed(scene: Scene) -> bool:
-    """Whether a scene has loops or rows."""
-    return bool(scene.loops or scene.rows)
 
 
 def _flat(matrix: list[list[Expr]]) -> list[Expr]:
@@ -236,7 +230,7 @@ def closing(outputs: Mapping[str, Output]) -> dict[str, Output]:
     """Return what closed scenes add to the table."""
     forward, inverse = outputs["forward_dynamics"], outputs["inverse_dynamics"]
     drives = outputs["drive_forces"]
-    rows = {name: replace(row, exists=is_closed) for name, row in ROWS.items()}
+    rows = {name: replace(row, exists=lambda scene: scene.is_closed) for name, row in ROWS.items()}
     return {
         "forward_dynamics": replace(forward, closed=replace(forward, **_FORWARD, prefer=None)),  # type: ignore[arg-type]
         "inverse_dynamics": replace(inverse, closed=replace(inverse, **_INVERSE)),  # type: ignore[arg-type]

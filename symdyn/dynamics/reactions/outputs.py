@@ -34,7 +34,7 @@ def _forward(w: Workspace, axes: str) -> list[Expr]:
 
 def _unique(w: Workspace, axes: str) -> tuple[bool, ...]:
     """Return which entries rigid bodies determine, () for all."""
-    if not w.scene.loops and not w.scene.rows:
+    if not w.scene.is_closed:
         return ()
     from symdyn.dynamics.reactions.loose import unique_entries
 

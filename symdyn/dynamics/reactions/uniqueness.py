@@ -25,7 +25,6 @@ from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.loops.generic import generic_places
 from symdyn.dynamics.loops.newton import lever_of, newton, seen_closed
 from symdyn.dynamics.loops.numbers import numbers_of
-from symdyn.dynamics.loops.outputs import is_closed
 from symdyn.dynamics.loops.words import in_words
 from symdyn.dynamics.reactions.bivectors import frames
 from symdyn.dynamics.reactions.dalembert import (
@@ -178,7 +177,7 @@ def reactions_at(
 
 def _closed(scene: Scene, q: Array, parameters: Mapping[str, float]) -> tuple[Array, tuple[Array, ...], float]:
     """Return q with its loops closed to the last digits, generic positions, and the residual where they are open."""
-    if not is_closed(scene):
+    if not scene.is_closed:
         return q, (), 0.0
     numbers = numbers_of(scene).bound_to(parameters)
     fault = numbers.lying_flat(q)

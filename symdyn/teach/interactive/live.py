@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
-from symdyn.dynamics import Equations, Function, Workspace, is_closed
+from symdyn.dynamics import Equations, Function, Workspace
 from symdyn.dynamics.loops.partition import Closing
 from symdyn.errors import DerivationError, TeachError
 from symdyn.program import Program, choose, lower
@@ -129,7 +129,7 @@ def live(scene: Scene, parameters: Mapping[str, float] | None = None) -> Live:
 
 def by_hand(scene: Scene) -> Scene:
     """Return the scene that a page moves: a closed one without its prescribed motions, which sliders take over."""
-    if not is_closed(scene):
+    if not scene.is_closed:
         return scene
     return replace(scene, joints=tuple(replace(joint, motion=None) for joint in scene.joints))
 
@@ -159,7 +159,7 @@ def unmovable(scene: Scene) -> str:
 
 def _rows(workspace: Workspace) -> tuple[list[Function], Held | None]:
     """Return the functions that rows are made of, and how loops and rows of the scene tie its state together."""
-    if is_closed(workspace.scene):
+    if workspace.scene.is_closed:
         tied = held(workspace)
         if not tied.velocities:
             raise TeachError(f"{workspace.scene.name}: there is no interactive page, {WORDS['en']['still']}")
@@ -172,7 +172,7 @@ def _terms(equations: Equations, rows: Sequence[int]) -> list[Term]:
     """Return all terms of all rows, in the order of (5.40)."""
     names = [function.name for function in equations.functions]
     n = len(rows)
-    pairs, acting = list(combinations(range(n), 2)), ACTING if is_closed(equations.scene) else "applied_forces"
+    pairs, acting = list(combinations(range(n), 2)), ACTING if equations.scene.is_closed else "applied_forces"
     terms = []
     for i in range(n):
         terms += [Term("k_z", i * n + j, i, (i, j), (("qdd", rows[j]),)) for j in range(n)]

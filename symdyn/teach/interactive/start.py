@@ -5,7 +5,6 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass
 
-from symdyn.dynamics import is_closed
 from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.state import quaternions
 from symdyn.errors import SymdynError
@@ -32,7 +31,7 @@ def start(scene: Scene) -> Start:
     Of closed mechanisms that is D'Alembert's lesson. There is none for quaternions: closed ones begin at rest where the
     scene says nothing.
     """
-    chosen, still = shown_state(scene), is_closed(scene)
+    chosen, still = shown_state(scene), scene.is_closed
     if still and not quaternions(scene):
         with suppress(SymdynError):  # too large for a lesson
             chosen, still = choose_motion(Balance(scene, "en")), False
@@ -40,7 +39,7 @@ def start(scene: Scene) -> Start:
     rates = [numbers.get(u, 0.0) for u in scene.velocities]
     led = any(joint.motion is not None for joint in scene.joints)
     declared = any(joint.start_rates for joint in scene.joints)
-    if still or (declared and not led and not is_closed(scene)):
+    if still or (declared and not led and not scene.is_closed):
         rates = starting_rates(scene, chosen.parameters)
     accelerations = [numbers.get(acceleration_name(u), 0.0) for u in scene.velocities]
     return Start(list(chosen.q), rates, accelerations, dict(chosen.parameters), numbers[TIME] if led else 0.0)
