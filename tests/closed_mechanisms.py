@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from mechanisms import shape
+
 from symdyn.scene import Body, Joint, Parameter, Particle, Pose, Quantity, Scene, number, symbol
 from symdyn.scene.quantity import ONE, ZERO, Vector
 from symdyn.scene.table import compose
 
-Z: Vector = (ZERO, ZERO, ONE)
+HINGE = shape("revolute")
 HERE = Pose()
 DOWN: Vector = (ZERO, number(Fraction("-9.81")), ZERO)
 
@@ -29,7 +31,7 @@ def along_x(length: Quantity) -> Pose:
 
 
 def hinge(name: str, parent: str, child: str, at: Pose = HERE, drive: str | None = None, **more: object) -> Joint:
-    return Joint(name, "revolute", parent, child, Z, at, coordinates=(f"q_{name}",), drives=(drive,), **more)  # type: ignore[arg-type]
+    return Joint(name, "revolute", parent, child, HINGE, at, coordinates=(f"q_{name}",), drives=(drive,), **more)  # type: ignore[arg-type]
 
 
 def four_bar(
@@ -54,7 +56,7 @@ def four_bar(
             hinge("B", "crank", "coupler", along_x(a), start=angles[1]),
             hinge("D", "ground", "rocker", along_x(d), start=angles[2]),
         ),
-        loops=(Joint("C", "revolute", "coupler", "rocker", Z, along_x(b), Pose((("Tx", number(-1) * c),))),),
+        loops=(Joint("C", "revolute", "coupler", "rocker", HINGE, along_x(b), Pose((("Tx", number(-1) * c),))),),
     )
 
 
@@ -81,11 +83,11 @@ def slider_crank() -> Scene:
             hinge("A", "ground", "crank", drive="tau", start=(exact("1/2"),)),
             hinge("B", "crank", "coupler", along_x(ONE), start=(exact("-2/3"),)),
             Joint(
-                "P", "prismatic", "ground", "slider", (ONE, ZERO, ZERO), coordinates=("x",), drives=(None,),
-                start=(exact("19/5"),),
+                "P", "prismatic", "ground", "slider", shape("prismatic", axis=(ONE, ZERO, ZERO)),
+                coordinates=("x",), drives=(None,), start=(exact("19/5"),),
             ),
         ),
-        loops=(Joint("C", "revolute", "coupler", "slider", Z, along_x(exact(3))),),
+        loops=(Joint("C", "revolute", "coupler", "slider", HINGE, along_x(exact(3))),),
     )  # fmt: skip
 
 
@@ -101,7 +103,7 @@ def n_four_bar(n: int) -> Scene:
             hinge(f"A{k}", "ground", f"crank{k}", along_x(exact(k)), start=upright),
         ]
         loops.append(
-            Joint(f"C{k}", "revolute", f"coupler{k}", f"crank{k}", Z, along_x(ONE), Pose((("Tx", exact(-1)),)))
+            Joint(f"C{k}", "revolute", f"coupler{k}", f"crank{k}", HINGE, along_x(ONE), Pose((("Tx", exact(-1)),)))
         )
     return Scene(f"four_bars_{n}", (), DOWN, tuple(bodies), tuple(joints), loops=tuple(loops))
 
@@ -126,12 +128,17 @@ def rssr() -> Scene:
                 velocities=("w1", "w2", "w3"), drives=(None,) * 3, start=(ONE, ZERO, exact("-1/5"), exact("1/5")),
             ),
             Joint(
-                "D", "revolute", "ground", "rocker", (ONE, ZERO, ZERO),
+                "D", "revolute", "ground", "rocker", shape("revolute", axis=(ONE, ZERO, ZERO)),
                 compose(("Tx", exact("5/2")), ("Ty", exact("3/2"))), tip=compose(("Rz", exact("1"))),
                 coordinates=("q_D",), drives=(None,), start=(exact("1/2"),),
             ),
         ),
-        loops=(Joint("C", "spherical", "coupler", "rocker", Z, along_x(exact("7/2")), Pose((("Tx", exact(-2)),))),),
+        loops=(
+            Joint(
+                "C", "spherical", "coupler", "rocker", shape("spherical"), along_x(exact("7/2")),
+                Pose((("Tx", exact(-2)),)),
+            ),
+        ),
     )  # fmt: skip
 
 
@@ -146,5 +153,5 @@ def bricard() -> Scene:
     bodies = tuple(rod(f"bar{k}", ONE, ONE) for k in range(5))
     joints = [hinge("J0", "ground", "bar0", start=starts[0], drive="tau")]
     joints += [hinge(f"J{k}", f"bar{k - 1}", f"bar{k}", step[k - 1], start=starts[k]) for k in range(1, 5)]
-    loop = Joint("J5", "revolute", "bar4", "ground", Z, step[4], Pose(step[5].steps))
+    loop = Joint("J5", "revolute", "bar4", "ground", HINGE, step[4], Pose(step[5].steps))
     return Scene("bricard", (), DOWN, bodies, tuple(joints), loops=(loop,))

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
+from mechanisms import shape
+
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.kinematics import centre_of_mass
 from symdyn.dynamics.positions import body_placements
@@ -55,8 +57,7 @@ def single_loop() -> Scene:
             "universal",
             "coupler",
             "slider",
-            axis=vector(0, 0, 1),
-            second_axis=vector(0, 1, 0),
+            shape=shape("universal", second_axis=vector(0, 1, 0)),
             origin=compose(("Tx", number(3))),
             tip=compose(("Tz", number(Fraction(-1, 4)))),
             coordinates=("q2", "q3"),
@@ -68,7 +69,7 @@ def single_loop() -> Scene:
         "prismatic",
         "ground",
         "slider",
-        axis=vector(1, 0, 0),
+        shape=shape("prismatic", axis=vector(1, 0, 0)),
         origin=compose(("Tx", number(3)), ("Ty", number(Fraction(1, 2)))),
         tip=compose(("Tx", number(Fraction(1, 6)))),
     )

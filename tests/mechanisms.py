@@ -39,6 +39,11 @@ def turn(multiple: Fraction | int) -> Quantity:
     return folding.mul(number(multiple), PI)
 
 
+def shape(kind: str, **values: object) -> tuple[tuple[str, object], ...]:
+    """Return what the keys of a joint type say: values that it takes, defaults else."""
+    return tuple((key.name, values.get(key.name, key.default)) for key in JOINTS[kind].keys)
+
+
 def random_tree(seed: int, n: int = 5, free: bool = True) -> Scene:
     """Return a tree of n joints: revolute, prismatic and fixed, right, usual and odd angles, an angle parameter.
 
@@ -69,7 +74,7 @@ def random_tree(seed: int, n: int = 5, free: bool = True) -> Scene:
                 kind,
                 "ground" if i == 0 else f"b{rng.randint(max(0, i - 2), i - 1)}",
                 f"b{i}",
-                tuple(number(x) for x in axis),
+                shape(kind, axis=tuple(number(x) for x in axis)),
                 compose(*steps),
                 compose(("Tx", small()), ("Rz", turn(rng.choice(ANGLES)))) if rng.random() < 0.4 else Pose(),
                 () if kind == "fixed" else (f"x{i}",),
@@ -134,23 +139,27 @@ def jointed(*types: str, seed: int = 1, orientation: str = "quaternion") -> Scen
     rng = random.Random(seed)
     joints, bodies, count = [], [], 0
     for i, kind in enumerate(types):
+        p, r = symbol(f"x{count}"), symbol(f"x{count + 1}")
+        own = shape(
+            kind,
+            axis=tuple(number(x) for x in rng.choice(AXES)),
+            second_axis=tuple(number(x) for x in (2, 1, -2)),
+            pitch=number(Fraction(1, 5)),
+            length=symbol("L"),
+            orientation=orientation,
+            steps=Pose((("Tz", p * p * r), ("Rx", p + r * number(2)), ("Ty", Quantity(Op.SIN, (r,))))),
+            units=("rad", "rad"),
+        )
         joint = Joint(
             f"j{i}",
             kind,
             "ground" if i == 0 else f"b{i - 1}",
             f"b{i}",
-            tuple(number(x) for x in rng.choice(AXES)),
+            own,
             compose(("Tx", tenths(rng)), ("Ry", turn(rng.choice(ANGLES)))),
             compose(("Ty", tenths(rng)), ("Rx", number(Fraction(3, 10)))),
-            second_axis=tuple(number(x) for x in (2, 1, -2)),
-            pitch=number(Fraction(1, 5)),
-            length=symbol("L"),
-            orientation=orientation,
+            (f"x{count}", f"x{count + 1}"),
         )
-        if kind == "custom":
-            p, r = symbol(f"x{count}"), symbol(f"x{count + 1}")
-            steps = Pose((("Tz", p * p * r), ("Rx", p + r * number(2)), ("Ty", Quantity(Op.SIN, (r,)))))
-            joint = replace(joint, steps=steps, units=("rad", "rad"), coordinates=(f"x{count}", f"x{count + 1}"))
         names = tuple(f"x{count + k}" for k in range(len(JOINTS[kind].coordinates(joint))))
         joints.append(replace(joint, coordinates=names, velocities=quasi_velocities(joint, count)))
         count += len(names)

@@ -216,7 +216,7 @@ def test_parallel_axes_are_found_through_prismatic_joints() -> None:
 def test_opposed_axes_print_differences() -> None:
     scene = example("two_link")
     shoulder, elbow = scene.joints
-    turned = replace(elbow, axis=(number(0), number(0), number(-1)))
+    turned = elbow.shaped(axis=(number(0), number(0), number(-1)))
 
     assert str(closed_form(replace(scene, joints=(shoulder, turned))).sympy("k_G", 1)) == "-g*h2*m2*sin(q1 - q2)"
 
@@ -257,7 +257,7 @@ def chain(n: int, turned: int = -1) -> Scene:
             replace(joint, parent=f"b{i - 1}") if i else replace(joint, parent=shoulder.parent, origin=shoulder.origin)
         )
         up = -1 if i == turned else 1
-        joints.append(replace(joint, axis=(number(0), number(0), number(up))))
+        joints.append(joint.shaped(axis=(number(0), number(0), number(up))))
         bodies.append(replace(scene.bodies[0], name=f"b{i}"))
     return replace(scene, bodies=tuple(bodies), joints=tuple(joints), points=())
 

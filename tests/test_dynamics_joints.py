@@ -184,7 +184,7 @@ def test_residuals_change_as_the_wrenches_say(kind: str) -> None:
 def top(orientation: str) -> Scene:
     """Return a body with inertia diag(1, 2, 3) on a ball."""
     body = Body("top", number(1), inertia=tuple(number(x) for x in (1, 2, 3, 0, 0, 0)))
-    joint = Joint("ball", "spherical", "ground", "top", orientation=orientation)
+    joint = Joint("ball", "spherical", "ground", "top", (("orientation", orientation),))
     units = JOINTS["spherical"].coordinates(joint)
     names = tuple(f"q{k + 1}" for k in range(len(units)))
     quasi = ("wx", "wy", "wz") if orientation == "quaternion" else ()

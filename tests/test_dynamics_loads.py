@@ -289,7 +289,7 @@ def test_ideal_friction_is_refused_in_forward_dynamics_with_the_reason_and_what_
 
 def linkage(**changes):
     """The pendulum with its tip on a vertical plane: a scene with a loop."""
-    joint = Joint("guide", "point_on_plane", "ground", "bob", vec(1, 0, 0))
+    joint = Joint("guide", "point_on_plane", "ground", "bob", (("axis", vec(1, 0, 0)),))
     return replace(pendulum(**changes), loops=(joint,))
 
 

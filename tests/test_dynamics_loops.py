@@ -20,7 +20,7 @@ from closed_mechanisms import (
     slider_crank,
     symbolic_four_bar,
 )
-from mechanisms import coupled_tree, random_tree
+from mechanisms import coupled_tree, random_tree, shape
 
 from symdyn.build import lambdify, run_python
 from symdyn.dynamics import CLOSED_ONLY, Closing, Workspace, assemble, available, consistent, derive, derive_one, roads
@@ -66,8 +66,9 @@ def with_loops(seed: int) -> Scene:
         axis = tuple(number(x) for x in rng.choice([(1, 2, 3), (0, 0, 1), (1, 0, 0)]))
         loops.append(
             Joint(
-                f"c_{kind}", kind, parent, child, axis, pose(rng), pose(rng),
-                pitch=exact("1/5"), length=exact("3/2"), second_axis=(ONE, ONE, ZERO),
+                f"c_{kind}", kind, parent, child, shape(
+                    kind, axis=axis, pitch=exact("1/5"), length=exact("3/2"), second_axis=(ONE, ONE, ZERO)
+                ), pose(rng), pose(rng),
             )
         )  # fmt: skip
     at = (exact("1/10"), ZERO, exact("1/5"))
@@ -106,8 +107,8 @@ def rolling(component: tuple[str, ...], lean: str = "Rx") -> Scene:
     steps = compose(*steps.steps, (lean, symbol("theta")), ("Ry", symbol("phi")))
     names = ("x", "y", "z", "psi", "theta", "phi")
     free = Joint(
-        "flight", "custom", "ground", "disc", steps=steps, coordinates=names, units=("m",) * 3 + ("rad",) * 3,
-        drives=(None,) * 6,
+        "flight", "custom", "ground", "disc", shape("custom", steps=steps, units=("m",) * 3 + ("rad",) * 3),
+        coordinates=names, drives=(None,) * 6,
     )  # fmt: skip
     row = Row("wheel", "rolling", place=Place("disc"), radius=exact("1/2"), components=component)
     disc = Body("disc", ONE, inertia=(exact("1/8"), exact("1/4"), exact("1/8"), ZERO, ZERO, ZERO))
@@ -292,7 +293,7 @@ def test_planar_loops_on_oblique_axes_keep_two_rows_and_the_plane() -> None:
         replace(joint, origin=compose(*tilted.steps, *joint.origin.steps)) if joint.parent == "ground" else joint
         for joint in flat_one.joints
     )
-    turned = replace(flat_one, joints=joints, loops=(replace(flat_one.loops[0], axis=(ZERO, ZERO, exact(2))),))
+    turned = replace(flat_one, joints=joints, loops=(flat_one.loops[0].shaped(axis=(ZERO, ZERO, exact(2))),))
     state = assemble(turned)
 
     assert state.rank == 2

@@ -103,7 +103,7 @@ def test_a_triangle_of_bars_is_a_structure() -> None:
             hinge("B", "ground", "right", along_x(ONE), start=(exact(2),)),
         ),
         loops=(
-            Joint("C", "revolute", "left", "right", (ZERO, ZERO, ONE), along_x(ONE), tip=_back()),
+            Joint("C", "revolute", "left", "right", (), along_x(ONE), tip=_back()),
         ),
     )  # fmt: skip
     found = mobility(scene)

@@ -6,7 +6,7 @@ import random
 from fractions import Fraction
 
 import pytest
-from mechanisms import AXES
+from mechanisms import AXES, shape
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.state import joint_motion, placement
@@ -140,7 +140,7 @@ def test_a_joint_that_is_turned_round_moves_the_bodies_as_before(kind, keys, nam
     poses = [Pose(tuple((step, number(Fraction(rng.randint(-9, 9), 7))) for step in steps)) for steps in
              (("Tx", "Rz", "Ry"), ("Rx", "Ty", "Rz"))]  # fmt: skip
     axis = tuple(number(x) for x in AXES[5])
-    one = Joint("j", kind, "a", "b", axis, *poses, names, **keys)
+    one = Joint("j", kind, "a", "b", shape(kind, axis=axis, **keys), *poses, names)
     graph = Graph()
 
     there, back = (
@@ -155,7 +155,8 @@ def test_a_joint_that_is_turned_round_moves_the_bodies_as_before(kind, keys, nam
 
 def test_turning_round_twice_changes_nothing():
     for kind, _, names in SEVERAL:
-        one = Joint("j", kind, "a", "b", tuple(number(x) for x in AXES[5]), Pose((("Tx", symbol("l")),)), Pose(), names)
+        own = shape(kind, axis=tuple(number(x) for x in AXES[5]))
+        one = Joint("j", kind, "a", "b", own, Pose((("Tx", symbol("l")),)), Pose(), names)
         assert turned(turned(one)) == one
     assert inverse(inverse(Pose((("Tx", symbol("l")), ("Rz", number(2)))))) == Pose(
         (("Tx", symbol("l")), ("Rz", number(2)))

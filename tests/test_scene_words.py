@@ -14,6 +14,7 @@ from symdyn.scene import (
     JOINTS,
     Friction,
     Place,
+    Quantity,
     bind,
     body,
     express,
@@ -109,7 +110,9 @@ def test_a_joint_may_follow_one_coordinate_of_several():
 def test_the_checks_look_at_every_quantity():
     """All but parameter values and the directions of axes, which are checked by themselves."""
     for one in (WIDE, with_symbols(WIDE, "all")):
-        axes = {x for joint in (*one.joints, *one.loops) for x in (*joint.axis, *joint.second_axis)}
+        axes = {
+            x for joint in (*one.joints, *one.loops) for _, way in JOINTS[joint.type].directions(joint) for x in way
+        }
         axes |= {x for row in one.rows for x in (*(row.axis or ()), *row.plane.normal)}
         seen = {use.quantity for use in uses(Draft(one, _places(one)))}
         held = set(quantities_in(replace(one, parameters=())))
@@ -124,12 +127,14 @@ def test_names_for_numbers_leave_the_values_as_they_are():
     back = bind(one, {})
     numbers = [quantity for spring in one.springs for quantity in (*spring.stiffness, spring.free, spring.preload)]
     numbers += [x for load in one.loads for x in (*load.force, *load.couple)]
-    numbers += [x for damper in one.dampers for x in damper.damping] + [joint.pitch for joint in one.loops]
+    numbers += [x for damper in one.dampers for x in damper.damping] + [
+        x for joint in one.loops for _, x in joint.shape if isinstance(x, Quantity)
+    ]
 
     assert back == one
     assert all(quantity.symbols or express(quantity, graph).is_zero for quantity in numbers)
     assert values["Fz2"] == number(9)
-    assert named("loops", "ring4", one).pitch.symbols == ("h_o4",)
+    assert named("loops", "ring4", one).shape[1][1].symbols == ("h_o4",)
     assert values["h_o4"] == number(Fraction(1, 50))
 
 

@@ -21,8 +21,8 @@ from symdyn.graph import ARITY, FUNCTIONS, Op
 from symdyn.graph.differentiate import PARTIALS
 from symdyn.graph.ops import LEAVES
 from symdyn.scene import JOINTS
-from symdyn.scene.joint_table import SHAPE_KEYS
-from symdyn.scene.spanning import freedoms
+from symdyn.scene.joint_table import freedoms
+from symdyn.scene.table import Entry
 from symdyn.scene.turning import turned
 
 NUMERIC = {
@@ -69,14 +69,14 @@ def test_every_operation_has_a_spelling_with_one_place_an_operand(target):
 def test_every_joint_type_has_a_symbol_and_a_function_that_declares_it():
     assert set(SYMBOLS) == set(JOINTS)
     assert [kind for kind in JOINTS if not callable(getattr(scene, kind, None))] == []
-    assert {key for kind in JOINTS.values() for key in kind.keys} == set(SHAPE_KEYS)
 
 
 @pytest.mark.parametrize("kind", JOINTS)
 def test_a_joint_type_is_complete(kind):
     joint = jointed("revolute", kind).joints[1]
 
-    assert freedoms(kind, len(joint.coordinates)) == len(joint.rates)
+    declared = {"type": kind, "coordinates": list(joint.coordinates)}
+    assert freedoms(Entry("j", declared, "joints.j")) == len(joint.rates)
     if JOINTS[kind].turned is not None:
         assert turned(joint).rates == joint.rates or kind == "universal"
         assert turned(turned(joint)) == joint

@@ -24,6 +24,7 @@ from symdyn.emit.escape import in_latex
 from symdyn.emit.symbols import print_name
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import JOINTS, Place, Row, Scene
+from symdyn.scene.mapping import quantities_in
 from symdyn.spatial import Transform
 
 SMALL = 1e-9  # of a unit vector: what lies along or across the line of sight
@@ -208,7 +209,7 @@ def _transmitted(hinge: Hinge, body: str) -> list[Wrench]:
     joint, found = hinge.joint, []
     sense = 1.0 if joint.child == body else -1.0
     at, minus = _triple(_cut(hinge, body)[0]), "" if sense > 0 else "-"
-    pairs = [] if joint.type == "custom" else _unit_wrenches(hinge)
+    pairs = _unit_wrenches(hinge)
     counts, numbers = [sum(np.any(part[k]) for part in pairs) for k in (0, 1)], [0, 0]
     for pair in pairs:
         names, vectors = ["", ""], [np.zeros(3), np.zeros(3)]
@@ -228,14 +229,17 @@ def _transmitted(hinge: Hinge, body: str) -> list[Wrench]:
 
 def _unit_wrenches(hinge: Hinge) -> list[tuple[Array, Array]]:
     """Return the wrenches that the joint's kind can transmit, axes of the joint frame."""
+    given = JOINTS[hinge.joint.type].wrenches
+    if given is None:
+        return []
     between = Frame(np.einsum("nji,njk->nik", hinge.fixed.R, hinge.moved.R), np.zeros_like(hinge.fixed.p))
     p = np.einsum("nji,nj->ni", hinge.fixed.R, hinge.moved.p - hinge.fixed.p)[0]
     graph = Graph()
     names = [graph.symbol(f"x{k}") for k in range(12)]
     X = Transform(((*names[0:3],), (*names[3:6],), (*names[6:9],)), (*names[9:12],))  # type: ignore[arg-type]
     values = dict(zip(names, [*between.R[0].ravel().tolist(), *p.tolist()], strict=True))
-    values |= {graph.symbol(name): 1.0 for name in hinge.joint.length.symbols}
-    pairs = JOINTS[hinge.joint.type].wrenches(hinge.joint, X)
+    values |= {graph.symbol(name): 1.0 for one in quantities_in(hinge.joint.shape) for name in one.symbols}
+    pairs = given(hinge.joint, X)
     flat = np.array(evaluate([x for force, moment in pairs for x in (*force, *moment)], Floats(), values))
     flat[np.abs(flat) < SMALL] = 0.0
     return [(flat[k : k + 3], flat[k + 3 : k + 6]) for k in range(0, len(flat), 6)]

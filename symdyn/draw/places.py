@@ -18,7 +18,7 @@ from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import first_moment, joint_motion, placement, vector
 from symdyn.errors import DrawError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import GROUND, Body, Damper, Joint, Load, Place, Scene, Spring, express
+from symdyn.scene import GROUND, JOINTS, Body, Damper, Joint, Load, Place, Scene, Spring, express
 from symdyn.scene.joints import blocks
 from symdyn.spatial import Transform, Vec, unit_transform
 
@@ -61,7 +61,8 @@ class Hinge:
     """A joint in place: the joint frame on its parent, and the moved joint frame on its child.
 
     Attributes:
-        axis, second: its axes, unit vectors.
+        axis: its axis, unit vectors.
+        ways: its directions, unit vectors, by key.
         steps: what its coordinates do; () for a joint that closes a loop or follows another one.
         closes: whether it closes a loop.
     """
@@ -70,7 +71,7 @@ class Hinge:
     fixed: Frame
     moved: Frame
     axis: Array
-    second: Array
+    ways: dict[str, Array]
     steps: tuple[Step, ...]
     closes: bool
 
@@ -224,7 +225,9 @@ def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: G
     fixed = placed[joint.parent] @ placement(joint.origin, graph)
     moved = placed[joint.child] @ placement(joint.tip, graph).inverse()
     wanted: dict[Key, tuple[Expr, ...]] = {("fixed", name): _flat(fixed), ("moved", name): _flat(moved)}
-    wanted["axis", name] = (*vector(joint.axis, graph), *vector(joint.second_axis, graph))
+    wanted["axis", name] = vector(joint.axis, graph)
+    for own, way in JOINTS[joint.type].directions(joint):
+        wanted["way", name, own.name] = vector(way, graph)
     if closes or not joint.coordinates:
         return wanted
     at, count = fixed, 0
@@ -278,15 +281,18 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
         bodies.append(Placed(body.name, frame("frame", body.name), arrays.get(("com", body.name)), particles))
     hinges = []
     for joint in (*scene.joints, *scene.loops):
-        fixed, moved, axes = frame("fixed", joint.name), frame("moved", joint.name), arrays["axis", joint.name]
+        fixed, moved = frame("fixed", joint.name), frame("moved", joint.name)
         steps = tuple(
             Step(key[0] == "slide", x[:, 1:4], x[:, 4:7], x[:, 0], key[3])
             for key, x in arrays.items()
             if key[0] in ("slide", "turn") and key[1] == joint.name
         )
-        first = unit(fixed.direction(axes[:, :3]))
-        second = unit(moved.direction(axes[:, 3:]))
-        hinges.append(Hinge(joint, fixed, moved, first, second, steps, joint in scene.loops))
+        axis = unit(fixed.direction(arrays["axis", joint.name]))
+        ways = {
+            key.name: unit((moved if key.turned else fixed).direction(arrays["way", joint.name, key.name]))
+            for key, _ in JOINTS[joint.type].directions(joint)
+        }
+        hinges.append(Hinge(joint, fixed, moved, axis, ways, steps, joint in scene.loops))
     return Places(
         count,
         frame("frame", GROUND),

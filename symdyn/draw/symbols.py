@@ -61,7 +61,7 @@ def _cylindrical(hinge: Hinge, view: View) -> tuple[Shape, ...]:
 
 def _universal(hinge: Hinge, view: View) -> tuple[Shape, ...]:
     at, arms = hinge.moved.p, []
-    for axis in (hinge.axis, hinge.second):
+    for axis in hinge.ways.values():
         ends = [view.flat(at + axis * view.reach * k) for k in (-1.7, 1.7)]
         arms.append((line("cross", *ends, size=2.6), *(dot("joint", end, view.size * 0.42) for end in ends)))
     return joined(arms)

@@ -17,8 +17,7 @@ from dataclasses import dataclass, replace
 
 from symdyn.graph import Expr, Graph
 from symdyn.scene import JOINTS, Joint, Scene
-
-ROD = "xy"
+from symdyn.scene.joints import ORIENTATION, Gimbal
 
 
 @dataclass(frozen=True)
@@ -29,13 +28,13 @@ class Angles:
         joint: whose they are.
         names: of the coordinates, in the order of the turns.
         first: place of the first of them in q.
-        axes: of the turns, such as "zxz".
+        gimbal: their axes, and what is said where they are singular.
     """
 
     joint: Joint
     names: tuple[str, ...]
     first: int
-    axes: str
+    gimbal: Gimbal
 
     @property
     def middle(self) -> int:
@@ -45,43 +44,32 @@ class Angles:
     def clearance(self, graph: Graph) -> Expr:
         """Return what vanishes where the angles are singular, and changes its sign there: the volume of the axes."""
         angle = graph.symbol(self.names[1])
-        return graph.sin(angle) if len(self.axes) == 3 and self.axes[0] == self.axes[2] else graph.cos(angle)
+        axes = self.gimbal.axes
+        return graph.sin(angle) if len(axes) == 3 and axes[0] == axes[2] else graph.cos(angle)
 
     def singular(self, value: float, held: bool = False) -> str:
         """Return what is said where they are singular: at a start, or wherever loops hold the joint."""
         at = round(value, 9) + 0.0  # no rounding errors, no -0
         where = f"joint {self.joint.name}: {self.names[1]} = {at:.6g}{', where the loops hold it' if held else ''}"
-        return f"{where}: {self._parallel}; {self._remedy}{'' if held else ', or give another start'}"
+        return f"{where}: {self._parallel}; {self.gimbal.remedy}{'' if held else ', or give another start'}"
 
     @property
     def became_singular(self) -> str:
         """What is said where a motion ends because they are singular."""
-        return f"joint {self.joint.name}: the motion came to where {self._parallel}; {self._remedy}"
+        return f"joint {self.joint.name}: the motion came to where {self._parallel}; {self.gimbal.remedy}"
 
     @property
     def _parallel(self) -> str:
-        others = [name for name in self.names if name != self.names[1]]
-        if self.axes == ROD:
-            return f"the rod lies along the axis of {others[0]}, so that its angles are singular"
-        return f"the axes of {others[0]} and {others[1]} are parallel, so that the angles are singular"
-
-    @property
-    def _remedy(self) -> str:
-        if self.axes == ROD:
-            return "turn its joint frame by origin"
-        another = "zyx" if self.axes[0] == self.axes[2] else "zxz"
-        return f'describe it by orientation = "quaternion", or by another sequence such as "{another}"'
+        return self.gimbal.parallel.format(self.names[0], self.names[-1])
 
 
 def angles_of(scene: Scene) -> Iterator[Angles]:
     """Yield the angles of a scene that are singular somewhere."""
     at = 0
     for joint in scene.moving:
-        if joint.type == "rod":
-            yield Angles(joint, joint.coordinates[:2], at, ROD)
-        if "orientation" in JOINTS[joint.type].keys and joint.orientation != "quaternion":
-            count = len(joint.coordinates)
-            yield Angles(joint, joint.coordinates[count - 3 :], at + count - 3, joint.orientation)
+        for one in JOINTS[joint.type].gimbals(joint):
+            names = joint.coordinates[one.first : one.first + len(one.axes)]
+            yield Angles(joint, names, at + one.first, one)
         at += len(joint.coordinates)
 
 
@@ -103,14 +91,14 @@ def without_angles(scene: Scene) -> Scene:
 
 
 def _has_angles(joint: Joint) -> bool:
-    return bool(joint.coordinates) and "orientation" in JOINTS[joint.type].keys and joint.orientation != "quaternion"
+    described = ORIENTATION in JOINTS[joint.type].keys
+    return bool(joint.coordinates) and described and ORIENTATION.of(joint) != ORIENTATION.default
 
 
 def _turning(joint: Joint) -> Joint:
     fresh = tuple(f"{joint.name}.{letter}" for letter in "wxyz")  # no name of a scene holds a dot
     return replace(
-        joint,
-        orientation="quaternion",
+        joint.shaped(orientation=ORIENTATION.default),
         coordinates=(*joint.coordinates[:-3], *fresh),
         velocities=joint.rates,
         forces=(),

@@ -23,7 +23,7 @@ def check(draft: Draft, faults: Faults, allow_invalid_inertia: bool = False) -> 
     check_names(draft, faults)
     check_symbols(draft, faults)
     check_tree(draft, faults)
-    check_loops(draft, values, faults)
+    check_loops(draft, faults)
     check_joints(draft, values, faults)
     check_loads(draft, values, faults)
     _formulas(draft, values, faults)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 from symdyn.scene import folding
 from symdyn.scene.folding import FormulaError
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.model import Coupling, Joint, velocity_name
 from symdyn.scene.names import suggestion
 from symdyn.scene.quantity import ONE, ZERO, Quantity
@@ -91,8 +92,8 @@ def _leader(mimic: Mimic, joints: Sequence[Joint], index: Mapping[str, int], tab
             table.fault(f'mimic.joint = "{name}" is not a joint; {suggestion(name, index)}')
         return None
     leader = joints[index[name]]
-    if leader.type == "fixed":
-        table.fault(f'mimic.joint = "{name}" is a fixed joint; follow one that moves')
+    if not JOINTS[leader.type].velocities(leader):
+        table.fault(f'mimic.joint = "{name}" is a {leader.type} joint; follow one that moves')
         return None
     if len(leader.coordinates) > 1:
         table.fault(f'mimic.joint = "{name}" has several coordinates; write coordinate = "{leader.coordinates[0]}"')

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import NamedTuple
 
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.loads import Friction, Place
 from symdyn.scene.model import Body, Joint, Limits, Pose, Scene
 from symdyn.scene.quantity import Quantity
@@ -84,7 +85,7 @@ def joint_numbers(joint: Joint) -> Iterator[tuple[str, Quantity]]:
         quantity = getattr(joint.limits, field.name)
         if quantity is not None:
             yield f"limits.{field.name}", quantity
-    yield from (("pitch", joint.pitch), ("length", joint.length))
+    yield from ((key.name, x) for key, x in JOINTS[joint.type].values(joint) if isinstance(x, Quantity))
     yield from ((f"start[{k}]", x) for k, x in enumerate(joint.start))
     yield from ((f"start_rates[{k}]", x) for k, x in enumerate(joint.start_rates))
 
@@ -106,7 +107,9 @@ def _body(where: str, body: Body) -> Iterator[Use]:
 def _joint(where: str, joint: Joint, moving: frozenset[str]) -> Iterator[Use]:
     yield from _steps(where, "origin", joint.origin)
     yield from _steps(where, "tip", joint.tip)
-    yield from _steps(where, "steps", joint.steps, frozenset(joint.coordinates))
+    for key, value in JOINTS[joint.type].values(joint):
+        if isinstance(value, Pose):
+            yield from _steps(where, key.name, value, frozenset(joint.coordinates))
     for k, force in enumerate(joint.forces):
         yield Use(where, "force" if len(joint.forces) == 1 else f"forces[{k}]", force, moving | {TIME})
     if joint.motion is not None:

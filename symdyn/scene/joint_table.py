@@ -9,21 +9,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from typing import Any
 
 from symdyn.scene.coupling import Mimic, couple, read_mimic
 from symdyn.scene.folding import FormulaError, mul
 from symdyn.scene.formula import quantity
-from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints import JOINTS, own_keys
 from symdyn.scene.loads import Friction
-from symdyn.scene.model import Joint, Limits, Pose, velocity_name
+from symdyn.scene.model import Joint, Limits, velocity_name
 from symdyn.scene.names import choice
-from symdyn.scene.quantity import ONE, ZERO, Quantity, Vector, number
+from symdyn.scene.quantity import ONE, ZERO, Quantity
 from symdyn.scene.spelling import spell
-from symdyn.scene.table import Entry, Faults, Table, plain, show
+from symdyn.scene.table import Entry, Faults, Table, as_list, plain, show
 
 PLACE_KEYS = ("type", "parent", "child", "origin", "tip")
-
-SHAPE_KEYS = tuple(dict.fromkeys(key for kind in JOINTS.values() for key in kind.keys))
 
 OWN_KEYS = ("coordinate", "coordinates", "drive", "drives", "force", "forces", "start", "start_rates", "motion")
 """What only a joint with coordinates of its own has."""
@@ -35,27 +34,34 @@ RATE_KEYS = ("mimic", "armature", "rotor", "damping", "friction", "limits")
 
 LOCK_KEYS = ("locked", "position")
 
-JOINT_KEYS = (*PLACE_KEYS, *SHAPE_KEYS, *OWN_KEYS, *RATE_KEYS, *LOCK_KEYS)
-
-LOOP_KEYS = (*PLACE_KEYS, *SHAPE_KEYS)
-
 LIMIT_KEYS = ("lower", "upper", "velocity", "effort")
+
+STAND_IN = next(iter(JOINTS))
+"""Type of a joint whose type is none; the mistake is reported where it stands."""
 
 FRICTION_KEYS = ("coulomb", "static", "stribeck", "smoothing")
 
-Z_AXIS: Vector = (ZERO, ZERO, number(1))
+
+def loop_keys() -> tuple[str, ...]:
+    """Return the keys of a joint that closes a loop."""
+    return (*PLACE_KEYS, *own_keys())
+
+
+def _joint_keys() -> tuple[str, ...]:
+    return (*loop_keys(), *OWN_KEYS, *RATE_KEYS, *LOCK_KEYS)
 
 
 def read_joints(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
     """Return the joints of the tree, parents first as the entries are."""
-    tables = [Table(entry, faults, JOINT_KEYS) for entry in entries]
+    keys = _joint_keys()
+    tables = [Table(entry, faults, keys) for entry in entries]
     joints: list[Joint] = []
     mimics: list[Mimic | None] = []
     nq = nv = 0
     for table in tables:
-        kind = _type(table)
-        mimics.append(read_mimic(table) if kind != "fixed" else None)
-        joints.append(_joint(table, kind, nq, nv, mimics[-1] is not None))
+        placed = _placed(table, _type(table))
+        mimics.append(read_mimic(table) if JOINTS[placed.type].velocities(placed) else None)
+        joints.append(_joint(table, placed, nq, nv, mimics[-1] is not None))
         nq, nv = nq + len(joints[-1].coordinates), nv + len(joints[-1].rates)
     return couple(joints, mimics, tables)
 
@@ -64,23 +70,36 @@ def read_loops(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
     """Return the joints that close loops."""
     loops = []
     for entry in entries:
-        table = Table(entry, faults, JOINT_KEYS)
+        table = Table(entry, faults, _joint_keys())
         _refuse(table, (*OWN_KEYS, *RATE_KEYS, *LOCK_KEYS), "a joint that closes a loop")
         loops.append(_placed(table, _type(table)))
     return tuple(loops)
 
 
+def freedoms(entry: Entry) -> int:
+    """Return how many freedoms a declared joint has; mistakes are reported where it is read."""
+    raw = entry.table.get("type")
+    kind = raw if isinstance(raw, str) and raw in JOINTS else STAND_IN
+    table = Table(entry, Faults(""), tuple(entry.table))
+    return len(JOINTS[kind].velocities(Joint("", kind, "", "", _shape(table, kind))))
+
+
+def _shape(table: Table, kind: str) -> tuple[tuple[str, Any], ...]:
+    return tuple((key.name, key.declared(table)) for key in JOINTS[kind].keys)
+
+
 def _type(table: Table) -> str:
-    """Return a key of `JOINTS`; "revolute" stands in for what is none."""
+    """Return a key of `JOINTS`; `STAND_IN` for what is none."""
     kind = table.required("type", f"write one of {', '.join(JOINTS)}")
     if kind in JOINTS:
-        strange = [key for key in SHAPE_KEYS if key not in JOINTS[kind].keys]
+        own = {key.name for key in JOINTS[kind].keys}
+        strange = [key for key in own_keys() if key not in own]
         _refuse(table, strange, f"a {kind} joint")
         return kind
     if kind:
         table.fault(f'type = "{kind}" is not a joint; {choice(kind, JOINTS)}')
     table.faults.nameless(table.entry.where, "type", kind)
-    return "revolute"
+    return STAND_IN
 
 
 def _placed(table: Table, kind: str) -> Joint:
@@ -90,51 +109,27 @@ def _placed(table: Table, kind: str) -> Joint:
         type=kind,
         parent=table.required("parent", 'write the body that carries it, or "ground"'),
         child=table.required("child", "write the body that it carries"),
-        axis=table.vector("axis", Z_AXIS),
+        shape=_shape(table, kind),
         origin=table.pose("origin"),
         tip=table.pose("tip"),
-        second_axis=table.vector("second_axis", (ONE, ZERO, ZERO)),
-        pitch=_needed(table, kind, "pitch", "pitch = 0.01, the advance a turn in metres"),
-        length=_needed(table, kind, "length", "length = 0.5, the distance of its ends in metres"),
-        orientation=_orientation(table),
     )
 
 
-def _needed(table: Table, kind: str, key: str, example: str) -> Quantity:
-    if key in JOINTS[kind].keys and key not in table and table.raw.get("type") == kind:
-        table.fault(f"{key} is missing; write {example}")
-    return table.quantity(key)
-
-
-def _orientation(table: Table) -> str:
-    raw = table.text("orientation", "quaternion")
-    axes = len(raw) == 3 and all(letter in "xyz" for letter in raw) and raw[0] != raw[1] != raw[2]
-    if raw != "quaternion" and not axes:
-        table.fault(
-            f'orientation = {show(raw)} is neither "quaternion" nor three axes of which no two neighbours are equal; '
-            'write one such as "zyx" or "zxz"'
-        )
-        return "quaternion"
-    return raw
-
-
-def _joint(table: Table, kind: str, nq: int, nv: int, follows: bool) -> Joint:
-    """Return a joint of the tree; nq coordinates and nv velocities of the scene come before its own."""
-    joint = _placed(table, kind)
-    if kind == "custom":
-        joint = replace(joint, steps=_steps(table), units=_units(table))
+def _joint(table: Table, joint: Joint, nq: int, nv: int, follows: bool) -> Joint:
+    """Return a placed joint as one of the tree; nq coordinates and nv velocities of the scene come before its own."""
+    kind = joint.type
     units = JOINTS[kind].coordinates(joint)
     speeds = JOINTS[kind].velocities(joint)
-    if kind == "fixed":
-        _refuse(table, (*OWN_KEYS, *RATE_KEYS, *LOCK_KEYS), "a fixed joint")
+    if not speeds:
+        _refuse(table, (*OWN_KEYS, *RATE_KEYS, *LOCK_KEYS), f"a {kind} joint")
         return joint
     if follows:
         _refuse(table, (*OWN_KEYS, *LOCK_KEYS), "a joint that follows another one")
     if len(speeds) != 1:
         keys = [key for key in SINGLE_KEYS if key != "armature" or not JOINTS[kind].ball]
         _refuse(table, keys, f"a {kind} joint, which has {len(speeds)} velocities")
-    if kind == "custom":
-        _refuse(table, ("mimic",), "a custom joint")
+    if JOINTS[kind].names_coordinates:
+        _refuse(table, ("mimic",), f"a {kind} joint")
     friction, dry = _friction(table, kind, len(speeds))
     joint = replace(
         joint,
@@ -165,29 +160,6 @@ def _refuse(table: Table, keys: Sequence[str], what: str) -> None:
             table.fault(f"{key} = {show(table.raw[key])} has no meaning for {what}; leave it out")
 
 
-def _steps(table: Table) -> Pose:
-    if "steps" not in table:
-        table.fault('steps is missing; write the motion as steps such as [["Rz", "u"], ["Tx", "0.1*u"]]')
-    return table.pose("steps")
-
-
-def _units(table: Table) -> tuple[str, ...]:
-    raw = plain(table.raw.get("units"))
-    if raw is None:
-        table.fault('units is missing; write "rad" or "m" for each coordinate, such as units = ["rad"]')
-    elif isinstance(raw, (list, tuple)) and 1 <= len(raw) <= 6 and all(unit in ("rad", "m") for unit in raw):
-        return tuple(raw)
-    else:
-        table.fault(f'units = {show(raw)} is not a list of one to six "rad" and "m"; write one for each coordinate')
-    return ("rad",) * (len(_listed(table.raw.get("coordinates"))) or 1)
-
-
-def _listed(raw: object) -> list[object]:
-    """Return a list as it is, anything else that is given as the only entry of one."""
-    raw = plain(raw)
-    return [] if raw is None else list(raw) if isinstance(raw, (list, tuple)) else [raw]
-
-
 def _either(table: Table, one: str, several: str) -> str:
     """Return which of two keys is given, the first if none is."""
     if one in table and several in table:
@@ -199,12 +171,12 @@ def _coordinates(table: Table, kind: str, n: int, before: int) -> tuple[str, ...
     default = tuple(f"q{before + k}" for k in range(1, n + 1))
     key = _either(table, "coordinate", "coordinates")
     if key not in table:
-        if kind == "custom":
+        if JOINTS[kind].names_coordinates:
             table.fault('coordinates is missing; name those that its steps use, such as coordinates = ["u"]')
         return default
     if key == "coordinate" and n == 1:
         return (table.text("coordinate", default[0]) or default[0],)
-    names = _listed(table.raw[key])
+    names = as_list(table.raw[key])
     wrong = [name for name in names if not isinstance(name, str)]
     if wrong:
         table.fault(f"{key}: {show(wrong[0])} is not text; put it in quotes, such as {key} = [{show(default[0])}]")
@@ -239,7 +211,7 @@ def _drives(table: Table, kind: str, n: int, before: int) -> tuple[str | None, .
         return tuple(default)
     if n == 1 and key == "drive" and not isinstance(raw, (list, tuple)):
         return (table.text("drive", default[0]) or default[0],)
-    given = _listed(raw)
+    given = as_list(raw)
     if len(given) != n:
         table.fault(f"{key} = {show(raw)} has {len(given)} entries; a {kind} joint has {n} velocities")
         return tuple(default)
@@ -261,7 +233,7 @@ def _numbers(table: Table, key: str, n: int, why: str) -> tuple[Quantity, ...]:
     """Return a number or a list of n numbers; () where the key is not given or does not fit."""
     if key not in table:
         return ()
-    given = _listed(table.raw[key])
+    given = as_list(table.raw[key])
     if len(given) != n:
         some = "one number" if len(given) == 1 else f"{len(given)} numbers"
         table.fault(f"{key} = {show(table.raw[key])} is {some}; {why}")

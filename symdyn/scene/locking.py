@@ -16,19 +16,14 @@ from dataclasses import replace
 from symdyn.scene import folding
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.formula import quantity
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.mapping import map_quantities, substituted
 from symdyn.scene.model import Joint, Pose, Scene
-from symdyn.scene.quantity import PI, ZERO, Quantity, number
+from symdyn.scene.quantity import ZERO, Quantity
 from symdyn.scene.start import resting
 from symdyn.scene.table import Entry, Faults, show
-from symdyn.scene.turns import inverse, towards
-from symdyn.scene.value import value_of
 
 DECLARED = ("locked", "position")
-
-Steps = tuple[tuple[str, Quantity], ...]
-
-STEPS = {"revolute": ("Rx", "Ry", "Rz"), "prismatic": ("Tx", "Ty", "Tz")}
 
 
 def read_locks(joints: Sequence[Entry], faults: Faults) -> dict[str, Quantity]:
@@ -111,29 +106,7 @@ def _settled(joint: Joint, known: Mapping[str, Quantity]) -> Joint:
         type="fixed",
         parent=joint.parent,
         child=joint.child,
-        origin=Pose((*joint.origin.steps, *_steps(joint, position, known))),
+        origin=Pose((*joint.origin.steps, *JOINTS[joint.type].held(joint, position))),
         tip=joint.tip,
         locked=True,
     )
-
-
-def _steps(joint: Joint, position: Quantity, known: Mapping[str, Quantity]) -> Steps:
-    """Return the motion of a joint at a position as elementary steps; () where it stands at zero."""
-    if joint.type == "custom":
-        return tuple((kind, substituted(amount, known)) for kind, amount in joint.steps.steps)
-    if joint.type == "rod":
-        return (("Tz", joint.length),)
-    if position == ZERO or len(joint.coordinates) > 1:
-        return ()
-    along = [(k, value) for k, x in enumerate(joint.axis) if (value := value_of(x, {})) != 0]
-    there: Steps = ()
-    if len(along) == 1:
-        ((k, value),) = along
-        position = position if value is not None and value > 0 else folding.neg(position)
-    else:
-        k, there = 2, towards(joint.axis)
-    motion: Steps = ((STEPS["revolute" if joint.type == "helical" else joint.type][k], position),)
-    if joint.type == "helical":
-        turns = folding.div(position, folding.mul(number(2), PI))
-        motion += ((STEPS["prismatic"][k], folding.mul(joint.pitch, turns)),)
-    return (*there, *motion, *inverse(there))

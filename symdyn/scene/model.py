@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
+from typing import Any
 
 from symdyn.scene.loads import Damper, Friction, Load, Row, Spring
 from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector, number
@@ -128,7 +129,7 @@ class Joint:
     Attributes:
         type: a key of `JOINTS`.
         parent, child: body names; `GROUND` is the ground.
-        axis: direction in the joint frame, any length but zero, free of symbols.
+        shape: what the keys of its type say, in their order; one that is left out says its default.
         origin: from the parent's body frame to the joint frame.
         tip: from the moved joint frame to the child's body frame.
         coordinates: names of its q; () for a joint that is fixed, follows another one, or closes a loop.
@@ -142,12 +143,6 @@ class Joint:
         friction: dry friction as robot files give it, N m or N; data, no part of the equations.
         dry: dry friction that enters the equations.
         limits: data, no part of the equations.
-        second_axis: of a universal joint, in the frame that the first rotation has turned.
-        pitch: of a helical joint: advance per turn, m.
-        length: of a rod between two points, m.
-        orientation: how a spherical motion is described: "quaternion", or three axes such as "zyx".
-        steps: of a custom joint: elementary motions whose amounts are formulas in its coordinates.
-        units: of a custom joint: unit of each coordinate, "rad" or "m".
         start: position at the start, or a guess of it where loops close; one a coordinate, () for zeros.
         start_rates: velocities at the start; one a velocity, () for zeros.
         motion: prescribed motion of a driven joint, a formula in t; None where a force drives it.
@@ -158,7 +153,7 @@ class Joint:
     type: str
     parent: str
     child: str
-    axis: Vector = (ZERO, ZERO, number(1))
+    shape: tuple[tuple[str, Any], ...] = ()
     origin: Pose = Pose()
     tip: Pose = Pose()
     coordinates: tuple[str, ...] = ()
@@ -171,16 +166,20 @@ class Joint:
     friction: Quantity = ZERO
     dry: Friction | None = None
     limits: Limits = Limits()
-    second_axis: Vector = (ONE, ZERO, ZERO)
-    pitch: Quantity = ZERO
-    length: Quantity = ZERO
-    orientation: str = "quaternion"
-    steps: Pose = Pose()
-    units: tuple[str, ...] = ()
     start: tuple[Quantity, ...] = ()
     start_rates: tuple[Quantity, ...] = ()
     motion: Quantity | None = None
     locked: bool = field(default=False, compare=False)
+
+    def shaped(self, **values: Any) -> Joint:
+        """Return the joint with other values of keys of its type."""
+        return replace(self, shape=tuple((dict(self.shape) | values).items()))
+
+    @property
+    def axis(self) -> Vector:
+        """Direction in the joint frame, any length but zero, free of symbols; z where its type takes none."""
+        found: Vector = dict(self.shape).get("axis", (ZERO, ZERO, ONE))
+        return found
 
     @property
     def moves(self) -> bool:

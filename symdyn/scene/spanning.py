@@ -13,9 +13,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from symdyn.scene.joint_table import LOOP_KEYS
-from symdyn.scene.joints import JOINTS
-from symdyn.scene.model import GROUND, Joint
+from symdyn.scene.joint_table import freedoms, loop_keys
+from symdyn.scene.model import GROUND
 from symdyn.scene.names import listed, suggestion
 from symdyn.scene.table import Entry, Faults, plain, show
 from symdyn.scene.turning import turnable
@@ -55,20 +54,10 @@ class _Edge:
 
     @property
     def freedoms(self) -> int:
-        coordinates = plain(self.entry.table.get("coordinates"))
-        return freedoms(self.kind, len(coordinates) if isinstance(coordinates, (list, tuple)) else 1)
+        return freedoms(self.entry)
 
     def other(self, body: str) -> str:
         return self.child if body == self.parent else self.parent
-
-
-def freedoms(kind: str, own: int) -> int:
-    """Return how many freedoms joints of a type have; a custom one has as many as coordinates of its own.
-
-    A type that is none stands for a revolute joint; the mistake is reported where it stands.
-    """
-    known = kind if kind in JOINTS else "revolute"
-    return 6 - JOINTS[known].class_t(Joint("", known, "", "", units=("rad",) * own))
 
 
 def span(joints: Sequence[Entry], held: Sequence[str], cuts: Sequence[str] | None, faults: Faults) -> Span:
@@ -274,10 +263,10 @@ def _ring(tree: Sequence[_Edge], closing: _Edge) -> list[str]:
 def _span(edges: Sequence[_Edge], tree: Sequence[_Edge], back: set[int]) -> Span:
     directed = [replace(e, parent=e.child, child=e.parent) if e.index in back else e for e in tree]
     inside = {edge.index for edge in tree}
-    cut = []
+    cut, kept = [], loop_keys()
     for edge in edges:
         if edge.index not in inside:
-            table = {key: value for key, value in edge.entry.table.items() if key in LOOP_KEYS}
+            table = {key: value for key, value in edge.entry.table.items() if key in kept}
             cut.append(replace(edge.entry, table=table))
     names = frozenset(edge.entry.name for edge in tree if edge.index in back)
     return Span(tuple(edge.entry for edge in _parents_first(directed)), tuple(cut), names)

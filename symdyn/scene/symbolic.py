@@ -24,6 +24,7 @@ from fractions import Fraction
 
 from symdyn.errors import SceneError
 from symdyn.scene.folding import mul
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.loads import Damper, Friction, Place, Spring
 from symdyn.scene.made_names import Names, moving_names
 from symdyn.scene.model import Joint, Pose, Scene
@@ -81,9 +82,12 @@ def _placed(scene: Scene, names: Names) -> Scene:
 
     def joint(one: Joint, place: str) -> Joint:
         origin, tip = (_pose(pose, place, one.name, names) for pose in (one.origin, one.tip))
-        pitch = names.of(one.pitch, f"h{place}", "m", f"advance a turn of {one.name}", True)
-        length = names.of(one.length, f"l{place}", "m", f"length of {one.name}", True)
-        return replace(one, origin=origin, tip=tip, pitch=pitch, length=length)
+        sizes = {
+            key.name: names.of(value, f"{key.letter}{place}", key.unit, f"{key.text} of {one.name}", True)
+            for key, value in JOINTS[one.type].values(one)
+            if key.letter
+        }
+        return replace(one, origin=origin, tip=tip).shaped(**sizes)
 
     def at(place: Place, of: str, where: str) -> Place:
         return replace(place, at=_three(place.at, "abd", where, "m", f"place of {of}", names))

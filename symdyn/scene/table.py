@@ -118,6 +118,12 @@ def plain(value: object) -> object:
     return convert() if callable(convert) else value
 
 
+def as_list(value: object) -> list[object]:
+    """Return a list as it is, anything else that is given as the only entry of one."""
+    value = plain(value)
+    return [] if value is None else list(value) if isinstance(value, (list, tuple)) else [value]
+
+
 class Table:
     """Typed access to the keys of an entry."""
 

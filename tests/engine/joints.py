@@ -115,21 +115,23 @@ def coordinates(joint: Any, q: np.ndarray, u: np.ndarray, du: np.ndarray) -> Jet
     return Jet(*(np.concatenate([getattr(p, part), getattr(e, part)]) for part in ("x", "v", "a")))
 
 
+def said(joint: Any, key: str) -> Any:
+    """Return what a key of a joint's type says."""
+    return dict(joint.shape)[key]
+
+
 def velocities_of(joint: Any) -> int:
     """Return how many velocities a joint of the tree has."""
     ball = joint.type in ("spherical", "point_on_line", "point_on_plane", "rod", "free")
-    return len(joint.coordinates) - (ball and joint.orientation == "quaternion")
+    return len(joint.coordinates) - (ball and said(joint, "orientation") == "quaternion")
 
 
 def ball(joint: Any, q: Jet) -> Jet:
     """Return a rotation in every direction: of a quaternion, or three turns about moving axes."""
-    if joint.orientation == "quaternion":
+    if said(joint, "orientation") == "quaternion":
         return placed(rotation_of(q))
-    return (
-        turn(AXES[joint.orientation[0]], q[0])
-        @ turn(AXES[joint.orientation[1]], q[1])
-        @ turn(AXES[joint.orientation[2]], q[2])
-    )
+    x, y, z = said(joint, "orientation")
+    return turn(AXES[x], q[0]) @ turn(AXES[y], q[1]) @ turn(AXES[z], q[2])
 
 
 Known = Mapping[str, Any]
@@ -139,16 +141,18 @@ MOTIONS: Mapping[str, Callable[[Any, Jet, np.ndarray, Known], Jet]] = {  # a joi
     "prismatic": lambda j, q, a, known: slide(a, q[0]),
     "helical": lambda j, q, a, known: turn(a, q[0]) @ slide(a, q[0] * rise(j, known)),
     "cylindrical": lambda j, q, a, known: turn(a, q[0]) @ slide(a, q[1]),
-    "universal": lambda j, q, a, known: turn(a, q[0]) @ turn(unit(j.second_axis), q[1]),
+    "universal": lambda j, q, a, known: turn(a, q[0]) @ turn(unit(said(j, "second_axis")), q[1]),
     "spherical": lambda j, q, a, known: ball(j, q),
     "planar": lambda j, q, a, known: in_plane(a, q) @ turn(a, q[2]),
     "point_on_line": lambda j, q, a, known: slide(a, q[0]) @ ball(j, q[1:]),
     "point_on_plane": lambda j, q, a, known: in_plane(a, q) @ ball(j, q[2:]),
     "rod": lambda j, q, a, known: (
-        turn(EYE[0], q[0]) @ turn(EYE[1], q[1]) @ slide(EYE[2], value(j.length, known)) @ ball(j, q[2:])
+        turn(EYE[0], q[0]) @ turn(EYE[1], q[1]) @ slide(EYE[2], value(said(j, "length"), known)) @ ball(j, q[2:])
     ),
     "free": lambda j, q, a, known: placed(EYE, q[:3]) @ ball(j, q[3:]),
-    "custom": lambda j, q, a, known: pose(j.steps, {**known, **{name: q[k] for k, name in enumerate(j.coordinates)}}),
+    "custom": lambda j, q, a, known: pose(
+        said(j, "steps"), {**known, **{name: q[k] for k, name in enumerate(j.coordinates)}}
+    ),
     "fixed": lambda j, q, a, known: placed(),
 }
 
@@ -166,7 +170,7 @@ def in_plane(normal: np.ndarray, q: Jet) -> Jet:
 
 def rise(joint: Any, known: Known) -> float:
     """Return the advance of a screw per radian, m."""
-    return number(joint.pitch, known) / (2 * math.pi)
+    return number(said(joint, "pitch"), known) / (2 * math.pi)
 
 
 # What joints forbid
@@ -193,7 +197,7 @@ def rod_force(j: Any, X: Jet, A: np.ndarray, known: Known) -> list[Wrench]:
 
 def universal_moment(j: Any, X: Jet, A: np.ndarray, known: Known) -> list[Wrench]:
     """Return the moment across both axes of a cross, of which the second turns with the child."""
-    return moments(cross(jet(unit(j.axis)), X[:3, :3] @ unit(j.second_axis)))
+    return moments(cross(jet(unit(j.axis)), X[:3, :3] @ unit(said(j, "second_axis"))))
 
 
 WRENCHES: Mapping[str, Callable[[Any, Jet, np.ndarray, Known], list[Wrench]]] = {  # columns of A: x, y across, axis
@@ -238,7 +242,7 @@ def offset(X: Jet, *along: np.ndarray) -> list[Jet]:
 
 def universal_angle(j: Any, X: Jet) -> list[Jet]:
     """Return how far the angle of the two axes of a cross has changed."""
-    first, second = unit(j.axis), unit(j.second_axis)
+    first, second = unit(j.axis), unit(said(j, "second_axis"))
     return [first @ (X[:3, :3] @ second) - first @ second]
 
 
@@ -251,7 +255,7 @@ def screwed(j: Any, X: Jet, A: np.ndarray, known: Known) -> list[Jet]:
 def stretched(j: Any, X: Jet, known: Known) -> list[Jet]:
     """Return how much longer a rod is than it may be."""
     p = X[:3, 3]
-    return [apply("SQRT", p @ p) - value(j.length, known)]
+    return [apply("SQRT", p @ p) - value(said(j, "length"), known)]
 
 
 RESIDUALS: Mapping[str, Callable[[Any, Jet, np.ndarray, Known], list[Jet]]] = {

@@ -65,14 +65,17 @@ def cuts(scene: Scene, graph: Graph) -> list[Cut]:
 
 def _joint(joint: Joint, graph: Graph) -> Cut:
     kind = JOINTS[joint.type]
+    wrenches, residual = kind.wrenches, kind.residual
+    assert wrenches, "the scene's check refuses loops of joints whose wrenches have no formula"
+    assert residual, "what has wrenches has a residual"
     return Cut(
         joint.name,
         joint.parent,
         placement(joint.origin, graph),
         joint.child,
         placement(joint.tip, graph).inverse(),
-        lambda X: kind.wrenches(joint, X),
-        lambda X: kind.residual(joint, X),
+        lambda X: wrenches(joint, X),
+        lambda X: residual(joint, X),
         (True,) * kind.class_t(joint),
         joint,
     )

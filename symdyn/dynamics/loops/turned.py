@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.scene import Joint, Scene
+from symdyn.scene.joints import ORIENTATION
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -22,8 +23,8 @@ def with_quaternions(scene: Scene, plain: Scene, q: Array) -> Array:
     for joint, other in zip(scene.moving, plain.moving, strict=True):
         here = q[at : at + len(joint.coordinates)]
         at += len(here)
-        turned = joint.orientation != other.orientation
-        found += [*here[:-3], *_quaternion(joint.orientation, here[-3:])] if turned else [*here]
+        turned = ORIENTATION.of(joint) != ORIENTATION.of(other)
+        found += [*here[:-3], *_quaternion(ORIENTATION.of(joint), here[-3:])] if turned else [*here]
     return np.array(found, dtype=np.float64)
 
 
@@ -34,7 +35,7 @@ def with_angles(scene: Scene, plain: Scene, q: Array, near: Array) -> Array:
     for joint, other in zip(scene.moving, plain.moving, strict=True):
         here = q[at : at + len(other.coordinates)]
         at += len(here)
-        if joint.orientation == other.orientation:
+        if ORIENTATION.of(joint) == ORIENTATION.of(other):
             found += [*here]
         else:
             first = len(found) + len(joint.coordinates) - 3
@@ -55,7 +56,7 @@ def _angles(joint: Joint, e: Array, near: Array) -> Array:
     """Return the nearest of the angles of a rotation: they come in two kinds, each modulo a turn."""
     from scipy.spatial.transform import Rotation
 
-    axes = joint.orientation
+    axes = ORIENTATION.of(joint)
     sequence: Any = axes.upper()  # about moving axes
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that they are singular is told elsewhere

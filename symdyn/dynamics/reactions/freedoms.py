@@ -15,7 +15,7 @@ from symdyn.dynamics.reactions.hinges import Hinge, plus, power, times
 from symdyn.dynamics.reactions.samples import Samples
 from symdyn.dynamics.recursive.ldl import solve
 from symdyn.graph import Expr
-from symdyn.scene.joints import Wrench
+from symdyn.scene.joints import JOINTS, Wrench
 from symdyn.scene.joints.constraints import everywhere, forces, moments
 
 TINY = 1e-9
@@ -47,10 +47,11 @@ def drives(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
 def reactions_of(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
     """Return W, axes of J, about P; t of them.
 
-    A custom joint's are units less what the drives take of them. The units that are left out are those that the drives
-    themselves have large, else a combination of the others would be a drive.
+    Those of a joint that has no formula for them are units less what the drives take of them. The units that are left
+    out are those that the drives themselves have large, else a combination of the others would be a drive.
     """
-    if hinge.joint.type != "custom":
+    kind = JOINTS.get(hinge.joint.type)  # a contact has none
+    if kind is None or kind.wrenches:
         return hinge.wrenches
     axes = everywhere(hinge.graph)
     units, D = forces(*axes) + moments(*axes), drives(hinge, samples)

@@ -30,7 +30,7 @@ from symdyn.dynamics.reactions.samples import Array
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable
 from symdyn.scene import JOINTS, Scene
-from symdyn.scene.joints import Wrench
+from symdyn.scene.joints import AXIS, Wrench
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.constraints import everywhere
 from symdyn.spatial import Vec, dot, scale, sub
@@ -179,7 +179,8 @@ def plane(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> Vec | Non
 
 def _normals(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> Iterator[Vec]:
     """Yield what is tried: the joint's own axis, those of J, and axes of other joints that stand still in J."""
-    if loop.joint.type in JOINTS and "axis" in JOINTS[loop.joint.type].keys:
+    kind = JOINTS.get(loop.joint.type)  # a contact has none
+    if kind and AXIS in kind.keys:
         yield unit(loop.joint.axis, hanging.graph)
     yield from everywhere(hanging.graph)[::-1]
     for _, omega in twists.values():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 from symdyn.graph import Graph, Op
@@ -21,15 +20,12 @@ NOT_NEGATIVE = (
     *("friction.coulomb", "friction.static", "friction.smoothing"),
 )
 
-ROUNDING = 1e-12
-"""Sine of an angle between directions that are parallel."""
-
 
 def check_joints(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
     """Report what is wrong with the joints, one by one."""
     for kind in ("joints", "loops"):
         for where, joint in zip(draft.where[kind], getattr(draft.scene, kind), strict=True):
-            _axes(where, joint, faults)
+            _shape(where, joint, values, faults)
             _signs(where, joint, values, faults)
             _start(where, joint, values, faults)
             _driven(where, joint, faults)
@@ -72,23 +68,15 @@ def vanishes(quantity: Quantity) -> bool:
         return False  # reported as a formula without a value
 
 
-def _axes(where: str, joint: Joint, faults: Faults) -> None:
-    fine = direction(where, "axis", joint.axis, faults)
-    if "second_axis" not in JOINTS[joint.type].keys:
-        return
-    fine = direction(where, "second_axis", joint.second_axis, faults) and fine
-    if fine and _parallel(joint.axis, joint.second_axis):
-        text = f"second_axis = [{', '.join(shown(x) for x in joint.second_axis)}]"
-        faults.add(where, f"{text} is parallel to axis; give one across it, such as [1, 0, 0] for axis = [0, 0, 1]")
-
-
-def _parallel(axis: Vector, second: Vector) -> bool:
-    try:
-        a, b = ([float(value_of(x, {}) or 0) for x in vector] for vector in (axis, second))
-    except FormulaError:
-        return False  # reported as a formula without a value
-    across = [a[i] * b[j] - a[j] * b[i] for i, j in ((1, 2), (2, 0), (0, 1))]
-    return math.hypot(*across) <= ROUNDING * math.hypot(*a) * math.hypot(*b)
+def _shape(where: str, joint: Joint, values: Mapping[str, Value], faults: Faults) -> None:
+    """Directions are directions, and what the keys of the type say fits together."""
+    kind = JOINTS[joint.type]
+    fine = [direction(where, key.name, way, faults) for key, way in kind.directions(joint)]
+    if all(fine) and (amiss := kind.amiss(joint)):
+        faults.add(where, amiss)
+    for key, one in kind.values(joint):
+        if key.above_zero and (value := _value(one, values)) is not None and value <= 0:
+            faults.add(where, f"{key.name} = {shown(one)} {key.above_zero}")
 
 
 def _signs(where: str, joint: Joint, values: Mapping[str, Value], faults: Faults) -> None:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from symdyn.scene.draft import Draft, shown
-from symdyn.scene.folding import FormulaError
+from symdyn.scene.draft import Draft
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.model import GROUND, Joint, Scene
 from symdyn.scene.names import listed, suggestion
 from symdyn.scene.table import Faults
-from symdyn.scene.value import Value, value_of
 
 
 def check_tree(draft: Draft, faults: Faults) -> None:
@@ -86,7 +85,7 @@ def _cycles(draft: Draft, carrier: Mapping[str, Joint], faults: Faults) -> None:
         settled.update(path)
 
 
-def check_loops(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
+def check_loops(draft: Draft, faults: Faults) -> None:
     """Report joints that close loops between bodies that are one, or that say what they forbid in no formula."""
     scene = draft.scene
     bodies = {body.name: None for body in scene.bodies}
@@ -98,30 +97,18 @@ def check_loops(draft: Draft, values: Mapping[str, Value], faults: Faults) -> No
         elif rigid.get(joint.parent, joint.parent) == rigid.get(joint.child, joint.child):
             both = f'"{joint.parent}" and "{joint.child}"'
             faults.add(where, f"joins {both}, which fixed joints make one body; close the loop between two bodies")
-        if joint.type == "custom":
-            faults.add(where, "a custom joint closes no loop, since what it forbids has no formula; cut another joint")
-        if joint.type == "free":
-            faults.add(where, "a free joint forbids nothing and closes no loop; leave it out")
-    for kind in ("joints", "loops"):
-        for where, joint in zip(draft.where[kind], getattr(scene, kind), strict=True):
-            if joint.type == "rod":
-                _length(where, joint, values, faults)
+        kind = JOINTS[joint.type]
+        if kind.wrenches is None:
+            advice = "since what it forbids has no formula; cut another joint"
+            faults.add(where, f"a {joint.type} joint closes no loop, {advice}")
+        elif not kind.class_t(joint):
+            faults.add(where, f"a {joint.type} joint forbids nothing and closes no loop; leave it out")
 
 
 def _rigid(joints: tuple[Joint, ...]) -> dict[str, str]:
     """Return for every body that hangs on fixed joints the one at their beginning; parents come first."""
     root: dict[str, str] = {}
     for joint in joints:
-        if joint.type == "fixed":
+        if not JOINTS[joint.type].velocities(joint):
             root[joint.child] = root.get(joint.parent, joint.parent)
     return root
-
-
-def _length(where: str, joint: Joint, values: Mapping[str, Value], faults: Faults) -> None:
-    try:
-        value = value_of(joint.length, values)
-    except FormulaError:
-        return  # reported as a formula without a value
-    if value is not None and value <= 0:
-        advice = "give the distance of its ends, or write a spherical joint"
-        faults.add(where, f"length = {shown(joint.length)} is that of no rod; {advice}")

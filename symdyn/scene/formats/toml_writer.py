@@ -100,7 +100,9 @@ def _joint(joint: Joint, nq: int, nv: int, leaders: dict[str, str]) -> Iterator[
     """Return the keys of a joint; nq coordinates and nv velocities come before its own."""
     yield from _placed(joint)
     names = joint.coordinates
-    if names and (joint.type == "custom" or names != tuple(f"q{nq + k}" for k in range(1, len(names) + 1))):
+    if names and (
+        JOINTS[joint.type].names_coordinates or names != tuple(f"q{nq + k}" for k in range(1, len(names) + 1))
+    ):
         yield from _one_or_more("coordinate", "coordinates", [_text(name) for name in names])
     if names:
         yield from _drives(joint, nv)
@@ -126,19 +128,19 @@ def _joint(joint: Joint, nq: int, nv: int, leaders: dict[str, str]) -> Iterator[
 def _placed(joint: Joint) -> Iterator[tuple[str, str]]:
     """Return type, bodies, frames and shape."""
     yield from (("type", _text(joint.type)), ("parent", _text(joint.parent)), ("child", _text(joint.child)))
-    shape = {
-        "axis": lambda: _vector(joint.axis),
-        "second_axis": lambda: _vector(joint.second_axis),
-        "pitch": lambda: _number(joint.pitch),
-        "length": lambda: _number(joint.length),
-        "orientation": lambda: _text(joint.orientation),
-        "steps": lambda: _steps(joint.steps),
-        "units": lambda: f"[{', '.join(map(_text, joint.units))}]",
-    }
-    yield from ((key, shape[key]()) for key in JOINTS[joint.type].keys)
+    yield from ((key.name, _value(value)) for key, value in JOINTS[joint.type].values(joint))
     for key, placed in (("origin", _plain(joint.origin)), ("tip", _plain(joint.tip))):
         if placed.steps:
             yield key, _pose(placed)
+
+
+def _value(value: object) -> str:
+    """Return what a key of a joint type says."""
+    if isinstance(value, (tuple, list)):
+        return f"[{', '.join(map(_value, value))}]"
+    if isinstance(value, Pose):
+        return _steps(value)
+    return _number(value) if isinstance(value, Quantity) else _text(str(value))
 
 
 def _one_or_more(one: str, several: str, values: Sequence[str]) -> Iterator[tuple[str, str]]:

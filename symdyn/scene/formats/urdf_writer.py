@@ -18,6 +18,7 @@ from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, xyz_rpy
 from symdyn.scene.formats.rounded import possible
 from symdyn.scene.formats.urdf import UNLIMITED
+from symdyn.scene.joints import ORIENTATION
 from symdyn.scene.model import GROUND, STANDARD_GRAVITY, Body, Joint, Pose, Scene
 from symdyn.scene.names import listed
 from symdyn.scene.physical import central_inertia
@@ -83,8 +84,8 @@ def _lost(scene: Scene) -> list[str]:
             lost.append(f"{where}: drive = false: every joint of a URDF that moves is driven")
         if len(joint.coordinates) > 1 and any(joint.drives):
             lost.append(f"{where}: drives: no floating or planar joint of a URDF is driven")
-        if joint.type == "free" and joint.orientation != "quaternion":
-            lost.append(f'{where}: orientation = "{joint.orientation}": it is read as a quaternion')
+        if joint.type == "free" and ORIENTATION.of(joint) != "quaternion":
+            lost.append(f'{where}: orientation = "{ORIENTATION.of(joint)}": it is read as a quaternion')
         if joint.armature != ZERO:
             lost.append(f"{where}: armature = {spell(joint.armature)}: there is no rotor inertia")
     lost += lost_words(scene)

@@ -7,7 +7,8 @@ from symdyn.scene.joints.cylindrical import CYLINDRICAL
 from symdyn.scene.joints.fixed import FIXED
 from symdyn.scene.joints.free import FREE
 from symdyn.scene.joints.helical import HELICAL
-from symdyn.scene.joints.kind import JointKind, Motion, Move, Wrench
+from symdyn.scene.joints.key import AXIS, ORIENTATION, Key
+from symdyn.scene.joints.kind import Gimbal, JointKind, Motion, Move, Wrench
 from symdyn.scene.joints.planar import PLANAR
 from symdyn.scene.joints.point_on_line import POINT_ON_LINE
 from symdyn.scene.joints.point_on_plane import POINT_ON_PLANE
@@ -33,4 +34,10 @@ JOINTS: dict[str, JointKind] = {
     "custom": CUSTOM,
 }
 
-__all__ = ["JOINTS", "JointKind", "Motion", "Move", "Wrench"]
+
+def own_keys() -> tuple[str, ...]:
+    """Return the keys that some joint type takes, each once."""
+    return tuple(dict.fromkeys(key.name for kind in JOINTS.values() for key in kind.keys))
+
+
+__all__ = ["AXIS", "JOINTS", "ORIENTATION", "Gimbal", "JointKind", "Key", "Motion", "Move", "Wrench", "own_keys"]

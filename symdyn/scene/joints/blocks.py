@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, gradient
-from symdyn.scene.joints.kind import Block, Motion, Move
+from symdyn.scene.joints.kind import Block, Gimbal, Motion, Move
 from symdyn.scene.model import Pose
 from symdyn.scene.quantity import ONE, PI, ZERO, Quantity, Vector, express
 from symdyn.spatial import (
@@ -53,7 +53,7 @@ def turn(axis: Vector) -> Block:
         still = unit_transform(graph)
         return Motion((Move(False, unit(axis, graph), q[0], still, ((0, graph.one),)),), still, u)
 
-    return Block(("rad",), ("rad",), motion)
+    return Block(("rad",), ("rad",), motion, axis=axis)
 
 
 def slide(axis: Vector) -> Block:
@@ -63,7 +63,7 @@ def slide(axis: Vector) -> Block:
         still = unit_transform(graph)
         return Motion((Move(True, unit(axis, graph), q[0], still, ((0, graph.one),)),), still, u)
 
-    return Block(("m",), ("m",), motion)
+    return Block(("m",), ("m",), motion, axis=axis)
 
 
 def screw(axis: Vector, pitch: Quantity) -> Block:
@@ -108,6 +108,17 @@ def along(axis: Vector, *blocks: Block) -> tuple[Block, ...]:
 def orientation(description: str) -> tuple[Block, ...]:
     """Return a spherical motion: "quaternion", or three turns about moving axes, such as "zyx"."""
     return (BALL,) if description == "quaternion" else tuple(turn(AXES[letter]) for letter in description)
+
+
+def gimbals(description: str, first: int) -> tuple[Gimbal, ...]:
+    """Return the angles of a spherical motion whose coordinates begin at `first`; a quaternion has none."""
+    if description == "quaternion":
+        return ()
+    another = "zyx" if description[0] == description[2] else "zxz"
+    remedy = f'describe it by orientation = "quaternion", or by another sequence such as "{another}"'
+    return (
+        Gimbal(first, description, "the axes of {0} and {1} are parallel, so that the angles are singular", remedy),
+    )
 
 
 def path(steps: Pose, names: tuple[str, ...], units: tuple[str, ...]) -> Block:

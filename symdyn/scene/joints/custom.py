@@ -6,30 +6,41 @@ body of the tree; it closes no loop, since what it forbids has no closed form.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import path
-from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.key import Key
+from symdyn.scene.joints.kind import Block, JointKind
 from symdyn.scene.joints.turned import inverse
-from symdyn.scene.model import Joint
-from symdyn.spatial import Transform
+from symdyn.scene.model import Joint, Pose
+from symdyn.scene.table import Table, as_list, plain, show
+
+
+def _units(table: Table, name: str, default: tuple[str, ...]) -> tuple[str, ...]:
+    if name in table:
+        raw = plain(table.raw[name])
+        if isinstance(raw, (list, tuple)) and 1 <= len(raw) <= 6 and all(unit in ("rad", "m") for unit in raw):
+            return tuple(raw)
+        table.fault(f'{name} = {show(raw)} is not a list of one to six "rad" and "m"; write one for each coordinate')
+    return default * (len(as_list(table.raw.get("coordinates"))) or 1)
+
+
+STEPS = Key(
+    "steps",
+    lambda table, name, default: table.pose(name),
+    Pose(),
+    example='the motion as steps such as [["Rz", "u"], ["Tx", "0.1*u"]]',
+)
+
+UNITS: Key[tuple[str, ...]] = Key(
+    "units", _units, ("rad",), example='"rad" or "m" for each coordinate, such as units = ["rad"]'
+)
 
 
 def _blocks(joint: Joint) -> tuple[Block, ...]:
-    return (path(joint.steps, joint.coordinates, joint.units),)
-
-
-def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
-    raise NotImplementedError("a custom joint closes no loop; the scene's check refuses it")
-
-
-def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
-    raise NotImplementedError("a custom joint closes no loop; the scene's check refuses it")
+    return (path(STEPS.of(joint), joint.coordinates, UNITS.of(joint)),)
 
 
 def _turned(joint: Joint) -> Joint:
-    return replace(joint, steps=inverse(joint.steps))
+    return joint.shaped(steps=inverse(STEPS.of(joint)))
 
 
-CUSTOM = JointKind(("steps", "units"), _blocks, _wrenches, _residual, _turned)
+CUSTOM = JointKind((STEPS, UNITS), _blocks, None, None, _turned, held=lambda joint, position: STEPS.of(joint).steps)

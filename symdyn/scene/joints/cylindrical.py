@@ -5,6 +5,7 @@ from __future__ import annotations
 from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import slide, turn
 from symdyn.scene.joints.constraints import directions, forces, leaning, moments, offsets
+from symdyn.scene.joints.key import AXIS
 from symdyn.scene.joints.kind import Block, JointKind, Wrench
 from symdyn.scene.joints.turned import about_opposite
 from symdyn.scene.model import Joint
@@ -25,4 +26,4 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return offsets(X, x, y) + leaning(X, axis, x, y)
 
 
-CYLINDRICAL = JointKind(("axis",), _blocks, _wrenches, _residual, about_opposite)
+CYLINDRICAL = JointKind((AXIS,), _blocks, _wrenches, _residual, about_opposite)

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from symdyn.graph import Expr
-from symdyn.scene.joints.blocks import AXES, FLIGHT, orientation, slide
-from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.blocks import AXES, FLIGHT, gimbals, orientation, slide
+from symdyn.scene.joints.key import ORIENTATION
+from symdyn.scene.joints.kind import Block, Gimbal, JointKind, Wrench
 from symdyn.scene.model import Joint
 from symdyn.spatial import Transform
 
 
 def _blocks(joint: Joint) -> tuple[Block, ...]:
-    if joint.orientation == "quaternion":
+    if ORIENTATION.of(joint) == "quaternion":
         return (FLIGHT,)
-    return (*(slide(AXES[letter]) for letter in "xyz"), *orientation(joint.orientation))
+    return (*(slide(AXES[letter]) for letter in "xyz"), *orientation(ORIENTATION.of(joint)))
 
 
 def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
@@ -23,4 +24,8 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return ()
 
 
-FREE = JointKind(("orientation",), _blocks, _wrenches, _residual)
+def _gimbals(joint: Joint) -> tuple[Gimbal, ...]:
+    return gimbals(ORIENTATION.of(joint), 3)
+
+
+FREE = JointKind((ORIENTATION,), _blocks, _wrenches, _residual, gimbals=_gimbals)

@@ -6,22 +6,36 @@ What a nut exerts on its screw without working: a force f along the axis goes wi
 from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
+from symdyn.scene import folding
 from symdyn.scene.joints.blocks import screw
 from symdyn.scene.joints.constraints import directions, forces, leaning, moments, offsets
+from symdyn.scene.joints.held import Steps, held
+from symdyn.scene.joints.key import AXIS, Key
 from symdyn.scene.joints.kind import Block, JointKind, Wrench
 from symdyn.scene.joints.turned import about_opposite
 from symdyn.scene.model import Joint
-from symdyn.scene.quantity import express
+from symdyn.scene.quantity import PI, ZERO, Quantity, express, number
+from symdyn.scene.table import Table
 from symdyn.spatial import Transform, apply, dot, scale
+
+PITCH = Key(
+    "pitch",
+    Table.quantity,
+    ZERO,
+    example="pitch = 0.01, the advance a turn in metres",
+    letter="h",
+    unit="m",
+    text="advance a turn",
+)
 
 
 def _blocks(joint: Joint) -> tuple[Block, ...]:
-    return (screw(joint.axis, joint.pitch),)
+    return (screw(joint.axis, PITCH.of(joint)),)
 
 
 def _rise(joint: Joint, graph: Graph) -> Expr:
     """Return the advance per radian, m."""
-    return express(joint.pitch, graph) / (2 * graph.pi)
+    return express(PITCH.of(joint), graph) / (2 * graph.pi)
 
 
 def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
@@ -38,4 +52,9 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return (*offsets(X, x, y), *leaning(X, axis, x, y), dot(axis, X.p) - _rise(joint, graph) * angle)
 
 
-HELICAL = JointKind(("axis", "pitch"), _blocks, _wrenches, _residual, about_opposite)
+def _held(joint: Joint, angle: Quantity) -> Steps:
+    turn = folding.mul(number(2), PI)
+    return held(joint, angle, lambda x: (("R", x), ("T", folding.mul(PITCH.of(joint), folding.div(x, turn)))))
+
+
+HELICAL = JointKind((AXIS, PITCH), _blocks, _wrenches, _residual, about_opposite, held=_held)

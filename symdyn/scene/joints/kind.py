@@ -16,11 +16,15 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), sections 4.4 and
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from symdyn.graph import Expr, Graph
-from symdyn.scene.model import Joint
+from symdyn.scene.joints.key import Key
+from symdyn.scene.model import Joint, Pose
+from symdyn.scene.quantity import Quantity, Vector
+from symdyn.scene.turns import Step
 from symdyn.spatial import Transform, Vec, identity, rotation, scale, unit_transform, zero_vector
 
 Wrench = tuple[Vec, Vec]  # force, moment
@@ -90,12 +94,31 @@ class Block:
         velocities: unit of each velocity times seconds, "rad" or "m".
         motion: its motion from the graph, its coordinates and its velocities.
         letters: names of its velocities where they are no rates of coordinates, to be put behind the joint's name.
+        axis: of a part that turns about an axis, or slides along one, and does nothing else; else None.
     """
 
     coordinates: tuple[str, ...]
     velocities: tuple[str, ...]
     motion: Callable[[Graph, tuple[Expr, ...], tuple[Expr, ...]], Motion]
     letters: tuple[str, ...] = ()
+    axis: Vector | None = None
+
+
+@dataclass(frozen=True)
+class Gimbal:
+    """Two or three turns about moving axes that follow each other.
+
+    Attributes:
+        first: place of the first of them among the joint's coordinates.
+        axes: of the turns, such as "zxz".
+        parallel: what is so where they are singular, {0} and {1} the first and the last angle.
+        remedy: what to do about it.
+    """
+
+    first: int
+    axes: str
+    parallel: str
+    remedy: str
 
 
 @dataclass(frozen=True)
@@ -103,23 +126,46 @@ class JointKind:
     """One joint type.
 
     Attributes:
-        keys: what it takes beside what every joint takes, such as "axis" or "pitch".
+        keys: what it takes beside what every joint takes, such as a direction or a pitch.
         blocks: its parts, from the parent's side.
         wrenches: what the parent can exert on the child without working: t wrenches at the origin of the moved joint
-            frame, axes of the joint frame, for the placement X of the one in the other.
+            frame, axes of the joint frame, for the placement X of the one in the other; None where they have no
+            formula, so that joints of the type close no loop.
         residual: t numbers that vanish where X is a placement that the joint allows, m or 1; near such a placement
-            their rates are the powers of the wrenches per unit.
+            their rates are the powers of the wrenches per unit; None where wrenches have no formula.
         ball: whether it is any rotation about a point, at which a rotor may be alike about all axes.
         turned: the joint from its child to its parent, frames swapped already, with the coordinates and velocities that
             it had; None where that is no joint of the type, since velocities are measured in the child.
+        held: what it does at a position, rad or m, as elementary steps; of one with several coordinates, or with none,
+            what it does at zero.
+        gimbals: its turns whose angles are singular somewhere.
+        amiss: what is wrong with keys that are right one by one; "" for nothing.
     """
 
-    keys: tuple[str, ...]
+    keys: tuple[Key[Any], ...]
     blocks: Callable[[Joint], tuple[Block, ...]]
-    wrenches: Callable[[Joint, Transform], tuple[Wrench, ...]]
-    residual: Callable[[Joint, Transform], tuple[Expr, ...]]
+    wrenches: Callable[[Joint, Transform], tuple[Wrench, ...]] | None
+    residual: Callable[[Joint, Transform], tuple[Expr, ...]] | None
     turned: Callable[[Joint], Joint] | None = None
     ball: bool = False
+    held: Callable[[Joint, Quantity], tuple[Step, ...]] = lambda joint, position: ()
+    gimbals: Callable[[Joint], tuple[Gimbal, ...]] = lambda joint: ()
+    amiss: Callable[[Joint], str] = lambda joint: ""
+
+    @property
+    def names_coordinates(self) -> bool:
+        """Whether its keys hold formulas in its coordinates, which scenes must name then."""
+        return any(isinstance(key.default, Pose) for key in self.keys)
+
+    def values(self, joint: Joint) -> Iterator[tuple[Key[Any], Any]]:
+        """Yield what a joint says, by key."""
+        yield from ((key, key.of(joint)) for key in self.keys)
+
+    def directions(self, joint: Joint) -> Iterator[tuple[Key[Vector], Vector]]:
+        """Yield the directions among what a joint says, by key."""
+        for key, value in self.values(joint):
+            if isinstance(value, tuple) and all(isinstance(x, Quantity) for x in value):
+                yield key, value
 
     def coordinates(self, joint: Joint) -> tuple[str, ...]:
         """Return the unit of every coordinate, "rad", "m" or "1"."""
@@ -128,6 +174,15 @@ class JointKind:
     def velocities(self, joint: Joint) -> tuple[str, ...]:
         """Return the unit of every velocity times seconds, "rad" or "m"."""
         return tuple(unit for block in self.blocks(joint) for unit in block.velocities)
+
+    def axis(self, joint: Joint) -> Vector | None:
+        """Return the axis of a joint that turns about it, or slides along it, and does nothing else; else None."""
+        blocks = self.blocks(joint)
+        return blocks[0].axis if len(blocks) == 1 else None
+
+    def slides(self, joint: Joint) -> bool:
+        """Tell whether a joint moves and never turns."""
+        return set(self.velocities(joint)) == {"m"}
 
     def class_t(self, joint: Joint) -> int:
         """Return how many of the six relative freedoms the joint takes away (the textbook's connection of class t)."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import AXES, along, slide, turn
 from symdyn.scene.joints.constraints import directions, forces, leaning, moments, offsets
+from symdyn.scene.joints.key import AXIS
 from symdyn.scene.joints.kind import Block, JointKind, Wrench
 from symdyn.scene.model import Joint
 from symdyn.spatial import Transform
@@ -27,4 +28,4 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return offsets(X, axis) + leaning(X, axis, x, y)
 
 
-PLANAR = JointKind(("axis",), _blocks, _wrenches, _residual)
+PLANAR = JointKind((AXIS,), _blocks, _wrenches, _residual)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from symdyn.graph import Expr
-from symdyn.scene.joints.blocks import AXES, along, orientation, slide
+from symdyn.scene.joints.blocks import AXES, along, gimbals, orientation, slide
 from symdyn.scene.joints.constraints import directions, forces, offsets
-from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.key import AXIS, ORIENTATION
+from symdyn.scene.joints.kind import Block, Gimbal, JointKind, Wrench
 from symdyn.scene.model import Joint
 from symdyn.spatial import Transform
 
 
 def _blocks(joint: Joint) -> tuple[Block, ...]:
-    return (*along(joint.axis, slide(AXES["x"]), slide(AXES["y"])), *orientation(joint.orientation))
+    return (*along(joint.axis, slide(AXES["x"]), slide(AXES["y"])), *orientation(ORIENTATION.of(joint)))
 
 
 def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
@@ -22,4 +23,8 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return offsets(X, directions(joint.axis, X.p[0].graph)[2])
 
 
-POINT_ON_PLANE = JointKind(("axis", "orientation"), _blocks, _wrenches, _residual)
+def _gimbals(joint: Joint) -> tuple[Gimbal, ...]:
+    return gimbals(ORIENTATION.of(joint), 2)
+
+
+POINT_ON_PLANE = JointKind((AXIS, ORIENTATION), _blocks, _wrenches, _residual, gimbals=_gimbals)

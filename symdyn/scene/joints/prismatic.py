@@ -5,6 +5,8 @@ from __future__ import annotations
 from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import slide
 from symdyn.scene.joints.constraints import directions, everywhere, forces, moments, offsets, turned
+from symdyn.scene.joints.held import shifted_by
+from symdyn.scene.joints.key import AXIS
 from symdyn.scene.joints.kind import Block, JointKind, Wrench
 from symdyn.scene.joints.turned import about_opposite
 from symdyn.scene.model import Joint
@@ -26,4 +28,4 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return offsets(X, x, y) + turned(X)
 
 
-PRISMATIC = JointKind(("axis",), _blocks, _wrenches, _residual, about_opposite)
+PRISMATIC = JointKind((AXIS,), _blocks, _wrenches, _residual, about_opposite, held=shifted_by)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import turn
 from symdyn.scene.joints.constraints import directions, everywhere, forces, leaning, moments, offsets
+from symdyn.scene.joints.held import turned_by
+from symdyn.scene.joints.key import AXIS
 from symdyn.scene.joints.kind import Block, JointKind, Wrench
 from symdyn.scene.joints.turned import about_opposite
 from symdyn.scene.model import Joint
@@ -27,4 +29,4 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return offsets(X, *everywhere(graph)) + leaning(X, axis, x, y)
 
 
-REVOLUTE = JointKind(("axis",), _blocks, _wrenches, _residual, about_opposite)
+REVOLUTE = JointKind((AXIS,), _blocks, _wrenches, _residual, about_opposite, held=turned_by)

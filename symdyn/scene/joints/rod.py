@@ -7,27 +7,57 @@ end. Two angles describe no rod that lies along x: there the description is sing
 from __future__ import annotations
 
 from symdyn.graph import Expr
-from symdyn.scene.joints.blocks import AXES, orientation, shift, turn
+from symdyn.scene.joints.blocks import AXES, gimbals, orientation, shift, turn
 from symdyn.scene.joints.constraints import forces
-from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.held import Steps
+from symdyn.scene.joints.key import ORIENTATION, Key
+from symdyn.scene.joints.kind import Block, Gimbal, JointKind, Wrench
 from symdyn.scene.model import Joint
-from symdyn.scene.quantity import express
+from symdyn.scene.quantity import ZERO, Quantity, express
+from symdyn.scene.table import Table
 from symdyn.spatial import Transform, dot, scale
+
+LENGTH = Key(
+    "length",
+    Table.quantity,
+    ZERO,
+    example="length = 0.5, the distance of its ends in metres",
+    above_zero="is that of no rod; give the distance of its ends, or write a spherical joint",
+    letter="l",
+    unit="m",
+    text="length",
+)
 
 
 def _blocks(joint: Joint) -> tuple[Block, ...]:
-    rod = (turn(AXES["x"]), turn(AXES["y"]), shift(AXES["z"], joint.length))
-    return (*rod, *orientation(joint.orientation))
+    rod = (turn(AXES["x"]), turn(AXES["y"]), shift(AXES["z"], LENGTH.of(joint)))
+    return (*rod, *orientation(ORIENTATION.of(joint)))
 
 
 def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
-    length = express(joint.length, X.p[0].graph)
+    length = express(LENGTH.of(joint), X.p[0].graph)
     return forces(scale(1 / length, X.p))
 
 
 def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
-    length = express(joint.length, X.p[0].graph)
+    length = express(LENGTH.of(joint), X.p[0].graph)
     return ((dot(X.p, X.p) / length - length) / 2,)
 
 
-ROD = JointKind(("length", "orientation"), _blocks, _wrenches, _residual)
+def _held(joint: Joint, position: Quantity) -> Steps:
+    return (("Tz", LENGTH.of(joint)),)
+
+
+def _gimbals(joint: Joint) -> tuple[Gimbal, ...]:
+    lies = "the rod lies along the axis of {0}, so that its angles are singular"
+    return (Gimbal(0, "xy", lies, "turn its joint frame by origin"), *gimbals(ORIENTATION.of(joint), 2))
+
+
+ROD = JointKind(
+    (LENGTH, ORIENTATION),
+    _blocks,
+    _wrenches,
+    _residual,
+    held=_held,
+    gimbals=_gimbals,
+)

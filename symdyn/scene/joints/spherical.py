@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from symdyn.graph import Expr
-from symdyn.scene.joints.blocks import orientation
+from symdyn.scene.joints.blocks import gimbals, orientation
 from symdyn.scene.joints.constraints import everywhere, forces
-from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.key import ORIENTATION
+from symdyn.scene.joints.kind import Block, Gimbal, JointKind, Wrench
 from symdyn.scene.model import Joint
 from symdyn.spatial import Transform
 
 
 def _blocks(joint: Joint) -> tuple[Block, ...]:
-    return orientation(joint.orientation)
+    return orientation(ORIENTATION.of(joint))
 
 
 def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
@@ -22,4 +23,8 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return X.p
 
 
-SPHERICAL = JointKind(("orientation",), _blocks, _wrenches, _residual, ball=True)
+def _gimbals(joint: Joint) -> tuple[Gimbal, ...]:
+    return gimbals(ORIENTATION.of(joint), 0)
+
+
+SPHERICAL = JointKind((ORIENTATION,), _blocks, _wrenches, _residual, ball=True, gimbals=_gimbals)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from symdyn.scene.folding import neg
 from symdyn.scene.model import Joint, Pose
 from symdyn.scene.quantity import Vector
@@ -16,7 +14,7 @@ def inverse(pose: Pose) -> Pose:
 
 def about_opposite(joint: Joint) -> Joint:
     """Return a joint about, or along, the opposite axis."""
-    return replace(joint, axis=opposite(joint.axis))
+    return joint.shaped(axis=opposite(joint.axis))
 
 
 def opposite(axis: Vector) -> Vector:

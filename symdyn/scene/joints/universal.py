@@ -2,38 +2,48 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from symdyn.graph import Expr
+from symdyn.scene.folding import FormulaError
 from symdyn.scene.joints.blocks import turn, unit
 from symdyn.scene.joints.constraints import everywhere, forces, moments
+from symdyn.scene.joints.key import AXIS, Key
 from symdyn.scene.joints.kind import Block, JointKind, Wrench
 from symdyn.scene.joints.turned import opposite
 from symdyn.scene.model import Joint
+from symdyn.scene.quantity import ONE, ZERO, Vector
+from symdyn.scene.spelling import spell
+from symdyn.scene.table import Table, shorten
+from symdyn.scene.value import value_of
 from symdyn.spatial import Transform, apply, cross, dot
+
+SECOND: Key[Vector] = Key("second_axis", Table.vector, (ONE, ZERO, ZERO), turned=True)
+
+ROUNDING = 1e-12
+"""Sine of an angle between directions that are parallel."""
 
 
 def _blocks(joint: Joint) -> tuple[Block, ...]:
-    return (turn(joint.axis), turn(joint.second_axis))
+    return (turn(joint.axis), turn(SECOND.of(joint)))
 
 
 def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
     graph = X.p[0].graph
-    first, second = unit(joint.axis, graph), apply(X.R, unit(joint.second_axis, graph))
+    first, second = unit(joint.axis, graph), apply(X.R, unit(SECOND.of(joint), graph))
     return forces(*everywhere(graph)) + moments(cross(second, first))
 
 
 def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     graph = X.p[0].graph
-    first, second = unit(joint.axis, graph), unit(joint.second_axis, graph)
+    first, second = unit(joint.axis, graph), unit(SECOND.of(joint), graph)
     return (*X.p, dot(first, apply(X.R, second)) - dot(first, second))
 
 
 def _turned(joint: Joint) -> Joint:
     return replace(
-        joint,
-        axis=opposite(joint.second_axis),
-        second_axis=opposite(joint.axis),
+        joint.shaped(axis=opposite(SECOND.of(joint)), second_axis=opposite(joint.axis)),
         coordinates=joint.coordinates[::-1],
         drives=joint.drives[::-1],
         forces=joint.forces[::-1],
@@ -42,4 +52,16 @@ def _turned(joint: Joint) -> Joint:
     )
 
 
-UNIVERSAL = JointKind(("axis", "second_axis"), _blocks, _wrenches, _residual, _turned)
+def _amiss(joint: Joint) -> str:
+    try:
+        a, b = ([float(value_of(x, {}) or 0) for x in key.of(joint)] for key in (AXIS, SECOND))
+    except FormulaError:
+        return ""  # reported as a formula without a value
+    across = [a[i] * b[j] - a[j] * b[i] for i, j in ((1, 2), (2, 0), (0, 1))]
+    if math.hypot(*across) > ROUNDING * math.hypot(*a) * math.hypot(*b):
+        return ""
+    text = f"second_axis = [{', '.join(shorten(spell(x)) for x in SECOND.of(joint))}]"
+    return f"{text} is parallel to axis; give one across it, such as [1, 0, 0] for axis = [0, 0, 1]"
+
+
+UNIVERSAL = JointKind((AXIS, SECOND), _blocks, _wrenches, _residual, _turned, amiss=_amiss)
