@@ -90,10 +90,10 @@ def ours(case: Case, what: str) -> float:
     from symdyn.program import formulate, lower
 
     outputs = ("inverse_dynamics",) if what.startswith("inverse dynamics") else OUTPUTS
-    batch = "plain" not in what
-    emit(lower(formulate(chain(1), ("inverse_dynamics",))), "c", batch=batch)  # imports and templates
+    option = "" if "plain" in what else "batch"
+    emit(lower(formulate(chain(1), ("inverse_dynamics",))), "c", option=option)  # imports and templates
     start = time.perf_counter()
-    sources = emit(lower(formulate(case.scene, outputs)), "c", batch=batch)
+    sources = emit(lower(formulate(case.scene, outputs)), "c", option=option)
     if what.endswith("C"):
         return time.perf_counter() - start
     with tempfile.TemporaryDirectory() as folder:

@@ -72,11 +72,15 @@ class BuildError(SymdynError):
     """A compiler that is missing or that refused; carries the compiler's own words."""
 
 
-class MissingCompiler(BuildError):  # noqa: N818  what is missing, not what went wrong
+class MissingProgram(BuildError):  # noqa: N818  what is missing, not what went wrong
+    """What would run the code is not on this machine."""
+
+
+class MissingCompiler(MissingProgram):
     """There is no C compiler on this machine, or no folder that it may write to."""
 
 
-class MissingNode(BuildError):  # noqa: N818
+class MissingNode(MissingProgram):
     """There is no Node.js on this machine."""
 
 

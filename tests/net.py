@@ -19,7 +19,7 @@ from pathlib import Path
 
 from symdyn import read
 from symdyn.dynamics import available
-from symdyn.emit import emit
+from symdyn.emit import TARGETS, emit
 from symdyn.errors import SymdynError
 from symdyn.program import Program, at_rest, formulate, lower, prepare
 
@@ -28,7 +28,6 @@ NET = ROOT / "tests" / "data" / "net.txt"
 EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.toml"))
 FORMULATIONS = ("-", "rnea", "crba", "aba", "lagrange")
 REACTIONS = ("reactions", "forward_reactions")
-TARGETS = ("numpy", "c", "ufunc", "js")
 DIGITS = 12
 SHOWN = 6
 
@@ -51,12 +50,12 @@ def lines(example: str) -> Iterator[str]:
 
 def _files(programs: Mapping[str, Program]) -> Iterator[tuple[str, str, str]]:
     """Yield way, target, and the files of a mechanism's programs."""
-    ways = [(way, program, "double", False) for way, program in programs.items()]
-    ways += [("float", programs["plain"], "float", False), ("batch", programs["plain"], "double", True)]
-    for way, program, real, batch in ways:
+    ways = [(way, program, "double", "") for way, program in programs.items()]
+    ways += [("float", programs["plain"], "float", ""), ("batch", programs["plain"], "double", "batch")]
+    for way, program, real, option in ways:
         for target in TARGETS:
             try:
-                files = emit(program, target, real, batch=batch).items()
+                files = emit(program, target, real, option=option).items()
                 yield way, target, " ".join(f"{name}:{_hash(text)}" for name, text in files)
             except SymdynError as refusal:
                 yield way, target, f"refused:{_hash(str(refusal))}"

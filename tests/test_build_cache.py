@@ -37,7 +37,8 @@ except BuildError:
     pytest.skip("no C compiler", allow_module_level=True)
 
 ARMS = {
-    m1: emit(lower(formulate(bind(read(ARM), {"m1": m1}), ("inverse_dynamics",))), "c", batch=True) for m1 in ("1", "2")
+    m1: emit(lower(formulate(bind(read(ARM), {"m1": m1}), ("inverse_dynamics",))), "c", option="batch")
+    for m1 in ("1", "2")
 }
 STATE = ([0.3, 0.5], [1.0, -2.0], [0.7, 1.1], [1.0, 1.0, 1.0, 9.81])
 TORQUE = {"1": "[18.229326, 9.930997]", "2": "[21.828379, 9.930997]"}

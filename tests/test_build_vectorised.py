@@ -70,7 +70,7 @@ def test_every_batch_loop_is_vectorised(arm, compiler, machine, real, tmp_path):
     if not on_this_family(compiler):
         pytest.skip(f"no {compiler} for x86-64")
     flags, width = MACHINES[machine]
-    source, _ = write(emit(arm, "c", real, batch=True), tmp_path)
+    source, _ = write(emit(arm, "c", real, option="batch"), tmp_path)
     asked = loops(source.read_text())
     found = vectorised(compiler, flags, source)
 
@@ -84,7 +84,7 @@ def test_calls_of_the_library_leave_the_other_loops_vectorised(tmp_path):
     q = [g.symbol(f"q{i}") for i in range(4)]
     slope = g.function(Op.TANH, q[0] * q[1])
     entries = [slope + g.sqrt(1 + q[2] * q[2]) * g.sin(q[3] + k * slope) / (2 + slope) for k in range(4)]
-    source, _ = write(emit(lower(one(entries, q)), "c", batch=True), tmp_path)
+    source, _ = write(emit(lower(one(entries, q)), "c", option="batch"), tmp_path)
     text = source.read_text()
     assert any("tanh(" in part and "#pragma" not in part.split("\n}")[0] for part in text.split("_pass"))
     assert missed(text, vectorised("gcc", MACHINES["avx2"][0], source), 32) == []
@@ -92,7 +92,7 @@ def test_calls_of_the_library_leave_the_other_loops_vectorised(tmp_path):
 
 @pytest.mark.skipif(not on_this_family("gcc"), reason="no gcc for x86-64")
 def test_the_report_tells_when_a_loop_is_not_vectorised(arm, tmp_path):
-    source, _ = write(emit(arm, "c", batch=True), tmp_path)
+    source, _ = write(emit(arm, "c", option="batch"), tmp_path)
     text = source.read_text()
     source.write_text(text.replace("n[j] = shifted[j]", "n[j] = sin(a[j]) * shifted[j]", 1))
     assert missed(text, vectorised("gcc", MACHINES["avx2"][0], source), 32) == [loops(text)[1]]

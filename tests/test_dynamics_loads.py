@@ -393,7 +393,7 @@ def test_the_ufunc_takes_time_without_a_dimension():
 def test_c_takes_time_by_value_and_its_batches_by_address(real):
     one = pendulum(loads=(Load("w", TIP, vec("F*cos(3*t)", 0, "F*sin(t)")),))
     program = lower(formulate(one, ("inverse_dynamics",)))
-    header = dict(emit(program, "c", real, batch=True).files)["pendulum.h"]
+    header = dict(emit(program, "c", real, option="batch").files)["pendulum.h"]
 
     assert f"const {real} *qdd, {real} t, const {real} *params, {real} *out);" in header
     assert header.count(f"const {real} *qdd, const {real} *t, const {real} *params") == 2

@@ -160,7 +160,7 @@ int main(void)
 
 @pytest.mark.parametrize("flags", [["-march=native"], []])
 def test_no_floating_point_flag_is_raised_that_the_numbers_do_not_deserve(flags, tmp_path):
-    source, _ = write(emit(lower(sine_and_cosine()), "c", batch=True), tmp_path)
+    source, _ = write(emit(lower(sine_and_cosine()), "c", option="batch"), tmp_path)
     (tmp_path / "main.c").write_text(FLAGS_PROGRAM)
     command = [GCC, "-O3", "-fopenmp-simd", *flags, "main.c", source.name, "-o", "main", "-lm"]
     subprocess.run(command, cwd=tmp_path, check=True)
@@ -254,7 +254,7 @@ def test_long_functions_in_parts_agree_with_fifty_digits(joints):
     program = lower(derive(chain(joints), ("inverse_dynamics",)))
     plain = emit(program, "c")
     assert "_part2(" in plain[f"chain{joints}.c"] or joints < 60
-    assert "_part2(" in emit(program, "c", batch=True)[f"chain{joints}.c"] or joints < 60
+    assert "_part2(" in emit(program, "c", option="batch")[f"chain{joints}.c"] or joints < 60
     built = build(program)
     assert all(
         one.passed for one in measure(program, {"c": built, "rows": Rows(built), "plain": build(plain)}, states=3)
@@ -334,20 +334,20 @@ def test_batches_are_as_accurate_as_the_yardstick_allows(turns, monkeypatch):
 @pytest.mark.parametrize("equations", [every_op, lambda: derive(random_tree(2, 4), ("inverse_dynamics", "k_C"))])
 @pytest.mark.parametrize("extra", [[], ["-fopenmp-simd"]])
 def test_batch_code_is_clean_c99(equations, extra, real, tmp_path):
-    source, _ = write(emit(lower(equations()), "c", real, batch=True), tmp_path)
+    source, _ = write(emit(lower(equations()), "c", real, option="batch"), tmp_path)
     ran = subprocess.run([GCC, *LINT, *extra, source.name], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert ran.stderr == ""
 
 
 def test_long_batch_code_is_clean_c99(tmp_path):
-    source, _ = write(emit(lower(derive(chain(80), ("inverse_dynamics",))), "c", batch=True), tmp_path)
+    source, _ = write(emit(lower(derive(chain(80), ("inverse_dynamics",))), "c", option="batch"), tmp_path)
     ran = subprocess.run([GCC, *LINT, source.name], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert ran.stderr == ""
 
 
 def test_without_batch_the_text_is_what_it_was():
     program = lower(every_op())
-    plain, many = emit(program, "c", command="x"), emit(program, "c", command="x", batch=True)
+    plain, many = emit(program, "c", command="x"), emit(program, "c", command="x", option="batch")
     assert "_batch" not in "".join(plain.values())
     assert "sincos" not in plain["every_op.c"][plain["every_op.c"].index("#include") :]
     assert "void every_op_matrix_rows(size_t n, const double *q" in many["every_op.h"]
@@ -358,7 +358,7 @@ def test_a_function_called_as_batch_code_of_another_is_refused():
     q = g.symbol("q1")
     named = [function(name, [argument("q", [q])], (1,), [q]) for name in ("f", "f_rows")]
     with pytest.raises(EmitError, match="function f_rows would be called as batch code of f is; rename it"):
-        emit(lower(Equations(Scene("hand"), g, tuple(named))), "c", batch=True)
+        emit(lower(Equations(Scene("hand"), g, tuple(named))), "c", option="batch")
 
 
 def test_library_calls_stand_in_loops_of_their_own():
@@ -412,4 +412,4 @@ def test_a_fault_in_a_thread_is_raised():
 def test_scene_names_open_the_names_of_batch_functions():
     equations = every_op()
     renamed = Equations(replace(equations.scene, name="math"), equations.graph, equations.functions)
-    assert "void math__scalar_batch(size_t n" in emit(lower(renamed), "c", batch=True)["math_.h"]
+    assert "void math__scalar_batch(size_t n" in emit(lower(renamed), "c", option="batch")["math_.h"]

@@ -63,7 +63,7 @@ TRAPPED = """
 
 def test_no_trap_is_sprung_by_nan_zeros_and_tiny_numbers(tmp_path: Path) -> None:
     program = lower(formulate(rubbing(), ("inverse_dynamics",)))
-    sources = emit(program, "c", batch=True)
+    sources = emit(program, "c", option="batch")
     write(sources, tmp_path)
     (tmp_path / "main.c").write_text(textwrap.dedent(TRAPPED))
     compiler = find_compiler()
@@ -99,7 +99,7 @@ def test_every_file_says_so() -> None:
     for text in (
         emit(program)["rubbing.py"],
         emit(program, "c")["rubbing.h"],
-        emit(program, "c", batch=True)["rubbing.h"],
+        emit(program, "c", option="batch")["rubbing.h"],
     ):
         assert PROMISE in " ".join(text.replace(" * ", " ").split())
 

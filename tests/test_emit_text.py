@@ -14,7 +14,6 @@ from symdyn.algebra.numeric import Batches
 from symdyn.emit.names import function_names, stem
 from symdyn.emit.python import NUMPY
 from symdyn.emit.real import REALS, digits, nearest
-from symdyn.emit.spelling import Printer
 from symdyn.errors import EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate
 
@@ -38,7 +37,7 @@ def random_formula(seed: int, size: int = 25) -> tuple[Graph, Expr, dict[Expr, s
 def test_printed_formulas_are_evaluated_in_the_order_of_the_graph(seed):
     _, node, names = random_formula(seed)
     known = {n: n.value for n in node.graph.nodes if n.op is Op.CONSTANT}
-    text = Printer(NUMPY, lambda value: digits(value, DOUBLE)).code(node, names, known)
+    text = NUMPY.printer(DOUBLE).code(node, names, known)
     assert "--" not in text
     values = {name: numpy.float64(x) for name, x in zip("abc", (0.7, -1.3, 2.9), strict=True)}
     with numpy.errstate(all="ignore"):

@@ -141,7 +141,7 @@ def test_the_rounding_is_the_same(plain, prepared):
 def ways(program: Program, batch: bool = True) -> dict[str, object]:
     return {
         "numpy": run_python(emit(program)),
-        "c": build(emit(program, "c", batch=batch)),
+        "c": build(emit(program, "c", option="batch" if batch else "")),
         "ufunc": build_extension(emit(program, "ufunc"))[1],
     }
 
@@ -205,10 +205,10 @@ def test_a_wrong_length_is_a_value_error_in_words_of_the_target(more, modules):
 
 
 def test_one_set_for_all_states_is_prepared_and_many_sets_are_states_of_prepare(prepared):
-    header = emit(prepared, "c", batch=True)["two_link.h"]
+    header = emit(prepared, "c", option="batch")["two_link.h"]
     assert "prepared is one set for all states." in header
     assert "In prepare_batch and prepare_rows the sets of params are the states." in header
-    source = emit(prepared, "c", batch=True)["two_link.c"]
+    source = emit(prepared, "c", option="batch")["two_link.c"]
     assert "two_link_prepare(params + k * 5, out + k * " in source
     assert "mass_matrix_block" in source
     assert "prepare_block" not in source  # loops over all parameters and all results at once compile for minutes

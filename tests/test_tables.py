@@ -12,9 +12,7 @@ from symdyn.algebra.numeric import Batches, Floats
 from symdyn.algebra.running_error import SLOPES
 from symdyn.draw.symbols import SYMBOLS
 from symdyn.dynamics.cost import CATEGORY
-from symdyn.emit.c import spellings
-from symdyn.emit.javascript import JAVASCRIPT
-from symdyn.emit.python import NUMPY
+from symdyn.emit import TARGETS
 from symdyn.emit.real import REALS
 from symdyn.emit.spelling import Spelling
 from symdyn.graph import ARITY, FUNCTIONS, Op
@@ -31,7 +29,6 @@ NUMERIC = {
     "mp": BigFloats().functions,
     "arb": FUNCTIONS_OF_BALLS,
 }
-TARGETS = {"numpy": NUMPY, "js": JAVASCRIPT, **{f"c {name}": spellings(real) for name, real in REALS.items()}}
 
 
 def test_every_operation_has_an_arity_and_a_cost():
@@ -56,9 +53,9 @@ def test_every_function_has_a_value_in_every_numeric_algebra(table):
     assert set(table) == FUNCTIONS
 
 
-@pytest.mark.parametrize("target", TARGETS)
-def test_every_operation_has_a_spelling_with_one_place_an_operand(target):
-    table = TARGETS[target]
+@pytest.mark.parametrize(("target", "real"), [(name, real) for name, row in TARGETS.items() for real in row.reals])
+def test_every_operation_has_a_spelling_with_one_place_an_operand(target, real):
+    table = TARGETS[target].printer(REALS[real]).spellings
     assert set(table) == set(Op)
     for op, spelling in table.items():
         assert isinstance(spelling, Spelling)

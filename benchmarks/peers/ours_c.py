@@ -37,8 +37,8 @@ def library(case: Case, output: str) -> ctypes.CDLL:
     """Return the compiled code of one output."""
     program = case.programs[output]
     counts = program.routines[0].counts
-    batch = counts.multiplications + counts.additions <= LONG
-    sources = emit(program, "c", batch=batch)
+    option = "batch" if counts.multiplications + counts.additions <= LONG else ""
+    sources = emit(program, "c", option=option)
     header, text = sources.files[1], sources.files[0][1]
     joined = text.replace(f'#include "{header[0]}"', header[1])
     return ctypes.CDLL(str(compiled(joined, flags())))

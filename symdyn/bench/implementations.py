@@ -17,9 +17,12 @@ from symdyn.build import build, run_python
 from symdyn.build.extension import build_extension
 from symdyn.dynamics import Equations
 from symdyn.emit import Sources, emit
-from symdyn.emit.names import function_names, stem
+from symdyn.emit.c import BATCH, C
+from symdyn.emit.names import stem
+from symdyn.emit.python import NUMPY
 from symdyn.emit.real import REALS
 from symdyn.emit.render import render
+from symdyn.emit.ufunc import UFUNC
 from symdyn.errors import MissingCompiler
 from symdyn.program import Program, Routine, lower
 from symdyn.program.assemble import shared
@@ -111,9 +114,9 @@ def implementations(
 def _numpy(program: Program, real: str, derived: float) -> Iterator[Implementation]:
     (routine,) = program.routines
     start = time.perf_counter()
-    sources = emit(program, "numpy", real)
+    sources = emit(program, NUMPY.name, real)
     generate = derived + time.perf_counter() - start
-    call = getattr(run_python(sources), function_names([routine.function.name])[0])
+    call = getattr(run_python(sources), sources.functions[0])
     for way, single in (("NumPy module, one state", True), ("NumPy module, many states", False)):
         yield Implementation(routine, way, real, "", generate, None, _python(routine, call, real), single)
 
@@ -121,7 +124,7 @@ def _numpy(program: Program, real: str, derived: float) -> Iterator[Implementati
 def _ufunc(program: Program, reals: Sequence[str], machine: str, derived: float) -> Iterator[Implementation]:
     (routine,) = program.routines
     start = time.perf_counter()
-    sources = emit(program, "ufunc")
+    sources = emit(program, UFUNC.name)
     generate = derived + time.perf_counter() - start
     start = time.perf_counter()
     try:
@@ -129,7 +132,7 @@ def _ufunc(program: Program, reals: Sequence[str], machine: str, derived: float)
     except MissingCompiler:  # there is one, but no headers of Python; the report says so
         return
     compiled = time.perf_counter() - start
-    call = getattr(module, function_names([routine.function.name])[0], None)
+    call = getattr(module, sources.functions[0], None)
     for real in reals if call is not None else ():
         for way, single in (("ufunc, one state", True), ("ufunc, many states", False)):
             prepare = _python(routine, call, real)
@@ -162,7 +165,7 @@ def _c(program: Program, real: str, machine: str, derived: float) -> Iterator[Im
     """Yield what a file with batch code has: its scalar function, and its entries for many states."""
     (routine,) = program.routines
     start = time.perf_counter()
-    sources = emit(program, "c", real, batch=True)
+    sources = emit(program, C.name, real, option=BATCH)
     generate = derived + time.perf_counter() - start
     library, compiled = _compiled(_with_loop(sources, routine), machine)
     for entry, way in ENTRIES.items():
@@ -175,7 +178,7 @@ def _plain(program: Program, real: str, machine: str, derived: float) -> Iterato
     """Yield the scalar function of a file without batch code, whose sines are those of the C library."""
     (routine,) = program.routines
     start = time.perf_counter()
-    sources = emit(program, "c", real)
+    sources = emit(program, C.name, real)
     generate = derived + time.perf_counter() - start
     library, compiled = _compiled(_with_loop(sources, routine), machine)
     prepare = _addressed(routine, _bound(library, sources, routine, "each"), real, columns=False)
@@ -197,7 +200,7 @@ def _with_loop(sources: Sources, routine: Routine) -> Sources:
         return name if name == common else f"{name}[k]" if scalar else f"{name} + k * {length}"
 
     values = {
-        "name": f"{stem(sources.program.scene.name)}_{function_names([function.name])[0]}",
+        "name": f"{stem(sources.program.scene.name)}_{sources.functions[0]}",
         "real": REALS[sources.real].name,
         "size": len(function.entries),
         "arguments": [
@@ -205,14 +208,12 @@ def _with_loop(sources: Sources, routine: Routine) -> Sources:
             for a in function.arguments
         ],
     }
-    (file, text), *others = sources.files
-    more = "" if "<stddef.h>" in dict(others).get(f"{Path(file).stem}.h", "") else "#include <stddef.h>\n"
-    return replace(sources, files=((file, more + text + render("bench/each.c.jinja", values)), *others))
+    (file, text), *others = sources.texts.items()
+    return replace(sources, files=((file, text + render("bench/each.c.jinja", values)), *others))
 
 
 def _bound(library: ctypes.CDLL, sources: Sources, routine: Routine, entry: str) -> Any:
-    (name,) = function_names([routine.function.name])
-    call = getattr(library, f"{stem(sources.program.scene.name)}_{name}_{entry}")
+    call = getattr(library, f"{stem(sources.program.scene.name)}_{sources.functions[0]}_{entry}")
     call.argtypes = [ctypes.c_size_t, *[ctypes.c_void_p] * (len(routine.function.arguments) + 1)]
     call.restype = None
     return call

@@ -14,9 +14,10 @@ import numpy as np
 
 from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.library import Kind, load
+from symdyn.build.words import check_target
 from symdyn.emit import Sources
-from symdyn.emit.ufunc import module_name
-from symdyn.errors import BuildError, MissingCompiler
+from symdyn.emit.ufunc import LEAN, UFUNC
+from symdyn.errors import MissingCompiler
 
 INCLUDE = Path(sysconfig.get_path("include"))
 """Where Python's headers are; asked once, since several threads that ask first at a time get half an answer."""
@@ -27,31 +28,30 @@ def build_extension(
     compiler: str | None = None,
     patience: float = PATIENCE,
     machine: str = "native",
-    lean: bool = False,
 ) -> tuple[Path, ModuleType]:
     """Return the extension module of sources that `emit(program, "ufunc")` made, and its file.
+
+    That it is compiled soon is worth more to lean ones than the last tenth of speed: -O1 in place of -O3.
 
     Args:
         sources: of target "ufunc".
         compiler: as for `symdyn.build.build`.
         patience: likewise.
         machine: likewise.
-        lean: whether to be compiled soon is worth more than the last tenth of speed: -O1 in place of -O3.
 
     Raises:
         BuildError: sources of another target, no headers of Python, no compiler, or its own words when it refuses.
     """
-    if sources.target != "ufunc":
-        raise BuildError(f"sources of target {sources.target!r} are no extension; give emit(program, 'ufunc')")
-    name = module_name(sources.program.scene.name)
+    check_target(sources, UFUNC)
+    name = Path(sources.files[0][0]).stem
     suffix = EXTENSION_SUFFIXES[0]
     abi = (sys.version, suffix, np.__version__)
-    level = ("-O1",) if lean else ()  # of several levels compilers take the last
+    level = ("-O1",) if sources.option == LEAN else ()  # of several levels compilers take the last
     words = ("-I", python_headers(), "-I", np.get_include(), *level)
     if sys.platform == "darwin":
         words += ("-undefined", "dynamic_lookup")
     path, module = load(
-        sources,
+        sources.texts,
         find_compiler(compiler, machine),
         patience,
         Kind(suffix, words, abi, partial(_imported, name)),

@@ -8,14 +8,12 @@ from functools import partial
 from os import PathLike
 from typing import Any
 
-from symdyn.build.door import SLOWER, run_python
 from symdyn.build.extension import build_extension
-from symdyn.build.words import warn_once
+from symdyn.build.runners import run_or_python
 from symdyn.dynamics import Closing
 from symdyn.dynamics.derive import CUBIC, available
 from symdyn.emit import emit
-from symdyn.emit.names import function_names
-from symdyn.errors import MissingCompiler
+from symdyn.emit.ufunc import LEAN, UFUNC
 from symdyn.program import Program, Routine, formulate, identifier, lower
 from symdyn.program import prepare as prepare_program
 from symdyn.program.prepare import is_prepared
@@ -145,18 +143,9 @@ def is_usual(name: str) -> bool:
 def load_program(
     program: Program, compiler: str | None = None, machine: str = "native", lean: bool = False
 ) -> tuple[dict[str, Callable[..., Any]], bool]:
-    """Return the functions of a program by name, and whether they are compiled; see `load`, and for `lean` `emit`."""
-    names = function_names([routine.function.name for routine in program.routines])
-    try:
-        module = build_extension(emit(program, "ufunc", lean=lean), compiler, machine=machine, lean=lean)[1]
-    except MissingCompiler as fault:
-        warn_once(f"{fault}\n{SLOWER}")
-        plain = run_python(emit(program, "numpy"))
-        return {name: getattr(plain, name) for name in names}, False
-    if not all(hasattr(module, name) for name in names):  # a result without entries has no ufunc
-        plain = run_python(emit(program, "numpy"))
-        return {name: getattr(module, name, getattr(plain, name)) for name in names}, True
-    return {name: getattr(module, name) for name in names}, True
+    """Return the functions of a program by name, and whether they are compiled; see `load`, and for `lean` `UFUNC`."""
+    sources = emit(program, UFUNC.name, option=LEAN if lean else "")
+    return run_or_python(sources, lambda given: build_extension(given, compiler, machine=machine)[1])
 
 
 def _signature(name: str, routine: Routine) -> str:

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.build.words import check_target
 from symdyn.dynamics import Function
 from symdyn.emit import Sources
-from symdyn.emit.names import function_names
+from symdyn.emit.javascript import JS
 from symdyn.emit.render import render
 from symdyn.errors import BuildError, MissingNode
 
@@ -66,12 +67,10 @@ def run_js(sources: Sources) -> NodeModule:
         BuildError: sources of another target, or Node.js's own words where it refuses them.
         MissingNode: there is no Node.js.
     """
-    if sources.target != "js":
-        raise BuildError(f"sources of target {sources.target!r} are no JavaScript; give emit(program, 'js')")
-    process = _Process(find_node(), sources.files[0][1])
-    functions = [routine.function for routine in sources.program.routines]
-    names = function_names([function.name for function in functions])
-    calls = {name: _call(process, name, function) for name, function in zip(names, functions, strict=True)}
+    check_target(sources, JS)
+    process = _Process(find_node(), next(iter(sources.texts.values())))
+    named = zip(sources.functions, sources.program.routines, strict=True)
+    calls = {name: _call(process, name, routine.function) for name, routine in named}
     return NodeModule(sources.program.scene.name, calls)
 
 

@@ -1,11 +1,19 @@
-"""What this room says beside its results: warnings of Python, which the command line prints as talk."""
+"""What this room says beside its results: warnings of Python, printed as talk, and a refusal."""
 
 from __future__ import annotations
 
 import warnings
 from functools import cache
 
-from symdyn.errors import SymdynWarning
+from symdyn.emit import Sources, Target
+from symdyn.errors import BuildError, SymdynWarning
+
+
+def check_target(sources: Sources, target: Target) -> None:
+    """Raise BuildError for sources of another target."""
+    if sources.target != target.name:
+        way_out = f"give emit(program, {target.name!r})"
+        raise BuildError(f"sources of target {sources.target!r} are not of target {target.name!r}; {way_out}")
 
 
 @cache

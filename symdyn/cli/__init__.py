@@ -45,7 +45,28 @@ VERBS = (
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose messages are printable, whatever an argument holds."""
+    """A parser whose messages are printable, whatever an argument holds.
+
+    Where what it takes stands in a table that is slow to import, `add_options` adds it once the verb is chosen.
+    """
+
+    def __init__(
+        self, *words: Any, add_options: Callable[[argparse.ArgumentParser], None] | None = None, **named: Any
+    ) -> None:
+        super().__init__(*words, **named)
+        self._add_options = add_options
+
+    def complete(self) -> Parser:
+        """Return this parser with all that it takes."""
+        if self._add_options is not None:
+            self._add_options(self)
+            self._add_options = None
+        return self
+
+    def parse_known_args(self, *words: Any, **named: Any) -> Any:
+        """Parse, knowing all that is taken."""
+        self.complete()
+        return super().parse_known_args(*words, **named)
 
     def error(self, message: str) -> NoReturn:
         """Print usage and message, and exit with 2."""

@@ -1,4 +1,4 @@
-"""`symdyn generate SCENE`: a NumPy module, C, JavaScript, or the source of a Python extension for its functions."""
+"""`symdyn generate SCENE`: its functions as files of a target, such as a NumPy module or C."""
 
 from __future__ import annotations
 
@@ -23,24 +23,31 @@ if TYPE_CHECKING:
 
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the verb."""
-    verb = verbs.add_parser("generate", help="write a NumPy module, C or JavaScript", description=__doc__)
+    words = "write a NumPy module, C or JavaScript"
+    verb = verbs.add_parser("generate", help=words, description=__doc__, add_options=_add_options)
+    verb.set_defaults(run=run)
+
+
+def _add_options(verb: argparse.ArgumentParser) -> None:
+    """Add what the verb takes; targets say what they are and what can be asked of them."""
+    from symdyn.emit import TARGETS
+    from symdyn.emit.real import REALS
+
+    first, *_ = TARGETS
     add_reading_options(verb)
-    verb.add_argument(
-        "--target",
-        choices=("numpy", "c", "ufunc", "js"),
-        default="numpy",
-        help="a NumPy module (default), C, C for a Python extension of NumPy ufuncs, which says how to build it, or "
-        "JavaScript",
-    )
+    known = "; ".join(f"{name}: {target.text}" for name, target in TARGETS.items())
+    verb.add_argument("--target", choices=tuple(TARGETS), default=first, help=f"{known} (default: {first})")
     verb.add_argument("--functions", metavar="LIST", help="comma-separated, e.g. inverse_dynamics,pose:tool")
-    verb.add_argument("--real", choices=("double", "float"), default="double", help="number type (default: double)")
-    verb.add_argument("--batch", action="store_true", help="C: functions over many states too, fit for vector code")
+    verb.add_argument("--real", choices=tuple(REALS), default="double", help="number type (default: double)")
+    group = verb.add_mutually_exclusive_group()
+    for name in dict.fromkeys(name for target in TARGETS.values() for name in target.options):
+        does = "; ".join(f"{t.title}: {t.options[name]}" for t in TARGETS.values() if name in t.options)
+        group.add_argument(f"--{name}", dest="option", action="store_const", const=name, default="", help=does)
     add_formulation(verb)
     add_closing(verb)
     add_prepare(verb)
     verb.add_argument("--static", action="store_true", help="at rest: every velocity is zero and no argument")
     verb.add_argument("-o", "--output", metavar="DIR", default=".", help="folder to write to (default: here)")
-    verb.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -67,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
             if not is_prepared(program):
                 say(f"symdyn: {scene.name}: nothing to prepare, no function has a free parameter")
         progress("printing")
-        sources = emit(program, options.target, options.real, command(options), options.batch)
+        sources = emit(program, options.target, options.real, command(options), options.option)
     print_paths(*write(sources, options.output))
     return 0
 
@@ -91,7 +98,7 @@ def command(options: argparse.Namespace) -> str:
     words = ["symdyn", "generate", *reading_words(options), "--target", options.target]
     words += ["--functions", options.functions.replace(" ", "")] if options.functions else []
     words += ["--real", options.real] if options.real != "double" else []
-    words += ["--batch"] if options.batch else []
+    words += [f"--{options.option}"] if options.option else []
     words += ["--formulation", options.formulation] if options.formulation else []
     words += closing_words(options)
     words += ["--prepare"] if options.prepare else []

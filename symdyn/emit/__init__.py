@@ -3,5 +3,6 @@
 from symdyn.emit.door import TARGETS, emit
 from symdyn.emit.files import write
 from symdyn.emit.sources import Sources
+from symdyn.emit.target import Target
 
-__all__ = ["TARGETS", "Sources", "emit", "write"]
+__all__ = ["TARGETS", "Sources", "Target", "emit", "write"]

@@ -75,6 +75,7 @@ class BatchText:
         single: at most so many states are not worth a block.
         columns, block, row, state: what is handed on: where block k starts among columns, in a block of our own, where
             state k stands among rows, in a state of our own.
+        sincos: whether it takes sines and cosines by a routine of our own.
     """
 
     function: FunctionText
@@ -94,11 +95,7 @@ class BatchText:
     block: str
     row: str
     state: str
-
-    @property
-    def sincos(self) -> bool:
-        """Whether it takes sines and cosines by a routine of our own."""
-        return bool(self.scalar) or any("sincos_row" in call for call in self.calls)
+    sincos: bool
 
 
 def batches(program: Program, page: Page, printer: Printer, real: Real) -> tuple[BatchText, ...]:
@@ -189,6 +186,7 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
         scalar = writer.scalar_calls(_by_address(text), together=True)
     else:
         scalar = writer.scalar() if len(made.stages) - len(loops) >= FEW else ()
+    rowwise = lanes > 0 and any(isinstance(stage, SineCosine) for stage in made.stages)
     return BatchText(
         function=text,
         states=tuple(states),
@@ -207,6 +205,7 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
         block=_handed(text, {a.name: f"b + {row * lanes}" for a, row in states}),
         row=_handed(text, {a.name: f"{a.name}[k]" if a.scalar else f"{a.name} + k * {a.length}" for a, _ in states}),
         state=_handed(text, {a.name: f"b[{row}]" if a.scalar else f"b + {row}" for a, row in states}),
+        sincos=bool(scalar) or rowwise,
     )
 
 

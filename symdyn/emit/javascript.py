@@ -11,16 +11,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 
-from symdyn.emit.names import stem
-from symdyn.emit.page import compose
-from symdyn.emit.real import Real, digits
+from symdyn.emit.escape import in_comment
+from symdyn.emit.real import digits
 from symdyn.emit.render import render
 from symdyn.emit.spelling import OPERATORS, Printer, Spelling, call
-from symdyn.errors import EmitError
+from symdyn.emit.target import Draft, Target
 from symdyn.graph import Op
-from symdyn.program import Program
 
-JAVASCRIPT: Mapping[Op, Spelling] = {
+SPELLINGS: Mapping[Op, Spelling] = {
     **OPERATORS,
     Op.SIN: call("Math.sin"),
     Op.COS: call("Math.cos"),
@@ -33,24 +31,34 @@ JAVASCRIPT: Mapping[Op, Spelling] = {
     Op.ATAN2: call("Math.atan2", 2),
 }
 
+KEYWORDS = """arguments await break case catch class const continue debugger default delete do else enum eval export
+extends false finally for function if implements import in instanceof interface let new null package private protected
+public return static super switch this throw true try typeof var void while with yield
+Array ArrayBuffer Float64Array Math RangeError TypeError globalThis out"""
+"""Reserved words, and what the module itself calls by its name."""
 
-def emit_js(program: Program, real: Real, command: str) -> tuple[tuple[str, str], ...]:
-    """Return the ES module and the plain script, by name; the module comes first.
 
-    Raises:
-        EmitError: a real type other than double, the only one that JavaScript computes in.
-    """
-    if real.name != "double":
-        raise EmitError(f"real type {real.name!r}: JavaScript computes in doubles; leave it out")
-    page = compose(program, Printer(JAVASCRIPT, partial(digits, real=real)), command)
-    name = stem(program.scene.name)
+def _write(draft: Draft) -> dict[str, str]:
+    """Return the ES module and the plain script."""
     values = {
-        "page": page,
-        "about": render("common/about.txt.jinja", {"page": page}).rstrip("\n"),
-        "name": name,
-        "scalars": any(function.scalars for function in page.functions),
+        "page": draft.page,
+        "about": draft.about,
+        "name": draft.stem,
+        "scalars": any(function.scalars for function in draft.page.functions),
     }
-    return tuple(
-        (f"{name}.{ending}", render("js/module.js.jinja", {**values, "script": ending == "js"}))
-        for ending in ("mjs", "js")
-    )
+    return {ending: render("js/module.js.jinja", {**values, "script": ending == ".js"}) for ending in (".mjs", ".js")}
+
+
+JS = Target(
+    name="js",
+    title="JavaScript",
+    text="JavaScript, which computes in doubles, one state a call",
+    reals=("double",),
+    options={},
+    endings={".mjs": str, ".js": str},
+    first=0,
+    keywords=frozenset(KEYWORDS.split()),
+    printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),
+    comment=in_comment,
+    write=_write,
+)

@@ -1,11 +1,11 @@
-"""Names in generated code: legal in every target, and never taken already."""
+"""Names in generated code: legal where they stand, and never taken already."""
 
 from __future__ import annotations
 
 import keyword
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from symdyn.errors import EmitError
 from symdyn.program import identifier
@@ -39,8 +39,8 @@ def is_device(name: str) -> bool:
     return DEVICES.match(name) is not None
 
 
-def function_names(names: Sequence[str]) -> list[str]:
-    """Return legal names for functions, in order.
+def function_names(names: Sequence[str], keywords: Collection[str] = ()) -> list[str]:
+    """Return legal names for functions, in order; one of the target's keywords gets an underscore.
 
     Raises:
         EmitError: two of them become one.
@@ -48,6 +48,7 @@ def function_names(names: Sequence[str]) -> list[str]:
     legal: dict[str, str] = {}
     for name in names:
         plain = identifier(name)
+        plain = f"{plain}_" if plain in keywords else plain
         if plain in legal:
             raise EmitError(f"functions {legal[plain]} and {name} would both be called {plain}; rename one of them")
         legal[plain] = name

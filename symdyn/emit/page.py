@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from symdyn.dynamics.equations import Argument
 from symdyn.emit.names import function_names
 from symdyn.emit.spelling import Printer
+from symdyn.graph import Op, reachable
 from symdyn.program import Program, Routine
 from symdyn.program.assemble import PARAMS
 
@@ -50,11 +51,13 @@ class FunctionText:
         name, text, result, units, formulation: as in `symdyn.dynamics.equations.Function`.
         arguments: in calling order.
         shape: of the result.
-        inputs: (local name, argument, place) of every entry that is read.
+        inputs: (local name, argument, index) of every entry that is read.
         steps: intermediate results.
         outputs: one line an entry of the result, the target being its subscript.
         unused: arguments that are not read.
         counts: operations of one call, in words.
+        operations: what is written out, at run time.
+        first: index of the first entry of an array.
     """
 
     name: str
@@ -69,6 +72,8 @@ class FunctionText:
     outputs: tuple[Line, ...]
     unused: tuple[str, ...]
     counts: str
+    operations: frozenset[Op]
+    first: int
 
     @property
     def scalars(self) -> tuple[str, ...]:
@@ -82,7 +87,8 @@ class FunctionText:
         for argument in self.arguments:
             places = sorted(place for _, name, place in self.inputs if name == argument.name)
             whole = argument.scalar or len(places) == argument.length
-            needed += [argument.name if whole else f"{argument.name}[{part}]" for part in _ranges(places) if places]
+            parts = _ranges(places, self.first)
+            needed += [argument.name if whole else f"{argument.name}[{part}]" for part in parts]
             needed = list(dict.fromkeys(needed))
         if not needed:
             return ""
@@ -100,6 +106,7 @@ class Page:
         functions: in the order of the program.
         arguments: every argument of any function, once.
         parameters: (name, unit, description) of the free parameters, in the order of `params`.
+        first: index of the first entry of an array.
     """
 
     scene: str
@@ -107,24 +114,25 @@ class Page:
     functions: tuple[FunctionText, ...]
     arguments: tuple[ArgumentText, ...]
     parameters: tuple[tuple[str, str, str], ...]
+    first: int
 
 
-def compose(program: Program, printer: Printer, command: str) -> Page:
-    """Return the page of `program` with its code in the printer's language."""
-    names = function_names([routine.function.name for routine in program.routines])
+def compose(program: Program, printer: Printer, command: str, first: int, keywords: frozenset[str]) -> Page:
+    """Return the page of `program` with its code in the printer's language; as to the rest see `Target`."""
+    names = function_names([routine.function.name for routine in program.routines], keywords)
     functions = tuple(
-        _function(program, routine, name, printer) for routine, name in zip(program.routines, names, strict=True)
+        _function(program, routine, name, printer, first) for routine, name in zip(program.routines, names, strict=True)
     )
     arguments = {argument.name: argument for function in functions for argument in function.arguments}
     free = program.scene.free_parameters if PARAMS in arguments else ()
     parameters = tuple((parameter.name, parameter.unit, parameter.text) for parameter in free)
-    return Page(program.scene.name, command, functions, tuple(arguments.values()), parameters)
+    return Page(program.scene.name, command, functions, tuple(arguments.values()), parameters, first)
 
 
-def _function(program: Program, routine: Routine, name: str, printer: Printer) -> FunctionText:
+def _function(program: Program, routine: Routine, name: str, printer: Printer, first: int) -> FunctionText:
     """Return one routine as text."""
     function, named = routine.function, routine.names
-    places = {symbol: (a.name, i) for a in function.arguments for i, symbol in enumerate(a.symbols)}
+    places = {symbol: (a.name, i) for a in function.arguments for i, symbol in enumerate(a.symbols, first)}
     return FunctionText(
         name=name,
         text=function.text,
@@ -137,22 +145,24 @@ def _function(program: Program, routine: Routine, name: str, printer: Printer) -
         steps=tuple(Line(s.name, printer.definition(s.node, named, program.constants)) for s in routine.steps),
         outputs=tuple(
             Line(", ".join(map(str, index)), printer.code(entry, named, program.constants))
-            for index, entry in zip(_indices(function.shape), function.entries, strict=True)
+            for index, entry in zip(_indices(function.shape, first), function.entries, strict=True)
         ),
         unused=routine.unused,
         counts=str(routine.counts),
+        operations=frozenset(n.op for n in reachable(function.entries) if n not in program.constants),
+        first=first,
     )
 
 
-def _ranges(places: Sequence[int]) -> list[str]:
-    """Return ascending places as single ones and ranges, such as 0, 3:7."""
+def _ranges(places: Sequence[int], first: int) -> list[str]:
+    """Return ascending indices as single ones and ranges, such as 0, 3:7; where arrays begin at 1, an end is inside."""
     parts: list[list[int]] = []
     for place in places:
         if parts and place == parts[-1][-1] + 1:
             parts[-1].append(place)
         else:
             parts.append([place])
-    return [f"{part[0]}:{part[-1] + 1}" if len(part) > 1 else str(part[0]) for part in parts]
+    return [f"{part[0]}:{part[-1] + 1 - first}" if len(part) > 1 else str(part[0]) for part in parts]
 
 
 def _argument(argument: Argument) -> ArgumentText:
@@ -162,9 +172,9 @@ def _argument(argument: Argument) -> ArgumentText:
     return ArgumentText(argument.name, len(argument.symbols), argument.text, phrase, argument.scalar, argument.names)
 
 
-def _indices(shape: tuple[int, ...]) -> Iterable[tuple[int, ...]]:
+def _indices(shape: tuple[int, ...], first: int) -> Iterable[tuple[int, ...]]:
     """Return the subscripts of an array, the last one running fastest."""
     indices: list[tuple[int, ...]] = [()]
     for length in shape:
-        indices = [(*index, place) for index in indices for place in range(length)]
+        indices = [(*index, place) for index in indices for place in range(first, first + length)]
     return indices

@@ -8,69 +8,66 @@ in the cache. Nothing is allocated line by line, and no text is compiled.
 
 from __future__ import annotations
 
-import re
+import keyword
 from collections.abc import Mapping
 from functools import partial
 
-from symdyn.emit.names import stem
-from symdyn.emit.page import FunctionText, compose
-from symdyn.emit.real import Real, digits
+from symdyn.emit.escape import in_docstring
+from symdyn.emit.real import REALS, digits
 from symdyn.emit.render import render
 from symdyn.emit.spelling import OPERATORS, Printer, Spelling, call
-from symdyn.graph import Op
-from symdyn.program import Program
+from symdyn.emit.target import Draft, Target
+from symdyn.graph import ARITY, Op
 
-NUMPY: Mapping[Op, Spelling] = {
+FUNCTIONS: Mapping[Op, tuple[str, str, str]] = {
+    Op.SIN: ("sin", "math.sin", "numpy.sin"),
+    Op.COS: ("cos", "math.cos", "numpy.cos"),
+    Op.SQRT: ("sqrt", "math.sqrt", "numpy.sqrt"),
+    Op.EXP: ("exp", "math.exp", "numpy.exp"),
+    Op.LOG: ("log", "math.log", "numpy.log"),
+    Op.TANH: ("tanh", "math.tanh", "numpy.tanh"),
+    Op.SIGN: ("sign", "_sign", "numpy.sign"),
+    Op.ATAN2: ("atan2", "math.atan2", "numpy.arctan2"),
+}
+"""Names, and what each stands for among plain floats and among arrays; `abs` is Python's for both."""
+
+SPELLINGS: Mapping[Op, Spelling] = {
     **OPERATORS,
-    Op.SIN: call("sin"),
-    Op.COS: call("cos"),
-    Op.SQRT: call("sqrt"),
-    Op.EXP: call("exp"),
-    Op.LOG: call("log"),
-    Op.TANH: call("tanh"),
+    **{op: call(name, ARITY[op]) for op, (name, _, _) in FUNCTIONS.items()},
     Op.ABS: call("abs"),
-    Op.SIGN: call("sign"),
-    Op.ATAN2: call("atan2", 2),
 }
-
-BRANCHES: Mapping[str, tuple[str, str]] = {
-    "sin": ("math.sin", "numpy.sin"),
-    "cos": ("math.cos", "numpy.cos"),
-    "sqrt": ("math.sqrt", "numpy.sqrt"),
-    "exp": ("math.exp", "numpy.exp"),
-    "log": ("math.log", "numpy.log"),
-    "tanh": ("math.tanh", "numpy.tanh"),
-    "sign": ("_sign", "numpy.sign"),
-    "atan2": ("math.atan2", "numpy.arctan2"),
-}
-"""What each name stands for among plain floats and among arrays; `abs` is Python's for both."""
 
 BLOCK = 4096
 """States that are computed at a time: enough to hide the cost of a NumPy call, few enough for the cache."""
 
+KEYWORDS = frozenset((*keyword.kwlist, "collections", "functools", "math", "numpy"))
+"""Reserved words, and what the module imports."""
 
-def emit_numpy(program: Program, real: Real, command: str) -> tuple[tuple[str, str], ...]:
-    """Return the one file of the NumPy target, by name."""
-    page = compose(program, Printer(NUMPY, partial(digits, real=real)), command)
-    used = {function.name: _used(function) for function in page.functions}
-    every = [name for name in BRANCHES if any(name in names for names in used.values())]
+
+def _write(draft: Draft) -> dict[str, str]:
+    """Return the module."""
+    used = {f.name: [op for op in FUNCTIONS if op in f.operations] for f in draft.page.functions}
     values = {
-        "page": page,
-        "about": render("common/about.txt.jinja", {"page": page}).rstrip("\n"),
-        "dtype": real.dtype,
+        "page": draft.page,
+        "about": draft.about,
+        "dtype": draft.real.dtype,
         "block": BLOCK,
-        "branches": [(name, *BRANCHES[name]) for name in every],
-        "used": used,
+        "branches": [row for op, row in FUNCTIONS.items() if any(op in ops for ops in used.values())],
+        "used": {name: [FUNCTIONS[op][0] for op in ops] for name, ops in used.items()},
     }
-    return ((f"{stem(program.scene.name)}.py", render("numpy/module.py.jinja", values)),)
+    return {".py": render("numpy/module.py.jinja", values)}
 
 
-def _words(code: str) -> list[str]:
-    """Return the names in a piece of code, in order."""
-    return re.findall(r"[A-Za-z_]\w*", code)
-
-
-def _used(function: FunctionText) -> list[str]:
-    """Return the mathematical functions that a function calls."""
-    called = {word for line in function.steps + function.outputs for word in _words(line.code)}
-    return [name for name in BRANCHES if name in called]
+NUMPY = Target(
+    name="numpy",
+    title="NumPy",
+    text="a module that runs with NumPy alone, for one state or a batch",
+    reals=tuple(REALS),
+    options={},
+    endings={".py": str},
+    first=0,
+    keywords=KEYWORDS,
+    printer=lambda real: Printer(SPELLINGS, partial(digits, real=real)),
+    comment=in_docstring,
+    write=_write,
+)

@@ -9,20 +9,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from symdyn.emit.c import emit_c, spellings
-from symdyn.emit.names import stem
-from symdyn.emit.page import FunctionText, Page, compose
-from symdyn.emit.real import REALS, Real, digits
+from symdyn.emit.c import BATCH, C
+from symdyn.emit.page import FunctionText, Page
+from symdyn.emit.real import REALS
 from symdyn.emit.render import render
-from symdyn.emit.spelling import Printer
+from symdyn.emit.target import Contents, Draft, Target
 from symdyn.errors import EmitError
-from symdyn.program import Program
 from symdyn.program.assemble import shared
 
 TAGS: Mapping[str, str] = {"float": "f32", "double": "f64"}
 """In the order in which NumPy tries them: the first type that all operands fit is taken."""
 
 CODES: Mapping[str, str] = {"float": "NPY_FLOAT", "double": "NPY_DOUBLE"}
+
+MODULE = "_ufunc"
+"""What the extension module adds to the name of the scene."""
+
+DOUBLES, LEAN = "doubles", "lean"
+"""Options: without float, and without entries for rows either, which takes compilers most of their time."""
 
 
 @dataclass(frozen=True)
@@ -58,64 +62,36 @@ class _Loop:
     rows: tuple[str, ...]
 
 
-def module_name(scene: str) -> str:
-    """Return the name of the extension module of a scene."""
-    return f"{stem(scene)}_ufunc"
-
-
-def emit_ufunc(
-    program: Program, real: Real, command: str, lean: bool = False, doubles: bool = False
-) -> tuple[tuple[str, str], ...]:
-    """Return the extension module's source, then the C that it calls, by name.
-
-    Args:
-        program: what to compute.
-        real: double.
-        command: for the header.
-        lean: whether to leave out float and the entries for rows, which take compilers most of their time.
-        doubles: whether to leave out float alone.
-
-    Raises:
-        EmitError: a real type other than double is asked for; the module has loops for both.
-    """
-    if real.name != "double":
-        raise EmitError(f"real type {real.name!r}: target ufunc has float and double in one module; leave it out")
-    page = compose(program, Printer(spellings(real), lambda value: digits(value, real)), command)
+def _write(draft: Draft) -> dict[str, Contents]:
+    """Return the extension module's source, then the C that it calls."""
+    page = draft.page
     usable = tuple(f for f in page.functions if 0 not in (*f.shape, *(a.length for a in f.arguments)))
-    files: dict[str, str] = {}
+    names = tuple(function.name for function in usable)
+    files: dict[str, Contents] = {}
     loops = []
     for name, tag in TAGS.items():
-        if (lean or doubles) and name != real.name:
+        if draft.option and name != draft.real.name:
             continue
+        renamed = replace(draft.program, scene=replace(draft.program.scene, name=f"{draft.stem}_{tag}"))
+        batch = "" if draft.option == LEAN else BATCH
         try:
-            code = emit_c(_renamed(program, tag), REALS[name], command, batch=not lean)
+            code = C.draft(renamed, REALS[name], page.command, batch)
         except EmitError:
-            if name == "double":
+            if name == draft.real.name:
                 raise
             continue  # a constant is too large for float: NumPy then casts to double
-        files |= dict(code)
-        loops.append(_loop(name, tag, stem(program.scene.name), usable, "".join(text for _, text in code)))
+        files |= {f"_{tag}{ending}": text for ending, text in C.write(code).items()}
+        loops.append(_Loop(name, tag, CODES[name], code.stem, f"walk_{tag}", names if batch else ()))
     values = {
-        "about": render("common/about.txt.jinja", {"page": page}).rstrip("\n"),
-        "module": module_name(program.scene.name),
+        "about": draft.about,
+        "module": f"{draft.stem}{MODULE}",
         "functions": tuple(_ufunc(page, function) for function in usable),
         "left_out": tuple(function.name for function in page.functions if function not in usable),
         "reals": loops,
         "operands": 1 + max((len(function.arguments) for function in usable), default=0),
         "rank": max((1, *(len(function.shape) for function in usable))),
     }
-    return ((f"{module_name(program.scene.name)}.c", render("ufunc/module.c.jinja", values)), *files.items())
-
-
-def _renamed(program: Program, tag: str) -> Program:
-    """Return the program under a scene name that carries the real type."""
-    return replace(program, scene=replace(program.scene, name=f"{stem(program.scene.name)}_{tag}"))
-
-
-def _loop(real: str, tag: str, opening: str, functions: tuple[FunctionText, ...], code: str) -> _Loop:
-    name = stem(f"{opening}_{tag}")
-    rows = tuple(f.name for f in functions if f"void {name}_{f.name}_rows(" in code)
-    return _Loop(real, tag, CODES[real], name, f"walk_{tag}", rows)
+    return {f"{MODULE}.c": render("ufunc/module.c.jinja", values), **files}
 
 
 def _ufunc(page: Page, function: FunctionText) -> _Ufunc:
@@ -149,3 +125,24 @@ def _escape(byte: int) -> str:
         return "\\n"
     plain = 32 <= byte < 127 and byte not in b'"\\?'
     return chr(byte) if plain else f"\\{byte:03o}"
+
+
+UFUNC = Target(
+    name="ufunc",
+    title="ufunc",
+    text="C for a Python extension of NumPy ufuncs, double and float in one, which says how to build it",
+    reals=(C.reals[0],),
+    options={
+        DOUBLES: "double alone, compiled in half the time",
+        LEAN: "double alone and state by state, compiled in a tenth of the time",
+    },
+    endings={
+        f"{MODULE}.c": str,
+        **{f"_{tag}{ending}": kind for tag in TAGS.values() for ending, kind in C.endings.items()},
+    },
+    first=C.first,
+    keywords=C.keywords,
+    printer=C.printer,
+    comment=C.comment,
+    write=_write,
+)

@@ -41,7 +41,7 @@ class Accuracy:
 
     Attributes:
         function: its name.
-        module: "numpy", "c", "ufunc" or "js".
+        module: its target, a key of `TARGETS`.
         real: "double" or "float".
         states: how many states were sampled; 0 if the function is real at none of those tried.
         median_ulp, max_ulp: error of the worst entry, in ulps of the largest entry of the result.

@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.build import build, run_python
-from symdyn.build.extension import build_extension
+from symdyn.build import RUNNERS
 from symdyn.build.load import is_usual
-from symdyn.build.node import run_js
 from symdyn.dynamics import (
     KINEMATICS,
     Closing,
@@ -24,8 +22,8 @@ from symdyn.dynamics import (
     derive_one,
     roads,
 )
-from symdyn.emit import emit
-from symdyn.errors import BuildError, DerivationError, MissingCompiler, MissingNode
+from symdyn.emit import TARGETS, emit
+from symdyn.errors import BuildError, DerivationError, MissingProgram
 from symdyn.graph import Expr, reachable, substitute
 from symdyn.program import Program, choose, lower
 from symdyn.program import prepare as prepare_program
@@ -213,27 +211,20 @@ class _Composed:
 
 def modules_of(program: Program, real: str, notes: list[str]) -> tuple[dict[str, Any], str]:
     """Return the built modules by name, and the words of what refused the code; notes say what is missing here."""
-    modules = {"numpy": run_python(emit(program, "numpy", real))}
-    try:
-        modules["c"] = build(emit(program, "c", real))
-    except MissingCompiler as fault:
-        notes.append(f"C was not measured: {fault}")
-    except BuildError as fault:
-        return modules, str(fault)
-    usual = tuple(routine for routine in program.routines if is_usual(routine.function.name))
-    if usual and real == "double":  # compiling the others in both real types takes longer than it tells
+    modules: dict[str, Any] = {}
+    usual = replace(program, routines=tuple(r for r in program.routines if is_usual(r.function.name)))
+    for name, target in TARGETS.items():
+        if name not in RUNNERS:
+            notes.append(f"{target.title} was not measured: nothing runs it here")
+            continue
+        runner = RUNNERS[name]
+        part = usual if runner.usual else program
+        if real not in target.reals or not part.routines:
+            continue
         try:
-            sources = emit(replace(program, routines=usual), "ufunc", doubles=True)  # all that is measured
-            modules["ufunc"] = build_extension(sources)[1]
-        except MissingCompiler as fault:
-            notes.append(f"ufunc was not measured: {fault}")
-        except BuildError as fault:
-            return modules, str(fault)
-    if real == "double":
-        try:
-            modules["js"] = run_js(emit(program, "js"))
-        except MissingNode as fault:
-            notes.append(f"JavaScript was not measured: {fault}")
+            modules[name] = runner.run(emit(part, name, real, option=runner.measured))
+        except MissingProgram as fault:
+            notes.append(f"{target.title} was not measured: {fault}")
         except BuildError as fault:
             return modules, str(fault)
     return modules, ""
@@ -258,8 +249,9 @@ def _positive_definite(program: Program, modules: dict[str, Any], seed: int, not
         return []
     rng = random.Random(seed)
     states = [sample(functions["mass_matrix"].arguments, rng, widen=1.0 + k % 4 * 8) for k in range(4 * STATES)]
+    module = next(iter(modules.values()))  # whose own accuracy is measured
     with np.errstate(all="ignore"):
-        matrices = [modules["numpy"].mass_matrix(*state) for state in states]
+        matrices = [module.mass_matrix(*state) for state in states]
     real = [M for M in matrices if np.isfinite(M).all()][:STATES]  # a formula may be real for some parameters only
     where = next((k for k, M in enumerate(real) if not _is_definite(M, program.scene.is_closed)), -1)
     verdict = UNDEFINED if not real else NUMERICAL if where < 0 else DIFFERENT

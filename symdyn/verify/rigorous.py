@@ -44,7 +44,7 @@ class Bound:
     Attributes:
         function: its name.
         index: of the entry in the result, () for a scalar.
-        module: "numpy", "c", "ufunc" or "js".
+        module: its target, a key of `TARGETS`.
         computed: what the code returned at the state with the largest error.
         error: no computed value of this entry is farther than this from the true one; infinite where nothing is known.
         ulps: `error` in units in the last place of `computed`.

@@ -20,6 +20,7 @@ from symdyn.draw.view import View
 from symdyn.dynamics.state import quaternions
 from symdyn.emit import emit
 from symdyn.emit.escape import in_html, in_script, in_script_code
+from symdyn.emit.javascript import JS
 from symdyn.emit.letters import Letters, head
 from symdyn.emit.names import stem
 from symdyn.emit.render import render
@@ -90,7 +91,7 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
     params = [values[p.name] for p in scene.parameters]
     data = {"start": {**state, "params": params, "t": begun.t}, **_data(scene, computed, seen, sentences)}
     command = f"symdyn walkthrough {scene.name}.toml --format html"
-    code = emit(computed.program, "js", command=command).files[1][1]
+    code = emit(computed.program, JS.name, command=command).texts[f"{name}.js"]
     script = {
         "code": in_script_code("\n".join(line.lstrip() for line in code.splitlines())),
         "data": in_script(data),

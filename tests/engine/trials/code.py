@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.build.door import run_python
+from symdyn.build import run_python
 from symdyn.dynamics import OUTPUTS, Closing, Equations, Workspace, derive_one, roads
 from symdyn.emit import emit
 from symdyn.emit.names import function_names
