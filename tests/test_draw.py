@@ -25,7 +25,6 @@ from symdyn.draw.lettering import from_latex, lettered, words
 from symdyn.draw.places import places
 from symdyn.draw.style import SCHEMES
 from symdyn.draw.svg import name
-from symdyn.draw.symbols import SYMBOLS
 from symdyn.errors import DrawError
 from symdyn.scene import (
     JOINTS,
@@ -124,10 +123,6 @@ def test_no_coordinate_and_no_body_of_an_example_goes_without_a_label(example: s
     first = [joint.coordinates[0] for joint in one.moving]  # a quaternion has one label, at its first coordinate
 
     assert {f"label-{q}" for q in first} | {f"label-body-{x.name}" for x in one.bodies} <= shown
-
-
-def test_every_joint_type_has_a_symbol() -> None:
-    assert set(SYMBOLS) == set(JOINTS)
 
 
 def test_the_same_scene_gives_the_same_bytes_in_any_process() -> None:

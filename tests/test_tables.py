@@ -10,7 +10,7 @@ from symdyn.algebra.balls import FUNCTIONS_OF_BALLS
 from symdyn.algebra.big import BigFloats
 from symdyn.algebra.numeric import Batches, Floats
 from symdyn.algebra.running_error import SLOPES
-from symdyn.draw.symbols import SYMBOLS
+from symdyn.draw.symbols import PARTS
 from symdyn.dynamics.cost import CATEGORY
 from symdyn.emit import TARGETS
 from symdyn.emit.real import REALS
@@ -22,6 +22,7 @@ from symdyn.scene import JOINTS
 from symdyn.scene.joint_table import freedoms
 from symdyn.scene.table import Entry
 from symdyn.scene.turning import turned
+from symdyn.teach.languages import LANGUAGES
 
 NUMERIC = {
     "f": Floats.functions,
@@ -63,8 +64,10 @@ def test_every_operation_has_a_spelling_with_one_place_an_operand(target, real):
         assert spelling.pattern.count("{}") == max(ARITY[op], 1)
 
 
-def test_every_joint_type_has_a_symbol_and_a_function_that_declares_it():
-    assert set(SYMBOLS) == set(JOINTS)
+def test_every_joint_type_has_a_symbol_words_and_a_function_that_declares_it():
+    marks = [kind.mark for kind in JOINTS.values()]
+    assert {part.shape for mark in marks for part in (*mark.parts, *mark.flat)} == set(PARTS)
+    assert {frozenset(kind.words) for kind in JOINTS.values()} == {frozenset(LANGUAGES)}
     assert [kind for kind in JOINTS if not callable(getattr(scene, kind, None))] == []
 
 

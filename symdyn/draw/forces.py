@@ -16,7 +16,7 @@ from symdyn.draw.lettering import lettered
 from symdyn.draw.places import Array, Hinge, Places, elastic, unit
 from symdyn.draw.shapes import Item, Shape, arc_arrow, arrow, circle_points, dot, line, path
 from symdyn.draw.view import View
-from symdyn.scene import GROUND, Damper, Joint, Scene, Spring
+from symdyn.scene import GROUND, JOINTS, Damper, Joint, Scene, Spring
 from symdyn.scene.quantity import ZERO
 
 ARROW = 46.0  # length of a force, units of the picture
@@ -121,7 +121,7 @@ def _link(one: Spring | Damper, scene: Scene, found: Places, view: View) -> tupl
         ]
         return (*walls, *drawn(a, b, view.size)), (a + b) / 2
     hinge = next(hinge for hinge in found.hinges if hinge.joint.name == one.joint)
-    slides = any(step.slides for step in hinge.steps) or hinge.joint.type == "prismatic"
+    slides = any(step.slides for step in hinge.steps) or JOINTS[hinge.joint.type].slides(hinge.joint)
     if slides:
         return _beside(one, hinge, view, from_zero(scene, hinge.joint))
     at = view.flat(hinge.moved.p)

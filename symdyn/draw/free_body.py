@@ -142,7 +142,8 @@ def _alone(scene: Scene, found: Places, body: str) -> Places:
 
 def _cut(hinge: Hinge, body: str) -> Array:
     """Return where a joint is on a body: the moved frame, where its wrenches act."""
-    return hinge.moved.p if hinge.joint.child == body or hinge.joint.type != "prismatic" else hinge.fixed.p
+    slides = JOINTS[hinge.joint.type].slides(hinge.joint)
+    return hinge.moved.p if hinge.joint.child == body or not slides else hinge.fixed.p
 
 
 def _closer(view: View, alone: Places, scene: Scene, body: str) -> View:

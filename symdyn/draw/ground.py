@@ -7,9 +7,10 @@ import numpy as np
 from symdyn.draw.bodies import farthest
 from symdyn.draw.places import Array, Hinge, Places, across, unit
 from symdyn.draw.shapes import Item, Shape, circle_points, line, path
-from symdyn.draw.symbols import rail_ends
+from symdyn.draw.symbols import parts, rail_ends
 from symdyn.draw.view import View
-from symdyn.scene import GROUND, Scene
+from symdyn.scene import GROUND, JOINTS, Scene
+from symdyn.scene.joints import Part
 
 
 def ground(scene: Scene, found: Places, view: View) -> tuple[Item, ...]:
@@ -17,12 +18,13 @@ def ground(scene: Scene, found: Places, view: View) -> tuple[Item, ...]:
     items = []
     held = [hinge for hinge in found.hinges if GROUND in (hinge.joint.parent, hinge.joint.child)]
     for hinge in held:
-        if hinge.joint.type == "free":
-            continue
+        if not JOINTS[hinge.joint.type].class_t(hinge.joint):
+            continue  # nothing holds it
+        rail = next((part for part in parts(hinge, view) if part.shape == "rail"), None)
         if not view.planar:
             shapes = _stand(hinge, found, view, alone=len(held) == 1)
-        elif hinge.joint.type == "prismatic":
-            shapes = _hatched_rail(hinge, view)
+        elif rail:
+            shapes = _hatched_rail(hinge, view, rail)
         else:
             shapes = _bearing(scene, hinge, found, view)
         title = f"ground at joint {hinge.joint.name}"
@@ -48,9 +50,9 @@ def _bearing(scene: Scene, hinge: Hinge, found: Places, view: View) -> tuple[Sha
     return (triangle, *hatches(base - wide * 1.7, base + wide * 1.7, down, s))
 
 
-def _hatched_rail(hinge: Hinge, view: View) -> tuple[Shape, ...]:
+def _hatched_rail(hinge: Hinge, view: View, rail: Part) -> tuple[Shape, ...]:
     """Return the line that a slider sits on, hatched below or on the left."""
-    a, b = rail_ends(hinge, view, 4.0)
+    a, b = rail_ends(hinge, view, rail, 4.0)
     way = unit(b - a)[0]
     down = np.array([-way[1], way[0]])
     down = down if (round(down[1], 6), -down[0]) > (0, 0) else -down

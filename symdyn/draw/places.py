@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from symdyn.dynamics.state import first_moment, joint_motion, placement, vector
 from symdyn.errors import DrawError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import GROUND, JOINTS, Body, Damper, Joint, Load, Place, Scene, Spring, express
-from symdyn.scene.joints import blocks
+from symdyn.scene.joints import Motion, blocks
 from symdyn.spatial import Transform, Vec, unit_transform
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -65,6 +66,7 @@ class Hinge:
         ways: its directions, unit vectors, by key.
         steps: what its coordinates do; () for a joint that closes a loop or follows another one.
         closes: whether it closes a loop.
+        turns, slides: directions of everything that it allows, unit vectors.
     """
 
     joint: Joint
@@ -74,6 +76,8 @@ class Hinge:
     ways: dict[str, Array]
     steps: tuple[Step, ...]
     closes: bool
+    turns: tuple[Array, ...]
+    slides: tuple[Array, ...]
 
 
 @dataclass(frozen=True)
@@ -228,18 +232,24 @@ def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: G
     wanted["axis", name] = vector(joint.axis, graph)
     for own, way in JOINTS[joint.type].directions(joint):
         wanted["way", name, own.name] = vector(way, graph)
-    if closes or not joint.coordinates:
-        return wanted
     at, count = fixed, 0
-    for move in joint_motion(joint, graph).moves:
+    for k, move in enumerate((_anywhere if closes else joint_motion)(joint, graph).moves):
         at = at @ move.before
-        if not move.amount.is_zero:
+        wanted["move", name, str(k), "slides" if move.slides else "turns"] = _turned(at, move.axis)
+        if joint.coordinates and not move.amount.is_zero:
             named = str(move.amount.value) if move.amount.op is Op.SYMBOL else ""
             key = ("slide" if move.slides else "turn", name, str(count), named)
             wanted[key] = (move.amount, *at.p, *_turned(at, move.axis))
             count += 1
         at = at @ move.placement
     return wanted
+
+
+def _anywhere(joint: Joint, graph: Graph) -> Motion:
+    """Return the motion that a joint of a loop allows, at a position without meaning: directions that never change."""
+    kind = JOINTS[joint.type]
+    q = tuple(graph.constant(Fraction(1, k + 2)) for k in range(len(kind.coordinates(joint))))
+    return kind.motion(joint, graph, q, (graph.zero,) * len(kind.velocities(joint)))
 
 
 def _turned(T: Transform, axis: Vec) -> Vec:
@@ -292,7 +302,11 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
             key.name: unit((moved if key.turned else fixed).direction(arrays["way", joint.name, key.name]))
             for key, _ in JOINTS[joint.type].directions(joint)
         }
-        hinges.append(Hinge(joint, fixed, moved, axis, ways, steps, joint in scene.loops))
+        free = [
+            tuple(unit(x) for key, x in arrays.items() if key[0] == "move" and key[1] == joint.name and key[3] == what)
+            for what in ("turns", "slides")
+        ]
+        hinges.append(Hinge(joint, fixed, moved, axis, ways, steps, joint in scene.loops, *free))
     return Places(
         count,
         frame("frame", GROUND),

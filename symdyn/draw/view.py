@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.draw.places import Array, Hinge, Places, unit
+from symdyn.draw.places import Array, Places, unit
 from symdyn.errors import DrawError
 
 WIDE, HIGH = 360.0, 300.0  # what the mechanism may take, in units of the picture
@@ -97,11 +97,8 @@ def plane(first: Sequence[Places]) -> Array | None:
     """
     turns, slides = [], []
     for hinge in (hinge for one in first for hinge in one.hinges):
-        found = _freedoms(hinge)
-        if found is None:
-            return None
-        turns += found[0]
-        slides += found[1]
+        turns += [axis[0] for axis in hinge.turns]
+        slides += [way[0] for way in hinge.slides]
     if turns:
         normal = turns[0]
     elif not slides:
@@ -115,21 +112,6 @@ def plane(first: Sequence[Places]) -> Array | None:
         return None
     facing = [x for x in (normal[2], -normal[1], normal[0]) if abs(x) > 1e-6]
     return np.asarray(normal * np.sign(facing[0])) + 0.0
-
-
-def _freedoms(hinge: Hinge) -> tuple[list[Array], list[Array]] | None:
-    """Return axes of a joint's turns and slides, None for one that leaves every plane."""
-    kind = hinge.joint.type
-    if kind == "fixed":
-        return [], []
-    if kind in ("revolute", "planar"):
-        return [hinge.axis[0]], []
-    if kind == "prismatic":
-        return [], [hinge.axis[0]]
-    if kind == "custom":
-        steps = hinge.steps
-        return [s.axis[0] for s in steps if not s.slides], [s.axis[0] for s in steps if s.slides]
-    return None
 
 
 def _vertical(gravity: Array) -> Array:

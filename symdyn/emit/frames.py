@@ -10,7 +10,7 @@ from symdyn.dynamics.closed_forms.formulas import formulas
 from symdyn.dynamics.recursive.frames import ChosenFrame, chosen_frames
 from symdyn.emit.formula_text import text_of
 from symdyn.graph import Expr, Graph, linear_form
-from symdyn.scene import Pose, Scene, express, spell
+from symdyn.scene import JOINTS, Pose, Scene, express, spell
 from symdyn.scene.spelling import spell_fraction
 from symdyn.spatial import Transform
 
@@ -57,7 +57,9 @@ def frame_texts(scene: Scene) -> list[FrameText]:
 def _declared(frame: ChosenFrame) -> str:
     joint = frame.joint
     origin = _pose(joint.origin)
-    axis = f"{joint.type} about" if joint.type == "revolute" else f"{joint.type} along"
+    kind = JOINTS[joint.type]
+    turns = kind.axis(joint) and not kind.slides(joint)
+    axis = f"{joint.type} {'about' if turns else 'along'}"
     return f"{axis} ({', '.join(map(spell, joint.axis))}) at {joint.parent}{f' {origin}' if origin else ''}"
 
 

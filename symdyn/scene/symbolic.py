@@ -157,13 +157,13 @@ def _three(vector: Vector, letters: Sequence[str], place: str, unit: str, text: 
 
 
 def _rotor(joint: Joint, k: int, names: Names) -> Joint:
-    unit = "kg" if joint.type == "prismatic" else "kg m^2"
+    unit = "kg" if JOINTS[joint.type].slides(joint) else "kg m^2"
     return replace(joint, armature=names.of(joint.armature, f"Ia{k}", unit, f"rotor inertia at {joint.name}", True))
 
 
 def _damper(joint: Joint, k: int, names: Names) -> Joint:
-    force, rate = ("N", "m/s") if joint.type == "prismatic" else ("N m", "rad/s")
-    unit = "N s/m" if joint.type == "prismatic" else "N m s/rad"
+    slides = JOINTS[joint.type].slides(joint)
+    force, rate, unit = ("N", "m/s", "N s/m") if slides else ("N m", "rad/s", "N m s/rad")
     damping = names.of(joint.damping, f"fv{k}", unit, f"damping of {joint.name}", True)
     if joint.dry is None:
         return replace(joint, damping=damping)

@@ -83,7 +83,7 @@ def _slack(graph: Graph) -> Expr:
 
 
 def _words(joint: Joint, kind: str, words: str) -> str:
-    turns = "rad" in JOINTS[joint.type].velocities(joint)
+    turns = not JOINTS[joint.type].slides(joint)
     return f"joint {joint.name}: {kind} {words} {UNITS[kind][0 if turns else 1]}"
 
 

@@ -71,7 +71,7 @@ def _count(lesson: Balance) -> Step:
     system, rows = lesson.system, []
     counts = [one.joint for one in system.unknowns if one.kind != DRIVE]
     for joint in (*lesson.scene.joints, *lesson.scene.loops):
-        kind = lesson.say(f"joint.{joint.type}")
+        kind = lesson.kind(joint)
         rows.append((Words((joint.name,)), kind, Words((str(counts.count(joint.name)),))))
     head = (lesson.say("table.joint"), lesson.say("table.kind"), lesson.say("table.class"))
     classes = [counts.count(name) for name in dict.fromkeys(counts)]

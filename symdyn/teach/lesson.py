@@ -18,7 +18,7 @@ from symdyn.dynamics.state import State, state_symbols, vector
 from symdyn.emit.letters import Letters
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
-from symdyn.scene import Scene
+from symdyn.scene import JOINTS, Joint, Scene
 from symdyn.spatial import Transform
 from symdyn.teach.document import Words
 from symdyn.teach.languages import LANGUAGES, fill
@@ -91,6 +91,10 @@ class Prose:
     def say(self, key: str, **places: str | Form | Words) -> Words:
         """Return the prose of a key in the language, with its places filled."""
         return Words(fill(LANGUAGES[self.language][key], places))
+
+    def kind(self, joint: Joint) -> Words:
+        """Return what the type of a joint is called."""
+        return Words((JOINTS[joint.type].words[self.language],))
 
     def text(self, key: str, **places: str) -> str:
         """Return prose without formulas."""

@@ -19,6 +19,7 @@ from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, tangents
+from symdyn.scene import JOINTS
 from symdyn.teach.balance import Balance
 from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.rows import points_apart
@@ -61,8 +62,11 @@ def loop_steps(lesson: Balance) -> list[Step]:
 
 def _is_point(lesson: Balance, hinge: Hinge) -> bool:
     """Whether all that a joint does is to keep two points together."""
+    kind = JOINTS.get(hinge.joint.type)  # a contact has none
+    if kind is None or not kind.pins(hinge.joint):
+        return False
     planar = len(lesson.system.kept) == IN_A_PLANE
-    return hinge.joint.type == "spherical" or (planar and hinge.joint.type == "revolute")
+    return kind.class_t(hinge.joint) == 3 or (planar and kind.velocities(hinge.joint) == ("rad",))
 
 
 def _writer(lesson: Balance, nodes: list[Expr]) -> Callable[[Expr], Form]:

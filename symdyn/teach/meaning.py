@@ -14,7 +14,7 @@ from symdyn.algebra.form import Form, Symbol, power_of, product_of, sum_of
 from symdyn.dynamics.state import placement, vector
 from symdyn.emit.printable import Printable
 from symdyn.graph import Expr
-from symdyn.scene import GROUND, Joint, express
+from symdyn.scene import GROUND, JOINTS, Joint, express
 from symdyn.scene.joints.blocks import unit
 from symdyn.spatial import Vec, apply, apply_transposed, cross, dot, sub, zero_vector
 from symdyn.teach.document import Block, Box, Formula, Step
@@ -45,11 +45,13 @@ def axes_of(lesson: Lesson) -> list[Axis | None]:
     found: list[Axis | None] = []
     for joint in lesson.scene.moving:
         followed = any(j.coupling and j.coupling.coordinate in joint.coordinates for j in lesson.scene.joints)
-        if joint.type not in ("revolute", "prismatic") or followed:
+        kind = JOINTS[joint.type]
+        axis = kind.axis(joint)
+        if axis is None or followed:
             found += [None] * len(joint.coordinates)
             continue
         T = lesson.placed[joint.parent] @ placement(joint.origin, graph)
-        found.append(Axis(joint, apply(T.R, unit(joint.axis, graph)), T.p, joint.type == "prismatic"))
+        found.append(Axis(joint, apply(T.R, unit(axis, graph)), T.p, kind.slides(joint)))
     return found
 
 

@@ -21,7 +21,7 @@ def scene_step(lesson: Prose, shown: Picture) -> Step:
         places: list[Form] = [Symbol(q) for q in joint.coordinates]
         if joint.coupling:
             places = [form_of(joint_position(joint, Graph()))]
-        kind = lesson.say(f"joint.{joint.type}")
+        kind = lesson.kind(joint)
         rows.append((Words((joint.name,)), kind, Words((parent,)), Words((joint.child,)), together(places)))
     keys = ("joint", "kind", "parent", "child", "coordinate")
     head = tuple(lesson.say(f"table.{key}") for key in keys)

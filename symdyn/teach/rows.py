@@ -25,11 +25,10 @@ from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.emit.printable import Printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, tangents
-from symdyn.scene import Scene, acceleration_name
+from symdyn.scene import JOINTS, Scene, acceleration_name
 from symdyn.spatial import Transform, sub
 
 LEVELS = ("position", "velocity", "acceleration")
-TOGETHER = ("revolute", "spherical", "universal")  # joints that keep two points together
 
 POSITIONS = 3
 SPREAD = 0.04  # of parameters, about the scene's values
@@ -90,7 +89,8 @@ def ground_rows(scene: Scene, level: str) -> list[Row]:
     placed = body_placements(scene, w.graph)
     found = []
     for hinge in w.hanging.loops:
-        if hinge.joint.type not in TOGETHER:
+        kind = JOINTS.get(hinge.joint.type)  # a contact has none
+        if kind is None or not kind.pins(hinge.joint):
             continue
         entries = points_apart(hinge, placed)
         if level != LEVELS[0]:

@@ -8,14 +8,14 @@ from symdyn.algebra.sums_of_angles import AngleGroup
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics.state import placement
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import GROUND, Joint, Scene
+from symdyn.scene import GROUND, JOINTS, Joint, Scene
 from symdyn.scene.joints.blocks import unit
 from symdyn.spatial import Vec, apply, dot
 
 
 @dataclass(frozen=True)
 class Neighbours:
-    """A revolute joint and the next one below it.
+    """A joint that only turns and the next one below it.
 
     Attributes:
         q: the joint's coordinate.
@@ -33,12 +33,13 @@ class Neighbours:
 def _candidates(scene: Scene, graph: Graph) -> list[Neighbours]:
     """Return every revolute joint with the one below it, ground first."""
     carrier = {joint.child: joint for joint in scene.joints}
-    return [_neighbours(joint, carrier, graph) for joint in scene.joints if _turns(joint)]
+    return [_neighbours(joint, carrier, graph) for joint in scene.joints if _turns(joint) and not joint.coupling]
 
 
 def _turns(joint: Joint) -> bool:
-    """Whether the joint turns by a coordinate of its own; the angle of one that follows is no unit of the ring."""
-    return joint.type == "revolute" and joint.coupling is None
+    """Whether the joint turns about its axis and does nothing else."""
+    kind = JOINTS[joint.type]
+    return kind.axis(joint) is not None and not kind.slides(joint)
 
 
 def _neighbours(joint: Joint, carrier: dict[str, Joint], graph: Graph) -> Neighbours:
@@ -47,9 +48,10 @@ def _neighbours(joint: Joint, carrier: dict[str, Joint], graph: Graph) -> Neighb
         axis = apply(placement(below.origin, graph).R, axis)
         below = carrier[below.parent]
         axis = apply(placement(below.tip, graph).R, axis)
-        if below.type not in ("revolute", "prismatic", "fixed") or (below.type == "revolute" and below.coupling):
-            break  # its turn takes the axis out of line
-        if _turns(below):
+        kind, turns = JOINTS[below.type], _turns(below)
+        if (kind.axis(below) is None and kind.velocities(below)) or (turns and below.coupling):
+            break  # its turn takes the axis out of line, or the angle is no unit of the ring
+        if turns:
             return Neighbours(q, graph.symbol(below.coordinate), dot(axis, unit(below.axis, graph)))
     else:
         return Neighbours(q, None, graph.zero, apply(placement(below.origin, graph).R, axis))

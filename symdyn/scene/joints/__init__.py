@@ -9,6 +9,7 @@ from symdyn.scene.joints.free import FREE
 from symdyn.scene.joints.helical import HELICAL
 from symdyn.scene.joints.key import AXIS, ORIENTATION, Key
 from symdyn.scene.joints.kind import Gimbal, JointKind, Motion, Move, Wrench
+from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.joints.planar import PLANAR
 from symdyn.scene.joints.point_on_line import POINT_ON_LINE
 from symdyn.scene.joints.point_on_plane import POINT_ON_PLANE
@@ -40,4 +41,17 @@ def own_keys() -> tuple[str, ...]:
     return tuple(dict.fromkeys(key.name for kind in JOINTS.values() for key in kind.keys))
 
 
-__all__ = ["AXIS", "JOINTS", "ORIENTATION", "Gimbal", "JointKind", "Key", "Motion", "Move", "Wrench", "own_keys"]
+__all__ = [
+    "AXIS",
+    "JOINTS",
+    "ORIENTATION",
+    "Gimbal",
+    "JointKind",
+    "Key",
+    "Mark",
+    "Motion",
+    "Move",
+    "Part",
+    "Wrench",
+    "own_keys",
+]

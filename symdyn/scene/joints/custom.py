@@ -9,6 +9,7 @@ from __future__ import annotations
 from symdyn.scene.joints.blocks import path
 from symdyn.scene.joints.key import Key
 from symdyn.scene.joints.kind import Block, JointKind
+from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.joints.turned import inverse
 from symdyn.scene.model import Joint, Pose
 from symdyn.scene.table import Table, as_list, plain, show
@@ -43,4 +44,13 @@ def _turned(joint: Joint) -> Joint:
     return joint.shaped(steps=inverse(STEPS.of(joint)))
 
 
-CUSTOM = JointKind((STEPS, UNITS), _blocks, None, None, _turned, held=lambda joint, position: STEPS.of(joint).steps)
+CUSTOM = JointKind(
+    keys=(STEPS, UNITS),
+    blocks=_blocks,
+    wrenches=None,
+    residual=None,
+    words={"en": "given by formulas", "sk": "dané vzorcami"},
+    mark=Mark((Part("flight"), Part("diamond", 1.35))),
+    turned=_turned,
+    held=lambda joint, position: STEPS.of(joint).steps,
+)

@@ -7,6 +7,7 @@ from symdyn.scene.joints.blocks import slide, turn
 from symdyn.scene.joints.constraints import directions, forces, leaning, moments, offsets
 from symdyn.scene.joints.key import AXIS
 from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.joints.turned import about_opposite
 from symdyn.scene.model import Joint
 from symdyn.spatial import Transform
@@ -26,4 +27,12 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return offsets(X, x, y) + leaning(X, axis, x, y)
 
 
-CYLINDRICAL = JointKind((AXIS,), _blocks, _wrenches, _residual, about_opposite)
+CYLINDRICAL = JointKind(
+    keys=(AXIS,),
+    blocks=_blocks,
+    wrenches=_wrenches,
+    residual=_residual,
+    words={"en": "cylindrical", "sk": "valcové"},
+    mark=Mark((Part("rail"), Part("cylinder", 2))),
+    turned=about_opposite,
+)

@@ -6,6 +6,7 @@ from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import AXES, FLIGHT, gimbals, orientation, slide
 from symdyn.scene.joints.key import ORIENTATION
 from symdyn.scene.joints.kind import Block, Gimbal, JointKind, Wrench
+from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.model import Joint
 from symdyn.spatial import Transform
 
@@ -28,4 +29,12 @@ def _gimbals(joint: Joint) -> tuple[Gimbal, ...]:
     return gimbals(ORIENTATION.of(joint), 3)
 
 
-FREE = JointKind((ORIENTATION,), _blocks, _wrenches, _residual, gimbals=_gimbals)
+FREE = JointKind(
+    keys=(ORIENTATION,),
+    blocks=_blocks,
+    wrenches=_wrenches,
+    residual=_residual,
+    words={"en": "free", "sk": "voľné"},
+    mark=Mark((Part("flight"), Part("frames", 3)), sign=""),
+    gimbals=_gimbals,
+)

@@ -12,6 +12,7 @@ from symdyn.scene.joints.constraints import directions, forces, leaning, moments
 from symdyn.scene.joints.held import Steps, held
 from symdyn.scene.joints.key import AXIS, Key
 from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.joints.turned import about_opposite
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import PI, ZERO, Quantity, express, number
@@ -57,4 +58,13 @@ def _held(joint: Joint, angle: Quantity) -> Steps:
     return held(joint, angle, lambda x: (("R", x), ("T", folding.mul(PITCH.of(joint), folding.div(x, turn)))))
 
 
-HELICAL = JointKind((AXIS, PITCH), _blocks, _wrenches, _residual, about_opposite, held=_held)
+HELICAL = JointKind(
+    keys=(AXIS, PITCH),
+    blocks=_blocks,
+    wrenches=_wrenches,
+    residual=_residual,
+    words={"en": "helical", "sk": "skrutkové"},
+    mark=Mark((Part("rail"), Part("cylinder", 2), Part("thread"))),
+    turned=about_opposite,
+    held=_held,
+)

@@ -16,12 +16,13 @@ Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), sections 4.4 and
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from symdyn.graph import Expr, Graph
 from symdyn.scene.joints.key import Key
+from symdyn.scene.joints.mark import Mark
 from symdyn.scene.model import Joint, Pose
 from symdyn.scene.quantity import Quantity, Vector
 from symdyn.scene.turns import Step
@@ -133,6 +134,8 @@ class JointKind:
             formula, so that joints of the type close no loop.
         residual: t numbers that vanish where X is a placement that the joint allows, m or 1; near such a placement
             their rates are the powers of the wrenches per unit; None where wrenches have no formula.
+        words: what it is called, by language.
+        mark: what it looks like.
         ball: whether it is any rotation about a point, at which a rotor may be alike about all axes.
         turned: the joint from its child to its parent, frames swapped already, with the coordinates and velocities that
             it had; None where that is no joint of the type, since velocities are measured in the child.
@@ -146,6 +149,8 @@ class JointKind:
     blocks: Callable[[Joint], tuple[Block, ...]]
     wrenches: Callable[[Joint, Transform], tuple[Wrench, ...]] | None
     residual: Callable[[Joint, Transform], tuple[Expr, ...]] | None
+    words: Mapping[str, str]
+    mark: Mark
     turned: Callable[[Joint], Joint] | None = None
     ball: bool = False
     held: Callable[[Joint, Quantity], tuple[Step, ...]] = lambda joint, position: ()
@@ -183,6 +188,11 @@ class JointKind:
     def slides(self, joint: Joint) -> bool:
         """Tell whether a joint moves and never turns."""
         return set(self.velocities(joint)) == {"m"}
+
+    def pins(self, joint: Joint) -> bool:
+        """Tell whether a joint keeps two points together: among what it transmits are forces in every direction."""
+        wrenches = self.wrenches(joint, unit_transform(Graph())) if self.wrenches else ()
+        return sum(all(x.is_zero for x in moment) for _, moment in wrenches) == 3
 
     def class_t(self, joint: Joint) -> int:
         """Return how many of the six relative freedoms the joint takes away (the textbook's connection of class t)."""

@@ -10,6 +10,7 @@ from symdyn.scene.joints.blocks import AXES, along, slide, turn
 from symdyn.scene.joints.constraints import directions, forces, leaning, moments, offsets
 from symdyn.scene.joints.key import AXIS
 from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.model import Joint
 from symdyn.spatial import Transform
 
@@ -28,4 +29,11 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return offsets(X, axis) + leaning(X, axis, x, y)
 
 
-PLANAR = JointKind((AXIS,), _blocks, _wrenches, _residual)
+PLANAR = JointKind(
+    keys=(AXIS,),
+    blocks=_blocks,
+    wrenches=_wrenches,
+    residual=_residual,
+    words={"en": "planar", "sk": "rovinné"},
+    mark=Mark((Part("plate", 3.5), Part("cylinder", 0.6)), flat=(Part("plate", 3), Part("ring"))),
+)

@@ -7,6 +7,7 @@ from symdyn.scene.joints.blocks import gimbals, orientation, slide
 from symdyn.scene.joints.constraints import directions, forces, offsets
 from symdyn.scene.joints.key import AXIS, ORIENTATION
 from symdyn.scene.joints.kind import Block, Gimbal, JointKind, Wrench
+from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.model import Joint
 from symdyn.spatial import Transform
 
@@ -29,4 +30,12 @@ def _gimbals(joint: Joint) -> tuple[Gimbal, ...]:
     return gimbals(ORIENTATION.of(joint), 1)
 
 
-POINT_ON_LINE = JointKind((AXIS, ORIENTATION), _blocks, _wrenches, _residual, gimbals=_gimbals)
+POINT_ON_LINE = JointKind(
+    keys=(AXIS, ORIENTATION),
+    blocks=_blocks,
+    wrenches=_wrenches,
+    residual=_residual,
+    words={"en": "point on a line", "sk": "bod na priamke"},
+    mark=Mark((Part("rail"), Part("ball", 1)), sign="slide"),
+    gimbals=_gimbals,
+)

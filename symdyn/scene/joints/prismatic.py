@@ -8,6 +8,7 @@ from symdyn.scene.joints.constraints import directions, everywhere, forces, mome
 from symdyn.scene.joints.held import shifted_by
 from symdyn.scene.joints.key import AXIS
 from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.joints.turned import about_opposite
 from symdyn.scene.model import Joint
 from symdyn.spatial import Transform
@@ -28,4 +29,13 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return offsets(X, x, y) + turned(X)
 
 
-PRISMATIC = JointKind((AXIS,), _blocks, _wrenches, _residual, about_opposite, held=shifted_by)
+PRISMATIC = JointKind(
+    keys=(AXIS,),
+    blocks=_blocks,
+    wrenches=_wrenches,
+    residual=_residual,
+    words={"en": "prismatic (P)", "sk": "posuvné (P)"},
+    mark=Mark((Part("rail"), Part("arrow", 4), Part("box", 1.7)), flat=(Part("rail"), Part("slider", 2)), sign="slide"),
+    turned=about_opposite,
+    held=shifted_by,
+)

@@ -8,6 +8,7 @@ from symdyn.scene.joints.constraints import directions, everywhere, forces, lean
 from symdyn.scene.joints.held import turned_by
 from symdyn.scene.joints.key import AXIS
 from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.joints.turned import about_opposite
 from symdyn.scene.model import Joint
 from symdyn.spatial import Transform
@@ -29,4 +30,13 @@ def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
     return offsets(X, *everywhere(graph)) + leaning(X, axis, x, y)
 
 
-REVOLUTE = JointKind((AXIS,), _blocks, _wrenches, _residual, about_opposite, held=turned_by)
+REVOLUTE = JointKind(
+    keys=(AXIS,),
+    blocks=_blocks,
+    wrenches=_wrenches,
+    residual=_residual,
+    words={"en": "revolute (R)", "sk": "rotačné (R)"},
+    mark=Mark((Part("line", 2.4), Part("cylinder", 1.3)), flat=(Part("ring"),)),
+    turned=about_opposite,
+    held=turned_by,
+)

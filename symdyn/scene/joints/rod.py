@@ -12,6 +12,7 @@ from symdyn.scene.joints.constraints import forces
 from symdyn.scene.joints.held import Steps
 from symdyn.scene.joints.key import ORIENTATION, Key
 from symdyn.scene.joints.kind import Block, Gimbal, JointKind, Wrench
+from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import ZERO, Quantity, express
 from symdyn.scene.table import Table
@@ -54,10 +55,12 @@ def _gimbals(joint: Joint) -> tuple[Gimbal, ...]:
 
 
 ROD = JointKind(
-    (LENGTH, ORIENTATION),
-    _blocks,
-    _wrenches,
-    _residual,
+    keys=(LENGTH, ORIENTATION),
+    blocks=_blocks,
+    wrenches=_wrenches,
+    residual=_residual,
+    words={"en": "rod between two points", "sk": "tyč medzi dvoma bodmi"},
+    mark=Mark((Part("rod", 0.7),), sign="link"),
     held=_held,
     gimbals=_gimbals,
 )

@@ -7,6 +7,7 @@ from symdyn.scene.joints.blocks import gimbals, orientation
 from symdyn.scene.joints.constraints import everywhere, forces
 from symdyn.scene.joints.key import ORIENTATION
 from symdyn.scene.joints.kind import Block, Gimbal, JointKind, Wrench
+from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.model import Joint
 from symdyn.spatial import Transform
 
@@ -27,4 +28,13 @@ def _gimbals(joint: Joint) -> tuple[Gimbal, ...]:
     return gimbals(ORIENTATION.of(joint), 0)
 
 
-SPHERICAL = JointKind((ORIENTATION,), _blocks, _wrenches, _residual, ball=True, gimbals=_gimbals)
+SPHERICAL = JointKind(
+    keys=(ORIENTATION,),
+    blocks=_blocks,
+    wrenches=_wrenches,
+    residual=_residual,
+    words={"en": "spherical", "sk": "sférické"},
+    mark=Mark((Part("socket"), Part("ball", 1))),
+    ball=True,
+    gimbals=_gimbals,
+)

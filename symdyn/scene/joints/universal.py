@@ -11,6 +11,7 @@ from symdyn.scene.joints.blocks import turn, unit
 from symdyn.scene.joints.constraints import everywhere, forces, moments
 from symdyn.scene.joints.key import AXIS, Key
 from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.joints.turned import opposite
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import ONE, ZERO, Vector
@@ -64,4 +65,13 @@ def _amiss(joint: Joint) -> str:
     return f"{text} is parallel to axis; give one across it, such as [1, 0, 0] for axis = [0, 0, 1]"
 
 
-UNIVERSAL = JointKind((AXIS, SECOND), _blocks, _wrenches, _residual, _turned, amiss=_amiss)
+UNIVERSAL = JointKind(
+    keys=(AXIS, SECOND),
+    blocks=_blocks,
+    wrenches=_wrenches,
+    residual=_residual,
+    words={"en": "universal", "sk": "kardanové"},
+    mark=Mark((Part("arm", 1.7), Part("arm", 1.7, SECOND.name))),
+    turned=_turned,
+    amiss=_amiss,
+)

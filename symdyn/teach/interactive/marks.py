@@ -8,15 +8,12 @@ from dataclasses import dataclass
 from symdyn.draw.forces import from_zero
 from symdyn.draw.places import drawn, elastic
 from symdyn.graph import Expr, Graph
-from symdyn.scene import GROUND, Scene, Spring
+from symdyn.scene import GROUND, JOINTS, Scene, Spring
 from symdyn.scene.joints.blocks import AXES, unit
 from symdyn.spatial import Vec, cross, scale
 
 AROUND, BLADE = 2, 1
 """How far a plane is drawn around what touches it: in radii of a wheel; m around a blade."""
-
-ROUND = ("revolute", "helical", "cylindrical", "universal", "spherical", "planar", "custom")
-"""Joints that are drawn around an axis; the others slide, or hold."""
 
 
 @dataclass(frozen=True)
@@ -97,11 +94,11 @@ class Sheet:
                 tips[joint.child].append(place)
             else:
                 place = starts[joint.child]
-            kind = "turn" if joint.type in ROUND else "weld" if joint.type == "fixed" else "slide"
-            self._hinges[joint.name] = ((at, place, way), kind == "slide", joint.child)
-            if joint.type == "rod":
+            kind = JOINTS[joint.type].mark.sign
+            self._hinges[joint.name] = ((at, place, way), kind not in ("turn", "weld"), joint.child)
+            if kind == "link":
                 self._mark("link", (at, place), GROUND, joint.name)
-            elif joint.type != "free":
+            elif kind:
                 if joint.parent == GROUND:
                     self._mark("rail" if kind == "slide" else "support", (at, way), GROUND, "")
                 marks.append(self._made(kind, (place, way, at), joint.child, ", ".join(joint.coordinates)))

@@ -1,0 +1,35 @@
+"""What a joint looks like: its symbol as parts that pictures know how to draw, and its sign on pages of lessons."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Part:
+    """One part of a symbol.
+
+    Attributes:
+        shape: a key of `PARTS` in `symdyn.draw.symbols`.
+        half: its size from its middle, in halves of a symbol's width; 0 for shapes of one size.
+        way: its direction: a key of the joint that is one, or "x", "y", "z" of the joint frame.
+    """
+
+    shape: str
+    half: float = 0.0
+    way: str = "axis"
+
+
+@dataclass(frozen=True)
+class Mark:
+    """The symbol of a joint: what it leaves free.
+
+    Attributes:
+        parts: of the symbol, from below.
+        flat: of the symbol face-on in a planar picture; () for the same ones.
+        sign: on pages of lessons "turn", "slide" or "weld", or "link" for a line between its ends; "" for none.
+    """
+
+    parts: tuple[Part, ...]
+    flat: tuple[Part, ...] = ()
+    sign: str = "turn"
