@@ -24,7 +24,7 @@ from symdyn.scene import Scene, read, read_text
 from symdyn.simulation.constraints import Projection
 from symdyn.simulation.integrate import METHODS, Problem
 from symdyn.simulation.integrate.taylor import integrator, size, translate
-from symdyn.simulation.system import build_system
+from symdyn.simulation.state_equations import state_equations
 
 EPS = float(np.finfo(np.float64).eps)
 START = (0.5, 0.5, 0.0, 0.0)
@@ -81,7 +81,7 @@ def energy(x: np.ndarray) -> float:
 def reference() -> np.ndarray:
     """Return the end in extended precision (64 bits of mantissa at least), two digits and more beyond double."""
     kind = np.longdouble
-    variables, entries = translate(build_system(scene()))
+    variables, entries = translate(state_equations(scene()))
     x = np.array([kind(one) for one in START])
     ta = hy.taylor_adaptive(list(zip(variables, entries, strict=True)), x, fp_type=kind)
     ta.propagate_until(kind(END))
@@ -98,7 +98,7 @@ def run(ta: object) -> tuple[float, np.ndarray]:
 
 def main(rounds: int) -> None:
     """Measure and print."""
-    system = build_system(scene())
+    system = state_equations(scene())
     x = np.array(START)
     sides = {tol: list(zip(*translate(system), strict=True)) for tol in (EPS, 1e-12)}
     ours = {tol: hy.taylor_adaptive(rates, x, tol=tol) for tol, rates in sides.items()}
@@ -150,7 +150,7 @@ def arm() -> None:
     """Print what a 7-axis arm costs; heyoka keeps what it has compiled, and must not find it here."""
     hy.llvm_state.set_diskcache_enabled(False)
     hy.llvm_state.clear_memcache()
-    system = build_system(read(EXAMPLES / "arm7.toml"))
+    system = state_equations(read(EXAMPLES / "arm7.toml"))
     x = np.concatenate([np.linspace(0.2, 0.8, 7), np.zeros(7)])
     clock = time.perf_counter()
     translate(system)

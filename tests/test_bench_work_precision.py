@@ -18,14 +18,14 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
 from symdyn.simulation.initial import read_start
-from symdyn.simulation.system import build_system
+from symdyn.simulation.state_equations import state_equations
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 
 def runs_of(scene: Scene) -> Runs:
     begin = read_start(scene, lively(scene))
-    system = build_system(scene)
+    system = state_equations(scene)
     return Runs(system, np.concatenate([begin.q, begin.u, np.zeros(int(system.works))]))
 
 

@@ -17,7 +17,7 @@ from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.model import Trajectory
-from symdyn.simulation.system import build_system
+from symdyn.simulation.state_equations import state_equations
 
 DATA, EXAMPLES = Path(__file__).parent / "data", Path(__file__).parent.parent / "examples"
 ZXY = (DATA / "found" / "rolling_disc_zxy.toml").read_text(encoding="utf-8")
@@ -89,8 +89,8 @@ def test_a_rolling_wheel_keeps_its_height() -> None:
     off = at(trajectory.scene, trajectory, "z") - 0.3 * np.sqrt(1 - axis_z**2)
 
     assert np.abs(off).max() < 1e-11
-    assert "constraint_residual" in {r.function.name for r in build_system(trajectory.scene).program.routines}
-    residual = build_system(trajectory.scene).program["constraint_residual"].function
+    assert "constraint_residual" in {r.function.name for r in state_equations(trajectory.scene).program.routines}
+    residual = state_equations(trajectory.scene).program["constraint_residual"].function
     assert sum(not entry.is_zero for entry in residual.entries) == 1
 
 
@@ -256,7 +256,7 @@ def test_a_disc_rolls_round_steadily_at_the_rates_of_neimark_and_fufaev() -> Non
 
 def eigenvalues(scene: Scene, speed: float) -> np.ndarray:
     """Return those of the linearised motion of lean and steer about going straight ahead."""
-    system, numbers = build_system(scene), numbers_of(scene)
+    system, numbers = state_equations(scene), numbers_of(scene)
     q, u = list(scene.coordinates), list(scene.velocities)
     held = [u.index(f"{name}_dot") for name in ("x", "y", "yaw", "lean", "steer", "rear_turn", "front_turn")]
     moving = [len(q) + u.index(f"{name}_dot") for name in ("lean", "steer")]

@@ -18,7 +18,7 @@ from symdyn.scene import Scene, read_text
 from symdyn.scene.starters import starter
 from symdyn.simulation import simulate
 from symdyn.simulation.initial import read_start
-from symdyn.simulation.system import build_system
+from symdyn.simulation.state_equations import state_equations
 
 
 def row_of(n: int) -> Scene:
@@ -27,7 +27,7 @@ def row_of(n: int) -> Scene:
 
 def test_a_parallelogram_holds_its_coordinates_in_proportion():
     w = Workspace(row_of(2))
-    loops = linear_loops(w)
+    loops = linear_loops(w.closed.numbers, w.closed.closure)
 
     assert loops is not None
     assert len(loops.independent) == 1
@@ -36,12 +36,14 @@ def test_a_parallelogram_holds_its_coordinates_in_proportion():
 
 @pytest.mark.parametrize("template", ["four_bar", "slider_crank"])
 def test_other_loops_do_not(template):
-    assert linear_loops(Workspace(read_text(starter("one", template)))) is None
+    closed = Workspace(read_text(starter("one", template))).closed
+
+    assert linear_loops(closed.numbers, closed.closure) is None
 
 
 def test_away_from_change_points_it_is_the_forward_dynamics_of_everybody():
     w = Workspace(row_of(2))
-    loops = linear_loops(w)
+    loops = linear_loops(w.closed.numbers, w.closed.closure)
     assert loops is not None
     (free,) = loops.independent
     values = {w.state.q[free]: 0.7, w.state.qd[free]: -1.3} | dict.fromkeys(w.state.tau, 0.4)
@@ -79,7 +81,7 @@ def test_forty_four_bars_in_a_row_take_less_than_a_second_for_twenty():
 
 def test_what_is_compiled_for_a_row_grows_as_its_length():
     """Rows in proportion need no G, whose entries grow as the square."""
-    short, long = (build_system(row_of(n)).program.routines for n in (5, 10))
+    short, long = (state_equations(row_of(n)).program.routines for n in (5, 10))
     sizes = [sum(len(one.function.entries) + len(one.steps) for one in routines) for routines in (short, long)]
 
     assert sizes[1] < 2.1 * sizes[0]
@@ -90,7 +92,7 @@ def test_what_is_compiled_for_a_row_grows_as_its_length():
 def test_the_rows_of_a_system_are_those_of_the_scene(template):
     """G is put together of its entries that are not zero."""
     scene = read_text(starter("one", template))
-    system, G = build_system(scene), symdyn.load(scene, "constraint_jacobian").constraint_jacobian
+    system, G = state_equations(scene), symdyn.load(scene, "constraint_jacobian").constraint_jacobian
     start = read_start(scene)
     x = np.concatenate([start.q, start.u + 0.3, np.zeros(int(system.works))])
 

@@ -17,7 +17,7 @@ from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, sim
 from symdyn.simulation.implicit import Implicit
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.record import record
-from symdyn.simulation.system import build_system
+from symdyn.simulation.state_equations import state_equations
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -73,7 +73,7 @@ def test_both_positions_and_velocities_are_held_without_projection(monkeypatch: 
 def test_the_implicit_equations_hold_where_the_reduced_ones_do(name: str) -> None:
     scene = read(EXAMPLES / f"{name}.toml")
     system, start = (
-        build_system(scene),
+        state_equations(scene),
         read_start(scene, rates={scene.velocities[0]: "1"} if name != DISC.name else {}),
     )
     equations = Implicit(system)

@@ -23,7 +23,7 @@ from symdyn.simulation.integrate import importable
 from symdyn.simulation.laws import Law, read_law
 from symdyn.simulation.record import csv_text, record
 from symdyn.simulation.slopes import differences
-from symdyn.simulation.system import build_system
+from symdyn.simulation.state_equations import state_equations
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -192,7 +192,7 @@ def test_a_stiff_system_gets_an_implicit_method() -> None:
 
 @pytest.mark.parametrize("name", ["four_bar", "pendulum"])
 def test_a_saddle_is_not_stiff_however_long_the_motion(name: str) -> None:
-    system = build_system(read(EXAMPLES / f"{name}.toml"))
+    system = state_equations(read(EXAMPLES / f"{name}.toml"))
     x = np.zeros(system.nq + system.nv + system.works)
     if name == "pendulum":
         x[0] = np.pi

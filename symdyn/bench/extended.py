@@ -23,7 +23,7 @@ from symdyn.errors import SimulateError
 from symdyn.graph import evaluate
 from symdyn.simulation.integrate import METHODS, importable
 from symdyn.simulation.integrate.taylor import library, refuses, translate
-from symdyn.simulation.system import System
+from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]
 Long = npt.NDArray[np.longdouble]
@@ -68,7 +68,7 @@ class Truth:
         return float(np.abs(self.x - x[: len(self.x)]).max()) / size
 
 
-def truth(system: System, x: Array, until: float, doubles: Doubles) -> Truth:
+def truth(system: StateEquations, x: Array, until: float, doubles: Doubles) -> Truth:
     """Return where the motion from x ends.
 
     Args:
@@ -106,7 +106,7 @@ def long_double(value: Fraction) -> Any:
     return np.longdouble(value.numerator) / np.longdouble(value.denominator)
 
 
-def _taylor(system: System, x: Array, until: float) -> Truth:
+def _taylor(system: StateEquations, x: Array, until: float) -> Truth:
     """Return the end of the motion by ever shorter steps, until it settles."""
     heyoka = library()
     variables, entries = translate(system, real=long_double)
@@ -128,18 +128,21 @@ def _taylor(system: System, x: Array, until: float) -> Truth:
     return found
 
 
-def _on_loops(system: System, x: Array) -> Long:
+def _on_loops(system: StateEquations, x: Array) -> Long:
     """Return a start with its loops closed to all digits, the independent coordinates as they are."""
     if not system.closed:
         return x[: system.nq + system.nv].astype(np.longdouble)
     big = BigFloats(50)
     q, u = ([big.number(value) for value in part] for part in np.split(x[: system.nq + system.nv], [system.nq]))
 
+    known = system.compiled.values(system.opened.values)
+    prepared = [[big.number(float(value)) for value in known]] if len(known) else []
+
     def call(name: str, *given: list[Any]) -> list[Any]:
-        function = system.program[name].function
+        function = system.compiled.prepared[name].function
         values = {
             symbol: value
-            for argument, part in zip(function.arguments, given, strict=True)
+            for argument, part in zip(function.arguments, (*given, *prepared), strict=True)
             for symbol, value in zip(argument.symbols, part, strict=True)
         }
         return evaluate(function.entries, big, values)

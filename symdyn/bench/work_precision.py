@@ -21,7 +21,7 @@ from symdyn.simulation.constraints import Projection
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS, IntegrationError, Piece, Problem, importable, integrate
 from symdyn.simulation.monitors import observe
-from symdyn.simulation.system import System, build_system
+from symdyn.simulation.state_equations import StateEquations, state_equations
 
 Array = npt.NDArray[np.float64]
 
@@ -53,7 +53,7 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
         DerivationError: there is no forward dynamics.
     """
     progress("a reference of the motion")
-    system = build_system(scene)
+    system = state_equations(scene)
     begin = read_start(scene, lively(scene))
     runs = Runs(system, np.concatenate([begin.q, begin.u, np.zeros(int(system.works))]))
     known = truth(system, runs.x, UNTIL, lambda name, tolerance: runs.run(name, tolerance, UNTIL).x[-1])
@@ -121,7 +121,7 @@ class Run:
 class Runs:
     """A system and its start, ready to be run by any method."""
 
-    system: System
+    system: StateEquations
     x: Array
 
     def run(self, name: str, tolerance: float, until: float, samples: int = 2) -> Run:

@@ -17,7 +17,7 @@ from symdyn.scene.names import suggestion
 from symdyn.simulation.integrate import METHODS, Method, importable
 from symdyn.simulation.integrate.taylor import overlooks, refuses, size
 from symdyn.simulation.slopes import differences
-from symdyn.simulation.system import System
+from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]
 
@@ -48,7 +48,7 @@ class Choice:
     otherwise: str | None = None
 
 
-def choose(system: System, x: Array, until: float, asked: str | None = None) -> Choice:
+def choose(system: StateEquations, x: Array, until: float, asked: str | None = None) -> Choice:
     """Return the integrator for a system.
 
     Args:
@@ -77,7 +77,7 @@ def choose(system: System, x: Array, until: float, asked: str | None = None) -> 
     return Choice("dop853", METHODS["dop853"], f"no Taylor method: {why}")
 
 
-def _asked(system: System, asked: str) -> Choice:
+def _asked(system: StateEquations, asked: str) -> Choice:
     name = asked.lower()
     if name not in METHODS:
         raise SimulateError(f"method {asked} is not known; {suggestion(asked, METHODS)}")
@@ -90,7 +90,7 @@ def _asked(system: System, asked: str) -> Choice:
     return Choice(name, method, "")
 
 
-def is_stiff(system: System, x: Array, until: float) -> bool:
+def is_stiff(system: StateEquations, x: Array, until: float) -> bool:
     """Tell whether a system is stiff at the start; a jump there, which looks infinitely steep, is no stiffness."""
     decays = []
     for step in (1e-5, 1e-6):

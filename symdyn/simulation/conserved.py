@@ -8,14 +8,16 @@ it, so that gravity, drives and loads count; what vanishes at every one of the r
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.derive import derive_one
 from symdyn.dynamics.state import joint_motion, placement, quaternions
 from symdyn.dynamics.workspace import Workspace
-from symdyn.graph import Expr, evaluate, tangents
-from symdyn.scene import GROUND, JOINTS, Joint, express
+from symdyn.graph import Expr, Graph, evaluate, reachable, tangents
+from symdyn.scene import GROUND, JOINTS, Joint, Scene
 from symdyn.simulation.reading import TIME
 from symdyn.spatial import add, apply, cross
 
@@ -24,8 +26,42 @@ NEGLIGIBLE = 1e-9
 """A rate below it, over the largest rate of any momentum and at least 1, is zero."""
 
 
-def conserved(w: Workspace, accelerations: Sequence[Expr], tabulated: bool) -> list[tuple[str, Expr]]:
-    """Return name and formula of every momentum that is conserved; none for closed scenes.
+@dataclass(frozen=True)
+class Candidates:
+    """Momenta that may be conserved.
+
+    Attributes:
+        scene: whose, its parameters free.
+        names: of their columns.
+        formulas: of the momenta, shape (count,).
+        rates: of the momenta, in the order of `formulas`.
+    """
+
+    scene: Scene
+    names: tuple[str, ...] = ()
+    formulas: tuple[Expr, ...] = ()
+    rates: tuple[Expr, ...] = ()
+
+    @cached_property
+    def _order(self) -> list[Expr]:
+        return reachable(self.rates)
+
+    def conserved(self, values: Mapping[str, float]) -> tuple[int, ...]:
+        """Return which momenta are conserved at values of the parameters, ascending."""
+        sizes = [0.0] * len(self.names)
+        for k in range(STATES if sizes else 0):
+            state = _state(self.scene, self.rates[0].graph, k) | values_on(self.rates[0].graph, values)
+            try:
+                rates = evaluate(self.rates, Floats(), state, self._order)
+            except (ArithmeticError, ValueError):
+                return ()
+            sizes = [max(size, abs(value)) for size, value in zip(sizes, rates, strict=True)]
+        limit = NEGLIGIBLE * max(1.0, *sizes) if sizes else 0.0
+        return tuple(k for k, size in enumerate(sizes) if size <= limit and not self.formulas[k].is_zero)
+
+
+def candidates(w: Workspace, accelerations: Sequence[Expr], tabulated: bool) -> Candidates:
+    """Return name and formula of every momentum that may be conserved; none for closed scenes.
 
     Args:
         w: the scene.
@@ -33,29 +69,21 @@ def conserved(w: Workspace, accelerations: Sequence[Expr], tabulated: bool) -> l
         tabulated: whether some driving force is a table, which has no formula.
     """
     scene, state = w.scene, w.state
-    if scene.is_closed or tabulated or not state.n:
-        return []
+    if scene.loops or scene.rows or tabulated or not state.n:
+        return Candidates(scene)
     momenta = list(derive_one(w, "momentum").entries)
     names = [f"momentum_{velocity.removesuffix('_dot')}" for velocity in scene.velocities]
-    candidates = list(zip(names, momenta, strict=True))
+    found = list(zip(names, momenta, strict=True))
     first = 0
     for joint in scene.moving:
         own = momenta[first : first + len(joint.rates)]
         if joint.parent == GROUND and "1" in JOINTS[joint.type].coordinates(joint):
-            candidates += _in_ground_axes(w, joint, own)
+            found += _in_ground_axes(w, joint, own)
         first += len(joint.rates)
     seeds = state.velocity | dict(zip(state.qd, accelerations, strict=True))
     seeds[w.graph.symbol(TIME)] = w.graph.one
-    rates = tangents([p for _, p in candidates], seeds)
-    sizes = [0.0] * len(candidates)
-    for k in range(STATES):
-        try:
-            values = evaluate(rates, Floats(), _state(w, k))
-        except (ArithmeticError, ValueError):
-            return []
-        sizes = [max(size, abs(value)) for size, value in zip(sizes, values, strict=True)]
-    limit = NEGLIGIBLE * max(1.0, *sizes)
-    return [one for one, size in zip(candidates, sizes, strict=True) if size <= limit and not one[1].is_zero]
+    formulas = tuple(p for _, p in found)
+    return Candidates(scene, tuple(name for name, _ in found), formulas, tuple(tangents(formulas, seeds)))
 
 
 def _in_ground_axes(w: Workspace, joint: Joint, own: Sequence[Expr]) -> list[tuple[str, Expr]]:
@@ -73,15 +101,17 @@ def _in_ground_axes(w: Workspace, joint: Joint, own: Sequence[Expr]) -> list[tup
     return [(f"momentum_{joint.name}_{name}", x) for name, x in pairs]
 
 
-def _state(w: Workspace, k: int) -> dict[Expr, float]:
+def _state(scene: Scene, graph: Graph, k: int) -> dict[Expr, float]:
     """Return the k-th random state, with unit quaternions."""
-    rng = random.Random(f"{w.scene.name}:{k}")
-    values = {x: rng.uniform(-1.0, 1.0) for x in (*w.state.q, *w.state.qd, w.graph.symbol(TIME))}
-    for group in quaternions(w.scene):
-        nodes = [w.graph.symbol(name) for name in group]
+    rng = random.Random(f"{scene.name}:{k}")
+    values = {graph.symbol(name): rng.uniform(-1.0, 1.0) for name in (*scene.coordinates, *scene.velocities, TIME)}
+    for group in quaternions(scene):
+        nodes = [graph.symbol(name) for name in group]
         length = sum(values[node] ** 2 for node in nodes) ** 0.5
         values |= {node: values[node] / length for node in nodes}
-    for parameter in w.scene.parameters:
-        if parameter.value is not None:
-            (values[w.graph.symbol(parameter.name)],) = evaluate([express(parameter.value, w.graph)], Floats(), {})
     return values
+
+
+def values_on(graph: Graph, values: Mapping[str, float]) -> dict[Expr, float]:
+    """Return values by name as values of the symbols of a graph."""
+    return {graph.symbol(name): value for name, value in values.items()}

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from symdyn.dynamics.prescribed import prescribed
 from symdyn.graph import Graph
-from symdyn.simulation.system import System
+from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class Projection:
         active: whether there is anything to keep.
     """
 
-    def __init__(self, system: System, limit: float) -> None:
+    def __init__(self, system: StateEquations, limit: float) -> None:
         """Prepare the projection of a system's states."""
         self.system, self.limit = system, limit
         held = set(prescribed(system.scene, Graph()).place)

@@ -15,7 +15,8 @@ import numpy.typing as npt
 from symdyn.dynamics.loops.closure import Closure, loose_rows
 from symdyn.dynamics.loops.numbers import Numbers
 from symdyn.scene import Row, Scene
-from symdyn.simulation.multipliers import decided, multipliers
+from symdyn.simulation.decisions import closure_of
+from symdyn.simulation.multipliers import multipliers
 
 Array = npt.NDArray[np.float64]
 
@@ -52,7 +53,7 @@ def needed(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau: Array) -> 
     contacts = [row for row in scene.rows if row.touches]
     if not contacts:
         return [], []
-    closure, numbers = decided(scene)
+    closure, numbers = closure_of(scene)
     places = _places(closure, numbers)
     labels = [numbers.constraints.labels[k] for k in loose_rows(numbers, closure.assembly)]
     shared = {(label.owner, label.number) for label in labels if not label.loop}

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -153,13 +154,25 @@ def _from_table(
         if k is not None and (k in formulas or k in tables):
             faults.add(table.source, f"{name} has a force already")
         elif k is not None:
-            tables[k] = _interpolant(table.t, table.values[name])
+            tables[k] = Table(table.t, table.values[name])
             found.append(k)
     return found
 
 
-def _interpolant(t: Array, x: Array) -> Callable[[Array], Array]:
-    from scipy.interpolate import PchipInterpolator
+@dataclass(frozen=True)
+class Table:
+    """Numbers over rising times, interpolated; held before the first and after the last."""
 
-    curve = PchipInterpolator(t, x)
-    return lambda times: np.asarray(curve(np.clip(times, t[0], t[-1])), dtype=np.float64)
+    t: Array
+    x: Array
+
+    @cached_property
+    def _curve(self) -> Callable[[Array], Array]:
+        from scipy.interpolate import PchipInterpolator
+
+        found: Callable[[Array], Array] = PchipInterpolator(self.t, self.x)
+        return found
+
+    def __call__(self, times: Array) -> Array:
+        """Return the numbers at `times`."""
+        return np.asarray(self._curve(np.clip(times, self.t[0], self.t[-1])), dtype=np.float64)

@@ -8,9 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.dynamics.loops.numbers import numbers_of
 from symdyn.errors import SimulateError
-from symdyn.scene import Quantity, Scene
+from symdyn.scene import Quantity, Scene, bind
 from symdyn.scene.names import suggestion
 from symdyn.scene.table import Faults
 from symdyn.simulation.choose import Choice, choose
@@ -23,11 +22,12 @@ from symdyn.simulation.integrate import METHODS, Hit, Problem
 from symdyn.simulation.limits import passed
 from symdyn.simulation.model import END, INTERRUPTED, Event, Trajectory
 from symdyn.simulation.monitors import observe
+from symdyn.simulation.opened import numbers_at
 from symdyn.simulation.reactions import axes_of, reaction_columns
 from symdyn.simulation.reading import TIME, close, parameter_values, read_formula
 from symdyn.simulation.run import STOPPED, Run, integrated
 from symdyn.simulation.samples import sample_times
-from symdyn.simulation.system import System, build_system
+from symdyn.simulation.state_equations import StateEquations, state_equations
 from symdyn.simulation.valueless import valueless
 
 Array = npt.NDArray[np.float64]
@@ -59,8 +59,12 @@ def simulate(
     reactions: bool | str = False,
     progress: Callable[[float], None] | None = None,
     say: Callable[[str], None] | None = None,
+    values: Mapping[str, object] | None = None,
 ) -> Trajectory:
     """Return the motion that forces give a scene from t = 0 on.
+
+    Equations are compiled once for all values of named parameters; for other values of them nothing is compiled, unless
+    numbers decide otherwise than before, which is said.
 
     A run that cannot go on, or is interrupted (Ctrl-C), returns what was computed so far. `Trajectory.stopped` says
     why, and of the first so does a RuntimeWarning unless somebody listens (`say`).
@@ -81,18 +85,21 @@ def simulate(
             "body".
         progress: called with the share that is done.
         say: called with lines for the user: the method and why.
+        values: of parameters, in place of those that the scene gives: numbers or formulas by name.
 
     Raises:
         SimulateError: with every fault of the arguments, one line each.
+        SceneError: a value that the scene cannot have, or of no parameter.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
+    scene = bind(scene, values) if values else scene
     forces = forces if isinstance(forces, Forces) else read_forces(scene, forces)
     formulas = (*stops, *reports)
     zeros, times, initial = _checked(scene, until, every, rtol, atol, formulas, method, start, start_rates, reactions)
-    notes = (*initial.notes, *held(scene, forces, until))
+    system = state_equations(scene, forces, zeros)
+    notes = (*initial.notes, *held(scene, forces, until), *system.notes)
     for note in notes:
         _tell(say, note)
-    system = build_system(scene, forces, zeros)
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
     _ready(system, x)
     flags = tuple(k < len(stops) for k in range(len(formulas)))
@@ -156,7 +163,7 @@ def _checked(
     initial = None
     try:
         if isinstance(start, Start):
-            no_equations(numbers_of(scene), start.q)
+            no_equations(numbers_at(scene), start.q)
             initial = start
         else:
             initial = read_start(scene, start, start_rates)
@@ -205,11 +212,11 @@ def check_run(
     return tuple(event for event in events if event is not None), times
 
 
-def _ready(system: System, x: Array) -> None:
+def _ready(system: StateEquations, x: Array) -> None:
     """Raise SimulateError where the accelerations at the start do not exist."""
     with np.errstate(all="ignore"):
         rates = system.rates(0.0, x)
-    why = "" if system.closed else singular(system.scene, x[: system.nq])
+    why = "" if system.closed else singular(system, x[: system.nq])
     if not np.all(np.isfinite(rates)):
         part = valueless(system.scene, system.forces, 0.0, x[: system.nq], x[system.nq : system.nq + system.nv])
         why = f"start: {part}; give another start" if part else why
@@ -225,7 +232,7 @@ def _method(choice: Choice, rtol: float, atol: float) -> str:
     return f"method: {choice.name} ({choice.method.library}), {tolerance}{reason}"
 
 
-def _why(system: System, formulas: Sequence[str], run: Run) -> str:
+def _why(system: StateEquations, formulas: Sequence[str], run: Run) -> str:
     """Return what ended a run: its time, a formula of the user, where equations end, or what has no value there."""
     if run.stopped in (END, INTERRUPTED):
         return run.stopped
@@ -247,17 +254,18 @@ def _why(system: System, formulas: Sequence[str], run: Run) -> str:
     return f"{run.stopped}; {found}" if found else run.stopped
 
 
-def _limits(system: System, x: Array, hits: Sequence[Hit]) -> list[str]:
+def _limits(system: StateEquations, x: Array, hits: Sequence[Hit]) -> list[str]:
     """Return what is said of limits of joints that a run has passed, x its start."""
     if not system.limits:
         return []
     first = len(system.events) + len(system.ends)
     beyond = system.tell("events", 0.0, x)[first:] > 0
     times = [[hit.t for hit in hits if hit.event == first + k] for k in range(len(system.limits))]
-    return [words for words in map(passed, system.limits, beyond, times) if words]
+    told = (limit.words(system.scene) for limit in system.limits)
+    return [words for words in map(passed, told, beyond, times) if words]
 
 
-def _event(system: System, formulas: Sequence[str], flags: Sequence[bool], hit: Hit) -> Event:
+def _event(system: StateEquations, formulas: Sequence[str], flags: Sequence[bool], hit: Hit) -> Event:
     q, u = hit.x[: system.nq], hit.x[system.nq : system.nq + system.nv]
     return Event(formulas[hit.event], hit.t, q, u, flags[hit.event])
 

@@ -10,6 +10,7 @@ from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import placement
 from symdyn.dynamics.workspace import Workspace
 from symdyn.graph import Expr, Graph
+from symdyn.program.assemble import PARAMS
 from symdyn.scene import Scene, express
 from symdyn.simulation.forces import Forces
 from symdyn.simulation.reading import TIME
@@ -35,7 +36,8 @@ def point_names(scene: Scene) -> list[str]:
 
 
 def plain(name: str, entries: Sequence[Expr], takes: Sequence[Argument]) -> Function:
-    """Return entries as a function of its arguments."""
+    """Return entries as a function of its arguments, parameters behind all others."""
+    takes = sorted(takes, key=lambda one: one.name == PARAMS)
     return Function(name, name, tuple(takes), "out", (len(entries),), tuple(entries), units="", formulation="")
 
 

@@ -25,14 +25,12 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build.load import load_program
-from symdyn.dynamics.equations import Equations
 from symdyn.dynamics.workspace import Workspace
 from symdyn.graph import Expr, substitute, tangents
-from symdyn.program import lower
 from symdyn.scene import acceleration_name
+from symdyn.simulation.compiled import Compiled, compiled
 from symdyn.simulation.functions import argument, drive, plain
-from symdyn.simulation.system import System
+from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]
 
@@ -45,58 +43,12 @@ class Implicit:
         size: length of y.
     """
 
-    def __init__(self, system: System) -> None:
-        """Write F on the graph of the system's program, differentiate it, compile both."""
+    def __init__(self, system: StateEquations) -> None:
+        """Take F, compiled once for all values of parameters, at those of the system."""
         self.system = system
-        residual = [] if not system.rows else system.program["constraint_residual"].function.entries
-        self._holding = [k for k, entry in enumerate(residual) if not entry.is_zero]
-        lengths = (system.nq, system.nv, int(system.works), system.rows, len(self._holding), len(system.quaternions))
-        self._ends = np.cumsum(lengths)
+        _, self._ends = _layout(system)
         self.size = int(self._ends[-1])
-        known = system.program["rates"].function.arguments
-        graph = system.program.graph
-        rates, way, turn = (argument(graph, name, self.size) for name in ("rates", "way", "turn"))
-        entries = self._entries({one.name: one.symbols for one in known}, rates.symbols)
-        moving = (*known[0].symbols, *known[1].symbols)
-        ways = dict(zip((*moving, *rates.symbols), (*way.symbols[: len(moving)], *turn.symbols), strict=True))
-        functions = (
-            plain("residual", entries, (*known, rates)),
-            plain("along", tangents(entries, ways), (*known, rates, way, turn)),
-        )
-        self._calls, _ = load_program(lower(Equations(system.scene, graph, functions)), lean=True)
-
-    def _entries(self, state: dict[str, tuple[Expr, ...]], rates: Sequence[Expr]) -> list[Expr]:
-        """Return the entries of F in terms of q, u, τ, t and ẏ."""
-        system, program = self.system, self.system.program
-        graph, w = program.graph, Workspace(self.system.scene)
-        cuts = [0, *self._ends]
-        speed, acceleration, work, multipliers, nu, rho = (rates[i:j] for i, j in itertools.pairwise(cuts))
-        moving = list(state["qd"])
-        balance = w.forces(list(w.state.qdd))
-        balance = [force - drive(w, system.forces, k) for k, force in enumerate(balance)]
-        for k, given in zip(w.prescribed.place, w.prescribed.acceleration, strict=True):
-            balance[k] = w.state.qdd[k] - given
-        places = [graph.symbol(acceleration_name(name)) for name in system.scene.velocities]
-        balance = substitute(substitute(balance, {}, graph), dict(zip(places, acceleration, strict=True)))
-        held: list[Expr] = []
-        if system.rows:
-            G = np.full(system.rows * system.nv, graph.zero, dtype=object)
-            G[list(system.filled)] = program["slopes"].function.entries
-            rows = G.reshape(system.rows, system.nv)
-            for k in w.prescribed.free:
-                balance[k] = balance[k] - graph.total(row[k] * x for row, x in zip(rows, multipliers, strict=True))
-                moving[k] = moving[k] + graph.total(rows[r][k] * x for r, x in zip(self._holding, nu, strict=True))
-            residual = program["constraint_residual"].function.entries
-            held = [*program["row_rates"].function.entries, *(residual[r] for r in self._holding)]
-        moved = substitute(substitute(w.state.rates, {}, graph), dict(zip(state["qd"], moving, strict=True)))
-        found = [one - other for one, other in zip(speed, moved, strict=True)]
-        lengths = []
-        for part, stretch in zip(system.quaternions, rho, strict=True):
-            e = state["q"][part]
-            found[part] = [one - x * stretch for one, x in zip(found[part], e, strict=True)]
-            lengths.append(graph.total(x * x for x in e) - graph.one)
-        power = [one - graph.total(program["power"].function.entries) for one in work]
-        return [*found, *balance, *power, *held, *lengths]
+        self._calls = system.once(_functions).at(system.opened.values)
 
     def start(self, t: float, x: Array) -> tuple[Array, Array]:
         """Return y and ẏ at a state that keeps its constraints, shape (nx,)."""
@@ -123,3 +75,61 @@ class Implicit:
     def _state(self, t: float, y: Array) -> tuple[Array, Array, Array, float]:
         nq, nv = self.system.nq, self.system.nv
         return y[:nq], y[nq : nq + nv], self.system.tables(t), t
+
+
+def _layout(system: StateEquations) -> tuple[list[int], Array]:
+    """Return the rows that hold positions, and where each part of y ends."""
+    residual = [] if not system.rows else system.program["constraint_residual"].function.entries
+    holding = [k for k, entry in enumerate(residual) if not entry.is_zero]
+    lengths = (system.nq, system.nv, int(system.works), system.rows, len(holding), len(system.quaternions))
+    return holding, np.cumsum(lengths)
+
+
+def _functions(system: StateEquations) -> Compiled:
+    """Return F and its derivative in a direction, written on the graph of the system's program."""
+    size = int(_layout(system)[1][-1])
+    known = system.program["rates"].function.arguments
+    graph = system.program.graph
+    rates, way, turn = (argument(graph, name, size) for name in ("rates", "way", "turn"))
+    entries = _entries(system, {one.name: one.symbols for one in known}, rates.symbols)
+    moving = (*known[0].symbols, *known[1].symbols)
+    ways = dict(zip((*moving, *rates.symbols), (*way.symbols[: len(moving)], *turn.symbols), strict=True))
+    functions = (
+        plain("residual", entries, (*known, rates)),
+        plain("along", tangents(entries, ways), (*known, rates, way, turn)),
+    )
+    return compiled(system.opened.scene, graph, functions)
+
+
+def _entries(system: StateEquations, state: dict[str, tuple[Expr, ...]], rates: Sequence[Expr]) -> list[Expr]:
+    """Return the entries of F in terms of q, u, τ, t and ẏ."""
+    program, (holding, ends) = system.program, _layout(system)
+    graph, w = program.graph, Workspace(system.opened.scene, system.opened.closing)
+    cuts = [0, *ends]
+    speed, acceleration, work, multipliers, nu, rho = (rates[i:j] for i, j in itertools.pairwise(cuts))
+    moving = list(state["qd"])
+    balance = w.forces(list(w.state.qdd))
+    balance = [force - drive(w, system.forces, k) for k, force in enumerate(balance)]
+    for k, given in zip(w.prescribed.place, w.prescribed.acceleration, strict=True):
+        balance[k] = w.state.qdd[k] - given
+    places = [graph.symbol(acceleration_name(name)) for name in system.scene.velocities]
+    balance = substitute(substitute(balance, {}, graph), dict(zip(places, acceleration, strict=True)))
+    held: list[Expr] = []
+    if system.rows:
+        G = np.full(system.rows * system.nv, graph.zero, dtype=object)
+        G[list(system.filled)] = program["slopes"].function.entries
+        rows = G.reshape(system.rows, system.nv)
+        for k in w.prescribed.free:
+            balance[k] = balance[k] - graph.total(row[k] * x for row, x in zip(rows, multipliers, strict=True))
+            moving[k] = moving[k] + graph.total(rows[r][k] * x for r, x in zip(holding, nu, strict=True))
+        residual = program["constraint_residual"].function.entries
+        held = [*program["row_rates"].function.entries, *(residual[r] for r in holding)]
+    moved = substitute(substitute(w.state.rates, {}, graph), dict(zip(state["qd"], moving, strict=True)))
+    found = [one - other for one, other in zip(speed, moved, strict=True)]
+    lengths = []
+    for part, stretch in zip(system.quaternions, rho, strict=True):
+        e = state["q"][part]
+        found[part] = [one - x * stretch for one, x in zip(found[part], e, strict=True)]
+        lengths.append(graph.total(x * x for x in e) - graph.one)
+    power = [one - graph.total(program["power"].function.entries) for one in work]
+    return [*found, *balance, *power, *held, *lengths]

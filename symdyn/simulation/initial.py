@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics import derive
-from symdyn.dynamics.loops.numbers import Numbers, numbers_of
+from symdyn.dynamics.loops.numbers import Numbers
 from symdyn.dynamics.prescribed import TIME, prescribed
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.graph import Graph, evaluate, substitute
@@ -18,8 +17,11 @@ from symdyn.scene import Scene, express, velocity_name
 from symdyn.scene.names import suggestion
 from symdyn.scene.start import starting_position, starting_velocity
 from symdyn.scene.table import Faults
+from symdyn.simulation.conserved import values_on
 from symdyn.simulation.given import CONSISTENT, closed_rates, closed_start
+from symdyn.simulation.opened import numbers_at
 from symdyn.simulation.reading import close, number_of, parameter_values, read_formula
+from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]
 
@@ -79,7 +81,7 @@ def read_start(scene: Scene, start: Mapping[str, str] | None = None, rates: Mapp
             given_u.append(k)
             if k in moved:
                 faults.add("start rates", f"{name} has a prescribed motion, which says how it starts")
-    numbers = numbers_of(scene)
+    numbers = numbers_at(scene)
     _prescribe(scene, q, u, given_q, faults)
     for group, part in _quaternions(scene).items():
         if not np.linalg.norm(q[part]) > 0:
@@ -177,16 +179,11 @@ def _ways(scene: Scene, way: Array) -> str:
     return ", ".join(words) + (f", and {len(far) - NAMED} more" if len(far) > NAMED else "")
 
 
-def singular(scene: Scene, q: Array) -> str:
+def singular(system: StateEquations, q: Array) -> str:
     """Return which velocity moves no mass at q, "" if all do; of a tree."""
-    function = derive(scene, ("mass_matrix",))["mass_matrix"]
-    graph = function.entries[0].graph
-    values = {graph.symbol(name): float(x) for name, x in zip(scene.coordinates, q, strict=True)}
-    for p in scene.parameters:
-        if p.value is not None:
-            (values[graph.symbol(p.name)],) = evaluate([express(p.value, graph)], Floats(), {})
-    n = len(scene.velocities)
-    M = np.array(evaluate(function.entries, Floats(), values), dtype=np.float64).reshape(n, n)
+    scene, graph, n = system.scene, system.mass[0].graph, system.nv
+    values = values_on(graph, {**system.opened.values, **dict(zip(scene.coordinates, q.tolist(), strict=True))})
+    M = np.array(evaluate(system.mass, Floats(), values), dtype=np.float64).reshape(n, n)
     if not np.all(np.isfinite(M)):
         return "the mass matrix has no finite value at the start"
     size = np.sqrt(np.abs(np.diag(M)))

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -36,10 +37,12 @@ Array = npt.NDArray[np.float64]
 Motion3 = tuple[Array, Array, Array]
 Profile = Callable[[Array], Motion3]
 
+EVER = (-np.inf, np.inf)
+
 
 @dataclass(frozen=True)
 class Law:
-    """The motion of one coordinate.
+    """The motion of one coordinate. It pickles as what it was made of.
 
     Attributes:
         text: as the user wrote it.
@@ -49,6 +52,10 @@ class Law:
     text: str
     span: tuple[float, float]
     _profile: Profile = field(repr=False, compare=False)
+    _made: tuple[Callable[..., Law], tuple[Any, ...]] = field(repr=False, compare=False)
+
+    def __reduce__(self) -> tuple[Callable[..., Law], tuple[Any, ...]]:
+        return self._made
 
     def __call__(self, times: npt.ArrayLike) -> Motion3:
         """Return position, velocity and acceleration at `times`, each of its shape; rad or m, per s, per s²."""
@@ -94,12 +101,13 @@ def formula_law(formula: Quantity, text: str) -> Law:
         q, qd, qdd = (np.broadcast_to(np.asarray(one, dtype=np.float64), times.shape).copy() for one in found)
         return q, qd, qdd
 
-    return Law(text, (-np.inf, np.inf), profile)
+    return Law(text, EVER, profile, (formula_law, (formula, text)))
 
 
 def constant(value: float, text: str = "") -> Law:
     """Return rest at a value."""
-    return Law(text or f"{value:g}", (-np.inf, np.inf), lambda t: (np.full_like(t, value), 0 * t, 0 * t))
+    made = (constant, (value, text))
+    return Law(text or f"{value:g}", EVER, lambda t: (np.full_like(t, value), 0 * t, 0 * t), made)
 
 
 # From a to b
@@ -120,15 +128,15 @@ def _cycloidal(z: Array) -> Motion3:
 
 def _trapezoidal(ramp: float) -> Profile:
     """Return the profile for a ramp as a fraction of the duration, 0 < ramp <= 1/2."""
+    return partial(_ramped, ramp)
+
+
+def _ramped(ramp: float, z: Array) -> Motion3:
     v = 1 / (1 - ramp)
     a = v / ramp
-
-    def profile(z: Array) -> Motion3:
-        parts = [z < ramp, z <= 1 - ramp]
-        s = np.select(parts, [a * z * z / 2, v * (z - ramp / 2)], 1 - a * (1 - z) ** 2 / 2)
-        return s, np.select(parts, [a * z, np.full_like(z, v)], a * (1 - z)), np.select(parts, [a + 0 * z, 0 * z], -a)
-
-    return profile
+    parts = [z < ramp, z <= 1 - ramp]
+    s = np.select(parts, [a * z * z / 2, v * (z - ramp / 2)], 1 - a * (1 - z) ** 2 / 2)
+    return s, np.select(parts, [a * z, np.full_like(z, v)], a * (1 - z)), np.select(parts, [a + 0 * z, 0 * z], -a)
 
 
 def between(a: float, b: float, duration: float, start: float, unit: Profile, text: str) -> Law:
@@ -142,7 +150,7 @@ def between(a: float, b: float, duration: float, start: float, unit: Profile, te
         q = np.where(z >= 1, b, a + way * s)
         return q, np.where(moving, way * v / duration, 0.0), np.where(moving, way * w / duration**2, 0.0)
 
-    return Law(text, (-np.inf, np.inf), profile)
+    return Law(text, EVER, profile, (between, (a, b, duration, start, unit, text)))
 
 
 # Through points
@@ -159,7 +167,7 @@ def through(t: Array, x: Array, text: str) -> Law:
         clipped = np.clip(times, t[0], t[-1])
         return spline(clipped), np.where(inside, spline(clipped, 1), 0.0), np.where(inside, spline(clipped, 2), 0.0)
 
-    return Law(text, (-np.inf, np.inf), profile)
+    return Law(text, EVER, profile, (through, (t, x, text)))
 
 
 def column_law(columns: Columns, name: str, rate: str, acceleration: str) -> Law:
@@ -191,7 +199,8 @@ def column_law(columns: Columns, name: str, rate: str, acceleration: str) -> Law
             qdd[exact] = a[place[exact]]
         return q, qd, qdd
 
-    return Law(f"{columns.source}: {name}", (float(t[0]), float(t[-1])), profile)
+    made = (column_law, (columns, name, rate, acceleration))
+    return Law(f"{columns.source}: {name}", (float(t[0]), float(t[-1])), profile, made)
 
 
 # Reading

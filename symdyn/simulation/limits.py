@@ -30,12 +30,28 @@ class Limit:
     """A limit that a motion may pass.
 
     Attributes:
-        words: whose, what and how far, such as "joint elbow: position within -1 … 1.57 rad".
+        joint: whose it is.
+        kind: a key of `UNITS`.
         beyond: formula that is positive beyond it.
     """
 
-    words: str
+    joint: Joint
+    kind: str
     beyond: Expr
+
+    def words(self, scene: Scene) -> str:
+        """Return whose, what and how far at values of a scene, such as "joint elbow: position within -1 … 1.57 rad"."""
+        given = self.joint.limits
+        size = None if self.kind == "position" else getattr(given, self.kind)
+        lower, upper = (None if x is None else _number(scene, x) for x in (given.lower, given.upper))
+        if size is not None:
+            range_ = f"up to {_number(scene, size)}"
+        elif lower is not None and upper is not None:
+            range_ = f"within {lower} … {upper}"
+        else:
+            range_ = f"up to {upper}" if lower is None else f"from {lower}"
+        turns = not JOINTS[self.joint.type].slides(self.joint)
+        return f"joint {self.joint.name}: {self.kind} {range_} {UNITS[self.kind][0 if turns else 1]}"
 
 
 def limits_of(scene: Scene, graph: Graph, drives: Sequence[Expr]) -> list[Limit]:
@@ -52,39 +68,34 @@ def limits_of(scene: Scene, graph: Graph, drives: Sequence[Expr]) -> list[Limit]
         if len(rates) != 1:
             continue
         if given.lower is not None or given.upper is not None:
-            found.append(_position(scene, joint, graph))
+            found.append(_position(joint, graph))
         sizes = [("velocity", given.velocity, rates[0])]
         if joint.coupling is None:
             sizes.append(("effort", given.effort, drives[velocities.index(joint.rates[0])]))
         for kind, largest, value in sizes:
             if largest is not None:
                 size = express(largest, graph)
-                words = f"up to {_number(scene, largest)}"
-                found.append(Limit(_words(joint, kind, words), value * value - size * size - _slack(graph)))
-    return [one for one in found if any(node.op is Op.SYMBOL for node in reachable([one.beyond]))]
+                found.append(Limit(joint, kind, value * value - size * size - _slack(graph)))
+    still = {parameter.name for parameter in scene.parameters}
+    return [
+        one
+        for one in found
+        if any(node.op is Op.SYMBOL and node.value not in still for node in reachable([one.beyond]))
+    ]
 
 
-def _position(scene: Scene, joint: Joint, graph: Graph) -> Limit:
+def _position(joint: Joint, graph: Graph) -> Limit:
     x, lower, upper = joint_position(joint, graph), joint.limits.lower, joint.limits.upper
-    if lower is not None and upper is not None:
-        words = f"within {_number(scene, lower)} … {_number(scene, upper)}"
-        least, most = express(lower, graph) - _slack(graph), express(upper, graph) + _slack(graph)
-        return Limit(_words(joint, "position", words), (x - least) * (x - most))
-    if lower is not None:
-        return Limit(
-            _words(joint, "position", f"from {_number(scene, lower)}"), express(lower, graph) - x - _slack(graph)
-        )
-    assert upper is not None, "one of the two is given"
-    return Limit(_words(joint, "position", f"up to {_number(scene, upper)}"), x - express(upper, graph) - _slack(graph))
+    least, most = (None if one is None else express(one, graph) for one in (lower, upper))
+    if least is not None and most is not None:
+        beyond = (x - (least - _slack(graph))) * (x - (most + _slack(graph)))
+    else:
+        beyond = x - most - _slack(graph) if most is not None else least - x - _slack(graph)  # type: ignore[operator]
+    return Limit(joint, "position", beyond)
 
 
 def _slack(graph: Graph) -> Expr:
     return graph.constant(SLACK)
-
-
-def _words(joint: Joint, kind: str, words: str) -> str:
-    turns = not JOINTS[joint.type].slides(joint)
-    return f"joint {joint.name}: {kind} {words} {UNITS[kind][0 if turns else 1]}"
 
 
 def _number(scene: Scene, quantity: Quantity) -> str:

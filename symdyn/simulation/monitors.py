@@ -9,12 +9,12 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.simulation.system import System
+from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]
 
 
-def observe(system: System, t: Array, x: Array) -> tuple[dict[str, Array], dict[str, float]]:
+def observe(system: StateEquations, t: Array, x: Array) -> tuple[dict[str, Array], dict[str, float]]:
     """Return columns of energies, powers and residuals at states x, shape (N, nx), and the largest violations."""
     K, P = (np.broadcast_to(system.tell(name, t, x).reshape(-1), t.shape) for name in ("kinetic", "potential"))
     columns = {"kinetic_energy": K, "potential_energy": P}
@@ -32,7 +32,8 @@ def observe(system: System, t: Array, x: Array) -> tuple[dict[str, Array], dict[
         lengths = [np.abs(np.einsum("ni,ni->n", x[:, part], x[:, part]) - 1.0) for part in system.quaternions]
         monitors["quaternions"] = max(_largest(one) for one in lengths)
     if system.momenta:
-        values = system.tell("momenta", t, x).reshape(len(t), -1)
+        places = [system.told.index(k) for k in system.conserved]
+        values = system.tell("momenta", t, x).reshape(len(t), -1)[:, places]
         columns |= {name: values[:, k] for k, name in enumerate(system.momenta)}
         monitors["momenta"] = _largest(values - values[0])
     return columns, monitors

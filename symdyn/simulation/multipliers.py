@@ -14,12 +14,14 @@ from collections import Counter
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build.load import load_program
 from symdyn.dynamics.loops.closure import Closure, loose_rows
 from symdyn.dynamics.loops.numbers import Numbers
-from symdyn.dynamics.workspace import Workspace
-from symdyn.program import formulate, lower
+from symdyn.program import formulate
 from symdyn.scene import Scene
+from symdyn.simulation.compiled import Compiled, compiled
+from symdyn.simulation.decisions import closure_of, decided
+from symdyn.simulation.kept import Kept
+from symdyn.simulation.opened import Opened, opened
 from symdyn.simulation.reading import TIME
 
 Array = npt.NDArray[np.float64]
@@ -27,13 +29,9 @@ Array = npt.NDArray[np.float64]
 LOOSE = "_not_unique"
 """Ends the names of columns that rigid bodies do not determine; their numbers are one choice among many."""
 
+REQUESTS = ("tree_forces", "constraint_jacobian")
+
 AXES = {"force along": "f", "moment about": "m"}
-
-
-def decided(scene: Scene) -> tuple[Closure, Numbers]:
-    """Return which rows are kept, and the mechanism in numbers."""
-    closed = Workspace(scene).closed
-    return closed.closure, closed.numbers
 
 
 def multipliers(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau: Array) -> Array:
@@ -47,16 +45,23 @@ def multipliers(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau: Array
         a: their rates, shape (N, nv).
         tau: driving forces, those of prescribed motions included, shape (N, nv).
     """
-    program = lower(formulate(scene, ("tree_forces", "constraint_jacobian")))
-    calls, _ = load_program(program, lean=True)
-    known = {"q": q, "qd": u, "qdd": a, TIME: t}
-    found = {}
-    for routine in program.routines:
-        values = calls[routine.function.name](*(known[one.name] for one in routine.function.arguments))
-        found[routine.function.name] = np.broadcast_to(values, (len(t), *routine.function.shape))
+    open_scene = opened(scene)
+    made = _KEPT.get((open_scene.scene, decided(scene)), lambda: _compiled(open_scene))
+    calls, known, found = made.at(open_scene.values), {"q": q, "qd": u, "qdd": a, TIME: t}, {}
+    for name in REQUESTS:
+        values = calls[name](*(known[argument] for argument in made.takes(name)))
+        found[name] = np.broadcast_to(values, (len(t), *made.program[name].function.shape))
     excess = found["tree_forces"] - tau
     back = np.linalg.pinv(found["constraint_jacobian"].transpose(0, 2, 1))
     return np.asarray(np.einsum("nrk,nk->nr", back, excess))
+
+
+def _compiled(scene: Opened) -> Compiled:
+    equations = formulate(scene.scene, REQUESTS, closing=scene.closing)
+    return compiled(scene.scene, equations.graph, equations.functions)
+
+
+_KEPT: Kept[Compiled] = Kept()
 
 
 def multiplier_columns(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau: Array) -> dict[str, Array]:
@@ -67,7 +72,7 @@ def multiplier_columns(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau
     """
     if not scene.is_closed:
         return {}
-    closure, numbers = decided(scene)
+    closure, numbers = closure_of(scene)
     if not closure.kept:
         return {}
     loose = loose_rows(numbers, closure.assembly)

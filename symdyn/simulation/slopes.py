@@ -17,14 +17,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build.load import load_program
-from symdyn.dynamics.equations import Equations
 from symdyn.graph import substitute, tangents
-from symdyn.program import lower
+from symdyn.simulation.compiled import Compiled, compiled
 from symdyn.simulation.functions import argument, plain
 
 if TYPE_CHECKING:
-    from symdyn.simulation.system import System
+    from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]
 
@@ -32,8 +30,26 @@ RELATIVE = 1e-6
 """Size of a difference, over that of the coordinate or 1: where the graph has no value."""
 
 
-def slopes(system: System) -> Callable[[float, Array], Array]:
+def slopes(system: StateEquations) -> Callable[[float, Array], Array]:
     """Return the function of (t, x) whose value is ∂f/∂x, shape (nx, nx)."""
+    nq, nv = system.nq, system.nv
+    along = system.once(_along).at(system.opened.values)["along"]
+    every_q, every_u = (np.ascontiguousarray(part) for part in np.split(np.eye(nq + nv), [nq], axis=1))
+
+    def slope(t: float, x: Array) -> Array:
+        J = np.zeros((len(x), len(x)))
+        q, u = x[:nq], x[nq : nq + nv]
+        if not system.ill_chosen(q):
+            J[:, : nq + nv] = along(q, u, system.tables(t), t, every_q, every_u).T
+            if np.all(np.isfinite(J)):
+                return J
+        return differences(system, t, x, RELATIVE)
+
+    return slope
+
+
+def _along(system: StateEquations) -> Compiled:
+    """Return the derivative of the rates in a direction (δq, δu), their last arguments."""
     program, nq, nv = system.program, system.nq, system.nv
     rates = program["rates"].function
     q, u = (one.symbols for one in rates.arguments[:2])
@@ -48,22 +64,10 @@ def slopes(system: System) -> Callable[[float, Array], Array]:
         along = (ways, tuple(tangents(fitted, dict(zip((*q, *u), (*ways, *du.symbols), strict=True)))))
     entries = tangents(rates.entries, dict(zip((*q, *u), (*along[0], *along[1]), strict=True)))
     function = plain("along", entries, (*rates.arguments, dq, du))
-    calls, _ = load_program(lower(Equations(system.scene, program.graph, (function,))), lean=True)
-    every_q, every_u = (np.ascontiguousarray(part) for part in np.split(np.eye(nq + nv), [nq], axis=1))
-
-    def slope(t: float, x: Array) -> Array:
-        J = np.zeros((len(x), len(x)))
-        q, u = x[:nq], x[nq : nq + nv]
-        if not system.ill_chosen(q):
-            J[:, : nq + nv] = calls["along"](q, u, system.tables(t), t, every_q, every_u).T
-            if np.all(np.isfinite(J)):
-                return J
-        return differences(system, t, x, RELATIVE)
-
-    return slope
+    return compiled(system.opened.scene, program.graph, (function,))
 
 
-def differences(system: System, t: float, x: Array, relative: float) -> Array:
+def differences(system: StateEquations, t: float, x: Array, relative: float) -> Array:
     """Return ∂f/∂x by central differences of that relative size, (nx, nx); zeros where it is not finite."""
     J = np.empty((len(x), len(x)))
     for k in range(len(x)):

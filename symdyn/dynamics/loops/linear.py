@@ -14,12 +14,15 @@ whose loops all meet a change point at once.
 from __future__ import annotations
 
 import random
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 
 import numpy as np
 
 from symdyn.dynamics.loops.closed import Reduction, accelerations
+from symdyn.dynamics.loops.closure import Closure
+from symdyn.dynamics.loops.numbers import Numbers
+from symdyn.dynamics.loops.partition import led_velocities
 from symdyn.dynamics.workspace import Workspace
 from symdyn.graph import Expr, substitute
 
@@ -46,16 +49,15 @@ class LinearLoops:
 
     independent: tuple[int, ...]
     dependent: tuple[int, ...]
-    T: dict[int, dict[int, Fraction]]
-    b: dict[int, Fraction]
+    T: dict[int, dict[int, Fraction]] = field(hash=False)
+    b: dict[int, Fraction] = field(hash=False)
 
 
-def linear_loops(w: Workspace) -> LinearLoops | None:
+def linear_loops(numbers: Numbers, closure: Closure) -> LinearLoops | None:
     """Return how the loops of a scene hold its dependent coordinates, None where not in constant proportion."""
-    state, scene = w.state, w.scene
-    if not scene.loops or scene.rows or w.prescribed.place or state.rates != state.qd:
+    state, scene = numbers.state, numbers.scene
+    if not scene.loops or scene.rows or led_velocities(scene) or state.rates != state.qd:
         return None
-    closure, numbers = w.closed.closure, w.closed.numbers
     i, d = list(closure.partition.independent), list(closure.partition.dependent)
     G = numbers.jacobian(np.array(closure.assembly.typical))
     ratios = -np.linalg.lstsq(G[:, d], G[:, i], rcond=None)[0]

@@ -74,6 +74,14 @@ class Numbers:
             found.plain = self.plain.bound_to(free)
         return found
 
+    def afresh(self, free: Mapping[str, float]) -> Numbers:
+        """Return the same, nothing spent yet."""
+        found = self.bound_to(free)
+        found._spent = [0]
+        if found.plain is not found:
+            found.plain._spent = found._spent
+        return found
+
     @property
     def effort(self) -> int:
         """What has been spent on values, in nodes of the graph: a measure of time that every machine agrees on."""

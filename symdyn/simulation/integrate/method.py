@@ -15,7 +15,7 @@ import numpy.typing as npt
 from symdyn.errors import SimulateError
 from symdyn.graph import Op, reachable
 from symdyn.simulation.constraints import Projection
-from symdyn.simulation.system import System
+from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]
 
@@ -37,7 +37,7 @@ class Problem:
         project: brings states back to their constraints.
     """
 
-    system: System
+    system: StateEquations
     x: Array
     times: Array
     rtol: float
@@ -109,7 +109,7 @@ class Method:
     extra: str
     rtol: float
     run: Run
-    refuses: Callable[[System], str] = lambda system: ""
+    refuses: Callable[[StateEquations], str] = lambda system: ""
 
 
 @dataclass(frozen=True)
@@ -207,8 +207,7 @@ class Pace:
 
     def __init__(self, problem: Problem) -> None:
         """Look whether anything jumps."""
-        rates = problem.system.program["rates"].function.entries
-        self.jumps = any(node.op is Op.SIGN for node in reachable(rates))
+        self.jumps = problem.system.once(_jumps)
         self.until, self.begin, self.steps = problem.until, 0.0, 0
 
     def check(self, step: Step) -> None:
@@ -228,6 +227,10 @@ class Pace:
                 f"{self.steps} steps have advanced the time by {way:.1g} s"
             )
         self.begin, self.steps = step.t1, 0
+
+
+def _jumps(system: StateEquations) -> bool:
+    return any(node.op is Op.SIGN for node in reachable(system.program["rates"].function.entries))
 
 
 def _kept(problem: Problem, x: Array) -> Array:

@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from symdyn.simulation.implicit import Implicit
 from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem, Step, follow
-from symdyn.simulation.system import System
+from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]
 
@@ -125,7 +125,7 @@ def _followed(
     return follow(problem, steps(), resume, SLACK)
 
 
-def proportional(system: System) -> str:
+def proportional(system: StateEquations) -> str:
     """Return why IDA does not apply to a system, "" if it does."""
     return "the loops hold coordinates in proportion, and lose rank at their change points" if system.linear else ""
 

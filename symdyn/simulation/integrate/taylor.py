@@ -15,7 +15,10 @@ from __future__ import annotations
 import importlib
 import math
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -25,10 +28,12 @@ import numpy.typing as npt
 from symdyn.algebra.numeric import Arithmetic
 from symdyn.dynamics.equations import Function
 from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.program.assemble import PREPARED
+from symdyn.simulation.compiled import Compiled
 from symdyn.simulation.integrate.interrupts import interrupts_wait
 from symdyn.simulation.integrate.method import Hit, IntegrationError, Method, Piece, Problem
 from symdyn.simulation.reading import TIME
-from symdyn.simulation.system import System
+from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]
 
@@ -101,51 +106,58 @@ class Expressions(Arithmetic):
         return getattr(self.heyoka, WORDS[node.op])(*args)
 
 
-def refuses(system: System) -> str:
+def refuses(system: StateEquations) -> str:
     """Return why the Taylor method does not apply to a system, "" if it does."""
     if system.forces.tables:
         return "a force is a table, which has no derivatives of high order"
-    branches = sorted({node.op.name.lower() for node in _nodes(system) if node.op in (Op.ABS, Op.SIGN)})
+    branches = sorted(op.name.lower() for op in system.once(_operations) if op in (Op.ABS, Op.SIGN))
     return f"{' and '.join(branches)} in the equations branch" if branches else ""
 
 
-def overlooks(system: System) -> str:
+def overlooks(system: StateEquations) -> str:
     """Return which functions of the equations a series may overlook, "" if there are none."""
-    return " and ".join(sorted({node.op.name.lower() for node in _nodes(system) if node.op in UNSEEN}))
+    return " and ".join(sorted(op.name.lower() for op in system.once(_operations) if op in UNSEEN))
 
 
-def guarded(system: System) -> bool:
+def guarded(system: StateEquations) -> bool:
     """Tell whether steps are checked: a series may overlook a turn, or go on where a root or an angle turns back."""
-    return any(node.op in (*UNSEEN, *TURNING) for node in _nodes(system))
+    return any(op in (*UNSEEN, *TURNING) for op in system.once(_operations))
 
 
-def size(system: System) -> int:
+def size(system: StateEquations) -> int:
     """Return how many operations are compiled."""
-    return sum(bool(node.args) for node in _nodes(system))
+    return system.once(_operations).total()
 
 
-def equations(system: System, name: str = "rates") -> Function:
+def equations(system: StateEquations, name: str = "rates") -> Function:
     """Return what series are made of: rates, of a closed mechanism by all rows at once, or events.
 
     What fails where a choice of independent velocities does would end the series there.
     """
+    made = _compiled(system, name)
+    return made.prepared["together" if made is not system.compiled else name].function
+
+
+def _compiled(system: StateEquations, name: str) -> Compiled:
     closed = system.together if name == "rates" and system.closed and not system.linear else None
-    return system.program[name].function if closed is None else closed["together"].function
+    return system.compiled if closed is None else closed
 
 
-def _nodes(system: System) -> list[Expr]:
+def _operations(system: StateEquations) -> Counter[Op]:
     names = [name for name in ("rates", "events") if name in system.calls]
-    return reachable([entry for name in names for entry in equations(system, name).entries])
+    nodes = reachable([entry for name in names for entry in equations(system, name).entries])
+    return Counter(node.op for node in nodes if node.args)
 
 
 def translate(
-    system: System, name: str = "rates", real: Callable[[Fraction], Any] = float
+    system: StateEquations, name: str = "rates", real: Callable[[Fraction], Any] | None = None
 ) -> tuple[list[Any], list[Any]]:
     """Return the variables of the state and the entries of a function as heyoka's expressions.
 
-    W, the work, is a state that nothing depends on. Constants are rounded by `real`.
+    W, the work, is a state that nothing depends on. Prepared values are heyoka's parameters, in the order of
+    `parameters`; or constants where `real` is given, which rounds all of them.
     """
-    algebra = Expressions(real)
+    algebra = Expressions(real or float)
     function = equations(system, name)
     symbols = {argument.name: argument.symbols for argument in function.arguments}
     states = [*symbols["q"], *symbols["qd"]]
@@ -153,31 +165,77 @@ def translate(
     variables = [algebra.heyoka.expression(one) for one in names]
     values: dict[Expr, Any] = dict(zip(states, variables, strict=False))
     values[symbols[TIME][0]] = algebra.heyoka.time
+    made, rates = (_compiled(system, one) for one in (name, "rates"))
+    prepared = symbols.get(PREPARED, ())
+    if real is None:
+        first = 0 if made is rates else len(rates.values(system.opened.values))
+        values |= {symbol: algebra.heyoka.par[first + k] for k, symbol in enumerate(prepared)}
+    else:
+        known = made.values(system.opened.values)
+        values |= {symbol: algebra.constant(Fraction(float(x))) for symbol, x in zip(prepared, known, strict=True)}
     entries = evaluate(function.entries, algebra, values)
     return variables, entries
 
 
-def integrator(problem: Problem, hits: Callable[[int, float, Any], None] | None = None) -> Any:
-    """Return heyoka's integrator of a problem.
+def parameters(system: StateEquations) -> Array:
+    """Return the prepared values of the rates, and of the events where these have others."""
+    made = {id(one): one for one in (_compiled(system, name) for name in ("rates", "events"))}
+    return np.concatenate([one.values(system.opened.values) for one in made.values()])
 
-    Args:
-        problem: what is integrated.
-        hits: called with the number of an event, its time and the integrator at the end of the step that holds it.
+
+@dataclass
+class Integrator:
+    """heyoka's integrator of some equations; it serves one run after the other.
+
+    Attributes:
+        ta: heyoka's own.
+        found: events of the run, as they come.
     """
-    heyoka, system = library(), problem.system
+
+    ta: Any
+    found: list[Hit]
+
+
+@contextmanager
+def integrator(problem: Problem) -> Iterator[Integrator]:
+    """Lend an integrator that stands at the start of a problem; it is compiled once for all values of parameters."""
+    system, key = problem.system, (max(problem.rtol, SMALLEST), bool(problem.stops))
+    idle = system.once(_idle).setdefault(key, [])
+    one = idle.pop() if idle else _integrator(system, *key)
+    one.found.clear()
+    one.ta.time, one.ta.state[:] = 0.0, problem.x
+    one.ta.pars[:] = parameters(system)[: len(one.ta.pars)]  # behind the last one that is used heyoka has none
+    yield one
+    idle.append(one)
+
+
+def _idle(system: StateEquations) -> dict[tuple[float, bool], list[Integrator]]:
+    """Return where integrators wait, by tolerance and whether they look for events; at first there are none."""
+    return {}
+
+
+def _integrator(system: StateEquations, tolerance: float, watches: bool) -> Integrator:
+    heyoka, found = library(), list[Hit]()
+
+    def hit(event: int, t: float, ta: Any) -> None:
+        if t > 0.0:  # heyoka also reports what is zero at the start
+            ta.update_d_output(t)
+            found.append(Hit(event, t, ta.d_output.copy()))
+
     variables, entries = translate(system)
     compact = size(system) > (COMPACT_SOON if system.closed else COMPACT)
-    options: dict[str, Any] = {"tol": max(problem.rtol, SMALLEST), "compact_mode": compact}
+    options: dict[str, Any] = {"tol": tolerance, "compact_mode": compact}
     if system.closed and not compact:  # where each step is looked at, its code is not worth more than it costs
         options["opt_level"] = 0
-    if problem.stops:
+    if watches:
         _, formulas = translate(system, "events")
         options["nt_events"] = [
-            heyoka.nt_event(formula, lambda ta, t, sign, k=k: hits and hits(k, t, ta))
-            for k, formula in enumerate(formulas)
+            heyoka.nt_event(formula, lambda ta, t, sign, k=k: hit(k, t, ta)) for k, formula in enumerate(formulas)
         ]
+    start = np.zeros(len(variables))
     with interrupts_wait():
-        return heyoka.taylor_adaptive(list(zip(variables, entries, strict=True)), problem.x, **options)
+        ta = heyoka.taylor_adaptive(list(zip(variables, entries, strict=True)), start, **options)
+    return Integrator(ta, found)
 
 
 def run(problem: Problem) -> Iterator[Piece]:
@@ -186,14 +244,11 @@ def run(problem: Problem) -> Iterator[Piece]:
     Raises:
         IntegrationError: the motion leaves what doubles hold.
     """
-    found: list[Hit] = []
+    with integrator(problem) as one:
+        yield from _stretches(problem, one.ta, one.found)
 
-    def hit(event: int, t: float, ta: Any) -> None:
-        if t > 0.0:  # heyoka also reports what is zero at the start
-            ta.update_d_output(t)
-            found.append(Hit(event, t, ta.d_output.copy()))
 
-    ta = integrator(problem, hit)
+def _stretches(problem: Problem, ta: Any, found: list[Hit]) -> Iterator[Piece]:
     stretch = Stretch(ta, problem, found)
     times, done = problem.times, 1
     yield Piece(times[:1], problem.x[None], (), (0.0, problem.x), 0, 0)

@@ -12,37 +12,49 @@ Where G_d is nearly singular and G is not, it is the choice of independent veloc
 pendulum does at its lowest point. There the state is brought back by the shortest steps, -G⁺ r, and u̇ is solved for
 together with multipliers, see `closed`.
 
-All of it is one program: the formulas of the driving forces and of the events stand on the graph of the equations.
+All of it is one program: the formulas of the driving forces and of the events stand on the graph of the equations. Its
+parameters are free. What depends on them alone is prepared once for a set of values, so that the same equations, once
+compiled, serve all values of theirs. Numbers decide some things (which rows are independent, which velocities, whether
+loops hold coordinates in proportion, which momenta are conserved): these are decided at every set of values, and
+equations are taken only where they were written for the same decisions.
+
+A pickle holds the scene, what drives it, the events and a hash of what the equations are made of; who reads it compiles
+them, or has them.
 """
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build.load import load_program
+from symdyn.build.words import warn
 from symdyn.dynamics.derive import derive_one
-from symdyn.dynamics.equations import Equations, Function
-from symdyn.dynamics.loops.linear import followers, forward_dynamics, linear_loops
+from symdyn.dynamics.equations import Function
+from symdyn.dynamics.loops.linear import followers, forward_dynamics
 from symdyn.dynamics.outputs import OUTPUTS
 from symdyn.dynamics.state import quaternions
 from symdyn.dynamics.workspace import Workspace
 from symdyn.errors import SimulateError
-from symdyn.graph import substitute
-from symdyn.program import Program, cheapest, lower
+from symdyn.graph import Expr, substitute
+from symdyn.program import Program, cheapest
 from symdyn.scene import Quantity, Scene, express
 from symdyn.simulation.closed import corrections, reach, row_rates, together
-from symdyn.simulation.conserved import conserved
+from symdyn.simulation.compiled import Calls, Compiled, compiled
+from symdyn.simulation.conserved import Candidates, candidates
+from symdyn.simulation.decisions import Decisions, decided
 from symdyn.simulation.ends import ends
 from symdyn.simulation.forces import Forces
 from symdyn.simulation.functions import drive, function_of, points
-from symdyn.simulation.limits import limits_of
-from symdyn.simulation.reading import TIME, parameter_values
+from symdyn.simulation.kept import Kept
+from symdyn.simulation.limits import Limit, limits_of
+from symdyn.simulation.opened import Opened, opened
+from symdyn.simulation.reading import TIME
 
 Array = npt.NDArray[np.float64]
 
@@ -62,42 +74,98 @@ BETTER = 3.0
 """How many times as far from singular as G_d all of G has to be for the choice to be at fault."""
 
 
+T = TypeVar("T")
+
+
 @dataclass(frozen=True)
-class System:
-    """A scene under forces, ready to be integrated.
+class StateEquations:
+    """Equations of a scene under forces at values of its parameters, ready to be integrated.
 
     Attributes:
-        scene: the mechanism.
+        scene: the mechanism, its parameters bound.
         forces: what drives it.
+        opened: the scene with parameters free, and their values.
+        decisions: what numbers have decided.
         events: formulas whose zeros are looked for.
-        program: its functions: "rates" and what is told about a state.
-        calls: the functions by name, each of (q, qd, tau, t) or fewer, batches too.
-        compiled: whether they are C.
+        compiled: its functions with parameters free: "rates" and what is told about a state.
+        calls: the functions by name at these values, each of (q, qd, tau, t) or fewer, batches too.
         works: whether W is the last entry of x.
-        momenta: names of the momenta that are conserved.
+        candidates: momenta that may be conserved.
+        told: which of them are told by "momenta".
+        mass: M of a tree, with parameters free, shape (nv nv,).
         dependent: the velocities that loops leave no choice, in the choice that was made; () if no other one may help.
-        linear: whether the loops hold dependent coordinates in proportion, so that nothing is divided by what vanishes.
         rows: number of rows that hold velocities.
         filled: places of the entries of G that are not zero, row by row; where `linear`, G is not asked for.
         ends: what is said where the equations end; such places are entries of "events" behind those asked for.
-        limits: what is said of the limits of joints, whose passages are the last entries of "events".
+        limits: of joints, whose passages are the last entries of "events".
+        notes: what a user should know: that numbers have decided otherwise than for values before.
     """
 
     scene: Scene
     forces: Forces
+    opened: Opened
+    decisions: Decisions
     events: tuple[Quantity, ...]
-    program: Program
-    calls: Mapping[str, Callable[..., Any]] = field(repr=False)
-    compiled: bool
+    compiled: Compiled = field(repr=False)
+    calls: Calls = field(repr=False)
     works: bool
-    momenta: tuple[str, ...]
-    linear: bool = False
+    candidates: Candidates = field(repr=False)
+    told: tuple[int, ...]
+    mass: tuple[Expr, ...] = field(repr=False)
     dependent: tuple[int, ...] = ()
     rows: int = 0
     filled: tuple[int, ...] = ()
     ends: tuple[str, ...] = ()
-    limits: tuple[str, ...] = ()
+    limits: tuple[Limit, ...] = ()
+    notes: tuple[str, ...] = ()
     _by_rows: Callable[[], Function | None] = field(default=lambda: None, repr=False)
+    _made: dict[Any, Any] = field(default_factory=dict, repr=False)
+
+    def at(self, scene: Scene, forces: Forces, notes: tuple[str, ...] = ()) -> StateEquations:
+        """Return the same equations at the values of a scene, and under tables of forces, that they were written for.
+
+        Raises:
+            DerivationError: something is divided by zero with these values.
+        """
+        found = opened(scene)
+        calls = self.compiled.at(found.values)
+        return replace(self, scene=scene, forces=forces, opened=found, calls=calls, notes=notes)
+
+    def __reduce__(self) -> tuple[Callable[..., StateEquations], tuple[Any, ...]]:
+        return _again, (self.scene, self.forces, self.events, self.key)
+
+    @property
+    def key(self) -> str:
+        """A hash of what the equations are made of, values of parameters not among it."""
+        parts = (self.opened.scene, *_driven(self.forces), self.events, self.decisions)
+        return hashlib.sha256(repr(parts).encode()).hexdigest()
+
+    def once(self, make: Callable[[StateEquations], T]) -> T:
+        """Return what `make` makes of the equations; it is made once for all values, and must not read any."""
+        if make not in self._made:
+            self._made[make] = make(self)
+        found: T = self._made[make]
+        return found
+
+    @property
+    def program(self) -> Program:
+        """The functions, with parameters free."""
+        return self.compiled.program
+
+    @property
+    def linear(self) -> bool:
+        """Whether the loops hold dependent coordinates in proportion, so that nothing is divided by what vanishes."""
+        return self.decisions.linear is not None
+
+    @cached_property
+    def conserved(self) -> tuple[int, ...]:
+        """Which momenta are conserved at these values, ascending."""
+        return self.candidates.conserved(self.opened.values)
+
+    @property
+    def momenta(self) -> tuple[str, ...]:
+        """Names of the momenta that are conserved."""
+        return tuple(self.candidates.names[k] for k in self.conserved)
 
     @cached_property
     def nq(self) -> int:
@@ -128,7 +196,7 @@ class System:
     @cached_property
     def _takes(self) -> Mapping[str, tuple[str, ...]]:
         """Names of the arguments of every function."""
-        return {r.function.name: tuple(a.name for a in r.function.arguments) for r in self.program.routines}
+        return {r.function.name: tuple(self.compiled.takes(r.function.name)) for r in self.program.routines}
 
     def rates(self, t: float, x: Array) -> Array:
         """Return ẋ of one state, shape (nx,)."""
@@ -177,15 +245,14 @@ class System:
         found: Array = self._together(q, u, self.tables(t), t)
         return found
 
-    @cached_property
-    def together(self) -> Program | None:
-        """The rates of a closed mechanism by all rows at once; None where they do not exist."""
-        function = self._by_rows()
-        return None if function is None else lower(Equations(self.scene, function.entries[0].graph, (function,)))
+    @property
+    def together(self) -> Compiled | None:
+        """The rates of a closed mechanism by all rows at once, parameters free; None where they do not exist."""
+        return self.once(_together)
 
     @cached_property
     def _together(self) -> Callable[..., Array]:
-        return self._rates if self.together is None else load_program(self.together, lean=True)[0]["together"]
+        return self._rates if self.together is None else self.together.at(self.opened.values)["together"]
 
     @cached_property
     def slope(self) -> Callable[[float, Array], Array]:
@@ -221,8 +288,12 @@ class System:
         return G.reshape(*x.shape[:-1], self.rows, self.nv)
 
 
-def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quantity] = ()) -> System:  # noqa: B008
-    """Return the system of a scene under forces.
+def state_equations(
+    scene: Scene,
+    forces: Forces = Forces(),  # noqa: B008  frozen
+    events: Sequence[Quantity] = (),
+) -> StateEquations:
+    """Return the state equations of a scene under forces; those that were compiled for other values are taken again.
 
     Args:
         scene: the mechanism, its parameters bound.
@@ -233,19 +304,55 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
         SimulateError: a parameter has no value, or nothing moves.
         DerivationError: there is no forward dynamics, or the loops cannot be closed.
     """
-    parameter_values(scene)
     if not scene.velocities:
+        opened(scene)
         raise SimulateError(f"{scene.name}: nothing moves: no joint has a coordinate")
-    w = Workspace(scene)
+    decisions = decided(scene)
+    asked = (opened(scene).scene, *_driven(forces), tuple(events))
+    others = [one for one in _KEPT if one[:-1] == asked]
+    notes = () if not others or (*asked, decisions) in others else (decisions.instead_of(others[-1][-1]),)
+    made = _KEPT.get((*asked, decisions), lambda: _written(scene, forces, tuple(events), decisions, ()))
+    found = made.at(scene, forces, notes)
+    if not set(found.conserved) <= set(found.told):
+        made = _written(scene, forces, tuple(events), decisions, found.told)
+        _KEPT.put((*asked, decisions), made)
+        found = made.at(scene, forces, notes)
+    return found
+
+
+def _driven(forces: Forces) -> tuple[tuple[tuple[int, Quantity], ...], tuple[int, ...]]:
+    """Return what of forces is written into equations: formulas, and which ones are tables."""
+    return tuple(forces.formulas.items()), tuple(forces.tables)
+
+
+def _again(scene: Scene, forces: Forces, events: tuple[Quantity, ...], key: str) -> StateEquations:
+    """Return what was pickled: those that this process has, or written and compiled anew."""
+    found = state_equations(scene, forces, events)
+    if found.key != key:
+        warn(f"{scene.name}: its equations are written otherwise here than where they were pickled")
+    return found
+
+
+_KEPT: Kept[StateEquations] = Kept()
+"""By the open scene, formulas of forces, which forces are tables, events and decisions."""
+
+
+def _written(
+    scene: Scene, forces: Forces, events: tuple[Quantity, ...], decisions: Decisions, told: Sequence[int]
+) -> StateEquations:
+    """Return the equations derived and compiled; `told` are momenta that are told beside those conserved here."""
+    found = opened(scene)
+    w = Workspace(found.scene, found.closing)
+    scene, linear = w.scene, decisions.linear
     tau = [drive(w, forces, k) for k in range(w.state.n)]
     place = dict(zip(w.state.tau, tau, strict=True))
-    linear = linear_loops(w) if scene.loops else None
     solved = forward_dynamics(w, linear) if linear else cheapest(w, "forward_dynamics").entries
     accelerations = substitute(solved, place)
     drives = list(substitute(derive_one(w, "drive_forces").entries, place)) if _moved(scene) else tau
     powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in (drives, w.Q)]
     power = powers[0] + powers[1]
-    momenta = conserved(w, accelerations, bool(forces.tables))
+    momenta = candidates(w, accelerations, bool(forces.tables))
+    kept = tuple(sorted({*momenta.conserved(found.values), *told}))
     rates = substitute(w.state.rates, followers(w, linear)) if linear else w.state.rates
     functions = [
         function_of(w, "rates", [*rates, *accelerations, *([] if power.is_zero else [power])]),
@@ -260,10 +367,10 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
         looked_for = [express(event, w.graph) for event in events]
         looked_for += [*(formula for formula, _ in last), *(limit.beyond for limit in limits)]
         functions.append(function_of(w, "events", looked_for))
-    if momenta:
-        functions.append(function_of(w, "momenta", [p for _, p in momenta]))
+    if kept:
+        functions.append(function_of(w, "momenta", [momenta.formulas[k] for k in kept]))
     rows, filled, dependent = 0, (), ()  # type: int, tuple[int, ...], tuple[int, ...]
-    if scene.is_closed:
+    if scene.loops or scene.rows:
         G = cheapest(w, "constraint_jacobian")
         rows = G.shape[0]
         filled = tuple(k for k, entry in enumerate(G.entries) if not entry.is_zero)
@@ -272,13 +379,17 @@ def build_system(scene: Scene, forces: Forces = Forces(), events: Sequence[Quant
             functions.append(function_of(w, "slopes", [G.entries[k] for k in filled], ("q",)))
             functions.append(function_of(w, "reach", reach(w), ("q",)))
             dependent = tuple(w.closed.closure.partition.dependent) if functions[-1].entries else ()
-    program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
-    calls, compiled = load_program(program, lean=True)
-    return System(
-        scene, forces, tuple(events), program, calls, compiled, not power.is_zero, tuple(name for name, _ in momenta),
-        linear is not None, dependent, rows, filled, tuple(words for _, words in last),
-        tuple(limit.words for limit in limits), lambda: together(w, tau, power),
+    made = compiled(scene, w.graph, functions)
+    mass = () if rows else derive_one(w, "mass_matrix").entries
+    return StateEquations(
+        scene, forces, found, decisions, events, made, {}, not power.is_zero, momenta, kept, mass, dependent,
+        rows, filled, tuple(words for _, words in last), tuple(limits), (), lambda: together(w, tau, power),
     )  # fmt: skip
+
+
+def _together(system: StateEquations) -> Compiled | None:
+    function = system._by_rows()
+    return None if function is None else compiled(system.opened.scene, function.entries[0].graph, (function,))
 
 
 def _moved(scene: Scene) -> bool:

@@ -1,0 +1,88 @@
+"""Compiled functions with parameters free: what depends on parameters alone is computed once for a set of values.
+
+f(x, p) = h(x, P(p))        h is compiled, and called with the prepared values P(p)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.build.load import load_program
+from symdyn.dynamics.equations import Equations, Function
+from symdyn.errors import DerivationError
+from symdyn.graph import Graph
+from symdyn.program import Program, lower, prepare
+from symdyn.program.assemble import PARAMS
+from symdyn.program.prepare import PREPARE, is_prepared
+from symdyn.scene import Scene
+
+Array = npt.NDArray[np.float64]
+Calls = Mapping[str, Callable[..., Any]]
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """Functions of a scene whose parameters are free.
+
+    Attributes:
+        program: the functions of states and parameters.
+        prepared: the same of states and prepared values; what is compiled.
+        calls: its functions by name, batches too.
+        fast: whether they are C.
+    """
+
+    program: Program
+    prepared: Program
+    calls: Calls = field(repr=False)
+    fast: bool
+
+    def values(self, parameters: Mapping[str, float]) -> Array:
+        """Return the prepared values, shape (K,), of the parameters by name.
+
+        Raises:
+            DerivationError: they are not finite, as where something is divided by zero.
+        """
+        if not is_prepared(self.prepared):
+            return np.empty(0)
+        (names,) = (a.symbols for a in self.prepared[PREPARE].function.arguments)
+        with np.errstate(all="ignore"):
+            found: Array = self.calls[PREPARE](np.array([parameters[str(one.value)] for one in names]))
+        if not np.isfinite(found).all():
+            raise DerivationError(
+                f"{self.program.scene.name}: with its parameters' values something would divide by zero, or have no "
+                "real value: a mass matrix is singular then, or a formula has no value; give another value"
+            )
+        return found
+
+    def at(self, parameters: Mapping[str, float]) -> Calls:
+        """Return the functions of states alone, at values of the parameters by name; errors as of `values`."""
+        prepared = self.values(parameters)
+        return {name: _bound(call, prepared) for name, call in self.calls.items()} if len(prepared) else self.calls
+
+    def takes(self, name: str) -> list[str]:
+        """Return the names of the arguments of a function at values."""
+        return [one.name for one in self.program[name].function.arguments if one.name != PARAMS]
+
+
+def _bound(call: Callable[..., Any], prepared: Array) -> Callable[..., Any]:
+    return lambda *given: call(*given, prepared)
+
+
+def compiled(scene: Scene, graph: Graph, functions: Sequence[Function]) -> Compiled:
+    """Return functions on a graph, compiled; those without entries are left out."""
+    functions = [one for one in functions if one.entries]
+    program = lower(Equations(scene, graph, tuple(functions)))
+    prepared = prepare(program)
+    if is_prepared(prepared) and not prepared[PREPARE].function.entries:  # nothing depends on what is free
+        return compiled(scene, graph, [_without_parameters(one) for one in functions])
+    calls, fast = load_program(prepared, lean=True)
+    return Compiled(program, prepared, calls, fast)
+
+
+def _without_parameters(function: Function) -> Function:
+    return replace(function, arguments=tuple(one for one in function.arguments if one.name != PARAMS))
