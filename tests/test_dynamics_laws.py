@@ -13,7 +13,7 @@ from oracles import BIG
 from running import call, matrix, random_fractions
 
 from symdyn.algebra.numeric import Batches, Floats
-from symdyn.dynamics import CLOSED_ONLY, DYNAMICS, OUTPUTS, REACTIONS, Workspace, derive, derive_one, roads
+from symdyn.dynamics import OUTPUTS, Unasked, Workspace, derive, derive_one, expected, roads
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
 from symdyn.scene import body, number, prismatic, read_text, revolute, scene
@@ -52,17 +52,14 @@ def test_random_trees_have_every_kind_of_joint_and_angle():
 def test_all_roads_of_all_outputs_are_proved_equal(one):
     w = Workspace(one)
     claims = []
-    there = [name for name in DYNAMICS if OUTPUTS[name].exists(one)]
-    for request in [*there, *kinematics(one)]:
+    for request in [*expected(one), *kinematics(one)]:
         first, *others = (derive_one(w, request, road) for road in roads(request, one))
         claims += [Claim(request, first.formulation, o.formulation, first.entries, o.entries) for o in others]
 
     findings = prove(on_unit_sphere(one, claims))[1]
 
     assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
-    several = {
-        name for name, row in OUTPUTS.items() if row.exists(one) and len(row.roads) > 1 and name not in CLOSED_ONLY
-    }
+    several = {name for name, row in OUTPUTS.items() if row.exists_in(one) and len(row.roads) > 1}
     assert {finding.claim.split(":")[0] for finding in findings} == several
 
 
@@ -74,7 +71,7 @@ def kinematics(one):
 
 @pytest.mark.parametrize("one", SCENES, ids=by_name)
 def test_every_law_is_proved(one):
-    findings = prove(on_unit_sphere(one, laws(Workspace(one), (*DYNAMICS, *REACTIONS))))[1]
+    findings = prove(on_unit_sphere(one, laws(Workspace(one), expected(one, Unasked.NEVER))))[1]
 
     assert len(findings) == 11
     assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()

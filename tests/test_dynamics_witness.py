@@ -14,8 +14,7 @@ from oracles import BIG
 from running import call, random_fractions
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
-from symdyn.dynamics import derive
-from symdyn.dynamics.derive import roads
+from symdyn.dynamics import derive, roads
 
 T = dynamicsymbols._t
 DIGITS = 45

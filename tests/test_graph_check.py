@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 from mechanisms import random_tree
 
-from symdyn.dynamics import DYNAMICS, derive
+from symdyn.dynamics import derive
 from symdyn.graph import Expr, Graph, Op, check
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_derived_graphs_keep_every_invariant(seed: int) -> None:
-    check(derive(random_tree(seed), DYNAMICS).graph)
+    check(derive(random_tree(seed)).graph)
 
 
 @pytest.mark.parametrize(

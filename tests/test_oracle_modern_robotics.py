@@ -7,8 +7,7 @@ from arms import three_link
 from oracles import BIG, assert_digits, flat, numbers, oracle
 from running import call
 
-from symdyn.dynamics import derive
-from symdyn.dynamics.derive import roads
+from symdyn.dynamics import derive, roads
 
 ARM = oracle("modern_robotics_3link")
 OURS, PUBLISHED = ARM["ours"], ARM["published"]

@@ -7,8 +7,7 @@ from arms import puma560
 from oracles import BIG, assert_digits, flat, numbers, oracle
 from running import call
 
-from symdyn.dynamics import derive
-from symdyn.dynamics.derive import roads
+from symdyn.dynamics import derive, roads
 
 PUMA = oracle("puma560_corke")
 STATES = PUMA["states"]

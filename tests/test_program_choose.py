@@ -6,7 +6,7 @@ import pytest
 from arms import EXAMPLES, chain, two_link
 from mechanisms import coupled_tree, random_tree
 
-from symdyn.dynamics import DYNAMICS, Equations, Workspace, derive, derive_one, roads
+from symdyn.dynamics import Equations, Workspace, derive, derive_one, expected, roads
 from symdyn.errors import DerivationError
 from symdyn.program import formulate, lower
 from symdyn.program.choose import LONGEST, candidates
@@ -31,11 +31,11 @@ def test_no_other_road_is_cheaper(scene):
 
 
 def test_all_roads_of_a_choice_are_proved_equal():
-    scene, outputs = two_link(), DYNAMICS
+    scene = two_link()
     workspace = Workspace(scene)
     claims = [
         Claim(f.name, f.formulation, road, f.entries, derive_one(workspace, f.name, road).entries)
-        for f in formulate(scene, outputs).functions
+        for f in formulate(scene, expected(scene)).functions
         for road in roads(f.name, scene)
     ]
     _, findings = prove(claims)
@@ -79,6 +79,7 @@ def test_long_chains_follow_the_rule_of_the_table():
 
 def test_choosing_twice_is_choosing_the_same():
     def chosen() -> Equations:
-        return formulate(read(EXAMPLES / "scara.toml"), DYNAMICS)
+        scene = read(EXAMPLES / "scara.toml")
+        return formulate(scene, expected(scene))
 
     assert [f.formulation for f in chosen().functions] == [f.formulation for f in chosen().functions]

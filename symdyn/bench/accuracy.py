@@ -24,7 +24,7 @@ from symdyn.build import run_python
 from symdyn.build.compiler import find_compiler
 from symdyn.build.extension import python_headers
 from symdyn.build.folder import CACHE_VARIABLE
-from symdyn.dynamics import Equations, Workspace, available, derive_one, roads
+from symdyn.dynamics import Equations, Unasked, Workspace, available, derive_one, roads, row_of
 from symdyn.emit import emit
 from symdyn.errors import DerivationError, MissingCompiler, SimulateError
 from symdyn.program import formulate, lower
@@ -35,7 +35,6 @@ from symdyn.verify.accuracy import ROUNDOFF, TINIEST
 Array = npt.NDArray[np.float64]
 Progress = Callable[[str], None]
 
-QUICK = ("inverse_dynamics", "forward_dynamics", "mass_matrix", "gravity_forces")
 STATES, STATES_QUICK = 200, 20
 MANY = 512
 """States of a call that is timed, where it takes many: they fit the nearest caches."""
@@ -54,7 +53,7 @@ def bench(
 
     Args:
         scene: the mechanism; free parameters are drawn from 0.5 … 1.5.
-        functions: as for `derive`; None takes all that the scene has, with `quick` those of `QUICK`.
+        functions: as for `derive`; None takes all that the scene has, with `quick` those of a first look.
         quick: few states, native code with batch code, few tolerances, for a first look.
         trajectories: whether to add work against precision of a motion.
         seed: of the states.
@@ -69,7 +68,7 @@ def bench(
     names, left_out = available(scene)
     if functions is None:
         notes += left_out
-        functions = [name for name in names if name in QUICK] if quick else names
+        functions = [one for one in names if row_of(one)[0].unasked == Unasked.AT_A_LOOK] if quick else names
     _check(scene, functions)
     machines: tuple[str, ...] = ("native",) if quick else ("native", "portable")
     about = [("processor", _processor()), ("Python", platform.python_version()), ("NumPy", np.__version__)]
@@ -212,7 +211,7 @@ def _references(
     made: Implementation, scene: Scene, name: str, positions: Positions, count: int, seed: int
 ) -> dict[str, _Region]:
     function = made.routine.function
-    solved = linear(scene) if name == "forward_dynamics" else ()
+    solved = linear(scene, name)
     found = {}
     for region in REGIONS:
         states = draw(function.arguments, positions, region, count, seed, made.real)

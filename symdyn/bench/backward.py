@@ -21,22 +21,22 @@ from flint import arb_mat
 
 from symdyn.algebra.balls import Balls
 from symdyn.bench.reference import BITS, Reference, reference
+from symdyn.dynamics import row_of
+from symdyn.dynamics.prescribed import has_motion
 from symdyn.errors import DerivationError
 from symdyn.program import Routine, formulate, lower
 from symdyn.scene import Scene
 
 Array = npt.NDArray[np.float64]
 
-TREE = ("mass_matrix", "inverse_dynamics")
-CLOSED = ("mass_matrix", "tree_forces", "constraint_jacobian", "constraint_bias")
 
-
-def linear(scene: Scene) -> tuple[Routine, ...]:
-    """Return the functions that say which equations forward dynamics solves; () where it also solves for drives."""
-    if any(joint.motion is not None for joint in scene.joints):
+def linear(scene: Scene, request: str) -> tuple[Routine, ...]:
+    """Return the functions that say which equations an output solves; () for none, and where it solves for drives."""
+    solved = row_of(request, scene)[0].solves
+    if not solved or has_motion(scene):
         return ()
     try:
-        return lower(formulate(scene, CLOSED if scene.is_closed else TREE)).routines
+        return lower(formulate(scene, solved)).routines
     except DerivationError:
         return ()
 

@@ -10,17 +10,13 @@ from typing import Any
 
 from symdyn.build.extension import build_extension
 from symdyn.build.runners import run_or_python
-from symdyn.dynamics import Closing
-from symdyn.dynamics.derive import CUBIC, available
+from symdyn.dynamics import Closing, Unasked, available, row_of
 from symdyn.emit import emit
 from symdyn.emit.ufunc import LEAN, UFUNC
 from symdyn.program import Program, Routine, formulate, identifier, lower
 from symdyn.program import prepare as prepare_program
 from symdyn.program.prepare import is_prepared
 from symdyn.scene import Scene, bind, read
-
-COEFFICIENTS = "k_"
-"""How the names of the textbook's coefficients begin; they are large, and compiled when they are asked for."""
 
 
 @dataclass(frozen=True)
@@ -132,12 +128,12 @@ def usual(
 ) -> tuple[str, ...]:
     """Return the functions that `load` takes unasked."""
     outputs, _ = available(scene, closing)
-    return tuple(name for name in outputs if is_usual(name))
+    return tuple(name for name in outputs if not is_large(name))
 
 
-def is_usual(name: str) -> bool:
-    """Tell whether a function is one of those that `load` takes unasked, where the scene has it."""
-    return not name.startswith(COEFFICIENTS) and name not in CUBIC
+def is_large(request: str) -> bool:
+    """Tell whether an output is one of those that are written, and loaded only when they are asked for."""
+    return row_of(request)[0].unasked is Unasked.WRITTEN
 
 
 def load_program(

@@ -157,11 +157,12 @@ def _mobility(scene: Scene, closing: Closing) -> dict[str, Any] | None:
 def _loose(scene: Scene, closing: Closing) -> str:
     """Return which entries of reactions, axes of the children, rigid bodies do not tell, in words; "" for none."""
     from symdyn.dynamics import unique_reactions
-    from symdyn.dynamics.reactions.loose import loose_words
+    from symdyn.dynamics.labels import COMPONENTS, joints_of, told
     from symdyn.errors import DerivationError
 
     try:
-        return loose_words(scene, unique_reactions(scene, closing=closing).ravel().tolist())
+        loose = ~unique_reactions(scene, closing=closing)
+        return told(joints_of(scene), COMPONENTS, loose.ravel().tolist())
     except DerivationError:  # `available` has told why
         return ""
 

@@ -8,24 +8,14 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from symdyn.dynamics.derive import (
-    CUBIC,
-    DYNAMICS,
-    KINEMATICS,
-    LARGE,
-    LARGEST,
-    available,
-    available_on,
-    derive,
-    derive_one,
-    roads,
-)
+from symdyn.dynamics.available import LARGE, LARGEST, available, available_on, there, wanted_on
+from symdyn.dynamics.derive import derive, derive_one
 from symdyn.dynamics.equations import Argument, Equations, Function
-from symdyn.dynamics.loops.outputs import CLOSED_ONLY
 from symdyn.dynamics.loops.partition import Closing
+from symdyn.dynamics.output import Output, Own, Road, Unasked
 from symdyn.dynamics.outputs import OUTPUTS
-from symdyn.dynamics.reactions.outputs import REACTIONS
 from symdyn.dynamics.recursive.base_parameters import base_parameters
+from symdyn.dynamics.requests import expected, of_place, roads, row_of
 from symdyn.dynamics.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -44,19 +34,18 @@ _NUMERIC = {
 }
 
 __all__ = [
-    "CLOSED_ONLY",
-    "CUBIC",
-    "DYNAMICS",
-    "KINEMATICS",
     "LARGE",
     "LARGEST",
     "OUTPUTS",
-    "REACTIONS",
     "Argument",
     "Assembly",
     "Closing",
     "Equations",
     "Function",
+    "Output",
+    "Own",
+    "Road",
+    "Unasked",
     "Workspace",
     "assemble",
     "available",
@@ -65,10 +54,15 @@ __all__ = [
     "consistent",
     "derive",
     "derive_one",
+    "expected",
     "follow",
+    "of_place",
     "reactions_at",
     "roads",
+    "row_of",
+    "there",
     "unique_reactions",
+    "wanted_on",
 ]
 
 

@@ -50,6 +50,7 @@ class Function:
         formulation: which road derived it, e.g. "rnea".
         request: what to ask `derive` for, e.g. "pose:tool".
         unique: which entries rigid bodies determine, row-major; () for all. The others are one choice among many.
+        labels: what its rows stand for, then its columns; () where nobody says.
     """
 
     name: str
@@ -62,6 +63,7 @@ class Function:
     formulation: str
     request: str = ""
     unique: tuple[bool, ...] = ()
+    labels: tuple[tuple[str, ...], ...] = ()
 
 
 @dataclass(frozen=True)

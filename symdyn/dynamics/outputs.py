@@ -6,200 +6,265 @@ the name of a body or point for kinematic outputs) and returns the entries of th
 
 from __future__ import annotations
 
-from symdyn.dynamics import kinematics, lagrange, roads
+from symdyn.dynamics import kinematics, labels, lagrange, roads
 from symdyn.dynamics.coordinate_rates import has_quaternions, rates_of_placements
-from symdyn.dynamics.loops.outputs import closing
-from symdyn.dynamics.output import Output
+from symdyn.dynamics.loops.outputs import DRIVES_IN_LOOPS, FORWARD_IN_LOOPS, INVERSE_IN_LOOPS, OF_LOOPS
+from symdyn.dynamics.output import FORCES, Output, Road, Unasked, by_differentiation, by_lagrange
+from symdyn.dynamics.prescribed import has_motion
 from symdyn.dynamics.reactions.outputs import REACTIONS
 from symdyn.dynamics.recursive.potential import potential_energy
 from symdyn.scene import Scene
 
 
-def _has_springs(scene: Scene) -> bool:
+def has_springs(scene: Scene) -> bool:
+    """Whether a scene has springs."""
     return bool(scene.springs)
 
 
-def _has_motion(scene: Scene) -> bool:
-    return any(joint.motion is not None for joint in scene.joints)
+VECTOR, SQUARE, PAIRS = (labels.velocities,), (labels.velocities,) * 2, (labels.velocities, labels.pairs)
 
+MASS = {
+    "crba": Road(lambda w: roads.flat(w.composite_mass)),
+    "lagrange": by_lagrange(lambda w: roads.flat(w.lagrange_mass)),
+}
+GRAVITY = {
+    "lagrange": Road(lambda w: lagrange.gravity_forces(w.energy)),  # never large
+    "rnea": Road(lambda w: w.gravity_forces),
+}
+ELASTIC = {
+    "recursive": Road(lambda w: w.elastic.forces),
+    "lagrange": by_lagrange(lambda w: lagrange.elastic_forces(w.energy)),
+}
 
 OUTPUTS: dict[str, Output] = {
     "inverse_dynamics": Output(
         "driving forces tau = M(q) qdd + c(q, qd) + g(q){pulls} - Q",
         ("q", "qd", "qdd"),
         "tau",
-        lambda n: (n,),
-        "N m (revolute) or N (prismatic)",
-        {"rnea": roads.inverse, "lagrange": lambda w: lagrange.driving_forces(w.energy)},
+        VECTOR,
+        FORCES,
+        "own",
+        {"rnea": Road(roads.inverse), "lagrange": by_lagrange(lambda w: lagrange.driving_forces(w.energy))},
+        own=INVERSE_IN_LOOPS,
+        unasked=Unasked.AT_A_LOOK,
+        lacks="told",
+        depends=("independent",),
     ),
     "forward_dynamics": Output(
         "accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q){less_pulls}{motion}",
         ("q", "qd", "tau"),
         "qdd",
-        lambda n: (n,),
+        VECTOR,
         "rad/s^2 (revolute) or m/s^2 (prismatic)",
-        {"crba": roads.forward_crba, "aba": roads.forward_aba, "lagrange": roads.lagrange_forward},
+        "own",
+        {
+            "crba": Road(roads.forward_crba),
+            "aba": Road(roads.forward_aba, trees_only=True),
+            "lagrange": by_lagrange(roads.lagrange_forward),
+        },
+        own=FORWARD_IN_LOOPS,
+        unasked=Unasked.AT_A_LOOK,
+        lacks="told",
+        depends=("independent", "alpha", "beta"),
         prefer=roads.cheaper_forward,
+        solves=("mass_matrix", "inverse_dynamics"),
     ),
     "mass_matrix": Output(
         "mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2",
         ("q",),
         "M",
-        lambda n: (n, n),
+        SQUARE,
         "kg m^2, kg m or kg",
-        {"crba": lambda w: roads.flat(w.composite_mass), "lagrange": lambda w: roads.flat(w.lagrange_mass)},
+        "tree",
+        MASS,
+        unasked=Unasked.AT_A_LOOK,
     ),
     "velocity_forces": Output(
         "Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd",
         ("q", "qd"),
         "c",
-        lambda n: (n,),
-        "N m (revolute) or N (prismatic)",
-        {"rnea": lambda w: w.velocity_forces(list(w.state.qd)), "lagrange": roads.lagrange_velocity_forces},
+        VECTOR,
+        FORCES,
+        "tree",
+        {
+            "rnea": Road(lambda w: w.velocity_forces(list(w.state.qd))),
+            "lagrange": by_lagrange(roads.lagrange_velocity_forces),
+        },
     ),
     "gravity_forces": Output(
         "gravity forces g(q) = dP/dq",
         ("q",),
         "g",
-        lambda n: (n,),
-        "N m (revolute) or N (prismatic)",
-        {"lagrange": lambda w: lagrange.gravity_forces(w.energy), "rnea": lambda w: w.gravity_forces},
+        VECTOR,
+        FORCES,
+        "tree",
+        GRAVITY,
+        unasked=Unasked.AT_A_LOOK,
         prefer=roads.quicker_gravity,
     ),
     "elastic_forces": Output(
         "elastic forces of springs, dE/dq",
         ("q",),
         "k_E",
-        lambda n: (n,),
-        "N m (revolute) or N (prismatic)",
-        {"recursive": lambda w: w.elastic.forces, "lagrange": lambda w: lagrange.elastic_forces(w.energy)},
-        exists=_has_springs,
+        VECTOR,
+        FORCES,
+        "tree",
+        ELASTIC,
+        exists=has_springs,
     ),
     "drive_forces": Output(
         "driving forces during forward dynamics: what prescribed motions take, tau elsewhere",
         ("q", "qd", "tau"),
         "tau",
-        lambda n: (n,),
-        "N m (revolute) or N (prismatic)",
-        {"crba": roads.drives_recursive, "lagrange": roads.drives_lagrange},
-        exists=_has_motion,
+        VECTOR,
+        FORCES,
+        "own",
+        {"crba": Road(roads.drives_recursive), "lagrange": by_lagrange(roads.drives_lagrange)},
+        own=DRIVES_IN_LOOPS,
+        exists=has_motion,
+        lacks="told",
+        depends=("independent", "alpha", "beta"),
     ),
     "prescribed_motion": Output(
         "position, velocity and acceleration, one row each, of the coordinates whose motion is prescribed, in order",
         (),
         "f",
-        lambda n: (3, -1),
+        (labels.fixed("position", "velocity", "acceleration"), labels.prescribed),
         "rad or m, and per s, and per s^2",
-        {"formula": roads.motion},
-        exists=_has_motion,
+        "same",
+        {"formula": Road(roads.motion)},
+        exists=has_motion,
     ),
     "coriolis_matrix": Output(
         "Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric",
         ("q", "qd"),
         "C",
-        lambda n: (n, n),
+        SQUARE,
         "N m or N per unit of velocity",
+        "tree",
         {
-            "crba": lambda w: roads.flat(w.composite_christoffel.coriolis_matrix(w.state.qd)),
-            "rnea": roads.polarised_matrix,
-            "lagrange": lambda w: roads.flat(w.lagrange_christoffel.coriolis_matrix(w.state.qd)),
+            "crba": Road(lambda w: roads.flat(w.composite_christoffel.coriolis_matrix(w.state.qd))),
+            "rnea": Road(roads.polarised_matrix),
+            "lagrange": by_lagrange(lambda w: roads.flat(w.lagrange_christoffel.coriolis_matrix(w.state.qd))),
         },
+        unasked=Unasked.WRITTEN,
+        cubic=True,
     ),
     "momentum": Output(
         "generalized momentum p = M(q) qd",
         ("q", "qd"),
         "p",
-        lambda n: (n,),
+        VECTOR,
         "kg m^2/s or kg m/s",
-        {"rnea": lambda w: w.momentum, "lagrange": lambda w: lagrange.momenta(w.energy)},
+        "same",
+        {"rnea": Road(lambda w: w.momentum), "lagrange": by_lagrange(lambda w: lagrange.momenta(w.energy))},
     ),
     "kinetic_energy": Output(
         "kinetic energy K(q, qd)",
         ("q", "qd"),
         "K",
-        lambda n: (),
+        (),
         "J",
-        {"rnea": roads.kinetic, "lagrange": lambda w: [w.energy.K]},
+        "same",
+        {"rnea": Road(roads.kinetic), "lagrange": Road(lambda w: [w.energy.K])},
     ),
     "potential_energy": Output(
         "potential energy P(q) = -sum m g.r, zero at the origin of the ground frame{stored}",
         ("q",),
         "P",
-        lambda n: (),
+        (),
         "J",
+        "same",
         {
-            "recursive": lambda w: [potential_energy(w.lean) + w.elastic.energy],
-            "lagrange": lambda w: [w.energy.P],
+            "recursive": Road(lambda w: [potential_energy(w.lean) + w.elastic.energy]),
+            "lagrange": Road(lambda w: [w.energy.P]),
         },
     ),
     "k_z": Output(
         "inertia coefficients k_z of qdd_j, which is M(q)",
         ("q",),
         "k_z",
-        lambda n: (n, n),
+        SQUARE,
         "kg m^2, kg m or kg",
-        {"crba": lambda w: roads.flat(w.composite_mass), "lagrange": lambda w: roads.flat(w.lagrange_mass)},
+        "tree",
+        MASS,
+        unasked=Unasked.WRITTEN,
     ),
     "k_C": Output(
         "Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order",
         ("q",),
         "k_C",
-        lambda n: (n, n * (n - 1) // 2),
+        PAIRS,
         "N m or N per unit of velocity squared",
+        "tree",
         {
-            "crba": lambda w: roads.flat(w.composite_christoffel.coriolis()),
-            "rnea": roads.polarised_coriolis,
-            "lagrange": lambda w: roads.flat(w.lagrange_christoffel.coriolis()),
+            "crba": Road(lambda w: roads.flat(w.composite_christoffel.coriolis())),
+            "rnea": Road(roads.polarised_coriolis),
+            "lagrange": by_lagrange(lambda w: roads.flat(w.lagrange_christoffel.coriolis())),
         },
+        unasked=Unasked.WRITTEN,
+        cubic=True,
     ),
     "k_D": Output(
         "centrifugal coefficients k_D of qd_j^2",
         ("q",),
         "k_D",
-        lambda n: (n, n),
+        SQUARE,
         "N m or N per unit of velocity squared",
+        "tree",
         {
-            "crba": lambda w: roads.flat(w.composite_christoffel.centrifugal()),
-            "rnea": roads.polarised_centrifugal,
-            "lagrange": lambda w: roads.flat(w.lagrange_christoffel.centrifugal()),
+            "crba": Road(lambda w: roads.flat(w.composite_christoffel.centrifugal())),
+            "rnea": Road(roads.polarised_centrifugal),
+            "lagrange": by_lagrange(lambda w: roads.flat(w.lagrange_christoffel.centrifugal())),
         },
+        unasked=Unasked.WRITTEN,
+        cubic=True,
     ),
     "k_G": Output(
         "gravity coefficients k_G, which is g(q)",
         ("q",),
         "k_G",
-        lambda n: (n,),
-        "N m (revolute) or N (prismatic)",
-        {"lagrange": lambda w: lagrange.gravity_forces(w.energy), "rnea": lambda w: w.gravity_forces},
+        VECTOR,
+        FORCES,
+        "tree",
+        GRAVITY,
+        unasked=Unasked.WRITTEN,
         prefer=roads.quicker_gravity,
     ),
     "k_E": Output(
         "elastic coefficients k_E of springs",
         ("q",),
         "k_E",
-        lambda n: (n,),
-        "N m (revolute) or N (prismatic)",
-        {"recursive": lambda w: w.elastic.forces, "lagrange": lambda w: lagrange.elastic_forces(w.energy)},
-        exists=_has_springs,
+        VECTOR,
+        FORCES,
+        "tree",
+        ELASTIC,
+        exists=has_springs,
+        unasked=Unasked.WRITTEN,
     ),
     "coordinate_rates": Output(
         "rates qdot = H(q) qd of the coordinates; qd itself but for quaternions and positions of free joints",
         ("q", "qd"),
         "qdot",
-        lambda n: (-1,),
+        (labels.coordinates,),
         "rad/s, m/s, or 1/s for a quaternion",
-        {"joints": lambda w: list(w.state.rates), "placements": lambda w: rates_of_placements(w.scene, w.graph)},
+        "same",
+        {
+            "joints": Road(lambda w: list(w.state.rates)),
+            "placements": Road(lambda w: rates_of_placements(w.scene, w.graph), up_to=0),  # divides by w, never code
+        },
         exists=has_quaternions,
     ),
     "pose": Output(
         "placement [R | p] of {name} in the ground frame",
         ("q",),
         "T",
-        lambda n: (3, 4),
+        (labels.fixed(*"xyz"), labels.fixed("x axis", "y axis", "z axis", "origin")),
         "1 and m",
+        "same",
         {
-            "recursive": lambda w, name: kinematics.pose(kinematics.tree_placed(w.scene, w.tree, name)),
-            "positions": lambda w, name: kinematics.pose(kinematics.placed(w.scene, name, w.graph)),
+            "recursive": Road(lambda w, name: kinematics.pose(kinematics.tree_placed(w.scene, w.tree, name))),
+            "positions": by_differentiation(lambda w, name: kinematics.pose(kinematics.placed(w.scene, name, w.graph))),
         },
         place="point",
     ),
@@ -207,11 +272,14 @@ OUTPUTS: dict[str, Output] = {
         "Jacobian J of {name}: [velocity of its origin; angular velocity] = J qd, ground frame",
         ("q",),
         "J",
-        lambda n: (6, n),
+        (labels.fixed(*labels.TWIST), labels.velocities),
         "m or 1, and 1",
+        "same",
         {
-            "recursive": lambda w, name: kinematics.jacobian(w.scene, w.tree, name),
-            "differentiation": lambda w, name: kinematics.differentiated_jacobian(w.scene, name, w.graph),
+            "recursive": Road(lambda w, name: kinematics.jacobian(w.scene, w.tree, name)),
+            "differentiation": by_differentiation(
+                lambda w, name: kinematics.differentiated_jacobian(w.scene, name, w.graph)
+            ),
         },
         place="point",
     ),
@@ -219,11 +287,14 @@ OUTPUTS: dict[str, Output] = {
         "velocity product Jdot qd of {name}: its [acceleration; angular acceleration] at qdd = 0, ground frame",
         ("q", "qd"),
         "a",
-        lambda n: (6,),
+        (labels.fixed(*labels.TWIST),),
         "m/s^2 and rad/s^2",
+        "same",
         {
-            "recursive": lambda w, name: kinematics.velocity_product(w.scene, w.tree, name, w.state.qd),
-            "differentiation": lambda w, name: kinematics.differentiated_velocity_product(w.scene, name, w.graph),
+            "recursive": Road(lambda w, name: kinematics.velocity_product(w.scene, w.tree, name, w.state.qd)),
+            "differentiation": by_differentiation(
+                lambda w, name: kinematics.differentiated_velocity_product(w.scene, name, w.graph)
+            ),
         },
         place="point",
     ),
@@ -231,14 +302,19 @@ OUTPUTS: dict[str, Output] = {
         "acceleration of the centre of mass of {name}, ground frame, without gravity",
         ("q", "qd", "qdd"),
         "a",
-        lambda n: (3,),
+        (labels.fixed(*"xyz"),),
         "m/s^2",
+        "same",
         {
-            "recursive": lambda w, name: kinematics.acceleration(w.scene, w.tree, name, w.state.qd, w.state.qdd),
-            "differentiation": lambda w, name: kinematics.differentiated_acceleration(w.scene, name, w.graph),
+            "recursive": Road(lambda w, name: kinematics.acceleration(w.scene, w.tree, name, w.state.qd, w.state.qdd)),
+            "differentiation": by_differentiation(
+                lambda w, name: kinematics.differentiated_acceleration(w.scene, name, w.graph)
+            ),
         },
         place="body",
+        unasked=Unasked.PROVED,
+        lacks="silently",
     ),
+    **OF_LOOPS,
+    **REACTIONS,
 }
-
-OUTPUTS |= closing(OUTPUTS) | REACTIONS

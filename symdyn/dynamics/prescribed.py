@@ -21,6 +21,11 @@ TIME = "t"
 """Name of time in formulas and on the graph, s."""
 
 
+def has_motion(scene: Scene) -> bool:
+    """Whether a motion is prescribed."""
+    return any(joint.motion is not None for joint in scene.joints)
+
+
 @dataclass(frozen=True)
 class Prescribed:
     """Prescribed motions.

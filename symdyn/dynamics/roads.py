@@ -56,7 +56,7 @@ def drives_recursive(w: Workspace) -> list[Expr]:
     """Return the drives, those of prescribed motions solved for."""
     if not w.prescribed.place:
         return list(w.state.tau)
-    forces = w.forces(forward_crba(w))
+    forces = w.forces(w.once(forward_crba))
     return [forces[k] if k in w.prescribed.place else tau for k, tau in enumerate(w.state.tau)]
 
 
@@ -78,7 +78,13 @@ def cheaper_forward(w: Workspace) -> str:
     if not SURE[0] < pairs < SURE[1]:
         return "aba" if pairs >= SURE[1] else "crba"
     varying = (*w.state.q, *w.state.qd, *w.state.tau)
-    return "aba" if cost(forward_aba(w), varying) < cost(forward_crba(w), varying) else "crba"
+    return "aba" if cost(w.once(forward_aba), varying) < cost(w.once(forward_crba), varying) else "crba"
+
+
+def forward(w: Workspace) -> list[Expr]:
+    """Return q̈ by the road that is cheaper."""
+    found: list[Expr] = w.once(forward_aba if w.once(cheaper_forward) == "aba" else forward_crba)
+    return found
 
 
 LONGEST = 50
@@ -120,7 +126,7 @@ def polarised_matrix(w: Workspace) -> list[Expr]:
     """Return C(q, u) from k_D and k_C: C_ij = k_D[i,j] u_j + ½ Σ_k≠j k_C[i,jk] u_k + ½ Σ_kl γ^l_kj M_li u_k."""
     n = range(w.state.n)
     pairs = {pair: position for position, pair in enumerate(combinations(n, 2))}
-    k_D, k_C = polarised_centrifugal(w), polarised_coriolis(w)
+    k_D, k_C = w.once(polarised_centrifugal), w.once(polarised_coriolis)
     entries = []
     for i in n:
         for j in n:
@@ -153,7 +159,7 @@ def drives_lagrange(w: Workspace) -> list[Expr]:
     """Return the drives by Lagrange's equations, those of prescribed motions solved for."""
     if not w.prescribed.place:
         return list(w.state.tau)
-    moving = dict(zip(w.state.qdd, lagrange_forward(w), strict=True))
+    moving = dict(zip(w.state.qdd, w.once(lagrange_forward), strict=True))
     forces = substitute(lagrange.driving_forces(w.energy), moving)
     return [forces[k] if k in w.prescribed.place else tau for k, tau in enumerate(w.state.tau)]
 

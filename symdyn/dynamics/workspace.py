@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from symdyn.dynamics import lagrange
 from symdyn.dynamics.christoffel import Christoffel, christoffel
@@ -43,7 +44,18 @@ class Workspace:
         self.graph = Graph()
         self.state: State = state_symbols(scene, self.graph)
         self.still: list[Expr] = [self.graph.zero] * self.state.n
-        self.derived: dict[tuple[str, str | None], Function] = {}  # by request and road, as `derive_one` finds them
+        self.derived: dict[tuple[str, str], Function] = {}  # by request and road, as `derive_one` finds them
+        self._found: dict[tuple[Any, ...], Any] = {}
+
+    def once(self, derive: Callable[..., Any], *asked: str) -> Any:
+        """Return what a derivation gives for the workspace, and for what is asked of it; each runs once.
+
+        Roads may share what they are made of in this way, and rows their roads. No road reads what another road of the
+        same output found: that they agree would prove nothing.
+        """
+        if (derive, *asked) not in self._found:
+            self._found[derive, *asked] = derive(self, *asked)
+        return self._found[derive, *asked]
 
     @cached_property
     def directions(self) -> Directions:

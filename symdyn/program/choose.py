@@ -11,9 +11,9 @@ digits that the product form keeps.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
-from symdyn.dynamics import Closing, Equations, Function, Workspace, derive_one, roads
+from symdyn.dynamics import Closing, Equations, Function, Workspace, derive_one, roads, row_of
 from symdyn.errors import DerivationError
 from symdyn.graph import growing
 from symdyn.program.count import count
@@ -22,15 +22,6 @@ from symdyn.scene import Scene
 
 LONGEST = 16
 """Coordinates up to which roads are compared by counting."""
-
-TRIED: Mapping[str, int] = {"lagrange": 4, "differentiation": 8, "positions": 8, "placements": 0}
-"""Coordinates up to which roads are tried that differentiate and so grow fast; gravity forces are never large.
-
-Rates by way of placements divide by a quaternion's w and never become code.
-"""
-
-HARMLESS = ("gravity_forces", "k_G", "potential_energy", "kinetic_energy")
-"""Outputs that no road makes large."""
 
 HOPELESS = 1.5
 
@@ -61,27 +52,30 @@ def formulate(
 
 def choose(workspace: Workspace, outputs: Sequence[str], road: str | None = None) -> tuple[Function, ...]:
     """Return the outputs on the workspace's graph; see `formulate`."""
-    scene = workspace.scene
-    if road is not None and not any(road in roads(request, scene) for request in outputs):
-        known = dict.fromkeys(one for request in outputs for one in roads(request, scene))
+    known_road(workspace.scene, outputs, road)
+    return tuple(chosen(workspace, request, road) for request in outputs)
+
+
+def known_road(scene: Scene, outputs: Sequence[str], road: str | None) -> None:
+    """Raise DerivationError where a road is asked for that no output has."""
+    known = dict.fromkeys(one for request in outputs for one in roads(request, scene)) if road is not None else {}
+    if road is not None and road not in known:
         raise DerivationError(f"no output that was asked for has the road {road!r}; there are {', '.join(known)}")
-    return tuple(
-        derive_one(workspace, request, road)
-        if road is not None and road in roads(request, scene)
-        else cheapest(workspace, request)
-        for request in outputs
-    )
+
+
+def chosen(workspace: Workspace, request: str, road: str | None = None) -> Function:
+    """Return an output by the road that was asked for, if it has that, else by the one that costs least."""
+    if road is not None and road in roads(request, workspace.scene):
+        return derive_one(workspace, request, road)
+    return cheapest(workspace, request)
 
 
 def cheapest(workspace: Workspace, request: str) -> Function:
     """Return an output by the road that costs least; see `formulate`."""
-    if workspace.state.n > LONGEST:
-        return derive_one(workspace, request)
-    first, *others = candidates(workspace, request)
-    functions = [derive_one(workspace, request, first)]
-    functions += [derive_one(workspace, request, road) for road in others]
-    if not others:
-        return functions[0]
+    names = candidates(workspace, request)
+    if len(names) < 2:
+        return derive_one(workspace, request, *names)
+    functions = [derive_one(workspace, request, road) for road in names]
     costs = [count(function).cost for function in functions]
     hopeful = [f for f, cost in zip(functions, costs, strict=True) if cost <= HOPELESS * min(costs)]
     return min(hopeful, key=lambda function: _lowered_cost(workspace, function))
@@ -89,8 +83,8 @@ def cheapest(workspace: Workspace, request: str) -> Function:
 
 def candidates(workspace: Workspace, request: str) -> tuple[str, ...]:
     """Return the roads of an output that are worth deriving to compare them, in the table's order."""
-    n, name = workspace.state.n, request.partition(":")[0]
-    return tuple(road for road in roads(request, workspace.scene) if name in HARMLESS or n <= TRIED.get(road, LONGEST))
+    n, row = workspace.state.n, row_of(request, workspace.scene)[0]
+    return tuple(name for name in roads(request, workspace.scene) if n <= min(LONGEST, row.roads[name].up_to))
 
 
 def _lowered_cost(workspace: Workspace, function: Function) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.dynamics.derive import arguments
+from symdyn.dynamics.arguments import arguments
 from symdyn.dynamics.equations import Argument, Function
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import placement

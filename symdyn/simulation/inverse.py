@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.build.load import load_program
-from symdyn.dynamics.derive import arguments
+from symdyn.dynamics.arguments import arguments
 from symdyn.dynamics.equations import Equations, Function
 from symdyn.dynamics.loops.assembly import off_planes
 from symdyn.dynamics.loops.numbers import numbers_of

@@ -36,8 +36,6 @@ def reaction_columns(
         given: whether these give the motion, and more of them may be than it needs; else they are those it takes.
         axes: "body" (of the child), "joint" (of the joint frame on the parent) or "ground".
     """
-    from symdyn.dynamics.reactions.loose import COMPONENTS
-
     closed = scene.is_closed
     name = "forward_reactions" if closed and (given or not any(scene.drives)) else "reactions"
     program = lower(formulate(scene, (name if axes == "body" else f"{name}:{axes}",)))
@@ -47,13 +45,13 @@ def reaction_columns(
     (call,) = calls.values()
     found = np.asarray(call(*(known[argument.name] for argument in routine.function.arguments)))
     found = np.broadcast_to(found, (len(t), *found.shape[-2:]))
-    names = [joint.name for joint in (*scene.joints, *scene.loops)]
-    unique = routine.function.unique or (True,) * (6 * len(names))
+    names, components = routine.function.labels
+    unique = routine.function.unique or (True,) * (len(names) * len(components))
     ending = "" if axes == "body" else f"_{axes}"
     columns = {
-        f"reaction_{name}_{component}{ending}{'' if unique[6 * i + k] else LOOSE}": found[:, i, k]
+        f"reaction_{name}_{component}{ending}{'' if unique[len(components) * i + k] else LOOSE}": found[:, i, k]
         for i, name in enumerate(names)
-        for k, component in enumerate(COMPONENTS)
+        for k, component in enumerate(components)
     }
     return columns | multiplier_columns(scene, t, q, qd, qdd, tau)
 

@@ -10,23 +10,27 @@ from typing import Any
 import numpy as np
 
 from symdyn.build import RUNNERS
-from symdyn.build.load import is_usual
+from symdyn.build.load import is_large
 from symdyn.dynamics import (
-    KINEMATICS,
     Closing,
     Equations,
     Function,
+    Unasked,
     Workspace,
-    available,
-    derive,
     derive_one,
+    expected,
+    of_place,
     roads,
+    row_of,
+    there,
+    wanted_on,
 )
 from symdyn.emit import TARGETS, emit
-from symdyn.errors import BuildError, DerivationError, MissingProgram
+from symdyn.errors import BuildError, MissingProgram
 from symdyn.graph import Expr, reachable, substitute
 from symdyn.program import Program, choose, lower
 from symdyn.program import prepare as prepare_program
+from symdyn.program.choose import chosen, known_road
 from symdyn.program.prepare import PREPARE, is_prepared
 from symdyn.scene import Scene, express
 from symdyn.verify.accuracy import Accuracy, measure, sample
@@ -101,15 +105,13 @@ def certify(
     notes = [closing.words] if closing.words else []
     workspace = Workspace(scene, closing)
     progress("deriving")
-    if outputs is None:
-        outputs, left_out = everything(scene, closing)
-        notes += left_out
-    preferred = choose(workspace, outputs, road)
+    outputs, preferred, left_out = taken(workspace, outputs, road)
+    notes += left_out
     claims = [
-        _agreement(workspace, name, one, derive_one(workspace, name, road))
+        _agreement(workspace, name, one, derive_one(workspace, name, other))
         for name, one in zip(outputs, preferred, strict=True)
-        for road in roads(name, scene)
-        if road != one.formulation
+        for other in roads(name, scene)
+        if other != one.formulation
     ]
     claims += laws(workspace, outputs)
     program = lower(Equations(scene, workspace.graph, preferred))
@@ -137,29 +139,30 @@ def certify(
     return Certificate(scene.name, fields, tuple(findings), tuple(accuracy), tuple(notes), refused)
 
 
-def everything(
-    scene: Scene,
-    closing: Closing = Closing(),  # noqa: B008  frozen
-) -> tuple[tuple[str, ...], list[str]]:
-    """Return all outputs worth certifying, also kinematics of the last body and reactions, and why others are not."""
-    outputs, left_out = available(scene, closing)
-    last = scene.bodies[-1]
-    extra = [f"{name}:{last.name}" for name in KINEMATICS]
-    extra += [f"com_acceleration:{last.name}"] if last.com is not None and not last.particles else []
-    try:
-        derive(scene, ("reactions",), closing=closing)
-        extra.append("reactions")
-    except DerivationError as fault:
-        left_out.append(str(fault))
-    return outputs + tuple(extra), left_out
+def taken(
+    workspace: Workspace, outputs: Sequence[str] | None, road: str | None
+) -> tuple[tuple[str, ...], tuple[Function, ...], list[str]]:
+    """Return outputs, those that become code, and why others do not: for None all that are worth certifying.
+
+    These are what a scene has unasked, kinematics of the last body, and what no one writes unasked.
+    """
+    if outputs is not None:
+        return tuple(outputs), choose(workspace, outputs, road), []
+    scene = workspace.scene
+    wanted, left_out = wanted_on(workspace)
+    wanted += of_place(scene.bodies[-1].name, Unasked.PROVED)
+    wanted += [name for name in expected(scene, Unasked.PROVED) if row_of(name)[0].unasked is Unasked.PROVED]
+    known_road(scene, wanted, road)
+    functions: list[Function] = []
+    found, faults = there(workspace, wanted, lambda w, name: functions.append(chosen(w, name, road)))
+    return found, tuple(functions), left_out + faults
 
 
-def _agreement(w: Workspace, name: str, one: Function, other: Function) -> Claim:
-    """Return that two derivations agree; multipliers are compared as the force Gᵀ λ that they make."""
-    sides = [one.entries, other.entries]
-    if name == "multipliers":
-        name, sides = f"G^T {name}", [tuple(w.closed.constraint_forces(side)) for side in sides]
-    return Claim(name, one.formulation, other.formulation, sides[0], sides[1])
+def _agreement(w: Workspace, request: str, one: Function, other: Function) -> Claim:
+    """Return that two derivations agree, in what is no choice."""
+    compared = row_of(request, w.scene)[0].compared
+    name, of = compared or (request, lambda _, entries: entries)
+    return Claim(name, one.formulation, other.formulation, tuple(of(w, one.entries)), tuple(of(w, other.entries)))
 
 
 def _program_claims(scene: Scene, functions: Sequence[Function], program: Program) -> list[Claim]:
@@ -212,7 +215,8 @@ class _Composed:
 def modules_of(program: Program, real: str, notes: list[str]) -> tuple[dict[str, Any], str]:
     """Return the built modules by name, and the words of what refused the code; notes say what is missing here."""
     modules: dict[str, Any] = {}
-    usual = replace(program, routines=tuple(r for r in program.routines if is_usual(r.function.name)))
+    small = tuple(one for one in program.routines if not (one.function.request and is_large(one.function.request)))
+    usual = replace(program, routines=small)
     for name, target in TARGETS.items():
         if name not in RUNNERS:
             notes.append(f"{target.title} was not measured: nothing runs it here")

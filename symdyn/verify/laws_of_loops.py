@@ -11,22 +11,15 @@ r(positions(q_i)) = 0                the closed form closes the loops
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-from symdyn.dynamics import Workspace, derive_one
+from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops.partition import driven_velocities
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.verify.equality import Claim
-
-Law = tuple[tuple[str, ...], Callable[[Workspace], Claim | None]]
-
-
-def _entries(w: Workspace, name: str) -> tuple[Expr, ...]:
-    return derive_one(w, name).entries
+from symdyn.verify.law import Law, entries, of_loops
 
 
 def _rows(w: Workspace) -> list[tuple[Expr, ...]]:
-    G, n = _entries(w, "constraint_jacobian"), w.state.n
+    G, n = entries(w, "constraint_jacobian"), w.state.n
     return [G[k : k + n] for k in range(0, len(G), n)]
 
 
@@ -36,28 +29,28 @@ def _product(w: Workspace, row: tuple[Expr, ...], x: tuple[Expr, ...]) -> Expr:
 
 def _drives(w: Workspace) -> tuple[Expr, ...]:
     """Return τ, at prescribed motions what they take."""
-    return _entries(w, "drive_forces") if w.prescribed.place else w.state.tau
+    return entries(w, "drive_forces") if w.prescribed.place else w.state.tau
 
 
 def _allowed(w: Workspace) -> Claim:
-    u = _entries(w, "velocities")
+    u = entries(w, "velocities")
     rates = tuple(_product(w, row, u) for row in _rows(w))
     return Claim("velocities", "G qd", "0", rates, (w.graph.zero,) * len(rates))
 
 
 def _kept_closed(w: Workspace) -> Claim:
-    qdd = _entries(w, "forward_dynamics")
+    qdd = entries(w, "forward_dynamics")
     left = tuple(_product(w, row, qdd) for row in _rows(w))
     if w.closing.alpha or w.closing.beta:
         right = tuple(-one for one in w.closed.gamma(w.closed.recursive))
         return Claim("accelerations", "G qdd", "-Gdot qd - Baumgarte", left, right)
-    return Claim("accelerations", "G qdd", "-Gdot qd", left, tuple(-one for one in _entries(w, "constraint_bias")))
+    return Claim("accelerations", "G qdd", "-Gdot qd", left, tuple(-one for one in entries(w, "constraint_bias")))
 
 
 def _balance(w: Workspace) -> Claim:
-    motion = dict(zip(w.state.qdd, _entries(w, "forward_dynamics"), strict=True))
-    forces = substitute(_entries(w, "tree_forces"), motion)
-    pairs = list(zip(_rows(w), _entries(w, "multipliers"), strict=True))
+    motion = dict(zip(w.state.qdd, entries(w, "forward_dynamics"), strict=True))
+    forces = substitute(entries(w, "tree_forces"), motion)
+    pairs = list(zip(_rows(w), entries(w, "multipliers"), strict=True))
     right = tuple(tau + w.graph.total(row[k] * x for row, x in pairs) for k, tau in enumerate(_drives(w)))
     return Claim("multipliers", "M qdd + h", "tau + G^T lambda", tuple(forces), right)
 
@@ -68,27 +61,27 @@ def _forward_of_inverse(w: Workspace) -> Claim | None:
         return None
     reduced = w.closed.motion
     qdd = reduced.spread([w.state.qdd[i] for i in reduced.independent])
-    tau = substitute(_entries(w, "inverse_dynamics"), dict(zip(w.state.qdd, qdd, strict=True)))
-    back = substitute(_entries(w, "forward_dynamics"), dict(zip(w.state.tau, tau, strict=True)))
+    tau = substitute(entries(w, "inverse_dynamics"), dict(zip(w.state.qdd, qdd, strict=True)))
+    back = substitute(entries(w, "forward_dynamics"), dict(zip(w.state.tau, tau, strict=True)))
     return Claim("forward dynamics", "FD(q, qd, ID(q, qd, qdd))", "qdd", tuple(back), tuple(qdd))
 
 
 def _inverse_of_forward(w: Workspace) -> Claim | None:
     driven = driven_velocities(w.scene) or list(w.closed.closure.partition.independent)
     passive = {tau: w.graph.zero for k, tau in enumerate(w.state.tau) if k not in driven}
-    qdd = substitute(_entries(w, "forward_dynamics"), passive)
-    back = substitute(_entries(w, "inverse_dynamics"), dict(zip(w.state.qdd, qdd, strict=True)))
+    qdd = substitute(entries(w, "forward_dynamics"), passive)
+    back = substitute(entries(w, "inverse_dynamics"), dict(zip(w.state.qdd, qdd, strict=True)))
     drives = substitute(_drives(w), passive)
     tau = tuple(drives[k] if k in driven else w.graph.zero for k in range(w.state.n))
     return Claim("inverse dynamics", "ID(q, qd, FD(q, qd, tau))", "tau", tuple(back), tau)
 
 
 def _power(w: Workspace) -> Claim:
-    (K,), (P,), s = _entries(w, "kinetic_energy"), _entries(w, "potential_energy"), w.state
+    (K,), (P,), s = entries(w, "kinetic_energy"), entries(w, "potential_energy"), w.state
     free = w.closed.closure.partition.independent
-    allowed = dict(zip(s.qd, _entries(w, "velocities"), strict=True))
+    allowed = dict(zip(s.qd, entries(w, "velocities"), strict=True))
     others = {qd: x for k, (qd, x) in enumerate(allowed.items()) if k not in free}
-    moving = s.velocity | dict(zip(s.qd, _entries(w, "forward_dynamics"), strict=True))
+    moving = s.velocity | dict(zip(s.qd, entries(w, "forward_dynamics"), strict=True))
     power = w.graph.total((t + force) * qd for t, force, qd in zip(_drives(w), w.Q, s.qd, strict=True))
     (rate,) = tangents([K + P], moving)
     left, right = substitute([power, rate], others)
@@ -96,18 +89,17 @@ def _power(w: Workspace) -> Claim:
 
 
 def _closed(w: Workspace) -> Claim:
-    q = dict(zip(w.state.q, _entries(w, "positions"), strict=True))
-    left = substitute(_entries(w, "constraint_residual"), q)
+    q = dict(zip(w.state.q, entries(w, "positions"), strict=True))
+    left = substitute(entries(w, "constraint_residual"), q)
     return Claim("positions", "residual", "0", tuple(left), (w.graph.zero,) * len(left))
 
 
 LAWS_OF_LOOPS: tuple[Law, ...] = (
-    (("velocities", "constraint_jacobian"), _allowed),
-    (("forward_dynamics", "constraint_jacobian", "constraint_bias"), _kept_closed),
-    (("forward_dynamics", "multipliers", "tree_forces", "constraint_jacobian"), _balance),
-    (("forward_dynamics", "inverse_dynamics"), _forward_of_inverse),
-    (("forward_dynamics", "inverse_dynamics"), _inverse_of_forward),
-    (("forward_dynamics", "velocities", "kinetic_energy", "potential_energy"), _power),
-    (("positions", "constraint_residual"), _closed),
+    of_loops(_allowed, "velocities", "constraint_jacobian"),
+    of_loops(_kept_closed, "forward_dynamics", "constraint_jacobian", "constraint_bias"),
+    of_loops(_balance, "forward_dynamics", "multipliers", "tree_forces", "constraint_jacobian"),
+    of_loops(_forward_of_inverse, "forward_dynamics", "inverse_dynamics"),
+    of_loops(_inverse_of_forward, "forward_dynamics", "inverse_dynamics"),
+    of_loops(_power, "forward_dynamics", "velocities", "kinetic_energy", "potential_energy"),
+    of_loops(_closed, "positions", "constraint_residual"),
 )
-"""Each law with the outputs that it is about; None where it says nothing about a scene."""

@@ -10,10 +10,10 @@ p, L     momentum, and angular momentum about the origin of the ground: ∫ r ×
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-from symdyn.dynamics import Workspace, derive_one
+from symdyn.dynamics import Workspace
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
 from symdyn.dynamics.reactions.hinges import Hinge, about, nothing, plus, power, relative_twists, times
@@ -41,12 +41,13 @@ from symdyn.spatial import (
 )
 from symdyn.spatial import transpose as transposed
 from symdyn.verify.equality import Claim
+from symdyn.verify.law import Law, entries, everywhere, of_loops
 from symdyn.verify.solvable import solvable
 
 
 def _reactions(w: Workspace) -> list[Wrench]:
     """Return the derived reactions, axes of the child bodies."""
-    return _wrenches(derive_one(w, "reactions").entries)
+    return _wrenches(entries(w, "reactions"))
 
 
 def _wrenches(R: Sequence[Expr]) -> list[Wrench]:
@@ -62,7 +63,7 @@ def _motion(w: Workspace) -> dict[Expr, Expr] | None:
         return {}
     passive = {w.state.tau[k]: w.graph.zero for k in undriven(w.scene)}
     try:
-        moved = substitute(derive_one(w, "forward_dynamics").entries, passive)
+        moved = substitute(entries(w, "forward_dynamics"), passive)
     except DerivationError:
         return None
     return dict(zip(w.state.qdd, moved, strict=True))
@@ -93,16 +94,17 @@ def _equilibrium(w: Workspace) -> Claim | None:
     motion = _motion(w)
     if motion is None:
         return None
-    return _met(w, equilibrium(w.hanging, whole=True), derive_one(w, "reactions").entries, motion, "reactions")
+    return _met(w, equilibrium(w.hanging, whole=True), entries(w, "reactions"), motion, "reactions")
 
 
 def _forward_equilibrium(w: Workspace) -> Claim | None:
-    """(5.18) is met by the reactions of forward dynamics, with the drives given."""
-    if not w.scene.is_closed:
-        return None  # the same recursion, and no multiplier in it
-    tau = derive_one(w, "drive_forces").entries if w.prescribed.place else w.state.tau
-    motion = dict(zip(w.state.qdd, derive_one(w, "forward_dynamics").entries, strict=True))
-    R = derive_one(w, "forward_reactions").entries
+    """(5.18) is met by the reactions of forward dynamics, with the drives given.
+
+    Of trees it is the same recursion, and no multiplier in it.
+    """
+    tau = entries(w, "drive_forces") if w.prescribed.place else w.state.tau
+    motion = dict(zip(w.state.qdd, entries(w, "forward_dynamics"), strict=True))
+    R = entries(w, "forward_reactions")
     return _met(w, equilibrium(w.hanging, tau=tau, whole=True), R, motion, "forward_reactions")
 
 
@@ -121,7 +123,7 @@ def drives_in_reactions(w: Workspace) -> Claim | None:
     if motion is None:
         return None
     driving = w.hanging.driving(w.hanging.felt(_reactions(w)[: len(w.scene.joints)]))
-    tau = list(derive_one(w, "inverse_dynamics").entries)
+    tau = list(entries(w, "inverse_dynamics"))
     for one, size in _carried(w):
         if one.wrench is None:  # what keeps a formula goes through the joints of its velocities
             tau = [force + size * x for force, x in zip(tau, one.G, strict=True)]
@@ -142,14 +144,14 @@ def power_of_reactions(w: Workspace) -> Claim | None:
         if hinge in hanging.cuts:
             terms += [power(here, twist) * u[k] for k, twist in relative_twists(hinge, hanging.joints).items()]
         terms += [hinge.ratio * power(here, twist) * u[k] for k, twist in twists]
-    tau = derive_one(w, "inverse_dynamics").entries
+    tau = entries(w, "inverse_dynamics")
     given = [t * v for t, v in zip(tau, u, strict=True)]
     for hinge in hanging.joints:
         pushes = zip(hinge.rates, own_forces(w.scene, hinge, w.state), strict=True)
         given += [rate * force for rate, force in pushes]
     sides = substitute([graph.total(terms), graph.total(given)], motion)
     if w.scene.is_closed:
-        sides = substitute(sides, dict(zip(u, derive_one(w, "velocities").entries, strict=True)))
+        sides = substitute(sides, dict(zip(u, entries(w, "velocities"), strict=True)))
     return Claim("power of reactions", "R.(relative motion)", "(tau + Q of joints).qd", (sides[0],), (sides[1],))
 
 
@@ -192,11 +194,10 @@ def _angular(w: Workspace, body: Inertia, T: Transform) -> list[Expr]:
     return [A[1][2] - A[2][1], A[2][0] - A[0][2], A[0][1] - A[1][0]]
 
 
-LAWS_OF_REACTIONS: tuple[tuple[tuple[str, ...], Callable[[Workspace], Claim | None]], ...] = (
-    (("reactions",), _equilibrium),
-    (("forward_dynamics", "multipliers"), _forward_equilibrium),
-    (("reactions", "inverse_dynamics"), drives_in_reactions),
-    (("reactions", "inverse_dynamics"), power_of_reactions),
-    (("reactions",), momentum),
+LAWS_OF_REACTIONS: tuple[Law, ...] = (
+    everywhere(_equilibrium, "reactions"),
+    of_loops(_forward_equilibrium, "forward_dynamics", "multipliers"),
+    everywhere(drives_in_reactions, "reactions", "inverse_dynamics"),
+    everywhere(power_of_reactions, "reactions", "inverse_dynamics"),
+    everywhere(momentum, "reactions"),
 )
-"""Each law with the outputs that it is about; None where it says nothing about a scene."""

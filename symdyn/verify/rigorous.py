@@ -24,12 +24,12 @@ from symdyn.dynamics import Closing, Equations, Function, Workspace
 from symdyn.emit.real import REALS
 from symdyn.errors import VerifyError
 from symdyn.graph import Expr, evaluate
-from symdyn.program import choose, lower
+from symdyn.program import lower
 from symdyn.scene import Quantity, Scene, express
 from symdyn.scene.names import suggestion
 from symdyn.scene.start import starting_position, starting_velocity
 from symdyn.verify.accuracy import ROUNDOFF, TINIEST, Array, sample
-from symdyn.verify.certificate import everything, finite, modules_of
+from symdyn.verify.certificate import finite, modules_of, taken
 
 MOST_BITS = 4096
 ENOUGH = 2.0**-20  # of an ulp of the largest entry: radii below this are not made smaller
@@ -121,12 +121,10 @@ def rigorous(
         DerivationError: an output that was asked for does not exist, or no output has the road.
         VerifyError: a name in `at` that is no argument.
     """
-    notes: list[str] = []
     workspace = Workspace(scene, closing)
     progress("deriving")
-    if outputs is None:
-        outputs, notes = everything(scene, closing)
-    equations = Equations(scene, workspace.graph, choose(workspace, outputs, road))
+    _, functions, notes = taken(workspace, outputs, road)
+    equations = Equations(scene, workspace.graph, functions)
     program = lower(equations)
     given = None if at is None else _given(scene, workspace, at, real)
     progress("building")

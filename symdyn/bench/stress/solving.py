@@ -90,7 +90,7 @@ def cases(name: str, made: Calls, given: Mapping[str, Array], epsilon: float = E
 
 def _closed(name: str, one: Scene, made: Calls, given: Mapping[str, Array]) -> Case:
     """Return the backward error of a closed mechanism's forward dynamics."""
-    solve = Solve.at(linear(one), given, STATES)
+    solve = Solve.at(linear(one, *FORWARD), given, STATES)
     found = []
     if solve is not None:
         for way, computed in made.results("forward_dynamics", given).items():

@@ -1,14 +1,12 @@
-"""The outputs of closed scenes: the rows of OUTPUTS that only they have, and those that mean more there."""
+"""The outputs of closed scenes: rows of OUTPUTS that only they have, and what others say there."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
-
+from symdyn.dynamics import labels
 from symdyn.dynamics.loads import refuse_ideal_friction
 from symdyn.dynamics.loops import closed
 from symdyn.dynamics.loops.partition import driven_velocities
-from symdyn.dynamics.output import Output
+from symdyn.dynamics.output import FORCES, Output, Own, Road, by_differentiation, by_lagrange
 from symdyn.dynamics.prescribed import TIME
 from symdyn.dynamics.recursive.ldl import moves_no_mass
 from symdyn.dynamics.workspace import Workspace
@@ -23,7 +21,8 @@ def _flat(matrix: list[list[Expr]]) -> list[Expr]:
 # Forward dynamics
 
 
-def _forward(w: Workspace) -> list[Expr]:
+def forward(w: Workspace) -> list[Expr]:
+    """Return u̇ by recursion."""
     refuse_ideal_friction(w.scene)
     _massive(w)
     if w.closed.closure.fails:
@@ -63,11 +62,12 @@ def _lagrange_multipliers(w: Workspace) -> list[Expr]:
     return w.closed.lagrange_solution[1][: len(w.closed.closure.kept)]
 
 
-def _multipliers(w: Workspace) -> list[Expr]:
+def multipliers(w: Workspace) -> list[Expr]:
+    """Return λ of the kept rows by recursion."""
     if w.closed.closure.fails:
         refuse_ideal_friction(w.scene)
         return w.closed.together[1][: len(w.closed.closure.kept)]
-    found = w.forces(_forward(w))
+    found = w.forces(w.once(forward))
     excess = [force - tau for force, tau in zip(found, w.state.tau, strict=True)]
     return closed.multipliers(w.closed.G(w.closed.recursive), w.closed.closure.partition, excess)
 
@@ -76,7 +76,7 @@ def _drives(w: Workspace) -> list[Expr]:
     place, tau = w.prescribed.place, list(w.state.tau)
     if not place:
         return tau
-    forces, found = w.forces(_forward(w)), _multipliers(w)
+    forces, found = w.forces(w.once(forward)), w.once(multipliers)
     pairs = list(zip(w.closed.G(w.closed.recursive), found, strict=True))
     for k in place:
         tau[k] = forces[k] - w.graph.total(row[k] * x for row, x in pairs)
@@ -142,97 +142,111 @@ def _positions(w: Workspace) -> list[Expr]:
     return positions(w)
 
 
-FORCE = "N m (revolute) or N (prismatic)"
+FORWARD_IN_LOOPS = Own(
+    {"crba": Road(forward), "lagrange": by_lagrange(_lagrange_forward)},
+    "accelerations qdd of the closed mechanism: M(q) qdd + h = tau + G^T lambda, G qdd + Gdot qd = 0",
+    ("mass_matrix", "tree_forces", "constraint_jacobian", "constraint_bias"),
+)
+INVERSE_IN_LOOPS = Own(
+    {"rnea": Road(_inverse), "lagrange": by_lagrange(_lagrange_inverse)},
+    "driving forces tau of the closed mechanism for a motion that its loops allow; {undriven}",
+)
+DRIVES_IN_LOOPS = Own({"crba": Road(_drives), "lagrange": by_lagrange(_lagrange_drives)})
 
-ROWS: dict[str, Output] = {
+OF_LOOPS: dict[str, Output] = {
     "constraint_residual": Output(
         "residuals of the loops, which vanish where they are closed",
         ("q",),
         "r",
-        lambda n: (-1,),
+        (labels.kept_rows,),
         "m or 1",
+        "same",
         {
-            "recursive": lambda w: w.closed.residual(w.closed.recursive),
-            "differentiation": lambda w: w.closed.residual(w.closed.differentiated),
+            "recursive": Road(lambda w: w.closed.residual(w.closed.recursive)),
+            "differentiation": by_differentiation(lambda w: w.closed.residual(w.closed.differentiated)),
         },
+        loops_only=True,
+        lacks="told",
     ),
     "constraint_jacobian": Output(
         "rows G(q) of the loops: G qd = 0, and the multipliers do the power lambda.G qd",
         ("q",),
         "G",
-        lambda n: (-1, n),
+        (labels.kept_rows, labels.velocities),
         "m or 1",
+        "same",
         {
-            "recursive": lambda w: _flat(w.closed.G(w.closed.recursive)),
-            "differentiation": lambda w: _flat(w.closed.G(w.closed.differentiated)),
+            "recursive": Road(lambda w: _flat(w.closed.G(w.closed.recursive))),
+            "differentiation": by_differentiation(lambda w: _flat(w.closed.G(w.closed.differentiated))),
         },
+        loops_only=True,
+        lacks="told",
     ),
     "constraint_bias": Output(
         "velocity products Gdot qd of the loops: G qdd + Gdot qd = 0",
         ("q", "qd"),
         "gamma",
-        lambda n: (-1,),
+        (labels.kept_rows,),
         "m/s^2 or 1/s^2",
+        "same",
         {
-            "recursive": lambda w: w.closed.bias(w.closed.recursive),
-            "differentiation": lambda w: w.closed.bias(w.closed.differentiated),
+            "recursive": Road(lambda w: w.closed.bias(w.closed.recursive)),
+            "differentiation": by_differentiation(lambda w: w.closed.bias(w.closed.differentiated)),
         },
+        loops_only=True,
+        lacks="told",
     ),
     "multipliers": Output(
         "multipliers lambda of M qdd + h = tau + G^T lambda: wrenches that parents exert on children at the cuts, at "
         "the origin of the moved joint frame, axes of the joint frame on the parent; of contacts along, across, normal",
         ("q", "qd", "tau"),
         "lambda",
-        lambda n: (-1,),
+        (labels.kept_rows,),
         "N or N m",
-        {"crba": _multipliers, "lagrange": _lagrange_multipliers},
+        "same",
+        {"crba": Road(multipliers), "lagrange": by_lagrange(_lagrange_multipliers)},
+        depends=("independent", "alpha", "beta"),
+        compared=("G^T multipliers", lambda w, found: w.closed.constraint_forces(found)),
+        loops_only=True,
+        lacks="told",
     ),
     "tree_forces": Output(
         "forces M(q) qdd + c(q, qd) + g(q) - Q of the spanning tree, as if nothing closed it",
         ("q", "qd", "qdd"),
         "f",
-        lambda n: (n,),
-        FORCE,
-        {"rnea": lambda w: w.forces(list(w.state.qdd)), "lagrange": lambda w: w.closed.lagrange_forces},
+        (labels.velocities,),
+        FORCES,
+        "same",
+        {
+            "rnea": Road(lambda w: w.forces(list(w.state.qdd))),
+            "lagrange": by_lagrange(lambda w: w.closed.lagrange_forces),
+        },
+        loops_only=True,
+        lacks="told",
     ),
     "velocities": Output(
         "velocities qd that the loops allow, from independent ones",
         ("q", "ui"),
         "qd",
-        lambda n: (n,),
+        (labels.velocities,),
         "rad/s or m/s",
-        {"partition": _velocities, "normal": _normal_velocities},
+        "same",
+        {"partition": Road(_velocities), "normal": Road(_normal_velocities)},
+        depends=("independent",),
+        loops_only=True,
+        lacks="told",
     ),
     "positions": Output(
         "positions q at which the loop is closed, from the independent one, on the branch of the start",
         ("qi",),
         "q",
-        lambda n: (-1,),
+        (labels.coordinates,),
         "rad or m",
-        {"closed form": _positions},
+        "same",
+        {"closed form": Road(_positions)},
+        depends=("independent",),
+        loops_only=True,
+        lacks="silently",
     ),
 }
-
-CLOSED_ONLY: tuple[str, ...] = tuple(ROWS)
-"""Outputs that only closed scenes have."""
-
-_FORWARD = {
-    "text": "accelerations qdd of the closed mechanism: M(q) qdd + h = tau + G^T lambda, G qdd + Gdot qd = 0",
-    "roads": {"crba": _forward, "lagrange": _lagrange_forward},
-}
-_INVERSE = {
-    "text": "driving forces tau of the closed mechanism for a motion that its loops allow; {undriven}",
-    "roads": {"rnea": _inverse, "lagrange": _lagrange_inverse},
-}
-
-
-def closing(outputs: Mapping[str, Output]) -> dict[str, Output]:
-    """Return what closed scenes add to the table."""
-    forward, inverse = outputs["forward_dynamics"], outputs["inverse_dynamics"]
-    drives = outputs["drive_forces"]
-    rows = {name: replace(row, exists=lambda scene: scene.is_closed) for name, row in ROWS.items()}
-    return {
-        "forward_dynamics": replace(forward, closed=replace(forward, **_FORWARD, prefer=None)),  # type: ignore[arg-type]
-        "inverse_dynamics": replace(inverse, closed=replace(inverse, **_INVERSE)),  # type: ignore[arg-type]
-        "drive_forces": replace(drives, closed=replace(drives, roads={"crba": _drives, "lagrange": _lagrange_drives})),
-    } | rows
+"""Rows of the table that only closed scenes have, and lack where their loops cannot be closed."""

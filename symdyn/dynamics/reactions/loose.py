@@ -8,8 +8,6 @@ every entry that any of them does; it is drawn at generic positions, where the l
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from symdyn.dynamics.loops.partition import Closing
@@ -23,9 +21,6 @@ from symdyn.scene import Scene
 
 LOOSE = 1e-7
 """Entries above it, over the largest, are changed: positions are closed to the last digits."""
-
-COMPONENTS = ("fx", "fy", "fz", "mx", "my", "mz")
-"""Entries of a reaction, by the names that tables and headers have for them."""
 
 
 def unique_reactions(
@@ -76,23 +71,3 @@ def unique_entries(w: Workspace, axes: str = "body") -> tuple[bool, ...]:
         changed = np.abs(numbers.at(R, place, dict(zip(sizes, drawn.tolist(), strict=True))))
         loose |= changed > LOOSE * changed.max(initial=0.0)
     return () if not loose.any() else tuple((~loose).tolist())
-
-
-def loose_words(scene: Scene, unique: Sequence[bool]) -> str:
-    """Return which entries are not unique, such as "fz, mx, my of A, B and C"; "" where all are.
-
-    Args:
-        scene: the mechanism.
-        unique: from `unique_entries`.
-    """
-    joints: dict[tuple[str, ...], list[str]] = {}
-    for k, joint in enumerate((*scene.joints, *scene.loops)):
-        row = unique[6 * k : 6 * k + 6]
-        loose = tuple(name for name, known in zip(COMPONENTS, row, strict=False) if not known)
-        if loose:
-            joints.setdefault(loose, []).append(joint.name)
-    return "; ".join(f"{', '.join(loose)} of {_listed(names)}" for loose, names in joints.items())
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))

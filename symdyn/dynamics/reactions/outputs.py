@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from symdyn.dynamics.output import Output
+from symdyn.dynamics import labels, roads
+from symdyn.dynamics.loops import outputs as loops
+from symdyn.dynamics.output import Output, Road, Unasked
 from symdyn.dynamics.workspace import Workspace
 from symdyn.graph import Expr, substitute
 
@@ -24,11 +26,10 @@ def _inverse(w: Workspace, axes: str) -> list[Expr]:
 
 def _forward(w: Workspace, axes: str) -> list[Expr]:
     """Return reactions during the motion that driving forces give, with the multipliers of that motion."""
-    from symdyn.dynamics.derive import derive_one  # the table is above its rows
     from symdyn.dynamics.reactions.recursion import reactions
 
-    moved = derive_one(w, "forward_dynamics").entries
-    multipliers = derive_one(w, "multipliers").entries if w.hanging.cuts else ()
+    moved = w.once(loops.forward if w.scene.is_closed else roads.forward)
+    multipliers = w.once(loops.multipliers) if w.hanging.cuts else ()
     return substitute(reactions(w.hanging, axes, multipliers), dict(zip(w.state.qdd, moved, strict=True)))
 
 
@@ -47,14 +48,31 @@ def _rows(axes: str) -> dict[str, Output]:
         "reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at "
         f"the origin of the moved joint frame, axes of {WORDS[axes]}"
     )
-    units, shape = "N and N m", lambda n: (-1, 6)
-    inverse = {"recursive": lambda w: _inverse(w, axes)}
-    forward = {"recursive": lambda w: _forward(w, axes)}
-    known: dict[str, Any] = {"exists": lambda scene: False, "unique": lambda w: _unique(w, axes)}
+    units = "N and N m"
+    known: dict[str, Any] = {"lacks": "told", "unique": lambda w: w.once(_unique, axes)}
     return {
-        f"reactions{suffix}": Output(text, ("q", "qd", "qdd"), "R", shape, units, inverse, **known),
+        f"reactions{suffix}": Output(
+            text,
+            ("q", "qd", "qdd"),
+            "R",
+            (labels.joints, labels.fixed(*labels.COMPONENTS)),
+            units,
+            "same",
+            {"recursive": Road(lambda w: _inverse(w, axes))},
+            unasked=Unasked.NEVER if suffix else Unasked.PROVED,
+            **known,
+        ),
         f"forward_reactions{suffix}": Output(
-            f"{text}, during forward dynamics", ("q", "qd", "tau"), "R", shape, units, forward, **known
+            f"{text}, during forward dynamics",
+            ("q", "qd", "tau"),
+            "R",
+            (labels.joints, labels.fixed(*labels.COMPONENTS)),
+            units,
+            "same",
+            {"recursive": Road(lambda w: _forward(w, axes))},
+            unasked=Unasked.NEVER,
+            depends=("independent", "alpha", "beta"),
+            **known,
         ),
     }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.derive import arguments
+from symdyn.dynamics.arguments import arguments
 from symdyn.dynamics.prescribed import TIME
 from symdyn.graph import Expr, Op, reachable
 

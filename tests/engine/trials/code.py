@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.build import run_python
-from symdyn.dynamics import OUTPUTS, Closing, Equations, Workspace, derive_one, roads
+from symdyn.dynamics import OUTPUTS, Closing, Equations, Workspace, derive_one, expected, of_place, roads
 from symdyn.emit import emit
 from symdyn.emit.names import function_names
 from symdyn.errors import DerivationError
@@ -117,7 +117,6 @@ class Code:
 
 
 COEFFICIENTS = ("k_z", "k_C", "k_D", "k_G", "k_E", "coriolis_matrix")
-CUBIC = ("k_C", "k_D", "coriolis_matrix")
 FEW = 5
 """Velocities up to which what grows with their cube is asked for."""
 
@@ -132,15 +131,14 @@ def requests(scene: Scene, asked: str, axes: str) -> list[str]:
     rest = COEFFICIENTS if asked == "coefficients" else tuple(OUTPUTS) if asked == "kinematics" else ("mass_matrix",)
     found = [
         name
-        for name, row in OUTPUTS.items()
-        if (row.exists(scene) and not row.place and (name in ALWAYS or (name in rest and name not in COEFFICIENTS[:3])))
-        or (asked == "coefficients" and name in COEFFICIENTS and row.exists(scene))
+        for name in expected(scene)
+        if name in ALWAYS or (name in rest and (asked == "coefficients" or name not in COEFFICIENTS[:3]))
     ]
     if len(scene.velocities) > FEW:
-        found = [name for name in found if name not in CUBIC]
+        found = [name for name in found if not OUTPUTS[name].cubic]
     body = scene.bodies[-1]
     if asked == "kinematics":
-        found += [f"{name}:{body.name}" for name in ("pose", "jacobian", "jdot_qdot")]
+        found += of_place(body.name)
         found += [f"com_acceleration:{body.name}"] * (body.com is not None and not body.particles)
     suffix = "" if axes == "body" else f":{axes}"
     return [*found, f"reactions{suffix}", f"forward_reactions{suffix}"]
