@@ -17,8 +17,9 @@ from formulas import argument, every_op, one, states
 from symdyn.build import run_python
 from symdyn.dynamics import derive
 from symdyn.dynamics.equations import Equations
-from symdyn.emit import emit, write
-from symdyn.emit.python import BLOCK
+from symdyn.emit import emit, player, write
+from symdyn.emit.python import BLOCK, player_text
+from symdyn.emit.real import REALS
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
@@ -276,3 +277,20 @@ def test_unknown_targets_and_types_are_refused():
         emit(program, "fortran")
     with pytest.raises(EmitError, match="real type 'half' is not known; give double or float"):
         emit(program, "c", "half")
+
+
+def test_a_module_holds_the_player_but_for_its_number_type():
+    whole = Path(player.__file__).read_text(encoding="utf-8")
+    text = player_text(REALS["double"], BLOCK)
+    assert whole.rstrip("\n").endswith(text)
+    assert text in emit(lower(every_op()))["every_op.py"]
+    assert player_text(REALS["float"], BLOCK) in emit(lower(every_op()), real="float")["every_op.py"]
+
+
+@pytest.mark.parametrize("block", [1, 3, 1000])
+def test_the_player_computes_the_same_in_blocks_of_any_size(block):
+    room = dict(vars(player))
+    exec(player_text(REALS["double"], block), room)
+    x, y = np.random.default_rng(1).uniform(1, 2, (2, 7, 2))
+    found = room["_run"](lambda _, x, y: (x[0] * y[1], -y[0], 2.0), "f", (3,), None, ("x", x, 2), ("y", y[0], 2))
+    np.testing.assert_array_equal(found, np.stack([x[:, 0] * y[0, 1], np.full(7, -y[0, 0]), np.full(7, 2.0)], axis=1))

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import keyword
 from collections.abc import Mapping
-from functools import partial
+from functools import cache, partial
+from importlib.resources import files
 
 from symdyn.emit.escape import in_docstring
-from symdyn.emit.real import REALS, digits
+from symdyn.emit.real import REALS, Real, digits
 from symdyn.emit.render import render
 from symdyn.emit.spelling import OPERATORS, Printer, Spelling, call
 from symdyn.emit.target import Draft, Target
@@ -40,6 +41,11 @@ SPELLINGS: Mapping[Op, Spelling] = {
 BLOCK = 4096
 """States that are computed at a time: enough to hide the cost of a NumPy call, few enough for the cache."""
 
+RETURN = """    return numpy.fromiter(entries, numpy.float64).reshape(shape)"""
+NARROW = """    with numpy.errstate(over="ignore"):  # what is too large for the type is infinity
+        return numpy.fromiter(entries, numpy.float64).reshape(shape)"""
+"""How floats of Python become numbers of the type; those of a narrower one may be too large for it."""
+
 KEYWORDS = frozenset((*keyword.kwlist, "collections", "functools", "math", "numpy"))
 """Reserved words, and what the module imports."""
 
@@ -52,10 +58,21 @@ def _write(draft: Draft) -> dict[str, str]:
         "about": draft.about,
         "dtype": draft.real.dtype,
         "block": BLOCK,
+        "player": player_text(draft.real, BLOCK),
         "branches": [row for op, row in FUNCTIONS.items() if any(op in ops for ops in used.values())],
         "used": {name: [FUNCTIONS[op][0] for op in ops] for name, ops in used.items()},
     }
     return {".py": render("numpy/module.py.jinja", values)}
+
+
+@cache
+def player_text(real: Real, block: int) -> str:
+    """Return `symdyn.emit.player` as it stands in a module of a number type and of blocks of so many states."""
+    text = files("symdyn.emit").joinpath("player.py").read_text(encoding="utf-8")
+    text = text[text.index("def _run(") :].rstrip("\n")
+    if real is not REALS["double"]:
+        text = text.replace(RETURN, NARROW)
+    return text.replace("float64", real.dtype).replace("4096", str(block))
 
 
 NUMPY = Target(
