@@ -204,3 +204,13 @@ def test_floats_and_batches_are_refused() -> None:
         EmitError, match=r"target js .JavaScript, .* one state a call. has no option batch; leave it out"
     ):
         emit(lower(every_op()), "js", option="batch")
+
+
+SCRIPTS = [path for path in sorted((ROOT / "templates").rglob("*.*js")) if path.suffix in (".js", ".mjs")]
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_every_script_of_ours_is_javascript_as_it_stands(script: Path) -> None:
+    read = subprocess.run([find_node(), "--check", str(script)], capture_output=True, text=True, check=False)
+
+    assert read.stderr == ""

@@ -17,7 +17,7 @@ from symdyn.build.words import check_target
 from symdyn.dynamics import Function
 from symdyn.emit import Sources
 from symdyn.emit.javascript import JS
-from symdyn.emit.render import render
+from symdyn.emit.render import verbatim
 from symdyn.errors import BuildError, MissingNode
 
 CANDIDATES = ("node", "nodejs")
@@ -98,7 +98,7 @@ class _Process:
         Raises:
             BuildError: it cannot be run or refuses the module.
         """
-        command = (node, "--input-type=module", "--eval", render("js/calls.mjs.jinja", {}))
+        command = (node, "--input-type=module", "--eval", verbatim("js/calls.mjs"))
         try:
             self._process = subprocess.Popen(
                 command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8"

@@ -19,6 +19,12 @@ def render(template: str, values: Mapping[str, Any]) -> str:
 
 
 @cache
+def verbatim(file: str) -> str:
+    """Return the text of a file that is no template, such as a script, without its last end of line."""
+    return (template_folder() / file).read_text(encoding="utf-8").removesuffix("\n")
+
+
+@cache
 def _environment() -> Environment:
     """Return the one environment, made when the first file is rendered."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -33,4 +39,5 @@ def _environment() -> Environment:
     )
     environment.filters["in_comment"] = in_comment
     environment.filters["in_docstring"] = in_docstring
+    environment.globals["verbatim"] = verbatim
     return environment

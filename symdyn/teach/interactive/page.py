@@ -23,7 +23,7 @@ from symdyn.emit.escape import in_html, in_script, in_script_code
 from symdyn.emit.javascript import JS
 from symdyn.emit.letters import Letters, head
 from symdyn.emit.names import stem
-from symdyn.emit.render import render
+from symdyn.emit.render import render, verbatim
 from symdyn.errors import TeachError
 from symdyn.scene import Scene
 from symdyn.teach.interactive.controls import controls
@@ -98,7 +98,7 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
         "name": name,
     }
     return Interactive(
-        style("auto") + render("teach/interactive.css.jinja", {}),
+        style("auto") + verbatim("teach/interactive.css") + "\n",
         render("teach/interactive.html.jinja", body),
         render("teach/interactive.js.jinja", script),
     )
