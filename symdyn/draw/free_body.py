@@ -221,7 +221,8 @@ def _transmitted(hinge: Hinge, body: str) -> list[Wrench]:
                 names[k] = rf"{minus}{'FM'[k]}_{{\mathrm{{{in_latex(joint.name)}}}{index}}}"
                 vectors[k] = unit(hinge.fixed.R[0] @ part) * sense
         found.append(Wrench(names[0], at, _triple(vectors[0]), _triple(vectors[1]), names[1]))
-    for drive, step in zip(joint.drives, hinge.steps, strict=False):
+    own = [step for step in hinge.steps if step.name]
+    for drive, step in zip(joint.drives, own if len(own) == len(joint.drives) else hinge.steps, strict=False):
         if drive is not None:
             name, vector = minus + str(print_name(drive)), _triple(step.axis[0] * sense)
             found.append(Wrench(name, at, vector) if step.slides else Wrench(name, at, couple=vector))

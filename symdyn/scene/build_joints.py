@@ -53,13 +53,6 @@ def joint(
     parent: str,
     child: str,
     *,
-    axis: Three | None = None,
-    second_axis: Three | None = None,
-    pitch: Number | None = None,
-    length: Number | None = None,
-    orientation: str | None = None,
-    steps: Placement | None = None,
-    units: Sequence[str] | None = None,
     origin: Placement | None = None,
     tip: Placement | None = None,
     coordinate: str | None = None,
@@ -77,6 +70,7 @@ def joint(
     motion: Number | None = None,
     locked: bool = False,
     position: Number | None = None,
+    **own: object,
 ) -> Entry:
     """Declare a joint.
 
@@ -87,13 +81,6 @@ def joint(
         type: a key of `JOINTS`, such as "revolute", "spherical" or "fixed".
         parent: the body it hangs on, or "ground".
         child: the body it carries.
-        axis: direction in the joint frame, any length but zero; z when left out.
-        second_axis: of a universal joint, in the frame that the first rotation has turned; x when left out.
-        pitch: of a helical joint, advance a turn, m.
-        length: of a rod, m.
-        orientation: of a motion that is spherical in part: "quaternion", or three axes such as "zyx".
-        steps: of a custom joint, its motion: steps whose amounts are formulas in its coordinates.
-        units: of a custom joint, "rad" or "m" for every coordinate.
         origin: from the parent's body frame to the joint frame: {"xyz": ..., "rpy": ...}, [x, y, z], steps or a Pose.
         tip: from the moved joint frame to the child's body frame.
         coordinate: name of q of a joint that has one; q1, q2, ... when left out.
@@ -116,6 +103,11 @@ def joint(
         motion: prescribed motion, a formula in t, of a joint with a drive.
         locked: the joint stands still and becomes a fixed one.
         position: where it stands, rad or m; zero when left out.
+        own: what its type takes besides, the keys of its row in `JOINTS`: axis, a direction in the joint frame, any
+            length but zero, z when left out; second_axis of a universal joint, in the frame that the first rotation has
+            turned, x when left out; pitch of a helical joint, advance a turn, m; length of a rod, m; orientation of a
+            motion that is spherical in part, "quaternion" or three axes such as "zyx"; steps of a custom joint, whose
+            amounts are formulas in its coordinates, and its units, "rad" or "m" for every coordinate.
     """
     return entry(
         "joints",
@@ -123,13 +115,6 @@ def joint(
         type=type,
         parent=parent,
         child=child,
-        axis=axis,
-        second_axis=second_axis,
-        pitch=pitch,
-        length=length,
-        orientation=orientation,
-        steps=steps,
-        units=units,
         origin=origin,
         tip=tip,
         coordinate=coordinate,
@@ -147,6 +132,7 @@ def joint(
         motion=motion,
         locked=locked or None,
         position=position,
+        **own,
     )
 
 
@@ -259,13 +245,9 @@ def loop(
     parent: str,
     child: str,
     *,
-    axis: Three | None = None,
-    second_axis: Three | None = None,
-    pitch: Number | None = None,
-    length: Number | None = None,
     origin: Placement | None = None,
     tip: Placement | None = None,
+    **own: object,
 ) -> Entry:
     """Declare a joint that closes a loop; the arguments are those of `joint`, and it has no coordinates."""
-    shape = {"axis": axis, "second_axis": second_axis, "pitch": pitch, "length": length}
-    return entry("loop", name, type=type, parent=parent, child=child, origin=origin, tip=tip, **shape)
+    return entry("loop", name, type=type, parent=parent, child=child, origin=origin, tip=tip, **own)

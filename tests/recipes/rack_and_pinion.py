@@ -1,0 +1,60 @@
+"""A joint type from outside: a pinion that rolls along a rack, x = r φ. One coordinate, class t = 5.
+
+The rack is the x axis of the joint frame, shifted by r along y; the pinion turns about z.
+"""
+
+from __future__ import annotations
+
+from symdyn.graph import Expr, Graph, Op
+from symdyn.scene import Joint, Quantity, express, folding, number
+from symdyn.scene.joints import JOINTS, Block, JointKind, Key, Mark, Motion, Move, Part, Wrench
+from symdyn.scene.joints.constraints import everywhere, forces, leaning, moments, offsets
+from symdyn.scene.table import Table
+from symdyn.spatial import Transform, dot, scale, unit_transform
+
+RADIUS = Key(
+    "radius",
+    Table.quantity,
+    number(0),
+    example="radius = 0.1, that of the pitch circle in metres",
+    above_zero="is that of no pinion; give that of the pitch circle",
+    letter="rp",
+    unit="m",
+    text="pitch radius",
+)
+
+
+def _blocks(joint: Joint) -> tuple[Block, ...]:
+    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+        (x, _, z), still, r = everywhere(graph), unit_transform(graph), express(RADIUS.of(joint), graph)
+        rolls = Move(True, x, r * q[0], still, ((0, r),))
+        return Motion((rolls, Move(False, z, q[0], still, ((0, graph.one),))), still, u)
+
+    return (Block(("rad",), ("rad",), motion),)
+
+
+def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
+    x, y, z = everywhere(X.p[0].graph)
+    return forces(y, z) + moments(x, y) + ((x, scale(-express(RADIUS.of(joint), x[0].graph), z)),)
+
+
+def _residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
+    graph = X.p[0].graph
+    x, y, z = everywhere(graph)
+    angle = graph.function(Op.ATAN2, X.R[1][0], X.R[0][0])
+    return (*offsets(X, y, z), *leaning(X, z, x, y), dot(x, X.p) - express(RADIUS.of(joint), graph) * angle)
+
+
+def _held(joint: Joint, angle: Quantity) -> tuple[tuple[str, Quantity], ...]:
+    return (("Tx", folding.mul(RADIUS.of(joint), angle)), ("Rz", angle))
+
+
+JOINTS["rack_and_pinion"] = JointKind(
+    keys=(RADIUS,),
+    blocks=_blocks,
+    wrenches=_wrenches,
+    residual=_residual,
+    words={"en": "rack and pinion", "sk": "pastorok na ozubenom hrebeni"},
+    mark=Mark((Part("rail", way="x"), Part("cylinder", 0.5, "z")), flat=(Part("rail", way="x"), Part("ring"))),
+    held=_held,
+)
