@@ -78,7 +78,7 @@ def single_loop() -> Scene:
         Load("couple", Place("coupler", vector(1, 0, 0)), vector(0, 0, 0), vector(1, -2, 3), "body"),
     )
     gravity = vector(0, "1/3", "-9.81")
-    return Scene("rsup", (), gravity, bodies, joints, loops=(loop,), loads=loads)
+    return Scene("rsup", (), gravity, bodies, joints, loops=(loop,), elements=loads)
 
 
 class Loop:

@@ -221,7 +221,5 @@ def with_loads(tree: Scene, seed: int) -> Scene:
         name=f"{tree.name}_loaded",
         parameters=parameters,
         joints=tuple(joints),
-        springs=tuple(springs),
-        dampers=tuple(dampers),
-        loads=loads,
+        elements=(*springs, *dampers, *loads),
     )

@@ -54,13 +54,15 @@ def loaded() -> Scene:
     one = (number(1),)
     return replace(
         read(EXAMPLES / "cart_pole.toml"),
-        springs=(
+        elements=(
             Spring("k1", "rail", (), one),
             Spring("k2", "", (wall, end), one),
             Spring("kt", "hinge", (), one),
+            Damper("c1", "rail", (), one),
+            Damper("c2", "", (wall, end), one),
+            Damper("ct", "hinge", (), one),
+            Load("F_w", end, (number(1), number(2), number(0)), (number(0), number(0), number(-1))),
         ),
-        dampers=(Damper("c1", "rail", (), one), Damper("c2", "", (wall, end), one), Damper("ct", "hinge", (), one)),
-        loads=(Load("F_w", end, (number(1), number(2), number(0)), (number(0), number(0), number(-1))),),
     )
 
 
@@ -88,8 +90,8 @@ def test_everything_is_in_the_picture_once_and_finite(one: Scene) -> None:
     root = ElementTree.fromstring(picture(one, frames=True, labels=("coordinates", "bodies", "joints", "points")))
     ids = [element.get("id") for element in root.iter() if element.get("id")]
     wanted = [f"body-{x.name}" for x in one.bodies] + [f"joint-{x.name}" for x in one.joints]
-    wanted += [f"loop-{x.name}" for x in one.loops] + [f"spring-{x.name}" for x in one.springs]
-    wanted += [f"damper-{x.name}" for x in one.dampers] + [f"load-{x.name}" for x in one.loads]
+    wanted += [f"loop-{x.name}" for x in one.loops]
+    wanted += [f"{x.kind}-{x.name}" for x in (*one.struts, *one.loads)]
 
     assert len(ids) == len(set(ids))
     assert set(map(name, wanted)) <= set(ids)

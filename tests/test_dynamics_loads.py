@@ -89,7 +89,7 @@ def without_load(q, qdd):
 
 def test_spring_at_a_joint():
     spring = Spring("s", "hinge", (), vec("k", 5), parse("s0"), number(2))
-    one, q = pendulum(springs=(spring,)), 0.8
+    one, q = pendulum(elements=(spring,)), 0.8
     x = q - S0
 
     assert inverse(one, q, 0.3, 0.4) == pytest.approx(without_load(q, 0.4) + 2 + K * x + 5 * x * x, rel=1e-14)
@@ -100,7 +100,7 @@ def test_spring_at_a_joint():
 
 
 def test_spring_between_points():
-    one, q = pendulum(springs=(Spring("s", "", (ABOVE, TIP), vec("k"), parse("s0")),)), 0.8
+    one, q = pendulum(elements=(Spring("s", "", (ABOVE, TIP), vec("k"), parse("s0")),)), 0.8
     s = length(q)
     slope = L * H * math.cos(q) / s
 
@@ -111,7 +111,7 @@ def test_spring_between_points():
 
 def test_damper_between_points_and_at_a_joint():
     far, near = Damper("d", "", (TIP, ABOVE), vec("c", 4)), Damper("e", "hinge", (), vec("c", 0, 2))
-    one, q, qd = pendulum(dampers=(far, near)), 0.8, -1.7
+    one, q, qd = pendulum(elements=(far, near)), 0.8, -1.7
     slope = L * H * math.cos(q) / length(q)
     v = slope * qd
 
@@ -122,7 +122,7 @@ def test_damper_between_points_and_at_a_joint():
 def test_points_that_never_part_pull_at_nothing():
     """A spring that would pull and a damper between the hinge and itself change nothing, by every road and method."""
     ends = Place("ground", vec(0, 0, 0)), Place("bob", vec(0, 0, 0))
-    one = pendulum(springs=(Spring("s", "", ends, vec("k"), parse("s0")),), dampers=(Damper("d", "", ends, vec("c")),))
+    one = pendulum(elements=(Spring("s", "", ends, vec("k"), parse("s0")), Damper("d", "", ends, vec("c"))))
     state = {"q": [0.8], "qd": [-1.7], "qdd": [0.6], "params": VALUES}
 
     for road in roads("inverse_dynamics"):
@@ -135,7 +135,7 @@ def test_points_that_never_part_pull_at_nothing():
 @pytest.mark.parametrize("frame", ["ground", "body"])
 def test_load_in_either_frame(frame):
     wrench = Load("w", TIP, vec("F*cos(t)", 1, "2*q1_dot"), vec(0, "q1*t", 7), frame)
-    one, q, qd, t = pendulum(loads=(wrench,)), 0.8, -1.7, 0.6
+    one, q, qd, t = pendulum(elements=(wrench,)), 0.8, -1.7, 0.6
     f = (F * math.cos(t), 1, 2 * qd)
     across = -math.sin(q) * f[0] - math.cos(q) * f[2] if frame == "ground" else -f[2]
 
@@ -169,7 +169,7 @@ def test_a_spring_pendulum_moves_as_the_book_says():
             prismatic("slider", "rod", "bob", axis=[0, -1, 0], coordinate="r"),
         ],
     )
-    one = replace(one, springs=(Spring("s", "slider", (), vec("k"), parse("r0")),))
+    one = replace(one, elements=(Spring("s", "slider", (), vec("k"), parse("r0")),))
     m, k, r0, (theta, r), (w, v) = 1.3, 40.0, 0.5, (0.4, 0.8), (1.1, -0.6)
     expected = [
         -(2 * v * w + 9.81 * math.sin(theta)) / r,
@@ -194,7 +194,7 @@ def governor():
         ],
     )
     balls = (Place("left", vec(0, 0, "-l")), Place("right", vec(0, 0, "-l")))
-    return replace(one, springs=(Spring("s", "", balls, vec("k"), parse("s0")),))
+    return replace(one, elements=(Spring("s", "", balls, vec("k"), parse("s0")),))
 
 
 def test_a_governor_with_a_spring_finds_its_balance():
@@ -263,7 +263,7 @@ def test_a_distance_that_is_a_square_leaves_its_sign_to_numbers():
 def test_a_load_rides_the_recursion_and_costs_little():
     one = random_tree(3, 6, free=False)
     load = Load("tool", Place(one.bodies[-1].name, vec(1, 2, 3)), vec("t", 2, 5), vec(1, 2, 3), "body")
-    w = Workspace(replace(one, loads=(load,)))
+    w = Workspace(replace(one, elements=(load,)))
     varying = (*w.state.q, *w.state.qd, *w.state.qdd, w.graph.symbol("t"))
     alone = rnea(w.lean, w.state.qd, w.state.qdd)
 
@@ -351,7 +351,7 @@ def test_hybrid_dynamics_of_trees_is_proved(seed):
 
 
 def test_time_is_an_argument_only_of_what_depends_on_it():
-    one = pendulum(loads=(Load("w", TIP, vec(0, 0, "F*t")),))
+    one = pendulum(elements=(Load("w", TIP, vec(0, 0, "F*t")),))
     names = {f.name: [a.name for a in f.arguments] for f in derive(one, ["inverse_dynamics", "mass_matrix"]).functions}
 
     assert names == {"inverse_dynamics": ["q", "qd", "qdd", "t", "params"], "mass_matrix": ["q", "params"]}
@@ -359,7 +359,7 @@ def test_time_is_an_argument_only_of_what_depends_on_it():
 
 @pytest.mark.parametrize("target", ["numpy", "c"])
 def test_time_is_one_number_or_a_batch_of_them(target):
-    one = pendulum(loads=(Load("w", TIP, vec(0, 0, "F*sin(t)")),))
+    one = pendulum(elements=(Load("w", TIP, vec(0, 0, "F*sin(t)")),))
     call = lambdify(one, "inverse_dynamics", target)
     q, qd, qdd = RNG.normal(size=(3, 5000, 1))
     t = RNG.normal(size=5000)
@@ -375,7 +375,7 @@ def test_time_is_one_number_or_a_batch_of_them(target):
 
 
 def test_the_ufunc_takes_time_without_a_dimension():
-    one = pendulum(loads=(Load("w", TIP, vec(0, 0, "F*sin(t)")),))
+    one = pendulum(elements=(Load("w", TIP, vec(0, 0, "F*sin(t)")),))
     loaded = load_scene(one, ("inverse_dynamics",))
     call, plain = loaded.inverse_dynamics, lambdify(one, "inverse_dynamics")
     q, qd, qdd = RNG.normal(size=(3, 40, 1))
@@ -390,7 +390,7 @@ def test_the_ufunc_takes_time_without_a_dimension():
 
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_c_takes_time_by_value_and_its_batches_by_address(real):
-    one = pendulum(loads=(Load("w", TIP, vec("F*cos(3*t)", 0, "F*sin(t)")),))
+    one = pendulum(elements=(Load("w", TIP, vec("F*cos(3*t)", 0, "F*sin(t)")),))
     program = lower(formulate(one, ("inverse_dynamics",)))
     header = dict(emit(program, "c", real, option="batch").files)["pendulum.h"]
 
@@ -399,7 +399,7 @@ def test_c_takes_time_by_value_and_its_batches_by_address(real):
 
 
 def test_batches_by_columns_take_a_column_of_times():
-    one = pendulum(loads=(Load("w", TIP, vec("F*cos(3*t)", 0, "F*sin(t)")),))
+    one = pendulum(elements=(Load("w", TIP, vec("F*cos(3*t)", 0, "F*sin(t)")),))
     module = build(lower(formulate(one, ("inverse_dynamics",))))
     entry = ctypes.CDLL(str(module.path)).pendulum_inverse_dynamics_batch
     n = 150
@@ -424,7 +424,7 @@ def test_a_long_scalar_function_hands_time_to_its_parts():
 def test_the_certificate_of_a_loaded_scene_proves_and_measures_everything():
     spring, damper = Spring("s", "", (ABOVE, TIP), vec("k"), parse("s0")), Damper("d", "", (ABOVE, TIP), vec("c"))
     load, dry = Load("w", TIP, vec("F*sin(t)", 0, 0)), Friction(number(1), None, number(1), parse("0.1"))
-    found = certify(pendulum(springs=(spring,), dampers=(damper,), loads=(load,), dry=dry))
+    found = certify(pendulum(elements=(spring, damper, load), dry=dry))
 
     assert found.passed
     assert {finding.verdict for finding in found.findings} == {PROVED}
@@ -441,7 +441,7 @@ def test_every_load_is_printed():
     )
     load, dry = Load("w", TIP, vec("F*sin(t)", 0, 0), frame="body"), Friction(parse("F"), None, number(1), parse("c"))
     across = Load("v", TIP, vec("F*sin(t)", 0, 0))
-    one = pendulum(springs=(spring, twist), loads=(load, across), dry=dry, motion=parse("sin(t)"))
+    one = pendulum(elements=(spring, twist, load, across), dry=dry, motion=parse("sin(t)"))
     text, page = equations_text(one, "text", "coefficients"), equations_text(one, "latex", document=True)
 
     assert "k_E1 = k*(sqrt(l**2 + h**2 + 2*l*h*sin(q1)) - s0)*l*h*cos(q1)/sqrt(l**2 + h**2 + 2*l*h*sin(q1))" in text

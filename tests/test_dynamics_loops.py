@@ -33,7 +33,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Op, substitute, tangents
 from symdyn.program import lower
 from symdyn.scene import JOINTS, Body, Joint, Pose, Scene, folding, number, read_text, symbol
-from symdyn.scene.loads import Place, Row, Spring
+from symdyn.scene.element import Place, Row, Spring
 from symdyn.scene.quantity import ONE, ZERO
 from symdyn.scene.table import compose
 from symdyn.spatial import Transform, elementary, unit_transform
@@ -77,7 +77,7 @@ def with_loops(seed: int) -> Scene:
         Row("slow", formula=folding.add(symbol("wx"), folding.mul(symbol("e1"), symbol("wy")))),
     )
     return replace(
-        tree, bodies=(*tree.bodies, Body("end", ONE)), joints=(*tree.joints, ball), loops=tuple(loops), rows=rows
+        tree, bodies=(*tree.bodies, Body("end", ONE)), joints=(*tree.joints, ball), loops=tuple(loops), elements=rows
     )
 
 
@@ -112,7 +112,7 @@ def rolling(component: tuple[str, ...], lean: str = "Rx") -> Scene:
     )  # fmt: skip
     row = Row("wheel", "rolling", place=Place("disc"), radius=exact("1/2"), components=component)
     disc = Body("disc", ONE, inertia=(exact("1/8"), exact("1/4"), exact("1/8"), ZERO, ZERO, ZERO))
-    return Scene("disc", (), bodies=(disc,), joints=(free,), rows=(row,))
+    return Scene("disc", (), bodies=(disc,), joints=(free,), elements=(row,))
 
 
 def test_rows_of_a_leaning_disc_agree_and_say_that_its_lowest_point_rests() -> None:
@@ -149,7 +149,7 @@ def test_an_upright_wheel_has_rows_without_a_root() -> None:
 
 
 def test_a_row_that_is_not_linear_in_the_velocities_is_refused() -> None:
-    scene = replace(random_tree(1), rows=(Row("odd", formula=folding.mul(symbol("x0_dot"), symbol("x0_dot"))),))
+    scene = replace(random_tree(1), elements=(Row("odd", formula=folding.mul(symbol("x0_dot"), symbol("x0_dot"))),))
 
     with pytest.raises(DerivationError, match=r"rows\.odd: the formula is not linear in the velocities"):
         derive(scene, ("constraint_jacobian",))
@@ -160,7 +160,7 @@ def test_where_a_loop_is_closed_residuals_change_by_the_power_of_their_wrenches(
     """Closure is made: q at random, and the child's frame where the joint at those coordinates wants it."""
     scene = with_loops(3)
     loop = replace(next(one for one in scene.loops if one.type == kind), parent=scene.bodies[0].name, child="end")
-    scene = replace(scene, loops=(loop,), rows=())
+    scene = replace(scene, loops=(loop,), elements=())
     w = Workspace(scene)
     (cut,), placed = cuts(scene, w.graph), body_placements(scene, w.graph)
     C = (placed[cut.parent] @ cut.before).inverse() @ placed[cut.child]
@@ -421,7 +421,7 @@ def led_five_bar() -> Scene:
     loop = replace(flat_one.loops[0], child="link", tip=compose(("Tx", exact(-3))))
     spring = Spring("s", joint="B", stiffness=(exact(3), exact("1/2")), free=exact("1/5"))
     return replace(
-        flat_one, name="five_bar", bodies=(*flat_one.bodies, link), joints=joints, loops=(loop,), springs=(spring,)
+        flat_one, name="five_bar", bodies=(*flat_one.bodies, link), joints=joints, loops=(loop,), elements=(spring,)
     )
 
 

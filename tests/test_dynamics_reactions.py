@@ -73,16 +73,12 @@ def loaded() -> Scene:
     return replace(
         tree,
         name="loaded",
-        springs=(
+        elements=(
             Spring("coil", joint=moving[0], stiffness=vector(3, 1), free=number(1)),
             Spring("tie", ends=ends, stiffness=vector(5), free=number(1), preload=number(2)),
             Spring("hook", ends=hook, stiffness=vector(5)),
-        ),
-        dampers=(
             Damper("pot", joint=moving[1], damping=vector(1, 2)),
             Damper("strut", ends=ends, damping=vector(2, 1)),
-        ),
-        loads=(
             Load("push", Place("b3", vector(1, 0, 2)), (parse("2*t"), number(1), number(3)), vector(1, 2, 3)),
             Load("jet", Place("b1"), vector(1, 2, 3), vector(3, 1, 2), "body"),
         ),
@@ -242,7 +238,7 @@ def test_moments_about_the_axes_of_the_published_three_link_arm():
     turns = [root, BIG.number(1), BIG.number(1)]  # the published first axis is (1, 0, 1)
     place = Place("link3", vector("0.39225", "0.01615", "0.000159"))
     push = vector(-1, -1, 1)  # -(1, 1, 1) in the tip's axes, which are turned by 90° about y
-    one = replace(three_link(), loads=(Load("tip", place, push, push, "body"),))
+    one = replace(three_link(), elements=(Load("tip", place, push, push, "body"),))
     state = {
         key: [turn * x for turn, x in zip(turns, numbers(arm["data"][key].split()), strict=True)]
         for key in ("q", "qd", "qdd")

@@ -171,7 +171,7 @@ def test_joints_keep_what_resists_them_and_their_limits() -> None:
         number(Fraction(text)) for text in ("0.05", "0.01", "0.02")
     )
     assert (spell(hinge.limits.lower), spell(hinge.limits.upper)) == ("-2*pi/3", "pi/2")
-    (spring,) = read("pendulum.xml").scene.springs
+    (spring,) = read("pendulum.xml").scene.elements
     assert (spring.joint, [spell(k) for k in spring.stiffness], spell(spring.free)) == ("hinge", ["1.5"], "pi/6")
     effort = read("arm.xml").scene.joints[2].limits.effort
     assert effort == number(40)
@@ -221,7 +221,7 @@ def test_springs_and_dampers_are_off_when_the_file_says_so(tmp_path: Path) -> No
     joint = '<joint name="j" stiffness="2" damping="3"/>'
     path = world(tmp_path, body(joint), '<option><flag spring="disable" damper="disable"/></option>')
     found = mjcf.read(path, ReadOptions()).scene
-    assert (found.springs, found.joints[0].damping) == ((), number(0))
+    assert (found.elements, found.joints[0].damping) == ((), number(0))
 
 
 def test_names_that_cannot_be_printed_are_changed_with_a_note(tmp_path: Path) -> None:

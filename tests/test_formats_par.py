@@ -237,7 +237,7 @@ def test_what_was_read_is_written_and_read_again(name: str) -> None:
 
 def is_plain(scene: Scene) -> bool:
     """Whether a parameter file holds all that acts in a scene."""
-    acting = (scene.loops, scene.springs, scene.dampers, scene.loads, scene.rows)
+    acting = (scene.loops, scene.elements)
     return not any(acting) and all(joint.type in par_writer.SIGMA for joint in scene.joints)
 
 

@@ -11,6 +11,7 @@ from wide import everything
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
 from symdyn.scene import (
+    FORCES,
     JOINTS,
     Friction,
     Place,
@@ -32,8 +33,8 @@ from symdyn.scene import (
     write_text,
 )
 from symdyn.scene.binding import _places
-from symdyn.scene.checks.loads import linear_parts
 from symdyn.scene.draft import Draft, uses
+from symdyn.scene.forces.formula import linear_parts
 from symdyn.scene.mapping import quantities_in
 
 WIDE = everything()
@@ -45,7 +46,8 @@ def named(kind, name, one=WIDE):
 
 def test_the_wide_scene_holds_every_joint_and_every_noun():
     assert {joint.type for joint in WIDE.joints} == set(JOINTS) - {"fixed"}
-    assert all((WIDE.loops, WIDE.springs, WIDE.dampers, WIDE.loads, WIDE.rows))
+    assert WIDE.loops
+    assert {one.kind for one in WIDE.elements} == set(FORCES)
 
 
 def test_every_word_reads_back():
@@ -95,11 +97,11 @@ def test_friction_as_a_number_is_data_and_as_a_table_enters_the_equations():
 
 
 def test_an_end_is_a_body_a_named_point_or_a_place():
-    assert named("springs", "s_line").ends == (
+    assert named("elements", "s_line").ends == (
         Place("b", (number(0), parse("r"), number(0))),
         Place("l", (number(0), parse("r"), number(0))),
     )
-    assert named("dampers", "d_line").ends == (Place("ground"), Place("c", tuple(number(k) for k in (1, 2, 3))))
+    assert named("elements", "d_line").ends == (Place("ground"), Place("c", tuple(number(k) for k in (1, 2, 3))))
 
 
 def test_a_joint_may_follow_one_coordinate_of_several():
@@ -125,11 +127,9 @@ def test_names_for_numbers_leave_the_values_as_they_are():
     graph = Graph()
 
     back = bind(one, {})
-    numbers = [quantity for spring in one.springs for quantity in (*spring.stiffness, spring.free, spring.preload)]
-    numbers += [x for load in one.loads for x in (*load.force, *load.couple)]
-    numbers += [x for damper in one.dampers for x in damper.damping] + [
-        x for joint in one.loops for _, x in joint.shape if isinstance(x, Quantity)
-    ]
+    numbers = [x for joint in one.loops for _, x in joint.shape if isinstance(x, Quantity)]
+    for element in one.elements:
+        numbers += [x for part in FORCES[element.kind].parts for _, x, _ in part.numbers(element)]
 
     assert back == one
     assert all(quantity.symbols or express(quantity, graph).is_zero for quantity in numbers)
@@ -148,21 +148,21 @@ def test_symbolic_inertia_keeps_the_parameters_that_anything_else_uses():
 def test_what_is_bound_to_zero_is_zero_everywhere():
     one = bind(WIDE, {"k": 0})
 
-    assert named("springs", "s_joint", one).stiffness == (number(0),) * 3
-    assert named("loads", "wind", one).force[0] == number(0)
-    assert named("dampers", "d_line", one).damping == (number(0),)
+    assert named("elements", "s_joint", one).stiffness == (number(0),) * 3
+    assert named("elements", "wind", one).force[0] == number(0)
+    assert named("elements", "d_line", one).damping == (number(0),)
     assert "k" not in {name for q in quantities_in(replace(one, parameters=())) for name in q.symbols}
 
 
 def test_a_rod_bound_to_no_length_is_refused():
     with pytest.raises(SceneError, match=r"rod1: length = 0 is that of no rod"):
-        bind(replace(WIDE, rows=()), {"r": 0})
+        bind(replace(WIDE, elements=()), {"r": 0})
 
 
 def test_locked_joints_take_their_springs_with_them():
     one = lock(WIDE, {"r1": number(0), "s1": number(0), "rod1": number(0), "cam": parse("pi/2"), "h1": parse("pi")})
 
-    assert [spring.name for spring in one.springs] == ["s_line", "constant"]
+    assert [one.name for one in one.struts if one.kind == "spring"] == ["s_line", "constant"]
     assert named("joints", "rod1", one).origin.steps == (("Tz", parse("r")),)
     assert named("joints", "cam", one).origin.steps == (("Rz", parse("pi/2")), ("Tx", parse("r*sin(pi/2)")))
     (turn, angle), (slide, way) = named("joints", "h1", one).origin.steps

@@ -20,6 +20,7 @@ from symdyn.emit import emit
 from symdyn.errors import DrawError, TeachError
 from symdyn.program import lower
 from symdyn.scene import Scene, read, read_text
+from symdyn.scene.forces import elastic
 from symdyn.scene.start import starting_velocity
 from symdyn.scene.value import value_of
 from symdyn.teach import walkthrough
@@ -128,7 +129,7 @@ def test_numbers_follow_the_sliders_and_are_what_python_computes(browser: Any, t
     """By the other road: the page's functions are the cheapest of all, these are Lagrange's where there are such."""
     scene = scene_of(name)
     names = ["k_z", "k_C", "k_D", "k_G", "inverse_dynamics", "kinetic_energy", "potential_energy"]
-    names += ["k_E"] if scene.springs else []
+    names += ["k_E"] if elastic(scene) else []
     truth = run_python(emit(lower(derive(freed(scene), names, "lagrange" if name != "scara" else None))))
     rng, n = np.random.default_rng(5), len(scene.coordinates)
     state = {key: rng.uniform(-1.5, 1.5, n) for key in ("q", "qd", "qdd")}
@@ -156,7 +157,7 @@ def test_numbers_follow_the_sliders_and_are_what_python_computes(browser: Any, t
         whole += [(k_C[i, p], k_C[i, p] * qd[j] * qd[k]) for p, (j, k) in enumerate(pairs)]
         whole += [(k_D[i, j], k_D[i, j] * qd[j] ** 2) for j in range(n)]
         whole += [(k_G[i], k_G[i])]
-        whole += [(x, x) for x in ([truth.k_E(q, params)[i]] if scene.springs else [])]
+        whole += [(x, x) for x in ([truth.k_E(q, params)[i]] if elastic(scene) else [])]
         rest = tau[i] - sum(value for _, value in whole)
         whole += [(0.0, rest)]  # what acts beside drives has no coefficient
         wanted.append([(c, v) for c, v in whole if abs(v) > 1e-11])

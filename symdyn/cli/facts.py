@@ -9,8 +9,7 @@ from symdyn.graph import growing
 
 if TYPE_CHECKING:
     from symdyn.dynamics import Closing, Equations
-    from symdyn.scene import Joint, Row, Scene
-    from symdyn.scene.quantity import Vector
+    from symdyn.scene import Joint, Scene
 
 MEASURED = 50
 """Velocities up to which it is measured what every step saves: that takes all functions ten times over."""
@@ -21,7 +20,7 @@ def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, 
     """Return the facts for JSON, and why some functions are missing."""
     from symdyn.dynamics import LARGEST, Equations, Workspace, available_on
     from symdyn.program import choose, formulate
-    from symdyn.scene import JOINTS, spell
+    from symdyn.scene import FORCES, JOINTS, spell
     from symdyn.scene.robot_words import leaves
 
     workspace = Workspace(scene, closing)
@@ -62,7 +61,7 @@ def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, 
             {"name": joint.name, "type": joint.type, "parent": joint.parent, "child": joint.child}
             for joint in scene.loops
         ],
-        "rows": [{"name": row.name, "type": row.type, "says": _says(row)} for row in scene.rows],
+        "rows": [{"name": row.name, "type": row.kind, "says": FORCES[row.kind].says(row)} for row in scene.rows],
         "leaves": list(leaves(scene)),
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
         "parameters": [
@@ -72,27 +71,6 @@ def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, 
         **counted,
     }
     return facts, left_out
-
-
-def _says(row: Row) -> str:
-    """Return what a row demands: "wheel of radius r rolls on the plane of ground through [0, 0, 0], normal ..."."""
-    from symdyn.scene import spell
-
-    def three(vector: Vector | tuple[()]) -> str:
-        return f"[{', '.join(spell(x) for x in vector)}]"
-
-    if row.place is None:
-        return f"{spell(row.formula)} = 0"
-    body, plane = row.place.body, row.plane
-    where = f"the plane of {plane.body} through {three(plane.at)}, normal {three(plane.normal)}"
-    if row.type == "knife_edge":
-        on = f" on {where}" if plane.declared else ""
-        return f"{body} does not slide along its {three(row.axis or ())} at {three(row.place.at)}{on}"
-    kind = f"ball of radius {spell(row.radius)}"
-    if row.axis is not None:
-        kind = f"wheel of radius {spell(row.radius)} about its {three(row.axis)}"
-    height = "" if row.touches else "; its height is not held"
-    return f"{body}, a {kind}, rolls on {where} ({', '.join(row.components)}{height})"
 
 
 def _counted(equations: Equations, outputs: Sequence[str]) -> tuple[dict[str, Any], list[str]]:
@@ -206,7 +184,7 @@ def _beside(joint: Joint) -> dict[str, Any]:
 
 def acting(scene: Scene) -> list[dict[str, str]]:
     """Return what acts beside gravity, drives and damping: what it is, its name, where it acts, its law."""
-    from symdyn.scene import Place, Quantity, spell
+    from symdyn.scene import FORCES, Place, Quantity, spell
 
     def row(kind: str, name: str, where: str, law: str) -> dict[str, str]:
         return {"kind": kind, "name": name, "where": where, "law": law}
@@ -218,19 +196,8 @@ def acting(scene: Scene) -> list[dict[str, str]]:
         return f"joint {joint}" if joint else " and ".join(f"{end.body} {together(end.at)}" for end in ends)
 
     rows = []
-    for spring in scene.springs:
-        law = [f"stiffness {', '.join(map(spell, spring.stiffness))}", f"free {spell(spring.free)}"]
-        rows.append(
-            row(
-                "spring",
-                spring.name,
-                at(spring.joint, spring.ends),
-                f"{', '.join(law)}, preload {spell(spring.preload)}",
-            )
-        )
-    for damper in scene.dampers:
-        law = [f"damping {', '.join(map(spell, damper.damping))}"]
-        rows.append(row("damper", damper.name, at(damper.joint, damper.ends), ", ".join(law)))
+    for strut in scene.struts:
+        rows.append(row(strut.kind, strut.name, at(strut.joint, strut.ends), FORCES[strut.kind].says(strut)))
     for joint in scene.joints:
         if joint.dry is not None:
             dry = joint.dry
@@ -241,6 +208,5 @@ def acting(scene: Scene) -> list[dict[str, str]]:
         if joint.motion is not None:
             rows.append(row("motion", joint.name, at(joint.name, ()), f"{joint.coordinate} = {spell(joint.motion)}"))
     for load in scene.loads:
-        law = [f"force {together(load.force)}, couple {together(load.couple)}, axes of the {load.frame}"]
-        rows.append(row("load", load.name, at("", (load.place,)), ", ".join(law)))
+        rows.append(row(load.kind, load.name, at("", (load.place,)), FORCES[load.kind].says(load)))
     return rows

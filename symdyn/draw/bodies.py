@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from symdyn.draw.places import Array, Hinge, Placed, Places, elastic
+from symdyn.draw.places import Array, Hinge, Placed, Places
 from symdyn.draw.shapes import Item, Shape, disc, dot, line, path, sign
 from symdyn.draw.view import View
 from symdyn.scene import Scene
@@ -25,7 +25,7 @@ def spots(scene: Scene, found: Places, body: str) -> list[Array]:
     ends += [hinge.moved.p for hinge in found.hinges if hinge.joint.child == body and hinge.closes]
     ends += [at for _, at in found.body(body).particles]
     ends += [frame.p for owner, frame in found.points.values() if owner == body]
-    for one in elastic(scene):
+    for one in scene.struts:
         ends += [found.ends[one.name][k] for k, end in enumerate(one.ends) if end.body == body]
     ends += [found.acting[load.name][0] for load in scene.loads if load.place.body == body]
     return ends

@@ -1,4 +1,4 @@
-"""What acts: springs as zigzags, dampers as dashpots, forces and couples as arrows, gravity.
+"""What acts: struts by the marks of their kinds, forces and couples as arrows, gravity.
 
 A force is drawn from the point that it acts at. A couple is an arc in a planar scene, else an arrow with two heads
 along its axis, right-handed. Arrows have one length: a picture shows directions, numbers are for tables.
@@ -13,14 +13,13 @@ import numpy as np
 
 from symdyn.draw.labels import Label
 from symdyn.draw.lettering import lettered
-from symdyn.draw.places import Array, Hinge, Places, elastic, unit
-from symdyn.draw.shapes import Item, Shape, arc_arrow, arrow, circle_points, dot, line, path
+from symdyn.draw.places import Array, Hinge, Places, unit
+from symdyn.draw.shapes import Item, Shape, arc_arrow, arrow, circle_points, dot, path
 from symdyn.draw.view import View
-from symdyn.scene import GROUND, JOINTS, Damper, Joint, Scene, Spring
-from symdyn.scene.quantity import ZERO
+from symdyn.scene import FORCES, GROUND, JOINTS, Joint, Scene, Strut
+from symdyn.scene.forces import Mark
 
 ARROW = 46.0  # length of a force, units of the picture
-COILS = 6
 BESIDE = 6.0  # how far a couple's arrow is beside its point, units of the picture
 FACING = 0.98  # cosine between a couple's axis and the line of sight from which on it is an arc
 END_ON = 0.12  # of a direction: what lies in the picture; below, the arrow is a point or a cross in a circle
@@ -96,60 +95,62 @@ def _turning(look: str, view: View, at: Array, axis: Array) -> tuple[tuple[Shape
     return arc_arrow(look, curve, 2.2, 9.0), curve[:, -1], unit(curve[0, -1] - view.flat(at)[0])
 
 
-# Springs and dampers
+# Struts
 
 
 def links(scene: Scene, found: Places, view: View) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
-    """Return all springs and dampers and their labels."""
+    """Return all struts and their labels."""
     items: list[Item] = []
     labels: list[Label] = []
-    for one in elastic(scene):
-        kind = "spring" if isinstance(one, Spring) else "damper"
+    for one in scene.struts:
         shapes, at = _link(one, scene, found, view)
         depth = np.zeros(found.count) if view.planar else np.full(found.count, -1e6)
-        items.append(Item(f"{kind}-{one.name}", f"{kind} {one.name}", 1, depth, shapes))
+        items.append(Item(f"{one.kind}-{one.name}", f"{one.kind} {one.name}", 1, depth, shapes))
         labels.append(Label(f"label-{one.name}", lettered(one.name), at, view.size * 1.2, None, "link-text"))
     return tuple(items), tuple(labels)
 
 
-def _link(one: Spring | Damper, scene: Scene, found: Places, view: View) -> tuple[tuple[Shape, ...], Array]:
-    drawn = zigzag if isinstance(one, Spring) else dashpot
+def mark_of(strut: Strut) -> Mark:
+    """Return how a strut is drawn."""
+    mark = FORCES[strut.kind].mark
+    assert isinstance(mark, Mark), "a strut has a mark of lines"
+    return mark
+
+
+def _link(one: Strut, scene: Scene, found: Places, view: View) -> tuple[tuple[Shape, ...], Array]:
     if one.ends:
         a, b = (view.flat(end) for end in found.ends[one.name])
         walls = [
             _wall(at, other, view.size) for at, other, end in ((a, b, 0), (b, a, 1)) if one.ends[end].body == GROUND
         ]
-        return (*walls, *drawn(a, b, view.size)), (a + b) / 2
+        return (*walls, *_between(one, a, b, view.size)), (a + b) / 2
     hinge = next(hinge for hinge in found.hinges if hinge.joint.name == one.joint)
     slides = any(step.slides for step in hinge.steps) or JOINTS[hinge.joint.type].slides(hinge.joint)
     if slides:
         return _beside(one, hinge, view, from_zero(scene, hinge.joint))
     at = view.flat(hinge.moved.p)
-    r = np.linspace(1.5, 2.5, 61) * view.size if isinstance(one, Spring) else np.full(61, 1.7 * view.size)
-    turns = np.linspace(0, 4 * np.pi, 61) if isinstance(one, Spring) else np.linspace(-0.4, 1.2 * np.pi, 61)
+    (near, first), (far, last), width = mark_of(one).curl
+    r, turns = np.linspace(near, far, 61) * view.size, np.linspace(first, last, 61)
     curve = np.stack([r * np.cos(turns), r * np.sin(turns)], axis=1)
-    look = "spring" if isinstance(one, Spring) else "damper"
-    width = 1.4 if isinstance(one, Spring) else 3.2
-    return (path(look, at[:, None] + curve[None], size=width),), at + curve[-1]
+    return (path(one.kind, at[:, None] + curve[None], size=width),), at + curve[-1]
 
 
-def _beside(one: Spring | Damper, hinge: Hinge, view: View, begins: bool) -> tuple[tuple[Shape, ...], Array]:
-    """Return a spring or damper of a slide: from the joint's zero, or from a wall behind it, to the slider."""
+def _beside(one: Strut, hinge: Hinge, view: View, begins: bool) -> tuple[tuple[Shape, ...], Array]:
+    """Return a strut of a slide: from the joint's zero, or from a wall behind it, to the slider."""
     way = np.einsum("ni,ni->n", hinge.moved.p - hinge.fixed.p, hinge.axis)
     length = 4 * view.size / view.scale  # of what can be drawn
     begins = begins and float(way.min()) > length
     room = 0.0 if begins else max(60.0, 30.0 - float(way.min()) * view.scale) / view.scale
     flat = unit(view.lean(hinge.axis))
-    side = np.stack([-flat[:, 1], flat[:, 0]], axis=1) * view.size * (0.7 if isinstance(one, Spring) else -0.7)
+    side = np.stack([-flat[:, 1], flat[:, 0]], axis=1) * view.size * mark_of(one).side
     a = view.flat(hinge.fixed.p - hinge.axis * room) + side
     b = view.flat(hinge.moved.p) - flat * 2 * view.size + side
-    drawn = zigzag if isinstance(one, Spring) else dashpot
-    return (_wall(a, b, view.size, hinge.joint.parent == GROUND), *drawn(a, b, view.size)), (a + b) / 2
+    return (_wall(a, b, view.size, hinge.joint.parent == GROUND), *_between(one, a, b, view.size)), (a + b) / 2
 
 
 def from_zero(scene: Scene, joint: Joint) -> bool:
-    """Tell whether a slide's springs and dampers begin at its zero: its coordinate is the length of a spring there."""
-    return any(spring.joint == joint.name and spring.free != ZERO for spring in scene.springs)
+    """Tell whether a slide's struts begin at its zero: its coordinate is the length of one of them."""
+    return any(mark_of(one).has_length(one) for one in scene.struts if one.joint == joint.name)
 
 
 def _wall(at: Array, other: Array, size: float, ground: bool = True) -> Shape:
@@ -161,21 +162,11 @@ def _wall(at: Array, other: Array, size: float, ground: bool = True) -> Shape:
     return path("floor", np.stack([at - along, at + along], axis=1), *strokes, size=1.4)
 
 
-def zigzag(a: Array, b: Array, size: float) -> tuple[Shape, ...]:
-    """Return a spring between points of shape (N, 2)."""
+def _between(one: Strut, a: Array, b: Array, size: float) -> tuple[Shape, ...]:
+    """Return the mark of a strut between points of shape (N, 2)."""
     side = unit(np.stack([a[:, 1] - b[:, 1], b[:, 0] - a[:, 0]], axis=1)) * size * 0.75
-    shares = [0.0, 0.15, *(0.15 + 0.7 * (k + 0.5) / (2 * COILS) for k in range(2 * COILS)), 0.85, 1.0]
-    signs = [0, 0, *((-1) ** k for k in range(2 * COILS)), 0, 0]
-    return (
-        line("spring", *(a + (b - a) * share + side * k for share, k in zip(shares, signs, strict=True)), size=1.6),
-    )
-
-
-def dashpot(a: Array, b: Array, size: float) -> tuple[Shape, ...]:
-    """Return a damper between points of shape (N, 2): a pot on one rod, a piston on the other."""
-    side = unit(np.stack([a[:, 1] - b[:, 1], b[:, 0] - a[:, 0]], axis=1)) * size * 0.75
-    at = [a + (b - a) * share for share in (0.0, 0.35, 0.65, 0.52, 1.0)]
-    pot = np.stack([at[2] + side, at[1] + side, at[1] - side, at[2] - side], axis=1)
-    piston = np.stack([at[3] + side * 0.8, at[3] - side * 0.8], axis=1)
-    rods = [np.stack([at[0], at[1]], axis=1), np.stack([at[3], at[4]], axis=1)]
-    return (path("damper", *rods, pot, size=1.6), path("damper", piston, size=3.0))
+    drawn = []
+    for width, lines in mark_of(one).strokes:
+        parts = [np.stack([a + (b - a) * share + side * off for share, off in points], axis=1) for points in lines]
+        drawn.append(path(one.kind, *parts, size=width))
+    return tuple(drawn)

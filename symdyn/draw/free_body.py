@@ -14,7 +14,7 @@ from symdyn.draw.door import body_names, known_body, lines, load_wrench, watched
 from symdyn.draw.forces import Wrench, wrench
 from symdyn.draw.labels import Label, put
 from symdyn.draw.lettering import words
-from symdyn.draw.places import Array, Frame, Hinge, Places, elastic, places, unit
+from symdyn.draw.places import Array, Frame, Hinge, Places, places, unit
 from symdyn.draw.planes import pushes
 from symdyn.draw.pose import pose, values_of
 from symdyn.draw.shapes import Item, dot
@@ -113,7 +113,7 @@ def acting_on(
     for load in scene.loads:
         if load.place.body == body:
             acting.append(load_wrench(load.name, found))
-    for one in elastic(scene):
+    for one in scene.struts:
         acting += _pulls(one.name, one.ends, body, found)
     for hinge in found.hinges:
         if body in (hinge.joint.parent, hinge.joint.child):

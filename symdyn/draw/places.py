@@ -14,12 +14,13 @@ import numpy as np
 
 from symdyn.algebra.numeric import Batches
 from symdyn.dynamics.loads import load_vectors
-from symdyn.dynamics.loops.cuts import in_plane
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import first_moment, joint_motion, placement, vector
 from symdyn.errors import DrawError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import GROUND, JOINTS, Body, Damper, Joint, Load, Place, Scene, Spring, express
+from symdyn.scene import FORCES, GROUND, JOINTS, Body, Joint, Load, Place, Scene, express
+from symdyn.scene.forces import Rim
+from symdyn.scene.forces.contact import in_plane
 from symdyn.scene.joints import Motion, blocks
 from symdyn.spatial import Transform, Vec, unit_transform
 
@@ -190,18 +191,18 @@ def drawn(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
         wanted |= _joint(joint, joint in scene.loops, placed, graph)
     for point in scene.points:
         wanted["point", point.name] = _flat(placed[point.body] @ placement(point.at, graph))
-    for link in elastic(scene):
+    for link in scene.struts:
         for k, end in enumerate(link.ends):
             wanted["end", link.name, str(k)] = _point(end, placed, graph)
     for row in scene.rows:
-        if row.type == "rolling" and row.place is not None:
+        if row.place is not None and isinstance(FORCES[row.kind].mark, Rim):
             axis = _turned(placed[row.place.body], vector(row.axis, graph)) if row.axis else ()
             wanted["wheel", row.name] = (*_point(row.place, placed, graph), express(row.radius, graph), *axis)
         if row.place is not None:
             T = placed[row.plane.body]
             normal = blocks.unit(row.plane.normal, graph)
             ways = (*_turned(T, normal), *_point(row.place, placed, graph), *_turned(T, in_plane(normal)))
-            blade = row.axis if row.type == "knife_edge" else None
+            blade = None if isinstance(FORCES[row.kind].mark, Rim) else row.axis
             across = _turned(placed[row.place.body], vector(blade, graph)) if blade else ()
             wanted["touch", row.name] = (*T.point(vector(row.plane.at, graph)), *ways, *across)
     for load in scene.loads:
@@ -313,7 +314,7 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
         tuple(bodies),
         tuple(hinges),
         {point.name: (point.body, frame("point", point.name)) for point in scene.points},
-        {one.name: (arrays["end", one.name, "0"], arrays["end", one.name, "1"]) for one in elastic(scene) if one.ends},
+        {one.name: (arrays["end", one.name, "0"], arrays["end", one.name, "1"]) for one in scene.struts if one.ends},
         {load.name: _split(arrays["load", load.name]) for load in scene.loads},
         {
             row.name: (x[:, :3], unit(x[:, 4:]) if row.axis else None, float(x[0, 3]))
@@ -321,7 +322,7 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
             if (x := arrays.get(("wheel", row.name))) is not None
         },
         {
-            row.name: _touch(x, row.type == "rolling" or row.plane.declared)
+            row.name: _touch(x, ("wheel", row.name) in arrays or row.plane.declared)
             for row in scene.rows
             if (x := arrays.get(("touch", row.name))) is not None
         },
@@ -332,11 +333,6 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
 def _touch(x: Array, drawn: bool) -> Touch:
     across = unit(x[:, 12:]) if x.shape[1] > 12 else None
     return Touch(x[:, :3], unit(x[:, 3:6]), unit(x[:, 9:12]), x[:, 6:9], across, drawn)
-
-
-def elastic(scene: Scene) -> tuple[Spring | Damper, ...]:
-    """Return springs, then dampers."""
-    return (*scene.springs, *scene.dampers)
 
 
 def _split(load: Array) -> tuple[Array, Array, Array]:

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from symdyn.graph import Expr, Graph
 from symdyn.scene import JOINTS, Joint, Scene
 from symdyn.scene.joints import ORIENTATION, Gimbal
+from symdyn.scene.mapping import quantities_in
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ def without_angles(scene: Scene) -> Scene:
     Velocities keep their places and names, and mean angular velocities then (and velocities in the moved frame of a
     free joint). A joint whose angles stand in a formula of a row keeps them. The same scene if there is nothing to do.
     """
-    spoken = {name for row in scene.rows for name in row.formula.symbols}
+    spoken = {name for quantity in quantities_in(scene.rows) for name in quantity.symbols}
     spoken |= {joint.coupling.coordinate for joint in scene.joints if joint.coupling}
     joints = tuple(
         _turning(joint) if _has_angles(joint) and not spoken & {*joint.coordinates, *joint.rates} else joint
@@ -87,7 +88,7 @@ def without_angles(scene: Scene) -> Scene:
     )
     if joints == scene.joints:
         return scene
-    return replace(scene, joints=joints, springs=(), dampers=(), loads=())
+    return replace(scene, joints=joints, elements=scene.rows)
 
 
 def _has_angles(joint: Joint) -> bool:

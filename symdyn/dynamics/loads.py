@@ -1,8 +1,8 @@
-"""What acts beside gravity and drives, by positions and their derivatives: springs, dampers, friction, loads.
+"""What acts beside gravity and drives, by positions and their derivatives: struts, friction, loads.
 
-    x, v    way of a spring from its free position or length, and rate of a joint or of a distance
-    E       Σ preload x + k1 x²/2 + k2 x³/3 + …, the elastic energy, J
-    Q_i     F·∂ṗ/∂u_i + C·∂ω/∂u_i, virtual work of force F at p and couple C; of a damper or dry friction F ∂v/∂u_i
+    x, v    position of a joint or distance of two points, and its rate
+    E       energy that struts store, J
+    Q_i     F·∂ṗ/∂u_i + C·∂ω/∂u_i, virtual work of force F at p and couple C; of a strut or dry friction -F ∂v/∂u_i
 
 This is the Lagrange road; `wrenches` finds the same forces along the tree. Both share the laws of force only.
 
@@ -13,88 +13,49 @@ Control 4 (1998), for Coulomb's and Stribeck's curve.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import comb
 
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import State, joint_position, state_symbols, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, gradient, tangents
-from symdyn.scene import Damper, Friction, Joint, Load, Place, Scene, Spring, express
+from symdyn.scene import FORCES, Friction, Joint, Load, Place, Push, Scene, Strut, express, pull_of
+from symdyn.scene.forces import elastic, resisting
 from symdyn.scene.quantity import ZERO
 from symdyn.spatial import Transform, Vec, apply, dot, sub
 
 # Laws of force
 
 
-def tension(spring: Spring, way: Expr) -> Expr:
-    """Return the force of a spring at a way x from `free`: preload + k1 x + k2 x² + …, N or N m."""
-    graph = way.graph
-    total, power = express(spring.preload, graph), way
-    for k in spring.stiffness:
-        total = total + express(k, graph) * power
-        power = power * way
-    return total
+def pull(strut: Strut, square: Expr, rate: Expr) -> Expr:
+    """Return the force of a strut between two points over their distance, F / s, N/m.
 
-
-def pull(spring: Spring, square: Expr) -> Expr:
-    """Return the force of a spring between two points over their distance, F / s, N/m.
-
-    What does not pull where the points meet, as a spring of free length zero, is a polynomial there and has a value;
-    what pulls has no direction. Points that never part pull at nothing.
+    What does not pull where the points meet may have a value there; what pulls has no direction. Points that never
+    part pull at nothing.
 
     Args:
-        spring: between points.
+        strut: between points.
         square: s², m².
+        rate: of s, m/s; zero will do for what stores energy.
     """
-    graph, terms = square.graph, _of_distance(spring, square.graph)
+    law, graph = pull_of(strut), square.graph
     if square.is_zero:
         return graph.zero
+    if law.over is not None:
+        return law.over(strut, square)
     s = graph.sqrt(square)
-    if not terms[0].is_zero:
-        return tension(spring, s - express(spring.free, graph)) / s
-    return graph.total(c * _power(s, square, m) for m, c in enumerate(terms[1:]))
+    return law.force(strut, s, rate) / s
 
 
-def stored_between(spring: Spring, square: Expr) -> Expr:
-    """Return the energy of a spring between two points of squared distance s², J; zero where s is its free length."""
-    graph, terms = square.graph, _of_distance(spring, square.graph)
-    s, free = graph.sqrt(square), express(spring.free, graph)
-    if not terms[0].is_zero:
-        return stored(spring, s - free)
-    ways = [c * _power(s, square, m) / m for m, c in enumerate(terms[1:], 2)]
-    return graph.total([*ways, stored(spring, -free)])
+def stored(strut: Strut, position: Expr) -> Expr:
+    """Return the energy of a strut at a joint, J."""
+    energy = pull_of(strut).energy
+    return position.graph.zero if energy is None else energy(strut, position)
 
 
-def _of_distance(spring: Spring, graph: Graph) -> list[Expr]:
-    """Return c with force = c_0 + c_1 s + c_2 s² + … in terms of the distance s."""
-    known = [express(x, graph) for x in (spring.preload, *spring.stiffness)]
-    free = express(spring.free, graph)
-    terms = []
-    for j in range(len(known)):
-        power, total = graph.one, graph.zero
-        for m in range(j, len(known)):
-            total = total + known[m] * comb(m, j) * power
-            power = -free * power
-        terms.append(total)
-    return terms
-
-
-def _power(s: Expr, square: Expr, m: int) -> Expr:
-    """Return s to the power m, by its square as far as that goes: a root has no slope at zero."""
-    result = s.graph.one if m % 2 == 0 else s
-    for _ in range(m // 2):
-        result = result * square
-    return result
-
-
-def resistance(damper: Damper, rate: Expr) -> Expr:
-    """Return the force of a damper against its rate v: c1 v + c3 v³ + …, N or N m."""
-    graph, power = rate.graph, rate
-    total = graph.zero
-    for c in damper.damping:
-        total = total + express(c, graph) * power
-        power = power * rate * rate
-    return total
+def stored_between(strut: Strut, square: Expr) -> Expr:
+    """Return the energy of a strut between two points of squared distance s², J."""
+    law = pull_of(strut)
+    return law.stored(strut, square) if law.stored else stored(strut, square.graph.sqrt(square))
 
 
 def friction(dry: Friction, rate: Expr) -> Expr:
@@ -137,9 +98,10 @@ def refuse_ideal_friction(scene: Scene) -> None:
 
 
 def elastic_energy(scene: Scene, graph: Graph) -> Expr:
-    """Return E(q) of all springs, J; zero where each is at `free`."""
-    placed = body_placements(scene, graph) if scene.springs else {}
-    return graph.total(_stored(scene, placed, spring, graph) for spring in scene.springs)
+    """Return E(q) of all struts that store energy, J."""
+    struts = elastic(scene)
+    placed = body_placements(scene, graph) if struts else {}
+    return graph.total(_stored(scene, placed, strut, graph) for strut in struts)
 
 
 def elastic_slopes(scene: Scene, graph: Graph, slopes: Callable[[Expr], list[Expr]]) -> list[Expr]:
@@ -147,43 +109,34 @@ def elastic_slopes(scene: Scene, graph: Graph, slopes: Callable[[Expr], list[Exp
 
     s² has a slope where the points meet, and s has none.
     """
-    placed = body_placements(scene, graph) if scene.springs else {}
+    struts = elastic(scene)
+    placed = body_placements(scene, graph) if struts else {}
     found = [graph.zero] * len(scene.velocities)
-    for spring in scene.springs:
-        if spring.ends:
-            x = _square(placed, spring, graph)
-            force = pull(spring, x) / 2
+    for strut in struts:
+        if strut.ends:
+            x = _square(placed, strut, graph)
+            force = pull(strut, x, graph.zero) / 2
         else:
-            x = joint_position(joint_of(scene, spring), graph) - express(spring.free, graph)
-            force = tension(spring, x)
+            x = joint_position(joint_of(scene, strut), graph)
+            force = pull_of(strut).force(strut, x, graph.zero)
         found = [total + force * slope for total, slope in zip(found, slopes(x), strict=True)]
     return found
 
 
-def _stored(scene: Scene, placed: dict[str, Transform], spring: Spring, graph: Graph) -> Expr:
-    if spring.ends:
-        return stored_between(spring, _square(placed, spring, graph))
-    return stored(spring, joint_position(joint_of(scene, spring), graph) - express(spring.free, graph))
+def _stored(scene: Scene, placed: dict[str, Transform], strut: Strut, graph: Graph) -> Expr:
+    if strut.ends:
+        return stored_between(strut, _square(placed, strut, graph))
+    return stored(strut, joint_position(joint_of(scene, strut), graph))
 
 
-def stored(spring: Spring, way: Expr) -> Expr:
-    """Return the energy of a spring at a way x from `free`: preload x + k1 x²/2 + k2 x³/3 + …, J."""
-    graph = way.graph
-    total, power = express(spring.preload, graph) * way, way * way
-    for m, k in enumerate(spring.stiffness, 2):
-        total = total + express(k, graph) * power / m
-        power = power * way
-    return total
+def joint_of(scene: Scene, strut: Strut) -> Joint:
+    """Return the joint that a strut acts at."""
+    return next(joint for joint in scene.joints if joint.name == strut.joint)
 
 
-def joint_of(scene: Scene, element: Spring | Damper) -> Joint:
-    """Return the joint that a spring or damper acts at."""
-    return next(joint for joint in scene.joints if joint.name == element.joint)
-
-
-def _square(placed: dict[str, Transform], element: Spring | Damper, graph: Graph) -> Expr:
+def _square(placed: dict[str, Transform], strut: Strut, graph: Graph) -> Expr:
     """Return the squared distance of the ends, m²."""
-    a, b = (_point(placed, end, graph) for end in element.ends)
+    a, b = (_point(placed, end, graph) for end in strut.ends)
     apart = sub(b, a)
     return dot(apart, apart)
 
@@ -196,14 +149,16 @@ def _point(placed: dict[str, Transform], place: Place, graph: Graph) -> Vec:
 
 
 def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
-    """Return Q^A of (5.22), shape (nv,): everything but drives, gravity and springs; N m or N."""
+    """Return Q^A of (5.22), shape (nv,): everything but drives, gravity and what stores energy; N m or N."""
     state = state_symbols(scene, graph)
     forces = joint_forces(scene, graph)
-    placed = body_placements(scene, graph) if scene.dampers or scene.loads else {}
-    for damper in scene.dampers:
-        if damper.ends:
-            (rate,) = tangents([graph.sqrt(_square(placed, damper, graph))], state.velocity)
-            _oppose(forces, rate, resistance(damper, rate), state)
+    struts = resisting(scene)
+    placed = body_placements(scene, graph) if struts or scene.loads else {}
+    for strut in struts:
+        if strut.ends:
+            s = graph.sqrt(_square(placed, strut, graph))
+            (rate,) = tangents([s], state.velocity)
+            _oppose(forces, rate, pull_of(strut).force(strut, s, rate), state)
     for load in scene.loads:
         work = _work(load, placed[load.place.body], scene, graph)
         forces = [force + share for force, share in zip(forces, work, strict=True)]
@@ -211,14 +166,16 @@ def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
 
 
 def joint_forces(scene: Scene, graph: Graph) -> list[Expr]:
-    """Return the part of Q that acts at joints: declared forces, damping, friction, dampers; shape (nv,), N m or N."""
+    """Return the part of Q that acts at joints: declared forces, damping, friction, struts; shape (nv,), N m or N."""
     state, forces = state_symbols(scene, graph), declared_forces(scene, graph)
     for joint in scene.joints:
         for rate in joint_rates(joint, graph):
             _oppose(forces, rate, joint_resistance(joint, rate), state)
-    for damper in scene.dampers:
-        for rate in joint_rates(joint_of(scene, damper), graph) if damper.joint else ():
-            _oppose(forces, rate, resistance(damper, rate), state)
+    for strut in resisting(scene):
+        if strut.joint:
+            joint = joint_of(scene, strut)
+            (rate,) = joint_rates(joint, graph)
+            _oppose(forces, rate, pull_of(strut).force(strut, joint_position(joint, graph), rate), state)
     return forces
 
 
@@ -252,7 +209,9 @@ def _work(load: Load, T: Transform, scene: Scene, graph: Graph) -> list[Expr]:
 
 def load_vectors(load: Load, graph: Graph) -> tuple[Vec, Vec]:
     """Return force and couple of a load along the axes of its frame, N and N m."""
-    return vector(load.force, graph), vector(load.couple, graph)
+    law = FORCES[load.kind].law
+    assert isinstance(law, Push), "a load pushes"
+    return law.wrench(load, graph)
 
 
 def placement_rates(T: Transform, scene: Scene, graph: Graph) -> list[tuple[Vec, Vec]]:

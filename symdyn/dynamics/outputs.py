@@ -14,11 +14,12 @@ from symdyn.dynamics.prescribed import has_motion
 from symdyn.dynamics.reactions.outputs import REACTIONS
 from symdyn.dynamics.recursive.potential import potential_energy
 from symdyn.scene import Scene
+from symdyn.scene.forces import elastic
 
 
 def has_springs(scene: Scene) -> bool:
-    """Whether a scene has springs."""
-    return bool(scene.springs)
+    """Whether something in a scene stores energy by its position."""
+    return bool(elastic(scene))
 
 
 VECTOR, SQUARE, PAIRS = (labels.velocities,), (labels.velocities,) * 2, (labels.velocities, labels.pairs)

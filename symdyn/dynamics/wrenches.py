@@ -21,17 +21,17 @@ from symdyn.dynamics.loads import (
     joint_resistance,
     load_vectors,
     pull,
-    resistance,
     stored,
     stored_between,
-    tension,
 )
 from symdyn.dynamics.recursive.links import Link
 from symdyn.dynamics.recursive.reframe import LeanTree, settled
 from symdyn.dynamics.state import joint_position, state_symbols, vector
 from symdyn.dynamics.tree import Tree
 from symdyn.graph import Expr
-from symdyn.scene import Damper, Load, Place, Scene, Spring, express, velocity_name
+from symdyn.scene import Load, Place, Scene, Strut, express, pull_of, velocity_name
+from symdyn.scene.forces import elastic as struts
+from symdyn.scene.forces import resisting
 from symdyn.spatial import Transform, Vec, add, apply, apply_transposed, cross, dot, sub, zero_vector
 
 Wrench = tuple[Vec, Vec]  # moment about the origin of a frame, force
@@ -39,7 +39,7 @@ Wrench = tuple[Vec, Vec]  # moment about the origin of a frame, force
 
 @dataclass(frozen=True)
 class Elastic:
-    """What springs do.
+    """What struts do that store energy.
 
     Attributes:
         energy: E(q), J.
@@ -59,26 +59,26 @@ class Distance:
 
 
 def elastic(scene: Scene, tree: Tree, lean: LeanTree) -> Elastic:
-    """Return the energy and the forces of all springs."""
+    """Return the energy and the forces of all struts that store energy."""
     graph = tree.graph
     energy, forces = graph.zero, [graph.zero] * tree.n
-    for spring in scene.springs:
-        if spring.joint:
-            joint = joint_of(scene, spring)
-            way = joint_position(joint, graph) - express(spring.free, graph)
+    for strut in struts(scene):
+        if strut.joint:
+            joint = joint_of(scene, strut)
+            position = joint_position(joint, graph)
             k, ratio = _driven(scene, joint.name, tree)
-            forces[k] = forces[k] + tension(spring, way) * ratio
-            energy = energy + stored(spring, way)
+            forces[k] = forces[k] + pull_of(strut).force(strut, position, graph.zero) * ratio
+            energy = energy + stored(strut, position)
         else:
-            apart = distance(spring, tree, lean)
-            share = pull(spring, apart.square)
+            apart = distance(strut, tree, lean)
+            share = pull(strut, apart.square, graph.zero)
             forces = [a + b for a, b in zip(forces, _gathered(lean, apart, share), strict=True)]
-            energy = energy + stored_between(spring, apart.square)
+            energy = energy + stored_between(strut, apart.square)
     return Elastic(energy, forces)
 
 
 def joint_forces(scene: Scene, tree: Tree, lean: LeanTree) -> list[Expr]:
-    """Return what dampers, friction and declared forces exert on the velocities, shape (n,); N m or N."""
+    """Return what struts without energy, friction and declared forces exert on the velocities, shape (n,); N m or N."""
     graph, state = tree.graph, state_symbols(scene, tree.graph)
     forces = declared_forces(scene, graph)
     for joint in scene.joints:
@@ -89,17 +89,18 @@ def joint_forces(scene: Scene, tree: Tree, lean: LeanTree) -> list[Expr]:
         for name in joint.rates:
             k = scene.velocities.index(name)
             forces[k] = forces[k] - joint_resistance(joint, state.qd[k])
-    for damper in scene.dampers:
-        if damper.joint:
-            k, ratio = _driven(scene, damper.joint, tree)
-            forces[k] = forces[k] - resistance(damper, ratio * state.qd[k]) * ratio
+    for strut in resisting(scene):
+        if strut.joint:
+            k, ratio = _driven(scene, strut.joint, tree)
+            position = joint_position(joint_of(scene, strut), graph)
+            forces[k] = forces[k] - pull_of(strut).force(strut, position, ratio * state.qd[k]) * ratio
             continue
-        apart, rates = distance(damper, tree, lean), lean.rates(state.qd)
+        apart, rates = distance(strut, tree, lean), lean.rates(state.qd)
         if apart.square.is_zero:  # points that never part
             continue
         s = graph.sqrt(apart.square)
         rate = graph.total(h * rates[i] for i, h in apart.slopes) / s
-        share = resistance(damper, rate) / s
+        share = pull_of(strut).force(strut, s, rate) / s
         forces = [a - b for a, b in zip(forces, _gathered(lean, apart, share), strict=True)]
     return forces
 
@@ -131,9 +132,9 @@ def _gathered(lean: LeanTree, apart: Distance, share: Expr) -> list[Expr]:
     return lean.gather(moves)
 
 
-def distance(element: Spring | Damper, tree: Tree, lean: LeanTree) -> Distance:
+def distance(strut: Strut, tree: Tree, lean: LeanTree) -> Distance:
     """Return the distance of the two ends, and how the moves between them change it."""
-    (i, a), (j, b) = (_seated(end, tree, lean) for end in element.ends)
+    (i, a), (j, b) = (_seated(end, tree, lean) for end in strut.ends)
     paths = _path(lean, i), _path(lean, j)
     common = max(set(paths[0]) & set(paths[1]))
     near, far = (path[: path.index(common)] for path in paths)

@@ -29,6 +29,7 @@ from symdyn.emit.letters import Letters, head
 from symdyn.emit.printable import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.symbols import latex_symbols, latex_unit
 from symdyn.scene import JOINTS, Scene, acceleration_name
+from symdyn.scene.forces import elastic
 
 BRACED = 0.45 * LINE  # a wider coefficient is named under its brace and written out below
 
@@ -79,16 +80,16 @@ def _writer(page: Printable) -> Latex:
 
 def _introduction(page: Printable, group: str) -> str:
     sums = r"\sum_j k_{z,ij}\,\ddot q_j + \sum_{j<k} k_{C,i,jk}\,\dot q_j\,\dot q_k + \sum_j k_{D,ij}\,\dot q_j^2"
-    elastic = " + k_{E,i}" if page.scene.springs else ""
+    pulled = " + k_{E,i}" if elastic(page.scene) else ""
     closed = bool(page.constraints.rows)
     carried = r", and $\sum_k G_{ki} \lambda_k$ of loops and rows" if closed else ""
     text = (
-        rf"Lagrange's equations, joint by joint: $\displaystyle {sums} + k_{{G,i}}{elastic}$ equals the drive and the "
+        rf"Lagrange's equations, joint by joint: $\displaystyle {sums} + k_{{G,i}}{pulled}$ equals the drive and the "
         f"other forces of joint $i${carried}."
     )
     if group == "matrix":
         text = "Lagrange's equations: inertia, Coriolis and centrifugal forces, gravity{}{} and the drives.".format(
-            ", springs" if page.scene.springs else "", ", loops" if closed else ""
+            ", springs" if elastic(page.scene) else "", ", loops" if closed else ""
         )
     if page.short:
         text += r" Sines and cosines go by joint number: $s_{12} = \sin(q_1 + q_2)$, $c_2 = \cos q_2$."

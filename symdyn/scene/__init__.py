@@ -21,9 +21,10 @@ from symdyn.scene.build_joints import (
 )
 from symdyn.scene.build_loads import damper, knife_edge, load, rolling, row, spring
 from symdyn.scene.door import read, read_noting, write_text
+from symdyn.scene.element import Element, Friction, Load, Place, Plane, Row, Strut
+from symdyn.scene.forces import FORCES, Damper, Forbid, ForceKind, Pull, Push, Spring, Touch, pull_of
 from symdyn.scene.formula import FormulaError, parse
 from symdyn.scene.joints import JOINTS, JointKind, Motion, Move
-from symdyn.scene.loads import Damper, Friction, Load, Place, Plane, Row, Spring
 from symdyn.scene.locking import lock
 from symdyn.scene.model import (
     GROUND,
@@ -49,11 +50,15 @@ from symdyn.scene.ten_parameters import with_symbolic_inertia
 from symdyn.scene.toml import read_text
 
 __all__ = [
+    "FORCES",
     "GROUND",
     "JOINTS",
     "Body",
     "Coupling",
     "Damper",
+    "Element",
+    "Forbid",
+    "ForceKind",
     "FormulaError",
     "Friction",
     "Joint",
@@ -68,12 +73,16 @@ __all__ = [
     "Plane",
     "Point",
     "Pose",
+    "Pull",
+    "Push",
     "Quantity",
     "ReadOptions",
     "Reading",
     "Row",
     "Scene",
     "Spring",
+    "Strut",
+    "Touch",
     "Written",
     "acceleration_name",
     "bind",
@@ -100,6 +109,7 @@ __all__ = [
     "point_on_line",
     "point_on_plane",
     "prismatic",
+    "pull_of",
     "read",
     "read_bindings",
     "read_noting",

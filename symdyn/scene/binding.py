@@ -15,6 +15,7 @@ from symdyn.graph import Graph
 from symdyn.scene.check import check
 from symdyn.scene.draft import KINDS, Draft
 from symdyn.scene.folding import FormulaError
+from symdyn.scene.forces import place_of
 from symdyn.scene.formula import parse, quantity, split_commas
 from symdyn.scene.mapping import map_quantities, substituted
 from symdyn.scene.model import Scene
@@ -121,4 +122,5 @@ def _is_zero(value: Quantity) -> bool:
 
 def _places(scene: Scene) -> dict[str, tuple[str, ...]]:
     """Return where the entries of a scene stand, for messages."""
-    return {kind: tuple(f"{kind}.{one.name}" for one in getattr(scene, kind)) for kind in KINDS}
+    places = {kind: tuple(f"{kind}.{one.name}" for one in getattr(scene, kind)) for kind in KINDS}
+    return places | {"elements": tuple(map(place_of, scene.elements))}

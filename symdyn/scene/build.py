@@ -16,7 +16,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from symdyn.scene.declare import Declaration, assemble
+from symdyn.scene.forces import sections
 from symdyn.scene.model import Particle, Scene
+from symdyn.scene.names import suggestion
 from symdyn.scene.table import Entry, Faults, show
 from symdyn.scene.words import Number, Placement, Three, entry
 
@@ -97,14 +99,11 @@ def scene(
     joints: Sequence[Entry] = (),
     points: Sequence[Entry] = (),
     loops: Sequence[Entry] = (),
-    springs: Sequence[Entry] = (),
-    dampers: Sequence[Entry] = (),
-    loads: Sequence[Entry] = (),
-    rows: Sequence[Entry] = (),
     dh: Entry | None = None,
     source: str = "",
     allow_invalid_inertia: bool = False,
     spanning_tree: Sequence[str] | None = None,
+    **elements: Sequence[Entry],
 ) -> Scene:
     """Return the checked scene.
 
@@ -116,18 +115,18 @@ def scene(
         joints: declared by `joint`, `revolute` and its like, in any order.
         points: declared by `point`.
         loops: declared by `loop`.
-        springs: declared by `spring`.
-        dampers: declared by `damper`.
-        loads: declared by `load`.
-        rows: declared by `row`, `knife_edge`, `rolling`.
         dh: declared by `dh_table`.
         source: stands in front of every fault; the name of the scene when left out.
         allow_invalid_inertia: accept inertias that no real body has, of every body.
         spanning_tree: names of the joints to cut where `joints` close loops; chosen when left out.
+        elements: `springs`, `dampers`, `loads` and `rows`, each declared by the functions of its name.
 
     Raises:
         SceneError: with every fault of the declaration, one line each.
     """
+    strange = [section for section in elements if section not in sections()]
+    if strange:
+        raise TypeError(f"scene() takes no {strange[0]}; {suggestion(strange[0], sections())}")
     if isinstance(parameters, Mapping):
         parameters = [parameter(key, value) for key, value in parameters.items()]
     faults = Faults(source or str(name))
@@ -139,10 +138,7 @@ def scene(
         joints=_entries("joints", "joint", joints, faults),
         points=_entries("points", "point", points, faults),
         loops=_entries("loop", "loop", loops, faults),
-        springs=_entries("springs", "spring", springs, faults),
-        dampers=_entries("dampers", "damper", dampers, faults),
-        loads=_entries("loads", "load", loads, faults),
-        rows=_entries("rows", "row", rows, faults),
+        elements={one: _entries(one, one.removesuffix("s"), some, faults) for one, some in elements.items()},
         dh=dh,
     )
     return assemble(declaration, source, faults, allow_invalid_inertia, spanning_tree)

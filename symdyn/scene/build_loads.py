@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from symdyn.scene.loads import Place
+from symdyn.scene.element import Place
 from symdyn.scene.quantity import Quantity
 from symdyn.scene.table import Entry
 from symdyn.scene.words import Number, Three, entry

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from symdyn.graph import Graph, Op
+from symdyn.scene.checks.elements import check_elements
 from symdyn.scene.checks.joints import check_joints
-from symdyn.scene.checks.loads import check_loads
 from symdyn.scene.checks.names import check_names, check_symbols
 from symdyn.scene.checks.tree import check_loops, check_tree
-from symdyn.scene.draft import Draft, shown, uses
+from symdyn.scene.draft import Draft, uses
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.physical import inertia_fault, mass_faults
 from symdyn.scene.quantity import express
-from symdyn.scene.table import Faults
+from symdyn.scene.table import Faults, shown
 from symdyn.scene.value import Value, value_of
 
 
@@ -25,7 +25,7 @@ def check(draft: Draft, faults: Faults, allow_invalid_inertia: bool = False) -> 
     check_tree(draft, faults)
     check_loops(draft, faults)
     check_joints(draft, values, faults)
-    check_loads(draft, values, faults)
+    check_elements(draft, values, faults)
     _formulas(draft, values, faults)
     return tuple(_masses(draft, values, faults, allow_invalid_inertia))
 

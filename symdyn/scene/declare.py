@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from symdyn.scene.body_table import read_body
 from symdyn.scene.check import check
 from symdyn.scene.dh import expand
 from symdyn.scene.draft import Draft
+from symdyn.scene.forces import Scope, read_elements
 from symdyn.scene.joint_table import read_joints, read_loops
-from symdyn.scene.load_table import read_damper, read_load, read_spring
 from symdyn.scene.locking import lock, read_locks
 from symdyn.scene.model import STANDARD_GRAVITY, Parameter, Point, Scene
 from symdyn.scene.quantity import NULL, ZERO, Vector
-from symdyn.scene.row_table import level_normal, read_row
 from symdyn.scene.spanning import span
 from symdyn.scene.table import Entry, Faults, Table, show
 from symdyn.scene.turning import turned
@@ -33,7 +32,7 @@ class Declaration:
         gravity: raw value; None for the standard 9.81 m/s^2 along -z, False or "none" for no gravity.
         parameters, bodies, joints, points: declared tables.
         loops: declared joints that close loops.
-        springs, dampers, loads, rows: declared tables.
+        elements: declared tables of what acts, by section.
         dh: a Denavit-Hartenberg table.
     """
 
@@ -44,10 +43,7 @@ class Declaration:
     joints: tuple[Entry, ...] = ()
     points: tuple[Entry, ...] = ()
     loops: tuple[Entry, ...] = ()
-    springs: tuple[Entry, ...] = ()
-    dampers: tuple[Entry, ...] = ()
-    loads: tuple[Entry, ...] = ()
-    rows: tuple[Entry, ...] = ()
+    elements: Mapping[str, tuple[Entry, ...]] = field(default_factory=dict)
     dh: Entry | None = None
 
 
@@ -74,14 +70,13 @@ def assemble(
     if declaration.dh is not None:
         more_bodies, more_joints = expand(declaration.dh, faults)
         bodies, joints = bodies + more_bodies, joints + more_joints
-    held = [str(entry.table.get("joint")) for entry in (*declaration.springs, *declaration.dampers)]
+    held = [str(entry.table.get("joint")) for entries in declaration.elements.values() for entry in entries]
     spanned = span(joints, held, spanning_tree, faults)
     points = tuple(_point(entry, faults) for entry in declaration.points)
     named = {point.name: point for point in points}
     loops = (*declaration.loops, *spanned.cut)
     parameters = tuple(_parameter(entry, faults) for entry in declaration.parameters)
     gravity = _gravity(declaration.gravity, faults)
-    level = level_normal(gravity, parameters) if declaration.rows else ""
     scene = Scene(
         name=declaration.name,
         parameters=parameters,
@@ -92,16 +87,14 @@ def assemble(
         ),
         points=points,
         loops=read_loops(loops, faults),
-        springs=tuple(read_spring(entry, named, faults) for entry in declaration.springs),
-        dampers=tuple(read_damper(entry, named, faults) for entry in declaration.dampers),
-        loads=tuple(read_load(entry, named, faults) for entry in declaration.loads),
-        rows=tuple(read_row(entry, named, level, faults) for entry in declaration.rows),
         source=source,
     )
+    elements = read_elements(declaration.elements, Scope(named, gravity, parameters), faults)
+    scene = replace(scene, elements=tuple(one for _, one in elements))
     places = {"bodies": bodies, "joints": spanned.joints, "loops": loops}
-    places |= {kind: getattr(declaration, kind) for kind in ("parameters", "points", "springs", "dampers")}
-    places |= {"loads": declaration.loads, "rows": declaration.rows}
-    draft = Draft(scene, {kind: tuple(entry.where for entry in entries) for kind, entries in places.items()})
+    places |= {"parameters": declaration.parameters, "points": declaration.points}
+    where = {kind: tuple(entry.where for entry in entries) for kind, entries in places.items()}
+    draft = Draft(scene, where | {"elements": tuple(place for place, _ in elements)})
     positions = read_locks(joints, faults)
     _note_friction(scene, faults)
     excused = check(draft, faults, allow_invalid_inertia)

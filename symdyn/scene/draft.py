@@ -6,17 +6,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import NamedTuple
 
+from symdyn.scene.element import Friction
+from symdyn.scene.forces import FORCES, MOTION, PARAMETERS, TIME
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.loads import Friction, Place
 from symdyn.scene.model import Body, Joint, Limits, Pose, Scene
 from symdyn.scene.quantity import Quantity
-from symdyn.scene.spelling import spell
-from symdyn.scene.table import shorten
 
-TIME = "t"
+CLOCK = "t"
 """Name of the time in formulas."""
 
-KINDS = ("parameters", "bodies", "joints", "loops", "points", "springs", "dampers", "loads", "rows")
+KINDS = ("parameters", "bodies", "joints", "loops", "points", "elements")
 
 
 @dataclass(frozen=True)
@@ -54,22 +53,10 @@ def uses(draft: Draft) -> Iterator[Use]:
         yield from _joint(place, joint, moving)
     for place, point in zip(where["points"], scene.points, strict=True):
         yield from _steps(place, "at", point.at)
-    for place, spring in zip(where["springs"], scene.springs, strict=True):
-        yield from _ends(place, spring.ends)
-        yield from _vector(place, "stiffness", spring.stiffness)
-        yield from (Use(place, "free", spring.free), Use(place, "preload", spring.preload))
-    for place, damper in zip(where["dampers"], scene.dampers, strict=True):
-        yield from _ends(place, damper.ends)
-        yield from _vector(place, "damping", damper.damping)
-    for place, load in zip(where["loads"], scene.loads, strict=True):
-        yield from _vector(place, "at", load.place.at)
-        yield from _vector(place, "force", load.force, moving | {TIME})
-        yield from _vector(place, "couple", load.couple, moving | {TIME})
-    for place, row in zip(where["rows"], scene.rows, strict=True):
-        yield Use(place, "formula", row.formula, moving)
-        yield from _vector(place, "at", row.place.at if row.place else ())
-        yield Use(place, "radius", row.radius)
-        yield from _vector(place, "plane.at", row.plane.at)
+    allowed = {PARAMETERS: frozenset[str](), MOTION: moving, TIME: moving | {CLOCK}}
+    for place, one in zip(where["elements"], scene.elements, strict=True):
+        for part in FORCES[one.kind].parts:
+            yield from (Use(place, key, quantity, allowed[names]) for key, quantity, names in part.numbers(one))
 
 
 def joint_numbers(joint: Joint) -> Iterator[tuple[str, Quantity]]:
@@ -90,11 +77,6 @@ def joint_numbers(joint: Joint) -> Iterator[tuple[str, Quantity]]:
     yield from ((f"start_rates[{k}]", x) for k, x in enumerate(joint.start_rates))
 
 
-def shown(quantity: Quantity) -> str:
-    """Return a quantity for a message."""
-    return shorten(spell(quantity))
-
-
 def _body(where: str, body: Body) -> Iterator[Use]:
     yield Use(where, "mass", body.mass)
     for key, vector in (("com", body.com), ("first_moment", body.first_moment), ("inertia", body.inertia)):
@@ -111,19 +93,14 @@ def _joint(where: str, joint: Joint, moving: frozenset[str]) -> Iterator[Use]:
         if isinstance(value, Pose):
             yield from _steps(where, key.name, value, frozenset(joint.coordinates))
     for k, force in enumerate(joint.forces):
-        yield Use(where, "force" if len(joint.forces) == 1 else f"forces[{k}]", force, moving | {TIME})
+        yield Use(where, "force" if len(joint.forces) == 1 else f"forces[{k}]", force, moving | {CLOCK})
     if joint.motion is not None:
-        yield Use(where, "motion", joint.motion, frozenset((TIME,)))
+        yield Use(where, "motion", joint.motion, frozenset((CLOCK,)))
     yield from (Use(where, key, quantity) for key, quantity in joint_numbers(joint))
 
 
 def _vector(where: str, key: str, entries: Sequence[Quantity], allowed: frozenset[str] = frozenset()) -> Iterator[Use]:
     yield from (Use(where, f"{key}[{i}]", x, allowed) for i, x in enumerate(entries))
-
-
-def _ends(where: str, ends: Sequence[Place]) -> Iterator[Use]:
-    for key, end in zip(("from", "to"), ends, strict=False):
-        yield from _vector(where, f"{key}.at", end.at)
 
 
 def _steps(where: str, key: str, pose: Pose, allowed: frozenset[str] = frozenset()) -> Iterator[Use]:

@@ -12,10 +12,10 @@ from fractions import Fraction
 from typing import Any
 
 from symdyn.scene.coupling import Mimic, couple, read_mimic
+from symdyn.scene.element import Friction
 from symdyn.scene.folding import FormulaError, mul
 from symdyn.scene.formula import quantity
 from symdyn.scene.joints import JOINTS, own_keys
-from symdyn.scene.loads import Friction
 from symdyn.scene.model import Joint, Limits, velocity_name
 from symdyn.scene.names import choice
 from symdyn.scene.quantity import ONE, ZERO, Quantity

@@ -3,8 +3,8 @@
     origin · motion(axis, position) · tip  =  (origin · step) · tip        step along or about a coordinate axis,
                                                                            between two turns if the axis is oblique
 
-A joint that follows a locked one is locked at ratio · position + offset, one with several coordinates at zero. Springs
-and dampers at a locked joint go. In formulas the coordinate has its position and the velocity is zero. The other
+A joint that follows a locked one is locked at ratio · position + offset, one with several coordinates at zero. What
+pulls along a locked joint goes. In formulas the coordinate has its position and the velocity is zero. The other
 coordinates keep their names.
 """
 
@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from symdyn.scene import folding
+from symdyn.scene.element import Strut
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.formula import quantity
 from symdyn.scene.joints import JOINTS
@@ -79,8 +80,7 @@ def lock(scene: Scene, positions: Mapping[str, Quantity], faults: Faults | None 
         locked = replace(
             scene,
             joints=joints,
-            springs=tuple(spring for spring in scene.springs if spring.joint not in still),
-            dampers=tuple(damper for damper in scene.dampers if damper.joint not in still),
+            elements=tuple(one for one in scene.elements if not (isinstance(one, Strut) and one.joint in still)),
         )
         locked = map_quantities(locked, lambda one: substituted(one, known))
     except FormulaError as error:

@@ -15,7 +15,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from symdyn.scene.loads import Damper, Friction, Load, Row, Spring
+from symdyn.scene.element import Element, Friction, Load, Row, Strut
 from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector, number
 
 GROUND = "ground"
@@ -228,8 +228,7 @@ class Scene:
         joints: parents first; the coordinates q follow this order.
         points: named frames.
         loops: joints that close loops: they carry nothing and have no coordinates.
-        springs, dampers, loads: what acts between bodies and on them.
-        rows: constraints on velocities.
+        elements: what acts beside gravity and drives, in the order of `FORCES`.
         source: where it was read from, for messages; not compared.
     """
 
@@ -240,10 +239,7 @@ class Scene:
     joints: tuple[Joint, ...] = ()
     points: tuple[Point, ...] = ()
     loops: tuple[Joint, ...] = ()
-    springs: tuple[Spring, ...] = ()
-    dampers: tuple[Damper, ...] = ()
-    loads: tuple[Load, ...] = ()
-    rows: tuple[Row, ...] = ()
+    elements: tuple[Element, ...] = ()
     source: str = field(default="", compare=False)
 
     @cached_property  # these are asked for joint by joint
@@ -265,6 +261,21 @@ class Scene:
     def drives(self) -> tuple[str | None, ...]:
         """Names of the driving forces, shape (nv,); None where a velocity is passive."""
         return tuple(drive for joint in self.joints for drive in joint.drives or (None,) * len(joint.rates))
+
+    @cached_property
+    def struts(self) -> tuple[Strut, ...]:
+        """What pulls along one way."""
+        return tuple(one for one in self.elements if isinstance(one, Strut))
+
+    @cached_property
+    def loads(self) -> tuple[Load, ...]:
+        """The wrenches on bodies."""
+        return tuple(one for one in self.elements if isinstance(one, Load))
+
+    @cached_property
+    def rows(self) -> tuple[Row, ...]:
+        """The constraints on velocities."""
+        return tuple(one for one in self.elements if isinstance(one, Row))
 
     @property
     def is_closed(self) -> bool:

@@ -18,14 +18,15 @@ be) when one of them is in use.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
 from symdyn.errors import SceneError
+from symdyn.scene.element import Element, Friction
 from symdyn.scene.folding import mul
+from symdyn.scene.forces import FORCES, sections
+from symdyn.scene.forces.keys import Key
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.loads import Damper, Friction, Place, Spring
 from symdyn.scene.made_names import Names, moving_names
 from symdyn.scene.model import Joint, Pose, Scene
 from symdyn.scene.names import suggestion
@@ -89,12 +90,6 @@ def _placed(scene: Scene, names: Names) -> Scene:
         }
         return replace(one, origin=origin, tip=tip).shaped(**sizes)
 
-    def at(place: Place, of: str, where: str) -> Place:
-        return replace(place, at=_three(place.at, "abd", where, "m", f"place of {of}", names))
-
-    def ends(one: Spring | Damper, where: str) -> tuple[Place, ...]:
-        return tuple(at(end, one.name, f"{where}{letter}") for letter, end in zip("ft", one.ends, strict=False))
-
     return replace(
         scene,
         joints=tuple(joint(one, str(k)) for k, one in enumerate(scene.joints, start=1)),
@@ -102,20 +97,7 @@ def _placed(scene: Scene, names: Names) -> Scene:
             replace(one, at=_pose(one.at, f"_p{k}", one.name, names)) for k, one in enumerate(scene.points, start=1)
         ),
         loops=tuple(joint(one, f"_o{k}") for k, one in enumerate(scene.loops, start=1)),
-        springs=tuple(replace(one, ends=ends(one, f"_s{k}")) for k, one in enumerate(scene.springs, start=1)),
-        dampers=tuple(replace(one, ends=ends(one, f"_v{k}")) for k, one in enumerate(scene.dampers, start=1)),
-        loads=tuple(
-            replace(one, place=at(one.place, one.name, f"_w{k}")) for k, one in enumerate(scene.loads, start=1)
-        ),
-        rows=tuple(
-            replace(
-                one,
-                place=at(one.place, one.name, f"_r{k}") if one.place else None,
-                plane=replace(one.plane, at=_three(one.plane.at, "abd", f"_g{k}", "m", f"plane of {one.name}", names)),
-                radius=names.of(one.radius, f"r{k}", "m", f"radius of {one.name}", True),
-            )
-            for k, one in enumerate(scene.rows, start=1)
-        ),
+        elements=_elements(scene, "geometry", names),
     )
 
 
@@ -124,36 +106,20 @@ def _acted_on(scene: Scene, names: Names) -> Scene:
     return replace(
         scene,
         joints=tuple(_damper(joint, k, names) for k, joint in enumerate(scene.joints, start=1)),
-        springs=tuple(
-            replace(
-                one,
-                stiffness=tuple(names.of(x, f"k{k}", "", f"stiffness of {one.name}", True) for x in one.stiffness),
-                free=names.of(one.free, f"s{k}", "", f"free position of {one.name}"),
-                preload=names.of(one.preload, f"p{k}", "", f"preload of {one.name}"),
-            )
-            for k, one in enumerate(scene.springs, start=1)
-        ),
-        dampers=tuple(
-            replace(one, damping=tuple(names.of(x, f"c{k}", "", f"damping of {one.name}", True) for x in one.damping))
-            for k, one in enumerate(scene.dampers, start=1)
-        ),
-        loads=tuple(
-            replace(
-                one,
-                force=_three(one.force, ("Fx", "Fy", "Fz"), str(k), "N", f"force of {one.name}", names),
-                couple=_three(one.couple, ("Cx", "Cy", "Cz"), str(k), "N m", f"couple of {one.name}", names),
-            )
-            for k, one in enumerate(scene.loads, start=1)
-        ),
+        elements=_elements(scene, "forces", names),
     )
 
 
-def _three(vector: Vector, letters: Sequence[str], place: str, unit: str, text: str, names: Names) -> Vector:
-    x, y, z = (
-        names.of(entry, f"{letter}{place}", unit, f"{text}, along {axis}")
-        for letter, axis, entry in zip(letters, "xyz", vector, strict=True)
-    )
-    return (x, y, z)
+def _elements(scene: Scene, what: str, names: Names) -> tuple[Element, ...]:
+    """Return the elements with their places, or their forces, named; the k-th of a section has k in its names."""
+    named, counts = [], dict.fromkeys(sections(), 0)
+    for element in scene.elements:
+        one, kind = element, FORCES[element.kind]
+        counts[kind.section] += 1
+        for part in sorted(kind.parts, key=lambda part: isinstance(part, Key)):  # places before numbers
+            one = part.named(one, what, kind.letter, counts[kind.section], names)
+        named.append(one)
+    return tuple(named)
 
 
 def _rotor(joint: Joint, k: int, names: Names) -> Joint:

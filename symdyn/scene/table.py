@@ -14,6 +14,7 @@ from symdyn.scene.grammar import check_words
 from symdyn.scene.model import ELEMENTARY, Pose
 from symdyn.scene.names import suggestion
 from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector
+from symdyn.scene.spelling import spell
 
 T = TypeVar("T")
 
@@ -110,6 +111,11 @@ def show(value: object, depth: int = 0) -> str:
 def shorten(text: str) -> str:
     """Return text that fits a message."""
     return text if len(text) <= 100 else text[:97] + "..."
+
+
+def shown(quantity: Quantity) -> str:
+    """Return a quantity for a message."""
+    return shorten(spell(quantity))
 
 
 def plain(value: object) -> object:

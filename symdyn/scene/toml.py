@@ -12,14 +12,13 @@ from typing import cast
 from symdyn.errors import SceneError
 from symdyn.scene.contents import BEGIN, read_bounded
 from symdyn.scene.declare import Declaration, assemble
+from symdyn.scene.forces import sections
 from symdyn.scene.model import Scene
 from symdyn.scene.names import check_name, suggestion
 from symdyn.scene.reading import Reading, ReadOptions
 from symdyn.scene.table import Entry, Faults, shorten, show
 
-TABLES = ("parameters", "bodies", "joints", "points", "springs", "dampers", "loads", "rows")
-
-ROOT_KEYS = ("name", "gravity", *TABLES, "loop", "dh")
+TABLES = ("parameters", "bodies", "joints", "points")
 
 LARGEST_FILE = 4 * 2**20
 MOST_VALUES = 300_000
@@ -140,9 +139,10 @@ def _reworded(message: str) -> str:
 
 
 def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Declaration:
+    keys = ("name", "gravity", *TABLES, *sections(), "loop", "dh")
     for key in root:
-        if key not in ROOT_KEYS:
-            faults.add("", f"unknown key {show(key)}; {suggestion(key, ROOT_KEYS)}")
+        if key not in keys:
+            faults.add("", f"unknown key {show(key)}; {suggestion(key, keys)}")
     name = root.get("name", _default_name(source))
     if not isinstance(name, str):
         faults.add("", f'name = {show(name)} is not text; write one such as name = "two_link"')
@@ -155,6 +155,7 @@ def _declaration(root: Mapping[str, object], source: str, faults: Faults) -> Dec
         name=name,
         gravity=root.get("gravity"),
         **{kind: _entries(root, kind, faults) for kind in TABLES},
+        elements={section: _entries(root, section, faults) for section in sections()},
         loops=_loops(root, faults),
         dh=None if dh is None else Entry("dh", dh, "dh"),
     )

@@ -1,6 +1,6 @@
 """Which part of a scene has no value at a state: named where a run cannot begin there, or cannot go on.
 
-A spring between points that meet has no direction to pull in, nor has a damper; a formula may leave the real numbers.
+A strut between points that meet has no direction to pull in; a formula may leave the real numbers.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.loads import pull
 from symdyn.dynamics.positions import ends_apart
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import Damper, Quantity, Scene, Spring, express, spell
+from symdyn.scene import FORCES, Quantity, Scene, express, pull_of, spell
+from symdyn.scene.forces import TIME as CLOCK
 from symdyn.simulation.forces import Forces, drive_names
 from symdyn.simulation.reading import TIME
 from symdyn.spatial import dot
@@ -69,22 +70,24 @@ def _formulas(scene: Scene, forces: Forces) -> Iterator[tuple[str, Quantity]]:
             yield f"the force of joint {joint.name}", formula
         if joint.motion is not None:
             yield f"the motion of joint {joint.name}", joint.motion
-    for load in scene.loads:
-        for formula in (*load.force, *load.couple):
-            yield f"load {load.name}", formula
+    for one in scene.elements:
+        for part in FORCES[one.kind].parts:
+            for _, formula, allowed in part.numbers(one):
+                if allowed == CLOCK:
+                    yield f"{one.kind} {one.name}", formula
 
 
 def _between_points(scene: Scene, graph: Graph) -> Iterator[tuple[str, Expr]]:
-    elements: tuple[Spring | Damper, ...] = (*scene.springs, *scene.dampers)
-    for element in elements:
-        if not element.ends:
+    for strut in scene.struts:
+        if not strut.ends:
             continue
-        way = ends_apart(scene, element.ends, graph)
+        way = ends_apart(scene, strut.ends, graph)
         square = dot(way, way)
         if square.is_zero:  # points that never part pull at nothing
             continue
-        if isinstance(element, Spring):
-            words = f"spring {element.name} has no length there, where it pulls (with free = 0 it would not)"
-            yield f"{words}, and so no direction", pull(element, square)
+        words = f"{strut.kind} {strut.name} has no length there"
+        if pull_of(strut).over is None:
+            yield f"{words}, and so no direction", graph.one / square
         else:
-            yield f"damper {element.name} has no length there, and so no direction", graph.one / square
+            words = f"{words}, where it pulls (with free = 0 it would not)"
+            yield f"{words}, and so no direction", pull(strut, square, graph.zero)

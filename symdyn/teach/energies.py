@@ -27,6 +27,7 @@ from symdyn.dynamics.lagrange import rotor_energy
 from symdyn.dynamics.state import vector
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Joint, express
+from symdyn.scene.forces import elastic
 from symdyn.spatial import cross, dot
 from symdyn.teach.document import Block, Fold, Formula, Step, Words
 from symdyn.teach.forms import expanded_squares, rate_of
@@ -48,7 +49,7 @@ def energy_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
     for joint in lesson.scene.joints:
         if joint.moves and not express(joint.armature, lesson.graph).is_zero:
             steps.append(_rotor(lesson, joint, kinetic))
-    if lesson.scene.springs:
+    if elastic(lesson.scene):
         steps.append(_springs(lesson, potential))
     return [*steps, *_totals(lesson, kinetic, potential)]
 

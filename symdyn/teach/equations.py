@@ -13,6 +13,7 @@ from symdyn.dynamics.loads import generalized_forces
 from symdyn.emit.formula_text import text_of
 from symdyn.emit.printable import ALONE, Coefficient, Printable, printable
 from symdyn.graph import Expr
+from symdyn.scene.forces import elastic
 from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Step, Values, Words
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, together
 from symdyn.teach.looks import Name
@@ -200,7 +201,7 @@ def _qdd(lesson: Lesson, j: int) -> Symbol:
 
 
 def _alone(lesson: Lesson, kind: str, i: int) -> tuple[Form, ...]:
-    if kind == "k_E" and not lesson.scene.springs:
+    if kind == "k_E" and not elastic(lesson.scene):
         return ()
     return terms_of(lesson.closed.form(kind, i))
 

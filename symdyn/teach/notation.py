@@ -6,7 +6,7 @@ from symdyn.algebra.form import Form, Symbol, form_of
 from symdyn.dynamics.state import joint_position
 from symdyn.emit.formula_text import value_text
 from symdyn.graph import Graph
-from symdyn.scene import GROUND, JOINTS, Joint, Scene, express
+from symdyn.scene import FORCES, GROUND, JOINTS, Element, Joint, Scene, express
 from symdyn.scene.quantity import ZERO
 from symdyn.teach.document import Picture, Step, Values, Words
 from symdyn.teach.lesson import Prose, together
@@ -54,17 +54,20 @@ def acting_steps(lesson: Prose) -> list[Step]:
             "force": any(x != ZERO for x in joint.forces),
         }
         rows += [(lesson.say(f"acting.{kind}"), Words((where,))) for kind, there in present.items() if there]
-    for kind, found in (("spring", scene.springs), ("damper", scene.dampers)):
-        for one in found:
-            ends = " – ".join(lesson.text("ground") if end.body == GROUND else end.body for end in one.ends)
-            where = ends or lesson.text("acting.joint", joint=one.joint)
-            rows.append((lesson.say(f"acting.{kind}"), Words((f"{one.name}: {where}",))))
-    rows += [(lesson.say("acting.load"), Words((f"{one.name}: {one.place.body}",))) for one in scene.loads]
+    for strut in scene.struts:
+        ends = " – ".join(lesson.text("ground") if end.body == GROUND else end.body for end in strut.ends)
+        where = ends or lesson.text("acting.joint", joint=strut.joint)
+        rows.append((_kind(lesson, strut), Words((f"{strut.name}: {where}",))))
+    rows += [(_kind(lesson, load), Words((f"{load.name}: {load.place.body}",))) for load in scene.loads]
     if not rows:
         return []
     head = (lesson.say("table.kind"), lesson.say("table.where"))
     reason = lesson.say("acting.reason") if any(joint.motion is not None for joint in scene.joints) else Words(())
     return [Step("acting", lesson.say("acting"), (Values(head, tuple(rows)),), reason)]
+
+
+def _kind(lesson: Prose, one: Element) -> Words:
+    return Words((FORCES[one.kind].words[lesson.language],))
 
 
 def leader(scene: Scene, joint: Joint) -> str:

@@ -13,6 +13,7 @@ from fractions import Fraction
 from symdyn.algebra.form import MINUS_ONE, Form, Function, Number, Symbol, power_of, product_of, sum_of
 from symdyn.graph import Op, substitute
 from symdyn.scene import express, parse
+from symdyn.scene.forces import elastic
 from symdyn.teach.document import Block, Box, Formula
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.numbers import about, equals
@@ -97,7 +98,7 @@ def numbers_for(lesson: Lesson) -> Mapping[str, str]:
     """Return equation numbers by key, none for any other scene than example 5.28."""
     scene = lesson.scene
     wanted = {"m1", "m2", "h1", "h2", "g"}
-    if scene.coordinates != ("q1", "q2") or {p.name for p in scene.parameters} != wanted or scene.springs:
+    if scene.coordinates != ("q1", "q2") or {p.name for p in scene.parameters} != wanted or elastic(scene):
         return {}
     same = lesson.vanishes(lesson.L - express(parse(LAGRANGIAN), lesson.graph))
     return NUMBERS if same and all(joint.drive for joint in scene.moving) else {}

@@ -19,6 +19,7 @@ from itertools import combinations
 
 from symdyn.dynamics import Workspace, expected
 from symdyn.graph import Expr, gradient, substitute, tangents
+from symdyn.scene.forces import elastic
 from symdyn.verify.equality import Claim
 from symdyn.verify.law import Law, entries, everywhere
 from symdyn.verify.laws_of_loops import LAWS_OF_LOOPS
@@ -67,7 +68,7 @@ def _product(w: Workspace) -> Claim:
 def _slope(w: Workspace) -> Claim:
     (P,) = entries(w, "potential_energy")
     slopes, g = tuple(w.directions.slopes(P)), entries(w, "gravity_forces")
-    if not w.scene.springs:
+    if not elastic(w.scene):
         return Claim("gravity forces", "dP/dq", "g", slopes, g)
     sums = tuple(a + b for a, b in zip(g, entries(w, "elastic_forces"), strict=True))
     return Claim("gravity and elastic forces", "dP/dq", "g + k_E", slopes, sums)
@@ -84,8 +85,8 @@ def _textbook(w: Workspace) -> Claim:
         terms += [k_D[i * n + j] * s.qd[j] * s.qd[j] for j in range(n)]
         sums.append(w.graph.total(terms) + k_G[i] + k_E[i] - w.Q[i])
     right = _driving(w)
-    elastic = " + k_E" if w.scene.springs else ""
-    return Claim("coefficients", f"k_z qdd + k_C qd qd + k_D qd^2 + k_G{elastic} - Q", "tau", tuple(sums), right)
+    pulled = " + k_E" if elastic(w.scene) else ""
+    return Claim("coefficients", f"k_z qdd + k_C qd qd + k_D qd^2 + k_G{pulled} - Q", "tau", tuple(sums), right)
 
 
 def _power(w: Workspace) -> Claim:

@@ -328,11 +328,11 @@ class State:
 
     def pulls(self) -> tuple[Array, Array]:
         """Return what springs exert on bodies, (6n,), and at joints along their own rates."""
-        return self._elements(self.m.scene.springs, self.tension)
+        return self._elements("spring", self.tension)
 
     def drags(self) -> tuple[Array, Array]:
         """Return what dampers, friction, declared forces and loads exert, as `pulls` does."""
-        bodies, joints = self._elements(self.m.scene.dampers, self.resistance)
+        bodies, joints = self._elements("damper", self.resistance)
         for load in self.m.scene.loads:
             R = self.T[load.place.body].x[:3, :3] if load.frame == "body" else np.eye(3)
             F, C = (R @ [number(x, self.known) for x in part] for part in (load.force, load.couple))
@@ -344,9 +344,9 @@ class State:
                 joints[i] -= number(joint.damping, self.m.values) * own[i] + self.friction(joint, own[i])
         return bodies, joints
 
-    def _elements(self, elements: Sequence[Any], law: Any) -> tuple[Array, Array]:
+    def _elements(self, kind: str, law: Any) -> tuple[Array, Array]:
         bodies, joints = np.zeros(6 * len(self.m.bodies)), np.zeros(len(self.m.own))
-        for one in elements:
+        for one in (strut for strut in self.m.scene.struts if strut.kind == kind):
             if one.joint:
                 joint = next(joint for joint in self.m.scene.joints if joint.name == one.joint)
                 joints[self.m.first[joint.name]] -= law(one, self.position(joint))

@@ -31,6 +31,7 @@ from symdyn.dynamics.tree import body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import JOINTS, Scene, express
+from symdyn.scene.forces import elastic
 from symdyn.spatial import Inertia, Transform, apply, dot, no_inertia, symmetric, zero_vector
 
 Row = tuple[Polynomial, ...]
@@ -266,7 +267,7 @@ def coefficient_names(closed: ClosedForm) -> list[Key]:
     keys += [("k_C", i, pair) for i in n for pair in range(len(closed.k_C[i]))]
     keys += [("k_D", i, j) for i in n for j in n]
     keys += [("k_G", i) for i in n]
-    return [*keys, *(("k_E", i) for i in n if closed.scene.springs)]
+    return [*keys, *(("k_E", i) for i in n if elastic(closed.scene))]
 
 
 def coefficient_form(closed: ClosedForm, key: Key) -> Form:

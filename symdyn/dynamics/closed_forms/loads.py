@@ -6,9 +6,8 @@ p, w    Rᵀ ∂p/∂q_i and (Rᵀ ∂R/∂q_i)∨ of the frame of a load, or bo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 
 from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import (
@@ -25,16 +24,17 @@ from symdyn.algebra.form import (
     sum_of,
 )
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
-from symdyn.dynamics.loads import joint_forces, joint_of, load_vectors, resistance, stored, tension
+from symdyn.dynamics.loads import joint_forces, joint_of, load_vectors, stored
 from symdyn.dynamics.positions import body_placements, ends_apart, moved_placements
 from symdyn.dynamics.state import State, joint_position, vector
 from symdyn.graph import Expr, Graph, Op, tangents
-from symdyn.scene import Damper, Load, Scene, Spring, express
+from symdyn.scene import Load, Scene, Strut, pull_of
+from symdyn.scene.forces import elastic, resisting
 from symdyn.scene.quantity import NULL
 from symdyn.spatial import Transform, dot
 
-WAY = " x"
-"""A name that no scene has."""
+WAY, RATE = " x", " v"
+"""Names that no scene has."""
 
 Arm = tuple[tuple[Polynomial, ...], tuple[Polynomial, ...]]  # p and w of one coordinate
 
@@ -44,12 +44,12 @@ class LoadNodes:
     """Nodes whose normal forms are needed.
 
     Attributes:
-        squares: squared distance of the ends of every spring and damper between points.
+        squares: squared distance of the ends of every strut between points.
         places: for every load and every coordinate that moves it the placement of the point that it acts at: in the
             ground frame, or for a load in body axes in a frame that stands before the joint.
     """
 
-    squares: dict[Spring | Damper, Expr]
+    squares: dict[Strut, Expr]
     places: tuple[dict[int, Transform], ...]
 
     @property
@@ -64,12 +64,11 @@ class LoadNodes:
 def load_nodes(scene: Scene, graph: Graph) -> LoadNodes:
     """Return what the closed forms of the loads are made of."""
     placed = body_placements(scene, graph) if scene.loads else {}
-    squares: dict[Spring | Damper, Expr] = {}
-    elements: tuple[Spring | Damper, ...] = (*scene.springs, *scene.dampers)
-    for element in elements:
-        if element.ends:
-            apart = ends_apart(scene, element.ends, graph)
-            squares[element] = dot(apart, apart)
+    squares: dict[Strut, Expr] = {}
+    for strut in scene.struts:
+        if strut.ends:
+            apart = ends_apart(scene, strut.ends, graph)
+            squares[strut] = dot(apart, apart)
     carrier = {joint.child: joint for joint in scene.joints}
     places = []
     for load in scene.loads:
@@ -86,39 +85,39 @@ class ClosedLoads:
     """What acts beside gravity and drives.
 
     Attributes:
-        squares: D of every spring and damper between points.
+        squares: D of every strut between points.
         slopes: ∂D/∂q_i / 2 of each, for every coordinate.
         arms: p and w of every load, for the coordinates that move it.
     """
 
     scene: Scene
     state: State
-    squares: dict[Spring | Damper, Polynomial]
-    slopes: dict[Spring | Damper, tuple[Polynomial, ...]]
+    squares: dict[Strut, Polynomial]
+    slopes: dict[Strut, tuple[Polynomial, ...]]
     arms: tuple[dict[int, Arm], ...]
 
     def energy(self, compact: Compactor) -> Form:
         """Return the elastic energy E."""
-        return sum_of(self._law(partial(stored, e), self._stretch(e, compact)) for e in self.scene.springs)
+        return sum_of(self._energy(strut, compact) for strut in elastic(self.scene))
 
     def elastic(self, compact: Compactor, i: int) -> Form:
         """Return k_E,i."""
         terms = []
-        for spring in self.scene.springs:
-            force = self._law(partial(tension, spring), self._stretch(spring, compact))
-            terms.append(_product(force, self._slope(spring, compact, i)))
+        for strut in elastic(self.scene):
+            force = self._force(strut, compact, form_of(_ordered(self.scene).zero))
+            terms.append(_product(force, self._slope(strut, compact, i)))
         return sum_of(terms)
 
     def acting(self, compact: Compactor) -> list[Form]:
         """Return Q of every coordinate."""
         graph = _ordered(self.scene)
         forces = [[form_of(force)] for force in joint_forces(self.scene, graph)]
-        for damper in self.scene.dampers:
-            if damper.ends:
-                slopes = [self._slope(damper, compact, i) for i in range(self.state.n)]
+        for strut in resisting(self.scene):
+            if strut.ends:
+                slopes = [self._slope(strut, compact, i) for i in range(self.state.n)]
                 pairs = zip(slopes, self.state.qd, strict=True)
                 rate = sum_of(product_of((slope, Symbol(str(u.value)))) for slope, u in pairs)
-                against = product_of((MINUS_ONE, self._law(partial(resistance, damper), rate)))
+                against = product_of((MINUS_ONE, self._force(strut, compact, rate)))
                 for terms, slope in zip(forces, slopes, strict=True):
                     terms.append(_product(against, slope))
         for load, arm in zip(self.scene.loads, self.arms, strict=True):
@@ -128,27 +127,28 @@ class ClosedLoads:
                 forces[i] += [product_of((force, compact(share))) for force, share in shares]
         return [sum_of(terms) for terms in forces]
 
-    def _law(self, law: Callable[[Expr], Expr], way: Form) -> Form:
-        """Return a law of force or energy at a way."""
-        return in_place(form_of(law(_ordered(self.scene).symbol(WAY))), {WAY: way})
-
-    def _way(self, element: Spring | Damper, compact: Compactor) -> Form:
-        """Return the position of a joint or the distance of two points."""
-        if element.joint:
-            return form_of(joint_position(joint_of(self.scene, element), _ordered(self.scene)))
-        return Function(Op.SQRT, (compact(self.squares[element]),))
-
-    def _stretch(self, spring: Spring, compact: Compactor) -> Form:
-        free = form_of(express(spring.free, _ordered(self.scene)))
-        return sum_of((self._way(spring, compact), product_of((MINUS_ONE, free))))
-
-    def _slope(self, element: Spring | Damper, compact: Compactor, i: int) -> Form:
-        """Return the derivative of the way by coordinate i."""
-        if element.ends:
-            share = compact(self.slopes[element][i])
-            return product_of((share, power_of(self._way(element, compact), -1)))
+    def _force(self, strut: Strut, compact: Compactor, rate: Form) -> Form:
         graph = _ordered(self.scene)
-        position = joint_position(joint_of(self.scene, element), graph)
+        law = pull_of(strut).force(strut, graph.symbol(WAY), graph.symbol(RATE))
+        return in_place(form_of(law), {WAY: self._way(strut, compact), RATE: rate})
+
+    def _energy(self, strut: Strut, compact: Compactor) -> Form:
+        energy = stored(strut, _ordered(self.scene).symbol(WAY))
+        return in_place(form_of(energy), {WAY: self._way(strut, compact)})
+
+    def _way(self, strut: Strut, compact: Compactor) -> Form:
+        """Return the position of a joint or the distance of two points."""
+        if strut.joint:
+            return form_of(joint_position(joint_of(self.scene, strut), _ordered(self.scene)))
+        return Function(Op.SQRT, (compact(self.squares[strut]),))
+
+    def _slope(self, strut: Strut, compact: Compactor, i: int) -> Form:
+        """Return the derivative of the way by coordinate i."""
+        if strut.ends:
+            share = compact(self.slopes[strut][i])
+            return product_of((share, power_of(self._way(strut, compact), -1)))
+        graph = _ordered(self.scene)
+        position = joint_position(joint_of(self.scene, strut), graph)
         coordinate = graph.symbol(str(self.state.q[i].value))
         return form_of(tangents([position], {coordinate: graph.one})[0])
 
@@ -165,7 +165,7 @@ def closed_loads(
         nodes: from `load_nodes` on that graph.
         found: normal forms of `nodes.needed`.
     """
-    squares = {element: found[square] for element, square in nodes.squares.items()}
+    squares = {strut: found[square] for strut, square in nodes.squares.items()}
     slopes = {e: tuple(ring.derivative(D, q) / 2 for q in state.q) for e, D in squares.items()}
     arms = []
     for load, moved in zip(scene.loads, nodes.places, strict=True):

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from symdyn.dynamics.loops.cuts import contact, height, sine
+from symdyn.dynamics.loops.cuts import contact, sine
 from symdyn.dynamics.positions import body_placements
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Row, Scene
+from symdyn.scene.forces import touch_of
 
 
 @dataclass(frozen=True)
@@ -42,11 +43,13 @@ class Gauge:
 
 def gauges(scene: Scene, graph: Graph) -> tuple[Gauge, ...]:
     """Return the gauges of all contacts of a scene."""
-    rows = [row for row in scene.rows if row.type != "formula"]
-    placed = body_placements(scene, graph) if rows else {}
+    touching = [(row, law) for row in scene.rows if (law := touch_of(row)) is not None]
+    placed = body_placements(scene, graph) if touching else {}
     found = []
-    for row in rows:
+    for row, law in touching:
         cut = contact(row, graph)
+        assert cut is not None, "what touches is cut"
         X = (placed[cut.parent] @ cut.before).inverse() @ placed[cut.child] @ cut.behind
-        found.append(Gauge(row, height(row, X), sine(row, X) if row.type == "rolling" else graph.one))
+        w = sine(law, row, X)
+        found.append(Gauge(row, law.height(row, X, w), w))
     return tuple(found)

@@ -26,7 +26,8 @@ from symdyn.dynamics.state import State
 from symdyn.dynamics.tree import Tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
-from symdyn.scene import Row, Scene, express
+from symdyn.scene import Quantity, Scene, express
+from symdyn.scene.forces import formula_of
 from symdyn.spatial import Transform, Vec, add, apply, cross, dot, multiply, neg, scale, sub, zero_vector
 
 Twist = tuple[Vec, Vec]  # angular, linear
@@ -120,7 +121,7 @@ def recursive(scene: Scene, tree: Tree, state: State) -> Constraints:
         entries += _of_cut(cut, relative, state)
         if cut.joint:
             columns[cut.owner] = relative.columns
-    formulas = [_polarised(row, scene, state, tree.graph) for row in scene.rows if row.type == "formula"]
+    formulas = [_polarised(*one, scene, state, tree.graph) for one in _formulas(scene)]
     return _gathered(_in_order(scene, entries + formulas), columns)
 
 
@@ -261,24 +262,29 @@ def _paired(entries: Sequence[Expr]) -> list[tuple[Vec, Vec]]:
     return [(parts[k], parts[k + 1]) for k in range(0, len(parts), 2)]
 
 
-def _polarised(row: Row, scene: Scene, state: State, graph: Graph) -> Entry:
+def _formulas(scene: Scene) -> list[tuple[str, Quantity]]:
+    """Return the names and the left sides of the rows that are formulas."""
+    return [(row.name, formula) for row in scene.rows if (formula := formula_of(row)) is not None]
+
+
+def _polarised(name: str, left: Quantity, scene: Scene, state: State, graph: Graph) -> Entry:
     """Return a row of the scene: its entries are the formula at unit velocities.
 
     Raises:
         DerivationError: the formula is not linear in the velocities.
     """
-    formula = express(row.formula, graph)
+    formula = express(left, graph)
     units = [{qd: graph.one if qd is one else graph.zero for qd in state.qd} for one in state.qd]
     entries = tuple(substitute([formula], unit)[0] for unit in units)
     (rest,) = substitute([formula], dict.fromkeys(state.qd, graph.zero))
     slopes = gradient(formula, state.qd)
     if not rest.is_zero or set(state.qd).intersection(reachable(slopes)):
         raise DerivationError(
-            f"{scene.name}: rows.{row.name}: the formula is not linear in the velocities; "
+            f"{scene.name}: rows.{name}: the formula is not linear in the velocities; "
             "write a sum of terms coefficient * velocity, without a term of its own"
         )
     bias = graph.total(rate * qd for rate, qd in zip(tangents(entries, state.velocity), state.qd, strict=True))
-    return Label(row.name, 0, None, False, False), graph.zero, entries, bias
+    return Label(name, 0, None, False, False), graph.zero, entries, bias
 
 
 # By differentiation
@@ -297,10 +303,9 @@ def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
         for k, (F, N) in enumerate(cut.wrenches(X)):
             power = graph.total(a * b for a, b in zip((*F, *N), (*velocity, *spin), strict=True))
             entries.append((_label(cut, k, (F, N)), residual[k], *_slopes(power, state)))
-    for row in scene.rows:
-        if row.type == "formula":
-            label = Label(row.name, 0, None, False, False)
-            entries.append((label, graph.zero, *_slopes(express(row.formula, graph), state)))
+    for name, left in _formulas(scene):
+        label = Label(name, 0, None, False, False)
+        entries.append((label, graph.zero, *_slopes(express(left, graph), state)))
     return _gathered(_in_order(scene, entries), {})
 
 

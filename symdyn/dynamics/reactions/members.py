@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.dynamics.loads import joint_resistance, load_vectors, pull, resistance, tension
+from symdyn.dynamics.loads import joint_resistance, load_vectors, pull
 from symdyn.dynamics.motion import Motion, body_motion
 from symdyn.dynamics.reactions.hinges import Hinge, about, nothing, plus
 from symdyn.dynamics.rotors import ball_rotor
 from symdyn.dynamics.state import State, joint_motion, joint_position, vector
 from symdyn.dynamics.tree import Tree, body_inertia
 from symdyn.graph import Expr, tangents
-from symdyn.scene import GROUND, Damper, Place, Scene, Spring, express
+from symdyn.scene import GROUND, Place, Scene, express, pull_of
 from symdyn.scene.joints import Wrench
 from symdyn.spatial import (
     Inertia,
@@ -70,10 +70,9 @@ def placements(tree: Sequence[Hinge]) -> list[Transform]:
 
 
 def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
-    """Return what loads, and springs and dampers between points, do on every body about the origin of C, no weight."""
+    """Return what loads, and struts between points, do on every body about the origin of C, no weight."""
     number = {GROUND: -1} | {body.name: k for k, body in enumerate(scene.bodies)}
-    elements: tuple[Spring | Damper, ...] = (*scene.springs, *scene.dampers)
-    apart = [one for one in elements if not one.joint]
+    apart = [one for one in scene.struts if not one.joint]
     graph = tree[0].graph
     total = [nothing(graph)] * len(tree)
     placed = placements(tree) if scene.loads or apart else []
@@ -90,20 +89,16 @@ def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
         if load.frame == "body" and k >= 0:
             force, couple = apply(placed[k].R, force), apply(placed[k].R, couple)
         act(k, load.place, force, couple)
-    for element in apart:
-        ends = [(number[end.body], end) for end in element.ends]
+    for strut in apart:
+        ends = [(number[end.body], end) for end in strut.ends]
         a, b = (placed[k].point(vector(end.at, graph)) if k >= 0 else vector(end.at, graph) for k, end in ends)
         way = sub(b, a)
         square = dot(way, way)
         if square.is_zero:  # points that never part
             continue
-        if isinstance(element, Spring):
-            size = pull(element, square)
-        else:
-            s = graph.sqrt(square)
-            (rate,) = tangents([s], state.velocity)
-            size = resistance(element, rate) / s
-        force = scale(size, way)
+        stores = pull_of(strut).energy is not None
+        (rate,) = [graph.zero] if stores else tangents([graph.sqrt(square)], state.velocity)
+        force = scale(pull(strut, square, rate), way)
         act(*ends[0], force, zero_vector(graph))
         act(*ends[1], neg(force), zero_vector(graph))
     return total
@@ -112,17 +107,15 @@ def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
 def own_forces(scene: Scene, hinge: Hinge, state: State) -> list[Expr]:
     """Return what a joint's own elements do along each of its velocities, N m or N, shape as `hinge.S`.
 
-    Declared forces, springs, dampers, friction, and the rotor, which takes armature · (acceleration of its move).
+    Declared forces, struts, friction, and the rotor, which takes armature · (acceleration of its move).
     """
     joint, graph = hinge.joint, hinge.graph
     forces = [express(force, graph) for force in joint.forces] or [graph.zero] * len(hinge.rates)
     forces = [force - joint_resistance(joint, rate) for force, rate in zip(forces, hinge.rates, strict=True)]
-    for spring in scene.springs:
-        if spring.joint == joint.name:
-            forces[0] = forces[0] - tension(spring, joint_position(joint, graph) - express(spring.free, graph))
-    for damper in scene.dampers:
-        if damper.joint == joint.name:
-            forces[0] = forces[0] - resistance(damper, hinge.rates[0])
+    for strut in scene.struts:
+        if strut.joint == joint.name:
+            law = pull_of(strut)
+            forces[0] = forces[0] - law.force(strut, joint_position(joint, graph), hinge.rates[0])
     armature = express(joint.armature, graph)
     ball = ball_rotor(joint, hinge.velocities, graph)
     if ball is not None:

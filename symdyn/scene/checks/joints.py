@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from symdyn.graph import Graph, Op
-from symdyn.scene.draft import Draft, joint_numbers, shown
+from symdyn.scene.direction import direction
+from symdyn.scene.draft import Draft, joint_numbers
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.model import Joint
-from symdyn.scene.names import listed
-from symdyn.scene.quantity import ZERO, Quantity, Vector, express
+from symdyn.scene.quantity import Quantity
 from symdyn.scene.start import quaternion
-from symdyn.scene.table import Faults
+from symdyn.scene.table import Faults, shown
 from symdyn.scene.value import Value, value_of
 
 NOT_NEGATIVE = (
@@ -29,43 +28,6 @@ def check_joints(draft: Draft, values: Mapping[str, Value], faults: Faults) -> N
             _signs(where, joint, values, faults)
             _start(where, joint, values, faults)
             _driven(where, joint, faults)
-
-
-def direction(where: str, key: str, axis: Vector, faults: Faults, tilt: str = "tilt by origin.rpy") -> bool:
-    """Report a direction that depends on symbols or has no length; tell whether it is one.
-
-    `tilt` says what turns it by a parameter.
-    """
-    text = f"{key} = [{', '.join(shown(x) for x in axis)}]"
-    names = dict.fromkeys(name for x in axis for name in x.symbols)
-    if names:
-        faults.add(where, f"{text} depends on {listed(names)}; give numbers, and {tilt} instead")
-    elif not all(_has_value(x) for x in axis):
-        faults.add(where, f"{text} divides by zero, or has no real value; give a direction such as [0, 0, 1]")
-    elif all(vanishes(x) for x in axis):
-        faults.add(where, f"{text} has zero length; give a direction such as [0, 0, 1]")
-    else:
-        return True
-    return False
-
-
-def _has_value(quantity: Quantity) -> bool:
-    try:
-        express(quantity, Graph())
-        value_of(quantity, {})
-    except (FormulaError, ZeroDivisionError):
-        return False
-    return True
-
-
-def vanishes(quantity: Quantity) -> bool:
-    """Tell whether a quantity without symbols is zero."""
-    if quantity.op is Op.CONSTANT:
-        return quantity == ZERO
-    try:
-        return express(quantity, graph := Graph()) is graph.zero or value_of(quantity, {}) == 0
-    except (FormulaError, ZeroDivisionError):
-        return False  # reported as a formula without a value
 
 
 def _shape(where: str, joint: Joint, values: Mapping[str, Value], faults: Faults) -> None:

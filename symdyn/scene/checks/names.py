@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from symdyn.scene.draft import KINDS, TIME, Draft, Use, shown, uses
+from symdyn.scene.draft import CLOCK, KINDS, Draft, Use, uses
+from symdyn.scene.forces import FORCES
 from symdyn.scene.grammar import check_latex
 from symdyn.scene.model import GROUND, Scene, acceleration_name
 from symdyn.scene.names import check_name, suggestion
-from symdyn.scene.table import Faults, show
+from symdyn.scene.table import Faults, show, shown
 
 FAMILIES = {"parameters": "symbol", "bodies": "frame", "points": "frame", "joints": "joint", "loops": "joint"}
-"""Names of one family differ; a kind that is not here is a family of its own."""
+"""Names of one family differ; elements are a family a section."""
 
 
 def check_names(draft: Draft, faults: Faults) -> None:
@@ -20,8 +21,8 @@ def check_names(draft: Draft, faults: Faults) -> None:
         faults.add("", f"name = {show(scene.name)} {fault}")
     taken: dict[str, dict[str, str]] = {}
     for kind in KINDS:
-        family = FAMILIES.get(kind, kind)
         for where, one in zip(draft.where[kind], getattr(scene, kind), strict=True):
+            family = FAMILIES.get(kind) or FORCES[one.kind].section
             _claim(faults, taken.setdefault(family, {}), where, "", one.name)
             if family == "frame" and one.name == GROUND:
                 faults.add(where, "ground is the name of what does not move; choose another")
@@ -58,7 +59,7 @@ def check_symbols(draft: Draft, faults: Faults) -> None:
 
 
 def _why(name: str, use: Use, parameters: dict[str, None], motion: dict[str, None]) -> str:
-    if name == TIME:
+    if name == CLOCK:
         return "uses t, the time; only forces, loads and prescribed motions may depend on it"
     if name in motion:
         return f"uses {name}, which moves; only the force of a joint, loads and rows may depend on what moves"

@@ -1,26 +1,19 @@
-"""What robot files have no words for: loops, springs, loads, rows, and where a scene starts."""
+"""What robot files have no words for: loops, what acts, and where a scene starts."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+from symdyn.scene.forces import FORCES, place_of
 from symdyn.scene.model import Scene
 from symdyn.scene.quantity import ZERO
 from symdyn.scene.spelling import spell
 
-NOUNS = {
-    "loops": "closes a loop, and the file holds trees",
-    "springs": "a spring, which acts in the equations",
-    "dampers": "a damper, which acts in the equations",
-    "loads": "a wrench, which acts in the equations",
-    "rows": "a constraint on velocities",
-}
-
 
 def lost_words(scene: Scene) -> Iterator[str]:
     """Return what neither URDF nor a parameter file holds, one line each."""
-    for kind, what in NOUNS.items():
-        yield from (f"{kind}.{one.name}: {what}" for one in getattr(scene, kind))
+    yield from (f"loops.{one.name}: closes a loop, and the file holds trees" for one in scene.loops)
+    yield from (f"{place_of(one)}: {FORCES[one.kind].lost}" for one in scene.elements)
     for joint in scene.joints:
         where = f"joints.{joint.name}"
         if any(force != ZERO for force in joint.forces):

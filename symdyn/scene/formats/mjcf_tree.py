@@ -73,7 +73,7 @@ class Tree:
             joints=tuple(joints),
             points=points,
             loops=tuple(self.joints.loops),
-            springs=tuple(self.joints.springs),
+            elements={"springs": tuple(self.joints.springs)},
         )
 
     def names(self, elements: Iterable[tuple[str, int]], kind: str) -> dict[tuple[str, int], str]:

@@ -6,17 +6,17 @@ was read, read and written again, is the same text.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from symdyn.scene.body_table import INERTIA_KEYS
+from symdyn.scene.element import Friction
+from symdyn.scene.forces import Scope, place_of, table_of
 from symdyn.scene.joint_table import LIMIT_KEYS
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.loads import Damper, Friction, Load, Place, Plane, Row, Spring
-from symdyn.scene.model import GROUND, STANDARD_GRAVITY, Body, Coupling, Joint, Parameter, Point, Pose, Scene
+from symdyn.scene.model import STANDARD_GRAVITY, Body, Coupling, Joint, Parameter, Point, Pose, Scene
 from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector
 from symdyn.scene.reading import Written
-from symdyn.scene.row_table import COMPONENTS, level_normal
 from symdyn.scene.spelling import spell
 from symdyn.scene.table import compose
 
@@ -38,11 +38,8 @@ def write_text(scene: Scene) -> Written:
         nq, nv = nq + len(joint.coordinates), nv + len(joint.rates)
     blocks += [_block(f"points.{point.name}", _point(point)) for point in scene.points]
     blocks += [_block("[loop]", _loop(joint)) for joint in scene.loops]
-    blocks += [_block(f"springs.{spring.name}", _spring(spring)) for spring in scene.springs]
-    blocks += [_block(f"dampers.{damper.name}", _damper(damper)) for damper in scene.dampers]
-    blocks += [_block(f"loads.{load.name}", _load(load)) for load in scene.loads]
-    level = level_normal(scene.gravity, scene.parameters) if scene.rows else ""
-    blocks += [_block(f"rows.{row.name}", _row(row, level)) for row in scene.rows]
+    scope = Scope({}, scene.gravity, scene.parameters)
+    blocks += [_block(place_of(one), _said(table_of(one, scope))) for one in scene.elements]
     return Written("\n".join(blocks))
 
 
@@ -135,7 +132,9 @@ def _placed(joint: Joint) -> Iterator[tuple[str, str]]:
 
 
 def _value(value: object) -> str:
-    """Return what a key of a joint type says."""
+    """Return what a key says."""
+    if isinstance(value, Mapping):
+        return _inline(list(_said(value)))
     if isinstance(value, (tuple, list)):
         return f"[{', '.join(map(_value, value))}]"
     if isinstance(value, Pose):
@@ -167,70 +166,9 @@ def _loop(joint: Joint) -> Iterator[tuple[str, str]]:
     yield from _placed(joint)
 
 
-def _spring(spring: Spring) -> Iterator[tuple[str, str]]:
-    yield from _ends(spring)
-    if spring.stiffness:
-        yield from _one_or_more("stiffness", "stiffness", [_number(x) for x in spring.stiffness])
-    if spring.free != ZERO:
-        yield "free", _number(spring.free)
-    if spring.preload != ZERO or not spring.stiffness:
-        yield "preload", _number(spring.preload)
-
-
-def _damper(damper: Damper) -> Iterator[tuple[str, str]]:
-    yield from _ends(damper)
-    yield from _one_or_more("damping", "damping", [_number(x) for x in damper.damping])
-
-
-def _ends(one: Spring | Damper) -> Iterator[tuple[str, str]]:
-    if one.joint:
-        yield "joint", _text(one.joint)
-    for key, end in zip(("from", "to"), one.ends, strict=False):
-        yield key, _inline(list(_place(end)))
-
-
-def _place(place: Place) -> Iterator[tuple[str, str]]:
-    yield "body", _text(place.body)
-    if place.at != NULL:
-        yield "at", _vector(place.at)
-
-
-def _load(load: Load) -> Iterator[tuple[str, str]]:
-    yield from _place(load.place)
-    if load.force != NULL or load.couple == NULL:
-        yield "force", _vector(load.force)
-    if load.couple != NULL:
-        yield "couple", _vector(load.couple)
-    if load.frame != "ground":
-        yield "frame", _text(load.frame)
-
-
-def _row(row: Row, level: Vector | str) -> Iterator[tuple[str, str]]:
-    """Yield the keys of a row; `level` is the normal that it has without saying so."""
-    if row.type == "formula":
-        yield "formula", _number(row.formula)
-        return
-    yield "type", _text(row.type)
-    if row.place is not None:
-        yield from _place(row.place)
-    if row.axis is not None:
-        yield "axis", _vector(row.axis)
-    if row.type == "rolling":
-        yield "radius", _number(row.radius)
-    if row.plane.declared:
-        yield "plane", _plane(row.plane, level)
-    elif row.type == "rolling" and row.plane.normal != level:
-        yield "normal", _vector(row.plane.normal)
-    if row.type == "rolling" and row.components != (Row("").components if row.axis else COMPONENTS):
-        yield "components", f"[{', '.join(map(_text, row.components))}]"
-
-
-def _plane(plane: Plane, level: Vector | str) -> str:
-    fixed = plane.body == GROUND
-    pairs = [] if fixed else [("body", _text(plane.body))]
-    pairs += [("at", _vector(plane.at))] if plane.at != NULL else []
-    pairs += [] if fixed and plane.normal == level else [("normal", _vector(plane.normal))]
-    return _inline(pairs)
+def _said(table: Mapping[str, object]) -> Iterator[tuple[str, str]]:
+    """Return the keys of a table and what they say."""
+    yield from ((key, _value(value)) for key, value in table.items())
 
 
 def _mimic(coupling: Coupling, leaders: dict[str, str]) -> str:

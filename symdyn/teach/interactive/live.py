@@ -19,6 +19,7 @@ from symdyn.dynamics.loops.partition import Closing
 from symdyn.errors import DerivationError, TeachError
 from symdyn.program import Program, choose, lower
 from symdyn.scene import Scene
+from symdyn.scene.forces import elastic
 from symdyn.teach.interactive.function import function
 from symdyn.teach.interactive.marks import Mark, Sheet
 from symdyn.teach.interactive.reduced import ACTING, Held, held, reduced_functions
@@ -164,7 +165,7 @@ def _rows(workspace: Workspace) -> tuple[list[Function], Held | None]:
         if not tied.velocities:
             raise TeachError(f"{workspace.scene.name}: there is no interactive page, {WORDS['en']['still']}")
         return reduced_functions(workspace, tied), tied
-    names = (*COEFFICIENTS, *(["k_E"] if workspace.scene.springs else []), "inverse_dynamics")
+    names = (*COEFFICIENTS, *(["k_E"] if elastic(workspace.scene) else []), "inverse_dynamics")
     return list(choose(workspace, names)), None
 
 

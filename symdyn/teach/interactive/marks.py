@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.draw.forces import from_zero
-from symdyn.draw.places import drawn, elastic
+from symdyn.draw.forces import from_zero, mark_of
+from symdyn.draw.places import drawn
 from symdyn.graph import Expr, Graph
-from symdyn.scene import GROUND, JOINTS, Scene, Spring
+from symdyn.scene import GROUND, JOINTS, Scene
 from symdyn.scene.joints.blocks import AXES, unit
 from symdyn.spatial import Vec, cross, scale
 
@@ -161,10 +161,10 @@ class Sheet:
         return marks
 
     def _acting(self, scene: Scene, tips: dict[str, list[int]]) -> list[Mark]:
-        """Return springs, dampers and loads."""
+        """Return struts and loads."""
         marks = []
-        for one in elastic(scene):
-            kind = "spring" if isinstance(one, Spring) else "damper"
+        for one in scene.struts:
+            kind = mark_of(one).page
             if not one.ends:
                 assert one.joint is not None, "what has no ends is in a joint"
                 rows, slides, child = self._hinges[one.joint]

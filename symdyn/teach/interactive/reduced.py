@@ -23,6 +23,7 @@ from symdyn.dynamics.recursive.ldl import solve
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
+from symdyn.scene.forces import elastic
 from symdyn.scene.start import quaternion
 from symdyn.teach.interactive.function import function
 
@@ -142,7 +143,7 @@ def reduced_functions(w: Workspace, tied: Held) -> list[Function]:
         function(w, "k_G", "reduced k_G", reduced.gathered(rnea(w.lean, w.still, w.still)), ("q",)),
         function(w, "row_forces", "reduced forces", reduced.gathered(forces), STATE),
     ]
-    if w.scene.springs:
+    if elastic(w.scene):
         rows.append(function(w, "k_E", "reduced k_E", reduced.gathered(w.elastic.forces), ("q",)))
     if any(not force.is_zero for force in w.Q):
         rows.append(function(w, ACTING, "reduced forces beside drives", reduced.gathered(w.Q), ("q", "qd")))

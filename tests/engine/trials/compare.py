@@ -411,7 +411,7 @@ def centre_acceleration(truth: Truth) -> Array:
 def potential(truth: Truth) -> float:
     """Return P, without springs at joints that are locked, which go."""
     state, locked = truth.still, truth.locked
-    total = sum(state.stored(spring) for spring in truth.m.scene.springs if spring.joint not in locked)
+    total = sum(state.stored(one) for one in truth.m.scene.struts if one.kind == "spring" and one.joint not in locked)
     for body in truth.m.bodies:
         m, h, _ = truth.m.inertia[body]
         T = state.T[body].x

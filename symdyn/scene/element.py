@@ -1,4 +1,11 @@
-"""What acts on the bodies of a scene, beside gravity and drives; contacts, and constraints on velocities."""
+"""Elements: what acts in a scene beside gravity and drives, by the way in which it does.
+
+    strut   pulls along one way: the position of a joint, or the distance of two points
+    load    is a wrench on a body
+    row     forbids velocities, and exerts whatever that takes
+
+What an element is beyond that, its kind tells: a row of `FORCES`.
+"""
 
 from __future__ import annotations
 
@@ -28,55 +35,39 @@ class Friction:
 
 @dataclass(frozen=True)
 class Place:
-    """A point of a body (or of the ground) that a load acts at: body name and place in body coordinates, m."""
+    """A point of a body (or of the ground): body name and place in body coordinates, m."""
 
     body: str
     at: Vector = NULL
 
 
 @dataclass(frozen=True)
-class Spring:
-    """A spring at a joint or between two points: force = preload + k1 x + k2 x² + …, x the way from `free`.
-
-    At a joint, x is its position less `free`, and the force opposes it; between points, x is their distance less
-    `free`, and the force pulls them together. Its energy belongs to P.
-
-    Attributes:
-        joint: name of the joint, with one coordinate; "" between points.
-        ends: the two points; () at a joint.
-        stiffness: k1, k2, …; N/m or N m/rad, N/m² …
-        free: position or length at which the polynomial vanishes, rad or m.
-        preload: force at x = 0, N or N m.
-    """
+class Element:
+    """What acts, by name; names of one section of a file differ."""
 
     name: str
-    joint: str = ""
-    ends: tuple[Place, ...] = ()
-    stiffness: tuple[Quantity, ...] = ()
-    free: Quantity = ZERO
-    preload: Quantity = ZERO
+
+    @property
+    def kind(self) -> str:
+        """The row of `FORCES` that tells about it."""
+        raise NotImplementedError
 
 
 @dataclass(frozen=True)
-class Damper:
-    """A viscous damper at a joint or between two points: force = c1 v + c3 v³ + …, against the rate v.
-
-    At a joint, v is its rate; between points, the rate of their distance.
+class Strut(Element):
+    """What pulls along one way.
 
     Attributes:
-        joint: name of the joint, with one coordinate; "" between points.
-        ends: the two points; () at a joint.
-        damping: c1, c3, c5, …; N s/m or N m s/rad, …
+        joint: name of the joint, with one coordinate, whose position is the way; "" between points.
+        ends: the two points whose distance is the way; () at a joint.
     """
 
-    name: str
     joint: str = ""
     ends: tuple[Place, ...] = ()
-    damping: tuple[Quantity, ...] = ()
 
 
 @dataclass(frozen=True)
-class Load:
+class Load(Element):
     """A wrench on a body: "technological" forces and couples, formulas in t, parameters, coordinates, velocities.
 
     Attributes:
@@ -85,11 +76,12 @@ class Load:
         frame: "body" (the body's own axes) or "ground".
     """
 
-    name: str
     place: Place
     force: Vector = NULL
     couple: Vector = NULL
     frame: str = "ground"
+
+    kind = "load"
 
 
 @dataclass(frozen=True)
@@ -110,7 +102,7 @@ class Plane:
 
 
 @dataclass(frozen=True)
-class Row:
+class Row(Element):
     """A constraint on velocities, which may hold a position too.
 
         formula     Σ a_k(q) u_k = 0, one row
@@ -137,7 +129,6 @@ class Row:
         components: of the velocity of C, those that vanish: of "along", "across", "normal".
     """
 
-    name: str
     type: str = "formula"
     formula: Quantity = ZERO
     place: Place | None = None
@@ -145,6 +136,11 @@ class Row:
     radius: Quantity = ZERO
     plane: Plane = Plane()
     components: tuple[str, ...] = ("along", "across")
+
+    @property
+    def kind(self) -> str:
+        """The row of `FORCES` that tells about it."""
+        return self.type
 
     @property
     def touches(self) -> bool:

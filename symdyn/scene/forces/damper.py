@@ -1,0 +1,76 @@
+"""A viscous damper: c1 v + c3 v³ + … against the rate v of its way, at a joint or between two points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+from symdyn.graph import Expr
+from symdyn.scene.element import Strut
+from symdyn.scene.folding import FormulaError
+from symdyn.scene.forces.ends import Ends
+from symdyn.scene.forces.keys import COEFFICIENTS, Key
+from symdyn.scene.forces.kind import ForceKind, Mark, Pull, Stand
+from symdyn.scene.quantity import Quantity, express
+from symdyn.scene.spelling import spell
+from symdyn.scene.table import shown
+from symdyn.scene.value import value_of
+
+
+@dataclass(frozen=True)
+class Damper(Strut):
+    """A viscous damper: force = c1 v + c3 v³ + …, against the rate v of a joint or of the distance of two points.
+
+    Attributes:
+        damping: c1, c3, c5, …; N s/m or N m s/rad, …
+    """
+
+    damping: tuple[Quantity, ...] = ()
+
+    kind = "damper"
+
+
+def _force(damper: Damper, x: Expr, v: Expr) -> Expr:
+    graph, power = v.graph, v
+    total = graph.zero
+    for c in damper.damping:
+        total = total + express(c, graph) * power
+        power = power * v * v
+    return total
+
+
+def _check(damper: Damper, stand: Stand) -> None:
+    """Report a negative coefficient where it is the only one."""
+    if len(damper.damping) != 1:
+        return
+    try:
+        value = value_of(damper.damping[0], stand.values)
+    except FormulaError:
+        return  # reported as a formula without a value
+    if value is not None and value < 0:
+        stand.fault(f"damping = {shown(damper.damping[0])} is negative; give zero or more")
+
+
+POT = ((0.65, 1.0), (0.35, 1.0), (0.35, -1.0), (0.65, -1.0))
+
+RODS = (((0.0, 0.0), (0.35, 0.0)), ((0.52, 0.0), (1.0, 0.0)))
+
+DAMPER = ForceKind(
+    section="dampers",
+    noun=Damper,
+    letter="v",
+    parts=(Ends(), Key("damping", COEFFICIENTS, letters=("c",), text="damping", positive=True)),
+    needs=("damping",),
+    missing="damping is missing; write damping = 10, or a list of coefficients of v, v**3, ...",
+    law=Pull(_force),
+    says=lambda damper: f"damping {', '.join(map(spell, damper.damping))}",
+    words={"en": "damper", "sk": "tlmič"},
+    lost="a damper, which acts in the equations",
+    mark=Mark(
+        strokes=((1.6, (*RODS, POT)), (3.0, (((0.52, 0.8), (0.52, -0.8)),))),
+        curl=((1.7, -0.4), (1.7, 1.2 * pi), 3.2),
+        side=-0.7,
+        page="damper",
+    ),
+    check=_check,
+)

@@ -1,0 +1,199 @@
+"""What every kind of element tells: its section of a file, its keys, its law, its words, its mark.
+
+A strut's law is a force along its way x, of rate v: it acts against the growth of x. Between points x is their distance
+s ≥ 0, and the force over s, which turns the way from one end to the other into a force, may have a value where s has
+no direction: such a law gives it by s² itself.
+
+    force      F(x, v), N or N m            over       F / s by s², N/m
+    energy     E(x), with F = dE/dx, J      stored     E by s², J; zero where the force of x is
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+from symdyn.graph import Expr, Graph
+from symdyn.scene.element import Element
+from symdyn.scene.forces.level import level_normal
+from symdyn.scene.made_names import Names
+from symdyn.scene.model import Parameter, Point, Scene
+from symdyn.scene.quantity import Quantity, Vector
+from symdyn.scene.table import Faults, Table
+from symdyn.scene.value import Value
+from symdyn.spatial import Transform, Vec
+
+PARAMETERS, MOTION, TIME = range(3)
+"""What a formula may name: parameters alone, coordinates and velocities too, and t too."""
+
+
+@dataclass(frozen=True)
+class Scope:
+    """What the tables of elements are read with.
+
+    Attributes:
+        points: the scene's, by name.
+        gravity, parameters: of the scene; they decide what is level.
+    """
+
+    points: Mapping[str, Point]
+    gravity: Vector
+    parameters: Sequence[Parameter]
+
+    @cached_property
+    def level(self) -> Vector | str:
+        """The normal of level ground; or why there is none, for a message."""
+        return level_normal(self.gravity, self.parameters)
+
+
+@dataclass(frozen=True)
+class Stand:
+    """Where an element stands while it is checked.
+
+    Attributes:
+        where: for messages.
+        scene: in declared order, not yet checked.
+        values: of its parameters.
+        faults: takes what is wrong.
+    """
+
+    where: str
+    scene: Scene
+    values: Mapping[str, Value]
+    faults: Faults
+
+    def fault(self, what: str) -> None:
+        """Report a fault of this element."""
+        self.faults.add(self.where, what)
+
+
+class Part(Protocol):
+    """A part of a kind's table: some keys, and the fields of its noun that they fill."""
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The keys that it takes."""
+
+    def read(self, table: Table, scope: Scope) -> dict[str, Any]:
+        """Return the fields that a table says, every fault collected."""
+
+    def raw(self, one: Any, scope: Scope) -> dict[str, object]:
+        """Return what a table says of a noun; what has its default value is left out."""
+
+    def numbers(self, one: Any) -> Iterator[tuple[str, Quantity, int]]:
+        """Return every quantity with its key, and what it may name."""
+
+    def named(self, one: Any, what: str, letter: str, k: int, names: Names) -> Any:
+        """Return the k-th noun of its section with names in place of its numbers; `what` is "geometry" or "forces"."""
+
+    def check(self, one: Any, stand: Stand) -> None:
+        """Report what is wrong in a noun."""
+
+
+@dataclass(frozen=True)
+class Pull:
+    """The law of a strut, see the module's legend; one with an energy belongs to P."""
+
+    force: Callable[[Any, Expr, Expr], Expr]
+    energy: Callable[[Any, Expr], Expr] | None = None
+    over: Callable[[Any, Expr], Expr] | None = None
+    stored: Callable[[Any, Expr], Expr] | None = None
+
+
+@dataclass(frozen=True)
+class Push:
+    """The law of a load: its force and couple along the axes of its frame, N and N m."""
+
+    wrench: Callable[[Any, Graph], tuple[Vec, Vec]]
+
+
+@dataclass(frozen=True)
+class Forbid:
+    """The law of a row that is a formula, linear in the velocities, that vanishes."""
+
+    formula: Callable[[Any], Quantity]
+
+
+@dataclass(frozen=True)
+class Touch:
+    """The law of a row that is a contact of a place P with a plane; X places the frame at P in that of the plane.
+
+    w is the sine of the angle between the axis of a wheel and the normal; one where there is no such axis.
+
+    Attributes:
+        lean: the cross product of axis and normal, unit vectors, whose length is w; None where there is no such axis.
+        wrenches: what the plane can exert at P without working, axes of the plane's body, from X and w.
+        height: of what touches over the plane, m, from X and w.
+        closes: for each of the wrenches whether it holds a position, which is the height.
+        words: of each of them; "" where a direction says it.
+    """
+
+    lean: Callable[[Any, Transform], Vec | None]
+    wrenches: Callable[[Any, Transform, Expr], tuple[tuple[Vec, Vec], ...]]
+    height: Callable[[Any, Transform, Expr], Expr]
+    closes: Callable[[Any], tuple[bool, ...]]
+    words: Callable[[Any], tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Mark:
+    """How a strut is drawn: lines from one end to the other, or a curl around a joint that turns.
+
+    Attributes:
+        strokes: the width of some lines, and their points: the share of the way, and how far they are beside it, in
+            halves of a mark.
+        curl: radius and angle of both ends of a curve around a joint, in sizes of a mark and radians, and its width.
+        side: how far it is beside the axis of a slide, in sizes of a mark.
+        page: the drawing that stands for it on pages of lessons: "spring" or "damper".
+        has_length: whether the position of a slide is a length of it, so that it begins at the joint's zero.
+    """
+
+    strokes: tuple[tuple[float, tuple[tuple[tuple[float, float], ...], ...]], ...]
+    curl: tuple[tuple[float, float], tuple[float, float], float]
+    side: float
+    page: str
+    has_length: Callable[[Any], bool] = lambda one: False
+
+
+@dataclass(frozen=True)
+class Rim:
+    """How a contact is drawn that rolls: the circle of its radius about its axis, a ball's from everywhere."""
+
+
+Law = Pull | Push | Forbid | Touch
+
+
+@dataclass(frozen=True)
+class ForceKind:
+    """One kind of element.
+
+    Attributes:
+        section: the tables of a file that declare it, such as "springs"; kinds that share one are told apart by `type`,
+            and the first of them needs none.
+        noun: makes an element of its name and of the fields that its parts read.
+        letter: in names that are made up for its places.
+        parts: its ends and its keys, as they are written.
+        needs: keys of which one must be given.
+        missing: what is said where none is.
+        law: what it does.
+        says: its law in words, for tables.
+        words: its name by language.
+        lost: what it is, said where a format does not hold it.
+        mark: how it is drawn; None for what a picture draws alike for all, as the arrow of a load.
+        check: reports what is wrong beside what its parts find.
+    """
+
+    section: str
+    noun: Callable[..., Element]
+    letter: str
+    parts: tuple[Part, ...]
+    needs: tuple[str, ...]
+    missing: str
+    law: Law
+    says: Callable[[Any], str]
+    words: Mapping[str, str]
+    lost: str
+    mark: Mark | Rim | None = None
+    check: Callable[[Any, Stand], None] | None = None

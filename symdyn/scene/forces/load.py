@@ -1,0 +1,60 @@
+"""A load: a wrench on a body."""
+
+from __future__ import annotations
+
+from symdyn.graph import Graph
+from symdyn.scene.element import Load
+from symdyn.scene.forces.ends import AtBody
+from symdyn.scene.forces.keys import VECTOR, Key, choice
+from symdyn.scene.forces.kind import TIME, ForceKind, Push, Stand
+from symdyn.scene.model import GROUND
+from symdyn.scene.quantity import NULL, Vector, express
+from symdyn.scene.spelling import spell
+from symdyn.spatial import Vec
+
+
+def _wrench(load: Load, graph: Graph) -> tuple[Vec, Vec]:
+    return _vector(load.force, graph), _vector(load.couple, graph)
+
+
+def _vector(vector: Vector, graph: Graph) -> Vec:
+    x, y, z = (express(entry, graph) for entry in vector)
+    return (x, y, z)
+
+
+def _check(load: Load, stand: Stand) -> None:
+    if load.place.body == GROUND:
+        stand.fault(f"acts on {GROUND}, which does not move; name a body")
+
+
+def _says(load: Load) -> str:
+    force, couple = (f"({', '.join(map(spell, vector))})" for vector in (load.force, load.couple))
+    return f"force {force}, couple {couple}, axes of the {load.frame}"
+
+
+LOAD = ForceKind(
+    section="loads",
+    noun=Load,
+    letter="w",
+    parts=(
+        AtBody(),
+        Key(
+            "force",
+            VECTOR,
+            silent=lambda load: load.force == NULL and load.couple != NULL,
+            letters=("Fx", "Fy", "Fz"),
+            unit="N",
+            text="force",
+            names=TIME,
+        ),
+        Key("couple", VECTOR, NULL, letters=("Cx", "Cy", "Cz"), unit="N m", text="couple", names=TIME),
+        Key("frame", choice("ground", "body"), "ground"),
+    ),
+    needs=("force", "couple"),
+    missing="has neither force nor couple; write one, such as force = [0, 0, 10]",
+    law=Push(_wrench),
+    says=_says,
+    words={"en": "load", "sk": "zaťaženie"},
+    lost="a wrench, which acts in the equations",
+    check=_check,
+)

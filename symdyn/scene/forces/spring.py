@@ -1,0 +1,149 @@
+"""A spring: preload + k1 x + k2 x² + … along the way x from its free length, at a joint or between two points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import comb, pi
+
+from symdyn.graph import Expr, Graph
+from symdyn.scene.element import Strut
+from symdyn.scene.forces.ends import Ends
+from symdyn.scene.forces.keys import COEFFICIENTS, NUMBER, Key
+from symdyn.scene.forces.kind import ForceKind, Mark, Pull
+from symdyn.scene.quantity import ZERO, Quantity, express
+from symdyn.scene.spelling import spell
+
+
+@dataclass(frozen=True)
+class Spring(Strut):
+    """A spring: force = preload + k1 x + k2 x² + …, x the way from `free`; its energy belongs to P.
+
+    At a joint, x is its position less `free`, and the force opposes it; between points, x is their distance less
+    `free`, and the force pulls them together.
+
+    Attributes:
+        stiffness: k1, k2, …; N/m or N m/rad, N/m² …
+        free: position or length at which the polynomial vanishes, rad or m.
+        preload: force at x = 0, N or N m.
+    """
+
+    stiffness: tuple[Quantity, ...] = ()
+    free: Quantity = ZERO
+    preload: Quantity = ZERO
+
+    kind = "spring"
+
+
+def _force(spring: Spring, x: Expr, v: Expr) -> Expr:
+    return _tension(spring, x - express(spring.free, x.graph))
+
+
+def _energy(spring: Spring, x: Expr) -> Expr:
+    return _stored(spring, x - express(spring.free, x.graph))
+
+
+def _tension(spring: Spring, way: Expr) -> Expr:
+    graph = way.graph
+    total, power = express(spring.preload, graph), way
+    for k in spring.stiffness:
+        total = total + express(k, graph) * power
+        power = power * way
+    return total
+
+
+def _stored(spring: Spring, way: Expr) -> Expr:
+    """Return preload x + k1 x²/2 + k2 x³/3 + …."""
+    graph = way.graph
+    total, power = express(spring.preload, graph) * way, way * way
+    for m, k in enumerate(spring.stiffness, 2):
+        total = total + express(k, graph) * power / m
+        power = power * way
+    return total
+
+
+def _over_distance(spring: Spring, square: Expr) -> Expr:
+    """Return F / s, a polynomial where the spring does not pull at s = 0, as one of free length zero does not."""
+    graph, terms = square.graph, _of_distance(spring, square.graph)
+    s = graph.sqrt(square)
+    if not terms[0].is_zero:
+        return _force(spring, s, graph.zero) / s
+    return graph.total(c * _power(s, square, m) for m, c in enumerate(terms[1:]))
+
+
+def _stored_between(spring: Spring, square: Expr) -> Expr:
+    """Return the energy by s²; zero where s is the free length."""
+    graph, terms = square.graph, _of_distance(spring, square.graph)
+    s, free = graph.sqrt(square), express(spring.free, graph)
+    if not terms[0].is_zero:
+        return _stored(spring, s - free)
+    ways = [c * _power(s, square, m) / m for m, c in enumerate(terms[1:], 2)]
+    return graph.total([*ways, _stored(spring, -free)])
+
+
+def _of_distance(spring: Spring, graph: Graph) -> list[Expr]:
+    """Return c with force = c_0 + c_1 s + c_2 s² + … in terms of the distance s."""
+    known = [express(x, graph) for x in (spring.preload, *spring.stiffness)]
+    free = express(spring.free, graph)
+    terms = []
+    for j in range(len(known)):
+        power, total = graph.one, graph.zero
+        for m in range(j, len(known)):
+            total = total + known[m] * comb(m, j) * power
+            power = -free * power
+        terms.append(total)
+    return terms
+
+
+def _power(s: Expr, square: Expr, m: int) -> Expr:
+    """Return s to the power m, by its square as far as that goes: a root has no slope at zero."""
+    result = s.graph.one if m % 2 == 0 else s
+    for _ in range(m // 2):
+        result = result * square
+    return result
+
+
+def _says(spring: Spring) -> str:
+    stiffness = ", ".join(map(spell, spring.stiffness))
+    return f"stiffness {stiffness}, free {spell(spring.free)}, preload {spell(spring.preload)}"
+
+
+COILS = 6
+
+ZIGZAG = (
+    (0.0, 0.0),
+    (0.15, 0.0),
+    *((0.15 + 0.7 * (k + 0.5) / (2 * COILS), float((-1) ** k)) for k in range(2 * COILS)),
+    (0.85, 0.0),
+    (1.0, 0.0),
+)
+
+SPRING = ForceKind(
+    section="springs",
+    noun=Spring,
+    letter="s",
+    parts=(
+        Ends(),
+        Key("stiffness", COEFFICIENTS, (), letters=("k",), text="stiffness", positive=True),
+        Key("free", NUMBER, ZERO, letters=("s",), text="free position"),
+        Key(
+            "preload",
+            NUMBER,
+            silent=lambda spring: spring.preload == ZERO and spring.stiffness,
+            letters=("p",),
+            text="preload",
+        ),
+    ),
+    needs=("stiffness", "preload"),
+    missing="stiffness is missing; write stiffness = 100, or a list of coefficients",
+    law=Pull(_force, _energy, _over_distance, _stored_between),
+    says=_says,
+    words={"en": "spring", "sk": "pružina"},
+    lost="a spring, which acts in the equations",
+    mark=Mark(
+        strokes=((1.6, (ZIGZAG,)),),
+        curl=((1.5, 0.0), (2.5, 4 * pi), 1.4),
+        side=0.7,
+        page="spring",
+        has_length=lambda spring: spring.free != ZERO,
+    ),
+)
