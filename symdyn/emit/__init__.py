@@ -3,6 +3,6 @@
 from symdyn.emit.door import TARGETS, emit
 from symdyn.emit.files import write
 from symdyn.emit.sources import Sources
-from symdyn.emit.target import Target
+from symdyn.emit.target import Draft, Target
 
-__all__ = ["TARGETS", "Sources", "Target", "emit", "write"]
+__all__ = ["TARGETS", "Draft", "Sources", "Target", "emit", "write"]

@@ -8,6 +8,7 @@ in the cache. Nothing is allocated line by line, and no text is compiled.
 
 from __future__ import annotations
 
+import builtins
 import keyword
 from collections.abc import Mapping
 from functools import cache, partial
@@ -46,8 +47,10 @@ NARROW = """    with numpy.errstate(over="ignore"):  # what is too large for the
         return numpy.fromiter(entries, numpy.float64).reshape(shape)"""
 """How floats of Python become numbers of the type; those of a narrower one may be too large for it."""
 
-KEYWORDS = frozenset((*keyword.kwlist, "collections", "functools", "math", "numpy"))
-"""Reserved words, and what the module imports."""
+BUILTINS = tuple(name for name in dir(builtins) if not name.startswith("_"))
+
+KEYWORDS = frozenset((*keyword.kwlist, *BUILTINS, "collections", "functools", "math", "numpy"))
+"""Reserved words, what is there unasked, and what the module imports."""
 
 
 def _write(draft: Draft) -> dict[str, str]:
