@@ -123,7 +123,7 @@ def test_what_a_joint_forbids(kind: str) -> None:
     joint = one.joints[1]
     motion = joint_motion(joint, graph)
     X = motion.placement
-    wrenches = JOINTS[kind].wrenches(joint, X)
+    wrenches = JOINTS[kind].forbids.wrenches(joint, X)
     twist = relative_twist(motion, graph)
     power = [dot(force, v) + dot(moment, w) for force, moment in wrenches for v, w in twist]
     known = state_of(one, graph, 3)
@@ -133,7 +133,7 @@ def test_what_a_joint_forbids(kind: str) -> None:
         return evaluate(nodes, Floats(), {x: known[x] for x in reachable(nodes) if x.op is Op.SYMBOL})
 
     assert len(wrenches) == CLASSES[kind]
-    assert values(list(JOINTS[kind].residual(joint, X))) == pytest.approx([0.0] * len(wrenches), abs=1e-14)
+    assert values(list(JOINTS[kind].forbids.residual(joint, X))) == pytest.approx([0.0] * len(wrenches), abs=1e-14)
     assert values(power) == pytest.approx([0.0] * len(power), abs=1e-14)
     if wrenches:
         assert np.linalg.matrix_rank(np.array(values(rows)).reshape(-1, 6)) == len(wrenches)
@@ -172,8 +172,8 @@ def test_residuals_change_as_the_wrenches_say(kind: str) -> None:
         moved = Transform(X.R, tuple(a + b for a, b in zip(X.p, small.p, strict=True)))
         if k > 2:  # a turn about the origin of the moved frame, axes of the joint frame
             moved = Transform((small @ X).R, X.p)
-        rate = value(list(JOINTS[kind].residual(joint, moved))) / float(step)
-        wrenches = JOINTS[kind].wrenches(joint, X)
+        rate = value(list(JOINTS[kind].forbids.residual(joint, moved))) / float(step)
+        wrenches = JOINTS[kind].forbids.wrenches(joint, X)
         power = value([(force if k < 3 else moment)[k % 3] for force, moment in wrenches])
         assert rate == pytest.approx(power, abs=1e-5)
 

@@ -63,7 +63,7 @@ def residuals(scene: Scene) -> list[float]:
     for loop in scene.loops:
         there = poses[loop.parent] @ placement(loop.origin, graph)
         here = poses[loop.child] @ placement(inverse(loop.tip), graph)
-        entries += JOINTS[loop.type].residual(loop, there.inverse() @ here)
+        entries += JOINTS[loop.type].forbids.residual(loop, there.inverse() @ here)
     placed = substitute(substitute(entries, at), {graph.symbol(name): x for name, x in known.items()})
     return evaluate(placed, Floats(), {})
 

@@ -231,7 +231,7 @@ def _transmitted(hinge: Hinge, body: str) -> list[Wrench]:
 
 def _unit_wrenches(hinge: Hinge) -> list[tuple[Array, Array]]:
     """Return the wrenches that the joint's kind can transmit, axes of the joint frame."""
-    given = JOINTS[hinge.joint.type].wrenches
+    given = JOINTS[hinge.joint.type].forbids
     if given is None:
         return []
     between = Frame(np.einsum("nji,njk->nik", hinge.fixed.R, hinge.moved.R), np.zeros_like(hinge.fixed.p))
@@ -241,7 +241,7 @@ def _unit_wrenches(hinge: Hinge) -> list[tuple[Array, Array]]:
     X = Transform(((*names[0:3],), (*names[3:6],), (*names[6:9],)), (*names[9:12],))  # type: ignore[arg-type]
     values = dict(zip(names, [*between.R[0].ravel().tolist(), *p.tolist()], strict=True))
     values |= {graph.symbol(name): 1.0 for one in quantities_in(hinge.joint.shape) for name in one.symbols}
-    pairs = given(hinge.joint, X)
+    pairs = given.wrenches(hinge.joint, X)
     flat = np.array(evaluate([x for force, moment in pairs for x in (*force, *moment)], Floats(), values))
     flat[np.abs(flat) < SMALL] = 0.0
     return [(flat[k : k + 3], flat[k + 3 : k + 6]) for k in range(0, len(flat), 6)]

@@ -106,8 +106,8 @@ def check_blocks() -> None:
     np.testing.assert_allclose(total, total[0], rtol=1e-9)
 
 
-def check_wrenches() -> None:
-    """Every law holds, reactions too: what the joint transmits does no work on it."""
+def check_forbids() -> None:
+    """Every law holds, reactions too; a loop that it closes leaves one freedom, along which x = r φ."""
     scene = read_text(TREE)
 
     assert symdyn.certify(scene).passed
@@ -117,11 +117,7 @@ def check_wrenches() -> None:
     assert r"force F_{\mathrm{mesh},3}" in shown  # that of the teeth, with its moment
     assert "couple M" in shown
 
-
-def check_residual() -> None:
-    """A loop that it closes leaves one freedom, along which x = r φ."""
     scene = read_text(LOOP)
-
     assert mobility(scene).by_rank == 1
     motion = simulate(scene, until=0.5)
     np.testing.assert_allclose(motion.q[:, 0], R * motion.q[:, 2], atol=1e-8)
@@ -151,12 +147,12 @@ def check_held() -> None:
 
 
 CHECKS = {
-    "keys": check_keys, "blocks": check_blocks, "wrenches": check_wrenches, "residual": check_residual,
+    "keys": check_keys, "blocks": check_blocks, "forbids": check_forbids,
     "words": check_words, "mark": check_mark, "held": check_held,
 }  # fmt: skip
 
 GONE = {
-    "keys": (), "blocks": lambda joint: (), "wrenches": None, "residual": None,
+    "keys": (), "blocks": lambda joint: (), "forbids": None,
     "words": {}, "mark": Mark(()), "held": lambda joint, position: (),
 }  # fmt: skip
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Joint, Quantity, express, folding, number
-from symdyn.scene.joints import JOINTS, Block, JointKind, Key, Mark, Motion, Move, Part, Wrench
+from symdyn.scene.joints import JOINTS, Block, Forbids, JointKind, Key, Mark, Motion, Move, Part, Wrench
 from symdyn.scene.joints.constraints import everywhere, forces, leaning, moments, offsets
 from symdyn.scene.table import Table
 from symdyn.spatial import Transform, dot, scale, unit_transform
@@ -52,8 +52,7 @@ def _held(joint: Joint, angle: Quantity) -> tuple[tuple[str, Quantity], ...]:
 JOINTS["rack_and_pinion"] = JointKind(
     keys=(RADIUS,),
     blocks=_blocks,
-    wrenches=_wrenches,
-    residual=_residual,
+    forbids=Forbids(_wrenches, _residual),
     words={"en": "rack and pinion", "sk": "pastorok na ozubenom hrebeni"},
     mark=Mark((Part("rail", way="x"), Part("cylinder", 0.5, "z")), flat=(Part("rail", way="x"), Part("ring"))),
     held=_held,

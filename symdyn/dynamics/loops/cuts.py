@@ -58,17 +58,16 @@ def cuts(scene: Scene, graph: Graph) -> list[Cut]:
 
 def _joint(joint: Joint, graph: Graph) -> Cut:
     kind = JOINTS[joint.type]
-    wrenches, residual = kind.wrenches, kind.residual
-    assert wrenches, "the scene's check refuses loops of joints whose wrenches have no formula"
-    assert residual, "what has wrenches has a residual"
+    forbids = kind.forbids
+    assert forbids, "the scene's check refuses loops of joints that forbid what has no formula"
     return Cut(
         joint.name,
         joint.parent,
         placement(joint.origin, graph),
         joint.child,
         placement(joint.tip, graph).inverse(),
-        lambda X: wrenches(joint, X),
-        lambda X: residual(joint, X),
+        lambda X: forbids.wrenches(joint, X),
+        lambda X: forbids.residual(joint, X),
         (True,) * kind.class_t(joint),
         joint,
     )

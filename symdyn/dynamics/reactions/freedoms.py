@@ -51,7 +51,7 @@ def reactions_of(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
     out are those that the drives themselves have large, else a combination of the others would be a drive.
     """
     kind = JOINTS.get(hinge.joint.type)  # a contact has none
-    if kind is None or kind.wrenches:
+    if kind is None or kind.forbids:
         return hinge.wrenches
     axes = everywhere(hinge.graph)
     units, D = forces(*axes) + moments(*axes), drives(hinge, samples)

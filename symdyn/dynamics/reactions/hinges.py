@@ -152,8 +152,8 @@ def _of_tree(joint: Joint, number: dict[str, int], velocities: dict[str, int], g
     rates = tuple(ratio * graph.symbol(name) for name in names)
     numbers = tuple(velocities[name] for name in names)
     origin, tip = placement(joint.origin, graph), placement(joint.tip, graph)
-    given = JOINTS[joint.type].wrenches
-    wrenches = given(joint, X) if given else ()
+    forbids = JOINTS[joint.type].forbids
+    wrenches = forbids.wrenches(joint, X) if forbids else ()
     ends = (number[joint.parent], number[joint.child])
     return Hinge(joint, *ends, origin, X, tip, ratio, wrenches, numbers, tuple(S), rates)
 

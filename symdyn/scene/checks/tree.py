@@ -98,7 +98,7 @@ def check_loops(draft: Draft, faults: Faults) -> None:
             both = f'"{joint.parent}" and "{joint.child}"'
             faults.add(where, f"joins {both}, which fixed joints make one body; close the loop between two bodies")
         kind = JOINTS[joint.type]
-        if kind.wrenches is None:
+        if kind.forbids is None:
             advice = "since what it forbids has no formula; cut another joint"
             faults.add(where, f"a {joint.type} joint closes no loop, {advice}")
         elif not kind.class_t(joint):

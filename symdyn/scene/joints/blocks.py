@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from symdyn.graph import Expr, Graph, gradient
+from symdyn.scene.joints.key import ORIENTATION
 from symdyn.scene.joints.kind import Block, Gimbal, Motion, Move
-from symdyn.scene.model import Pose
+from symdyn.scene.model import Joint, Pose
 from symdyn.scene.quantity import ONE, PI, ZERO, Quantity, Vector, express
 from symdyn.spatial import (
     Mat,
@@ -105,20 +108,24 @@ def along(axis: Vector, *blocks: Block) -> tuple[Block, ...]:
     return (aligned(axis), *blocks, aligned(axis, back=True))
 
 
-def orientation(description: str) -> tuple[Block, ...]:
-    """Return a spherical motion: "quaternion", or three turns about moving axes, such as "zyx"."""
-    return (BALL,) if description == "quaternion" else tuple(turn(AXES[letter]) for letter in description)
+def orientation(joint: Joint) -> tuple[Block, ...]:
+    """Return a spherical motion as the joint describes it: a quaternion, or three turns about moving axes."""
+    described = ORIENTATION.of(joint)
+    return (BALL,) if described == ORIENTATION.default else tuple(turn(AXES[letter]) for letter in described)
 
 
-def gimbals(description: str, first: int) -> tuple[Gimbal, ...]:
-    """Return the angles of a spherical motion whose coordinates begin at `first`; a quaternion has none."""
-    if description == "quaternion":
-        return ()
-    another = "zyx" if description[0] == description[2] else "zxz"
-    remedy = f'describe it by orientation = "quaternion", or by another sequence such as "{another}"'
-    return (
-        Gimbal(first, description, "the axes of {0} and {1} are parallel, so that the angles are singular", remedy),
-    )
+def gimbals(first: int) -> Callable[[Joint], tuple[Gimbal, ...]]:
+    """Return the angles of joints with a spherical motion whose coordinates begin at `first`; a quaternion has none."""
+
+    def found(joint: Joint) -> tuple[Gimbal, ...]:
+        axes = ORIENTATION.of(joint)
+        if axes == ORIENTATION.default:
+            return ()
+        another = "zyx" if axes[0] == axes[2] else "zxz"
+        remedy = f'describe it by orientation = "quaternion", or by another sequence such as "{another}"'
+        return (Gimbal(first, axes, "the axes of {0} and {1} are parallel, so that the angles are singular", remedy),)
+
+    return found
 
 
 def path(steps: Pose, names: tuple[str, ...], units: tuple[str, ...]) -> Block:

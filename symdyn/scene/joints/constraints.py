@@ -11,9 +11,39 @@ from __future__ import annotations
 
 from symdyn.graph import Expr, Graph
 from symdyn.scene.joints.blocks import towards, unit
-from symdyn.scene.joints.kind import Wrench
+from symdyn.scene.joints.kind import Forbids, Wrench
+from symdyn.scene.model import Joint
 from symdyn.scene.quantity import Vector
 from symdyn.spatial import Transform, Vec, add, apply, cross, dot, scale, transpose, zero_vector
+
+
+def forbidding(shifts: str, turns: str = "none") -> Forbids:
+    """Return what a joint forbids that takes away shifts and turns: those "along" or "across" its axis, or "all".
+
+    Turns are "all", those about directions "across" the axis, or "none". Forces and moments are along the same ones.
+    """
+
+    def wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
+        graph = X.p[0].graph
+        return forces(*chosen(shifts, joint, graph)) + moments(*chosen(turns, joint, graph))
+
+    def residual(joint: Joint, X: Transform) -> tuple[Expr, ...]:
+        graph = X.p[0].graph
+        gone = offsets(X, *chosen(shifts, joint, graph))
+        if turns == "all":
+            return gone + turned(X)
+        x, y, axis = directions(joint.axis, graph)
+        return gone + (leaning(X, axis, x, y) if turns == "across" else ())
+
+    return Forbids(wrenches, residual)
+
+
+def chosen(which: str, joint: Joint, graph: Graph) -> tuple[Vec, ...]:
+    """Return the directions of the joint frame that a word means."""
+    if which in ("all", "none"):
+        return everywhere(graph) if which == "all" else ()
+    x, y, axis = directions(joint.axis, graph)
+    return (x, y) if which == "across" else (axis,)
 
 
 def directions(axis: Vector, graph: Graph) -> tuple[Vec, Vec, Vec]:

@@ -47,8 +47,7 @@ def _turned(joint: Joint) -> Joint:
 CUSTOM = JointKind(
     keys=(STEPS, UNITS),
     blocks=_blocks,
-    wrenches=None,
-    residual=None,
+    forbids=None,
     words={"en": "given by formulas", "sk": "dané vzorcami"},
     mark=Mark((Part("flight"), Part("diamond", 1.35))),
     turned=_turned,

@@ -11,7 +11,7 @@ from symdyn.scene.joints.blocks import screw
 from symdyn.scene.joints.constraints import directions, forces, leaning, moments, offsets
 from symdyn.scene.joints.held import Steps, held
 from symdyn.scene.joints.key import AXIS, Key
-from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.kind import Block, Forbids, JointKind, Wrench
 from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.joints.turned import about_opposite
 from symdyn.scene.model import Joint
@@ -61,8 +61,7 @@ def _held(joint: Joint, angle: Quantity) -> Steps:
 HELICAL = JointKind(
     keys=(AXIS, PITCH),
     blocks=_blocks,
-    wrenches=_wrenches,
-    residual=_residual,
+    forbids=Forbids(_wrenches, _residual),
     words={"en": "helical", "sk": "skrutkové"},
     mark=Mark((Part("rail"), Part("cylinder", 2), Part("thread"))),
     turned=about_opposite,

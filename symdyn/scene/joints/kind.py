@@ -106,6 +106,21 @@ class Block:
 
 
 @dataclass(frozen=True)
+class Forbids:
+    """What joints of a type take away.
+
+    Attributes:
+        wrenches: what the parent can exert on the child without working: t wrenches at the origin of the moved joint
+            frame, axes of the joint frame, for the placement X of the one in the other.
+        residual: t numbers that vanish where X is a placement that the joint allows, m or 1; near such a placement
+            their rates are the powers of the wrenches per unit.
+    """
+
+    wrenches: Callable[[Joint, Transform], tuple[Wrench, ...]]
+    residual: Callable[[Joint, Transform], tuple[Expr, ...]]
+
+
+@dataclass(frozen=True)
 class Gimbal:
     """Two or three turns about moving axes that follow each other.
 
@@ -129,11 +144,7 @@ class JointKind:
     Attributes:
         keys: what it takes beside what every joint takes, such as a direction or a pitch.
         blocks: its parts, from the parent's side.
-        wrenches: what the parent can exert on the child without working: t wrenches at the origin of the moved joint
-            frame, axes of the joint frame, for the placement X of the one in the other; None where they have no
-            formula, so that joints of the type close no loop.
-        residual: t numbers that vanish where X is a placement that the joint allows, m or 1; near such a placement
-            their rates are the powers of the wrenches per unit; None where wrenches have no formula.
+        forbids: what it takes away; None where that has no formula, so that joints of the type close no loop.
         words: what it is called, by language.
         mark: what it looks like.
         ball: whether it is any rotation about a point, at which a rotor may be alike about all axes.
@@ -147,8 +158,7 @@ class JointKind:
 
     keys: tuple[Key[Any], ...]
     blocks: Callable[[Joint], tuple[Block, ...]]
-    wrenches: Callable[[Joint, Transform], tuple[Wrench, ...]] | None
-    residual: Callable[[Joint, Transform], tuple[Expr, ...]] | None
+    forbids: Forbids | None
     words: Mapping[str, str]
     mark: Mark
     turned: Callable[[Joint], Joint] | None = None
@@ -191,7 +201,7 @@ class JointKind:
 
     def pins(self, joint: Joint) -> bool:
         """Tell whether a joint keeps two points together: among what it transmits are forces in every direction."""
-        wrenches = self.wrenches(joint, unit_transform(Graph())) if self.wrenches else ()
+        wrenches = self.forbids.wrenches(joint, unit_transform(Graph())) if self.forbids else ()
         return sum(all(x.is_zero for x in moment) for _, moment in wrenches) == 3
 
     def class_t(self, joint: Joint) -> int:

@@ -11,7 +11,7 @@ from symdyn.scene.joints.blocks import AXES, gimbals, orientation, shift, turn
 from symdyn.scene.joints.constraints import forces
 from symdyn.scene.joints.held import Steps
 from symdyn.scene.joints.key import ORIENTATION, Key
-from symdyn.scene.joints.kind import Block, Gimbal, JointKind, Wrench
+from symdyn.scene.joints.kind import Block, Forbids, Gimbal, JointKind, Wrench
 from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import ZERO, Quantity, express
@@ -32,7 +32,7 @@ LENGTH = Key(
 
 def _blocks(joint: Joint) -> tuple[Block, ...]:
     rod = (turn(AXES["x"]), turn(AXES["y"]), shift(AXES["z"], LENGTH.of(joint)))
-    return (*rod, *orientation(ORIENTATION.of(joint)))
+    return (*rod, *orientation(joint))
 
 
 def _wrenches(joint: Joint, X: Transform) -> tuple[Wrench, ...]:
@@ -51,14 +51,13 @@ def _held(joint: Joint, position: Quantity) -> Steps:
 
 def _gimbals(joint: Joint) -> tuple[Gimbal, ...]:
     lies = "the rod lies along the axis of {0}, so that its angles are singular"
-    return (Gimbal(0, "xy", lies, "turn its joint frame by origin"), *gimbals(ORIENTATION.of(joint), 2))
+    return (Gimbal(0, "xy", lies, "turn its joint frame by origin"), *gimbals(2)(joint))
 
 
 ROD = JointKind(
     keys=(LENGTH, ORIENTATION),
     blocks=_blocks,
-    wrenches=_wrenches,
-    residual=_residual,
+    forbids=Forbids(_wrenches, _residual),
     words={"en": "rod between two points", "sk": "tyč medzi dvoma bodmi"},
     mark=Mark((Part("rod", 0.7),), sign="link"),
     held=_held,

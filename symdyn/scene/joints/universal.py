@@ -10,7 +10,7 @@ from symdyn.scene.folding import FormulaError
 from symdyn.scene.joints.blocks import turn, unit
 from symdyn.scene.joints.constraints import everywhere, forces, moments
 from symdyn.scene.joints.key import AXIS, Key
-from symdyn.scene.joints.kind import Block, JointKind, Wrench
+from symdyn.scene.joints.kind import Block, Forbids, JointKind, Wrench
 from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.joints.turned import opposite
 from symdyn.scene.model import Joint
@@ -68,8 +68,7 @@ def _amiss(joint: Joint) -> str:
 UNIVERSAL = JointKind(
     keys=(AXIS, SECOND),
     blocks=_blocks,
-    wrenches=_wrenches,
-    residual=_residual,
+    forbids=Forbids(_wrenches, _residual),
     words={"en": "universal", "sk": "kardanové"},
     mark=Mark((Part("arm", 1.7), Part("arm", 1.7, SECOND.name))),
     turned=_turned,
