@@ -60,7 +60,8 @@ class Loaded:
         Raises:
             KeyError: there is none; with the names of those that are there.
         """
-        found = self.calls.get(identifier(request))
+        names = dict(zip(self.requests, list(self.calls)[-len(self.requests) :], strict=False))
+        found = self.calls.get(names.get(request, identifier(request)))
         if found is None:
             raise KeyError(self._missing(request))
         return found

@@ -21,6 +21,9 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, growing, reachable
 from symdyn.scene import Scene
 
+TREE_NAME, TREE_TEXT = "tree_", "; of the spanning tree, as if nothing closed it"
+"""What the name and the text of an output say, where loops close a scene and it is what the tree alone would have."""
+
 
 @growing()
 def derive(
@@ -71,9 +74,11 @@ def _derived(workspace: Workspace, request: str, row: Output, place: str, road: 
     labels = tuple(axis(workspace) for axis in row.axes)
     assert prod(map(len, labels)) == len(entries), f"{request} by {road}: {len(entries)} entries for {labels}"
     unique = row.unique(workspace) if row.unique else ()
+    tree = row.in_loops == "tree" and scene.is_closed
+    text = row.text.format(name=place, **_terms(scene)) + (TREE_TEXT if tree else "")
     return Function(
-        name=request.replace(":", "_"),
-        text=row.text.format(name=place, **_terms(scene)) + _chosen(workspace, row) + _loose(labels, unique),
+        name=(TREE_NAME if tree else "") + request.replace(":", "_"),
+        text=text + _chosen(workspace, row) + _loose(labels, unique),
         arguments=arguments(workspace, (*row.arguments, *((TIME,) if _takes_time(workspace.graph, entries) else ()))),
         result=row.result,
         shape=tuple(map(len, labels)),

@@ -40,7 +40,7 @@ class Function:
     """One generated function: entries of an array as expressions of its arguments.
 
     Attributes:
-        name: as in generated code, e.g. "inverse_dynamics" or "pose_tool".
+        name: as in generated code, e.g. "inverse_dynamics", "pose_tool", or "tree_mass_matrix" of a scene with loops.
         text: what it computes, one line.
         arguments: in calling order; free parameters last, whether used or not.
         result: name of the result, e.g. "tau".
@@ -76,8 +76,8 @@ class Equations:
     closing: Closing = Closing()  # noqa: RUF009  frozen
 
     def __getitem__(self, name: str) -> Function:
-        """Return the function called `name`; KeyError if it was not derived."""
+        """Return the function called `name`, or asked for by it; KeyError if it was not derived."""
         for function in self.functions:
-            if function.name == name:
+            if name in (function.name, function.request):
                 return function
         raise KeyError(f"{name} was not derived; there are {', '.join(f.name for f in self.functions)}")

@@ -82,9 +82,9 @@ class Program:
     constants: Mapping[Expr, Fraction]
 
     def __getitem__(self, name: str) -> Routine:
-        """Return the routine called `name`; KeyError if there is none."""
+        """Return the routine called `name`, or asked for by it; KeyError if there is none."""
         for routine in self.routines:
-            if routine.function.name == name:
+            if name in (routine.function.name, routine.function.request):
                 return routine
         raise KeyError(f"no routine {name}; there are {', '.join(r.function.name for r in self.routines)}")
 

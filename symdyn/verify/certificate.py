@@ -245,17 +245,18 @@ def finite(value: Any) -> Any:
 
 def _positive_definite(program: Program, modules: dict[str, Any], seed: int, notes: list[str]) -> list[Finding]:
     """Return that M is positive definite at sampled states, where it should be and parameters have sensible values."""
-    functions = {routine.function.name: routine.function for routine in program.routines}
+    functions = {routine.function.request: routine.function for routine in program.routines}
     if not {"mass_matrix", "forward_dynamics"} <= functions.keys():
         return []
     if not all(parameter.positive for parameter in program.scene.free_parameters):
         notes.append("positive definiteness of M: left out, free parameters that are not declared positive")
         return []
     rng = random.Random(seed)
-    states = [sample(functions["mass_matrix"].arguments, rng, widen=1.0 + k % 4 * 8) for k in range(4 * STATES)]
+    mass = functions["mass_matrix"]
+    states = [sample(mass.arguments, rng, widen=1.0 + k % 4 * 8) for k in range(4 * STATES)]
     module = next(iter(modules.values()))  # whose own accuracy is measured
     with np.errstate(all="ignore"):
-        matrices = [module.mass_matrix(*state) for state in states]
+        matrices = [getattr(module, mass.name)(*state) for state in states]
     real = [M for M in matrices if np.isfinite(M).all()][:STATES]  # a formula may be real for some parameters only
     where = next((k for k, M in enumerate(real) if not _is_definite(M, program.scene.is_closed)), -1)
     verdict = UNDEFINED if not real else NUMERICAL if where < 0 else DIFFERENT
