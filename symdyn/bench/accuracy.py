@@ -139,7 +139,7 @@ def _positions(scene: Scene, seed: int) -> Positions:
     last = [f"jacobian:{point.name}" for point in scene.points] or [f"jacobian:{scene.bodies[-1].name}"]
     rows = ["constraint_jacobian"] if scene.is_closed else []
     program = lower(formulate(scene, ("mass_matrix", *last, *rows)))
-    module = run_python(emit(program, "numpy"))
+    module = run_python(emit(program))
     anywhere = positions_of(scene, seed)
     matrices = []
     for routine in program.routines:

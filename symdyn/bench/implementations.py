@@ -1,4 +1,4 @@
-"""Every way to call one function: the NumPy module, C by state, by block and by row, the ufunc; in both real types."""
+"""Every way to call one function: C by state, by block and by row, the ufunc, modules of other targets."""
 
 from __future__ import annotations
 
@@ -13,13 +13,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build import build, run_python
+from symdyn.build import RUNNERS, build
 from symdyn.build.extension import build_extension
 from symdyn.dynamics import Equations
-from symdyn.emit import Sources, emit
+from symdyn.emit import TARGETS, Sources, emit
 from symdyn.emit.c import BATCH, C
 from symdyn.emit.names import stem
-from symdyn.emit.python import NUMPY
 from symdyn.emit.real import REALS
 from symdyn.emit.render import render
 from symdyn.emit.ufunc import UFUNC
@@ -100,8 +99,10 @@ def implementations(
     program = lower(equations)
     derived += time.perf_counter() - start
     if everything:
-        for real in reals:
-            yield from _numpy(program, real, derived)
+        for name, runner in RUNNERS.items():
+            if runner.batches and name not in ON_MACHINES:
+                for real in reals:
+                    yield from _module(program, name, real, derived)
     for machine in machines:
         for real in reals if machine == "native" else reals[:1]:
             yield from _c(program, real, machine, derived)
@@ -111,13 +112,20 @@ def implementations(
             yield from _ufunc(program, reals, machine, derived)
 
 
-def _numpy(program: Program, real: str, derived: float) -> Iterator[Implementation]:
+ON_MACHINES = (C.name, UFUNC.name)
+"""Targets that are compiled for one machine or another, each with ways of its own."""
+
+
+def _module(program: Program, target: str, real: str, derived: float) -> Iterator[Implementation]:
     (routine,) = program.routines
+    if real not in TARGETS[target].reals:
+        return
     start = time.perf_counter()
-    sources = emit(program, NUMPY.name, real)
+    sources = emit(program, target, real, option=RUNNERS[target].many)
     generate = derived + time.perf_counter() - start
-    call = getattr(run_python(sources), sources.functions[0])
-    for way, single in (("NumPy module, one state", True), ("NumPy module, many states", False)):
+    call = getattr(RUNNERS[target].run(sources), sources.functions[0])
+    for states, single in (("one state", True), ("many states", False)):
+        way = f"{TARGETS[target].title} module, {states}"
         yield Implementation(routine, way, real, "", generate, None, _python(routine, call, real), single)
 
 

@@ -121,7 +121,7 @@ def calls(
     others = lower(Equations(scene, w.graph, tuple(derive_one(w, name) for name in beside)), passes=())
     if not compiled:
         return Calls(program, others, {"program": Interpreted(program)})
-    modules: dict[str, Any] = {"NumPy": run_python(emit(program, "numpy", real))}
+    modules: dict[str, Any] = {"NumPy": run_python(emit(program, real=real))}
     with suppress(MissingCompiler):
         modules["C"] = build(program, real=real)
     return Calls(program, others, modules)
