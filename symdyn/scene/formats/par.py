@@ -48,6 +48,8 @@ UNREAD_KEYS = (*SCALAR_KEYS, *WRENCH, "qp", "qdp", "k", "z")
 
 REVOLUTE, PRISMATIC, FIXED = 0, 1, 2
 
+TYPES = ("revolute", "prismatic", "fixed")
+
 _WORD = re.compile(r"(?<![\w.])[A-Za-z_]\w*")
 
 
@@ -170,7 +172,7 @@ class _Reader:
         theta = offset if frame.sigma == REVOLUTE else self.value("theta", j)
         r = offset if frame.sigma == PRISMATIC else self.value("r", j)
         table: dict[str, object] = {
-            "type": ("revolute", "prismatic", "fixed")[frame.sigma],
+            "type": TYPES[frame.sigma],
             "parent": bodies[frame.ant],
             "child": bodies[frame.j],
             "origin": self.placement(j, theta, r),
@@ -201,7 +203,7 @@ class _Reader:
             self.parameters.update(dict.fromkeys(amounts[key].symbols))
         back = self.placement(other, self.value("theta", other), self.value("r", other))
         return {
-            "type": ("revolute", "prismatic", "fixed")[sigma],
+            "type": TYPES[sigma],
             "parent": bodies[self.whole("ant", j, 0, n)],
             "child": bodies[self.whole("ant", other, 0, n)],
             "origin": self.placement(j, amounts["theta"], amounts["r"]),

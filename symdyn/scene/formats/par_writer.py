@@ -15,9 +15,11 @@ from fractions import Fraction
 from symdyn.errors import SceneError
 from symdyn.scene import folding
 from symdyn.scene.formats.losses import lost_words
+from symdyn.scene.formats.par import FIXED, TYPES
 from symdyn.scene.formats.par_frames import Row, rows
 from symdyn.scene.formats.par_links import INERTIAL, NOTHING, Link, link
 from symdyn.scene.formats.placing import angle_text
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.mapping import substituted
 from symdyn.scene.model import GROUND, Joint, Limits, Parameter, Pose, Scene
 from symdyn.scene.quantity import ZERO, Quantity, Vector, symbol
@@ -26,7 +28,7 @@ from symdyn.scene.spelling import spell
 from symdyn.scene.turns import Step, inverse, towards
 
 ANGLES = ("gamma", "alpha", "theta")
-SIGMA = {"revolute": "0", "prismatic": "1", "fixed": "2"}
+SIGMA = {kind: str(sigma) for sigma, kind in enumerate(TYPES)}
 
 
 @dataclass(frozen=True)
@@ -113,7 +115,7 @@ def _frames(scene: Scene) -> list[Frame]:
         ant = number[joint.parent]
         for k, row in enumerate(path[:-1], start=1):
             names = [_fresh(f"{name}_frame{k}", taken) for name in (body.name, joint.name)]
-            frames.append(Frame(names[0], names[1], ant, SIGMA["fixed"], row))
+            frames.append(Frame(names[0], names[1], ant, str(FIXED), row))
             ant = len(frames)
         behind[body.name] = after if joint.moves else ()
         inertial = link(body, behind[body.name])
@@ -124,7 +126,7 @@ def _frames(scene: Scene) -> list[Frame]:
 
 def _hides_coordinate(joint: Joint, row: Row) -> bool:
     """Whether symbols would stand beside the coordinate, so that a reader could not tell which of them moves."""
-    offset = row.theta if joint.type == "revolute" else row.r
+    offset = row.r if JOINTS[joint.type].slides(joint) else row.theta
     return joint.moves and bool(offset.symbols)
 
 

@@ -25,6 +25,8 @@ from symdyn.scene.formats.floating import free_base
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.turned import Entries, turned
 from symdyn.scene.formats.xml import Element, read_xml
+from symdyn.scene.joint_table import STAND_IN
+from symdyn.scene.joints import AXIS, JOINTS
 from symdyn.scene.model import GROUND
 from symdyn.scene.names import listed, suggestion
 from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector
@@ -40,6 +42,9 @@ TYPES = {
     "floating": "free",
     "planar": "planar",
 }
+
+SEVERAL = ("floating", "planar")
+"""Joints of several coordinates."""
 
 X_AXIS: Vector = (ONE, ZERO, ZERO)
 
@@ -203,8 +208,9 @@ class _Robot:
 
     def _joint(self, where: str, name: str, joint: Element) -> dict[str, object]:
         origin = joint.first("origin")
+        kind = self._type(where, joint)
         table: dict[str, object] = {
-            "type": self._type(where, joint),
+            "type": kind,
             "parent": self._end(where, joint, "parent"),
             "child": self._end(where, joint, "child"),
             "origin": {
@@ -214,16 +220,18 @@ class _Robot:
         }
         dynamics = joint.first("dynamics")
         losses = {} if dynamics is None else self._losses(where, dynamics)
-        if table["type"] == "fixed":
+        if kind == "fixed":
             for key in ("damping", "friction"):
                 if losses.get(key, ZERO) != ZERO:
                     self._note(f"{key} of a fixed joint is left out", name)
             if joint.first("mimic") is not None:
                 self._note("mimic of a fixed joint is left out", name)
             return table
-        if table["type"] in ("free", "planar"):
-            return table | self._several(name, joint, where) | losses
-        table["axis"] = self.attributes.vector(where, joint.first("axis"), "xyz", X_AXIS)
+        if AXIS in JOINTS[kind].keys:
+            table["axis"] = self.attributes.vector(where, joint.first("axis"), "xyz", X_AXIS)
+        if joint.attributes.get("type") in SEVERAL:
+            self._several(name, joint)
+            return table | losses | {"drive": False}
         table.update(losses)
         if losses.get("damping", ZERO) != ZERO:
             self._note("damping enters the equations as -damping * rate", name)
@@ -233,21 +241,18 @@ class _Robot:
             table["mimic"] = self._mimic(where, joint, mimic)
         return table
 
-    def _several(self, name: str, joint: Element, where: str) -> dict[str, object]:
-        """Return the keys of a joint with several coordinates, which nothing drives."""
+    def _several(self, name: str, joint: Element) -> None:
+        """Note what is left out of a joint with several coordinates, which nothing drives."""
         for tag in ("limit", "mimic"):
             if joint.first(tag) is not None:
                 self._note(f"{tag} of a joint with several coordinates is left out", name)
-        if joint.attributes.get("type") == "floating":
-            return {"drive": False}
-        return {"drive": False, "axis": self.attributes.vector(where, joint.first("axis"), "xyz", X_AXIS)}
 
     def _type(self, where: str, joint: Element) -> str:
         given = self.attributes.text(where, joint, "type", f"write one of {', '.join(TYPES)}")
         if given and given not in TYPES:
             near = suggestion(given, TYPES)
             self.faults.add(where, f"type={show(given)} is not a joint of URDF; {near}")
-        return TYPES.get(given, "revolute")
+        return TYPES.get(given, STAND_IN)
 
     def _end(self, where: str, joint: Element, key: str) -> str:
         """Return the body that a joint hangs on, or carries."""

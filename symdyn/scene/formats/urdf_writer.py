@@ -17,8 +17,8 @@ from symdyn.scene.formats.losses import lost_words
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, xyz_rpy
 from symdyn.scene.formats.rounded import possible
-from symdyn.scene.formats.urdf import UNLIMITED
-from symdyn.scene.joints import ORIENTATION
+from symdyn.scene.formats.urdf import TYPES, UNLIMITED
+from symdyn.scene.joints import AXIS, JOINTS, ORIENTATION
 from symdyn.scene.model import GROUND, STANDARD_GRAVITY, Body, Joint, Pose, Scene
 from symdyn.scene.names import listed
 from symdyn.scene.physical import central_inertia
@@ -29,13 +29,7 @@ from symdyn.scene.value import Value, value_of
 
 INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
-KINDS = {
-    "revolute": "revolute",
-    "prismatic": "prismatic",
-    "fixed": "fixed",
-    "free": "floating",
-    "planar": "planar",
-}
+KINDS = {ours: next(word for word in TYPES if TYPES[word] == ours) for ours in dict.fromkeys(TYPES.values())}
 
 NEARLY_ONE = 1e-5
 """Lengths this close to 1 are those of unit vectors that were rounded; every reader makes them exact."""
@@ -84,7 +78,7 @@ def _lost(scene: Scene) -> list[str]:
             lost.append(f"{where}: drive = false: every joint of a URDF that moves is driven")
         if len(joint.coordinates) > 1 and any(joint.drives):
             lost.append(f"{where}: drives: no floating or planar joint of a URDF is driven")
-        if joint.type == "free" and ORIENTATION.of(joint) != "quaternion":
+        if ORIENTATION.of(joint) != ORIENTATION.default:
             lost.append(f'{where}: orientation = "{ORIENTATION.of(joint)}": it is read as a quaternion')
         if joint.armature != ZERO:
             lost.append(f"{where}: armature = {spell(joint.armature)}: there is no rotor inertia")
@@ -180,11 +174,11 @@ class _Writer:
         """Return the lines of a joint."""
         if not joint.moves:
             return self.fixed(joint.name, joint.parent, child, joint.origin)
-        if joint.type in ("free", "planar"):
+        if len(joint.coordinates) > 1:
             return self.several(joint, child)
         limits = joint.limits
         bounded = limits.lower is not None or limits.upper is not None
-        kind = "continuous" if joint.type == "revolute" and not bounded else joint.type
+        kind = KINDS[joint.type] if bounded or JOINTS[joint.type].slides(joint) else "continuous"
         inside = [f'<axis xyz="{self.axis(joint)}"/>']
         bounds = {"velocity": limits.velocity, "effort": limits.effort}
         if kind != "continuous":
@@ -201,7 +195,7 @@ class _Writer:
 
     def several(self, joint: Joint, child: str) -> list[str]:
         """Return the lines of a floating or planar joint."""
-        axis = [f'<axis xyz="{self.axis(joint)}"/>'] if joint.type == "planar" else []
+        axis = [f'<axis xyz="{self.axis(joint)}"/>'] if AXIS in JOINTS[joint.type].keys else []
         kind = KINDS[joint.type]
         return self.ends(joint.name, kind, joint.parent, child, joint.origin, [*axis, *self.dynamics(joint)])
 
@@ -238,9 +232,9 @@ class _Writer:
     def offset(self, joint: Joint) -> str:
         """Return the offset of a joint that follows another one, an angle if it turns."""
         assert joint.coupling is not None, "the joint follows another one"
-        if joint.type == "revolute":
-            return angle_text(known_angle(joint.coupling.offset, self.values))
-        return decimal_text(self.value(joint.coupling.offset))
+        if JOINTS[joint.type].slides(joint):
+            return decimal_text(self.value(joint.coupling.offset))
+        return angle_text(known_angle(joint.coupling.offset, self.values))
 
     def limit(self, key: str, quantity: Quantity | None) -> str:
         """Return a limit; the format demands a number where there is none."""
