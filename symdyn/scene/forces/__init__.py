@@ -7,7 +7,9 @@ from collections.abc import Iterable, Mapping
 from symdyn.scene.element import Element, Row, Strut
 from symdyn.scene.forces.contact import KNIFE_EDGE, ROLLING
 from symdyn.scene.forces.damper import DAMPER, Damper
+from symdyn.scene.forces.ends import AtBody, Ends
 from symdyn.scene.forces.formula import FORMULA
+from symdyn.scene.forces.keys import Key
 from symdyn.scene.forces.kind import (
     MOTION,
     PARAMETERS,
@@ -34,9 +36,12 @@ __all__ = [
     "MOTION",
     "PARAMETERS",
     "TIME",
+    "AtBody",
     "Damper",
+    "Ends",
     "Forbid",
     "ForceKind",
+    "Key",
     "Mark",
     "Pull",
     "Push",

@@ -1,0 +1,68 @@
+"""A force element from outside: a gas spring, whose gas keeps its temperature and pushes its ends apart.
+
+F = -charge / (x - dead)        E = -charge log(x - dead)        x: position of a joint, or distance of two points
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symdyn.graph import Expr, Op
+from symdyn.scene import FORCES, ForceKind, Pull, Quantity, Strut, express, spell
+from symdyn.scene.forces import Ends, Key, Mark, Stand
+from symdyn.scene.forces.keys import NUMBER
+from symdyn.scene.quantity import ZERO
+from symdyn.scene.value import value_of
+
+
+@dataclass(frozen=True)
+class GasSpring(Strut):
+    """A gas spring; `charge` is its pressure times its volume, J, `dead` its length where no gas is left, m."""
+
+    charge: Quantity = ZERO
+    dead: Quantity = ZERO
+
+    kind = "gas_spring"
+
+
+def _room(spring: GasSpring, x: Expr) -> Expr:
+    return x - express(spring.dead, x.graph)
+
+
+def _force(spring: GasSpring, x: Expr, v: Expr) -> Expr:
+    return -express(spring.charge, x.graph) / _room(spring, x)
+
+
+def _energy(spring: GasSpring, x: Expr) -> Expr:
+    return -express(spring.charge, x.graph) * x.graph.function(Op.LOG, _room(spring, x))
+
+
+def _check(spring: GasSpring, stand: Stand) -> None:
+    charge = value_of(spring.charge, stand.values)
+    if charge is not None and charge <= 0:
+        stand.fault(f"charge = {spell(spring.charge)} is that of no gas; give one above zero")
+
+
+FORCES["gas_spring"] = ForceKind(
+    section="gas_springs",
+    noun=GasSpring,
+    letter="gs",
+    parts=(
+        Ends(),
+        Key("charge", NUMBER, letters=("pv",), unit="J", text="charge", positive=True),
+        Key("dead", NUMBER, ZERO, letters=("dl",), unit="m", text="dead length"),
+    ),
+    needs=("charge",),
+    missing="charge is missing; write charge = 20, pressure times volume in joules",
+    law=Pull(_force, _energy),
+    says=lambda spring: f"charge {spell(spring.charge)}, dead {spell(spring.dead)}",
+    words={"en": "gas spring", "sk": "plynová pružina"},
+    lost="a gas spring, which acts in the equations",
+    mark=Mark(
+        strokes=((1.6, (((0.0, 0.0), (0.3, 0.0)), ((0.3, -1.0), (0.3, 1.0), (1.0, 1.0), (1.0, -1.0)))),),
+        curl=((1.6, 0.0), (2.2, 3.0), 2.4),
+        side=0.7,
+        page="damper",
+    ),
+    check=_check,
+)
