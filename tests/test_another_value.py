@@ -173,6 +173,20 @@ def test_a_value_that_spoils_a_decision_is_noticed_told_and_right() -> None:
     assert found.monitors["loops"] < 1e-10
 
 
+@pytest.mark.parametrize("name", ["four_bar", "rolling_disc", "governor"])
+def test_where_the_start_is_given_nothing_is_assembled(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, parameter = read(EXAMPLES / f"{name}.toml"), {"four_bar": "m2", "rolling_disc": "m", "governor": "k"}[name]
+    start = read_start(scene)
+    simulate(scene, until=0.3, method="dop853", start=start)
+    other = another(scene, parameter)
+    with monkeypatch.context() as patch:
+        patch.setattr("symdyn.simulation.decisions.close", None)
+        found = simulate(other, until=0.3, method="dop853", start=start)
+    fresh = simulate(of_numbers(other), until=0.3, method="dop853", start=start)
+
+    assert found.q == pytest.approx(fresh.q, abs=1e-8)
+
+
 def test_a_value_that_divides_by_zero_is_refused() -> None:
     scene = read(EXAMPLES / "pendulum.toml")
     simulate(scene, until=0.1)

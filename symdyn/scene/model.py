@@ -10,7 +10,7 @@ frame (the identity unless a standard Denavit-Hartenberg table or the user says 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -241,6 +241,16 @@ class Scene:
     loops: tuple[Joint, ...] = ()
     elements: tuple[Element, ...] = ()
     source: str = field(default="", compare=False)
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property  # what is kept by scenes asks for it many times
+    def _hash(self) -> int:
+        return hash(tuple(getattr(self, one.name) for one in fields(self) if one.compare))
+
+    def __getstate__(self) -> dict[str, object]:
+        return {one.name: getattr(self, one.name) for one in fields(self)}  # a hash of text is that of one process
 
     @cached_property  # these are asked for joint by joint
     def moving(self) -> tuple[Joint, ...]:

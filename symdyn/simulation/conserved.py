@@ -69,7 +69,7 @@ def candidates(w: Workspace, accelerations: Sequence[Expr], tabulated: bool) -> 
         tabulated: whether some driving force is a table, which has no formula.
     """
     scene, state = w.scene, w.state
-    if scene.loops or scene.rows or tabulated or not state.n:
+    if scene.is_closed or tabulated or not state.n:
         return Candidates(scene)
     momenta = list(derive_one(w, "momentum").entries)
     names = [f"momentum_{velocity.removesuffix('_dot')}" for velocity in scene.velocities]

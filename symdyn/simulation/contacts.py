@@ -12,11 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.dynamics.loops.closure import Closure, loose_rows
-from symdyn.dynamics.loops.numbers import Numbers
-from symdyn.scene import Row, Scene
-from symdyn.simulation.decisions import closure_of
+from symdyn.scene import Row
 from symdyn.simulation.multipliers import multipliers
+from symdyn.simulation.opened import numbers_at
+from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]
 
@@ -39,25 +38,27 @@ class Needed:
     friction: Array
 
 
-def needed(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau: Array) -> tuple[list[Needed], list[str]]:
+def needed(
+    system: StateEquations, t: Array, q: Array, u: Array, a: Array, tau: Array
+) -> tuple[list[Needed], list[str]]:
     """Return what contacts that hold a height need over a motion, and what is to be said of it.
 
     Args:
-        scene: the mechanism, its parameters bound.
+        system: the mechanism.
         t: times, s, shape (N,).
         q: positions, shape (N, nq).
         u: velocities, shape (N, nv).
         a: their rates, shape (N, nv).
         tau: driving forces, those of prescribed motions included, shape (N, nv).
     """
-    contacts = [row for row in scene.rows if row.touches]
+    contacts = [row for row in system.scene.rows if row.touches]
     if not contacts:
         return [], []
-    closure, numbers = closure_of(scene)
-    places = _places(closure, numbers)
-    labels = [numbers.constraints.labels[k] for k in loose_rows(numbers, closure.assembly)]
-    shared = {(label.owner, label.number) for label in labels if not label.loop}
-    sizes = multipliers(scene, t, q, u, a, tau)
+    labels, decisions = numbers_at(system.scene).constraints.labels, system.decisions
+    owners = {k: (label.owner, label.number) for k, label in enumerate(labels) if not label.loop}
+    places = {owners[k]: place for place, k in enumerate(decisions.kept) if k in owners}
+    shared = {owners[k] for k in decisions.loose if k in owners}
+    sizes = multipliers(system.scene, decisions, t, q, u, a, tau)
     found, notes = [], []
     for row in contacts:
         mine = {row.components[number]: k for (name, number), k in places.items() if name == row.name}
@@ -91,10 +92,3 @@ def _told(one: Needed, t: Array, size: float) -> list[str]:
         k = int(one.friction.argmax())
         notes.append(f"{where}: not to slip takes a friction coefficient of {one.friction[k]:.3g} at t = {t[k]:.6g} s")
     return notes
-
-
-def _places(closure: Closure, numbers: Numbers) -> dict[tuple[str, int], int]:
-    """Return the place among the kept rows of every contact's row, by its name and number."""
-    labels = numbers.constraints.labels
-    kept = [(labels[k], place) for place, k in enumerate(closure.kept)]
-    return {(label.owner, label.number): place for label, place in kept if not label.loop}

@@ -96,7 +96,7 @@ def simulate(
     forces = forces if isinstance(forces, Forces) else read_forces(scene, forces)
     formulas = (*stops, *reports)
     zeros, times, initial = _checked(scene, until, every, rtol, atol, formulas, method, start, start_rates, reactions)
-    system = state_equations(scene, forces, zeros)
+    system = state_equations(scene, forces, zeros, initial.q if isinstance(start, Start) else None)
     notes = (*initial.notes, *held(scene, forces, until), *system.notes)
     for note in notes:
         _tell(say, note)
@@ -129,7 +129,7 @@ def simulate(
             columns |= dict(zip(point_names(scene), system.tell("points", run.t, run.x).T, strict=True))
         if axes := axes_of(reactions, Faults("")):
             columns |= reaction_columns(scene, run.t, q, u, qdd, tau, given=True, axes=axes)
-        contacts, seen = needed(scene, run.t, q, u, qdd, tau)
+        contacts, seen = needed(system, run.t, q, u, qdd, tau)
     for one in contacts:
         monitors[f"normal_force {one.row.name}"] = float(one.normal.min())
         monitors[f"friction_coefficient {one.row.name}"] = float(one.friction.max())

@@ -14,12 +14,12 @@ from collections import Counter
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.dynamics.loops.closure import Closure, loose_rows
+from symdyn.dynamics.loops.closure import Closure
 from symdyn.dynamics.loops.numbers import Numbers
 from symdyn.program import formulate
 from symdyn.scene import Scene
 from symdyn.simulation.compiled import Compiled, compiled
-from symdyn.simulation.decisions import closure_of, decided
+from symdyn.simulation.decisions import Decisions, closure_of, decided
 from symdyn.simulation.kept import Kept
 from symdyn.simulation.opened import Opened, opened
 from symdyn.simulation.reading import TIME
@@ -34,11 +34,12 @@ REQUESTS = ("tree_forces", "constraint_jacobian")
 AXES = {"force along": "f", "moment about": "m"}
 
 
-def multipliers(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau: Array) -> Array:
+def multipliers(scene: Scene, decisions: Decisions, t: Array, q: Array, u: Array, a: Array, tau: Array) -> Array:
     """Return λ of the kept rows, N and N m, shape (N, rows).
 
     Args:
         scene: the mechanism, its parameters bound.
+        decisions: which rows are kept.
         t: times, s, shape (N,).
         q: positions, shape (N, nq).
         u: velocities, shape (N, nv).
@@ -46,7 +47,7 @@ def multipliers(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau: Array
         tau: driving forces, those of prescribed motions included, shape (N, nv).
     """
     open_scene = opened(scene)
-    made = _KEPT.get((open_scene.scene, decided(scene)), lambda: _compiled(open_scene))
+    made = _KEPT.get((open_scene.scene, decisions), lambda: _compiled(open_scene))
     calls, known, found = made.at(open_scene.values), {"q": q, "qd": u, "qdd": a, TIME: t}, {}
     for name in REQUESTS:
         values = calls[name](*(known[argument] for argument in made.takes(name)))
@@ -65,7 +66,7 @@ _KEPT: Kept[Compiled] = Kept()
 
 
 def multiplier_columns(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau: Array) -> dict[str, Array]:
-    """Return the multipliers of the kept rows as columns; arguments as for `multipliers`.
+    """Return the multipliers of the kept rows as columns; arguments as for `multipliers`, which decides by itself.
 
     They are called `multiplier_LOOP_fx_joint`, along x of the joint frame on the parent; `multiplier_LOOP_force` along
     a direction of its own, such as a rod's; `multiplier_CONTACT_normal`; `multiplier_ROW` of a formula.
@@ -75,8 +76,8 @@ def multiplier_columns(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau
     closure, numbers = closure_of(scene)
     if not closure.kept:
         return {}
-    loose = loose_rows(numbers, closure.assembly)
-    values = multipliers(scene, t, q, u, a, tau)
+    loose = decided(scene).loose
+    values = multipliers(scene, decided(scene), t, q, u, a, tau)
     names = [_name(scene, closure, numbers, k) for k in closure.kept]
     many, seen = Counter(names), Counter[str]()
     columns = {}

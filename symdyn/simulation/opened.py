@@ -6,6 +6,7 @@ values are part of the open scene, so that equations of another form are never t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -14,8 +15,9 @@ from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Closing
 from symdyn.dynamics.loops.numbers import Numbers, numbers_of
 from symdyn.errors import SimulateError
-from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import Scene, express, without_hidden_zeros
+from symdyn.graph import Expr, Graph, evaluate, reachable
+from symdyn.scene import Parameter, Scene, express, without_hidden_zeros
+from symdyn.scene.mapping import quantities_in
 from symdyn.simulation.reading import parameter_values
 
 
@@ -45,27 +47,61 @@ def opened(scene: Scene) -> Opened:
         SimulateError: one has no value, or none that is a real number.
     """
     parameter_values(scene)
-    scene, graph = without_hidden_zeros(scene), Graph()
-    parameters, values = [], {}
-    for p in scene.parameters:
-        assert p.value is not None, "all have values"
-        try:
-            value = express(p.value, graph)
-            (values[p.name],) = evaluate([value], Floats(), {})
-        except (ArithmeticError, ValueError):
-            raise SimulateError(f"{scene.name}: parameters.{p.name} has no real value") from None
-        parameters.append(p if _decides(value, graph) else replace(p, value=None))
-    return Opened(replace(scene, parameters=tuple(parameters)), values)
+    values = {p.name: _value(scene, p) for p in scene.parameters}
+    free = replace(scene, parameters=tuple(replace(p, value=None) for p in scene.parameters))
+    if _plain(free, values):
+        return Opened(free, values)
+    scene = without_hidden_zeros(scene)
+    parameters = tuple(p if _decides(p) else replace(p, value=None) for p in scene.parameters)
+    return Opened(replace(scene, parameters=parameters), values)
 
 
-def _decides(value: Expr, graph: Graph) -> bool:
+def _value(scene: Scene, p: Parameter) -> float:
+    assert p.value is not None, "all have values"
+    try:
+        return float(evaluate([express(p.value, Graph())], Floats(), {})[0])
+    except (ArithmeticError, ValueError):
+        raise SimulateError(f"{scene.name}: parameters.{p.name} has no real value") from None
+
+
+def _plain(free: Scene, values: Mapping[str, float]) -> bool:
+    """Tell whether values decide nothing about the form of equations, as far as doubles can tell."""
+    if any(abs(math.sin(2 * value)) < SMALL for value in values.values()):
+        return False
+    graph, formulas, order = _formulas(free)
+    try:
+        found = evaluate(formulas, Floats(), {graph.symbol(name): x for name, x in values.items()}, order)
+    except (KeyError, ArithmeticError, ValueError):  # of coordinates, or told where it is computed with
+        return False
+    return all(abs(x) > SMALL for x in found)
+
+
+@lru_cache(maxsize=16)
+def _formulas(free: Scene) -> tuple[Graph, list[Expr], list[Expr]]:
+    """Return the formulas in parameters that a scene holds, on a graph, and the order to evaluate them in."""
+    graph, names = Graph(), {p.name for p in free.parameters}
+    wanted = dict.fromkeys(one for one in quantities_in(free) if one.symbols and names.issuperset(one.symbols))
+    formulas = [express(one, graph) for one in wanted]
+    return graph, formulas, reachable(formulas)
+
+
+def _decides(p: Parameter) -> bool:
     """Tell whether a value decides the form of equations: zero does, and a right angle."""
+    graph = Graph()
+    value = express(p.value, graph)  # type: ignore[arg-type]
     return value.is_zero or graph.sin(value).is_zero or graph.cos(value).is_zero
+
+
+SMALL = 1e-9
+"""Values below it are looked at exactly, whether they are zero."""
 
 
 @lru_cache(maxsize=16)
 def _open_numbers(scene: Scene) -> Numbers:
-    return numbers_of(scene)
+    found = numbers_of(scene)
+    for one in (found, found.plain):  # copies share what was derived
+        one.derive()
+    return found
 
 
 def numbers_at(scene: Scene) -> Numbers:

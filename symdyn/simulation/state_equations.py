@@ -47,13 +47,13 @@ from symdyn.scene import Quantity, Scene, express
 from symdyn.simulation.closed import corrections, reach, row_rates, together
 from symdyn.simulation.compiled import Calls, Compiled, compiled
 from symdyn.simulation.conserved import Candidates, candidates
-from symdyn.simulation.decisions import Decisions, decided
+from symdyn.simulation.decisions import Decisions, decided, hold
 from symdyn.simulation.ends import ends
 from symdyn.simulation.forces import Forces
 from symdyn.simulation.functions import drive, function_of, points
 from symdyn.simulation.kept import Kept
 from symdyn.simulation.limits import Limit, limits_of
-from symdyn.simulation.opened import Opened, opened
+from symdyn.simulation.opened import Opened, numbers_at, opened
 from symdyn.simulation.reading import TIME
 
 Array = npt.NDArray[np.float64]
@@ -292,6 +292,7 @@ def state_equations(
     scene: Scene,
     forces: Forces = Forces(),  # noqa: B008  frozen
     events: Sequence[Quantity] = (),
+    start: Array | None = None,
 ) -> StateEquations:
     """Return the state equations of a scene under forces; those that were compiled for other values are taken again.
 
@@ -299,6 +300,7 @@ def state_equations(
         scene: the mechanism, its parameters bound.
         forces: driving forces.
         events: formulas in t, coordinates, velocities and parameters.
+        start: a position, shape (nq,), where it is known; a closed mechanism is assembled without.
 
     Raises:
         SimulateError: a parameter has no value, or nothing moves.
@@ -307,9 +309,9 @@ def state_equations(
     if not scene.velocities:
         opened(scene)
         raise SimulateError(f"{scene.name}: nothing moves: no joint has a coordinate")
-    decisions = decided(scene)
     asked = (opened(scene).scene, *_driven(forces), tuple(events))
     others = [one for one in _KEPT if one[:-1] == asked]
+    decisions = _still(scene, others[-1][-1] if others else None, start) or decided(scene)
     notes = () if not others or (*asked, decisions) in others else (decisions.instead_of(others[-1][-1]),)
     made = _KEPT.get((*asked, decisions), lambda: _written(scene, forces, tuple(events), decisions, ()))
     found = made.at(scene, forces, notes)
@@ -318,6 +320,12 @@ def state_equations(
         _KEPT.put((*asked, decisions), made)
         found = made.at(scene, forces, notes)
     return found
+
+
+def _still(scene: Scene, decisions: Decisions | None, start: Array | None) -> Decisions | None:
+    """Return decisions about a closed mechanism that were made for other values, if they hold at its start."""
+    known = decisions is not None and start is not None and scene.is_closed
+    return decisions if known and hold(decisions, numbers_at(scene), start) else None  # type: ignore[arg-type]
 
 
 def _driven(forces: Forces) -> tuple[tuple[tuple[int, Quantity], ...], tuple[int, ...]]:
@@ -370,7 +378,7 @@ def _written(
     if kept:
         functions.append(function_of(w, "momenta", [momenta.formulas[k] for k in kept]))
     rows, filled, dependent = 0, (), ()  # type: int, tuple[int, ...], tuple[int, ...]
-    if scene.loops or scene.rows:
+    if scene.is_closed:
         G = cheapest(w, "constraint_jacobian")
         rows = G.shape[0]
         filled = tuple(k for k, entry in enumerate(G.entries) if not entry.is_zero)

@@ -82,6 +82,10 @@ class Numbers:
             found.plain._spent = found._spent
         return found
 
+    def derive(self) -> None:
+        """Derive at once what is derived when it is first asked for, so that those bound to values share it."""
+        _ = self._rates, self._kinematic_map, self.angles, self.gauges
+
     @property
     def effort(self) -> int:
         """What has been spent on values, in nodes of the graph: a measure of time that every machine agrees on."""
