@@ -16,6 +16,7 @@ import sys
 import sysconfig
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -133,7 +134,7 @@ def write(door: str, scene: Path, folder: Path) -> list[Path]:
 @contextmanager
 def unescaped(name: str, instead: Any) -> Iterator[None]:
     """Let something stand in place of a function of `symdyn.emit.escape`, or of a check at the door, everywhere."""
-    from symdyn.emit import render
+    from symdyn.emit import TARGETS, render
 
     def holders(value: Any) -> list[Any]:
         ours = [module for key, module in sys.modules.items() if key.startswith("symdyn")]
@@ -144,12 +145,15 @@ def unescaped(name: str, instead: Any) -> Iterator[None]:
     assert original is not None, f"nothing is called {name}"
     for module in holders(original):
         setattr(module, name, instead)
+    rows = {key: row for key, row in TARGETS.items() if row.comment is original}
+    TARGETS.update({key: replace(row, comment=instead) for key, row in rows.items()})
     render._environment.cache_clear()
     try:
         yield
     finally:
         for module in holders(instead):  # with those that were imported meanwhile
             setattr(module, name, original)
+        TARGETS.update(rows)
         render._environment.cache_clear()
 
 
