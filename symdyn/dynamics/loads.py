@@ -21,7 +21,7 @@ from symdyn.graph import Expr, Graph, Op, gradient, tangents
 from symdyn.scene import FORCES, Friction, Joint, Load, Place, Push, Scene, Strut, express, pull_of
 from symdyn.scene.forces import elastic, resisting
 from symdyn.scene.quantity import ZERO
-from symdyn.spatial import Transform, Vec, apply, dot, sub
+from symdyn.spatial import Transform, Vec, Wrench, apply, dot, sub
 
 # Laws of force
 
@@ -207,14 +207,14 @@ def _work(load: Load, T: Transform, scene: Scene, graph: Graph) -> list[Expr]:
     return [dot(force, p) + dot(couple, w) for p, w in columns]
 
 
-def load_vectors(load: Load, graph: Graph) -> tuple[Vec, Vec]:
+def load_vectors(load: Load, graph: Graph) -> Wrench:
     """Return force and couple of a load along the axes of its frame, N and N m."""
     law = FORCES[load.kind].law
     assert isinstance(law, Push), "a load pushes"
     return law.wrench(load, graph)
 
 
-def placement_rates(T: Transform, scene: Scene, graph: Graph) -> list[tuple[Vec, Vec]]:
+def placement_rates(T: Transform, scene: Scene, graph: Graph) -> list[Wrench]:
     """Return (∂ṗ/∂u_i, ∂ω/∂u_i) of a placement for every velocity, ground frame, from ω̃ = Ṙ Rᵀ."""
     state = state_symbols(scene, graph)
     entries: Sequence[Expr] = (*T.p, *T.R[0], *T.R[1], *T.R[2])

@@ -23,9 +23,10 @@ from symdyn.dynamics.recursive.regroup import regroup
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.state import State, state_symbols
 from symdyn.dynamics.tree import Tree, build_tree
-from symdyn.dynamics.wrenches import Elastic, Wrench, body_wrenches, elastic, joint_forces
+from symdyn.dynamics.wrenches import Elastic, body_wrenches, elastic, joint_forces
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, without_hidden_zeros
+from symdyn.spatial import Wrench
 
 if TYPE_CHECKING:
     from symdyn.dynamics.reactions.hanging import Hanging

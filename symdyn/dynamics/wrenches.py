@@ -32,9 +32,7 @@ from symdyn.graph import Expr
 from symdyn.scene import Load, Place, Scene, Strut, express, pull_of, velocity_name
 from symdyn.scene.forces import elastic as struts
 from symdyn.scene.forces import resisting
-from symdyn.spatial import Transform, Vec, add, apply, apply_transposed, cross, dot, sub, zero_vector
-
-Wrench = tuple[Vec, Vec]  # moment about the origin of a frame, force
+from symdyn.spatial import Transform, Vec, Wrench, add, apply, apply_transposed, cross, dot, sub, zero_vector
 
 
 @dataclass(frozen=True)
@@ -110,8 +108,9 @@ def body_wrenches(scene: Scene, tree: Tree, lean: LeanTree) -> list[Wrench]:
     still = (zero_vector(tree.graph), zero_vector(tree.graph))
     wrench = [still] * len(lean.parent)
     for load in scene.loads:
-        i, (n, f) = _on_body(load, tree, lean)
-        wrench[i] = (add(wrench[i][0], n), add(wrench[i][1], f))
+        i, (f, n) = _on_body(load, tree, lean)
+        moment = add(wrench[i][1], n)
+        wrench[i] = (add(wrench[i][0], f), moment)
     return wrench
 
 
@@ -210,4 +209,4 @@ def _on_body(load: Load, tree: Tree, lean: LeanTree) -> tuple[int, Wrench]:
         force, couple = apply_transposed(lean.moved[0].R, force), apply_transposed(lean.moved[0].R, couple)
         for k in reversed(_path(lean, i)[:-1]):
             force, couple = lean.link[k].out(force), lean.link[k].out(couple)
-    return i, (add(couple, cross(point, force)), force)
+    return i, (force, add(couple, cross(point, force)))

@@ -5,6 +5,7 @@ from symdyn.spatial.rigid import Transform, elementary, unit_transform
 from symdyn.spatial.vector import (
     Mat,
     Vec,
+    Wrench,
     add,
     add_matrices,
     apply,
@@ -30,6 +31,7 @@ __all__ = [
     "Mat",
     "Transform",
     "Vec",
+    "Wrench",
     "add",
     "add_matrices",
     "apply",

@@ -6,6 +6,7 @@ from symdyn.graph import Expr, Graph, Scalar
 
 Vec = tuple[Expr, Expr, Expr]
 Mat = tuple[Vec, Vec, Vec]  # rows
+Wrench = tuple[Vec, Vec]  # force, moment
 
 
 def zero_vector(graph: Graph) -> Vec:

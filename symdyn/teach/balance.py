@@ -20,7 +20,7 @@ from symdyn.dynamics.reactions.freedoms import PLACES, TINY, drives
 from symdyn.dynamics.reactions.hinges import plus, power, times
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate
-from symdyn.scene.joints import Wrench
+from symdyn.spatial import Wrench
 from symdyn.teach.cut import cut
 from symdyn.teach.lesson import Prose, refuse_quaternions
 from symdyn.teach.looks import Name

@@ -15,8 +15,7 @@ from symdyn.dynamics.kinematics import centre_of_mass
 from symdyn.dynamics.reactions.bivectors import frames, inertia_bivector
 from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.graph import Expr, tangents
-from symdyn.scene.joints import Wrench
-from symdyn.spatial import Mat, Vec, apply_transposed, neg, scale, skew, sub
+from symdyn.spatial import Mat, Vec, Wrench, apply_transposed, neg, scale, skew, sub
 
 
 @dataclass(frozen=True)

@@ -24,10 +24,10 @@ from symdyn.dynamics.state import vector
 from symdyn.dynamics.tree import body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute, tangents
-from symdyn.scene.joints import Wrench
 from symdyn.spatial import (
     Inertia,
     Transform,
+    Wrench,
     add,
     add_matrices,
     apply,

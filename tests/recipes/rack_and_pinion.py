@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Joint, Quantity, express, folding, number
-from symdyn.scene.joints import JOINTS, Block, Forbids, JointKind, Key, Mark, Motion, Move, Part, Wrench
+from symdyn.scene.joints import JOINTS, Block, Forbids, JointKind, Key, Mark, Motion, Move, Part
 from symdyn.scene.joints.constraints import everywhere, forces, leaning, moments, offsets
 from symdyn.scene.table import Table
-from symdyn.spatial import Transform, dot, scale, unit_transform
+from symdyn.spatial import Transform, Wrench, dot, scale, unit_transform
 
 RADIUS = Key(
     "radius",

@@ -17,9 +17,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import JOINTS, Joint, Row, Scene
 from symdyn.scene.forces import Touch, touch_of
-from symdyn.spatial import Transform, Vec, dot, identity
-
-Wrench = tuple[Vec, Vec]
+from symdyn.spatial import Transform, Wrench, dot, identity
 
 
 @dataclass(frozen=True)

@@ -20,11 +20,11 @@ from symdyn.dynamics.reactions.hinges import Hinge, about, plus, times
 from symdyn.dynamics.reactions.members import acting, inertias, motions, placements
 from symdyn.dynamics.state import vector
 from symdyn.graph import Expr
-from symdyn.scene.joints import Wrench
 from symdyn.spatial import (
     Inertia,
     Transform,
     Vec,
+    Wrench,
     add,
     apply,
     apply_transposed,

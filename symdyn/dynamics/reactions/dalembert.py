@@ -38,9 +38,9 @@ from symdyn.dynamics.reactions.ties import (
 )
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
-from symdyn.scene.joints import Wrench
 from symdyn.spatial import (
     Vec,
+    Wrench,
     apply,
     cross,
     dot,

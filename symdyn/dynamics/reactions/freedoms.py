@@ -15,8 +15,9 @@ from symdyn.dynamics.reactions.hinges import Hinge, plus, power, times
 from symdyn.dynamics.reactions.samples import Samples
 from symdyn.dynamics.recursive.ldl import solve
 from symdyn.graph import Expr
-from symdyn.scene.joints import JOINTS, Wrench
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.constraints import everywhere, forces, moments
+from symdyn.spatial import Wrench
 
 TINY = 1e-9
 

@@ -18,8 +18,7 @@ from symdyn.dynamics.state import State
 from symdyn.dynamics.tree import Tree
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
-from symdyn.scene.joints import Wrench
-from symdyn.spatial import apply, neg
+from symdyn.spatial import Wrench, apply, neg
 
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.closure import Closure

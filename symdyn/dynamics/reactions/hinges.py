@@ -18,10 +18,10 @@ from symdyn.dynamics.loops.cuts import Cut, cuts
 from symdyn.dynamics.state import joint_motion, placement
 from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, JOINTS, Joint, Scene, express, velocity_name
-from symdyn.scene.joints import Wrench
 from symdyn.spatial import (
     Transform,
     Vec,
+    Wrench,
     add,
     apply,
     apply_transposed,

@@ -17,11 +17,11 @@ from symdyn.dynamics.state import State, joint_motion, joint_position, vector
 from symdyn.dynamics.tree import Tree, body_inertia
 from symdyn.graph import Expr, tangents
 from symdyn.scene import GROUND, Place, Scene, express, pull_of
-from symdyn.scene.joints import Wrench
 from symdyn.spatial import (
     Inertia,
     Transform,
     Vec,
+    Wrench,
     add,
     apply,
     apply_transposed,

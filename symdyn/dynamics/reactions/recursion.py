@@ -23,8 +23,7 @@ from symdyn.dynamics.reactions.hinges import nothing, plus, times
 from symdyn.dynamics.reactions.members import placements
 from symdyn.dynamics.reactions.ties import Tie, sizes, ties
 from symdyn.graph import Expr
-from symdyn.scene.joints import Wrench
-from symdyn.spatial import apply
+from symdyn.spatial import Wrench, apply
 
 
 def reactions(hanging: Hanging, axes: str = "body", multipliers: Sequence[Expr] | None = None) -> list[Expr]:

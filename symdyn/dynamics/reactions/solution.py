@@ -12,7 +12,7 @@ from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.dynamics.reactions.freedoms import drives
 from symdyn.dynamics.reactions.hinges import Hinge, nothing, plus, times
 from symdyn.graph import Expr
-from symdyn.scene.joints import Wrench
+from symdyn.spatial import Wrench
 
 Rows = list[dict[int, Expr]]
 

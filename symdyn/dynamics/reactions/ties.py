@@ -31,10 +31,10 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable
 from symdyn.scene import JOINTS, Scene
 from symdyn.scene.forces import touch_of
-from symdyn.scene.joints import AXIS, Wrench
+from symdyn.scene.joints import AXIS
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.constraints import everywhere
-from symdyn.spatial import Vec, dot, scale, sub
+from symdyn.spatial import Vec, Wrench, dot, scale, sub
 
 FLAT = 1e-9  # how far a twist may leave a plane, relative to the largest
 

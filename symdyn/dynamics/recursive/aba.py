@@ -23,6 +23,7 @@ from symdyn.graph import Expr
 from symdyn.spatial import (
     Mat,
     Vec,
+    Wrench,
     add,
     add_matrices,
     apply,
@@ -102,14 +103,14 @@ class Articulated:
         return Articulated(J, H, M, bias).shifted(link.shift)
 
 
-def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequence[Pair] = ()) -> list[Expr]:
+def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequence[Wrench] = ()) -> list[Expr]:
     """Return q̈ for the joint forces τ, shape (n,); rad/s^2 or m/s^2.
 
     Args:
         tree: the mechanism.
         qd: joint velocities, shape (n,).
         tau: forces at the joints, shape (n,).
-        acting: wrenches (n, f) from outside on the ground and every body, each in its frame; () for none.
+        acting: wrenches (f, n) from outside on the ground and every body, each in its frame; () for none.
 
     Raises:
         Singular: a joint has no inertia beyond it.
@@ -137,7 +138,7 @@ def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequenc
         lifted = add(cross(w[i], cross(w[i], rise)), cross(turned, rise))
         c.append((turned, add(add(pulled, slid), lifted)))
         A.append(_rigid(tree.body[i], w[i]))
-    for i, (n, f) in enumerate(acting):
+    for i, (f, n) in enumerate(acting):
         A[i] = replace(A[i], bias=(sub(A[i].bias[0], n), sub(A[i].bias[1], f)))
     U: list[Pair] = [(still, still)] * (tree.n + 1)
     D, u = [graph.one] * (tree.n + 1), [graph.zero] * (tree.n + 1)

@@ -21,7 +21,7 @@ from symdyn.dynamics.recursive.links import Link
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.dynamics.recursive.reframe import LeanTree
 from symdyn.graph import Expr
-from symdyn.spatial import Mat, Vec, add, apply, cross, neg, scale, sub, zero_vector
+from symdyn.spatial import Mat, Vec, Wrench, add, apply, cross, neg, scale, sub, zero_vector
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def rnea(
     qd: Sequence[Expr],
     qdd: Sequence[Expr],
     gravity: bool = True,
-    acting: Sequence[tuple[Vec, Vec]] = (),
+    acting: Sequence[Wrench] = (),
 ) -> list[Expr]:
     """Return τ = M(q) q̈ + c(q, q̇) + g(q), less what acts on the bodies.
 
@@ -53,7 +53,7 @@ def rnea(
         qd: joint velocities, shape (n,); pass zeros for what is not wanted, and its terms vanish from the graph.
         qdd: joint accelerations, shape (n,).
         gravity: whether g(q) is included.
-        acting: wrenches (n, f) from outside on the ground and every body, each in its frame; () for none.
+        acting: wrenches (f, n) from outside on the ground and every body, each in its frame; () for none.
 
     Returns:
         Driving torques (N m) and forces (N), shape (n,); positive accelerates the joint.
@@ -68,7 +68,7 @@ def rnea(
         before = motion[tree.parent[i]]
         motion.append(carried(before, tree.link[i], tree.slides[i], rate[i], acceleration[i], ends[i]))
     wrench = [balance(body, moved) for body, moved in zip(tree.body, motion, strict=True)]
-    for i, (n, f) in enumerate(acting):
+    for i, (f, n) in enumerate(acting):
         wrench[i] = (sub(wrench[i][0], n), sub(wrench[i][1], f))
     tau = [tree.graph.zero] * len(tree.parent)
     for i in tree.inward():  # pass 2: force, tips to ground

@@ -34,7 +34,7 @@ from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector, express
 from symdyn.scene.spelling import spell
 from symdyn.scene.table import Table, plain, show, shown
 from symdyn.scene.value import value_of
-from symdyn.spatial import Transform, Vec, apply, cross, dot, scale, sub
+from symdyn.spatial import Transform, Vec, Wrench, apply, cross, dot, scale, sub
 
 ACROSS: Vector = (ZERO, ONE, ZERO)
 
@@ -141,12 +141,12 @@ def _components(table: Table, key: str, _: object) -> tuple[str, ...]:
 # Wrenches
 
 
-def _blade(row: Row, X: Transform, w: Expr) -> tuple[tuple[Vec, Vec], ...]:
+def _blade(row: Row, X: Transform, w: Expr) -> tuple[Wrench, ...]:
     assert row.axis is not None, "a blade has a direction across it"
     return forces(apply(X.R, unit(row.axis, w.graph)))
 
 
-def _rolling(row: Row, X: Transform, w: Expr) -> tuple[tuple[Vec, Vec], ...]:
+def _rolling(row: Row, X: Transform, w: Expr) -> tuple[Wrench, ...]:
     graph = w.graph
     n, r = unit(row.plane.normal, graph), express(row.radius, graph)
     if row.axis is None:
@@ -168,7 +168,7 @@ def _rolling(row: Row, X: Transform, w: Expr) -> tuple[tuple[Vec, Vec], ...]:
     return tuple(ways[component] for component in row.components)
 
 
-def _at_rim(force: Vec, d: Vec) -> tuple[Vec, Vec]:
+def _at_rim(force: Vec, d: Vec) -> Wrench:
     return force, cross(d, force)
 
 

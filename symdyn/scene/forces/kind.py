@@ -23,7 +23,7 @@ from symdyn.scene.model import Parameter, Point, Scene
 from symdyn.scene.quantity import Quantity, Vector
 from symdyn.scene.table import Faults, Table
 from symdyn.scene.value import Value
-from symdyn.spatial import Transform, Vec
+from symdyn.spatial import Transform, Vec, Wrench
 
 PARAMETERS, MOTION, TIME = range(3)
 """What a formula may name: parameters alone, coordinates and velocities too, and t too."""
@@ -106,7 +106,7 @@ class Pull:
 class Push:
     """The law of a load: its force and couple along the axes of its frame, N and N m."""
 
-    wrench: Callable[[Any, Graph], tuple[Vec, Vec]]
+    wrench: Callable[[Any, Graph], Wrench]
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ class Touch:
     """
 
     lean: Callable[[Any, Transform], Vec | None]
-    wrenches: Callable[[Any, Transform, Expr], tuple[tuple[Vec, Vec], ...]]
+    wrenches: Callable[[Any, Transform, Expr], tuple[Wrench, ...]]
     height: Callable[[Any, Transform, Expr], Expr]
     closes: Callable[[Any], tuple[bool, ...]]
     words: Callable[[Any], tuple[str, ...]]

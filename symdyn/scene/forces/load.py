@@ -10,10 +10,10 @@ from symdyn.scene.forces.kind import TIME, ForceKind, Push, Stand
 from symdyn.scene.model import GROUND
 from symdyn.scene.quantity import NULL, Vector, express
 from symdyn.scene.spelling import spell
-from symdyn.spatial import Vec
+from symdyn.spatial import Vec, Wrench
 
 
-def _wrench(load: Load, graph: Graph) -> tuple[Vec, Vec]:
+def _wrench(load: Load, graph: Graph) -> Wrench:
     return _vector(load.force, graph), _vector(load.couple, graph)
 
 

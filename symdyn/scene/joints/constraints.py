@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from symdyn.graph import Expr, Graph
 from symdyn.scene.joints.blocks import towards, unit
-from symdyn.scene.joints.kind import Forbids, Wrench
+from symdyn.scene.joints.kind import Forbids
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import Vector
-from symdyn.spatial import Transform, Vec, add, apply, cross, dot, scale, transpose, zero_vector
+from symdyn.spatial import Transform, Vec, Wrench, add, apply, cross, dot, scale, transpose, zero_vector
 
 
 def forbidding(shifts: str, turns: str = "none") -> Forbids:

@@ -11,13 +11,13 @@ from symdyn.scene.joints.blocks import screw
 from symdyn.scene.joints.constraints import directions, forces, leaning, moments, offsets
 from symdyn.scene.joints.held import Steps, held
 from symdyn.scene.joints.key import AXIS, Key
-from symdyn.scene.joints.kind import Block, Forbids, JointKind, Wrench
+from symdyn.scene.joints.kind import Block, Forbids, JointKind
 from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.joints.turned import about_opposite
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import PI, ZERO, Quantity, express, number
 from symdyn.scene.table import Table
-from symdyn.spatial import Transform, apply, dot, scale
+from symdyn.spatial import Transform, Wrench, apply, dot, scale
 
 PITCH = Key(
     "pitch",

@@ -26,9 +26,7 @@ from symdyn.scene.joints.mark import Mark
 from symdyn.scene.model import Joint, Pose
 from symdyn.scene.quantity import Quantity, Vector
 from symdyn.scene.turns import Step
-from symdyn.spatial import Transform, Vec, identity, rotation, scale, unit_transform, zero_vector
-
-Wrench = tuple[Vec, Vec]  # force, moment
+from symdyn.spatial import Transform, Vec, Wrench, identity, rotation, scale, unit_transform, zero_vector
 
 
 @dataclass(frozen=True)

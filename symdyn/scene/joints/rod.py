@@ -11,12 +11,12 @@ from symdyn.scene.joints.blocks import AXES, gimbals, orientation, shift, turn
 from symdyn.scene.joints.constraints import forces
 from symdyn.scene.joints.held import Steps
 from symdyn.scene.joints.key import ORIENTATION, Key
-from symdyn.scene.joints.kind import Block, Forbids, Gimbal, JointKind, Wrench
+from symdyn.scene.joints.kind import Block, Forbids, Gimbal, JointKind
 from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import ZERO, Quantity, express
 from symdyn.scene.table import Table
-from symdyn.spatial import Transform, dot, scale
+from symdyn.spatial import Transform, Wrench, dot, scale
 
 LENGTH = Key(
     "length",

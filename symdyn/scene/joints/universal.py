@@ -10,7 +10,7 @@ from symdyn.scene.folding import FormulaError
 from symdyn.scene.joints.blocks import turn, unit
 from symdyn.scene.joints.constraints import everywhere, forces, moments
 from symdyn.scene.joints.key import AXIS, Key
-from symdyn.scene.joints.kind import Block, Forbids, JointKind, Wrench
+from symdyn.scene.joints.kind import Block, Forbids, JointKind
 from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.joints.turned import opposite
 from symdyn.scene.model import Joint
@@ -18,7 +18,7 @@ from symdyn.scene.quantity import ONE, ZERO, Vector
 from symdyn.scene.spelling import spell
 from symdyn.scene.table import Table, shorten
 from symdyn.scene.value import value_of
-from symdyn.spatial import Transform, apply, cross, dot
+from symdyn.spatial import Transform, Wrench, apply, cross, dot
 
 SECOND: Key[Vector] = Key("second_axis", Table.vector, (ONE, ZERO, ZERO), turned=True)
 
