@@ -16,7 +16,8 @@ import numpy.typing as npt
 from symdyn.bench.extended import truth
 from symdyn.bench.model import Curve, Motion, Point, unbeaten
 from symdyn.errors import SimulateError
-from symdyn.scene import JOINTS, Scene
+from symdyn.scene import Scene
+from symdyn.scene.units import coordinate_units
 from symdyn.simulation.constraints import Projection
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS, IntegrationError, Piece, Problem, importable, integrate
@@ -95,8 +96,7 @@ def lively(scene: Scene) -> dict[str, str]:
     amounts = {"rad": "1/2", "m": "1/10"}
     return {
         name: amounts[unit]
-        for joint in scene.moving
-        for name, unit in zip(joint.coordinates, JOINTS[joint.type].coordinates(joint), strict=True)
+        for name, unit in zip(scene.coordinates, coordinate_units(scene), strict=True)
         if unit in amounts
     }
 

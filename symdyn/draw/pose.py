@@ -15,6 +15,7 @@ from symdyn.errors import DerivationError, DrawError
 from symdyn.scene import JOINTS, Joint, Scene, velocity_name
 from symdyn.scene.names import suggestion
 from symdyn.scene.start import quaternion, starting_position
+from symdyn.scene.units import coordinate_units
 from symdyn.scene.value import value_of
 
 ANGLE = 0.6  # rad: what a picture turns a joint by that says nothing else, so that its angle can be seen
@@ -68,7 +69,7 @@ def pose(
     q = _start(scene, values)
     if not declared:
         size = _extent(scene, q, values)
-        turns = sum(JOINTS[joint.type].coordinates(joint).count("rad") for joint in scene.moving)
+        turns = coordinate_units(scene).count("rad")
         angle = min(ANGLE, CURL / max(1, turns))
         q = np.array([x for joint in scene.moving for x in _shown(joint, angle, size, values)])
     return _with(scene, q, given), values

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from symdyn.graph import Expr, Graph
 from symdyn.scene import JOINTS, Body, Joint, Motion, Pose, Quantity, Scene, acceleration_name, express, velocity_name
+from symdyn.scene.start import quaternion
 from symdyn.spatial import Transform, Vec, elementary, unit_transform
 
 
@@ -57,13 +58,8 @@ def state_symbols(scene: Scene, graph: Graph) -> State:
 
 def quaternions(scene: Scene) -> list[tuple[str, ...]]:
     """Return the names of the coordinates that form unit quaternions (w, x, y, z)."""
-    groups = []
-    for joint in scene.moving:
-        units = JOINTS[joint.type].coordinates(joint)
-        if "1" in units:
-            first = units.index("1")
-            groups.append(joint.coordinates[first : first + 4])
-    return groups
+    firsts = [(joint, quaternion(joint)) for joint in scene.moving]
+    return [joint.coordinates[first : first + 4] for joint, first in firsts if first is not None]
 
 
 def vector(quantities: tuple[Quantity, Quantity, Quantity], graph: Graph) -> Vec:

@@ -28,8 +28,9 @@ from symdyn.emit.latex_layout import (
 from symdyn.emit.letters import Letters, head
 from symdyn.emit.printable import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
 from symdyn.emit.symbols import latex_symbols, latex_unit
-from symdyn.scene import JOINTS, Scene, acceleration_name
+from symdyn.scene import Scene, acceleration_name
 from symdyn.scene.forces import elastic
+from symdyn.scene.units import coordinates_with_units, drives_with_units
 
 BRACED = 0.45 * LINE  # a wider coefficient is named under its brace and written out below
 
@@ -245,15 +246,11 @@ def _has_time(page: Printable) -> bool:
 def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]]:
     """Return the rows: coordinates, drives, time, parameters."""
     rows = []
-    for joint in scene.moving:
-        text = f"coordinate of joint {joint.name}, {joint.type}"
-        for q, unit in zip(joint.coordinates, JOINTS[joint.type].coordinates(joint), strict=True):
-            rows.append(symbol_row(write.symbols[q], text, unit))
-    for joint in scene.moving:
-        for drive, unit in zip(joint.drives, JOINTS[joint.type].velocities(joint), strict=False):
-            if drive:
-                text = f"driving {'torque' if unit == 'rad' else 'force'} of joint {joint.name}"
-                rows.append(symbol_row(write.symbols[drive], text, "N m" if unit == "rad" else "N"))
+    for joint, q, unit in coordinates_with_units(scene):
+        rows.append(symbol_row(write.symbols[q], f"coordinate of joint {joint.name}, {joint.type}", unit))
+    for joint, drive, unit in drives_with_units(scene):
+        text = f"driving {'force' if unit == 'N' else 'torque'} of joint {joint.name}"
+        rows.append(symbol_row(write.symbols[drive], text, unit))
     if timed:
         rows.append(symbol_row(write.symbols[TIME], "time", "s"))
     for parameter in scene.parameters:

@@ -17,7 +17,8 @@ from symdyn.dynamics.derive import derive_one
 from symdyn.dynamics.state import joint_motion, placement, quaternions
 from symdyn.dynamics.workspace import Workspace
 from symdyn.graph import Expr, Graph, evaluate, reachable, tangents
-from symdyn.scene import GROUND, JOINTS, Joint, Scene
+from symdyn.scene import GROUND, Joint, Scene
+from symdyn.scene.start import quaternion
 from symdyn.simulation.reading import TIME
 from symdyn.spatial import add, apply, cross
 
@@ -77,7 +78,7 @@ def candidates(w: Workspace, accelerations: Sequence[Expr], tabulated: bool) -> 
     first = 0
     for joint in scene.moving:
         own = momenta[first : first + len(joint.rates)]
-        if joint.parent == GROUND and "1" in JOINTS[joint.type].coordinates(joint):
+        if joint.parent == GROUND and quaternion(joint) is not None:
             found += _in_ground_axes(w, joint, own)
         first += len(joint.rates)
     seeds = state.velocity | dict(zip(state.qd, accelerations, strict=True))

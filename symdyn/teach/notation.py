@@ -6,8 +6,9 @@ from symdyn.algebra.form import Form, Symbol, form_of
 from symdyn.dynamics.state import joint_position
 from symdyn.emit.formula_text import value_text
 from symdyn.graph import Graph
-from symdyn.scene import FORCES, GROUND, JOINTS, Element, Joint, Scene, express
+from symdyn.scene import FORCES, GROUND, Element, Joint, Scene, express
 from symdyn.scene.quantity import ZERO
+from symdyn.scene.units import coordinates_with_units, drives_with_units
 from symdyn.teach.document import Picture, Step, Values, Words
 from symdyn.teach.lesson import Prose, together
 
@@ -79,17 +80,13 @@ def leader(scene: Scene, joint: Joint) -> str:
 def notation_step(lesson: Prose) -> Step:
     """Return the table of symbols."""
     scene, rows = lesson.scene, []
-    for joint in scene.moving:
-        units = JOINTS[joint.type].coordinates(joint)
-        for q, rate, unit in zip(joint.coordinates, joint.rates, units, strict=True):
-            kind = lesson.say("notation.angle" if unit == "rad" else "notation.way", joint=joint.name)
-            rows.append(_row(Symbol(q), kind, unit))
-            rows.append(_row(Symbol(rate), lesson.say("notation.rate", q=Symbol(q)), f"{unit}/s"))
-    for joint in scene.moving:
-        for drive, unit in zip(joint.drives, JOINTS[joint.type].velocities(joint), strict=False):
-            if drive:
-                key = "notation.torque" if unit == "rad" else "notation.force"
-                rows.append(_row(Symbol(drive), lesson.say(key, joint=joint.name), "N m" if unit == "rad" else "N"))
+    for (joint, q, unit), rate in zip(coordinates_with_units(scene), scene.velocities, strict=True):
+        kind = lesson.say("notation.angle" if unit == "rad" else "notation.way", joint=joint.name)
+        rows.append(_row(Symbol(q), kind, unit))
+        rows.append(_row(Symbol(rate), lesson.say("notation.rate", q=Symbol(q)), f"{unit}/s"))
+    for joint, drive, unit in drives_with_units(scene):
+        key = "notation.force" if unit == "N" else "notation.torque"
+        rows.append(_row(Symbol(drive), lesson.say(key, joint=joint.name), unit))
     for parameter in scene.parameters:
         value = value_text(parameter.value) if parameter.value is not None else ""
         text = parameter.text or lesson.text("notation.parameter")

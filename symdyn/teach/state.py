@@ -17,8 +17,9 @@ from symdyn.dynamics.prescribed import TIME, prescribed
 from symdyn.dynamics.state import State, state_symbols
 from symdyn.errors import DrawError, NoValueError
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import JOINTS, Joint, Scene
+from symdyn.scene import Joint, Scene
 from symdyn.scene.start import starting_velocity
+from symdyn.scene.units import coordinates_with_units
 from symdyn.scene.value import value_of
 
 RATES = (1.0, -0.6, 0.8, 0.5, -0.4, 0.3)
@@ -149,16 +150,15 @@ def _distinct(
 ) -> dict[str, float]:
     """Return coordinates that are held, and others where none hides another; with loops or rows only driven ones."""
     found, seen, tied = dict(held), list(held.values()), scene.is_closed
-    for joint in scene.moving:
-        for name, unit in zip(joint.coordinates, JOINTS[joint.type].coordinates(joint), strict=True):
-            if name in held or unit == "1" or (tied and not any(joint.drives)):
-                continue
-            low, high = _limits(joint, parameters)
-            for value in (q[name], *_others(q[name], unit)):
-                if low < value < high and not _hides(value, unit, seen):
-                    found[name] = value
-                    break
-            seen.append(found.get(name, q[name]))
+    for joint, name, unit in coordinates_with_units(scene):
+        if name in held or unit == "1" or (tied and not any(joint.drives)):
+            continue
+        low, high = _limits(joint, parameters)
+        for value in (q[name], *_others(q[name], unit)):
+            if low < value < high and not _hides(value, unit, seen):
+                found[name] = value
+                break
+        seen.append(found.get(name, q[name]))
     return found
 
 
