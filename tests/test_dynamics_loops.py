@@ -33,7 +33,8 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Op, substitute, tangents
 from symdyn.program import lower
 from symdyn.scene import JOINTS, Body, Joint, Pose, Scene, folding, number, read_text, symbol
-from symdyn.scene.element import Place, Row, Spring
+from symdyn.scene.element import Place, Row
+from symdyn.scene.forces.spring import Spring
 from symdyn.scene.quantity import ONE, ZERO
 from symdyn.scene.table import compose
 from symdyn.spatial import Transform, elementary, unit_transform
