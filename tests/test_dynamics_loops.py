@@ -139,11 +139,9 @@ def test_rows_of_a_leaning_disc_agree_and_say_that_its_lowest_point_rests() -> N
 def test_an_upright_wheel_has_rows_without_a_root() -> None:
     scene = rolling(("along", "across"))
     joint = scene.joints[0]
-    steps = compose(*(step for step in joint.steps.steps if step[1].symbols != ("theta",)))
-    upright = replace(
-        joint, steps=steps, coordinates=("x", "y", "z", "psi", "phi"), units=("m",) * 3 + ("rad",) * 2,
-        drives=(None,) * 5,
-    )  # fmt: skip
+    steps = compose(*(step for step in dict(joint.shape)["steps"].steps if step[1].symbols != ("theta",)))
+    own = shape("custom", steps=steps, units=("m",) * 3 + ("rad",) * 2)
+    upright = replace(joint, shape=own, coordinates=("x", "y", "z", "psi", "phi"), drives=(None,) * 5)
     scene = replace(scene, joints=(upright,))
 
     assert {f.verdict for f in prove(laws(Workspace(scene), available(scene)[0]))[1]} == {PROVED}
