@@ -6,8 +6,7 @@
 
 This is the Lagrange road; `wrenches` finds the same forces along the tree. Both share the laws of force only.
 
-Reference: the textbook, eq. (5.22), Q^A; Olsson et al., Friction models and friction compensation, European Journal of
-Control 4 (1998), for Coulomb's and Stribeck's curve.
+Reference: the textbook, eq. (5.22), Q^A.
 """
 
 from __future__ import annotations
@@ -17,9 +16,10 @@ from collections.abc import Callable, Sequence
 from symdyn.dynamics.positions import body_placements
 from symdyn.dynamics.state import State, joint_position, state_symbols, vector
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, Op, gradient, tangents
-from symdyn.scene import FORCES, Friction, Joint, Load, Place, Push, Scene, Strut, express, pull_of
+from symdyn.graph import Expr, Graph, gradient, tangents
+from symdyn.scene import FORCES, Joint, Load, Place, Push, Scene, Strut, express, pull_of
 from symdyn.scene.forces import elastic, resisting
+from symdyn.scene.forces.friction import rubbing
 from symdyn.scene.quantity import ZERO
 from symdyn.spatial import Transform, Vec, Wrench, apply, dot, sub
 
@@ -58,23 +58,10 @@ def stored_between(strut: Strut, square: Expr) -> Expr:
     return law.stored(strut, square) if law.stored else stored(strut, square.graph.sqrt(square))
 
 
-def friction(dry: Friction, rate: Expr) -> Expr:
-    """Return the dry friction against a rate v, N or N m; see `Friction`."""
-    graph = rate.graph
-    size = express(dry.coulomb, graph)
-    if dry.static is not None:
-        slow = rate / express(dry.stribeck, graph)
-        size = size + (express(dry.static, graph) - size) * graph.function(Op.EXP, -(slow * slow))
-    smoothing = express(dry.smoothing, graph)
-    if smoothing.is_zero:
-        return size * graph.function(Op.SIGN, rate)
-    return size * graph.function(Op.TANH, rate / smoothing)
-
-
 def joint_resistance(joint: Joint, rate: Expr) -> Expr:
     """Return viscous damping and dry friction of a joint against one of its rates, N or N m."""
     viscous = express(joint.damping, rate.graph) * rate
-    return viscous if joint.dry is None else viscous + friction(joint.dry, rate)
+    return viscous if joint.dry is None else viscous + rubbing(joint.dry, rate)
 
 
 def refuse_ideal_friction(scene: Scene) -> None:

@@ -6,8 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import NamedTuple
 
-from symdyn.scene.element import Friction
-from symdyn.scene.forces import FORCES, MOTION, PARAMETERS, TIME
+from symdyn.scene.forces import FORCES, MOTION, PARAMETERS, TIME, friction
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.model import Body, Joint, Limits, Pose, Scene
 from symdyn.scene.quantity import Quantity
@@ -64,10 +63,8 @@ def joint_numbers(joint: Joint) -> Iterator[tuple[str, Quantity]]:
     if joint.coupling is not None:
         yield from (("mimic.ratio", joint.coupling.ratio), ("mimic.offset", joint.coupling.offset))
     yield from (("armature", joint.armature), ("damping", joint.damping), ("friction", joint.friction))
-    for field in fields(Friction) if joint.dry else ():
-        quantity = getattr(joint.dry, field.name)
-        if quantity is not None:
-            yield f"friction.{field.name}", quantity
+    for key in friction.KEYS if joint.dry else ():
+        yield from ((f"friction.{name}", quantity) for name, quantity, _ in key.numbers(joint.dry))
     for field in fields(Limits):
         quantity = getattr(joint.limits, field.name)
         if quantity is not None:

@@ -14,6 +14,7 @@ from typing import Any
 from symdyn.scene.coupling import Mimic, couple, read_mimic
 from symdyn.scene.element import Friction
 from symdyn.scene.folding import FormulaError, mul
+from symdyn.scene.forces import friction
 from symdyn.scene.formula import quantity
 from symdyn.scene.joints import JOINTS, own_keys
 from symdyn.scene.model import Joint, Limits, velocity_name
@@ -38,8 +39,6 @@ LIMIT_KEYS = ("lower", "upper", "velocity", "effort")
 
 STAND_IN = next(iter(JOINTS))
 """Type of a joint whose type is none; the mistake is reported where it stands."""
-
-FRICTION_KEYS = ("coulomb", "static", "stribeck", "smoothing")
 
 
 def loop_keys() -> tuple[str, ...]:
@@ -130,12 +129,12 @@ def _joint(table: Table, joint: Joint, nq: int, nv: int, follows: bool) -> Joint
         _refuse(table, keys, f"a {kind} joint, which has {len(speeds)} velocities")
     if JOINTS[kind].names_coordinates:
         _refuse(table, ("mimic",), f"a {kind} joint")
-    friction, dry = _friction(table, kind, len(speeds))
+    data, dry = _friction(table, kind, len(speeds))
     joint = replace(
         joint,
         armature=_armature(table),
         damping=table.quantity("damping"),
-        friction=friction,
+        friction=data,
         dry=dry,
         limits=_limits(table),
     )
@@ -279,16 +278,10 @@ def _friction(table: Table, kind: str, n: int) -> tuple[Quantity, Friction | Non
         return table.quantity("friction"), None
     if n != 1:
         table.fault(f"friction is a table, which has no meaning for a {kind} joint; give loads instead")
-    advice = "write friction = { coulomb = 0.5, static = 0.7, stribeck = 0.1, smoothing = 0.01 }"
-    inner = table.inner("friction", FRICTION_KEYS, advice)
+    inner = table.inner("friction", [key.name for key in friction.KEYS], friction.ADVICE)
     if "coulomb" not in inner:
-        inner.fault(f"coulomb is missing; {advice}")
-    return ZERO, Friction(
-        coulomb=inner.quantity("coulomb"),
-        static=inner.quantity("static") if "static" in inner else None,
-        stribeck=inner.quantity("stribeck", ONE),
-        smoothing=inner.quantity("smoothing"),
-    )
+        inner.fault(f"coulomb is missing; {friction.ADVICE}")
+    return ZERO, Friction(**{name: value for key in friction.KEYS for name, value in key.read(inner).items()})
 
 
 def _limits(table: Table) -> Limits:

@@ -22,9 +22,9 @@ from dataclasses import replace
 from fractions import Fraction
 
 from symdyn.errors import SceneError
-from symdyn.scene.element import Element, Friction
+from symdyn.scene.element import Element
 from symdyn.scene.folding import mul
-from symdyn.scene.forces import FORCES, sections
+from symdyn.scene.forces import FORCES, friction, sections
 from symdyn.scene.forces.keys import Key
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.made_names import Names, moving_names
@@ -129,17 +129,13 @@ def _rotor(joint: Joint, k: int, names: Names) -> Joint:
 
 def _damper(joint: Joint, k: int, names: Names) -> Joint:
     slides = JOINTS[joint.type].slides(joint)
-    force, rate, unit = ("N", "m/s", "N s/m") if slides else ("N m", "rad/s", "N m s/rad")
+    unit = "N s/m" if slides else "N m s/rad"
     damping = names.of(joint.damping, f"fv{k}", unit, f"damping of {joint.name}", True)
     if joint.dry is None:
         return replace(joint, damping=damping)
-    static = joint.dry.static
-    dry = Friction(
-        coulomb=names.of(joint.dry.coulomb, f"fc{k}", force, f"sliding friction of {joint.name}", True),
-        static=static and names.of(static, f"fs{k}", force, f"friction of {joint.name} at rest", True),
-        stribeck=names.of(joint.dry.stribeck, f"vs{k}", rate, f"Stribeck rate of {joint.name}", True),
-        smoothing=names.of(joint.dry.smoothing, f"ve{k}", rate, f"smoothing of the friction of {joint.name}", True),
-    )
+    dry = joint.dry
+    for key in friction.KEYS:
+        dry = key.called(dry, joint.name, k, names, slides)
     return replace(joint, damping=damping, dry=dry)
 
 

@@ -7,6 +7,7 @@ from symdyn.dynamics.state import joint_position
 from symdyn.emit.formula_text import value_text
 from symdyn.graph import Graph
 from symdyn.scene import FORCES, GROUND, Element, Joint, Scene, express
+from symdyn.scene.forces import friction
 from symdyn.scene.quantity import ZERO
 from symdyn.scene.units import coordinates_with_units, drives_with_units
 from symdyn.teach.document import Picture, Step, Values, Words
@@ -49,12 +50,12 @@ def acting_steps(lesson: Prose) -> list[Step]:
             position = form_of(joint_position(joint, Graph()))
             said = lesson.say("acting.follows", joint=joint.name, leader=leader(scene, joint), position=position)
             rows.append((lesson.say("acting.coupling"), said))
-        present = {
-            "damping": joint.damping != ZERO,
-            "dry": joint.dry is not None,
-            "force": any(x != ZERO for x in joint.forces),
-        }
-        rows += [(lesson.say(f"acting.{kind}"), Words((where,))) for kind, there in present.items() if there]
+        if joint.damping != ZERO:
+            rows.append((lesson.say("acting.damping"), Words((where,))))
+        if joint.dry is not None:
+            rows.append((Words((friction.WORDS[lesson.language],)), Words((where,))))
+        if any(x != ZERO for x in joint.forces):
+            rows.append((lesson.say("acting.force"), Words((where,))))
     for strut in scene.struts:
         ends = " – ".join(lesson.text("ground") if end.body == GROUND else end.body for end in strut.ends)
         where = ends or lesson.text("acting.joint", joint=strut.joint)

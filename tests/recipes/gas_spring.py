@@ -49,8 +49,8 @@ FORCES["gas_spring"] = ForceKind(
     letter="gs",
     parts=(
         Ends(),
-        Key("charge", NUMBER, letters=("pv",), unit="J", text="charge", positive=True),
-        Key("dead", NUMBER, ZERO, letters=("dl",), unit="m", text="dead length"),
+        Key("charge", NUMBER, letters=("pv",), unit="J", text="charge of {}", positive=True),
+        Key("dead", NUMBER, ZERO, letters=("dl",), unit="m", text="dead length of {}"),
     ),
     needs=("charge",),
     missing="charge is missing; write charge = 20, pressure times volume in joules",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from symdyn.scene.element import Element, Row, Strut
+from symdyn.scene.forces import friction
 from symdyn.scene.forces.contact import KNIFE_EDGE, ROLLING
 from symdyn.scene.forces.damper import DAMPER, Damper
 from symdyn.scene.forces.ends import AtBody, Ends
@@ -52,6 +53,7 @@ __all__ = [
     "Touch",
     "elastic",
     "formula_of",
+    "friction",
     "kinds_of",
     "place_of",
     "pull_of",

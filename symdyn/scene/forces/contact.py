@@ -258,7 +258,7 @@ ROLLING = ForceKind(
     parts=(
         AtBody(),
         Key("axis", Form(partial(_axis, absent=None), None), silent=lambda row: row.axis is None, names=None),
-        Key("radius", NUMBER, letters=("r",), unit="m", text="radius", positive=True, geometry=True),
+        Key("radius", NUMBER, letters=("r",), unit="m", text="radius of {}", positive=True, geometry=True),
         OnPlane(needs_normal=True),
         Key("components", Form(_components, None), silent=lambda row: row.components == _usual(row.axis is None)),
     ),

@@ -59,7 +59,7 @@ DAMPER = ForceKind(
     section="dampers",
     noun=Damper,
     letter="v",
-    parts=(Ends(), Key("damping", COEFFICIENTS, letters=("c",), text="damping", positive=True)),
+    parts=(Ends(), Key("damping", COEFFICIENTS, letters=("c",), text="damping of {}", positive=True)),
     needs=("damping",),
     missing="damping is missing; write damping = 10, or a list of coefficients of v, v**3, ...",
     law=Pull(_force),

@@ -39,8 +39,8 @@ class Key:
         default: its value where nothing is said; None: it is always said.
         silent: whether a noun has its value without saying so, where the default does not decide.
         letters: of the parameters that stand for its numbers, one, or one an axis; () for none.
-        unit: of those parameters.
-        text: what they are, in front of "of NAME".
+        unit: of those parameters; two of them at a joint that turns, and at one that slides.
+        text: what they are, the name of what has them in place of {}.
         positive: whether such a parameter is the size of a number and the sign stands in front.
         geometry: whether it is a length of the mechanism, not a force.
         names: what its formulas may name; None of a direction, which is checked with what it directs.
@@ -51,7 +51,7 @@ class Key:
     default: Any = None
     silent: Callable[[Any], bool] | None = None
     letters: tuple[str, ...] = ()
-    unit: str = ""
+    unit: str | tuple[str, str] = ""
     text: str = ""
     positive: bool = False
     geometry: bool = False
@@ -62,12 +62,12 @@ class Key:
         """The key."""
         return (self.name,)
 
-    def read(self, table: Table, scope: Scope) -> dict[str, Any]:
+    def read(self, table: Table, scope: Scope | None = None) -> dict[str, Any]:
         """Return the field."""
         usual = self.form.empty if self.default is None else self.default
         return {self.name: self.form.read(table, self.name, usual)}
 
-    def raw(self, one: Any, scope: Scope) -> dict[str, object]:
+    def raw(self, one: Any, scope: Scope | None = None) -> dict[str, object]:
         """Return what a table says, nothing where the default says it."""
         value = getattr(one, self.name)
         silent = value == self.default if self.silent is None else self.silent(one)
@@ -83,14 +83,20 @@ class Key:
         """Return the noun with the numbers of this key named."""
         if not self.letters or (what == "geometry") != self.geometry:
             return one
-        value, text = getattr(one, self.name), f"{self.text} of {one.name}"
+        return self.called(one, one.name, k, names)
+
+    def called(self, one: Any, of: str, k: int, names: Names, slides: bool = False) -> Any:
+        """Return a noun with the numbers of this key named, as those of `of`, the k-th of its like."""
+        value, text = getattr(one, self.name), self.text.format(of)
+        unit = self.unit if isinstance(self.unit, str) else self.unit[slides]
         if len(self.letters) > 1:
-            return replace(one, **{self.name: along(value, self.letters, str(k), self.unit, text, names)})
+            return replace(one, **{self.name: along(value, self.letters, str(k), unit, text, names)})
 
         def name(x: Quantity) -> Quantity:
-            return names.of(x, f"{self.letters[0]}{k}", self.unit, text, self.positive)
+            return names.of(x, f"{self.letters[0]}{k}", unit, text, self.positive)
 
-        return replace(one, **{self.name: tuple(map(name, value)) if isinstance(value, tuple) else name(value)})
+        many = isinstance(value, tuple)
+        return replace(one, **{self.name: tuple(map(name, value)) if many else value and name(value)})
 
     def check(self, one: Any, stand: Stand) -> None:
         """Report nothing: a value that can be read is right but for what its kind says."""

@@ -123,14 +123,14 @@ SPRING = ForceKind(
     letter="s",
     parts=(
         Ends(),
-        Key("stiffness", COEFFICIENTS, (), letters=("k",), text="stiffness", positive=True),
-        Key("free", NUMBER, ZERO, letters=("s",), text="free position"),
+        Key("stiffness", COEFFICIENTS, (), letters=("k",), text="stiffness of {}", positive=True),
+        Key("free", NUMBER, ZERO, letters=("s",), text="free position of {}"),
         Key(
             "preload",
             NUMBER,
             silent=lambda spring: spring.preload == ZERO and spring.stiffness,
             letters=("p",),
-            text="preload",
+            text="preload of {}",
         ),
     ),
     needs=("stiffness", "preload"),

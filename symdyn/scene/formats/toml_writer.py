@@ -10,8 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from symdyn.scene.body_table import INERTIA_KEYS
-from symdyn.scene.element import Friction
-from symdyn.scene.forces import Scope, place_of, table_of
+from symdyn.scene.forces import Scope, friction, place_of, table_of
 from symdyn.scene.joint_table import LIMIT_KEYS
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.model import STANDARD_GRAVITY, Body, Coupling, Joint, Parameter, Point, Pose, Scene
@@ -111,7 +110,7 @@ def _joint(joint: Joint, nq: int, nv: int, leaders: dict[str, str]) -> Iterator[
         if amount != ZERO:
             yield key, _number(amount)
     if joint.dry is not None:
-        yield "friction", _friction(joint.dry)
+        yield "friction", _value({name: said for key in friction.KEYS for name, said in key.raw(joint.dry).items()})
     limits = [(key, getattr(joint.limits, key)) for key in LIMIT_KEYS]
     if any(limit is not None for _, limit in limits):
         yield "limits", _inline([(key, _number(limit)) for key, limit in limits if limit is not None])
@@ -151,14 +150,6 @@ def _drives(joint: Joint, nv: int) -> Iterator[tuple[str, str]]:
         yield "drive", "false"
     elif joint.drives != tuple(f"tau{nv + k}" for k in range(1, len(joint.rates) + 1)):
         yield from _one_or_more("drive", "drives", [_text(name) if name else "false" for name in joint.drives])
-
-
-def _friction(dry: Friction) -> str:
-    pairs = [("coulomb", _number(dry.coulomb))]
-    pairs += [("static", _number(dry.static))] if dry.static is not None else []
-    pairs += [("stribeck", _number(dry.stribeck))] if dry.stribeck != ONE else []
-    pairs += [("smoothing", _number(dry.smoothing))] if dry.smoothing != ZERO else []
-    return _inline(pairs)
 
 
 def _loop(joint: Joint) -> Iterator[tuple[str, str]]:

@@ -29,7 +29,6 @@ TEXTS = {
     "scene.reason": "Every moving body hangs on one joint, so the coordinates of the joints fix where everything is.",
     "acting": "Beside drives and weights this acts:",
     "acting.force": "a force beside the drive",
-    "acting.dry": "dry friction, smoothed",
     "acting.damping": "viscous damping",
     "acting.motion": "prescribed motion",
     "acting.coupling": "coupling",

@@ -29,7 +29,6 @@ TEXTS = {
     "scene.reason": "Každý pohyblivý člen visí na jednom spojení, preto súradnice spojení určujú polohu všetkého.",
     "acting": "Okrem pohonov a tiaží pôsobí:",
     "acting.force": "sila popri pohone",
-    "acting.dry": "suché trenie, vyhladené",
     "acting.damping": "viskózne tlmenie",
     "acting.motion": "predpísaný pohyb",
     "acting.coupling": "spriahnutie",
