@@ -23,7 +23,7 @@ from symdyn.errors import SceneError
 from symdyn.program import lower
 from symdyn.scene import Scene
 from symdyn.scene.formats.urdf import read
-from symdyn.scene.reading import ReadOptions
+from symdyn.scene.reader import ReadOptions
 
 T = TypeVar("T")
 

@@ -21,9 +21,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from symdyn.scene import Scene, read, read_text
-from symdyn.simulation.constraints import Projection
 from symdyn.simulation.integrate import METHODS, Problem
 from symdyn.simulation.integrate.taylor import integrator, size, translate
+from symdyn.simulation.projection import Projection
 from symdyn.simulation.state_equations import state_equations
 
 EPS = float(np.finfo(np.float64).eps)

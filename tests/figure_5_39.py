@@ -12,8 +12,8 @@ from fractions import Fraction
 from mechanisms import shape
 
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.kinematics import centre_of_mass
-from symdyn.dynamics.positions import body_placements
+from symdyn.dynamics.mechanism.kinematics import centre_of_mass
+from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Body, Joint, Load, Place, Scene, number, parse

@@ -10,7 +10,7 @@ from symdyn.algebra.addition import with_added_angles
 from symdyn.algebra.form import Form, express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.algebra.squares import with_squares
-from symdyn.emit.formula_text import text_of
+from symdyn.emit.print.formula_text import text_of
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import read, read_text
 from symdyn.teach import walkthrough

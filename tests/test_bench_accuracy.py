@@ -14,12 +14,12 @@ from arms import puma560, spatial_arm
 
 from symdyn.algebra.big import BigFloats
 from symdyn.bench import Measured, bench
-from symdyn.bench.accuracy import marked
 from symdyn.bench.backward import Solve, linear
 from symdyn.bench.implementations import implementations
 from symdyn.bench.plots import Dot, Series, log_log
 from symdyn.bench.reference import reference
 from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of, quaternions
+from symdyn.bench.time_and_error import marked
 from symdyn.cli import main
 from symdyn.graph import evaluate
 from symdyn.program import formulate, lower

@@ -14,11 +14,11 @@ import pytest
 
 from symdyn.cli import main
 from symdyn.dynamics import available
-from symdyn.emit.names import stem
+from symdyn.emit.code.identifiers import stem
 from symdyn.errors import SceneError
 from symdyn.scene import read
 from symdyn.scene.toml import read_text
-from symdyn.teach.student.names import Names
+from symdyn.teach.student.vocabulary import Names
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -273,7 +273,7 @@ def test_info_says_what_it_does_not_count_for_long_chains(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("symdyn.dynamics.LARGEST", 3, raising=False)
-    monkeypatch.setattr(sys.modules["symdyn.dynamics.derive"], "LARGEST", 3, raising=False)
+    monkeypatch.setattr(sys.modules["symdyn.dynamics.roads.derive"], "LARGEST", 3, raising=False)
     monkeypatch.setattr("symdyn.cli.info.MOST_NESTED", 3, raising=False)
     path = tmp_path / "chain.toml"
     path.write_text(chain(4), encoding="utf-8")

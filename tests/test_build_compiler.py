@@ -15,7 +15,7 @@ from formulas import every_op
 import symdyn.build.library as library_room
 from symdyn.build import build
 from symdyn.build.compiler import FLAGS, find_compiler
-from symdyn.build.words import warn_once
+from symdyn.build.warned import warn_once
 from symdyn.emit import emit
 from symdyn.errors import BuildError, SymdynWarning
 from symdyn.program import lower

@@ -19,7 +19,7 @@ import symdyn
 import symdyn.build.compiler as compiler_room
 from symdyn.build.compiler import find_compiler
 from symdyn.build.extension import build_extension
-from symdyn.build.words import warn_once
+from symdyn.build.warned import warn_once
 from symdyn.dynamics import derive
 from symdyn.emit import emit
 from symdyn.errors import BuildError, DerivationError, SceneError

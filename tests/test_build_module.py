@@ -14,7 +14,7 @@ from mechanisms import random_tree
 from symdyn.algebra.big import BigFloats
 from symdyn.build import build, lambdify, run_python
 from symdyn.build.compiler import find_compiler
-from symdyn.dynamics.derive import derive
+from symdyn.dynamics.roads.derive import derive
 from symdyn.emit import emit
 from symdyn.errors import BuildError, DerivationError, EmitError
 from symdyn.graph import evaluate

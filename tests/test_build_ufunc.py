@@ -20,7 +20,7 @@ from symdyn.build.compiler import find_compiler
 from symdyn.build.extension import build_extension
 from symdyn.build.folder import cache_folder
 from symdyn.cli import main
-from symdyn.dynamics.derive import derive
+from symdyn.dynamics.roads.derive import derive
 from symdyn.emit import emit
 from symdyn.errors import BuildError, EmitError
 from symdyn.program import Program, lower

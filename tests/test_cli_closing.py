@@ -11,12 +11,12 @@ import pytest
 
 from symdyn import certify, lambdify, load
 from symdyn.cli import main
-from symdyn.dynamics import Closing
+from symdyn.dynamics import LoopChoices
 from symdyn.scene import read
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 FOUR_BAR = str(EXAMPLES / "four_bar.toml")
-CHOICE = Closing(("chi",), Fraction(5), Fraction(5, 2))
+CHOICE = LoopChoices(("chi",), Fraction(5), Fraction(5, 2))
 FUNCTIONS = ("forward_dynamics", "constraint_jacobian", "constraint_bias", "constraint_residual")
 
 

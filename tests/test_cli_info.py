@@ -12,7 +12,7 @@ from arms import EXAMPLES, two_link
 from symdyn.cli import main
 from symdyn.dynamics import Workspace, available, derive_one
 from symdyn.dynamics.loops.assembly import witness
-from symdyn.dynamics.loops.numbers import numbers_of
+from symdyn.dynamics.loops.loop_numbers import numbers_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
 from symdyn.program import Counts, formulate, lower, prepare, skipped

@@ -10,14 +10,14 @@ import pytest
 
 from symdyn.dynamics.loops.assembly import closed_position
 from symdyn.dynamics.loops.continuation import fitting
+from symdyn.dynamics.loops.loop_numbers import numbers_of
 from symdyn.dynamics.loops.mobility import mobility
-from symdyn.dynamics.loops.numbers import numbers_of
 from symdyn.errors import DerivationError, SceneError, SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
 from symdyn.simulation.initial import read_start
-from symdyn.simulation.model import Trajectory
 from symdyn.simulation.state_equations import state_equations
+from symdyn.simulation.trajectory import Trajectory
 
 DATA, EXAMPLES = Path(__file__).parent / "data", Path(__file__).parent.parent / "examples"
 ZXY = (DATA / "found" / "rolling_disc_zxy.toml").read_text(encoding="utf-8")

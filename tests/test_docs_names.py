@@ -17,7 +17,7 @@ IMPORT = re.compile(r"from (symdyn[\w.]*) import ([\w, ]+)")
 
 
 def told() -> list[str]:
-    """Return the names in docs, and those that messages end a sentence's part with, as in `symdyn.dynamics.derive`."""
+    """Return the names in docs, and those that messages end a sentence's part with, as in `symdyn.scene`."""
     found = set()
     for path in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]:
         text = path.read_text(encoding="utf-8")

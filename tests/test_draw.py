@@ -19,9 +19,9 @@ from matplotlib import image
 from mechanisms import coupled_tree, jointed, random_tree
 
 from symdyn.draw import Wrench, acting_on, free_body, picture, pose
-from symdyn.draw.door import drawing, watched
 from symdyn.draw.labels import Label, crosses, put
 from symdyn.draw.lettering import from_latex, lettered, words
+from symdyn.draw.pictures import drawing, watched
 from symdyn.draw.places import places
 from symdyn.draw.style import SCHEMES
 from symdyn.draw.svg import name

@@ -13,7 +13,7 @@ from closed_mechanisms import crank_rocker, exact, four_bar, n_four_bar, rssr, s
 from symdyn.build import lambdify
 from symdyn.dynamics import Workspace, assemble, consistent, follow
 from symdyn.dynamics.loops.assembly import witness
-from symdyn.dynamics.loops.numbers import numbers_of
+from symdyn.dynamics.loops.loop_numbers import numbers_of
 from symdyn.errors import DerivationError
 from symdyn.scene import Joint, read_text
 from symdyn.scene.quantity import ONE, ZERO

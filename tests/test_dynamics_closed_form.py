@@ -12,10 +12,10 @@ import pytest
 from symdyn.algebra.form import express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.dynamics.christoffel import christoffel
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form, coefficient_names
-from symdyn.dynamics.lagrange import energies, gravity_forces, mass_matrix
-from symdyn.emit.formula_text import text_of
+from symdyn.dynamics.lagrange.christoffel import christoffel
+from symdyn.dynamics.lagrange.second_kind import energies, gravity_forces, mass_matrix
+from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Scene, express, number, parse, read, with_symbolic_inertia

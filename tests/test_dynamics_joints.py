@@ -14,10 +14,10 @@ from oracles import BIG, assert_digits, numbers, oracle
 from running import call
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics import Workspace, derive, derive_one, expected, roads
-from symdyn.dynamics.state import joint_motion, quaternions
+from symdyn.dynamics import Workspace, derive, derive_one, expected, roads_of
+from symdyn.dynamics.mechanism.state import joint_motion, quaternions
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import JOINTS, Body, Joint, Motion, Quantity, Scene, folding, number
+from symdyn.scene import JOINTS, Body, Joint, JointMotion, Quantity, Scene, folding, number
 from symdyn.scene.quantity import symbol
 from symdyn.spatial import Transform, Vec, add, apply, cross, dot, elementary, scale, sub, zero_vector
 from symdyn.verify.equality import PROVED, Claim, prove
@@ -68,7 +68,7 @@ def test_both_derivations_agree(one: Scene) -> None:
     w, claims = Workspace(one), []
     for name in expected(one):
         small = name != "forward_dynamics" or w.state.n < 7  # elimination of a full M is what takes long
-        first, *others = (derive_one(w, name, road) for road in roads(name, one) if small or road != "lagrange")
+        first, *others = (derive_one(w, name, road) for road in roads_of(name, one) if small or road != "lagrange")
         claims += [Claim(name, first.formulation, o.formulation, first.entries, o.entries) for o in others]
 
     findings = prove(on_unit_sphere(one, [claim for claim in claims if claim.left]))[1]
@@ -98,7 +98,7 @@ def test_a_rotor_at_a_ball_on_the_ground_is_inertia_of_the_body(orientation: str
     q = q / np.linalg.norm(q) if orientation == "quaternion" else q
     given = {"q": q, "qd": qd, "qdd": qdd, "tau": qdd, "params": ()}
     for name in ("inverse_dynamics", "forward_dynamics", "mass_matrix", "velocity_forces", "kinetic_energy"):
-        for road in roads(name, rotating):
+        for road in roads_of(name, rotating):
             told = [call(derive(scene, [name], road), name, Floats(), **given) for scene in (rotating, solid)]
             np.testing.assert_allclose(*told, rtol=1e-13, atol=1e-13)
             assert not np.allclose(told[0], call(derive(plain, [name], road), name, Floats(), **given), atol=1e-9) or (
@@ -139,7 +139,7 @@ def test_what_a_joint_forbids(kind: str) -> None:
         assert np.linalg.matrix_rank(np.array(values(rows)).reshape(-1, 6)) == len(wrenches)
 
 
-def relative_twist(motion: Motion, graph: Graph) -> list[tuple[Vec, Vec]]:
+def relative_twist(motion: JointMotion, graph: Graph) -> list[tuple[Vec, Vec]]:
     """Return, for every velocity, that of the moved frame's origin and the angular one, joint frame."""
     tip, still = motion.placement.p, zero_vector(graph)
     twists: dict[int, tuple[Vec, Vec]] = {}

@@ -13,7 +13,7 @@ from oracles import BIG
 from running import call, matrix, random_fractions
 
 from symdyn.algebra.numeric import Batches, Floats
-from symdyn.dynamics import OUTPUTS, Unasked, Workspace, derive, derive_one, expected, roads
+from symdyn.dynamics import OUTPUTS, Unasked, Workspace, derive, derive_one, expected, roads_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
 from symdyn.scene import body, number, prismatic, read_text, revolute, scene
@@ -53,7 +53,7 @@ def test_all_roads_of_all_outputs_are_proved_equal(one):
     w = Workspace(one)
     claims = []
     for request in [*expected(one), *kinematics(one)]:
-        first, *others = (derive_one(w, request, road) for road in roads(request, one))
+        first, *others = (derive_one(w, request, road) for road in roads_of(request, one))
         claims += [Claim(request, first.formulation, o.formulation, first.entries, o.entries) for o in others]
 
     findings = prove(on_unit_sphere(one, claims))[1]
@@ -121,7 +121,7 @@ def test_coriolis_matrix_leaves_a_skew_remainder(one):
 
 
 @pytest.mark.parametrize(
-    ("one", "road"), [(one, road) for one in SCENES for road in roads("forward_dynamics", one)], ids=str_or_name
+    ("one", "road"), [(one, road) for one in SCENES for road in roads_of("forward_dynamics", one)], ids=str_or_name
 )
 def test_forward_dynamics_inverts_inverse_dynamics(one, road):
     state = {name: [BIG.constant(x) for x in values] for name, values in a_state(one, 5).items()}
@@ -186,7 +186,7 @@ def dropped(axis, gravity=None):
     return scene("dropped", bodies=[body("stone", mass=3, com=["1/2", 1, 2])], joints=joints, gravity=gravity)
 
 
-@pytest.mark.parametrize("road", roads("forward_dynamics"))
+@pytest.mark.parametrize("road", roads_of("forward_dynamics"))
 @pytest.mark.parametrize(
     ("axis", "gravity", "expected"),
     [
@@ -212,7 +212,7 @@ def test_holding_a_body_up_takes_its_weight():
     assert tau.value == 3 * Fraction("9.81")
 
 
-@pytest.mark.parametrize("road", roads("forward_dynamics"))
+@pytest.mark.parametrize("road", roads_of("forward_dynamics"))
 def test_a_horizontal_rod_begins_to_fall_with_three_halves_of_g_over_l(road):
     rod = scene(
         "rod",
@@ -224,7 +224,7 @@ def test_a_horizontal_rod_begins_to_fall_with_three_halves_of_g_over_l(road):
     assert abs(found[0] + BIG.number("14.715")) < 1e-40  # positive lifts the rod
 
 
-@pytest.mark.parametrize("road", roads("gravity_forces"))
+@pytest.mark.parametrize("road", roads_of("gravity_forces"))
 @pytest.mark.parametrize("one", TREES[:3], ids=by_name)
 def test_without_gravity_no_gravity_term_is_left_in_the_graph(one, road):
     weightless = one.with_gravity((number(0),) * 3)
@@ -245,7 +245,7 @@ def test_a_tree_of_thirty_joints_is_derived(name):
     assert all(entry.graph.nodes for entry in derive(tree, [name])[name].entries)
 
 
-@pytest.mark.parametrize("road", roads("forward_dynamics"))
+@pytest.mark.parametrize("road", roads_of("forward_dynamics"))
 def test_a_massless_tip_has_no_forward_dynamics(road):
     arm = scene(
         "massless",

@@ -15,12 +15,12 @@ from symdyn.algebra.form import express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.build import build, lambdify
 from symdyn.build.load import load as load_scene
-from symdyn.dynamics import OUTPUTS, Workspace, available, derive, derive_one, expected, roads
+from symdyn.dynamics import OUTPUTS, Workspace, available, derive, derive_one, expected, roads_of
 from symdyn.dynamics.closed_forms.closed_form import closed_form
-from symdyn.dynamics.cost import cost
+from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.emit import emit
-from symdyn.emit.equations import equations_text
+from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import DerivationError
 from symdyn.program import formulate, lower
 from symdyn.scene import (
@@ -125,7 +125,7 @@ def test_points_that_never_part_pull_at_nothing():
     one = pendulum(elements=(Spring("s", "", ends, vec("k"), parse("s0")), Damper("d", "", ends, vec("c"))))
     state = {"q": [0.8], "qd": [-1.7], "qdd": [0.6], "params": VALUES}
 
-    for road in roads("inverse_dynamics"):
+    for road in roads_of("inverse_dynamics"):
         forces = call(derive(one, ["inverse_dynamics"], road), "inverse_dynamics", Floats(), **state)
         assert forces == pytest.approx([without_load(0.8, 0.6)], rel=1e-14)
     with_pair, alone = (lambdify(x, "reactions")([0.8], [-1.7], [0.6], VALUES) for x in (one, pendulum()))
@@ -243,7 +243,7 @@ def test_both_roads_and_all_laws_are_proved(one):
     asked = [name for name in expected(one) if one.name != "floating_loaded" or not OUTPUTS[name].cubic]
     claims = laws(w, asked)
     for name in asked:
-        first, *others = (derive_one(w, name, road) for road in roads(name, one))
+        first, *others = (derive_one(w, name, road) for road in roads_of(name, one))
         claims += [Claim(name, first.formulation, o.formulation, first.entries, o.entries) for o in others]
 
     findings = prove(on_unit_sphere(one, claims))[1]
@@ -277,7 +277,7 @@ def test_a_load_rides_the_recursion_and_costs_little():
 def test_ideal_friction_is_refused_in_forward_dynamics_with_the_reason_and_what_to_do():
     one = pendulum(dry=Friction(number(1)))
 
-    for road in roads("forward_dynamics", one):
+    for road in roads_of("forward_dynamics", one):
         with pytest.raises(DerivationError, match=r"joint hinge is an ideal sign .* at rest .* smoothing .* inverse"):
             derive(one, ["forward_dynamics"], road)
     wanted, why = available(one)
@@ -343,7 +343,7 @@ def test_hybrid_dynamics_of_trees_is_proved(seed):
         left, right = (derive_one(w, name, road).entries for road in ("crba", "lagrange"))
         claims.append(Claim(name, "crba", "lagrange", left, right))
 
-    assert roads("forward_dynamics", one) == ("crba", "lagrange")
+    assert roads_of("forward_dynamics", one) == ("crba", "lagrange")
     assert {finding.verdict for finding in prove(claims)[1]} == {PROVED}
 
 

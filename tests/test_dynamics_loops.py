@@ -23,11 +23,21 @@ from closed_mechanisms import (
 from mechanisms import coupled_tree, random_tree, shape
 
 from symdyn.build import lambdify, run_python
-from symdyn.dynamics import OUTPUTS, Closing, Workspace, assemble, available, consistent, derive, derive_one, roads
-from symdyn.dynamics.loops import rows
+from symdyn.dynamics import (
+    OUTPUTS,
+    LoopChoices,
+    Workspace,
+    assemble,
+    available,
+    consistent,
+    derive,
+    derive_one,
+    roads_of,
+)
+from symdyn.dynamics.loops import constraint_rows as rows
+from symdyn.dynamics.loops.constraint_rows import differentiated, recursive
 from symdyn.dynamics.loops.cuts import cuts
-from symdyn.dynamics.loops.rows import differentiated, recursive
-from symdyn.dynamics.positions import body_placements
+from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, substitute, tangents
@@ -202,7 +212,7 @@ def test_both_derivations_of_a_closed_mechanism_agree_and_keep_the_laws(make: Ca
     w = Workspace(scene)
     claims = []
     for name in outputs:
-        first, *others = (derive_one(w, name, road) for road in roads(name, scene))
+        first, *others = (derive_one(w, name, road) for road in roads_of(name, scene))
         claims += [Claim(name, first.formulation, o.formulation, first.entries, o.entries) for o in others]
     claims += laws(w, outputs)
 
@@ -217,13 +227,13 @@ def test_a_sign_error_in_the_bias_breaks_the_proof(monkeypatch: pytest.MonkeyPat
     swing = rows._swing
     monkeypatch.setattr(rows, "_swing", lambda omega, alpha, d: tuple(-x for x in swing(omega, alpha, d)))
     w = Workspace(crank_rocker())
-    one, other = (derive_one(w, "forward_dynamics", road) for road in roads("forward_dynamics", w.scene))
+    one, other = (derive_one(w, "forward_dynamics", road) for road in roads_of("forward_dynamics", w.scene))
 
     assert prove([Claim("fd", "a", "b", one.entries, other.entries)])[1][0].verdict == DIFFERENT
 
 
 def test_baumgarte_pulls_a_loop_back() -> None:
-    scene, closing = crank_rocker(), Closing(alpha=Fraction(5), beta=Fraction(7))
+    scene, closing = crank_rocker(), LoopChoices(alpha=Fraction(5), beta=Fraction(7))
     w = Workspace(scene, closing)
     outputs = ("forward_dynamics", "constraint_jacobian", "constraint_bias")
     (finding,) = prove(laws(w, outputs))[1]
@@ -241,14 +251,14 @@ def test_a_users_independent_coordinate_changes_no_acceleration() -> None:
     scene = crank_rocker()
     w = Workspace(scene)
     plain = derive_one(w, "forward_dynamics").entries
-    other = derive_one(Workspace(scene, Closing(independent=("q_D",))), "forward_dynamics").entries
+    other = derive_one(Workspace(scene, LoopChoices(independent=("q_D",))), "forward_dynamics").entries
 
     assert other != plain
     assert prove([Claim("fd", "crank", "rocker", plain, other)])[1][0].verdict == PROVED
     with pytest.raises(DerivationError, match="q_A, q_B given, but it has 1 degree of freedom"):
-        derive(scene, ("forward_dynamics",), closing=Closing(independent=("q_A", "q_B")))
+        derive(scene, ("forward_dynamics",), closing=LoopChoices(independent=("q_A", "q_B")))
     with pytest.raises(DerivationError, match="there is no velocity 'q_X'"):
-        derive(scene, ("forward_dynamics",), closing=Closing(independent=("q_X",)))
+        derive(scene, ("forward_dynamics",), closing=LoopChoices(independent=("q_X",)))
 
 
 def test_an_independent_coordinate_that_determines_nothing_is_refused() -> None:
@@ -257,7 +267,7 @@ def test_an_independent_coordinate_that_determines_nothing_is_refused() -> None:
     scene = replace(scene, bodies=(*scene.bodies, Body("bob", ONE, (ONE, ZERO, ZERO))), joints=(*scene.joints, free))
 
     with pytest.raises(DerivationError, match="q_A0, q_B1 do not determine the other velocities"):
-        derive(scene, ("forward_dynamics",), closing=Closing(independent=("q_A0", "q_B1")))
+        derive(scene, ("forward_dynamics",), closing=LoopChoices(independent=("q_A0", "q_B1")))
 
 
 def test_a_massless_coupler_is_no_obstacle_but_a_massless_motion_is() -> None:
@@ -265,7 +275,7 @@ def test_a_massless_coupler_is_no_obstacle_but_a_massless_motion_is() -> None:
     crank, _, rocker = scene.bodies
     light = replace(scene, bodies=(crank, Body("coupler"), rocker))
     w = Workspace(light)
-    one, other = (derive_one(w, "forward_dynamics", road) for road in roads("forward_dynamics", light))
+    one, other = (derive_one(w, "forward_dynamics", road) for road in roads_of("forward_dynamics", light))
     assert prove([Claim("fd", "a", "b", one.entries, other.entries)])[1][0].verdict == PROVED
 
     nothing = replace(scene, bodies=tuple(Body(body.name) for body in scene.bodies))
@@ -430,7 +440,7 @@ def test_a_prescribed_motion_in_a_loop_leads_and_takes_what_it_takes() -> None:
     w = Workspace(scene)
     claims = []
     for name in outputs:
-        first, *others = (derive_one(w, name, road) for road in roads(name, scene))
+        first, *others = (derive_one(w, name, road) for road in roads_of(name, scene))
         claims += [Claim(name, first.formulation, o.formulation, first.entries, o.entries) for o in others]
     claims += laws(w, outputs)
 

@@ -27,7 +27,7 @@ import symdyn
 from symdyn.dynamics import Workspace, derive, derive_one
 from symdyn.dynamics.reactions.dalembert import equilibrium
 from symdyn.dynamics.reactions.solution import equations
-from symdyn.dynamics.reactions.uniqueness import reactions_at
+from symdyn.dynamics.roads.unique_reactions import reactions_at
 from symdyn.errors import DerivationError
 from symdyn.graph import substitute
 from symdyn.scene import Damper, Friction, Load, Place, Scene, Spring, number, parse
@@ -380,7 +380,7 @@ def test_the_least_reactions_depend_on_the_length_and_unique_ones_do_not():
 
 
 def bricard_position():
-    from symdyn.dynamics.workspace import Workspace
+    from symdyn.dynamics.roads.workspace import Workspace
 
     return [float(x) for x in Workspace(bricard()).closed.closure.assembly.typical]
 

@@ -14,8 +14,8 @@ from mechanisms import coupled_tree, random_tree
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.exact import settle, values_of
-from symdyn.dynamics.recursive.base_parameters import base_parameters
+from symdyn.dynamics.closed_forms.base_parameters import base_parameters
+from symdyn.dynamics.mechanism.exact import settle, values_of
 from symdyn.dynamics.recursive.links import GeneralTurn, PlanarTurn
 from symdyn.dynamics.recursive.reframe import reframe
 from symdyn.dynamics.recursive.regroup import regroup

@@ -12,7 +12,7 @@ import symdyn
 from symdyn.cli import main
 from symdyn.dynamics import Workspace, derive, reactions_at
 from symdyn.dynamics.loops.mobility import mobility
-from symdyn.dynamics.loops.partition import Closing
+from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.errors import DerivationError
 from symdyn.scene import read_text
 
@@ -219,12 +219,12 @@ def test_a_blade_has_motions_and_reactions_at_every_heading(heading):
 def test_independent_velocities_keep_the_order_that_was_asked_for():
     scene = symdyn.read(EXAMPLES / "rolling_disc.toml")
     names = [str(s.value) for s in derive(scene, ["velocities"])["velocities"].arguments[1].symbols][::-1]
-    function = derive(scene, ["velocities"], closing=Closing(tuple(names)))["velocities"]
+    function = derive(scene, ["velocities"], closing=LoopChoices(tuple(names)))["velocities"]
 
     assert [str(s.value) for s in function.arguments[1].symbols] == names
     assert f"independent joint velocities: {', '.join(names)}" in function.arguments[1].text
     q = np.array(Workspace(scene).closed.closure.assembly.q)
-    found = symdyn.lambdify(scene, "velocities", closing=Closing(tuple(names)))(q, [1.0, 2.0, 3.0])
+    found = symdyn.lambdify(scene, "velocities", closing=LoopChoices(tuple(names)))(q, [1.0, 2.0, 3.0])
     assert [found[scene.velocities.index(name)] for name in names] == [1, 2, 3]
 
 

@@ -14,7 +14,7 @@ from oracles import BIG
 from running import call, random_fractions
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
-from symdyn.dynamics import derive, roads
+from symdyn.dynamics import derive, roads_of
 
 T = dynamicsymbols._t
 DIGITS = 45
@@ -105,14 +105,14 @@ def close(found, expected):
     return all(abs(a - b) < 1e-38 * scale for a, b in zip(found, expected, strict=True))
 
 
-@pytest.mark.parametrize("road", roads("mass_matrix"))
+@pytest.mark.parametrize("road", roads_of("mass_matrix"))
 def test_mass_matrix_is_what_sympy_finds(witness, road):
     one, state, M, _ = witness
 
     assert close(call(derive(one, ["mass_matrix"], road), "mass_matrix", BIG, **state), M)
 
 
-@pytest.mark.parametrize("road", roads("inverse_dynamics"))
+@pytest.mark.parametrize("road", roads_of("inverse_dynamics"))
 def test_driving_forces_are_what_sympy_finds(witness, road):
     one, state, M, force = witness
     n = len(force)
@@ -121,7 +121,7 @@ def test_driving_forces_are_what_sympy_finds(witness, road):
     assert close(call(derive(one, ["inverse_dynamics"], road), "inverse_dynamics", BIG, **state), expected)
 
 
-@pytest.mark.parametrize("road", roads("forward_dynamics"))
+@pytest.mark.parametrize("road", roads_of("forward_dynamics"))
 def test_accelerations_solve_sympys_equations(witness, road):
     one, state, M, force = witness
     n = len(force)

@@ -20,12 +20,12 @@ from symdyn.build import build
 from symdyn.build.compiler import find_compiler
 from symdyn.build.threads import run_rows, split
 from symdyn.cli import main
-from symdyn.dynamics.derive import derive
-from symdyn.dynamics.equations import Equations
+from symdyn.dynamics.roads.derive import derive
+from symdyn.dynamics.roads.functions import Equations
 from symdyn.emit import emit, write
-from symdyn.emit.c_plan import Pass, SineCosine, plan
-from symdyn.emit.c_sincos import COSINE, HALF_PI, SINE
-from symdyn.emit.c_stages import PIECE
+from symdyn.emit.code.c_plan import Pass, SineCosine, plan
+from symdyn.emit.code.c_sincos import COSINE, HALF_PI, SINE
+from symdyn.emit.code.c_stages import PIECE
 from symdyn.errors import BuildError, EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
@@ -270,7 +270,7 @@ def test_a_long_scalar_function_may_write_over_its_arguments():
 
 
 def test_a_result_too_large_for_blocks_is_computed_state_by_state(monkeypatch):
-    monkeypatch.setattr("symdyn.emit.c_batch.STACK", 1000)
+    monkeypatch.setattr("symdyn.emit.code.c_batch.STACK", 1000)
     g = Graph()
     q = [g.symbol(f"q{i}") for i in range(2)]
     program = lower(one([g.sin(q[0]) * k + q[1] for k in range(50)], q))

@@ -14,7 +14,7 @@ import pytest
 
 from symdyn import lambdify
 from symdyn.cli import main
-from symdyn.emit.equations import FORMATS, GROUPS, equations_text
+from symdyn.emit.print.equations_text import FORMATS, GROUPS, equations_text
 from symdyn.scene import Scene, acceleration_name, read, spell
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

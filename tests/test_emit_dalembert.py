@@ -11,7 +11,7 @@ from closed_mechanisms import symbolic_four_bar
 from figure_5_39 import single_loop
 
 from symdyn.cli import main
-from symdyn.emit.dalembert_page import dalembert_text
+from symdyn.emit.print.dalembert_page import dalembert_text
 from symdyn.errors import EmitError
 from symdyn.scene import read
 
@@ -58,7 +58,7 @@ def test_the_same_page_twice():
 
 
 def test_a_system_that_nobody_reads_is_refused(monkeypatch):
-    monkeypatch.setattr("symdyn.emit.dalembert_page.MOST", 20)
+    monkeypatch.setattr("symdyn.emit.print.dalembert_page.MOST", 20)
     with pytest.raises(EmitError, match="36 unknowns are more than anyone reads"):
         dalembert_text(puma560())
 

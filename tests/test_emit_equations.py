@@ -16,12 +16,12 @@ import pytest
 from symdyn.algebra.form import Function, Number, Power, Product, Sum, Symbol, express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.closed_forms.closed_form import closed_form
-from symdyn.dynamics.lagrange import driving_forces, energies
-from symdyn.emit.breaking import break_lines, latex_width
-from symdyn.emit.equations import FORMATS, GROUPS, equations_text
-from symdyn.emit.formula_text import BREAK, Latex, significant, text_of
-from symdyn.emit.latex_layout import LINE
-from symdyn.emit.symbols import latex_symbols, latex_unit, print_name
+from symdyn.dynamics.lagrange.second_kind import driving_forces, energies
+from symdyn.emit.print.breaking import break_lines, latex_width
+from symdyn.emit.print.equations_text import FORMATS, GROUPS, equations_text
+from symdyn.emit.print.formula_text import BREAK, Latex, significant, text_of
+from symdyn.emit.print.latex_layout import LINE
+from symdyn.emit.print.printed_names import latex_symbols, latex_unit, print_name
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import Parameter, Scene, express, number, parse, read, symbol
@@ -368,7 +368,7 @@ def test_unknown_choices_say_what_would_work(choice: dict[str, str], message: st
 
 SCRIPT = """
 import sys
-from symdyn.emit.equations import FORMATS, GROUPS, equations_text
+from symdyn.emit.print.equations_text import FORMATS, GROUPS, equations_text
 from symdyn.scene import read
 for name in sys.argv[1:]:
     scene = read(name)

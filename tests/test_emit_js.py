@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from formulas import every_op, states
 
-from symdyn.build.node import find_node, run_js
+from symdyn.build.run_node import find_node, run_js
 from symdyn.dynamics import derive
 from symdyn.emit import emit, write
 from symdyn.errors import BuildError, EmitError, MissingNode

@@ -16,10 +16,11 @@ from formulas import argument, every_op, one, states
 
 from symdyn.build import run_python
 from symdyn.dynamics import derive
-from symdyn.dynamics.equations import Equations
-from symdyn.emit import emit, player, write
-from symdyn.emit.python import BLOCK, player_text
-from symdyn.emit.real import REALS
+from symdyn.dynamics.roads.functions import Equations
+from symdyn.emit import emit, write
+from symdyn.emit.code import player
+from symdyn.emit.code.python import BLOCK, player_text
+from symdyn.emit.code.real import REALS
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower

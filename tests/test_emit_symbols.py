@@ -10,9 +10,9 @@ import pytest
 from hostile import scene_with
 
 from symdyn.algebra.form import Power, Symbol
-from symdyn.emit.equations import equations_text
-from symdyn.emit.formula_text import Latex
-from symdyn.emit.symbols import latex_symbols
+from symdyn.emit.print.equations_text import equations_text
+from symdyn.emit.print.formula_text import Latex
+from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.scene import parse, read
 from symdyn.scene.toml import read_text
 

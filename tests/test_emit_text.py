@@ -11,9 +11,9 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from symdyn.algebra.numeric import Batches
-from symdyn.emit.names import function_names, stem
-from symdyn.emit.python import NUMPY
-from symdyn.emit.real import REALS, digits, nearest
+from symdyn.emit.code.identifiers import function_names, stem
+from symdyn.emit.code.python import NUMPY
+from symdyn.emit.code.real import REALS, digits, nearest
 from symdyn.errors import EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate
 

@@ -13,14 +13,14 @@ import pytest
 
 from symdyn.algebra.numeric import Floats
 from symdyn.build import lambdify
-from symdyn.dynamics.state import placement, quaternions
+from symdyn.dynamics.mechanism.state import placement, quaternions
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Pose, Scene, spell, velocity_name
 from symdyn.scene.formats import mjcf
-from symdyn.scene.joints.turned import inverse as inverse_pose
+from symdyn.scene.joints.reversed import inverse as inverse_pose
 from symdyn.scene.quantity import number
-from symdyn.scene.reading import Reading, ReadOptions
+from symdyn.scene.reader import Reading, ReadOptions
 from symdyn.scene.value import value_of
 
 mujoco = pytest.importorskip("mujoco")

@@ -34,7 +34,7 @@ from symdyn.scene import (
 from symdyn.scene.formats import par, par_writer
 from symdyn.scene.formats.par_frames import rows
 from symdyn.scene.quantity import number, symbol
-from symdyn.scene.reading import ReadOptions
+from symdyn.scene.reader import ReadOptions
 from symdyn.scene.value import value_of
 from symdyn.verify import PROVED, Claim, prove
 

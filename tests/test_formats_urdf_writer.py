@@ -13,7 +13,7 @@ from mechanisms import coupled_tree, random_tree
 from symdyn.algebra.numeric import Floats
 from symdyn.build import lambdify, run_python
 from symdyn.dynamics import derive
-from symdyn.dynamics.state import placement
+from symdyn.dynamics.mechanism.state import placement
 from symdyn.emit import emit
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
@@ -26,7 +26,7 @@ from symdyn.scene.formats.urdf_writer import write_text
 from symdyn.scene.formats.xml import parse_xml
 from symdyn.scene.model import STANDARD_GRAVITY
 from symdyn.scene.quantity import ZERO
-from symdyn.scene.reading import ReadOptions
+from symdyn.scene.reader import ReadOptions
 from symdyn.scene.value import value_of
 from symdyn.verify.equality import DIFFERENT, PROVED, Claim, prove
 

@@ -90,7 +90,7 @@ def test_what_the_grammar_holds_every_target_shows(tmp_path: Path) -> None:
     from random_latex import random_symbols
 
     from symdyn.draw.lettering import from_latex
-    from symdyn.emit.formula_text import takes_exponent
+    from symdyn.emit.print.formula_text import takes_exponent
     from symdyn.teach.render.mathml import inner
 
     symbols = random_symbols(600, 11)
@@ -118,7 +118,7 @@ def test_symbols_that_look_alike_are_one() -> None:
 
 
 def test_a_parameter_that_is_printed_as_another_symbol_is_told_apart() -> None:
-    from symdyn.emit.symbols import latex_symbols
+    from symdyn.emit.print.printed_names import latex_symbols
 
     for latex in ("m_{ }{g}", "{g}", "{q}_1", r"\dot{q}_{1}", r"\ddot q _1"):
         shown = latex_symbols(read_text(scene_with({}, latex)))

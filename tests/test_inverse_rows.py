@@ -11,7 +11,7 @@ from symdyn.cli import main
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import inverse, read_motion, simulate
-from symdyn.simulation.model import Trajectory
+from symdyn.simulation.trajectory import Trajectory
 
 ROOT = Path(__file__).parent.parent
 FOUND, EXAMPLES = ROOT / "tests" / "data" / "found", ROOT / "examples"

@@ -1,32 +1,17 @@
-"""The rooms import downwards only."""
+"""The rooms import downwards only, folders inside rooms too, and no two files import each other in a circle."""
 
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import symdyn
+from tests.rooms_picture import FOLDERS, ROOMS, picture
 
 ROOT = Path(symdyn.__file__).parent
-
-ROOMS = {  # room: the rooms it may import
-    "errors": [],
-    "resources": ["errors"],
-    "graph": ["errors"],
-    "algebra": ["graph"],
-    "spatial": ["graph"],
-    "scene": ["spatial", "resources"],
-    "dynamics": ["scene", "algebra"],
-    "program": ["dynamics"],
-    "emit": ["program"],
-    "build": ["emit"],
-    "draw": ["emit"],
-    "verify": ["build"],
-    "simulation": ["verify", "draw"],
-    "bench": ["simulation"],
-    "teach": ["simulation"],
-    "cli": ["bench", "teach"],
-}
+PICTURE = ROOT.parent / "docs" / "pictures" / "rooms.svg"
 
 
 def below(room: str) -> set[str]:
@@ -36,19 +21,62 @@ def below(room: str) -> set[str]:
     return found
 
 
+@cache
+def modules() -> dict[str, ast.Module]:
+    """Return the syntax of every module by its name."""
+    found = {}
+    for path in sorted(ROOT.rglob("*.py")):
+        parts = ("symdyn", *path.relative_to(ROOT).with_suffix("").parts)
+        name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+        found[name] = ast.parse(path.read_text(encoding="utf-8"))
+    return found
+
+
+def imports(tree: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
+    """Yield the imports that run, late ones too; those for type checkers alone do not."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            continue
+        if isinstance(node, (ast.Import, ast.ImportFrom)):
+            yield node
+        else:
+            yield from imports(node)
+
+
+def home(module: str, name: str) -> str:
+    """Return the module that a name is from, through the rooms' front pages; "" for one of another package."""
+    if f"{module}.{name}" in modules():
+        return f"{module}.{name}"
+    for node in imports(modules()[module]) if module in modules() else ():
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("symdyn"):
+            for alias in node.names:
+                if (alias.asname or alias.name) == name and (node.module, alias.name) != (module, name):
+                    return home(node.module, alias.name)
+    return module if module in modules() else ""
+
+
+@cache
+def arrows() -> dict[str, set[str]]:
+    """Return the modules that each module imports, itself left out."""
+    found: dict[str, set[str]] = {}
+    for module, tree in modules().items():
+        targets = set()
+        for node in imports(tree):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                targets |= {home(node.module, alias.name) for alias in node.names}
+            elif isinstance(node, ast.Import):
+                targets |= {alias.name for alias in node.names if alias.name in modules()}
+        found[module] = targets - {"", module}
+    return found
+
+
 def test_every_import_points_down() -> None:
     wrong = []
-    for path in sorted(ROOT.rglob("*.py")):
-        room = path.relative_to(ROOT).parts[0].removesuffix(".py")
-        if room in ("__init__", "__main__"):
-            continue
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if not isinstance(node, (ast.Import, ast.ImportFrom)):
-                continue
-            names = [node.module] if isinstance(node, ast.ImportFrom) else [alias.name for alias in node.names]
-            for name in names:
-                if name and name.startswith("symdyn.") and name.split(".")[1] not in below(room):
-                    wrong.append(f"{path.relative_to(ROOT)} imports {name}")
+    for module, targets in arrows().items():
+        room = module.split(".")[1] if "." in module else ""
+        if room not in ("", "__main__"):
+            wrong += [f"{module} imports {target}" for target in targets if target.split(".")[1] not in below(room)]
+
     assert not wrong, "\n".join(wrong)
 
 
@@ -56,3 +84,50 @@ def test_every_room_is_in_the_table() -> None:
     rooms = {p.name.removesuffix(".py") for p in ROOT.iterdir() if p.suffix == ".py" or (p / "__init__.py").exists()}
 
     assert rooms - {"__init__", "__main__"} == set(ROOMS)
+
+
+def test_no_room_has_the_name_of_a_door() -> None:
+    assert not set(ROOMS) & set(symdyn.__all__)
+
+
+def folder(module: str) -> tuple[str, str]:
+    """Return room and folder of a file; "" is the room's own."""
+    _, room, *rest = module.split(".")
+    return room, rest[0] if len(rest) > 1 else ""
+
+
+def test_folders_inside_rooms_import_downwards() -> None:
+    wrong = []
+    for module, targets in arrows().items():
+        for target in targets:
+            if module.count(".") < 2 or target.count(".") < 2:
+                continue  # a front page says what is behind it
+            (room, mine), (other, theirs) = folder(module), folder(target)
+            if room == other and room in FOLDERS and mine != theirs and theirs not in FOLDERS[room][mine]:
+                wrong.append(f"{module} imports {target}")
+
+    assert not wrong, "\n".join(wrong)
+
+
+def test_every_folder_is_in_the_table() -> None:
+    for room, folders in FOLDERS.items():
+        found = {path.name for path in (ROOT / room).iterdir() if (path / "__init__.py").exists()}
+
+        assert found == set(folders) - {""}, room
+
+
+def test_no_files_import_each_other_in_a_circle() -> None:
+    left = {module: set(targets) for module, targets in arrows().items() if module != "symdyn"}
+    while True:
+        used = set().union(*left.values())
+        inner = {module: targets & left.keys() for module, targets in left.items() if module in used}
+        inner = {module: targets for module, targets in inner.items() if targets}
+        if inner == left:
+            break
+        left = inner
+
+    assert not left, "\n".join(f"{module} imports {', '.join(sorted(targets))}" for module, targets in left.items())
+
+
+def test_the_picture_of_the_rooms_is_that_of_the_table() -> None:
+    assert PICTURE.read_text(encoding="utf-8") == picture(), "python tests/rooms_picture.py draws it again"

@@ -7,7 +7,7 @@ from arms import three_link
 from oracles import BIG, assert_digits, flat, numbers, oracle
 from running import call
 
-from symdyn.dynamics import derive, roads
+from symdyn.dynamics import derive, roads_of
 
 ARM = oracle("modern_robotics_3link")
 OURS, PUBLISHED = ARM["ours"], ARM["published"]
@@ -44,7 +44,7 @@ def tip_torques():
 
 @pytest.mark.parametrize(("name", "key"), [("gravity_forces", "G"), ("velocity_forces", "C"), ("mass_matrix", "M")])
 def test_every_road_gives_the_published_terms(name, key):
-    for road in roads(name):
+    for road in roads_of(name):
         found = evaluated(name, road)
         assert_digits(found, flat(OURS[key]) if key == "M" else OURS[key], "1e-27")
         if key in PUBLISHED:
@@ -56,7 +56,7 @@ def test_jacobian_carries_the_tip_wrench_to_the_joints():
     assert_digits(tip_torques(), PUBLISHED["tip"], "1e-8")
 
 
-@pytest.mark.parametrize("road", roads("inverse_dynamics"))
+@pytest.mark.parametrize("road", roads_of("inverse_dynamics"))
 def test_inverse_dynamics_and_the_tip_wrench_make_the_published_torque(road):
     torque = [a + b for a, b in zip(evaluated("inverse_dynamics", road), tip_torques(), strict=True)]
 
@@ -64,7 +64,7 @@ def test_inverse_dynamics_and_the_tip_wrench_make_the_published_torque(road):
     assert_digits(torque, PUBLISHED["ID"], "1e-9")
 
 
-@pytest.mark.parametrize("road", roads("forward_dynamics"))
+@pytest.mark.parametrize("road", roads_of("forward_dynamics"))
 def test_forward_dynamics_gives_the_published_acceleration(road):
     drive = [a - b for a, b in zip(numbers([".5", ".6", ".7"]), tip_torques(), strict=True)]
 

@@ -7,7 +7,7 @@ from arms import puma560
 from oracles import BIG, assert_digits, flat, numbers, oracle
 from running import call
 
-from symdyn.dynamics import derive, roads
+from symdyn.dynamics import derive, roads_of
 
 PUMA = oracle("puma560_corke")
 STATES = PUMA["states"]
@@ -27,7 +27,7 @@ def evaluated(scene, name, road, state, **more):
 
 @pytest.mark.parametrize("name", [*CHECKS, "coriolis_matrix"])
 def test_every_road_gives_the_published_robot(scene, name):
-    for road in roads(name):
+    for road in roads_of(name):
         equations = derive(scene, [name], road)
         for state in STATES:
             given = state[CHECKS.get(name, "C_christoffel")]
@@ -61,7 +61,7 @@ def test_accelerations_with_motors_need_the_published_torque(scene, state):
     assert_digits([a + j * x for a, j, x in zip(found, rotor, qdd, strict=True)], TAU)
 
 
-@pytest.mark.parametrize("road", roads("forward_dynamics"))
+@pytest.mark.parametrize("road", roads_of("forward_dynamics"))
 def test_forward_dynamics_takes_the_published_torque_back_to_the_acceleration(scene, road):
     equations = derive(scene, ["forward_dynamics"], road)
     for state in STATES:

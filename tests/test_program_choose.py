@@ -6,10 +6,10 @@ import pytest
 from arms import EXAMPLES, chain, two_link
 from mechanisms import coupled_tree, random_tree
 
-from symdyn.dynamics import Equations, Workspace, derive, derive_one, expected, roads
+from symdyn.dynamics import Equations, Workspace, derive, derive_one, expected, roads_of
 from symdyn.errors import DerivationError
 from symdyn.program import formulate, lower
-from symdyn.program.choose import LONGEST, candidates
+from symdyn.program.formulation import LONGEST, candidates
 from symdyn.scene import read
 from symdyn.verify import DIFFERENT
 from symdyn.verify.equality import Claim, prove
@@ -27,7 +27,7 @@ def test_no_other_road_is_cheaper(scene):
     equations = formulate(scene, outputs)
     for function in equations.functions:
         own = cost(scene, function.name, function.formulation)
-        assert own == min(cost(scene, function.name, road) for road in roads(function.name, scene))
+        assert own == min(cost(scene, function.name, road) for road in roads_of(function.name, scene))
 
 
 def test_all_roads_of_a_choice_are_proved_equal():
@@ -36,7 +36,7 @@ def test_all_roads_of_a_choice_are_proved_equal():
     claims = [
         Claim(f.name, f.formulation, road, f.entries, derive_one(workspace, f.name, road).entries)
         for f in formulate(scene, expected(scene)).functions
-        for road in roads(f.name, scene)
+        for road in roads_of(f.name, scene)
     ]
     _, findings = prove(claims)
 
@@ -47,7 +47,7 @@ def test_a_road_can_be_asked_for_and_others_are_counted():
     equations = formulate(two_link(), ("inverse_dynamics", "forward_dynamics", "pose:tool"), "aba")
 
     assert equations["forward_dynamics"].formulation == "aba"
-    assert equations["inverse_dynamics"].formulation in roads("inverse_dynamics")
+    assert equations["inverse_dynamics"].formulation in roads_of("inverse_dynamics")
 
 
 def test_a_road_that_no_output_has_is_refused():

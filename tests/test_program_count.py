@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from formulas import every_op, one
 
-from symdyn.dynamics.cost import cost
+from symdyn.dynamics.mechanism.cost import cost
 from symdyn.graph import Graph, Op
 from symdyn.program import Counts, count, lower
 

@@ -11,8 +11,8 @@ from formulas import QUARTER, every_op, one, states
 from mechanisms import random_tree
 
 from symdyn.algebra.numeric import Batches, Fractions
-from symdyn.dynamics.derive import derive
-from symdyn.dynamics.equations import Equations
+from symdyn.dynamics.roads.derive import derive
+from symdyn.dynamics.roads.functions import Equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.program import Program, check, lower

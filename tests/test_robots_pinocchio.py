@@ -20,7 +20,7 @@ from symdyn.program import lower
 from symdyn.scene import Scene
 from symdyn.scene.formats.urdf import read
 from symdyn.scene.formats.urdf_writer import write_text
-from symdyn.scene.reading import Reading, ReadOptions
+from symdyn.scene.reader import Reading, ReadOptions
 
 pytestmark = pytest.mark.slow
 

@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from symdyn.cli import main
-from symdyn.draw.door import drawing
 from symdyn.draw.free_body import acting_on
+from symdyn.draw.pictures import drawing
 from symdyn.draw.places import places
 from symdyn.draw.planes import pushes
 from symdyn.draw.pose import pose
-from symdyn.dynamics.loops.numbers import numbers_of
-from symdyn.dynamics.workspace import Workspace
-from symdyn.emit.equations import equations_text
+from symdyn.dynamics.loops.loop_numbers import numbers_of
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import SceneError
 from symdyn.scene import Scene, bind, body, free, knife_edge, read, read_noting, read_text, rolling, scene, write_text
-from symdyn.teach.check import check_derivation
+from symdyn.teach.derivation_check import check_derivation
 from symdyn.teach.interactive.reduced import held
 
 DATA, EXAMPLES = Path(__file__).parent / "data", Path(__file__).parent.parent / "examples"

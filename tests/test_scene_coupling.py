@@ -16,7 +16,7 @@ from symdyn.algebra.form import express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive, derive_one
 from symdyn.dynamics.closed_forms.closed_form import closed_form, coefficient_names
-from symdyn.emit.equations import equations_text
+from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import SceneError
 from symdyn.graph import substitute
 from symdyn.scene import (

@@ -8,8 +8,8 @@ import pytest
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.loops.mobility import mobility
-from symdyn.dynamics.positions import body_placements
-from symdyn.dynamics.state import placement, state_symbols
+from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.state import placement, state_symbols
 from symdyn.errors import SceneError
 from symdyn.graph import Expr, Graph, evaluate, substitute
 from symdyn.scene import (
@@ -23,7 +23,7 @@ from symdyn.scene import (
     starting_velocity,
     with_symbolic_inertia,
 )
-from symdyn.scene.joints.turned import inverse
+from symdyn.scene.joints.reversed import inverse
 from symdyn.scene.quantity import symbol
 from symdyn.scene.starters import starter
 from symdyn.scene.value import value_of

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from symdyn.emit.symbols import latex_symbols
+from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import SceneError
 from symdyn.scene import Scene
 from symdyn.scene.grammar import check_latex

@@ -9,11 +9,11 @@ import pytest
 from mechanisms import AXES, shape
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.state import joint_motion, placement
+from symdyn.dynamics.mechanism.state import joint_motion, placement
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Joint, Pose, ReadOptions, number, read_noting, read_text, symbol, write_text
-from symdyn.scene.joints.turned import inverse
+from symdyn.scene.joints.reversed import inverse
 from symdyn.scene.turning import turned
 
 BODIES = "".join(f"[bodies.{name}]\nmass = 1\n" for name in ("crank", "coupler", "rocker"))

@@ -15,7 +15,7 @@ from mechanisms import coupled_tree, random_tree
 from symdyn.build import lambdify
 from symdyn.dynamics import derive
 from symdyn.dynamics.closed_forms.closed_form import closed_form
-from symdyn.emit.equations import equations_text
+from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import SceneError
 from symdyn.program import lower
 from symdyn.scene import (

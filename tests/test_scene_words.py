@@ -34,7 +34,7 @@ from symdyn.scene import (
 )
 from symdyn.scene.binding import _places
 from symdyn.scene.draft import Draft, uses
-from symdyn.scene.forces.formula import linear_parts
+from symdyn.scene.forces.velocity_row import linear_parts
 from symdyn.scene.mapping import quantities_in
 
 WIDE = everything()

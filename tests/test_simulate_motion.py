@@ -17,10 +17,10 @@ from symdyn.scene import Joint, Scene, read
 from symdyn.scene.formula import parse as formula
 from symdyn.scene.table import Faults
 from symdyn.simulation import METHODS, Motion, Trajectory, inverse, read_forces, read_motion, simulate
-from symdyn.simulation.choose import is_stiff
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import importable
-from symdyn.simulation.laws import Law, read_law
+from symdyn.simulation.integrator import is_stiff
+from symdyn.simulation.motion_laws import Law, read_law
 from symdyn.simulation.record import csv_text, record
 from symdyn.simulation.slopes import differences
 from symdyn.simulation.state_equations import state_equations

@@ -60,7 +60,7 @@ def test_a_start_near_a_position_that_is_not_singular_leads_there(guess: dict[st
 
 @pytest.mark.mends("3.5")
 def test_a_loop_whose_angles_start_singular_is_refused_in_inverse() -> None:
-    from symdyn.simulation.inverse import inverse
+    from symdyn.simulation.inverse_run import inverse
 
     scene = undriven("euler_hinge")
     with pytest.raises(SimulateError, match=r"joint j: theta = 0: .*singular"):
@@ -68,7 +68,7 @@ def test_a_loop_whose_angles_start_singular_is_refused_in_inverse() -> None:
 
 
 def test_a_tree_whose_angles_start_singular_is_refused_in_inverse_too() -> None:
-    from symdyn.simulation.inverse import inverse
+    from symdyn.simulation.inverse_run import inverse
 
     scene = top("zxz", "0.2")
     with pytest.raises(SimulateError, match=r"start: joint tip: b = 0: .*quaternion"):

@@ -10,11 +10,11 @@ from symdyn.algebra.balls import FUNCTIONS_OF_BALLS
 from symdyn.algebra.big import BigFloats
 from symdyn.algebra.numeric import Batches, Floats
 from symdyn.algebra.running_error import SLOPES
-from symdyn.draw.symbols import PARTS
-from symdyn.dynamics.cost import CATEGORY
+from symdyn.draw.joint_symbols import PARTS
+from symdyn.dynamics.mechanism.cost import CATEGORY
 from symdyn.emit import TARGETS
-from symdyn.emit.real import REALS
-from symdyn.emit.spelling import Spelling
+from symdyn.emit.code.operators import Spelling
+from symdyn.emit.code.real import REALS
 from symdyn.graph import ARITY, FUNCTIONS, Op
 from symdyn.graph.differentiate import PARTIALS
 from symdyn.graph.ops import LEAVES

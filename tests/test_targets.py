@@ -14,9 +14,9 @@ from hostile import PAYLOADS
 from symdyn import certify, lambdify, read
 from symdyn.build import RUNNERS, run_python
 from symdyn.cli import main
-from symdyn.dynamics.equations import Equations
+from symdyn.dynamics.roads.functions import Equations
 from symdyn.emit import TARGETS, Target, emit, write
-from symdyn.emit.real import REALS
+from symdyn.emit.code.real import REALS
 from symdyn.errors import EmitError, MissingProgram
 from symdyn.graph import Graph
 from symdyn.program import Program, lower

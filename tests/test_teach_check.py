@@ -15,14 +15,14 @@ from hypothesis import strategies as st
 
 from symdyn.algebra.form import MINUS_ONE, Form, Function, Number, Symbol, express_form, power_of, product_of, sum_of
 from symdyn.cli import main
-from symdyn.emit.equations import equations_text
-from symdyn.emit.formula_text import Latex, text_of
-from symdyn.emit.symbols import latex_symbols
+from symdyn.emit.print.equations_text import equations_text
+from symdyn.emit.print.formula_text import Latex, text_of
+from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import TeachError
 from symdyn.graph import Graph, Op
 from symdyn.scene import Scene, number, read, read_text
 from symdyn.teach.answers import SENTENCES, in_words
-from symdyn.teach.check import check_derivation
+from symdyn.teach.derivation_check import check_derivation
 from symdyn.teach.differences import KINDS
 from symdyn.teach.student.statements import find_target, read_formula, read_statements
 from symdyn.verify import PROVED, Claim, prove

@@ -16,7 +16,7 @@ from browser import OVERLAPS, chromium, opened
 from symdyn.algebra.form import ZERO, express_form, symbols_of
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
-from symdyn.emit.formula_text import BREAK, text_of
+from symdyn.emit.print.formula_text import BREAK, text_of
 from symdyn.errors import TeachError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import read, read_text
@@ -25,8 +25,8 @@ from symdyn.teach.document import Blank, Block, Box, Document, Formula
 from symdyn.teach.exercises import judge, questions, with_exercises
 from symdyn.teach.languages import LANGUAGES
 from symdyn.teach.render.html import html_page
+from symdyn.teach.render.mathematics import Spelling
 from symdyn.teach.render.mathml import flow, inner
-from symdyn.teach.render.spelling import Spelling
 from symdyn.teach.student.statements import read_formula
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

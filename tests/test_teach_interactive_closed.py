@@ -17,8 +17,8 @@ from scipy.integrate import solve_ivp
 from symdyn.build import run_python
 from symdyn.dynamics import derive
 from symdyn.dynamics.loops.assembly import closed_position
-from symdyn.dynamics.loops.numbers import numbers_of
-from symdyn.dynamics.loops.partition import Closing
+from symdyn.dynamics.loops.loop_numbers import numbers_of
+from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.emit import emit
 from symdyn.program import lower
 from symdyn.scene import Scene, read
@@ -92,7 +92,7 @@ class Truth:
     def __init__(self, scene: Scene, params: Array) -> None:
         free = replace(scene, parameters=tuple(replace(one, value=None) for one in scene.parameters))
         given = {p.name: float(value_of(p.value, {}) or 0) for p in scene.parameters if p.value is not None}
-        closing, self.params = Closing(parameters=tuple(given.items())), [params] if len(params) else []
+        closing, self.params = LoopChoices(parameters=tuple(given.items())), [params] if len(params) else []
         roads = dict.fromkeys(self.FUNCTIONS, "lagrange") | dict.fromkeys(self.ROWS, "differentiation")
         self.calls = {
             name: getattr(run_python(emit(lower(derive(free, [name], road, closing)))), name)

@@ -8,13 +8,13 @@ import pytest
 
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
-from symdyn.emit.equations import equations_text
-from symdyn.emit.symbols import latex_symbols
+from symdyn.emit.print.equations_text import equations_text
+from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.graph import Op, evaluate, reachable
 from symdyn.scene import Scene, read, read_text
 from symdyn.teach import Document, walkthrough
 from symdyn.teach.document import Picture
-from symdyn.teach.render.spelling import Spelling
+from symdyn.teach.render.mathematics import Spelling
 
 ROOT = Path(__file__).parent
 EXAMPLES = ROOT.parent / "examples"

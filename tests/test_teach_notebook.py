@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import symdyn
-from symdyn.emit.formula_text import text_of
+from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import TeachError
 from symdyn.scene import read
 from symdyn.teach import rendered, walkthrough

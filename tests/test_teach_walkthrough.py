@@ -17,9 +17,9 @@ from symdyn.algebra.form import ZERO, Symbol, express_form, terms_of
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.loops.rows import differentiated
-from symdyn.dynamics.positions import body_placements
-from symdyn.emit.formula_text import text_of
+from symdyn.dynamics.loops.constraint_rows import differentiated
+from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
 from symdyn.scene import JOINTS, Scene, express, number, read
@@ -28,11 +28,11 @@ from symdyn.scene.toml import read_text
 from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach import meaning as meaning_room
 from symdyn.teach import reactions as reactions_room
-from symdyn.teach.dalembert import STAGES
+from symdyn.teach.dalembert_road import STAGES
 from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Values, Words
 from symdyn.teach.languages import LANGUAGES, PLACE
 from symdyn.teach.numbers import written
-from symdyn.teach.render.spelling import Spelling
+from symdyn.teach.render.mathematics import Spelling
 from symdyn.teach.textbook import NUMBERS, READS
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

@@ -17,11 +17,11 @@ from oracles import BIG
 from running import solved_at
 
 from symdyn.dynamics import derive_one
+from symdyn.dynamics.mechanism.state import vector
+from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.dynamics.reactions.bivectors import frames, inertia_bivector, shift, turned
 from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, equilibrium
 from symdyn.dynamics.reactions.solution import equations
-from symdyn.dynamics.state import vector
-from symdyn.dynamics.tree import body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene import JOINTS, Body, Particle, express, number

@@ -13,9 +13,9 @@ from closed_mechanisms import bricard, crank_rocker, n_four_bar, slider_crank
 import symdyn
 from symdyn.cli import main
 from symdyn.dynamics import Workspace, derive, reactions_at, unique_reactions
-from symdyn.dynamics.loops.closed import solve_transposed
 from symdyn.dynamics.loops.mobility import mobility
 from symdyn.dynamics.loops.partition import Block, Partition, blocks
+from symdyn.dynamics.loops.reduction import solve_transposed
 from symdyn.dynamics.reactions import ties as ties_room
 from symdyn.verify import DIFFERENT, NUMERICAL
 from symdyn.verify.equality import prove

@@ -12,7 +12,7 @@ from native import address, compiled, loops
 
 from symdyn.build.compiler import FLAGS, find_compiler
 from symdyn.emit import emit
-from symdyn.emit.names import stem
+from symdyn.emit.code.identifiers import stem
 
 NAME = "symdyn"
 

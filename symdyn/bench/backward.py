@@ -22,7 +22,7 @@ from flint import arb_mat
 from symdyn.algebra.balls import Balls
 from symdyn.bench.reference import BITS, Reference, reference
 from symdyn.dynamics import row_of
-from symdyn.dynamics.prescribed import has_motion
+from symdyn.dynamics.mechanism.prescribed import has_motion
 from symdyn.errors import DerivationError
 from symdyn.program import Routine, formulate, lower
 from symdyn.scene import Scene

@@ -6,9 +6,9 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from symdyn.bench.model import Bench, Curve, Measured, Motion, Point
+from symdyn.bench.measurements import Bench, Curve, Measured, MotionPrecision, Point
 from symdyn.bench.plots import Dot, Series, log_log
-from symdyn.bench.stress.model import Stress
+from symdyn.bench.stress.case import Stress
 from symdyn.emit.escape import in_html, in_markdown
 from symdyn.emit.render import render
 from symdyn.verify.certificate import finite
@@ -52,19 +52,19 @@ def time_against_error(bench: Bench, function: str) -> str:
     return log_log(f"{bench.scene}: {function}", "ns a state", "relative error, 99 %", series)
 
 
-def work_against_precision(motion: Motion) -> str:
+def work_against_precision(motion: MotionPrecision) -> str:
     """Return the plot of the error of a trajectory's end against the time that it took."""
     title = f"{motion.until:g} s of motion: work and precision"
     return log_log(title, "seconds", "error at the end", _lines(motion.precision, motion))
 
 
-def work_against_drift(motion: Motion) -> str:
+def work_against_drift(motion: MotionPrecision) -> str:
     """Return the plot of the drift of the energy against the time that it took."""
     title = f"{motion.later:g} s of motion: drift of the energy"
     return log_log(title, "seconds", "largest drift over the energy", _lines(motion.drift, motion))
 
 
-def _lines(curves: Sequence[Curve], motion: Motion) -> list[Series]:
+def _lines(curves: Sequence[Curve], motion: MotionPrecision) -> list[Series]:
     """Return lines whose colours are the same in both pictures."""
     methods = [curve.method for curve in motion.precision]
     return [
@@ -161,7 +161,7 @@ PRECISION = ("method", "rtol", "seconds", "evaluations", "error at the end", "be
 DRIFT = (*PRECISION[:4], "drift of the energy", "best")
 
 
-def told(motion: Motion) -> list[str]:
+def told(motion: MotionPrecision) -> list[str]:
     """Return what a reader of the trajectories has to know."""
     doubt = f"which may be off by {motion.uncertain:.0e}; no smaller error is told" if motion.uncertain else "exact"
     return [
@@ -173,7 +173,7 @@ def told(motion: Motion) -> list[str]:
     ]
 
 
-def _motions(motion: Motion) -> list[tuple[str, tuple[str, ...], tuple[Curve, ...]]]:
+def _motions(motion: MotionPrecision) -> list[tuple[str, tuple[str, ...], tuple[Curve, ...]]]:
     """Return name of the picture, columns and curves of both measures."""
     return [("trajectory", PRECISION, motion.precision), ("energy", DRIFT, motion.drift)]
 

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.dynamics import Argument
-from symdyn.dynamics.loops.numbers import Numbers, numbers_of
+from symdyn.dynamics.loops.loop_numbers import Numbers, numbers_of
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 from symdyn.scene.units import coordinate_units

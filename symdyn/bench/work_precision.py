@@ -14,14 +14,14 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.bench.extended import truth
-from symdyn.bench.model import Curve, Motion, Point, unbeaten
+from symdyn.bench.measurements import Curve, MotionPrecision, Point, unbeaten
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene
 from symdyn.scene.units import coordinate_units
-from symdyn.simulation.constraints import Projection
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS, IntegrationError, Piece, Problem, importable, integrate
 from symdyn.simulation.monitors import observe
+from symdyn.simulation.projection import Projection
 from symdyn.simulation.state_equations import StateEquations, state_equations
 
 Array = npt.NDArray[np.float64]
@@ -41,7 +41,7 @@ AGAIN = 0.02
 ROUNDING, SAMPLES = 1e-14, 401
 
 
-def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = lambda _: None) -> Motion:
+def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = lambda _: None) -> MotionPrecision:
     """Return work and precision of the motion without drives, by every method whose library is installed.
 
     Args:
@@ -84,7 +84,7 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
         drifts.append(Curve(name, tuple(_drifts(runs, name, wanted, later, patience))))
     if slow:
         notes.append(f"Left out, for they take over {patience:g} s or fail: {', '.join(slow)}")
-    return Motion(
+    return MotionPrecision(
         UNTIL, later, known.how, known.uncertain, tuple(marked(precise)), tuple(marked(drifts)), tuple(notes)
     )  # fmt: skip
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from symdyn.build.compiler import PATIENCE, find_compiler
 from symdyn.build.library import Kind, load
-from symdyn.build.words import check_target
+from symdyn.build.warned import check_target
 from symdyn.emit import Sources
-from symdyn.emit.ufunc import LEAN, UFUNC
+from symdyn.emit.code.ufunc import LEAN, UFUNC
 from symdyn.errors import MissingCompiler
 
 INCLUDE = Path(sysconfig.get_path("include"))

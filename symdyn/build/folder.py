@@ -17,7 +17,7 @@ from functools import cache
 from pathlib import Path
 
 from symdyn.build.entry import distrust
-from symdyn.build.words import warn_once
+from symdyn.build.warned import warn_once
 from symdyn.errors import MissingCompiler
 
 try:

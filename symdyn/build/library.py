@@ -24,7 +24,7 @@ from typing import Any
 from symdyn.build.compiler import FLAGS, PATIENCE, Compiler, compile_library
 from symdyn.build.entry import Damaged, load_entry, seal
 from symdyn.build.folder import folder_aside, instead, private_folder, trusted_folder
-from symdyn.build.words import warn
+from symdyn.build.warned import warn
 from symdyn.errors import BuildError, MissingCompiler
 
 SUFFIX = ".dll" if sys.platform == "win32" else ".so"

@@ -10,9 +10,9 @@ from typing import Any
 
 from symdyn.build.extension import build_extension
 from symdyn.build.runners import run_or_python
-from symdyn.dynamics import Closing, Unasked, available, row_of
+from symdyn.dynamics import LoopChoices, Unasked, available, row_of
 from symdyn.emit import emit
-from symdyn.emit.ufunc import LEAN, UFUNC
+from symdyn.emit.code.ufunc import LEAN, UFUNC
 from symdyn.program import Program, Routine, formulate, identifier, lower
 from symdyn.program import prepare as prepare_program
 from symdyn.program.prepare import is_prepared
@@ -44,7 +44,7 @@ class Loaded:
     compiler: str | None = None
     machine: str = "native"
     prepared: bool = False
-    closing: Closing = Closing()  # noqa: RUF009  frozen
+    closing: LoopChoices = LoopChoices()  # noqa: RUF009  frozen
 
     def __post_init__(self) -> None:
         """Make every function an attribute, found without a detour."""
@@ -87,7 +87,7 @@ def load(
     compiler: str | None = None,
     machine: str = "native",
     prepare: bool = False,
-    closing: Closing = Closing(),  # noqa: B008  frozen
+    closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
 ) -> Loaded:
     """Return the functions of a scene, compiled into a Python extension that is kept in the cache.
 
@@ -125,7 +125,7 @@ def load(
 
 def usual(
     scene: Scene,
-    closing: Closing = Closing(),  # noqa: B008  frozen
+    closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
 ) -> tuple[str, ...]:
     """Return the functions that `load` takes unasked."""
     outputs, _ = available(scene, closing)

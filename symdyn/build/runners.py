@@ -6,16 +6,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from symdyn.build.c import build
 from symdyn.build.extension import build_extension
-from symdyn.build.node import run_js
-from symdyn.build.python import run_python
-from symdyn.build.words import warn_once
+from symdyn.build.run_c import build
+from symdyn.build.run_node import run_js
+from symdyn.build.run_python import run_python
+from symdyn.build.warned import warn_once
 from symdyn.emit import Sources, emit
-from symdyn.emit.c import BATCH, C
-from symdyn.emit.javascript import JS
-from symdyn.emit.python import NUMPY
-from symdyn.emit.ufunc import DOUBLES, UFUNC
+from symdyn.emit.code.c import BATCH, C
+from symdyn.emit.code.javascript import JS
+from symdyn.emit.code.python import NUMPY
+from symdyn.emit.code.ufunc import DOUBLES, UFUNC
 from symdyn.errors import MissingProgram
 
 Call = Callable[..., Any]

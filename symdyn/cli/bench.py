@@ -9,7 +9,7 @@ import argparse
 import shlex
 from typing import TYPE_CHECKING
 
-from symdyn.cli.reading import add_reading_options, read_scene, reading_words
+from symdyn.cli.scene_options import add_reading_options, read_scene, reading_words
 
 if TYPE_CHECKING:
     from symdyn.bench import Bench

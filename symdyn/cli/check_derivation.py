@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from symdyn.cli.reading import add_reading_options, read_scene
+from symdyn.cli.scene_options import add_reading_options, read_scene
 
 LARGEST = 1_000_000  # bytes of a file that is opened at all
 
@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     from symdyn.cli.talk import Waiting, say
     from symdyn.errors import SymdynError, printable
     from symdyn.teach.answers import in_words
-    from symdyn.teach.check import check_derivation
+    from symdyn.teach.derivation_check import check_derivation
     from symdyn.teach.student.statements import find_target
 
     try:

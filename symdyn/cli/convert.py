@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from symdyn.cli.reading import add_reading_options, read_scene
+from symdyn.cli.scene_options import add_reading_options, read_scene
 
 
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -24,7 +24,7 @@ def run(options: argparse.Namespace) -> int:
     from symdyn.emit import write
     from symdyn.errors import EmitError
     from symdyn.scene import write_text
-    from symdyn.scene.door import format_to_write
+    from symdyn.scene.scene_files import format_to_write
 
     path = Path(options.output)
     format = format_to_write(path)

@@ -10,7 +10,7 @@ import argparse
 import math
 from pathlib import Path
 
-from symdyn.cli.reading import add_reading_options, read_scene
+from symdyn.cli.scene_options import add_reading_options, read_scene
 
 
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from symdyn.cli.reading import add_reading_options, read_scene
+from symdyn.cli.scene_options import add_reading_options, read_scene
 
 if TYPE_CHECKING:
     from symdyn.scene import Scene
@@ -49,13 +49,13 @@ def run(options: argparse.Namespace) -> int:
 def _text(scene: Scene, options: argparse.Namespace) -> str:
     """Return what was asked for; each page imports what it needs."""
     if options.group == "dalembert":
-        from symdyn.emit.dalembert_page import dalembert_text
+        from symdyn.emit.print.dalembert_page import dalembert_text
 
         return dalembert_text(scene, options.document)
     if options.group == "base-parameters":
-        from symdyn.emit.base_parameters import base_parameters_text
+        from symdyn.emit.print.base_parameters_page import base_parameters_text
 
         return base_parameters_text(scene, options.format)
-    from symdyn.emit.equations import equations_text
+    from symdyn.emit.print.equations_text import equations_text
 
     return equations_text(scene, options.format, options.group, options.angles, options.document)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from symdyn.graph import growing
 
 if TYPE_CHECKING:
-    from symdyn.dynamics import Closing, Equations
+    from symdyn.dynamics import Equations, LoopChoices
     from symdyn.scene import Joint, Scene
 
 MEASURED = 50
@@ -16,7 +16,7 @@ MEASURED = 50
 
 
 @growing()
-def gather(scene: Scene, road: str | None, closing: Closing) -> tuple[dict[str, Any], list[str]]:
+def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[str, Any], list[str]]:
     """Return the facts for JSON, and why some functions are missing."""
     from symdyn.dynamics import LARGEST, Equations, Workspace, available_on
     from symdyn.program import choose, formulate
@@ -117,7 +117,7 @@ def _counted(equations: Equations, outputs: Sequence[str]) -> tuple[dict[str, An
     return {"functions": functions, "prepare": prepare_first, "skipped": report}, said
 
 
-def _mobility(scene: Scene, closing: Closing) -> dict[str, Any] | None:
+def _mobility(scene: Scene, closing: LoopChoices) -> dict[str, Any] | None:
     """Return the mobility of a scene with loops or rows; None for a tree, and where the loops cannot be closed."""
     from dataclasses import asdict
 
@@ -132,10 +132,10 @@ def _mobility(scene: Scene, closing: Closing) -> dict[str, Any] | None:
         return None
 
 
-def _loose(scene: Scene, closing: Closing) -> str:
+def _loose(scene: Scene, closing: LoopChoices) -> str:
     """Return which entries of reactions, axes of the children, rigid bodies do not tell, in words; "" for none."""
     from symdyn.dynamics import unique_reactions
-    from symdyn.dynamics.labels import COMPONENTS, joints_of, told
+    from symdyn.dynamics.roads.labels import COMPONENTS, joints_of, told
     from symdyn.errors import DerivationError
 
     try:
@@ -147,8 +147,8 @@ def _loose(scene: Scene, closing: Closing) -> str:
 
 def parts(scene: Scene, frames: bool, base_parameters: bool) -> dict[str, Any]:
     """Return the chosen frames, the base parameters, or both."""
-    from symdyn.emit.base_parameters import base_parameter_texts
-    from symdyn.emit.frames import frame_texts
+    from symdyn.emit.print.base_parameters_page import base_parameter_texts
+    from symdyn.emit.print.frames_text import frame_texts
 
     found: dict[str, Any] = {"name": scene.name}
     if frames:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from symdyn.cli.reading import (
+from symdyn.cli.scene_options import (
     add_closing,
     add_formulation,
     add_prepare,
@@ -17,7 +17,7 @@ from symdyn.cli.reading import (
 )
 
 if TYPE_CHECKING:
-    from symdyn.dynamics import Closing
+    from symdyn.dynamics import LoopChoices
     from symdyn.scene import Scene
 
 
@@ -31,7 +31,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 def _add_options(verb: argparse.ArgumentParser) -> None:
     """Add what the verb takes; targets say what they are and what can be asked of them."""
     from symdyn.emit import TARGETS
-    from symdyn.emit.real import REALS
+    from symdyn.emit.code.real import REALS
 
     first, *_ = TARGETS
     add_reading_options(verb)
@@ -79,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def requested(scene: Scene, functions: str | None, closing: Closing) -> tuple[tuple[str, ...], list[str]]:
+def requested(scene: Scene, functions: str | None, closing: LoopChoices) -> tuple[tuple[str, ...], list[str]]:
     """Return the outputs to generate and why some of the usual ones are left out."""
     from symdyn.dynamics import available
 

@@ -10,7 +10,7 @@ from itertools import groupby
 from operator import itemgetter
 from typing import Any
 
-from symdyn.cli.reading import add_closing, add_formulation, add_reading_options, closing_of, read_scene
+from symdyn.cli.scene_options import add_closing, add_formulation, add_reading_options, closing_of, read_scene
 
 MOST_NESTED = 200
 """Joints up to which the tree is drawn with its branches; a longer chain would leave the page."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from symdyn.cli.reading import add_reading_options, read_scene
-from symdyn.cli.trajectory import add_output_options, check_outputs, collected, deliver, flattened
+from symdyn.cli.scene_options import add_reading_options, read_scene
+from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened
 
 
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
     """Compute and write."""
     from symdyn.cli.talk import Waiting, say
     from symdyn.simulation import inverse, read_motion
-    from symdyn.simulation.motion import motion_times
+    from symdyn.simulation.scene_motion import motion_times
 
     scene = read_scene(options)
     entries = flattened(options.motion)

@@ -23,7 +23,7 @@ def run(options: argparse.Namespace) -> int:
     """Write the scene and print its path."""
     from symdyn.cli.talk import print_paths
     from symdyn.emit import write
-    from symdyn.emit.names import is_device
+    from symdyn.emit.code.identifiers import is_device
     from symdyn.errors import EmitError
     from symdyn.scene.starters import STARTERS, starter
 

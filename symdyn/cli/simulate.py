@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from symdyn.cli.reading import add_reading_options, read_scene
-from symdyn.cli.trajectory import add_output_options, check_outputs, collected, deliver, flattened, pairs
+from symdyn.cli.scene_options import add_reading_options, read_scene
+from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened, pairs
 
 if TYPE_CHECKING:
     from symdyn.simulation import Trajectory
@@ -86,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
 def told(trajectory: Trajectory) -> list[str]:
     """Return what is said about a run: events, its end, errors."""
     from symdyn.simulation.columns import counted
-    from symdyn.simulation.model import END, INTERRUPTED
+    from symdyn.simulation.trajectory import END, INTERRUPTED
 
     lines = [f"event: {event.formula} = 0 at t = {event.t!r} s" for event in trajectory.events if not event.stops]
     end = float(trajectory.t[-1])
@@ -116,7 +116,7 @@ def errors(trajectory: Trajectory) -> str:
 
 def status(trajectory: Trajectory) -> int:
     """Return the exit status: 130 after Ctrl-C, 1 where the integrator gave up."""
-    from symdyn.simulation.model import INTERRUPTED
+    from symdyn.simulation.trajectory import INTERRUPTED
 
     if trajectory.stopped == INTERRUPTED:
         return CTRL_C

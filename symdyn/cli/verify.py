@@ -8,7 +8,14 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from symdyn.cli.reading import add_closing, add_formulation, add_prepare, add_reading_options, closing_of, read_scene
+from symdyn.cli.scene_options import (
+    add_closing,
+    add_formulation,
+    add_prepare,
+    add_reading_options,
+    closing_of,
+    read_scene,
+)
 
 if TYPE_CHECKING:
     from symdyn.verify import Certificate, Rigorous

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from symdyn.cli.reading import add_reading_options, read_scene
+from symdyn.cli.scene_options import add_reading_options, read_scene
 
 ENDINGS = {".md": "md", ".tex": "latex", ".pdf": "pdf", ".html": "html", ".ipynb": "notebook"}
 
@@ -47,7 +47,7 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
 def run(options: argparse.Namespace) -> int:
     """Write the files and print their paths."""
     from symdyn.cli.talk import Waiting, print_paths
-    from symdyn.emit.names import page_stem
+    from symdyn.emit.code.identifiers import page_stem
     from symdyn.teach import rendered, walkthrough
     from symdyn.teach.exercises import with_exercises
     from symdyn.teach.interactive import interactive_page

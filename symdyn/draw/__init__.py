@@ -1,10 +1,10 @@
 """Pictures and animations of a scene: SVG and HTML text that needs nothing else."""
 
 from symdyn.draw.animate import animation
-from symdyn.draw.door import picture
-from symdyn.draw.forces import Wrench
+from symdyn.draw.force_arrows import Wrench
 from symdyn.draw.free_body import acting_on, free_body
 from symdyn.draw.moving import moving_picture
+from symdyn.draw.pictures import picture
 from symdyn.draw.pose import pose
 
 __all__ = ["Wrench", "acting_on", "animation", "free_body", "moving_picture", "picture", "pose"]

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from symdyn.draw.corner import with_corner
-from symdyn.draw.door import body_names, lines, mechanism, watched
 from symdyn.draw.labels import Put, put
+from symdyn.draw.pictures import body_names, lines, mechanism, watched
 from symdyn.draw.places import Array, Places, places
 from symdyn.draw.pose import pose, values_of
 from symdyn.draw.shapes import Item, Shape, path

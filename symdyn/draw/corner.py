@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from symdyn.draw.forces import END_ON, end_on
+from symdyn.draw.force_arrows import END_ON, end_on
 from symdyn.draw.labels import ROUGH, Label, Put, crosses
 from symdyn.draw.lettering import FONT, from_latex
 from symdyn.draw.places import Array, Places, unit
 from symdyn.draw.shapes import Item, Shape, arrow
 from symdyn.draw.svg import Drawing
 from symdyn.draw.view import View
-from symdyn.emit.symbols import latex_symbols
+from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.graph import Op
 from symdyn.scene import Scene
 

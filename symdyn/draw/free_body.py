@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
-from symdyn.draw.bodies import COLOURS, link
+from symdyn.draw.body_shapes import COLOURS, link
 from symdyn.draw.corner import with_corner
-from symdyn.draw.door import body_names, known_body, lines, load_wrench, watched
-from symdyn.draw.forces import Wrench, wrench
+from symdyn.draw.force_arrows import Wrench, wrench
 from symdyn.draw.labels import Label, put
 from symdyn.draw.lettering import words
+from symdyn.draw.pictures import body_names, known_body, lines, load_wrench, watched
 from symdyn.draw.places import Array, Frame, Hinge, Places, places, unit
 from symdyn.draw.planes import pushes
 from symdyn.draw.pose import pose, values_of
@@ -21,7 +21,7 @@ from symdyn.draw.shapes import Item, dot
 from symdyn.draw.svg import Drawing, svg
 from symdyn.draw.view import View
 from symdyn.emit.escape import in_latex
-from symdyn.emit.symbols import print_name
+from symdyn.emit.print.printed_names import print_name
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import JOINTS, Place, Row, Scene
 from symdyn.scene.mapping import quantities_in
@@ -148,7 +148,7 @@ def _cut(hinge: Hinge, body: str) -> Array:
 
 def _closer(view: View, alone: Places, scene: Scene, body: str) -> View:
     """Return a view along the same line in which the body fills the middle."""
-    from symdyn.draw.bodies import spots
+    from symdyn.draw.body_shapes import spots
 
     placed = alone.body(body)
     ends = [_cut(hinge, body)[0] for hinge in alone.hinges] + ([] if placed.com is None else [placed.com[0]])

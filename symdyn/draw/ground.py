@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from symdyn.draw.bodies import farthest
+from symdyn.draw.body_shapes import farthest
+from symdyn.draw.joint_symbols import parts, rail_ends
 from symdyn.draw.places import Array, Hinge, Places, across, unit
 from symdyn.draw.shapes import Item, Shape, circle_points, line, path
-from symdyn.draw.symbols import parts, rail_ends
 from symdyn.draw.view import View
 from symdyn.scene import GROUND, JOINTS, Scene
 from symdyn.scene.joints import Part

@@ -7,7 +7,7 @@ import unicodedata
 from dataclasses import dataclass
 
 from symdyn.emit.escape import in_html
-from symdyn.emit.symbols import print_name
+from symdyn.emit.print.printed_names import print_name
 from symdyn.scene.grammar import GREEK
 
 FONT = 17.0  # units of the picture

@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra.numeric import Batches
-from symdyn.dynamics.loads import load_vectors
-from symdyn.dynamics.positions import body_placements
-from symdyn.dynamics.state import first_moment, joint_motion, placement, vector
+from symdyn.dynamics.mechanism.loads import load_vectors
+from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.state import first_moment, joint_motion, placement, vector
 from symdyn.errors import DrawError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import FORCES, GROUND, JOINTS, Body, Joint, Load, Place, Scene, express
 from symdyn.scene.forces import Rim
 from symdyn.scene.forces.contact import in_plane
-from symdyn.scene.joints import Motion, blocks
+from symdyn.scene.joints import JointMotion, blocks
 from symdyn.spatial import Transform, Vec, unit_transform
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -246,7 +246,7 @@ def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: G
     return wanted
 
 
-def _anywhere(joint: Joint, graph: Graph) -> Motion:
+def _anywhere(joint: Joint, graph: Graph) -> JointMotion:
     """Return the motion that a joint of a loop allows, at a position without meaning: directions that never change."""
     kind = JOINTS[joint.type]
     q = tuple(graph.constant(Fraction(1, k + 2)) for k in range(len(kind.coordinates(joint))))

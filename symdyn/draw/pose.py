@@ -10,7 +10,7 @@ import numpy as np
 
 from symdyn.draw.places import Array, places
 from symdyn.dynamics.loops.assembly import closed_position, witness
-from symdyn.dynamics.loops.numbers import numbers_of
+from symdyn.dynamics.loops.loop_numbers import numbers_of
 from symdyn.errors import DerivationError, DrawError
 from symdyn.scene import JOINTS, Joint, Scene, velocity_name
 from symdyn.scene.names import suggestion

@@ -8,29 +8,29 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from symdyn.dynamics.available import LARGE, LARGEST, available, available_on, there, wanted_on
-from symdyn.dynamics.derive import derive, derive_one
-from symdyn.dynamics.equations import Argument, Equations, Function
-from symdyn.dynamics.loops.partition import Closing
-from symdyn.dynamics.output import Output, Own, Road, Unasked
-from symdyn.dynamics.outputs import OUTPUTS
-from symdyn.dynamics.recursive.base_parameters import base_parameters
-from symdyn.dynamics.requests import expected, of_place, roads, row_of
-from symdyn.dynamics.workspace import Workspace
+from symdyn.dynamics.closed_forms.base_parameters import base_parameters
+from symdyn.dynamics.loops.partition import LoopChoices
+from symdyn.dynamics.roads.available import LARGE, LARGEST, available, available_on, there, wanted_on
+from symdyn.dynamics.roads.derive import derive, derive_one
+from symdyn.dynamics.roads.functions import Argument, Equations, Function
+from symdyn.dynamics.roads.output import Output, Own, Road, Unasked
+from symdyn.dynamics.roads.outputs import OUTPUTS
+from symdyn.dynamics.roads.requests import expected, of_place, roads_of, row_of
+from symdyn.dynamics.roads.workspace import Workspace
 
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.assembly import Assembly
     from symdyn.dynamics.loops.continuation import assemble, consistent, follow
-    from symdyn.dynamics.reactions.loose import unique_reactions
-    from symdyn.dynamics.reactions.uniqueness import reactions_at
+    from symdyn.dynamics.roads.loose_reactions import unique_reactions
+    from symdyn.dynamics.roads.unique_reactions import reactions_at
 
 _NUMERIC = {
     "Assembly": "symdyn.dynamics.loops.assembly",
     "assemble": "symdyn.dynamics.loops.continuation",
     "consistent": "symdyn.dynamics.loops.continuation",
     "follow": "symdyn.dynamics.loops.continuation",
-    "reactions_at": "symdyn.dynamics.reactions.uniqueness",
-    "unique_reactions": "symdyn.dynamics.reactions.loose",
+    "reactions_at": "symdyn.dynamics.roads.unique_reactions",
+    "unique_reactions": "symdyn.dynamics.roads.loose_reactions",
 }
 
 __all__ = [
@@ -39,9 +39,9 @@ __all__ = [
     "OUTPUTS",
     "Argument",
     "Assembly",
-    "Closing",
     "Equations",
     "Function",
+    "LoopChoices",
     "Output",
     "Own",
     "Road",
@@ -58,7 +58,7 @@ __all__ = [
     "follow",
     "of_place",
     "reactions_at",
-    "roads",
+    "roads_of",
     "row_of",
     "there",
     "unique_reactions",

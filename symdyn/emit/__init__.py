@@ -1,8 +1,8 @@
 """Emitters: the only room that knows syntax."""
 
-from symdyn.emit.door import TARGETS, emit
+from symdyn.emit.code.door import TARGETS, emit
+from symdyn.emit.code.sources import Sources
+from symdyn.emit.code.target import Draft, Target
 from symdyn.emit.files import write
-from symdyn.emit.sources import Sources
-from symdyn.emit.target import Draft, Target
 
 __all__ = ["TARGETS", "Draft", "Sources", "Target", "emit", "write"]

@@ -1,11 +1,11 @@
 """The expression graph: operations, hash-consed nodes, evaluation, differentiation. Knows no mechanics."""
 
-from symdyn.graph.check import check
 from symdyn.graph.differentiate import gradient, substitute, tangents
 from symdyn.graph.evaluate import Algebra, arithmetic, evaluate, reachable
 from symdyn.graph.expression import Expr, Graph, Scalar
 from symdyn.graph.growing import growing
 from symdyn.graph.identities import LinearForm, linear_form
+from symdyn.graph.invariants import check
 from symdyn.graph.ops import ARITY, FUNCTIONS, Op
 
 __all__ = [

@@ -1,7 +1,7 @@
 """Operation counts, the currency in which formulations are compared.
 
-Categories and weights are those of `symdyn.dynamics.cost`. What has no symbol below it is a constant and costs nothing
-at run time.
+Categories and weights are those of `symdyn.dynamics.mechanism.cost`. What has no symbol below it is a constant and
+costs nothing at run time.
 
 Binding time says when the arguments of an operation are known: work on parameters alone is done once for a mechanism,
 work on q once for a configuration, and so on.
@@ -12,8 +12,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from symdyn.dynamics.cost import CATEGORY, WEIGHTS
-from symdyn.dynamics.equations import Function
+from symdyn.dynamics.mechanism.cost import CATEGORY, WEIGHTS
+from symdyn.dynamics.roads.functions import Function
 from symdyn.graph import Expr, Op, reachable
 from symdyn.graph.ops import MUL, SYMBOL
 

@@ -15,11 +15,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from symdyn.dynamics.equations import Argument, Function
+from symdyn.dynamics.roads.functions import Argument, Function
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, reachable, substitute
 from symdyn.program.assemble import PARAMS, PREPARED, assemble
-from symdyn.program.model import Program, check
+from symdyn.program.routine import Program, check
 
 PREPARE = "prepare"
 

@@ -18,9 +18,9 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 
-from symdyn.dynamics import Equations, Workspace, derive_one, roads
+from symdyn.dynamics import Equations, Workspace, derive_one, roads_of
 from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.cost import CATEGORY, FREE
+from symdyn.dynamics.mechanism.cost import CATEGORY, FREE
 from symdyn.dynamics.recursive.reframe import LeanTree, reframe
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, reachable
@@ -82,7 +82,7 @@ def skipped(equations: Equations, requests: Sequence[str]) -> tuple[Skipped, ...
             _saved(on, Ungrouped(scene), chosen),
         )
     )
-    first = {request: roads(request, scene)[0] for request in requests}
+    first = {request: roads_of(request, scene)[0] for request in requests}
     changed = {request: road for request, road in first.items() if road != chosen[request]}
     if changed:
         why = ", ".join(f"{request} by {chosen[request]} instead of {road}" for request, road in changed.items())

@@ -20,11 +20,10 @@ from symdyn.scene.build_joints import (
     universal,
 )
 from symdyn.scene.build_loads import damper, knife_edge, load, rolling, row, spring
-from symdyn.scene.door import read, read_noting, write_text
 from symdyn.scene.element import Element, Friction, Load, Place, Plane, Row, Strut
 from symdyn.scene.forces import FORCES, Damper, Forbid, ForceKind, Pull, Push, Spring, Touch, pull_of
 from symdyn.scene.formula import FormulaError, parse
-from symdyn.scene.joints import JOINTS, JointKind, Motion, Move
+from symdyn.scene.joints import JOINTS, JointKind, JointMotion, Move
 from symdyn.scene.locking import lock
 from symdyn.scene.model import (
     GROUND,
@@ -42,7 +41,8 @@ from symdyn.scene.model import (
 )
 from symdyn.scene.names import check_name
 from symdyn.scene.quantity import Quantity, express, number, symbol
-from symdyn.scene.reading import Reading, ReadOptions, Written
+from symdyn.scene.reader import Reading, ReadOptions, Written
+from symdyn.scene.scene_files import read, read_noting, write_text
 from symdyn.scene.spelling import spell
 from symdyn.scene.start import starting_position, starting_velocity
 from symdyn.scene.symbolic import with_symbols
@@ -63,9 +63,9 @@ __all__ = [
     "Friction",
     "Joint",
     "JointKind",
+    "JointMotion",
     "Limits",
     "Load",
-    "Motion",
     "Move",
     "Parameter",
     "Particle",

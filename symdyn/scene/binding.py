@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
-from symdyn.scene.check import check
+from symdyn.scene.checks.whole import check
 from symdyn.scene.draft import KINDS, Draft
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.forces import place_of

@@ -19,8 +19,8 @@ from symdyn.scene.declare import Declaration, assemble
 from symdyn.scene.forces import sections
 from symdyn.scene.model import Particle, Scene
 from symdyn.scene.names import suggestion
+from symdyn.scene.python_values import Number, Placement, Three, entry
 from symdyn.scene.table import Entry, Faults, show
-from symdyn.scene.words import Number, Placement, Three, entry
 
 Inertia = Three | Sequence[Three] | Mapping[str, Number]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from symdyn.scene.element import Place
+from symdyn.scene.python_values import Number, Three, entry
 from symdyn.scene.quantity import Quantity
 from symdyn.scene.table import Entry
-from symdyn.scene.words import Number, Three, entry
 
 End = str | Place | Mapping[str, object]
 

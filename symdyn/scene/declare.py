@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from symdyn.scene.body_table import read_body
-from symdyn.scene.check import check
+from symdyn.scene.checks.whole import check
 from symdyn.scene.dh import expand
 from symdyn.scene.draft import Draft
 from symdyn.scene.forces import Scope, read_elements

@@ -15,7 +15,7 @@ from symdyn.scene.declare import Declaration, assemble
 from symdyn.scene.forces import sections
 from symdyn.scene.model import Scene
 from symdyn.scene.names import check_name, suggestion
-from symdyn.scene.reading import Reading, ReadOptions
+from symdyn.scene.reader import Reading, ReadOptions
 from symdyn.scene.table import Entry, Faults, shorten, show
 
 TABLES = ("parameters", "bodies", "joints", "points")

@@ -3,8 +3,18 @@
 from symdyn.simulation.forces import Forces, read_forces
 from symdyn.simulation.forward import simulate
 from symdyn.simulation.integrate import METHODS
-from symdyn.simulation.inverse import inverse
-from symdyn.simulation.model import Event, Trajectory
-from symdyn.simulation.motion import Motion, read_motion
+from symdyn.simulation.inverse_run import inverse
+from symdyn.simulation.scene_motion import SceneMotion, read_motion
+from symdyn.simulation.trajectory import Event, Trajectory
 
-__all__ = ["METHODS", "Event", "Forces", "Motion", "Trajectory", "inverse", "read_forces", "read_motion", "simulate"]
+__all__ = [
+    "METHODS",
+    "Event",
+    "Forces",
+    "SceneMotion",
+    "Trajectory",
+    "inverse",
+    "read_forces",
+    "read_motion",
+    "simulate",
+]

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene.table import Faults
-from symdyn.simulation.reading import TIME, close, read_file
+from symdyn.simulation.formulas_in_time import TIME, close, read_file
 
 Array = npt.NDArray[np.float64]
 

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.derive import derive_one
-from symdyn.dynamics.state import joint_motion, placement, quaternions
-from symdyn.dynamics.workspace import Workspace
+from symdyn.dynamics.mechanism.state import joint_motion, placement, quaternions
+from symdyn.dynamics.roads.derive import derive_one
+from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, Graph, evaluate, reachable, tangents
 from symdyn.scene import GROUND, Joint, Scene
 from symdyn.scene.start import quaternion
-from symdyn.simulation.reading import TIME
+from symdyn.simulation.formulas_in_time import TIME
 from symdyn.spatial import add, apply, cross
 
 STATES = 4

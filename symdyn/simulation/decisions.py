@@ -12,11 +12,11 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.dynamics.loops.closure import NOTHING, Closure, close, loose_rows
-from symdyn.dynamics.loops.linear import LinearLoops, linear_loops
+from symdyn.dynamics.loops.loop_decisions import NOTHING, LoopDecisions, close, loose_rows
+from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.newton import CLOSED, dimensionless, free_motions, rank_of, seen_closed, turns_of
-from symdyn.dynamics.loops.numbers import Numbers
 from symdyn.dynamics.loops.partition import Partition
+from symdyn.dynamics.roads.linear_loops import LinearLoops, linear_loops
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 from symdyn.simulation.opened import numbers_at, opened
@@ -65,7 +65,7 @@ WORDS = {
 
 
 @lru_cache(maxsize=16)
-def closure_of(scene: Scene) -> tuple[Closure, Numbers]:
+def closure_of(scene: Scene) -> tuple[LoopDecisions, Numbers]:
     """Return what is decided about the loops and rows of a scene at its values, and the mechanism in numbers.
 
     Raises:

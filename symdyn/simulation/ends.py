@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from symdyn.dynamics.angles import angles_of
-from symdyn.dynamics.loops.contacts import gauges
-from symdyn.dynamics.loops.numbers import FLAT
+from symdyn.dynamics.loops.contact_points import gauges
+from symdyn.dynamics.loops.loop_numbers import FLAT
+from symdyn.dynamics.mechanism.angles import angles_of
 from symdyn.graph import Expr, Graph, reachable
 from symdyn.scene import Scene
 

@@ -7,8 +7,8 @@ from typing import IO
 
 from symdyn.draw import animation, moving_picture
 from symdyn.errors import SimulateError
-from symdyn.simulation.model import Trajectory
 from symdyn.simulation.record import write_whole
+from symdyn.simulation.trajectory import Trajectory
 
 FILMS = {".html": animation, ".svg": moving_picture}
 

@@ -20,13 +20,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.dynamics.loops.loop_numbers import FLAT, Numbers
 from symdyn.dynamics.loops.mobility import idle_motions
 from symdyn.dynamics.loops.newton import free_motions
-from symdyn.dynamics.loops.numbers import FLAT, Numbers
 from symdyn.errors import SimulateError
 from symdyn.scene import Joint, Scene, velocity_name
 from symdyn.simulation.initial import no_equations
-from symdyn.simulation.model import END
+from symdyn.simulation.trajectory import END
 
 Array = npt.NDArray[np.float64]
 Known = Callable[[Array], tuple[Array, Array, Array]]

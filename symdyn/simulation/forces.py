@@ -15,15 +15,15 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.dynamics.prescribed import prescribed
+from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.graph import Graph
 from symdyn.scene import Quantity, Scene, velocity_name
 from symdyn.scene.names import suggestion
 from symdyn.scene.quantity import ZERO
 from symdyn.scene.table import Faults
 from symdyn.simulation.columns import Columns
-from symdyn.simulation.motion import listed, split_entries
-from symdyn.simulation.reading import TIME, close, parameter_values, read_formula
+from symdyn.simulation.formulas_in_time import TIME, close, parameter_values, read_formula
+from symdyn.simulation.scene_motion import listed, split_entries
 
 Array = npt.NDArray[np.float64]
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.dynamics.arguments import arguments
-from symdyn.dynamics.equations import Argument, Function
-from symdyn.dynamics.positions import body_placements
-from symdyn.dynamics.state import placement
-from symdyn.dynamics.workspace import Workspace
+from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.state import placement
+from symdyn.dynamics.roads.arguments import arguments
+from symdyn.dynamics.roads.functions import Argument, Function
+from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, Graph
 from symdyn.program.assemble import PARAMS
 from symdyn.scene import Scene, express
 from symdyn.simulation.forces import Forces
-from symdyn.simulation.reading import TIME
+from symdyn.simulation.formulas_in_time import TIME
 
 EVERYTHING = ("q", "qd", "tau", TIME)
 

@@ -16,8 +16,8 @@ import numpy.typing as npt
 
 from symdyn.dynamics.loops.assembly import Assembly, closed_position
 from symdyn.dynamics.loops.continuation import declared_rates, fitting
+from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.newton import dimensionless, free_motions, newton, seen_closed
-from symdyn.dynamics.loops.numbers import Numbers
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene import velocity_name
 

@@ -25,7 +25,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.dynamics.workspace import Workspace
+from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene import acceleration_name
 from symdyn.simulation.compiled import Compiled, compiled

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.loops.numbers import Numbers
-from symdyn.dynamics.prescribed import TIME, prescribed
+from symdyn.dynamics.loops.loop_numbers import Numbers
+from symdyn.dynamics.mechanism.prescribed import TIME, prescribed
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.graph import Graph, evaluate, substitute
 from symdyn.scene import Scene, express, velocity_name
@@ -18,9 +18,9 @@ from symdyn.scene.names import suggestion
 from symdyn.scene.start import starting_position, starting_velocity
 from symdyn.scene.table import Faults
 from symdyn.simulation.conserved import values_on
+from symdyn.simulation.formulas_in_time import close, number_of, parameter_values, read_formula
 from symdyn.simulation.given import CONSISTENT, closed_rates, closed_start
 from symdyn.simulation.opened import numbers_at
-from symdyn.simulation.reading import close, number_of, parameter_values, read_formula
 from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]
@@ -125,7 +125,7 @@ def _value(text: str, values: Mapping[str, object], where: str, faults: Faults) 
 
 
 def _quaternions(scene: Scene) -> dict[str, slice]:
-    from symdyn.dynamics.state import quaternions
+    from symdyn.dynamics.mechanism.state import quaternions
 
     names = list(scene.coordinates)
     groups = quaternions(scene)

@@ -12,12 +12,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symdyn.dynamics.loads import joint_rates
-from symdyn.dynamics.state import joint_position
+from symdyn.dynamics.mechanism.loads import joint_rates
+from symdyn.dynamics.mechanism.state import joint_position
 from symdyn.graph import Expr, Graph, Op, reachable
 from symdyn.scene import JOINTS, Joint, Quantity, Scene, express
 from symdyn.scene.table import Faults
-from symdyn.simulation.reading import number_of, parameter_values
+from symdyn.simulation.formulas_in_time import number_of, parameter_values
 
 SLACK = Fraction(1, 10**9)
 """What a motion may be beyond a limit, rad or m, for one that rests on it rounds."""

@@ -14,15 +14,15 @@ from collections import Counter
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.dynamics.loops.closure import Closure
-from symdyn.dynamics.loops.numbers import Numbers
+from symdyn.dynamics.loops.loop_decisions import LoopDecisions
+from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.program import formulate
 from symdyn.scene import Scene
 from symdyn.simulation.compiled import Compiled, compiled
 from symdyn.simulation.decisions import Decisions, closure_of, decided
+from symdyn.simulation.formulas_in_time import TIME
 from symdyn.simulation.kept import Kept
 from symdyn.simulation.opened import Opened, opened
-from symdyn.simulation.reading import TIME
 
 Array = npt.NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def multiplier_columns(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau
     return columns
 
 
-def _name(scene: Scene, closure: Closure, numbers: Numbers, k: int) -> str:
+def _name(scene: Scene, closure: LoopDecisions, numbers: Numbers, k: int) -> str:
     label = numbers.constraints.labels[k]
     if not label.loop:
         row = next(row for row in scene.rows if row.name == label.owner)

@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics import Closing
-from symdyn.dynamics.loops.numbers import Numbers, numbers_of
+from symdyn.dynamics import LoopChoices
+from symdyn.dynamics.loops.loop_numbers import Numbers, numbers_of
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import Parameter, Scene, express, without_hidden_zeros
 from symdyn.scene.mapping import quantities_in
-from symdyn.simulation.reading import parameter_values
+from symdyn.simulation.formulas_in_time import parameter_values
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class Opened:
     values: Mapping[str, float]
 
     @property
-    def closing(self) -> Closing:
+    def closing(self) -> LoopChoices:
         """What tells derivations at which values decisions about closed loops are made."""
-        return Closing(parameters=tuple((p.name, self.values[p.name]) for p in self.scene.free_parameters))
+        return LoopChoices(parameters=tuple((p.name, self.values[p.name]) for p in self.scene.free_parameters))
 
 
 @lru_cache(maxsize=16)

@@ -12,14 +12,14 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.dynamics.state import quaternions
+from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.emit.escape import in_html
 from symdyn.emit.render import render
 from symdyn.errors import SimulateError
 from symdyn.simulation.forces import drive_names
 from symdyn.simulation.integrate import importable
-from symdyn.simulation.model import Trajectory
 from symdyn.simulation.record import write_whole
+from symdyn.simulation.trajectory import Trajectory
 
 Array = npt.NDArray[np.float64]
 

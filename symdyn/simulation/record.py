@@ -11,7 +11,7 @@ import numpy as np
 
 from symdyn.emit import files
 from symdyn.errors import EmitError, SimulateError
-from symdyn.simulation.model import Trajectory
+from symdyn.simulation.trajectory import Trajectory
 
 
 def csv_text(trajectory: Trajectory) -> str:

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.simulation.integrate import Hit, IntegrationError, Method, Piece, Problem, integrate
-from symdyn.simulation.model import END, INTERRUPTED
 from symdyn.simulation.outlook import Outlook
+from symdyn.simulation.trajectory import END, INTERRUPTED
 
 Array = npt.NDArray[np.float64]
 

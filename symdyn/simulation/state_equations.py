@@ -33,28 +33,28 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build.words import warn
-from symdyn.dynamics.derive import derive_one
-from symdyn.dynamics.equations import Function
-from symdyn.dynamics.loops.linear import followers, forward_dynamics
-from symdyn.dynamics.outputs import OUTPUTS
-from symdyn.dynamics.state import quaternions
-from symdyn.dynamics.workspace import Workspace
+from symdyn.build.warned import warn
+from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.dynamics.roads.derive import derive_one
+from symdyn.dynamics.roads.functions import Function
+from symdyn.dynamics.roads.linear_loops import followers, forward_dynamics
+from symdyn.dynamics.roads.outputs import OUTPUTS
+from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, substitute
 from symdyn.program import Program, cheapest
 from symdyn.scene import Quantity, Scene, express
-from symdyn.simulation.closed import corrections, reach, row_rates, together
+from symdyn.simulation.closed_system import corrections, reach, row_rates, together
 from symdyn.simulation.compiled import Calls, Compiled, compiled
 from symdyn.simulation.conserved import Candidates, candidates
 from symdyn.simulation.decisions import Decisions, decided, hold
 from symdyn.simulation.ends import ends
 from symdyn.simulation.forces import Forces
+from symdyn.simulation.formulas_in_time import TIME
 from symdyn.simulation.functions import drive, function_of, points
 from symdyn.simulation.kept import Kept
 from symdyn.simulation.limits import Limit, limits_of
 from symdyn.simulation.opened import Opened, numbers_at, opened
-from symdyn.simulation.reading import TIME
 
 Array = npt.NDArray[np.float64]
 

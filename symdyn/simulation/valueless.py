@@ -12,13 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.loads import pull
-from symdyn.dynamics.positions import ends_apart
+from symdyn.dynamics.mechanism.loads import pull
+from symdyn.dynamics.mechanism.placements import ends_apart
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import FORCES, Quantity, Scene, express, pull_of, spell
 from symdyn.scene.forces import TIME as CLOCK
 from symdyn.simulation.forces import Forces, drive_names
-from symdyn.simulation.reading import TIME
+from symdyn.simulation.formulas_in_time import TIME
 from symdyn.spatial import dot
 
 Array = npt.NDArray[np.float64]

@@ -6,8 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 
 from symdyn.algebra.form import Form, Number
-from symdyn.emit.formula_text import text_of
-from symdyn.teach.check import EMPTY, HOLDS, ROUNDED, Answer
+from symdyn.emit.print.formula_text import text_of
+from symdyn.teach.derivation_check import EMPTY, HOLDS, ROUNDED, Answer
 from symdyn.teach.differences import Difference
 from symdyn.verify.equality import PROVED, UNDEFINED
 

@@ -9,11 +9,11 @@ from collections.abc import Sequence
 
 from symdyn.algebra.form import MINUS_ONE, ZERO, Form, Symbol, form_of, product_of, sum_of
 from symdyn.draw import Wrench, free_body
-from symdyn.dynamics.kinematics import centre_of_mass
+from symdyn.dynamics.mechanism.kinematics import centre_of_mass
 from symdyn.dynamics.reactions.bivectors import frames
-from symdyn.emit.formula_text import text_of
-from symdyn.emit.letters import body_number, head
-from symdyn.emit.symbols import latex_symbols
+from symdyn.emit.print.formula_text import text_of
+from symdyn.emit.print.letters import body_number, head
+from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.spatial import Mat, Vec, apply, cross, sub, zero_vector
@@ -22,8 +22,8 @@ from symdyn.teach.cut import Cut
 from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Matrix, Picture, Step, Words
 from symdyn.teach.looks import Letter
 from symdyn.teach.numbers import equals
-from symdyn.teach.render.spelling import letter
-from symdyn.teach.state import Chosen
+from symdyn.teach.render.mathematics import letter
+from symdyn.teach.shown_state import Chosen
 from symdyn.teach.velocities import length
 
 WIDEST, GAP = 130, 18

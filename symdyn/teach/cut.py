@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symdyn.dynamics import Workspace
-from symdyn.dynamics.kinematics import centre_of_mass
+from symdyn.dynamics.mechanism.kinematics import centre_of_mass
 from symdyn.dynamics.reactions.bivectors import frames, inertia_bivector
 from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.graph import Expr, tangents

@@ -25,7 +25,7 @@ from symdyn.algebra.form import Form, Function, Power, express_form, factors_of,
 from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.state import state_symbols
+from symdyn.dynamics.mechanism.state import state_symbols
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate
 from symdyn.scene import Scene

@@ -23,8 +23,8 @@ from symdyn.algebra.form import (
     sum_of,
     terms_of,
 )
-from symdyn.dynamics.lagrange import rotor_energy
-from symdyn.dynamics.state import vector
+from symdyn.dynamics.lagrange.second_kind import rotor_energy
+from symdyn.dynamics.mechanism.state import vector
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Joint, express
 from symdyn.scene.forces import elastic

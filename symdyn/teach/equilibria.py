@@ -16,15 +16,15 @@ from itertools import product
 import numpy as np
 
 from symdyn.algebra.form import Form, Number, Pi, Symbol, power_of, product_of
-from symdyn.dynamics.loads import generalized_forces
-from symdyn.dynamics.prescribed import TIME
+from symdyn.dynamics.mechanism.loads import generalized_forces
+from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.graph import Expr, gradient, reachable, substitute
 from symdyn.scene.units import coordinate_units
 from symdyn.teach.document import Block, Step, Values, Words
 from symdyn.teach.lesson import Lesson, together
 from symdyn.teach.numbers import written
+from symdyn.teach.shown_state import Chosen
 from symdyn.teach.singular import Judge
-from symdyn.teach.state import Chosen
 
 STARTS = 60
 STEPS = 720  # of a turn

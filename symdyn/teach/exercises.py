@@ -32,9 +32,9 @@ from symdyn.teach.document import (
 )
 from symdyn.teach.hidden import Hidden
 from symdyn.teach.languages import LANGUAGES, fill
-from symdyn.teach.state import shown_state
-from symdyn.teach.student.names import Names, Target
+from symdyn.teach.shown_state import shown_state
 from symdyn.teach.student.statements import read_formula
+from symdyn.teach.student.vocabulary import Names, Target
 from symdyn.verify import NUMERICAL, PROVED, Claim, prove
 
 CHOSEN = ("square", "potential", "momentum", "slope", "equation", "coefficients", "bivectors", "solved")

@@ -10,7 +10,7 @@ from symdyn.algebra.form import Form, Symbol, symbols_of
 from symdyn.algebra.numeric import Floats
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.teach.document import ERRATA, Blank, Block, Document, Picture, Step, Values, Words, written_out
-from symdyn.teach.student.names import Names
+from symdyn.teach.student.vocabulary import Names
 
 FOLLOWS = {
     "kinetic": ("square",),

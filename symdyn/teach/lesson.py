@@ -12,10 +12,10 @@ from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form
 from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.lagrange import Energies, driving_forces, energies
-from symdyn.dynamics.positions import body_placements
-from symdyn.dynamics.state import State, state_symbols, vector
-from symdyn.emit.letters import Letters
+from symdyn.dynamics.lagrange.second_kind import Energies, driving_forces, energies
+from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.state import State, state_symbols, vector
+from symdyn.emit.print.letters import Letters
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
 from symdyn.scene import JOINTS, Joint, Scene

@@ -13,9 +13,9 @@ from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import ZERO, Form, Symbol, form_of, signed_product, sum_of
 from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.dynamics.closed_forms.constraints import closed_constraints
+from symdyn.dynamics.closed_forms.constraint_forms import closed_constraints
 from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.positions import body_placements
+from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, tangents

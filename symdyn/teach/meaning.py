@@ -11,14 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from symdyn.algebra.form import Form, Symbol, power_of, product_of, sum_of
-from symdyn.dynamics.state import placement, vector
-from symdyn.emit.printable import Printable
+from symdyn.dynamics.mechanism.state import placement, vector
+from symdyn.emit.print.printable import Printable
 from symdyn.graph import Expr
 from symdyn.scene import GROUND, JOINTS, Joint, express
 from symdyn.scene.joints.blocks import unit
 from symdyn.spatial import Vec, apply, apply_transposed, cross, dot, sub, zero_vector
 from symdyn.teach.document import Block, Box, Formula, Step
-from symdyn.teach.equations import node_of
+from symdyn.teach.equation_steps import node_of
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.masses import AXES, Mass
 from symdyn.teach.rates import rates_step

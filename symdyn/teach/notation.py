@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from symdyn.algebra.form import Form, Symbol, form_of
-from symdyn.dynamics.state import joint_position
-from symdyn.emit.formula_text import value_text
+from symdyn.dynamics.mechanism.state import joint_position
+from symdyn.emit.print.formula_text import value_text
 from symdyn.graph import Graph
 from symdyn.scene import FORCES, GROUND, Element, Joint, Scene, express
 from symdyn.scene.forces import friction

@@ -15,19 +15,19 @@ from symdyn.algebra.form import (
     terms_of,
 )
 from symdyn.draw import Wrench, picture
-from symdyn.dynamics.prescribed import TIME
-from symdyn.dynamics.state import vector
-from symdyn.emit.letters import head
-from symdyn.emit.printable import Printable
+from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.mechanism.state import vector
+from symdyn.emit.print.letters import head
+from symdyn.emit.print.printable import Printable
 from symdyn.graph import tangents
 from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.teach.balance import Balance
 from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step, Values, Words
-from symdyn.teach.equations import coefficient_key, coefficient_unit, node_of
+from symdyn.teach.equation_steps import coefficient_key, coefficient_unit, node_of
 from symdyn.teach.lesson import Lesson, Prose
 from symdyn.teach.looks import Name
 from symdyn.teach.masses import Mass
-from symdyn.teach.state import Chosen, timed
+from symdyn.teach.shown_state import Chosen, timed
 
 DIGITS = 4
 

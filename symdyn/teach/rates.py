@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from symdyn.algebra.form import ZERO, Form, Symbol, power_of, product_of
-from symdyn.emit.formula_text import text_of
-from symdyn.emit.printable import Printable
+from symdyn.emit.print.formula_text import text_of
+from symdyn.emit.print.printable import Printable
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene.units import velocity_units
 from symdyn.spatial import add, apply, cross
 from symdyn.teach.document import Block, Formula, Step, Values, Words
-from symdyn.teach.equations import WIDEST, coefficient_key, node_of
+from symdyn.teach.equation_steps import WIDEST, coefficient_key, node_of
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.looks import Name
 from symdyn.teach.masses import Mass

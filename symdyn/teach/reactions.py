@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from symdyn.algebra.form import Number, power_of
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.lagrange import driving_forces
+from symdyn.dynamics.lagrange.second_kind import driving_forces
 from symdyn.dynamics.reactions.dalembert import DRIVE, Unknown
 from symdyn.dynamics.reactions.solution import equations
 from symdyn.errors import DerivationError
@@ -22,9 +22,9 @@ from symdyn.teach.document import (
     Words,
 )
 from symdyn.teach.lesson import together
-from symdyn.teach.motion import determined, solved_at
 from symdyn.teach.numbers import written
-from symdyn.teach.state import Chosen
+from symdyn.teach.shown_motion import determined, solved_at
+from symdyn.teach.shown_state import Chosen
 from symdyn.teach.velocities import PAGE, length
 from symdyn.verify.equality import DIFFERENT, PROVED, Claim, prove
 from symdyn.verify.laws_of_reactions import drives_in_reactions, momentum, power_of_reactions

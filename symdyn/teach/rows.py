@@ -18,11 +18,11 @@ import numpy as np
 from symdyn.algebra.form import Form, express_form, form_of, symbols_of
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops.assembly import closed_position, witness
+from symdyn.dynamics.loops.loop_numbers import Array, Numbers, numbers_of
 from symdyn.dynamics.loops.newton import free_motions
-from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
-from symdyn.dynamics.positions import body_placements
+from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.reactions.hinges import Hinge
-from symdyn.emit.printable import Printable
+from symdyn.emit.print.printable import Printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, tangents
 from symdyn.scene import JOINTS, Scene, acceleration_name

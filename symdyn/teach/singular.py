@@ -16,7 +16,7 @@ import numpy as np
 
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.teach.lesson import Lesson
-from symdyn.teach.state import Chosen
+from symdyn.teach.shown_state import Chosen
 from symdyn.teach.velocities import angular_velocity
 
 BESIDE = 1e-5  # rad or m

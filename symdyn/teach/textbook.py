@@ -17,7 +17,7 @@ from symdyn.scene.forces import elastic
 from symdyn.teach.document import Block, Box, Formula
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.numbers import about, equals
-from symdyn.teach.state import Chosen
+from symdyn.teach.shown_state import Chosen
 
 LAGRANGIAN = (
     "(m1 + m2)*h1**2*q1_dot**2/2 + m2*h2**2*(q1_dot**2 + 2*q1_dot*q2_dot + q2_dot**2)/2"

@@ -12,15 +12,15 @@ import numpy as np
 from symdyn.build import RUNNERS
 from symdyn.build.load import is_large
 from symdyn.dynamics import (
-    Closing,
     Equations,
     Function,
+    LoopChoices,
     Unasked,
     Workspace,
     derive_one,
     expected,
     of_place,
-    roads,
+    roads_of,
     row_of,
     there,
     wanted_on,
@@ -30,7 +30,7 @@ from symdyn.errors import BuildError, MissingProgram
 from symdyn.graph import Expr, reachable, substitute
 from symdyn.program import Program, choose, lower
 from symdyn.program import prepare as prepare_program
-from symdyn.program.choose import chosen, known_road
+from symdyn.program.formulation import chosen, known_road
 from symdyn.program.prepare import PREPARE, is_prepared
 from symdyn.scene import Scene, express
 from symdyn.verify.accuracy import Accuracy, measure, sample
@@ -84,7 +84,7 @@ def certify(
     real: str = "double",
     road: str | None = None,
     prepare: bool = False,
-    closing: Closing = Closing(),  # noqa: B008  frozen
+    closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
 ) -> Certificate:
     """Return the certificate of a scene.
 
@@ -110,7 +110,7 @@ def certify(
     claims = [
         _agreement(workspace, name, one, derive_one(workspace, name, other))
         for name, one in zip(outputs, preferred, strict=True)
-        for other in roads(name, scene)
+        for other in roads_of(name, scene)
         if other != one.formulation
     ]
     claims += laws(workspace, outputs)

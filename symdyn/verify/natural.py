@@ -24,7 +24,7 @@ import numpy as np
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.loops.newton import newton, seen_closed
-from symdyn.dynamics.prescribed import TIME
+from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.reactions.dalembert import equilibrium
 from symdyn.dynamics.reactions.least import InNumbers
 from symdyn.dynamics.reactions.ties import undriven

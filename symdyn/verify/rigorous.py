@@ -20,8 +20,8 @@ import numpy as np
 
 from symdyn.algebra.balls import BITS, Balls, distance
 from symdyn.algebra.big import BigFloats
-from symdyn.dynamics import Closing, Equations, Function, Workspace
-from symdyn.emit.real import REALS
+from symdyn.dynamics import Equations, Function, LoopChoices, Workspace
+from symdyn.emit.code.real import REALS
 from symdyn.errors import VerifyError
 from symdyn.graph import Expr, evaluate
 from symdyn.program import lower
@@ -100,7 +100,7 @@ def rigorous(
     real: str = "double",
     road: str | None = None,
     progress: Progress = lambda _: None,
-    closing: Closing = Closing(),  # noqa: B008  frozen
+    closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
 ) -> Rigorous:
     """Return guaranteed bounds of the error of a scene's generated code.
 

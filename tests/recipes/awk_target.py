@@ -20,10 +20,10 @@ import numpy as np
 from symdyn import emit
 from symdyn.build import RUNNERS, Runner
 from symdyn.emit import TARGETS, Draft, Sources, Target
+from symdyn.emit.code.operators import OPERATORS, Printer, call
+from symdyn.emit.code.real import digits
+from symdyn.emit.code.source_text import FunctionText
 from symdyn.emit.escape import in_comment
-from symdyn.emit.page import FunctionText
-from symdyn.emit.real import digits
-from symdyn.emit.spelling import OPERATORS, Printer, call
 from symdyn.errors import BuildError, MissingProgram
 from symdyn.graph import Op
 

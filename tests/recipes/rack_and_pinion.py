@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Joint, Quantity, express, folding, number
-from symdyn.scene.joints import JOINTS, Block, Forbids, JointKind, Key, Mark, Motion, Move, Part
-from symdyn.scene.joints.constraints import everywhere, forces, leaning, moments, offsets
+from symdyn.scene.joints import JOINTS, Block, Forbids, JointKind, JointMotion, Key, Mark, Move, Part
+from symdyn.scene.joints.forbidden import everywhere, forces, leaning, moments, offsets
 from symdyn.scene.table import Table
 from symdyn.spatial import Transform, Wrench, dot, scale, unit_transform
 
@@ -25,10 +25,10 @@ RADIUS = Key(
 
 
 def _blocks(joint: Joint) -> tuple[Block, ...]:
-    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         (x, _, z), still, r = everywhere(graph), unit_transform(graph), express(RADIUS.of(joint), graph)
         rolls = Move(True, x, r * q[0], still, ((0, r),))
-        return Motion((rolls, Move(False, z, q[0], still, ((0, graph.one),))), still, u)
+        return JointMotion((rolls, Move(False, z, q[0], still, ((0, graph.one),))), still, u)
 
     return (Block(("rad",), ("rad",), motion),)
 

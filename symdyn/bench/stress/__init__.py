@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from symdyn.bench.stress import angles, chains, chaos, loops, numbers, solving, spin, stiff, traps
-from symdyn.bench.stress.model import Case, Stress
+from symdyn.bench.stress import chains, chaos, solving, spin, stiff, traps
+from symdyn.bench.stress import change_points as loops
+from symdyn.bench.stress import huge_angles as angles
+from symdyn.bench.stress import odd_numbers as numbers
+from symdyn.bench.stress.case import Case, Stress
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene import Scene
 

@@ -17,7 +17,7 @@ from symdyn.bench.reference import Reference, reference
 from symdyn.build import build, run_python
 from symdyn.dynamics import Equations, Function, Workspace, derive_one
 from symdyn.emit import emit
-from symdyn.emit.names import function_names
+from symdyn.emit.code.identifiers import function_names
 from symdyn.errors import MissingCompiler
 from symdyn.graph import evaluate
 from symdyn.program import Program, choose, lower

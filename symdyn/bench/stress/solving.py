@@ -19,12 +19,12 @@ import numpy.typing as npt
 from symdyn.bench.backward import Solve, linear
 from symdyn.bench.states import Positions, positions_of
 from symdyn.bench.stress.calls import EPSILON, Calls, calls, solved
-from symdyn.bench.stress.model import Case, worst
+from symdyn.bench.stress.case import Case, worst
 from symdyn.bench.stress.scenes import arm, gimbal, heavier, two_link
-from symdyn.dynamics import roads
+from symdyn.dynamics import roads_of
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
-from symdyn.simulation.reading import parameter_values
+from symdyn.simulation.formulas_in_time import parameter_values
 
 Array = npt.NDArray[np.float64]
 
@@ -68,7 +68,7 @@ def of_scene(scene: Scene) -> Iterator[Case]:
     given = states(positions_of(scene), len(scene.velocities))
     for name, factor in (("as it is", 1), ("last body 1e12 times as heavy", LARGE), ("last body 1e-12 times", SMALL)):
         one = heavier(scene, (*(1,) * (len(scene.bodies) - 1), factor))
-        for road in roads("forward_dynamics", one):
+        for road in roads_of("forward_dynamics", one):
             try:
                 if scene.is_closed and road == "crba":
                     yield _closed(f"{name}, {road}", one, calls(one, FORWARD, road=road), given)

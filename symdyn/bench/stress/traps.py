@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.bench.stress.calls import Calls, calls
-from symdyn.bench.stress.model import Case, worst
+from symdyn.bench.stress.case import Case, worst
 from symdyn.bench.stress.scenes import arm, one_body, rubbing
 from symdyn.dynamics import available
 from symdyn.scene import Scene

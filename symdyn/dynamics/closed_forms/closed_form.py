@@ -23,11 +23,11 @@ from symdyn.algebra.form import Form, Symbol, power_of, product_of, sum_of, term
 from symdyn.algebra.sums_of_angles import AngleGroup, total_angles
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, check_key, too_long
-from symdyn.dynamics.closed_forms.loads import ClosedLoads, closed_loads, load_nodes
+from symdyn.dynamics.closed_forms.load_forms import ClosedLoads, closed_loads, load_nodes
 from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.positions import body_placements, moved_placements
-from symdyn.dynamics.state import State, joint_motion, state_symbols, vector
-from symdyn.dynamics.tree import body_inertia
+from symdyn.dynamics.mechanism.placements import body_placements, moved_placements
+from symdyn.dynamics.mechanism.state import State, joint_motion, state_symbols, vector
+from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import JOINTS, Scene, express

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symdyn.algebra.form import ZERO, Form
-from symdyn.dynamics.exact import has_symbols, in_fractions
+from symdyn.dynamics.mechanism.exact import has_symbols, in_fractions
 from symdyn.graph import FUNCTIONS, Expr, Op, evaluate, reachable
 
 

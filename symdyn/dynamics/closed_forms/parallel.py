@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from symdyn.algebra.sums_of_angles import AngleGroup
 from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.dynamics.state import placement
+from symdyn.dynamics.mechanism.state import placement
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import GROUND, JOINTS, Joint, Scene
 from symdyn.scene.joints.blocks import unit

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symdyn.dynamics.loops.generic import generic_places
+from symdyn.dynamics.loops.loop_numbers import Array, Numbers, unbound
 from symdyn.dynamics.loops.newton import (
     CLOSED,
     NEGLIGIBLE,
@@ -29,7 +30,6 @@ from symdyn.dynamics.loops.newton import (
     seen_closed,
     singular_values,
 )
-from symdyn.dynamics.loops.numbers import Array, Numbers, unbound
 from symdyn.errors import DerivationError
 
 NEAR = 1e-3

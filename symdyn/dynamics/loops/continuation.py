@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from symdyn.dynamics.loops.assembly import Assembly, closed_position
+from symdyn.dynamics.loops.loop_numbers import Array, Numbers, numbers_of
 from symdyn.dynamics.loops.newton import NEGLIGIBLE, dimensionless, newton, seen_closed
-from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 from symdyn.scene.start import starting_velocity

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from symdyn.algebra.trigonometric import TrigonometricRing
-from symdyn.dynamics.state import placement, vector
+from symdyn.dynamics.mechanism.state import placement, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import JOINTS, Joint, Row, Scene

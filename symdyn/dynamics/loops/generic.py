@@ -10,8 +10,8 @@ import random
 
 import numpy as np
 
+from symdyn.dynamics.loops.loop_numbers import Array, Numbers
 from symdyn.dynamics.loops.newton import dimensionless, newton, seen_closed, turns_of
-from symdyn.dynamics.loops.numbers import Array, Numbers
 from symdyn.errors import DerivationError
 
 PLACES, STEPS = 2, 2

@@ -21,14 +21,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.dynamics.kinematics import tree_placements
 from symdyn.dynamics.loops.assembly import Assembly, seen_plain, witness
-from symdyn.dynamics.loops.closure import Closure, decided, loose_rows
+from symdyn.dynamics.loops.constraint_rows import paths
 from symdyn.dynamics.loops.continuation import declared_rates, fitting
+from symdyn.dynamics.loops.loop_decisions import LoopDecisions, decided, loose_rows
+from symdyn.dynamics.loops.loop_numbers import Array, Numbers, numbers_of
 from symdyn.dynamics.loops.newton import dimensionless, free_motions
-from symdyn.dynamics.loops.numbers import Array, Numbers, numbers_of
-from symdyn.dynamics.loops.partition import Closing
-from symdyn.dynamics.loops.rows import paths
+from symdyn.dynamics.loops.partition import LoopChoices
+from symdyn.dynamics.mechanism.kinematics import tree_placements
 from symdyn.errors import DerivationError
 from symdyn.scene import JOINTS, Joint, Scene
 from symdyn.spatial import add, apply, cross
@@ -70,7 +70,7 @@ class Mobility:
     notes: tuple[str, ...]
 
 
-def mobility(scene: Scene, closing: Closing = Closing()) -> Mobility:  # noqa: B008  frozen
+def mobility(scene: Scene, closing: LoopChoices = LoopChoices()) -> Mobility:  # noqa: B008  frozen
     """Return the mobility of a scene with loops or rows.
 
     Raises:
@@ -79,7 +79,7 @@ def mobility(scene: Scene, closing: Closing = Closing()) -> Mobility:  # noqa: B
     whole, assembly = witness(dict(closing.parameters), numbers_of(scene))
     held = whole.singular_angles(np.array(assembly.typical), held=True)
     numbers, seen = whole.plain, seen_plain(whole, assembly)
-    closure = decided(numbers, seen, Closing()) if held else decided(whole, assembly, closing)
+    closure = decided(numbers, seen, LoopChoices()) if held else decided(whole, assembly, closing)
     positions = [np.array(q) for q in (seen.typical, *seen.places)]
     flat = [joint for joint in scene.loops if all(_is_planar(numbers, joint, q) for q in positions)]
     planar = tuple(joint.name for joint in flat)
@@ -195,7 +195,7 @@ def _body_jacobians(numbers: Numbers, q: Array) -> dict[str, Array]:
 # Words
 
 
-def _start(numbers: Numbers, closure: Closure) -> list[str]:
+def _start(numbers: Numbers, closure: LoopDecisions) -> list[str]:
     """Return why the velocities at the start do not fit, where all parameters have values of their own."""
     if numbers.scene.free_parameters:
         return []
@@ -206,7 +206,7 @@ def _start(numbers: Numbers, closure: Closure) -> list[str]:
     return []
 
 
-def _notes(scene: Scene, closure: Closure, found: Mobility) -> list[str]:
+def _notes(scene: Scene, closure: LoopDecisions, found: Mobility) -> list[str]:
     notes = list(closure.assembly.notes)
     if found.planar and found.spatial != found.by_loops:
         names = ", ".join(found.planar)

@@ -14,9 +14,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symdyn.dynamics.loops.numbers import Array, Numbers
-from symdyn.dynamics.loops.words import missed
-from symdyn.dynamics.state import placement
+from symdyn.dynamics.loops.loop_numbers import Array, Numbers
+from symdyn.dynamics.loops.row_words import missed
+from symdyn.dynamics.mechanism.state import placement
 from symdyn.errors import DerivationError
 from symdyn.scene.units import velocity_units
 

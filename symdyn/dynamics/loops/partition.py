@@ -19,7 +19,7 @@ from symdyn.scene.spelling import spell_fraction
 
 
 @dataclass(frozen=True)
-class Closing:
+class LoopChoices:
     """What a user may choose about closed loops.
 
     Attributes:

@@ -13,12 +13,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.motion import Motion
+from symdyn.dynamics.mechanism.state import vector
+from symdyn.dynamics.mechanism.tree_motion import TreeMotion
 from symdyn.dynamics.reactions.freedoms import drives
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.hinges import Hinge, about, plus, times
 from symdyn.dynamics.reactions.members import acting, inertias, motions, placements
-from symdyn.dynamics.state import vector
 from symdyn.graph import Expr
 from symdyn.spatial import (
     Inertia,
@@ -50,7 +50,7 @@ class Bivectors:
 
     action: Wrench
     inertia: Wrench
-    motion: Motion
+    motion: TreeMotion
     body: Inertia
 
 
@@ -90,7 +90,7 @@ def known_bivectors(hanging: Hanging, own: Sequence[Sequence[Expr]]) -> tuple[Bi
         weight = (scale(body.m, g), cross(body.h, g))
         actions.append(about(plus(weight, load), neg(r)))
         a = add(motion.a, add(cross(motion.dw, r), cross(motion.w, cross(motion.w, r))))
-        about_origin.append(Motion(motion.w, motion.dw, a))
+        about_origin.append(TreeMotion(motion.w, motion.dw, a))
         bodies.append(body.seen_from(Transform(identity(graph), neg(r))))
     for hinge, forces in zip(hanging.joints, own, strict=True):
         for force, D in zip(forces, drives(hinge, hanging.samples), strict=True):

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from symdyn.dynamics.loops.closure import pivots
+from symdyn.dynamics.loops.loop_decisions import pivots
+from symdyn.dynamics.mechanism.ldl import solve
 from symdyn.dynamics.reactions.hinges import Hinge, plus, power, times
-from symdyn.dynamics.reactions.samples import Samples
-from symdyn.dynamics.recursive.ldl import solve
+from symdyn.dynamics.reactions.probes import Samples
 from symdyn.graph import Expr
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.joints.constraints import everywhere, forces, moments
+from symdyn.scene.joints.forbidden import everywhere, forces, moments
 from symdyn.spatial import Wrench
 
 TINY = 1e-9

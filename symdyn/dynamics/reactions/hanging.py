@@ -11,17 +11,17 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from symdyn.dynamics.mechanism.state import State
+from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.dynamics.reactions.hinges import Hinge, about, hinges, plus, power, times
 from symdyn.dynamics.reactions.members import acting, inertias, motions, needed, own_forces
-from symdyn.dynamics.reactions.samples import Samples
-from symdyn.dynamics.state import State
-from symdyn.dynamics.tree import Tree
+from symdyn.dynamics.reactions.probes import Samples
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.spatial import Wrench, apply, neg
 
 if TYPE_CHECKING:
-    from symdyn.dynamics.loops.closure import Closure
+    from symdyn.dynamics.loops.loop_decisions import LoopDecisions
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Hanging:
     scene: Scene
     tree: Tree
     state: State
-    closure: Closure | None = None
+    closure: LoopDecisions | None = None
 
     @property
     def graph(self) -> Graph:

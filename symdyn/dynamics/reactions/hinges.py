@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics.loops.cuts import Cut, cuts
-from symdyn.dynamics.state import joint_motion, placement
+from symdyn.dynamics.mechanism.state import joint_motion, placement
 from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, JOINTS, Joint, Scene, express, velocity_name
 from symdyn.spatial import (

@@ -17,7 +17,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.reactions.dalembert import Equilibrium
-from symdyn.dynamics.reactions.samples import Array
+from symdyn.dynamics.reactions.probes import Array
 from symdyn.dynamics.reactions.solution import equations, wrench_rows
 from symdyn.graph import Expr, evaluate
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from symdyn.dynamics.loads import joint_resistance, load_vectors, pull
-from symdyn.dynamics.motion import Motion, body_motion
+from symdyn.dynamics.mechanism.loads import joint_resistance, load_vectors, pull
+from symdyn.dynamics.mechanism.rotors import ball_rotor
+from symdyn.dynamics.mechanism.state import State, joint_motion, joint_position, vector
+from symdyn.dynamics.mechanism.tree import Tree, body_inertia
+from symdyn.dynamics.mechanism.tree_motion import TreeMotion, body_motion
 from symdyn.dynamics.reactions.hinges import Hinge, about, nothing, plus
-from symdyn.dynamics.rotors import ball_rotor
-from symdyn.dynamics.state import State, joint_motion, joint_position, vector
-from symdyn.dynamics.tree import Tree, body_inertia
 from symdyn.graph import Expr, tangents
 from symdyn.scene import GROUND, Place, Scene, express, pull_of
 from symdyn.spatial import (
@@ -35,7 +35,7 @@ from symdyn.spatial import (
 )
 
 
-def motions(scene: Scene, tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], ground: Vec) -> list[Motion]:
+def motions(scene: Scene, tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], ground: Vec) -> list[TreeMotion]:
     """Return the motion of every body of the scene; `ground` is the acceleration of the ground."""
     carried = body_motion(tree, qd, qdd, ground)
     result = []
@@ -43,7 +43,7 @@ def motions(scene: Scene, tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], g
         i, home = tree.home[body.name]
         moved, R = carried[i], home.R
         a = add(moved.a, add(cross(moved.dw, home.p), cross(moved.w, cross(moved.w, home.p))))
-        result.append(Motion(apply_transposed(R, moved.w), apply_transposed(R, moved.dw), apply_transposed(R, a)))
+        result.append(TreeMotion(apply_transposed(R, moved.w), apply_transposed(R, moved.dw), apply_transposed(R, a)))
     return result
 
 
@@ -52,7 +52,7 @@ def inertias(scene: Scene, tree: Tree) -> list[Inertia]:
     return [body_inertia(body, tree.graph) for body in scene.bodies]
 
 
-def needed(inertia: Inertia, motion: Motion) -> Wrench:
+def needed(inertia: Inertia, motion: TreeMotion) -> Wrench:
     """Return the wrench about the origin of C that gives a body its motion: Newton's and Euler's equations."""
     m, h, w, dw, a = inertia.m, inertia.h, motion.w, motion.dw, motion.a
     F = add(scale(m, a), add(cross(dw, h), cross(w, cross(w, h))))

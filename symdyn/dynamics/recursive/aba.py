@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from symdyn.dynamics.recursive.ldl import Singular
+from symdyn.dynamics.mechanism.ldl import Singular
 from symdyn.dynamics.recursive.links import Link, Turn
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.dynamics.recursive.reframe import LeanTree

@@ -26,10 +26,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symdyn.dynamics.exact import has_symbols, rational, settle, values_of
+from symdyn.dynamics.mechanism.exact import has_symbols, rational, settle, values_of
+from symdyn.dynamics.mechanism.tree import Topology, Tree
 from symdyn.dynamics.recursive.links import GeneralTurn, Link, PlanarTurn, Turn
 from symdyn.dynamics.recursive.moments import Moments, moments_of
-from symdyn.dynamics.tree import Topology, Tree
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene.joints.blocks import towards
 from symdyn.spatial import Mat, Transform, Vec, unit_transform, zero_vector

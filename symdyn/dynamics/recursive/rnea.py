@@ -25,7 +25,7 @@ from symdyn.spatial import Mat, Vec, Wrench, add, apply, cross, neg, scale, sub,
 
 
 @dataclass(frozen=True)
-class Motion:
+class LinkMotion:
     """Motion of one frame, in its own axes; see the module's legend. rad/s, rad/s^2, m/s^2.
 
     Attributes:
@@ -83,7 +83,7 @@ def rnea(
     return forces
 
 
-def moving(w: Vec, dw: Vec, a: Vec) -> Motion:
+def moving(w: Vec, dw: Vec, a: Vec) -> LinkMotion:
     """Return a motion with its U: six products of ω, nine entries."""
     (x, y, z), (dx, dy, dz) = w, dw
     xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
@@ -92,10 +92,10 @@ def moving(w: Vec, dw: Vec, a: Vec) -> Motion:
         (xy + dz, -(xx + zz), yz - dx),
         (xz - dy, yz + dx, -(xx + yy)),
     )
-    return Motion(w, dw, a, U, (xx, yy, zz))
+    return LinkMotion(w, dw, a, U, (xx, yy, zz))
 
 
-def turning(w: Vec, dz: Expr, a: Vec, column: Vec, ends: bool) -> Motion:
+def turning(w: Vec, dz: Expr, a: Vec, column: Vec, ends: bool) -> LinkMotion:
     """Return a motion with its U from U z: that gives ωy² and the other entries of ω̇ without a multiplication.
 
     Args:
@@ -116,10 +116,10 @@ def turning(w: Vec, dz: Expr, a: Vec, column: Vec, ends: bool) -> Motion:
         (xy + dz, -(xx + zz), column[1]),
         (*last, column[2]),
     )
-    return Motion(w, (dx, dy, dz), a, U, (xx, yy, zz))
+    return LinkMotion(w, (dx, dy, dz), a, U, (xx, yy, zz))
 
 
-def carried(parent: Motion, link: Link, slides: bool, qd: Expr, qdd: Expr, ends: bool) -> Motion:
+def carried(parent: LinkMotion, link: Link, slides: bool, qd: Expr, qdd: Expr, ends: bool) -> LinkMotion:
     """Return the motion of the frame at the end of a link, whose joint moves at q̇ and q̈ along its z axis.
 
     A turn about z leaves U z as it is in space. Where z is an axis of the parent's frame, U z is a column of the
@@ -139,7 +139,7 @@ def carried(parent: Motion, link: Link, slides: bool, qd: Expr, qdd: Expr, ends:
     return replace(moved, a=add(a, rise))
 
 
-def balance(body: Moments, motion: Motion) -> tuple[Vec, Vec]:
+def balance(body: Moments, motion: LinkMotion) -> tuple[Vec, Vec]:
     """Return the wrench (n, f) that gives a body its motion: Newton's and Euler's equations about the frame's origin.
 
     f = m a + U h,    n = h × a + axis of (U J - J Uᵀ), row by row U_y·J_z - U_z·J_y and so on.

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
-from symdyn.dynamics.equations import Function
+from symdyn.dynamics.roads.functions import Function
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.program.count import Counts, count_by_binding

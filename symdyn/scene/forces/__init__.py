@@ -9,7 +9,6 @@ from symdyn.scene.forces import friction
 from symdyn.scene.forces.contact import KNIFE_EDGE, ROLLING
 from symdyn.scene.forces.damper import DAMPER, Damper
 from symdyn.scene.forces.ends import AtBody, Ends
-from symdyn.scene.forces.formula import FORMULA
 from symdyn.scene.forces.keys import Key
 from symdyn.scene.forces.kind import (
     MOTION,
@@ -27,6 +26,7 @@ from symdyn.scene.forces.kind import (
 )
 from symdyn.scene.forces.load import LOAD
 from symdyn.scene.forces.spring import SPRING, Spring
+from symdyn.scene.forces.velocity_row import FORMULA
 from symdyn.scene.model import Scene
 from symdyn.scene.names import suggestion
 from symdyn.scene.quantity import Quantity

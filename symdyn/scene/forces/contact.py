@@ -27,7 +27,7 @@ from symdyn.scene.forces.ends import AtBody, known_body, named_shift
 from symdyn.scene.forces.keys import NUMBER, Form, Key, indexed
 from symdyn.scene.forces.kind import PARAMETERS, ForceKind, Rim, Scope, Stand, Touch
 from symdyn.scene.joints.blocks import unit
-from symdyn.scene.joints.constraints import forces
+from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.made_names import Names
 from symdyn.scene.model import GROUND
 from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector, express

@@ -22,7 +22,7 @@ from symdyn.scene.declare import assemble
 from symdyn.scene.formats.mjcf_mesh import check_meshes, is_file, mesh_paths
 from symdyn.scene.formats.mjcf_tree import Tree, nonzero
 from symdyn.scene.formats.xml import Element, read_xml
-from symdyn.scene.reading import Reading, ReadOptions
+from symdyn.scene.reader import Reading, ReadOptions
 from symdyn.scene.table import Faults, shorten, show
 
 OLDEST = (3, 4)

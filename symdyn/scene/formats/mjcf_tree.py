@@ -27,7 +27,7 @@ from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formula import quantity
 from symdyn.scene.model import GROUND
 from symdyn.scene.names import LONGEST, listed
-from symdyn.scene.reading import ReadOptions
+from symdyn.scene.reader import ReadOptions
 from symdyn.scene.table import Entry, Faults, shorten
 
 NO_NAME = "MuJoCo Model"

@@ -29,11 +29,11 @@ from symdyn.scene.formats.par_checks import count_frames, is_zero, refuse_motion
 from symdyn.scene.formats.par_text import SCALAR_KEYS, WRENCH, Sheet, parse_sheet
 from symdyn.scene.formats.snap import snap_angle
 from symdyn.scene.formula import parse
-from symdyn.scene.joints.turned import inverse
+from symdyn.scene.joints.reversed import inverse
 from symdyn.scene.model import GROUND, Pose
 from symdyn.scene.names import FORMULA_NAMES
 from symdyn.scene.quantity import ZERO, Quantity
-from symdyn.scene.reading import Reading, ReadOptions
+from symdyn.scene.reader import Reading, ReadOptions
 from symdyn.scene.spelling import spell
 from symdyn.scene.table import Entry, Faults, compose, shorten, show
 

@@ -23,7 +23,7 @@ from symdyn.scene.joints import JOINTS
 from symdyn.scene.mapping import substituted
 from symdyn.scene.model import GROUND, Joint, Limits, Parameter, Pose, Scene
 from symdyn.scene.quantity import ZERO, Quantity, Vector, symbol
-from symdyn.scene.reading import Written
+from symdyn.scene.reader import Written
 from symdyn.scene.spelling import spell
 from symdyn.scene.turns import Step, inverse, towards
 

@@ -15,7 +15,7 @@ from fractions import Fraction
 from symdyn.graph import Graph, Op, linear_form
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.formats.snap import PI_50, snap_angle
-from symdyn.scene.formats.turned import circular
+from symdyn.scene.formats.turned_inertia import circular
 from symdyn.scene.model import Pose
 from symdyn.scene.quantity import Quantity, express
 from symdyn.scene.value import Value, value_of

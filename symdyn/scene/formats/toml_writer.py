@@ -15,7 +15,7 @@ from symdyn.scene.joint_table import LIMIT_KEYS
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.model import STANDARD_GRAVITY, Body, Coupling, Joint, Parameter, Point, Pose, Scene
 from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector
-from symdyn.scene.reading import Written
+from symdyn.scene.reader import Written
 from symdyn.scene.spelling import spell
 from symdyn.scene.table import compose
 

@@ -23,7 +23,7 @@ from symdyn.scene.model import GROUND, STANDARD_GRAVITY, Body, Joint, Pose, Scen
 from symdyn.scene.names import listed
 from symdyn.scene.physical import central_inertia
 from symdyn.scene.quantity import ZERO, Quantity
-from symdyn.scene.reading import Written
+from symdyn.scene.reader import Written
 from symdyn.scene.spelling import spell
 from symdyn.scene.value import Value, value_of
 

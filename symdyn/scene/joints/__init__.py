@@ -8,7 +8,7 @@ from symdyn.scene.joints.fixed import FIXED
 from symdyn.scene.joints.free import FREE
 from symdyn.scene.joints.helical import HELICAL
 from symdyn.scene.joints.key import AXIS, ORIENTATION, Key
-from symdyn.scene.joints.kind import Block, Forbids, Gimbal, JointKind, Motion, Move
+from symdyn.scene.joints.kind import Block, Forbids, Gimbal, JointKind, JointMotion, Move
 from symdyn.scene.joints.mark import Mark, Part
 from symdyn.scene.joints.planar import PLANAR
 from symdyn.scene.joints.point_on_line import POINT_ON_LINE
@@ -49,9 +49,9 @@ __all__ = [
     "Forbids",
     "Gimbal",
     "JointKind",
+    "JointMotion",
     "Key",
     "Mark",
-    "Motion",
     "Move",
     "Part",
     "own_keys",

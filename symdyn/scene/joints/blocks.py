@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from symdyn.graph import Expr, Graph, gradient
 from symdyn.scene.joints.key import ORIENTATION
-from symdyn.scene.joints.kind import Block, Gimbal, Motion, Move
+from symdyn.scene.joints.kind import Block, Gimbal, JointMotion, Move
 from symdyn.scene.model import Joint, Pose
 from symdyn.scene.quantity import ONE, PI, ZERO, Quantity, Vector, express
 from symdyn.spatial import (
@@ -52,9 +52,9 @@ def towards(u: Vec) -> Mat:
 def turn(axis: Vector) -> Block:
     """Return a rotation about an axis, rad."""
 
-    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         still = unit_transform(graph)
-        return Motion((Move(False, unit(axis, graph), q[0], still, ((0, graph.one),)),), still, u)
+        return JointMotion((Move(False, unit(axis, graph), q[0], still, ((0, graph.one),)),), still, u)
 
     return Block(("rad",), ("rad",), motion, axis=axis)
 
@@ -62,9 +62,9 @@ def turn(axis: Vector) -> Block:
 def slide(axis: Vector) -> Block:
     """Return a translation along an axis, m."""
 
-    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         still = unit_transform(graph)
-        return Motion((Move(True, unit(axis, graph), q[0], still, ((0, graph.one),)),), still, u)
+        return JointMotion((Move(True, unit(axis, graph), q[0], still, ((0, graph.one),)),), still, u)
 
     return Block(("m",), ("m",), motion, axis=axis)
 
@@ -72,11 +72,11 @@ def slide(axis: Vector) -> Block:
 def screw(axis: Vector, pitch: Quantity) -> Block:
     """Return a rotation about an axis, rad, with an advance along it of `pitch` a turn, m."""
 
-    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         still, z = unit_transform(graph), unit(axis, graph)
         rise = express(pitch, graph) / (2 * express(PI, graph))
         moves = (Move(False, z, q[0], still, ((0, graph.one),)), Move(True, z, rise * q[0], still, ((0, rise),)))
-        return Motion(moves, still, u)
+        return JointMotion(moves, still, u)
 
     return Block(("rad",), ("rad",), motion)
 
@@ -84,9 +84,9 @@ def screw(axis: Vector, pitch: Quantity) -> Block:
 def shift(axis: Vector, way: Quantity) -> Block:
     """Return a constant translation along an axis, m."""
 
-    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         place = Transform(identity(graph), scale(express(way, graph), unit(axis, graph)))
-        return Motion((), place, ())
+        return JointMotion((), place, ())
 
     return Block((), (), motion)
 
@@ -94,9 +94,9 @@ def shift(axis: Vector, way: Quantity) -> Block:
 def aligned(axis: Vector, back: bool = False) -> Block:
     """Return the constant rotation that takes z to an axis, or the one back."""
 
-    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         R = towards(unit(axis, graph))
-        return Motion((), Transform(transpose(R) if back else R, zero_vector(graph)), ())
+        return JointMotion((), Transform(transpose(R) if back else R, zero_vector(graph)), ())
 
     return Block((), (), motion)
 
@@ -131,7 +131,7 @@ def gimbals(first: int) -> Callable[[Joint], tuple[Gimbal, ...]]:
 def path(steps: Pose, names: tuple[str, ...], units: tuple[str, ...]) -> Block:
     """Return elementary motions whose amounts are formulas in the coordinates called `names`."""
 
-    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+    def motion(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         place, moves = unit_transform(graph), []
         for kind, amount in steps.steps:
             node = express(amount, graph)
@@ -144,7 +144,7 @@ def path(steps: Pose, names: tuple[str, ...], units: tuple[str, ...]) -> Block:
             bias = tuple(entry for entry in curved if not entry[2].is_zero)
             moves.append(Move(kind[0] == "T", unit(AXES[kind[1]], graph), node, place, rate, bias))
             place = unit_transform(graph)
-        return Motion(tuple(moves), place, u)
+        return JointMotion(tuple(moves), place, u)
 
     return Block(units, units, motion)
 
@@ -185,10 +185,12 @@ def _spin(graph: Graph, before: Transform, first: int) -> tuple[Move, ...]:
     )
 
 
-def _ball(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+def _ball(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
     turned = Transform(rotation_of(q), zero_vector(graph))
     brackets = tuple(bracket for k in range(3) for bracket in _pair(k, (k + 1) % 3, (k + 2) % 3))
-    return Motion(_spin(graph, turned, 0), unit_transform(graph), _quaternion_rates(q, (u[0], u[1], u[2])), brackets)
+    return JointMotion(
+        _spin(graph, turned, 0), unit_transform(graph), _quaternion_rates(q, (u[0], u[1], u[2])), brackets
+    )
 
 
 def _pair(j: int, i: int, m: int, value: int = 1) -> tuple[tuple[int, int, int, int], ...]:
@@ -196,7 +198,7 @@ def _pair(j: int, i: int, m: int, value: int = 1) -> tuple[tuple[int, int, int, 
     return ((j, i, m, value), (i, j, m, -value))
 
 
-def _flight(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+def _flight(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
     v, omega, e = (u[0], u[1], u[2]), (u[3], u[4], u[5]), q[3:]
     R, still, one = rotation_of(e), unit_transform(graph), graph.one
     placed = Transform(R, (q[0], q[1], q[2]))
@@ -211,7 +213,7 @@ def _flight(graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
     for k in range(3):  # [ω_k, ω_i] = ω_j and [ω_k, v_i] = v_j
         i, j = (k + 1) % 3, (k + 2) % 3
         brackets += [*_pair(3 + k, 3 + i, 3 + j), *_pair(3 + k, i, j), *_pair(3 + i, k, j, -1)]
-    return Motion((*slides, *_spin(graph, still, 3)), still, rates, tuple(brackets))
+    return JointMotion((*slides, *_spin(graph, still, 3)), still, rates, tuple(brackets))
 
 
 BALL = Block(("1",) * 4, ("rad",) * 3, _ball, ("wx", "wy", "wz"))

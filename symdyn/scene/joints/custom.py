@@ -10,7 +10,7 @@ from symdyn.scene.joints.blocks import path
 from symdyn.scene.joints.key import Key
 from symdyn.scene.joints.kind import Block, JointKind
 from symdyn.scene.joints.mark import Mark, Part
-from symdyn.scene.joints.turned import inverse
+from symdyn.scene.joints.reversed import inverse
 from symdyn.scene.model import Joint, Pose
 from symdyn.scene.table import Table, as_list, plain, show
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from symdyn.scene.joints.blocks import AXES, FLIGHT, gimbals, orientation, slide
-from symdyn.scene.joints.constraints import forbidding
+from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.key import ORIENTATION
 from symdyn.scene.joints.kind import Block, JointKind
 from symdyn.scene.joints.mark import Mark, Part

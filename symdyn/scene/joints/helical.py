@@ -8,12 +8,12 @@ from __future__ import annotations
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import folding
 from symdyn.scene.joints.blocks import screw
-from symdyn.scene.joints.constraints import directions, forces, leaning, moments, offsets
+from symdyn.scene.joints.forbidden import directions, forces, leaning, moments, offsets
 from symdyn.scene.joints.held import Steps, held
 from symdyn.scene.joints.key import AXIS, Key
 from symdyn.scene.joints.kind import Block, Forbids, JointKind
 from symdyn.scene.joints.mark import Mark, Part
-from symdyn.scene.joints.turned import about_opposite
+from symdyn.scene.joints.reversed import about_opposite
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import PI, ZERO, Quantity, express, number
 from symdyn.scene.table import Table

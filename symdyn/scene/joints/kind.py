@@ -59,7 +59,7 @@ class Move:
 
 
 @dataclass(frozen=True)
-class Motion:
+class JointMotion:
     """Motion of a joint, from the joint frame to the moved joint frame.
 
     Attributes:
@@ -98,7 +98,7 @@ class Block:
 
     coordinates: tuple[str, ...]
     velocities: tuple[str, ...]
-    motion: Callable[[Graph, tuple[Expr, ...], tuple[Expr, ...]], Motion]
+    motion: Callable[[Graph, tuple[Expr, ...], tuple[Expr, ...]], JointMotion]
     letters: tuple[str, ...] = ()
     axis: Vector | None = None
 
@@ -206,7 +206,7 @@ class JointKind:
         """Return how many of the six relative freedoms the joint takes away (the textbook's connection of class t)."""
         return 6 - len(self.velocities(joint))
 
-    def motion(self, joint: Joint, graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> Motion:
+    def motion(self, joint: Joint, graph: Graph, q: tuple[Expr, ...], u: tuple[Expr, ...]) -> JointMotion:
         """Return the motion of a joint at coordinates q and velocities u."""
         parts, i, k = [], 0, 0
         for block in self.blocks(joint):
@@ -216,7 +216,7 @@ class JointKind:
         return _joined(parts, graph)
 
 
-def _joined(parts: Sequence[tuple[int, Motion]], graph: Graph) -> Motion:
+def _joined(parts: Sequence[tuple[int, JointMotion]], graph: Graph) -> JointMotion:
     """Return parts, each with the number of its first velocity, as one motion."""
     moves: list[Move] = []
     rates: list[Expr] = []
@@ -231,4 +231,4 @@ def _joined(parts: Sequence[tuple[int, Motion]], graph: Graph) -> Motion:
         place = place @ part.tail
         rates += part.rates
         brackets += [(k + j, k + i, k + m, value) for j, i, m, value in part.brackets]
-    return Motion(tuple(moves), place, tuple(rates), tuple(brackets))
+    return JointMotion(tuple(moves), place, tuple(rates), tuple(brackets))

@@ -10,7 +10,7 @@ class Part:
     """One part of a symbol.
 
     Attributes:
-        shape: a key of `PARTS` in `symdyn.draw.symbols`.
+        shape: a key of `PARTS` in `symdyn.draw.joint_symbols`.
         half: its size from its middle, in halves of a symbol's width; 0 for shapes of one size.
         way: its direction: a key of the joint that is one, or "x", "y", "z" of the joint frame.
     """

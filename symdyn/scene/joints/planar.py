@@ -6,7 +6,7 @@ The translations are along the x and y that the shortest rotation of z to the ax
 from __future__ import annotations
 
 from symdyn.scene.joints.blocks import AXES, along, slide, turn
-from symdyn.scene.joints.constraints import forbidding
+from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.key import AXIS
 from symdyn.scene.joints.kind import JointKind
 from symdyn.scene.joints.mark import Mark, Part

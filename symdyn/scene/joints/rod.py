@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import AXES, gimbals, orientation, shift, turn
-from symdyn.scene.joints.constraints import forces
+from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.joints.held import Steps
 from symdyn.scene.joints.key import ORIENTATION, Key
 from symdyn.scene.joints.kind import Block, Forbids, Gimbal, JointKind

@@ -8,11 +8,11 @@ from dataclasses import replace
 from symdyn.graph import Expr
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.joints.blocks import turn, unit
-from symdyn.scene.joints.constraints import everywhere, forces, moments
+from symdyn.scene.joints.forbidden import everywhere, forces, moments
 from symdyn.scene.joints.key import AXIS, Key
 from symdyn.scene.joints.kind import Block, Forbids, JointKind
 from symdyn.scene.joints.mark import Mark, Part
-from symdyn.scene.joints.turned import opposite
+from symdyn.scene.joints.reversed import opposite
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import ONE, ZERO, Vector
 from symdyn.scene.spelling import spell

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from symdyn.errors import SimulateError
 from symdyn.graph import Op, reachable
-from symdyn.simulation.constraints import Projection
+from symdyn.simulation.projection import Projection
 from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]

@@ -26,13 +26,13 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra.numeric import Arithmetic
-from symdyn.dynamics.equations import Function
+from symdyn.dynamics.roads.functions import Function
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.program.assemble import PREPARED
 from symdyn.simulation.compiled import Compiled
+from symdyn.simulation.formulas_in_time import TIME
 from symdyn.simulation.integrate.interrupts import interrupts_wait
 from symdyn.simulation.integrate.method import Hit, IntegrationError, Method, Piece, Problem
-from symdyn.simulation.reading import TIME
 from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]

@@ -13,7 +13,7 @@ from typing import Any
 
 from symdyn.draw.lettering import from_latex
 from symdyn.emit.escape import in_html
-from symdyn.emit.symbols import latex_symbols
+from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.scene import JOINTS, Joint, Parameter, Scene, acceleration_name
 from symdyn.scene.start import quaternion
 from symdyn.scene.units import velocity_units

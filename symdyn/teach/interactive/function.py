@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.arguments import arguments
-from symdyn.dynamics.prescribed import TIME
+from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.roads.arguments import arguments
 from symdyn.graph import Expr, Op, reachable
 
 

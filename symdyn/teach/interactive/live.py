@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 from symdyn.dynamics import Equations, Function, Workspace
-from symdyn.dynamics.loops.partition import Closing
+from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.errors import DerivationError, TeachError
 from symdyn.program import Program, choose, lower
 from symdyn.scene import Scene
@@ -24,7 +24,7 @@ from symdyn.teach.interactive.function import function
 from symdyn.teach.interactive.marks import Mark, Sheet
 from symdyn.teach.interactive.reduced import ACTING, Held, held, reduced_functions
 from symdyn.teach.interactive.words import WORDS
-from symdyn.teach.state import shown_state
+from symdyn.teach.shown_state import shown_state
 from symdyn.verify.equality import DIFFERENT, UNDEFINED, Claim, prove
 
 COEFFICIENTS = ("k_z", "k_C", "k_D", "k_G")
@@ -101,7 +101,7 @@ def live(scene: Scene, parameters: Mapping[str, float] | None = None) -> Live:
         raise TeachError(f"{scene.name}: there is no interactive page, {WORDS['en'][why].format(most=MOST)}")
     values = shown_state(scene).parameters if parameters is None else parameters
     free = replace(scene, parameters=tuple(replace(parameter, value=None) for parameter in scene.parameters))
-    workspace = Workspace(free, Closing(parameters=tuple(values.items())))
+    workspace = Workspace(free, LoopChoices(parameters=tuple(values.items())))
     functions, tied = _rows(workspace)
     stuck = ""
     try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.draw.forces import from_zero, mark_of
+from symdyn.draw.force_arrows import from_zero, mark_of
 from symdyn.draw.places import drawn
 from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, JOINTS, Scene

@@ -11,25 +11,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symdyn.draw.door import spread, watched
 from symdyn.draw.lettering import words
+from symdyn.draw.pictures import spread, watched
 from symdyn.draw.places import places
 from symdyn.draw.pose import pose
 from symdyn.draw.style import style
 from symdyn.draw.view import View
-from symdyn.dynamics.state import quaternions
+from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.emit import emit
+from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code.javascript import JS
 from symdyn.emit.escape import in_html, in_script, in_script_code
-from symdyn.emit.javascript import JS
-from symdyn.emit.letters import Letters, head
-from symdyn.emit.names import stem
+from symdyn.emit.print.letters import Letters, head
 from symdyn.emit.render import render, verbatim
 from symdyn.errors import TeachError
 from symdyn.scene import Scene
 from symdyn.teach.interactive.controls import controls
 from symdyn.teach.interactive.live import Live, by_hand, live
 from symdyn.teach.interactive.marks import Mark
-from symdyn.teach.interactive.start import start
+from symdyn.teach.interactive.slider_start import start
 from symdyn.teach.interactive.tables import exerted, force_tables
 from symdyn.teach.interactive.words import WORDS
 from symdyn.teach.render.mathml import inline

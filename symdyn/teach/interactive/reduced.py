@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.derive import derive_one
-from symdyn.dynamics.loops import closed
-from symdyn.dynamics.loops.closed import Reduction
+from symdyn.dynamics.loops import reduction as closed
 from symdyn.dynamics.loops.partition import Block, driven_velocities
-from symdyn.dynamics.recursive.ldl import solve
+from symdyn.dynamics.loops.reduction import Reduction
+from symdyn.dynamics.mechanism.ldl import solve
 from symdyn.dynamics.recursive.rnea import rnea
+from symdyn.dynamics.roads.derive import derive_one
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
 from symdyn.scene.forces import elastic

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from symdyn.emit.escape import in_html
-from symdyn.emit.latex_layout import together
-from symdyn.emit.letters import Letters, head
-from symdyn.emit.symbols import latex_symbols
+from symdyn.emit.print.latex_layout import together
+from symdyn.emit.print.letters import Letters, head
+from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.scene import JOINTS, Scene, acceleration_name
 from symdyn.scene.units import velocity_units
-from symdyn.teach.equations import coefficient_unit
+from symdyn.teach.equation_steps import coefficient_unit
 from symdyn.teach.interactive.controls import UNITS
 from symdyn.teach.interactive.live import Live, Term
 from symdyn.teach.render.mathml import inline

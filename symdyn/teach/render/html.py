@@ -10,9 +10,9 @@ from collections.abc import Iterator
 
 from symdyn.algebra.form import Form
 from symdyn.draw.style import style
-from symdyn.emit.breaking import latex_width
+from symdyn.emit.code.identifiers import page_stem
 from symdyn.emit.escape import in_html, in_script
-from symdyn.emit.names import page_stem
+from symdyn.emit.print.breaking import latex_width
 from symdyn.emit.render import render
 from symdyn.errors import DerivationError, TeachError
 from symdyn.teach.document import (
@@ -33,8 +33,8 @@ from symdyn.teach.exercises import questions
 from symdyn.teach.interactive import WORDS, Interactive, absence, interactive
 from symdyn.teach.languages import LANGUAGES
 from symdyn.teach.render.markdown import number
+from symdyn.teach.render.mathematics import Spelling
 from symdyn.teach.render.mathml import flow, inline
-from symdyn.teach.render.spelling import Spelling
 
 SHORT = 150.0  # of a formula between words
 

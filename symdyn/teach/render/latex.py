@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 
-from symdyn.emit.breaking import latex_width
+from symdyn.emit.code.identifiers import page_stem
 from symdyn.emit.escape import in_latex
-from symdyn.emit.names import page_stem
+from symdyn.emit.print.breaking import latex_width
 from symdyn.emit.render import render
 from symdyn.teach.document import (
     Blank,
@@ -27,7 +27,7 @@ from symdyn.teach.document import (
 from symdyn.teach.languages import LANGUAGES
 from symdyn.teach.render.drawing import tex_picture
 from symdyn.teach.render.markdown import number
-from symdyn.teach.render.spelling import Spelling, lines
+from symdyn.teach.render.mathematics import Spelling, lines
 
 LINE = 470.0  # pt: 170 mm less a little for what the estimate misses
 TAG = 55.0  # room for an equation number

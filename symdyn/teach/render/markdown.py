@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from symdyn.emit.code.identifiers import page_stem
 from symdyn.emit.escape import in_markdown
-from symdyn.emit.names import page_stem
 from symdyn.emit.render import render
 from symdyn.teach.document import (
     Blank,
@@ -24,7 +24,7 @@ from symdyn.teach.document import (
     Words,
 )
 from symdyn.teach.languages import LANGUAGES
-from symdyn.teach.render.spelling import Spelling, lines
+from symdyn.teach.render.mathematics import Spelling, lines
 
 ROOM = 620.0  # of a display, pt at 10 pt
 BAR = 24  # characters of a share of one

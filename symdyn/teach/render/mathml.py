@@ -9,8 +9,8 @@ import re
 from functools import cache
 from itertools import accumulate
 
-from symdyn.emit.breaking import latex_width
-from symdyn.emit.formula_text import BREAK
+from symdyn.emit.print.breaking import latex_width
+from symdyn.emit.print.formula_text import BREAK
 from symdyn.errors import EmitError
 
 BRACKET = 150.0  # pt at 10 pt: what is no longer stays in one line, which a phone has room for

@@ -8,9 +8,9 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+from symdyn.emit.code.identifiers import page_stem
 from symdyn.emit.escape import in_code, in_markdown
-from symdyn.emit.formula_text import text_of
-from symdyn.emit.names import page_stem
+from symdyn.emit.print.formula_text import text_of
 from symdyn.scene import write_text
 from symdyn.teach.document import Blank, Block, Document, Formula, Picture, Step
 from symdyn.teach.exercises import answer_of
@@ -21,7 +21,7 @@ Cell = dict[str, Any]
 
 SETUP = '''from symdyn.scene.toml import read_text
 from symdyn.teach.answers import in_words
-from symdyn.teach.check import check_derivation
+from symdyn.teach.derivation_check import check_derivation
 
 scene = read_text({scene})
 

@@ -30,9 +30,9 @@ from symdyn.graph import Op
 from symdyn.scene.table import shorten
 from symdyn.teach.student.bounds import too_large
 from symdyn.teach.student.cursor import Cursor
-from symdyn.teach.student.names import Names
 from symdyn.teach.student.source import Source
 from symdyn.teach.student.tokens import OPENING, Token
+from symdyn.teach.student.vocabulary import Names
 
 DEEPEST = 60
 LARGEST_POWER = 32

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 from symdyn.algebra.form import Form
 from symdyn.errors import TeachError
 from symdyn.scene import Scene
-from symdyn.teach.student.names import Names, Target
 from symdyn.teach.student.parser import parse
 from symdyn.teach.student.source import Source, source
 from symdyn.teach.student.times import without_time
 from symdyn.teach.student.tokens import Token, plain_index, tokens
+from symdyn.teach.student.vocabulary import Names, Target
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from symdyn.teach.student.names import Names
 from symdyn.teach.student.source import Source
 from symdyn.teach.student.tokens import Token
+from symdyn.teach.student.vocabulary import Names
 
 OF_TIME = (["(", "t", ")"], ["{", "(", "t", ")", "}"], ["[", "t", "]"])
 ONCE = (["d", "t"], ["dt"])

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from symdyn.build import run_python
-from symdyn.dynamics import OUTPUTS, Closing, Equations, Workspace, derive_one, expected, of_place, roads
+from symdyn.dynamics import OUTPUTS, Equations, LoopChoices, Workspace, derive_one, expected, of_place, roads_of
 from symdyn.emit import emit
-from symdyn.emit.names import function_names
+from symdyn.emit.code.identifiers import function_names
 from symdyn.errors import DerivationError
 from symdyn.program import at_rest, lower, prepare
-from symdyn.program.choose import cheapest
+from symdyn.program.formulation import cheapest
 from symdyn.scene import Scene, bind, read_text, with_symbols, write_text
 
 from ..jets import number
@@ -59,7 +59,7 @@ class Code:
         self.u = [case.mechanism.names.index(name) for name in self.scene.velocities]
         self.closed = self.scene.is_closed
         rates = (5, 3) if choice["closing"] == "baumgarte" and self.closed else (0, 0)
-        closing = Closing(case.independent, *rates, parameters=tuple(values.items()))  # type: ignore[arg-type]
+        closing = LoopChoices(case.independent, *rates, parameters=tuple(values.items()))  # type: ignore[arg-type]
         workspace, functions = Workspace(self.scene, closing), []
         self.refused: dict[str, str] = {}
         self.broken: dict[str, str] = {}
@@ -90,7 +90,7 @@ class Code:
             self.params = self.calls.pop("prepare")(self.params)
 
     def _derived(self, workspace: Workspace, request: str, road: str) -> Any:
-        known = roads(request, self.scene)
+        known = roads_of(request, self.scene)
         if road == "last":
             return derive_one(workspace, request, known[-1])
         return derive_one(workspace, request, road) if road in known else cheapest(workspace, request)

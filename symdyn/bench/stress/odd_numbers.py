@@ -1,0 +1,167 @@
+"""Numbers that are hardly any: NaN, infinities, denormals, -0, float; scenes that are hardly any: none or one body."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.bench.states import positions_of
+from symdyn.bench.stress.calls import Calls, calls
+from symdyn.bench.stress.case import Case, worst
+from symdyn.bench.stress.chains import shares
+from symdyn.bench.stress.scenes import arm, one_body, rubbing
+from symdyn.dynamics import Function, available
+from symdyn.errors import SceneError
+from symdyn.graph import reachable
+from symdyn.scene import Scene, body, fixed, revolute, scene
+from symdyn.verify.accuracy import ALLOWED, ROUNDOFF
+
+Array = npt.NDArray[np.float64]
+
+FAMILY = "numbers"
+OUTPUTS = ("inverse_dynamics", "forward_dynamics", "mass_matrix")
+STATES = 4
+
+
+def builtin() -> Iterator[Case]:
+    """Yield the cases of the built-in scenes."""
+    for one in (arm(), one_body(), one_body("prismatic")):
+        kind = "6 axes" if one.name == "arm" else f"one body, {one.joints[0].type}"
+        yield from _of(kind, one)
+    yield from _of("dry friction", rubbing())
+    yield _weightless()
+    yield _nothing()
+
+
+def of_scene(one: Scene) -> Iterator[Case]:
+    """Yield the same cases of a scene."""
+    if one.velocities:
+        yield from _of("as it is", one)
+
+
+def _of(kind: str, one: Scene) -> Iterator[Case]:
+    names = tuple(name for name in OUTPUTS if name in available(one)[0])
+    made = calls(one, names)
+    given = _states(one, made, names)
+    yield Case(
+        FAMILY,
+        f"NaN in one entry, {kind}",
+        "results that hide a NaN they depend on",
+        0.0,
+        *_hidden(made, given, np.nan),
+    )
+    infinite = worst([_hidden(made, given, np.inf), _hidden(made, given, -np.inf)])
+    yield Case(FAMILY, f"±infinity in one entry, {kind}", "finite results of a sine of infinity", 0.0, *infinite)
+    yield Case(
+        FAMILY, f"-0 for 0, {kind}", "results that differ, ulps of the largest entry", 4.0, *_minus_zero(made, given)
+    )
+    tiny = {name: value * 1e-310 if name != "params" else value for name, value in given.items()}
+    tiny["q"] = given["q"]
+    metric = "error / running error bound"
+    yield Case(FAMILY, f"denormal rates and forces, {kind}", metric, ALLOWED, *_worst_share(made, names, tiny))
+    if not one.is_closed and "1" not in positions_of(one).units:
+        tiny["q"] = given["q"] * 1e-310
+        yield Case(FAMILY, f"denormal states, {kind}", metric, ALLOWED, *_worst_share(made, names, tiny))
+    singles = calls(one, names, real="float")
+    rounded = {name: value.astype(np.float32).astype(float) for name, value in given.items()}
+    yield Case(FAMILY, f"float, {kind}", metric, ALLOWED, *_worst_share(singles, names, rounded, ROUNDOFF["float"]))
+
+
+def _states(one: Scene, made: Calls, names: tuple[str, ...]) -> dict[str, Array]:
+    rng = np.random.default_rng(5)
+    given = {"q": positions_of(one).draw("range", STATES, rng)}
+    for name in names:
+        for argument in made.function(name).arguments:
+            if argument.name not in given:
+                given[argument.name] = rng.uniform(0.5, 1.5, (STATES, len(argument.symbols)))
+    return given
+
+
+def _worst_share(
+    made: Calls, names: tuple[str, ...], given: dict[str, Array], roundoff: float = ROUNDOFF["double"]
+) -> tuple[float, str]:
+    found = [(*shares(made, name, given, roundoff), name) for name in names]
+    return worst([(share, f"{name}, {where}") for share, where, name in found])
+
+
+def _hidden(made: Calls, given: dict[str, Array], value: float) -> tuple[float, str]:
+    """Return how many entries are finite although `value` is in an argument entry that they need.
+
+    Of an infinity only those are counted that take its sine, which is no number.
+    """
+    found = []
+    for routine in made.program.routines:
+        function = routine.function
+        for argument in function.arguments:
+            for place, symbol in enumerate(argument.symbols):
+                needing = _needing(function, symbol, sines=np.isinf(value))
+                spoiled = {name: array.copy() for name, array in given.items()}
+                spoiled[argument.name][:, place] = value
+                for way, computed in made.results(function.name, spoiled).items():
+                    finite = np.isfinite(computed[:, needing])
+                    found.append((float(finite.sum()), f"{function.name}, {symbol.value}, {way}"))
+    return worst(found)
+
+
+def _needing(function: Function, symbol: object, sines: bool) -> list[int]:
+    """Return which entries depend on a symbol, or on its sine."""
+    from symdyn.graph import Op
+
+    entries = []
+    for k, entry in enumerate(function.entries):
+        below = reachable([entry])
+        direct = any(node is symbol for node in below)
+        turned = any(node.op in (Op.SIN, Op.COS) and any(arg is symbol for arg in node.args) for node in below)
+        if turned if sines else direct:
+            entries.append(k)
+    return entries
+
+
+def _minus_zero(made: Calls, given: dict[str, Array]) -> tuple[float, str]:
+    found = []
+    for routine in made.program.routines:
+        function = routine.function
+        zeros = {name: np.zeros_like(value) if name != "params" else value for name, value in given.items()}
+        zeros["q"] = given["q"] * 0 if "1" not in _units(function) else given["q"]
+        minus = {name: np.where(value == 0, -0.0, value) for name, value in zeros.items()}
+        plain = made.results(function.name, zeros)
+        for way, computed in made.results(function.name, minus).items():
+            known = np.isfinite(plain[way])  # what a singular position makes of zero is no number
+            size = np.max(np.abs(plain[way]), where=known, initial=0.0) or 1.0
+            gap = np.abs(np.where(np.isfinite(computed), computed, np.inf) - np.where(known, plain[way], 0.0))[known]
+            found.append((float(np.max(gap, initial=0.0)) / (2.0**-52 * size), f"{function.name}, {way}"))
+    return worst(found)
+
+
+def _units(function: Function) -> tuple[str, ...]:
+    return next((a.units for a in function.arguments if a.name == "q"), ())
+
+
+def _nothing() -> Case:
+    """Return how many scenes in which nothing can move are taken, and not refused in one line."""
+    found = []
+    for kind, bodies, joints in (
+        ("no bodies", [], []),
+        ("one fixed body", [body("b", mass=1)], [fixed("f", "ground", "b")]),
+    ):
+        try:
+            scene("nothing", bodies=bodies, joints=joints)
+        except SceneError as fault:
+            found.append((float(len(fault.faults) - 1), kind))
+        else:
+            found.append((1.0, kind))
+    return Case(FAMILY, "no bodies, or none that moves", "scenes that are taken without a word", 0.0, *worst(found))
+
+
+def _weightless() -> Case:
+    """Return how many functions of a mechanism of one joint without anything to move it fail to be zero or empty."""
+    weightless = scene("weightless", bodies=[body("b")], joints=[revolute("j", "ground", "b")])
+    made = calls(weightless, ("inverse_dynamics", "mass_matrix", "gravity_forces"))
+    given = {name: np.ones((2, 1)) for name in ("q", "qd", "qdd")}
+    found = []
+    for name in ("inverse_dynamics", "mass_matrix", "gravity_forces"):
+        for way, computed in made.results(name, given).items():
+            found.append((float(np.count_nonzero(computed)), f"{name}, {way}"))
+    return Case(FAMILY, "a body without mass", "entries that are not zero", 0.0, *worst(found))

@@ -1,0 +1,135 @@
+"""The only file that runs Node.js: generated JavaScript as Python callables, one state a call."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import weakref
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.build.warned import check_target
+from symdyn.dynamics import Function
+from symdyn.emit import Sources
+from symdyn.emit.code.javascript import JS
+from symdyn.emit.render import verbatim
+from symdyn.errors import BuildError, MissingNode
+
+CANDIDATES = ("node", "nodejs")
+
+Array = npt.NDArray[np.float64]
+
+
+def find_node() -> str:
+    """Return the path of Node.js.
+
+    Raises:
+        MissingNode: there is none.
+    """
+    for name in CANDIDATES:
+        path = shutil.which(name)
+        if path is not None:
+            return path
+    raise MissingNode(f"no Node.js found (tried {', '.join(CANDIDATES)}); install it, `apt-get install nodejs` for one")
+
+
+@dataclass(frozen=True)
+class NodeModule:
+    """A scene's functions in Node.js; every function is an attribute and takes one state, arrays of shape (n,).
+
+    Attributes:
+        name: of the scene.
+        calls: the functions by name.
+    """
+
+    name: str
+    calls: dict[str, Callable[..., Any]] = field(repr=False)
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        """Return the function called `name`."""
+        calls: dict[str, Callable[..., Any]] = self.__dict__.get("calls", {})
+        if name not in calls:
+            raise AttributeError(f"there is no function {name!r}; there are {', '.join(calls)}")
+        return calls[name]
+
+
+def run_js(sources: Sources) -> NodeModule:
+    """Return the functions of sources that `emit(program, "js")` made, running in a Node.js of their own.
+
+    Node.js ends when the module is no longer used.
+
+    Raises:
+        BuildError: sources of another target, or Node.js's own words where it refuses them.
+        MissingNode: there is no Node.js.
+    """
+    check_target(sources, JS)
+    process = _Process(find_node(), next(iter(sources.texts.values())))
+    named = zip(sources.functions, sources.program.routines, strict=True)
+    calls = {name: _call(process, name, routine.function) for name, routine in named}
+    return NodeModule(sources.program.scene.name, calls)
+
+
+def _call(process: _Process, name: str, function: Function) -> Callable[..., Any]:
+    """Return one function as a callable."""
+    scalars = [argument.scalar for argument in function.arguments]
+
+    def call(*values: npt.ArrayLike) -> Any:
+        given = [
+            {"scalar": scalar, "bytes": np.asarray(value, dtype="<f8").tobytes().hex()}
+            for scalar, value in zip(scalars, values, strict=True)
+        ]
+        found = process.ask({"name": name, "arguments": given})
+        return np.frombuffer(bytes.fromhex(found["bytes"]), dtype="<f8").reshape(function.shape)[()]
+
+    return call
+
+
+class _Process:
+    """One Node.js that answers a line with a line."""
+
+    def __init__(self, node: str, text: str) -> None:
+        """Start it and load a module.
+
+        Raises:
+            BuildError: it cannot be run or refuses the module.
+        """
+        command = (node, "--input-type=module", "--eval", verbatim("js/calls.mjs"))
+        try:
+            self._process = subprocess.Popen(
+                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8"
+            )
+        except OSError as fault:
+            raise BuildError(f"{node} cannot be run ({fault.strerror})") from fault
+        weakref.finalize(self, _end, self._process)
+        self.ask(text)
+
+    def ask(self, words: Any) -> dict[str, Any]:
+        """Return the answer to a line.
+
+        Raises:
+            BuildError: Node.js answers with a fault, or has ended.
+        """
+        assert self._process.stdin is not None, "it was given a pipe"
+        assert self._process.stdout is not None, "it was given a pipe"
+        try:
+            self._process.stdin.write(json.dumps(words) + "\n")
+            self._process.stdin.flush()
+            line = self._process.stdout.readline()
+        except OSError:
+            line = ""
+        if not line:
+            raise BuildError("Node.js ended without an answer; it must be version 15 or later")
+        answer: dict[str, Any] = json.loads(line)
+        if "fault" in answer:
+            raise BuildError(f"Node.js refused the code: {answer['fault']}")
+        return answer
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    """Let Node.js end: there is nothing more to read."""
+    process.communicate()

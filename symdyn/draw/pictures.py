@@ -1,0 +1,212 @@
+"""Pictures of a scene and of one of its bodies as SVG text."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+
+from symdyn.draw.body_shapes import COLOURS, carrier, link
+from symdyn.draw.coordinate_marks import marks
+from symdyn.draw.corner import with_corner
+from symdyn.draw.force_arrows import Wrench, links, wrench
+from symdyn.draw.ground import ground
+from symdyn.draw.joint_symbols import symbol, triad
+from symdyn.draw.labels import Label, put
+from symdyn.draw.lettering import words
+from symdyn.draw.places import Array, Places, places
+from symdyn.draw.planes import patches, planes
+from symdyn.draw.pose import pose, values_of
+from symdyn.draw.shapes import Item
+from symdyn.draw.svg import Drawing, svg
+from symdyn.draw.view import View, look
+from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.errors import DrawError
+from symdyn.scene import GROUND, Scene
+
+LABELS = ("coordinates", "bodies", "joints", "points")
+
+
+def picture(
+    scene: Scene,
+    q: Sequence[float] | Array | None = None,
+    parameters: Mapping[str, float] | None = None,
+    view: tuple[float, float] | None = None,
+    frames: bool = False,
+    labels: Collection[str] = ("coordinates", "bodies"),
+    wrenches: Sequence[Wrench] = (),
+    prefix: str = "",
+    scheme: str = "auto",
+) -> str:
+    """Return a picture of the mechanism as SVG text; the same input gives the same bytes.
+
+    A planar scene is seen face-on, gravity downwards; a spatial one in a parallel projection. The group of every body,
+    joint, load, spring and damper has an id such as `body-link1`, and a title.
+
+    Args:
+        scene: any scene.
+        q: position, shape (nq,), in the scene's order; rad, m or 1. None: see `pose`.
+        parameters: values of parameters; those without any are 1, or such that loops close.
+        view: azimuth and elevation of the viewer in degrees; None chooses.
+        frames: whether to draw the axes of every moved joint frame.
+        labels: what is named: any of "coordinates", "bodies", "joints", "points". Loads and springs always are.
+        wrenches: more forces and couples to draw.
+        prefix: in front of every id, so that several pictures fit into one page.
+        scheme: "auto" follows the reader's preference; "light" and "dark" use plain colours.
+
+    Raises:
+        DrawError: q of another shape, an unknown name, loops that do not close, or no real value at q.
+    """
+    return svg(drawing(scene, q, parameters, view, frames, labels, wrenches), prefix, scheme)
+
+
+@np.errstate(all="ignore")  # a place that no double holds is told by the text of the picture
+def drawing(
+    scene: Scene,
+    q: Sequence[float] | Array | None = None,
+    parameters: Mapping[str, float] | None = None,
+    view: tuple[float, float] | None = None,
+    frames: bool = False,
+    labels: Collection[str] = ("coordinates", "bodies"),
+    wrenches: Sequence[Wrench] = (),
+) -> Drawing:
+    """Return what `picture` writes, as shapes and placed labels."""
+    for kind in labels:
+        if kind not in LABELS:
+            raise DrawError(f'there are no labels of "{kind}"; known are {", ".join(LABELS)}')
+    if q is None:
+        shown, values = pose(scene, parameters=parameters)
+    else:
+        shown, values = _numbers(scene, q), values_of(scene, parameters)
+    found = places(scene, shown.reshape(1, -1), values)
+    seen = watched(scene, found, values, shown, view)
+    items, names = mechanism(scene, found, seen)
+    if "coordinates" in labels:
+        arcs, marked = marks(scene, found, seen, latex_symbols(scene))
+        items, names = items + arcs, marked + names
+    more, forced = _acting(found, scene, seen, wrenches)
+    items, names = items + more, forced + names
+    if frames:
+        items += _triads(found, seen)
+    names += _names(found, seen, labels)
+    segments = lines(items, 1)
+    return with_corner(Drawing(scene.name, items, put(names, segments)), scene, found, seen, segments)
+
+
+def watched(
+    scene: Scene, found: Places, values: Mapping[str, float], q: Array, view: tuple[float, float] | None
+) -> View:
+    """Return the view of a scene in which everything that is found fits."""
+    nudged = np.atleast_2d(q)[:1] + 0.1 * (1 + np.arange(q.shape[-1]) % 5)  # by which chance shows
+    return look([found, places(scene, nudged, values)], spread(scene, found), view)
+
+
+def spread(scene: Scene, found: Places) -> Array:
+    """Return all points that a picture must hold, shape (K, 3)."""
+    spots = [at for hinge in found.hinges for at in (hinge.fixed.p, hinge.moved.p)]
+    spots += [body.com for body in found.bodies if body.com is not None]
+    spots += [at for body in found.bodies for _, at in body.particles]
+    spots += [frame.p for _, frame in found.points.values()]
+    spots += [at for ends in found.ends.values() for at in ends]
+    spots += [at for at, _, _ in found.acting.values()]
+    for centre, _, radius in found.wheels.values():
+        spots += [centre + sign * radius * axis for axis in np.eye(3) for sign in (-1, 1)]
+    spots += [corners[:, k] for _, corners in patches(scene, found) for k in range(4)]
+    return np.concatenate(spots) if spots else np.zeros((1, 3))
+
+
+def mechanism(scene: Scene, found: Places, view: View) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
+    """Return planes, ground, springs, bodies and joints, and the labels of springs, at every moment that is found."""
+    items = [*planes(scene, found, view), *ground(scene, found, view)]
+    elastic, labels = links(scene, found, view)
+    items += elastic
+    for k, body in enumerate(found.bodies):
+        items += link(scene, found, body, view, k % COLOURS)
+    for hinge in found.hinges:
+        joint = hinge.joint
+        kind, title = ("loop", "loop joint") if hinge.closes else ("joint", "joint")
+        follows = f", follows {joint.coupling.coordinate}" if joint.coupling else ""
+        text = f"{joint.type} {title} {joint.name}{follows}"
+        ends = [item.depth for item in items if item.id in (f"body-{joint.parent}", f"body-{joint.child}")]
+        depth = np.max([view.depth(hinge.moved.p), *ends], axis=0) + view.size  # a joint lies on what it connects
+        items.append(Item(f"{kind}-{joint.name}", text, 1, depth, symbol(hinge, view)))
+    return tuple(items), labels
+
+
+def lines(items: Sequence[Item], count: int) -> Array:
+    """Return the segments of all shapes, which labels keep clear of, shape (count, S, 2, 2)."""
+    found = [shape.segments for item in items for shape in item.shapes if "halo" not in shape.look]
+    return np.concatenate([np.broadcast_to(x, (count, *x.shape[1:])) for x in (np.zeros((1, 0, 2, 2)), *found)], axis=1)
+
+
+def _acting(
+    found: Places, scene: Scene, view: View, wrenches: Sequence[Wrench]
+) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
+    """Return the arrows of the scene's loads and of other wrenches, and their labels."""
+    items: tuple[Item, ...] = ()
+    labels: tuple[Label, ...] = ()
+    loads = [(f"load-{load.name}", load_wrench(load.name, found)) for load in scene.loads]
+    for id, one in (*loads, *((f"wrench-{k + 1}", one) for k, one in enumerate(wrenches))):
+        drawn, named = wrench(one, view, id)
+        items, labels = items + drawn, labels + named
+    return items, labels
+
+
+def load_wrench(name: str, found: Places) -> Wrench:
+    """Return a load of the scene as it is now."""
+    at, force, couple = (tuple(x[0].tolist()) for x in found.acting[name])
+    return Wrench(name, at, force, couple)
+
+
+def _numbers(scene: Scene, q: Sequence[float] | Array) -> Array:
+    """Return a position as numbers."""
+    try:
+        return np.asarray(q, dtype=np.float64)
+    except (TypeError, ValueError) as fault:
+        names = ", ".join(scene.coordinates)
+        raise DrawError(f"{scene.name}: q = {q!r} is no position; give a number for each of {names}") from fault
+
+
+def _triads(found: Places, view: View) -> tuple[Item, ...]:
+    items = [Item("frame-ground", "frame of the ground", 2, np.zeros(1), triad(view, found.ground.p, found.ground.R))]
+    for hinge in found.hinges:
+        if not hinge.closes:
+            shapes = triad(view, hinge.moved.p, hinge.moved.R)
+            title = f"moved frame of joint {hinge.joint.name}"
+            items.append(Item(f"frame-{hinge.joint.name}", title, 2, view.depth(hinge.moved.p), shapes))
+    return tuple(items)
+
+
+def _names(found: Places, view: View, labels: Collection[str]) -> tuple[Label, ...]:
+    names: list[Label] = []
+    gap = view.size * 1.1
+    if "points" in labels:
+        for name, (_, frame) in found.points.items():
+            names.append(Label(f"label-point-{name}", words(name), view.flat(frame.p), gap))
+    if "joints" in labels:
+        for hinge in found.hinges:
+            name = hinge.joint.name
+            names.append(Label(f"label-joint-{name}", words(name), view.flat(hinge.moved.p), gap * 1.3))
+    if "bodies" in labels:
+        names += body_names(found, view)
+    return tuple(names)
+
+
+def body_names(found: Places, view: View) -> list[Label]:
+    """Return labels of all bodies, at their centres of mass or at their only particle, else at their joint."""
+    names = []
+    for body in found.bodies:
+        at = body.com if body.com is not None else body.particles[0][1] if len(body.particles) == 1 else None
+        place = carrier(found, body.name).moved.p if at is None else at
+        names.append(Label(f"label-body-{body.name}", words(body.name), view.flat(place), view.size * 1.1))
+    return names
+
+
+def known_body(scene: Scene, name: str) -> None:
+    """Raise DrawError for a name that is no moving body."""
+    from symdyn.scene.names import suggestion
+
+    bodies = [body.name for body in scene.bodies]
+    if name not in bodies:
+        reason = "does not move" if name == GROUND else "is not a body"
+        raise DrawError(f'{scene.name}: "{name}" {reason}; {suggestion(name, bodies)}')

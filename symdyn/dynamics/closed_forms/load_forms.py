@@ -1,0 +1,212 @@
+"""Closed forms to be read of springs, dampers, friction and loads: geometry in normal form in laws of force.
+
+D       squared distance of two points, a trigonometric polynomial     s = √D     ∂s/∂q_i = ∂D/∂q_i / (2 s)
+p, w    Rᵀ ∂p/∂q_i and (Rᵀ ∂R/∂q_i)∨ of the frame of a load, or both in the ground frame
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from symdyn.algebra.compact import Compactor
+from symdyn.algebra.form import (
+    MINUS_ONE,
+    Form,
+    Function,
+    Power,
+    Symbol,
+    factors_of,
+    form_of,
+    in_place,
+    power_of,
+    product_of,
+    sum_of,
+)
+from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
+from symdyn.dynamics.mechanism.loads import joint_forces, joint_of, load_vectors, stored
+from symdyn.dynamics.mechanism.placements import body_placements, ends_apart, moved_placements
+from symdyn.dynamics.mechanism.state import State, joint_position, vector
+from symdyn.graph import Expr, Graph, Op, tangents
+from symdyn.scene import Load, Scene, Strut, pull_of
+from symdyn.scene.forces import elastic, resisting
+from symdyn.scene.quantity import NULL
+from symdyn.spatial import Transform, dot
+
+WAY, RATE = " x", " v"
+"""Names that no scene has."""
+
+Arm = tuple[tuple[Polynomial, ...], tuple[Polynomial, ...]]  # p and w of one coordinate
+
+
+@dataclass(frozen=True)
+class LoadNodes:
+    """Nodes whose normal forms are needed.
+
+    Attributes:
+        squares: squared distance of the ends of every strut between points.
+        places: for every load and every coordinate that moves it the placement of the point that it acts at: in the
+            ground frame, or for a load in body axes in a frame that stands before the joint.
+    """
+
+    squares: dict[Strut, Expr]
+    places: tuple[dict[int, Transform], ...]
+
+    @property
+    def needed(self) -> list[Expr]:
+        """All of them."""
+        return [
+            *self.squares.values(),
+            *(x for moved in self.places for T in moved.values() for row in (*T.R, T.p) for x in row),
+        ]
+
+
+def load_nodes(scene: Scene, graph: Graph) -> LoadNodes:
+    """Return what the closed forms of the loads are made of."""
+    placed = body_placements(scene, graph) if scene.loads else {}
+    squares: dict[Strut, Expr] = {}
+    for strut in scene.struts:
+        if strut.ends:
+            apart = ends_apart(scene, strut.ends, graph)
+            squares[strut] = dot(apart, apart)
+    carrier = {joint.child: joint for joint in scene.joints}
+    places = []
+    for load in scene.loads:
+        moved = dict(moved_placements(scene, carrier.get(load.place.body), graph))
+        if load.frame == "ground":
+            moved = dict.fromkeys(moved, placed[load.place.body])
+        at = vector(load.place.at, graph)
+        places.append({i: Transform(T.R, T.point(at)) for i, T in moved.items()})
+    return LoadNodes(squares, tuple(places))
+
+
+@dataclass(frozen=True)
+class ClosedLoads:
+    """What acts beside gravity and drives.
+
+    Attributes:
+        squares: D of every strut between points.
+        slopes: ∂D/∂q_i / 2 of each, for every coordinate.
+        arms: p and w of every load, for the coordinates that move it.
+    """
+
+    scene: Scene
+    state: State
+    squares: dict[Strut, Polynomial]
+    slopes: dict[Strut, tuple[Polynomial, ...]]
+    arms: tuple[dict[int, Arm], ...]
+
+    def energy(self, compact: Compactor) -> Form:
+        """Return the elastic energy E."""
+        return sum_of(self._energy(strut, compact) for strut in elastic(self.scene))
+
+    def elastic(self, compact: Compactor, i: int) -> Form:
+        """Return k_E,i."""
+        terms = []
+        for strut in elastic(self.scene):
+            force = self._force(strut, compact, form_of(_ordered(self.scene).zero))
+            terms.append(_product(force, self._slope(strut, compact, i)))
+        return sum_of(terms)
+
+    def acting(self, compact: Compactor) -> list[Form]:
+        """Return Q of every coordinate."""
+        graph = _ordered(self.scene)
+        forces = [[form_of(force)] for force in joint_forces(self.scene, graph)]
+        for strut in resisting(self.scene):
+            if strut.ends:
+                slopes = [self._slope(strut, compact, i) for i in range(self.state.n)]
+                pairs = zip(slopes, self.state.qd, strict=True)
+                rate = sum_of(product_of((slope, Symbol(str(u.value)))) for slope, u in pairs)
+                against = product_of((MINUS_ONE, self._force(strut, compact, rate)))
+                for terms, slope in zip(forces, slopes, strict=True):
+                    terms.append(_product(against, slope))
+        for load, arm in zip(self.scene.loads, self.arms, strict=True):
+            components = [form_of(x) for part in load_vectors(load, graph) for x in part]
+            for i, (p, w) in arm.items():
+                shares = zip(components, (*p, *w), strict=True)
+                forces[i] += [product_of((force, compact(share))) for force, share in shares]
+        return [sum_of(terms) for terms in forces]
+
+    def _force(self, strut: Strut, compact: Compactor, rate: Form) -> Form:
+        graph = _ordered(self.scene)
+        law = pull_of(strut).force(strut, graph.symbol(WAY), graph.symbol(RATE))
+        return in_place(form_of(law), {WAY: self._way(strut, compact), RATE: rate})
+
+    def _energy(self, strut: Strut, compact: Compactor) -> Form:
+        energy = stored(strut, _ordered(self.scene).symbol(WAY))
+        return in_place(form_of(energy), {WAY: self._way(strut, compact)})
+
+    def _way(self, strut: Strut, compact: Compactor) -> Form:
+        """Return the position of a joint or the distance of two points."""
+        if strut.joint:
+            return form_of(joint_position(joint_of(self.scene, strut), _ordered(self.scene)))
+        return Function(Op.SQRT, (compact(self.squares[strut]),))
+
+    def _slope(self, strut: Strut, compact: Compactor, i: int) -> Form:
+        """Return the derivative of the way by coordinate i."""
+        if strut.ends:
+            share = compact(self.slopes[strut][i])
+            return product_of((share, power_of(self._way(strut, compact), -1)))
+        graph = _ordered(self.scene)
+        position = joint_position(joint_of(self.scene, strut), graph)
+        coordinate = graph.symbol(str(self.state.q[i].value))
+        return form_of(tangents([position], {coordinate: graph.one})[0])
+
+
+def closed_loads(
+    scene: Scene, state: State, ring: TrigonometricRing, nodes: LoadNodes, found: Mapping[Expr, Polynomial]
+) -> ClosedLoads:
+    """Return the closed forms of what acts on a scene.
+
+    Args:
+        scene: the mechanism.
+        state: its symbols on the ring's graph.
+        ring: where the polynomials live.
+        nodes: from `load_nodes` on that graph.
+        found: normal forms of `nodes.needed`.
+    """
+    squares = {strut: found[square] for strut, square in nodes.squares.items()}
+    slopes = {e: tuple(ring.derivative(D, q) / 2 for q in state.q) for e, D in squares.items()}
+    arms = []
+    for load, moved in zip(scene.loads, nodes.places, strict=True):
+        arm: dict[int, Arm] = {}
+        for i, T in sorted(moved.items()):
+            R, p = [[found[x] for x in row] for row in T.R], [found[x] for x in T.p]
+            arm[i] = _arm(ring, R, p, state.q[i], load)
+        arms.append(arm)
+    return ClosedLoads(scene, state, squares, slopes, tuple(arms))
+
+
+def _arm(ring: TrigonometricRing, R: list[list[Polynomial]], p: list[Polynomial], q: Expr, load: Load) -> Arm:
+    """Return how a placement moves with one coordinate, along its own axes or the ground's, where that does work."""
+    dR, dp = [[ring.derivative(x, q) for x in row] for row in R], [ring.derivative(x, q) for x in p]
+    none, pairs = (ring.zero,) * 3, ((2, 1), (0, 2), (1, 0))
+    if load.frame == "ground":
+        return tuple(dp), none if load.couple == NULL else tuple(ring.dot(dR[a], R[b]) for a, b in pairs)
+    columns, rates = list(zip(*R, strict=True)), list(zip(*dR, strict=True))
+    moved = none if load.force == NULL else tuple(ring.dot(column, dp) for column in columns)
+    return moved, none if load.couple == NULL else tuple(ring.dot(columns[a], rates[b]) for a, b in pairs)
+
+
+def _ordered(scene: Scene) -> Graph:
+    """Return a graph on which parameters were born first, so that they stand in front."""
+    graph = Graph()
+    for parameter in scene.parameters:
+        graph.symbol(parameter.name)
+    return graph
+
+
+def _product(*parts: Form) -> Form:
+    """Return a product with equal factors as one power, and a squared root as what stands under it."""
+    exponents: dict[Form, int] = {}
+    for factor in factors_of(product_of(parts)):
+        base, exponent = (factor.base, factor.exponent) if isinstance(factor, Power) else (factor, 1)
+        exponents[base] = exponents.get(base, 0) + exponent
+    factors = []
+    for base, exponent in exponents.items():
+        if isinstance(base, Function) and base.op is Op.SQRT:
+            pairs = int(exponent / 2)
+            factors += [power_of(base.args[0], pairs), power_of(base, exponent - 2 * pairs)]
+        else:
+            factors.append(power_of(base, exponent))
+    return product_of(factors)

@@ -1,0 +1,180 @@
+"""Lagrange's equations of the second kind: K and P from positions, L = K - P differentiated automatically.
+
+Reference: the textbook, section 5.1.2, eq. (5.21)-(5.23).
+
+    T[B]     placement of body B in the ground frame          v   velocity of a centre of mass, by differentiation
+    u        velocities, q̇ as a rule                          X   derivative along them; γ their brackets: directions.py
+    R, p     its rotation and translation                     ω   from ω̃ = Ṙ Rᵀ, ground frame
+    K, P     kinetic and potential energy, J                  L   K - P
+    G, E     energy of gravity and of springs, P = G + E
+
+This road shares nothing with the recursive one but the scene and the joint's own placement.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from symdyn.dynamics.mechanism.directions import Directions, directions
+from symdyn.dynamics.mechanism.loads import elastic_energy, elastic_slopes, generalized_forces
+from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.state import (
+    State,
+    first_moment,
+    joint_motion,
+    joint_position,
+    state_symbols,
+    vector,
+)
+from symdyn.graph import Expr, Graph, gradient, substitute, tangents
+from symdyn.scene import JOINTS, Body, Joint, Scene, express
+from symdyn.spatial import Mat, Transform, Vec, apply_transposed, cross, dot, symmetric
+from symdyn.spatial import apply as matvec
+
+
+@dataclass(frozen=True)
+class Energies:
+    """Energies of a scene on its graph, J.
+
+    Attributes:
+        state: the symbols that they are functions of.
+        directions: the directions that the velocities are along.
+        K: kinetic energy.
+        G: potential energy of gravity.
+        E: potential energy of springs.
+    """
+
+    scene: Scene
+    graph: Graph
+    state: State
+    directions: Directions
+    K: Expr
+    G: Expr
+    E: Expr
+
+    @property
+    def P(self) -> Expr:
+        """Potential energy."""
+        return self.G + self.E
+
+
+def energies(scene: Scene, graph: Graph) -> Energies:
+    """Return K(q, q̇), G(q) = -Σ m g·r, zero where the mass centre passes the ground's origin level, and E(q)."""
+    state = state_symbols(scene, graph)
+    rates = state.velocity
+    gravity = vector(scene.gravity, graph)
+    placed = body_placements(scene, graph)
+    kinetic = [_kinetic(body, placed[body.name], rates, graph) for body in scene.bodies]
+    kinetic += [rotor_energy(joint, rates, graph) for joint in scene.joints if joint.moves]
+    potential = [-dot(gravity, _weighted_place(body, placed[body.name], graph)) for body in scene.bodies]
+    K, G = graph.total(kinetic), graph.total(potential)
+    return Energies(scene, graph, state, directions(scene, graph), K, G, elastic_energy(scene, graph))
+
+
+def _kinetic(body: Body, T: Transform, rates: dict[Expr, Expr], graph: Graph) -> Expr:
+    """Return ½ m v² + ½ ω·I ω of the extended mass, plus ½ m v² of each particle."""
+    total = graph.total(
+        _half(graph) * express(particle.mass, graph) * _square(_rate(T.point(vector(particle.at, graph)), rates))
+        for particle in body.particles
+    )
+    m, omega = express(body.mass, graph), _angular_velocity(T.R, rates)
+    inertia = symmetric(*(express(entry, graph) for entry in body.inertia))
+    w = apply_transposed(T.R, omega)  # ω in body coordinates, where the inertia is constant
+    spin = _half(graph) * dot(w, matvec(inertia, w))
+    if body.about == "com":
+        assert body.com is not None
+        v = _rate(T.point(vector(body.com, graph)), rates)
+        return total + _half(graph) * m * _square(v) + spin
+    v = _rate(T.p, rates)  # of the body frame's origin: K = ½ m v² + v·(ω × R h) + ½ ω·I ω, h = m r
+    h = first_moment(body, graph)
+    return total + _half(graph) * m * _square(v) + dot(v, cross(omega, matvec(T.R, h))) + spin
+
+
+def rotor_energy(joint: Joint, rates: dict[Expr, Expr], graph: Graph) -> Expr:
+    """Return ½ armature (rate of the joint)², at a ball ½ armature ω² of its relative angular velocity."""
+    inertia = express(joint.armature, graph)
+    if inertia.is_zero:
+        return graph.zero
+    if JOINTS[joint.type].ball:
+        return _half(graph) * inertia * _square(_angular_velocity(joint_motion(joint, graph).placement.R, rates))
+    (rate,) = tangents([joint_position(joint, graph)], rates)
+    return _half(graph) * inertia * rate * rate
+
+
+def _weighted_place(body: Body, T: Transform, graph: Graph) -> Vec:
+    """Return Σ m r of the body in the ground frame, kg m."""
+    m, h = express(body.mass, graph), matvec(T.R, first_moment(body, graph))
+    total = [m * T.p[k] + h[k] for k in range(3)]
+    for particle in body.particles:
+        place, mass = T.point(vector(particle.at, graph)), express(particle.mass, graph)
+        total = [total[k] + mass * place[k] for k in range(3)]
+    return (total[0], total[1], total[2])
+
+
+def _angular_velocity(R: Mat, rates: dict[Expr, Expr]) -> Vec:
+    """Return ω in the ground frame from ω̃ = Ṙ Rᵀ."""
+    rows = [tangents(row, rates) for row in R]
+    return (
+        _dot(rows[2], R[1]),
+        _dot(rows[0], R[2]),
+        _dot(rows[1], R[0]),
+    )
+
+
+def _dot(a: list[Expr], b: Vec) -> Expr:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _rate(place: Vec, rates: dict[Expr, Expr]) -> Vec:
+    x, y, z = tangents(place, rates)
+    return (x, y, z)
+
+
+def _square(v: Vec) -> Expr:
+    return dot(v, v)
+
+
+def _half(graph: Graph) -> Expr:
+    return graph.one / 2
+
+
+# The equations
+
+
+def momenta(energy: Energies) -> list[Expr]:
+    """Return p = ∂L/∂u = M(q) u, shape (nv,); kg m^2/s or kg m/s."""
+    return gradient(energy.K, energy.state.qd)
+
+
+def driving_forces(energy: Energies) -> list[Expr]:
+    """Return τ = d/dt p - X L - Σ γ u p - Q^A, shape (nv,); N m or N. Eq. (5.21)-(5.23), Boltzmann and Hamel's form."""
+    state, p = energy.state, momenta(energy)
+    inertial = tangents(p, state.acceleration)
+    slope = energy.directions.slopes(energy.K - energy.G)
+    declared = generalized_forces(energy.scene, energy.graph)
+    forces = [a - b + e - f for a, b, e, f in zip(inertial, slope, elastic_forces(energy), declared, strict=True)]
+    for (j, i), terms in energy.directions.brackets.items():
+        for m, value in terms:
+            forces[i] = forces[i] - value * state.qd[j] * p[m]
+    return forces
+
+
+def mass_matrix(energy: Energies) -> list[list[Expr]]:
+    """Return M = ∂²K/∂q̇², shape (n, n); column j is the momentum at q̇ = e_j, since K is quadratic in q̇."""
+    state, graph = energy.state, energy.graph
+    p = momenta(energy)
+    columns = []
+    for j in range(state.n):
+        still = {qd: graph.one if k == j else graph.zero for k, qd in enumerate(state.qd)}
+        columns.append(substitute(p, still))
+    return [[columns[max(i, j)][min(i, j)] for j in range(state.n)] for i in range(state.n)]
+
+
+def gravity_forces(energy: Energies) -> list[Expr]:
+    """Return k_G = X G, shape (nv,), ∂G/∂q for rates of coordinates; N m or N."""
+    return energy.directions.slopes(energy.G)
+
+
+def elastic_forces(energy: Energies) -> list[Expr]:
+    """Return k_E = X E, shape (nv,), ∂E/∂q for rates of coordinates; N m or N."""
+    return elastic_slopes(energy.scene, energy.graph, energy.directions.slopes)

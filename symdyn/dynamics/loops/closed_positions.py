@@ -1,0 +1,206 @@
+"""Closed-form positions of planar loops with two unknown moves: four-bars, slider-cranks, and chains of them.
+
+Walk a loop from the cut J to the same point P again, as `loops` does. The unknown moves are u and v, everything between
+is known:
+
+    U, V          origins of the two moves       z     normal of the plane
+    d0, d1, d2    J → U,  U → V,  V → P, each in axes that are fixed in front of the unknown move before it, and along
+                  the plane: what lies across it adds up to nothing, and is no side of a triangle
+
+Two turns make a triangle J U V with known sides l0, l1, l2. Its angle at U is γ with
+
+    tan(γ/2)² = (l2 - l1 + l0) (l2 + l1 - l0) / ((l0 + l1 - l2) (l0 + l1 + l2))
+
+which keeps all digits at the folds, where the cosine of γ would leave half of them. A turn and a slide along s make a
+line that meets a circle of radius l: x = -s·d ± sqrt((l - h) (l + h)), h = z·(s × d). The second unknown follows from
+the direction that remains. Which of two signs is the branch is read off the assembled position, and stays.
+
+Angles are found modulo a turn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from symdyn.algebra.numeric import Floats
+from symdyn.dynamics.loops.constraint_rows import paths
+from symdyn.dynamics.loops.cuts import Cut, cuts
+from symdyn.dynamics.loops.partition import Block
+from symdyn.dynamics.mechanism.tree import Tree
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Op, evaluate, substitute
+from symdyn.spatial import Transform, Vec, add, apply, cross, dot, neg, scale, sub, zero_vector
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.roads.workspace import Workspace
+
+
+CLOSED = 1e-6
+"""Most by which a closed form may miss the assembled position, rad and m."""
+
+
+@dataclass(frozen=True)
+class _Unknown:
+    """An unknown move on the way round a loop: its velocity, whether it slides, its sense, axis s or z before it."""
+
+    velocity: int
+    slides: bool
+    sense: int
+    axis: Vec
+
+
+def positions(w: Workspace) -> list[Expr]:
+    """Return q, shape (nq,), in terms of the independent coordinates.
+
+    Raises:
+        DerivationError: a loop is not of a kind that has a closed form here.
+    """
+    values: dict[Expr, Expr] = {}
+    kept, labels = w.closed.closure.kept, w.closed.recursive.labels
+    by_name = {cut.owner: cut for cut in cuts(w.scene, w.graph) if cut.joint}
+    if any(q not in w.state.q for q in w.closed.coordinates) or w.state.n != len(w.state.q):
+        raise _none(w, "a joint of it is described by a quaternion")
+    for block in w.closed.closure.partition.blocks:
+        rows = [labels[kept[r]] for r in block.rows]
+        owners = {label.owner for label in rows}
+        planar = len(block.rows) == 2 and len(owners) == 1 and all(one.loop and _is_force(one.wrench) for one in rows)
+        if not planar:
+            raise _none(w, "it is no planar loop with two unknowns")
+        found = _solve(w, by_name[owners.pop()], block, values)
+        values |= found
+    return [values.get(q, q) for q in w.state.q]
+
+
+def _none(w: Workspace, why: str) -> DerivationError:
+    return DerivationError(f"{w.scene.name}: positions have no closed form here: {why}; assemble them numerically")
+
+
+def _is_force(wrench: tuple[Vec, Vec] | None) -> bool:
+    return wrench is not None and all(x.is_zero for x in wrench[1])
+
+
+def _solve(w: Workspace, cut: Cut, block: Block, known: dict[Expr, Expr]) -> dict[Expr, Expr]:
+    """Return the two coordinates of a block's velocities, with `known` ones put in."""
+    unknowns, ways, z = _way_round(w, w.tree, cut, block)
+    d0, d1, d2 = (sub(way, scale(dot(way, z), z)) for way in ways)  # bodies may lie in planes one above the other
+    q = [w.closed.coordinates[one.velocity] for one in unknowns]
+    first, second = unknowns
+    candidates = [_with_sign(w.graph.constant(sign), first, second, d0, d1, d2, z) for sign in (1, -1)]
+    settled = [tuple(substitute(pair, known)) for pair in candidates]
+    return dict(zip(q, _branch(w, unknowns, settled), strict=True))
+
+
+def _way_round(w: Workspace, tree: Tree, cut: Cut, block: Block) -> tuple[list[_Unknown], list[Vec], Vec]:
+    """Return the unknown moves in the order of the walk, and d0, d1, d2."""
+    graph = tree.graph
+    i, place = tree.home[cut.parent]
+    j, last = tree.home[cut.child]
+    last = last @ cut.behind
+    inner, outer = paths(tree, i, j)
+    walk = [(b, -1) for b in inner] + [(b, 1) for b in outer]
+    T = (place @ cut.before).inverse()
+    still = zero_vector(graph)
+    unknowns: list[_Unknown] = []
+    ways = [T.p]
+    normal: Vec | None = None
+    T = Transform(T.R, still)
+    for b, sense in walk:
+        turns, slides = tree.S[b]
+        before = T.R if sense < 0 else (T @ tree.base[b]).R
+        if not all(x.is_zero for x in turns):
+            axis = apply(before, turns)
+            normal = axis if normal is None else normal
+            if axis != normal and axis != neg(normal):
+                raise _none(w, f"the axes of the loop {cut.owner} are not written as parallel")
+        if not any(k in block.velocities for k, _ in tree.A[b]):
+            step = tree.T[b].inverse() if sense < 0 else tree.T[b]
+            T = T @ step
+            ways[-1] = add(ways[-1], T.p)
+            T = Transform(T.R, still)
+            continue
+        if len(tree.A[b]) != 1 or tree.A[b][0][1] is not graph.one:
+            raise _none(w, f"unknown joints of the loop {cut.owner} are coupled")
+        is_slide = all(x.is_zero for x in turns)
+        if sense > 0:  # the constant part, then the move itself is left out
+            T = T @ tree.base[b]
+            ways[-1] = add(ways[-1], T.p)
+            T = Transform(T.R, still)
+        axis = apply(T.R, slides if is_slide else turns)
+        unknowns.append(_Unknown(tree.A[b][0][0], is_slide, sense, axis))
+        ways.append(still)
+        if sense < 0:
+            T = T @ tree.base[b].inverse()
+            ways[-1] = add(ways[-1], T.p)
+            T = Transform(T.R, still)
+    ways[-1] = add(ways[-1], apply(T.R, last.p))
+    if len(unknowns) != 2 or normal is None or all(one.slides for one in unknowns):
+        raise _none(w, f"the loop {cut.owner} has no two unknowns of which one turns")
+    return unknowns, ways, normal
+
+
+def _with_sign(sign: Expr, first: _Unknown, second: _Unknown, d0: Vec, d1: Vec, d2: Vec, z: Vec) -> tuple[Expr, Expr]:
+    """Return the two coordinates on one branch; all vectors are in axes of J with both unknowns at zero.
+
+    J + d0 + A (d1 + B d2) = J with A, B the two moves.
+    """
+    graph = sign.graph
+    if first.slides:  # d0 + d1 + x s + B d2 = 0
+        d, s = add(d0, d1), scale(first.sense, first.axis)
+        x = _on_circle(d, s, z, dot(d2, d2), sign)
+        turned = _angle(d2, neg(add(d, scale(x, s))), second.axis)
+        return x, second.sense * turned
+    if second.slides:  # d0 + A (d1 + d2 + x s) = 0
+        d, s = add(d1, d2), scale(second.sense, second.axis)
+        x = _on_circle(d, s, z, dot(d0, d0), sign)
+        return first.sense * _angle(add(d, scale(x, s)), neg(d0), first.axis), x
+    l0, l1, l2 = (graph.sqrt(dot(d, d)) for d in (d0, d1, d2))
+    above = graph.sqrt((l2 - l1 + l0) * (l2 + l1 - l0))
+    below = graph.sqrt((l0 + l1 - l2) * (l0 + l1 + l2))
+    half = graph.function(Op.ATAN2, above, below)
+    phi = _angle(d1, neg(d0), first.axis) + sign * 2 * half  # turns U → V to γ off U → J
+    to_v = add(d0, _turned(d1, phi, first.axis))
+    at_zero = _turned(d2, phi, first.axis)
+    return first.sense * phi, second.sense * _angle(at_zero, neg(to_v), second.axis)
+
+
+def _on_circle(d: Vec, s: Vec, z: Vec, square: Expr, sign: Expr) -> Expr:
+    """Return x with |d + x s|² = square, s a unit vector."""
+    h, radius = dot(z, cross(s, d)), d[0].graph.sqrt(square)
+    return sign * d[0].graph.sqrt((radius - h) * (radius + h)) - dot(s, d)
+
+
+def _angle(a: Vec, b: Vec, z: Vec) -> Expr:
+    """Return the angle about z from a to b, rad."""
+    return a[0].graph.function(Op.ATAN2, dot(z, cross(a, b)), dot(a, b))
+
+
+def _turned(a: Vec, angle: Expr, z: Vec) -> Vec:
+    """Return a vector of the plane turned about its normal."""
+    graph = angle.graph
+    return add(scale(graph.cos(angle), a), scale(graph.sin(angle), cross(z, a)))
+
+
+def _branch(w: Workspace, unknowns: Sequence[_Unknown], candidates: Sequence[tuple[Expr, ...]]) -> tuple[Expr, ...]:
+    """Return the candidate that is at the assembled position.
+
+    Neither is where what moves leaves the plane, by a slide along the normal or on a line that is oblique.
+    """
+    known = w.closed.values(w.closed.closure.assembly.typical)
+    there = np.array([known[w.closed.coordinates[one.velocity]] for one in unknowns])
+    slides = np.array([one.slides for one in unknowns])
+
+    def off(pair: tuple[Expr, ...]) -> float:
+        try:
+            way = np.array(evaluate(pair, Floats(), known)) - there
+        except (ArithmeticError, ValueError):
+            return float("inf")
+        return float(np.abs(np.where(slides, way, np.sin(way / 2))).max())
+
+    found = min(candidates, key=off)
+    if off(found) > CLOSED:
+        raise _none(w, "a loop does not stay in a plane")
+    return found

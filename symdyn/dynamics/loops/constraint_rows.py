@@ -1,0 +1,315 @@
+"""Rows that close loops and keep contacts, G u = 0, and what each of them forbids; twice, like everything else.
+
+    J        joint frame of the cut joint, on its parent
+    X        placement of the moved joint frame, on the child, in J; P is its origin
+    F, N     wrench k of the joint: force and moment, axes of J, acting at P
+    G        G_k u = F·Ṗ + N·ω, velocity of P and angular velocity of the child relative to J, axes of J
+    bias     Ġ u: the rate of G u at u̇ = 0
+
+Both relative velocities are taken at one spatial point, so that the multiplier λ_k is the size of wrench k off the
+constraint manifold too, and Gᵀ λ its generalized force. Rows of the scene, linear in the velocities, follow the loops.
+
+The *recursive* road walks from J to the child along the tree, through their nearest common carrier: nothing beyond it
+enters, so that a planar loop on a flying base stays planar. The road *by differentiation* differentiates X.
+
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), sections 8.1 to 8.5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from symdyn.dynamics.loops.cuts import Cut, cuts
+from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.state import State
+from symdyn.dynamics.mechanism.tree import Tree
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
+from symdyn.scene import Quantity, Scene, express
+from symdyn.scene.forces import formula_of
+from symdyn.spatial import Transform, Vec, add, apply, cross, dot, multiply, neg, scale, sub, zero_vector
+
+Twist = tuple[Vec, Vec]  # angular, linear
+
+
+@dataclass(frozen=True)
+class Label:
+    """What a row of G is.
+
+    Attributes:
+        owner: name of the loop, or of the scene's row.
+        number: of the wrench among the owner's.
+        wrench: (force, moment) that the parent can exert, axes of J; None for a formula of the user.
+        closes: whether it holds a position, so that its residual vanishes too.
+        loop: whether it belongs to a joint that closes a loop; else to a row of the scene.
+        name: of a contact's wrench in words, "" where its direction says it.
+    """
+
+    owner: str
+    number: int
+    wrench: tuple[Vec, Vec] | None
+    closes: bool
+    loop: bool
+    name: str = ""
+
+    @property
+    def words(self) -> str:
+        """Its owner in words: "the loop cut", "the contact wheel", "the row slip"."""
+        kind = "loop" if self.loop else "contact" if self.wrench else "row"
+        return f"the {kind} {self.owner}"
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """All rows, before any is left out as redundant.
+
+    Attributes:
+        labels: what each row is, shape (m,).
+        residual: what vanishes where the row is kept, shape (m,); 0 for one that says nothing about q.
+        G: shape (m, nv).
+        bias: Ġ u, shape (m,).
+        columns: by loop the relative twists (angular, linear at P, axes of J) of unit velocities, by velocity.
+    """
+
+    labels: tuple[Label, ...]
+    residual: tuple[Expr, ...]
+    G: tuple[tuple[Expr, ...], ...]
+    bias: tuple[Expr, ...]
+    columns: dict[str, dict[int, Twist]]
+
+
+Entry = tuple[Label, Expr, tuple[Expr, ...], Expr]
+
+
+def _gathered(entries: Sequence[Entry], columns: dict[str, dict[int, Twist]]) -> Constraints:
+    labels, residual, G, bias = zip(*entries, strict=True) if entries else ((), (), (), ())
+    return Constraints(tuple(labels), tuple(residual), tuple(G), tuple(bias), columns)
+
+
+# Recursive
+
+
+@dataclass(frozen=True)
+class _Relative:
+    """Motion of the child's moved joint frame relative to J, axes of J.
+
+    Attributes:
+        X: its placement in J.
+        columns: its twist at P for unit velocities, by velocity.
+        acceleration: (α, acceleration of P) at u̇ = 0.
+    """
+
+    X: Transform
+    columns: dict[int, Twist]
+    acceleration: Twist
+
+    def twist(self, u: Sequence[Expr]) -> Twist:
+        """Return (ω, Ṗ)."""
+        graph = self.X.p[0].graph
+        omega, v = zero_vector(graph), zero_vector(graph)
+        for k, (z, s) in self.columns.items():
+            omega, v = add(omega, scale(u[k], z)), add(v, scale(u[k], s))
+        return omega, v
+
+
+def recursive(scene: Scene, tree: Tree, state: State) -> Constraints:
+    """Return the rows of a scene by recursion along its tree."""
+    entries, columns = [], {}
+    for cut in cuts(scene, tree.graph):
+        relative = _walk(tree, cut, state.qd)
+        entries += _of_cut(cut, relative, state)
+        if cut.joint:
+            columns[cut.owner] = relative.columns
+    formulas = [_polarised(*one, scene, state, tree.graph) for one in _formulas(scene)]
+    return _gathered(_in_order(scene, entries + formulas), columns)
+
+
+def _in_order(scene: Scene, entries: Sequence[Entry]) -> list[Entry]:
+    """Return the entries in the order of the scene: loops, then rows."""
+    order = {owner: k for k, owner in enumerate(_owners(scene))}
+    return sorted(entries, key=lambda entry: order[entry[0].owner, entry[0].loop])
+
+
+def _owners(scene: Scene) -> list[tuple[str, bool]]:
+    return [(joint.name, True) for joint in scene.loops] + [(row.name, False) for row in scene.rows]
+
+
+def _walk(tree: Tree, cut: Cut, u: Sequence[Expr]) -> _Relative:
+    """Return the motion of the child relative to J: from the parent inwards to the common carrier, then outwards."""
+    graph = tree.graph
+    i, place = tree.home[cut.parent]
+    j, last = tree.home[cut.child]
+    last = last @ cut.behind
+    inner, outer = paths(tree, i, j)
+    rate, accelerated = tree.rates(u), tree.bias(u)
+    T = (place @ cut.before).inverse()  # of the frame walked on, in J
+    still = zero_vector(graph)
+    omega, alpha = still, still  # of the body walked on
+    a = still  # acceleration of its origin
+    axes: list[tuple[int, Vec, Vec]] = []  # move, its axis z, s
+    ways = [T.p]  # from J to the first origin, from there to the next, ..., to P
+    for b in inner:  # to the carrier: the move backwards
+        z, s = (neg(apply(T.R, part)) for part in tree.S[b])
+        axes.append((b, z, s))
+        omega, alpha, a = _moved(omega, alpha, a, z, s, rate[b], accelerated[b])
+        step = tree.T[b].inverse()
+        ways.append(apply(T.R, step.p))
+        a = add(a, _swing(omega, alpha, ways[-1]))
+        T = T @ step
+    for b in outer:
+        ways.append(apply(T.R, tree.T[b].p))
+        a = add(a, _swing(omega, alpha, ways[-1]))
+        T = T @ tree.T[b]
+        z, s = (apply(T.R, part) for part in tree.S[b])
+        axes.append((b, z, s))
+        omega, alpha, a = _moved(omega, alpha, a, z, s, rate[b], accelerated[b])
+    ways.append(apply(T.R, last.p))
+    a = add(a, _swing(omega, alpha, ways[-1]))
+    # a move inwards is about the origin in front of its way, one outwards about the one behind
+    levers = [still]
+    for way in reversed(ways[1:]):
+        levers.append(add(levers[-1], way))
+    levers.reverse()  # from the k-th origin to P
+    columns: dict[int, Twist] = {}
+    for place_of, (b, z, s) in enumerate(axes):
+        lever = levers[place_of] if place_of < len(inner) else levers[place_of + 1]
+        linear = add(s, cross(z, lever))
+        for k, x in tree.A[b]:
+            before = columns.get(k, (still, still))
+            columns[k] = (add(before[0], scale(x, z)), add(before[1], scale(x, linear)))
+    X = Transform(multiply(T.R, last.R), add(ways[0], levers[0]))
+    return _Relative(X, dict(sorted(columns.items())), (alpha, a))
+
+
+def paths(tree: Tree, i: int, j: int) -> tuple[list[int], list[int]]:
+    """Return the moves from body i inwards to the nearest common carrier, and from there outwards to body j."""
+    inner, outer = [], []
+    while i != j:
+        if i > j:
+            inner.append(i)
+            i = tree.parent[i]
+        else:
+            outer.append(j)
+            j = tree.parent[j]
+    return inner, outer[::-1]
+
+
+def _swing(omega: Vec, alpha: Vec, d: Vec) -> Vec:
+    """Return α × d + ω × (ω × d), the last as (ω·d) ω - ω² d, which for plane motion is one product less."""
+    turned = sub(scale(dot(omega, d), omega), scale(dot(omega, omega), d))
+    return add(cross(alpha, d), turned)
+
+
+def _moved(omega: Vec, alpha: Vec, a: Vec, z: Vec, s: Vec, rate: Expr, accelerated: Expr) -> tuple[Vec, Vec, Vec]:
+    """Return ω, α, a of the body behind a move about or along an axis through the origin."""
+    slide, spin = scale(rate, s), scale(rate, z)
+    a = add(a, add(scale(2, cross(omega, slide)), scale(accelerated, s)))
+    alpha = add(alpha, add(cross(omega, spin), scale(accelerated, z)))
+    return add(omega, spin), alpha, a
+
+
+def _of_cut(cut: Cut, relative: _Relative, state: State) -> list[Entry]:
+    """Return label, residual, row of G and bias of every wrench of a cut."""
+    zero = relative.X.p[0].graph.zero
+    wrenches, residual = cut.wrenches(relative.X), cut.residual(relative.X)
+    rates = _wrench_rates(cut, relative, state)
+    alpha, a = relative.acceleration
+    omega, v = relative.twist(state.qd)
+    rows = []
+    for k, ((F, N), (dF, dN)) in enumerate(zip(wrenches, rates, strict=True)):
+        row = [zero] * state.n
+        for i, (z, s) in relative.columns.items():
+            row[i] = dot(F, s) + dot(N, z)
+        bias = dot(F, a) + dot(N, alpha) + dot(dF, v) + dot(dN, omega)
+        rows.append((_label(cut, k, (F, N)), residual[k], tuple(row), bias))
+    return rows
+
+
+def _label(cut: Cut, k: int, wrench: tuple[Vec, Vec]) -> Label:
+    return Label(cut.owner, k, wrench, cut.closes[k], cut.joint is not None, cut.names[k] if cut.names else "")
+
+
+def _wrench_rates(cut: Cut, relative: _Relative, state: State) -> list[tuple[Vec, Vec]]:
+    """Return the rates of a cut's wrenches, which may depend on X: a joint's by d/dt R = ω̃ R and d/dt P = Ṗ.
+
+    A contact's are differentiated along q̇, for the simplifications that its axis allows are lost on symbols for R.
+    """
+    X = relative.X
+    if not cut.joint:
+        return _paired(tangents(_entries(cut, X), state.velocity))
+    graph = X.p[0].graph
+    R = tuple(tuple(graph.symbol(f"R[{r},{c}]") for c in range(3)) for r in range(3))
+    p = tuple(graph.symbol(f"P[{r}]") for r in range(3))
+    symbols = [*(entry for row in R for entry in row), *p]
+    entries = _entries(cut, Transform(R, p))  # type: ignore[arg-type]
+    if not set(symbols).intersection(reachable(entries)):
+        return _paired([graph.zero] * len(entries))
+    omega, v = relative.twist(state.qd)
+    turned = [cross(omega, (X.R[0][c], X.R[1][c], X.R[2][c])) for c in range(3)]
+    seeds = {R[r][c]: turned[c][r] for r in range(3) for c in range(3)} | dict(zip(p, v, strict=True))
+    values = dict(zip(symbols, [*(entry for row in X.R for entry in row), *X.p], strict=True))
+    return _paired(substitute(tangents(entries, seeds), values))
+
+
+def _entries(cut: Cut, X: Transform) -> list[Expr]:
+    return [entry for wrench in cut.wrenches(X) for part in wrench for entry in part]
+
+
+def _paired(entries: Sequence[Expr]) -> list[tuple[Vec, Vec]]:
+    """Return six entries each as force and moment."""
+    parts: list[Vec] = [(entries[k], entries[k + 1], entries[k + 2]) for k in range(0, len(entries), 3)]
+    return [(parts[k], parts[k + 1]) for k in range(0, len(parts), 2)]
+
+
+def _formulas(scene: Scene) -> list[tuple[str, Quantity]]:
+    """Return the names and the left sides of the rows that are formulas."""
+    return [(row.name, formula) for row in scene.rows if (formula := formula_of(row)) is not None]
+
+
+def _polarised(name: str, left: Quantity, scene: Scene, state: State, graph: Graph) -> Entry:
+    """Return a row of the scene: its entries are the formula at unit velocities.
+
+    Raises:
+        DerivationError: the formula is not linear in the velocities.
+    """
+    formula = express(left, graph)
+    units = [{qd: graph.one if qd is one else graph.zero for qd in state.qd} for one in state.qd]
+    entries = tuple(substitute([formula], unit)[0] for unit in units)
+    (rest,) = substitute([formula], dict.fromkeys(state.qd, graph.zero))
+    slopes = gradient(formula, state.qd)
+    if not rest.is_zero or set(state.qd).intersection(reachable(slopes)):
+        raise DerivationError(
+            f"{scene.name}: rows.{name}: the formula is not linear in the velocities; "
+            "write a sum of terms coefficient * velocity, without a term of its own"
+        )
+    bias = graph.total(rate * qd for rate, qd in zip(tangents(entries, state.velocity), state.qd, strict=True))
+    return Label(name, 0, None, False, False), graph.zero, entries, bias
+
+
+# By differentiation
+
+
+def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
+    """Return the rows of a scene by differentiating placements in the ground frame."""
+    placed, entries = body_placements(scene, graph), []
+    for cut in cuts(scene, graph):
+        X = (placed[cut.parent] @ cut.before).inverse() @ placed[cut.child] @ cut.behind
+        velocity = tangents(X.p, state.velocity)
+        turned = [tangents(row, state.velocity) for row in X.R]
+        pairs = ((turned[2], X.R[1]), (turned[0], X.R[2]), (turned[1], X.R[0]))  # ω̃ = Ṙ Rᵀ
+        spin = [graph.total(a * b for a, b in zip(x, y, strict=True)) for x, y in pairs]
+        residual = cut.residual(X)
+        for k, (F, N) in enumerate(cut.wrenches(X)):
+            power = graph.total(a * b for a, b in zip((*F, *N), (*velocity, *spin), strict=True))
+            entries.append((_label(cut, k, (F, N)), residual[k], *_slopes(power, state)))
+    for name, left in _formulas(scene):
+        label = Label(name, 0, None, False, False)
+        entries.append((label, graph.zero, *_slopes(express(left, graph), state)))
+    return _gathered(_in_order(scene, entries), {})
+
+
+def _slopes(power: Expr, state: State) -> tuple[tuple[Expr, ...], Expr]:
+    """Return the row of G, and Ġ u, of G u."""
+    (bias,) = tangents([power], state.velocity)
+    return tuple(gradient(power, state.qd)), bias

@@ -1,0 +1,307 @@
+"""What is decided about closed loops before their equations are written, once, at assembled positions.
+
+    kept rows      an independent set of rows of G; rows without effect (a planar loop's out of its plane) and rows that
+                   depend on others are redundant
+    partition      independent and dependent velocities: G_d u_d = -G_i u_i
+
+What a mechanism is in general, its rank and the rows without effect, two generic positions decide; the start may be
+special, and is compared with them. Rows and dependent velocities are chosen by pivots (Gram-Schmidt, the largest
+remainder first), so that the square matrix G_d is as far from singular as a choice can make it at the start, or
+at a generic position where the start has less rank. The choice is static: the generated code divides by
+determinants of blocks, which vanish where the dependent velocities are determined no more. Without loops any position
+can be come to, and velocities that are determined at all of them go first: a disc that rolls turns its axes through.
+
+Reference: Wehage and Haug, Generalized coordinate partitioning for dimension reduction in analysis of constrained
+dynamic systems, J. Mechanical Design 104 (1982).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from math import comb
+
+import numpy as np
+
+from symdyn.dynamics.loops.assembly import Assembly, witness
+from symdyn.dynamics.loops.loop_numbers import Array, Numbers
+from symdyn.dynamics.loops.newton import NEGLIGIBLE, NOISE, dimensionless
+from symdyn.dynamics.loops.partition import (
+    LoopChoices,
+    Partition,
+    blocks,
+    driven_velocities,
+    drives_of,
+    led_velocities,
+    over_driven,
+)
+from symdyn.dynamics.loops.row_words import spoken
+from symdyn.errors import DerivationError
+from symdyn.scene import Scene
+
+EVEN = 0.9
+"""Pivots this close to the largest are as good: of them the first is taken, so that rounding does not choose."""
+
+POSITIONS, SURE = 16, 0.2
+"""Random positions without loops, and the smallest singular value of G_d over the largest of G that will do at all."""
+
+CHOICES = 1000
+"""Sets of dependent velocities that are tried at all these positions."""
+
+NOTHING = 1e-9
+"""Rows this much below the largest have no effect."""
+
+LOOSE = 1e-7
+"""Shares of a row in a relation of rows, of unit length, below it are zero."""
+
+WEAK = 0.02
+"""Driven velocities become dependent where the others would leave a pivot this much below the largest."""
+
+
+@dataclass(frozen=True)
+class LoopDecisions:
+    """The decisions.
+
+    Attributes:
+        assembly: the position that they were made at.
+        kept: independent rows, ascending.
+        empty: rows without effect: they vanish at every position.
+        redundant: other rows that depend on the kept ones.
+        names: what each row is, in words, shape (all rows,).
+        partition: of forward dynamics.
+        fails: whether, without loops, its dependent velocities are undetermined at some positions, so that equations
+            take all rows at once: a blade has a heading at which the velocity along x is none of its own.
+        driven: of inverse dynamics, driven velocities independent; None where the drives do not fit.
+        fault: why there is none, and inverse dynamics is not unique.
+    """
+
+    assembly: Assembly
+    kept: tuple[int, ...]
+    empty: tuple[int, ...]
+    redundant: tuple[int, ...]
+    names: tuple[str, ...]
+    partition: Partition
+    fails: bool
+    driven: Partition | None
+    fault: str = ""
+
+
+def close(numbers: Numbers, closing: LoopChoices) -> tuple[LoopDecisions, Numbers]:
+    """Return the decisions about a scene's loops, and the mechanism with values of all parameters.
+
+    Raises:
+        DerivationError: the loops cannot be assembled, or the user's independent coordinates do not fit.
+    """
+    numbers, assembly = witness(dict(closing.parameters), numbers)
+    return decided(numbers, assembly, closing), numbers
+
+
+def decided(numbers: Numbers, assembly: Assembly, closing: LoopChoices) -> LoopDecisions:
+    """Return the decisions at an assembled position.
+
+    Raises:
+        DerivationError: angles are singular at every position, or the user's independent coordinates do not fit.
+    """
+    singular = numbers.singular_angles(np.array(assembly.typical), held=True)
+    if singular:
+        raise DerivationError(f"{numbers.scene.name}: {singular}")
+    found = [dimensionless(numbers, q, assembly.length) for q in map(np.array, (assembly.typical, *assembly.places))]
+    sizes = np.max([np.abs(G).max(axis=1, initial=0.0) for G in found], axis=0)
+    empty = tuple(k for k, size in enumerate(sizes) if size <= NOTHING * sizes.max(initial=NOISE))
+    some = [k for k in range(len(sizes)) if k not in set(empty)]
+    G = found[0]
+    kept = tuple(sorted(some[i] for i in pivots(_unit_rows(G[some]), [list(range(len(some)))], assembly.rank)[0]))
+    q = np.array(assembly.typical)
+    names = tuple(f"{one.owner}: {spoken(one, numbers, q)}" for one in numbers.constraints.labels)
+    choices = [one[list(kept)] for one in found]
+    partition = _partition(numbers, kept, choices, closing.independent, assembly.length)
+    fails = not closing.independent and _fails(numbers, kept, choices[0], partition.dependent, assembly.length)
+    driven, fault = _driven(numbers, kept, choices, partition)
+    redundant = tuple(k for k in some if k not in kept)
+    return LoopDecisions(assembly, kept, empty, redundant, names, partition, fails, driven, fault)
+
+
+def loose_rows(numbers: Numbers, assembly: Assembly) -> tuple[int, ...]:
+    """Return the rows whose multipliers rigid bodies do not tell: those that a λ with Gᵀ λ = 0 changes somewhere.
+
+    Args:
+        numbers: the mechanism.
+        assembly: its positions; generic ones decide, since at a start a relation may leave a row out.
+    """
+    loose = np.zeros(len(numbers.constraints.labels), dtype=bool)
+    for q in map(np.array, (assembly.typical, *assembly.places)):
+        U, _, _ = np.linalg.svd(dimensionless(numbers, q, assembly.length))
+        loose |= np.abs(U[:, assembly.rank :]).max(axis=1, initial=0.0) > LOOSE
+    return tuple(np.flatnonzero(loose).tolist())
+
+
+def pivots(rows: Array, stages: Sequence[Sequence[int]], count: int) -> tuple[list[int], float]:
+    """Return `count` rows that are as independent as possible, and the smallest pivot over the largest.
+
+    Args:
+        rows: to choose from, shape (k, n).
+        stages: which ones to prefer; the next stage comes when a stage has only weak ones left.
+        count: how many.
+    """
+    left = rows.copy()
+    chosen: list[int] = []
+    sizes: list[float] = []
+    top = float(np.linalg.norm(rows, axis=1).max(initial=0.0))
+    for place, stage in enumerate(stages):
+        weakest = WEAK * top if place + 1 < len(stages) else 0.0
+        while len(chosen) < count:
+            open_ones = [k for k in stage if k not in chosen]
+            lengths = np.linalg.norm(left[open_ones], axis=1)
+            best = float(lengths.max(initial=0.0))
+            if best <= weakest:
+                break
+            k = open_ones[int(np.argmax(lengths >= EVEN * best))]
+            e = left[k] / np.linalg.norm(left[k])
+            left = left - np.outer(left @ e, e)
+            chosen.append(k)
+            sizes.append(best)
+    return chosen, min(sizes, default=1.0) / (max(sizes, default=1.0) or 1.0) if len(chosen) == count else 0.0
+
+
+def _unit_rows(G: Array) -> Array:
+    """Return rows of unit length; one of rounding errors, which is zero in fact, stays small."""
+    lengths = np.linalg.norm(G, axis=1, keepdims=True)
+    return np.asarray(G / np.maximum(lengths, NOTHING * lengths.max(initial=0.0) or 1.0))
+
+
+# Partitions
+
+
+def _partition(
+    numbers: Numbers, kept: Sequence[int], choices: Sequence[Array], wanted: Sequence[str], length: float
+) -> Partition:
+    """Return the user's partition, or the one that conditioning chooses, driven velocities independent if they can.
+
+    Args:
+        numbers: the mechanism.
+        kept: its independent rows.
+        choices: the kept rows where the choice is made, and at generic positions; dimensionless, shape (m, n) each.
+        wanted: names of the independent coordinates or velocities; () for none.
+        length: the characteristic length, m.
+    """
+    scene, n, m = numbers.scene, numbers.state.n, len(kept)
+    if wanted:
+        return _made(numbers, kept, _wanted(scene, wanted, choices[0]))
+    led = led_velocities(scene)
+    every = [k for k in reversed(range(n)) if k not in led]  # of equals, those near the ground stay independent
+    passive = [k for k in every if not scene.drives[k]]
+    sure = _sure(numbers, kept, choices[0], passive, length)
+    if sure:
+        return _made(numbers, kept, [k for k in range(n) if k not in sure])
+    chosen = _dependent(choices, [passive, every] if len(passive) < len(every) else [every])
+    if chosen is None:
+        names = ", ".join(joint.name for joint in scene.joints if joint.motion is not None)
+        raise DerivationError(
+            f"{scene.name}: the loops do not let the joints {names} follow their prescribed motions independently; "
+            f"leave {n - m} of them prescribed at most"
+            if names
+            else f"{scene.name}: no velocities determine the others at any closed position that was found; give a start"
+        )
+    return _made(numbers, kept, [k for k in range(n) if k not in chosen])
+
+
+def _dependent(choices: Sequence[Array], stages: Sequence[Sequence[int]]) -> list[int] | None:
+    """Return velocities that the rows determine, chosen at the first position where they do; None where nowhere."""
+    for G in choices:
+        chosen, quality = pivots(G.T, stages, len(G))
+        if quality > NEGLIGIBLE:
+            return chosen
+    return None
+
+
+def _sure(numbers: Numbers, kept: Sequence[int], G: Array, among: Sequence[int], length: float) -> tuple[int, ...]:
+    """Return the dependent velocities that rows alone determine at every position best, () if none do it well."""
+    m = len(kept)
+    if numbers.scene.loops or not 0 < m <= len(among) or comb(len(among), m) > CHOICES:
+        return ()
+    rows = _drawn(numbers, kept, G, length)
+    if rows is None:
+        return ()
+    top = float(np.linalg.svd(rows, compute_uv=False).max())
+    choices = list(combinations(among, m))
+    worst = [float(np.linalg.svd(rows[:, :, list(one)], compute_uv=False).min()) for one in choices]
+    best = max(worst)
+    if best <= SURE * top:
+        return ()
+    return next(one for one, value in zip(choices, worst, strict=True) if value >= EVEN * best)
+
+
+def _fails(numbers: Numbers, kept: Sequence[int], G: Array, dependent: Sequence[int], length: float) -> bool:
+    """Whether rows without loops leave dependent velocities nearly undetermined at some position."""
+    rows = None if numbers.scene.loops or not kept else _drawn(numbers, kept, G, length)
+    if rows is None:
+        return False
+    top = float(np.linalg.svd(rows, compute_uv=False).max())
+    return bool(np.linalg.svd(rows[:, :, list(dependent)], compute_uv=False).min() <= SURE * top)
+
+
+def _drawn(numbers: Numbers, kept: Sequence[int], G: Array, length: float) -> Array | None:
+    """Return the kept rows at a position, G, and at random ones, shape (positions, m, n); None where some have none."""
+    try:
+        drawn = [dimensionless(numbers, numbers.drawn(seed), length)[list(kept)] for seed in range(POSITIONS)]
+    except DerivationError:  # a formula has no value somewhere
+        return None
+    return np.stack([G, *drawn])
+
+
+def _wanted(scene: Scene, wanted: Sequence[str], G: Array) -> list[int]:
+    m, n = G.shape
+    velocities = list(scene.velocities)
+    known = {name: k for k, name in enumerate(velocities)} | {
+        name.removesuffix("_dot"): k for k, name in enumerate(velocities)
+    }
+    for name in wanted:
+        if name not in known:
+            raise DerivationError(f"{scene.name}: independent: there is no velocity {name!r}; {', '.join(velocities)}")
+    independent = list(dict.fromkeys(known[name] for name in wanted))
+    freedoms = f"{n - m} degree{'s' * (n - m != 1)} of freedom"
+    if len(independent) != n - m:
+        raise DerivationError(f"{scene.name}: independent: {', '.join(wanted)} given, but it has {freedoms}")
+    forgotten = [velocities[k] for k in led_velocities(scene) if k not in independent]
+    if forgotten:
+        raise DerivationError(f"{scene.name}: independent: {', '.join(forgotten)} are prescribed, so add them")
+    dependent = [k for k in range(n) if k not in independent]
+    values = np.linalg.svd(G[:, dependent], compute_uv=False)
+    if m and values[-1] <= NEGLIGIBLE * values[0]:
+        better = [k for k in range(n) if k not in pivots(G.T, [range(n - 1, -1, -1)], m)[0]]
+        names = ", ".join(velocities[k].removesuffix("_dot") for k in better)
+        raise DerivationError(
+            f"{scene.name}: independent: {', '.join(wanted)} do not determine the other velocities at the assembled "
+            f"position, the smallest singular value is {values[-1]:.3g}; {names} would"
+        )
+    return independent
+
+
+def _driven(
+    numbers: Numbers, kept: Sequence[int], choices: Sequence[Array], partition: Partition
+) -> tuple[Partition | None, str]:
+    """Return the partition of inverse dynamics, or why there is none."""
+    scene, n, m = numbers.scene, numbers.state.n, len(kept)
+    driven = driven_velocities(scene)
+    if set(driven) <= set(partition.independent):
+        return partition, ""
+    free = n - m
+    if len(driven) > free:
+        return None, over_driven(scene, free)
+    chosen = _dependent(choices, [[k for k in reversed(range(n)) if k not in driven]])
+    if chosen is None:
+        freedoms = f"{free} degree{'s' * (free != 1)} of freedom"
+        return None, (
+            f"the drives {drives_of(scene, driven)} work against each other, where {freedoms} "
+            f"remain{'s' * (free == 1)}; drive other joints"
+        )
+    return _made(numbers, kept, [k for k in range(n) if k not in chosen]), ""
+
+
+def _made(numbers: Numbers, kept: Sequence[int], independent: Sequence[int]) -> Partition:
+    """Return a partition with its blocks."""
+    dependent = [k for k in range(numbers.state.n) if k not in set(independent)]
+    rows = [numbers.constraints.G[k] for k in kept]
+    uses = [[k for k in dependent if not row[k].is_zero] for row in rows]
+    return Partition(tuple(independent), tuple(dependent), tuple(blocks(uses)))

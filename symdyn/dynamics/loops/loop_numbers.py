@@ -1,0 +1,246 @@
+"""A scene's loops as numbers, for what is decided numerically: assembly, rank, conditioning, the choice of pivots.
+
+    r(q), R      residuals of all loops and their rates R u
+    G(q)         rows of all loops and of the scene
+    H(q)         q̇ = H u
+    h, w         of contacts: how high the lowest point is, and the sine of the angle between axis and normal
+
+A step δ along the velocities moves q by H δ, quaternions stay of unit length. What must not depend on how orientations
+are described (ranks, and what bodies can do) is asked of the mechanism without angles.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping, Sequence
+from copy import copy
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Floats
+from symdyn.dynamics.loops.constraint_rows import Constraints, recursive
+from symdyn.dynamics.loops.contact_points import Gauge, gauges
+from symdyn.dynamics.loops.quaternion_positions import with_angles, with_quaternions
+from symdyn.dynamics.mechanism.angles import Angles, angles_of, without_angles
+from symdyn.dynamics.mechanism.directions import Directions, directions
+from symdyn.dynamics.mechanism.state import State, quaternions, state_symbols
+from symdyn.dynamics.mechanism.tree import Tree, build_tree
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
+from symdyn.scene import Quantity, Scene, express
+from symdyn.scene.start import starting_position
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+SINGULAR = 1e-6
+"""Sine of the angle between axes that are parallel as far as digits go: so many are lost in accelerations, twice."""
+
+FLAT = 1e-3
+"""Sine of the angle between axis and normal of a wheel that lies flat."""
+
+AT_LEAST = 100
+"""Nodes that could be evaluated while values are handed to and fro."""
+
+
+class Numbers:
+    """Functions of q as numbers, at values of the parameters."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        graph: Graph,
+        state: State,
+        tree: Tree,
+        directions: Directions,
+        constraints: Constraints,
+        free: Mapping[str, float],
+    ) -> None:
+        """Prepare a scene; `free` are values of its free parameters."""
+        self.scene, self.graph, self.state, self.tree = scene, graph, state, tree
+        self.constraints, self.directions = constraints, directions
+        self.free = dict(free)
+        self._orders: dict[tuple[Expr, ...], list[Expr]] = {}  # Newton's method asks for the same entries many times
+        self._spent = [0]
+
+    def bound_to(self, free: Mapping[str, float]) -> Numbers:
+        """Return the mechanism with values of its free parameters; what was derived and spent is shared."""
+        found = copy(self)
+        found.free = dict(free)
+        for name in ("parameters", "plain"):
+            found.__dict__.pop(name, None)
+        if self.plain is not self:
+            found.plain = self.plain.bound_to(free)
+        return found
+
+    def afresh(self, free: Mapping[str, float]) -> Numbers:
+        """Return the same, nothing spent yet."""
+        found = self.bound_to(free)
+        found._spent = [0]
+        if found.plain is not found:
+            found.plain._spent = found._spent
+        return found
+
+    def derive(self) -> None:
+        """Derive at once what is derived when it is first asked for, so that those bound to values share it."""
+        _ = self._rates, self._kinematic_map, self.angles, self.gauges
+
+    @property
+    def effort(self) -> int:
+        """What has been spent on values, in nodes of the graph: a measure of time that every machine agrees on."""
+        return self._spent[0]
+
+    @cached_property
+    def parameters(self) -> dict[Expr, float]:
+        """Values of all parameters."""
+        values = {self.graph.symbol(name): value for name, value in self.free.items()}
+        for parameter in self.scene.parameters:
+            if parameter.value is not None:
+                (value,) = evaluate([express(parameter.value, self.graph)], Floats(), {})
+                values[self.graph.symbol(parameter.name)] = value
+        return values
+
+    def value(self, quantity: Quantity) -> float:
+        """Return the value of a quantity in parameters.
+
+        Raises:
+            DerivationError: it has no real value with these parameters.
+        """
+        try:
+            return float(evaluate([express(quantity, self.graph)], Floats(), self.parameters)[0])
+        except (ArithmeticError, ValueError) as fault:
+            raise DerivationError(f"{self.scene.name}: {quantity} has no real value with these parameters") from fault
+
+    def at(self, entries: Sequence[Expr], q: Array, others: Mapping[Expr, float] | None = None) -> Array:
+        """Return the values of entries at q, and at values of other symbols.
+
+        Raises:
+            DerivationError: a formula has no real value there.
+        """
+        values = self.parameters | dict(zip(self.state.q, q.tolist(), strict=True)) | dict(others or {})
+        wanted = tuple(entries)
+        order = self._orders.get(wanted) or self._orders.setdefault(wanted, reachable(wanted))
+        self._spent[0] += AT_LEAST + len(order)
+        try:
+            return np.array(evaluate(wanted, Floats(), values, order), dtype=np.float64)
+        except (ArithmeticError, ValueError) as fault:
+            raise DerivationError(f"{self.scene.name}: {self._valueless(wanted, values, q)}") from fault
+
+    def _valueless(self, entries: Sequence[Expr], values: Mapping[Expr, float], q: Array) -> str:
+        """Return whose formula has no real value, and where."""
+        rows = zip(self.constraints.labels, self.constraints.residual, self.constraints.G, strict=True)
+        owners = {entry: label.words for label, residual, row in rows for entry in (residual, *row)}
+        place = ", ".join(f"{name} = {x:.6g}" for name, x in zip(self.scene.coordinates, q.tolist(), strict=True))
+        for entry in entries:
+            try:
+                evaluate([entry], Floats(), values)
+            except (ArithmeticError, ValueError):
+                whose = owners.get(entry, "a row, or its rate,")
+                return f"{whose} has no real value at {place}; give the scene a start where it has one"
+        return f"a formula has no real value at {place}; give the scene another start"
+
+    def residual(self, q: Array) -> Array:
+        """Return r(q), every loop's, m or 1."""
+        return self.at(self.constraints.residual, q)
+
+    @cached_property
+    def _rates(self) -> list[Expr]:
+        columns = [tangents(self.constraints.residual, along) for along in self.directions.along]
+        return [column[k] for k in range(len(self.constraints.residual)) for column in columns]
+
+    def residual_rates(self, q: Array) -> Array:
+        """Return R, shape (m, nv)."""
+        return self.at(self._rates, q).reshape(-1, self.state.n)
+
+    def jacobian(self, q: Array) -> Array:
+        """Return G, shape (m, nv)."""
+        return self.at([entry for row in self.constraints.G for entry in row], q).reshape(-1, self.state.n)
+
+    @cached_property
+    def _kinematic_map(self) -> list[Expr]:
+        return [along.get(q, self.graph.zero) for q in self.state.q for along in self.directions.along]
+
+    def moved(self, q: Array, step: Array) -> Array:
+        """Return q after a step along the velocities, shape (nv,)."""
+        result = q + self.at(self._kinematic_map, q).reshape(-1, self.state.n) @ step
+        names = list(self.scene.coordinates)
+        for group in quaternions(self.scene):
+            first = names.index(group[0])
+            result[first : first + 4] /= np.linalg.norm(result[first : first + 4])
+        return result
+
+    @cached_property
+    def plain(self) -> Numbers:
+        """The mechanism without angles, velocities in their places; itself where it has none."""
+        scene = without_angles(self.scene)
+        if scene is self.scene:
+            return self
+        found = numbers_of(scene)
+        found.free, found._spent = self.free, self._spent
+        return found
+
+    def turned(self, q: Array) -> Array:
+        """Return q as a position of the mechanism without angles."""
+        return q if self.plain is self else with_quaternions(self.scene, self.plain.scene, q)
+
+    def turned_back(self, q: Array, near: Array) -> Array:
+        """Return a position of the mechanism without angles as one of this, with angles near those of another."""
+        return q if self.plain is self else with_angles(self.scene, self.plain.scene, q, near)
+
+    @cached_property
+    def angles(self) -> tuple[Angles, ...]:
+        """The angles that are singular somewhere."""
+        return tuple(angles_of(self.scene))
+
+    def clearances(self, q: Array) -> Array:
+        """Return how far the angles are from singular: 0 where they are, 1 at most, shape (angles,)."""
+        return np.abs(self.at([one.clearance(self.graph) for one in self.angles], q))
+
+    def singular_angles(self, q: Array, held: bool = False) -> str:
+        """Return which angles are singular at q and what helps, "" if none are; `held` if they are so everywhere."""
+        found = zip(self.angles, self.clearances(q).tolist(), strict=True)
+        return next((one.singular(float(q[one.middle]), held) for one, clear in found if clear < SINGULAR), "")
+
+    @cached_property
+    def gauges(self) -> tuple[Gauge, ...]:
+        """What is measured at contacts."""
+        return gauges(self.scene, self.graph)
+
+    def lying_flat(self, q: Array) -> str:
+        """Return which wheel lies flat at q, so that it has no lowest point, "" if none does."""
+        sines = self.at([one.sine for one in self.gauges], q).tolist()
+        found = zip(self.gauges, sines, strict=True)
+        return next((one.flat for one, sine in found if sine < FLAT), "")
+
+    def start(self) -> Array:
+        """Return where the scene says that it starts; zeros, and unit quaternions, where it says nothing."""
+        return self.normalised(np.array([self.value(one) for one in starting_position(self.scene)]))
+
+    def normalised(self, q: Array) -> Array:
+        """Return q with quaternions of unit length; (1, 0, 0, 0) for one that is zero."""
+        q, names = q.astype(np.float64), list(self.scene.coordinates)
+        for group in quaternions(self.scene):
+            first = names.index(group[0])
+            length = np.linalg.norm(q[first : first + 4])
+            q[first : first + 4] = q[first : first + 4] / length if length else (1.0, 0.0, 0.0, 0.0)
+        return q
+
+    def drawn(self, seed: int) -> Array:
+        """Return random coordinates, about one turn or one metre wide; the same seed, the same ones."""
+        rng = random.Random(f"{self.scene.name}:{seed}")
+        return self.normalised(np.array([rng.uniform(-2.0, 2.0) for _ in self.state.q]))
+
+
+def numbers_of(scene: Scene) -> Numbers:
+    """Return a scene on a graph of its own, without values of its free parameters."""
+    graph = Graph()
+    state = state_symbols(scene, graph)
+    tree = build_tree(scene, graph)
+    return Numbers(scene, graph, state, tree, directions(scene, graph), recursive(scene, tree, state), {})
+
+
+def unbound(scene: Scene, entries: Sequence[Expr]) -> list[str]:
+    """Return the names of the free parameters that entries depend on."""
+    names = {node.value for node in reachable(entries) if node.op is Op.SYMBOL}
+    return [parameter.name for parameter in scene.free_parameters if parameter.name in names]

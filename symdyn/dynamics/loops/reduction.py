@@ -1,0 +1,237 @@
+"""Equations of closed mechanisms: M u̇ + h = τ + Gᵀ λ together with G u̇ + γ = 0.
+
+    M, h      of the spanning tree; h = c + g - Q; f = M u̇ + h are its forces
+    G, γ      kept rows; γ = Ġ u, and Baumgarte's terms where they are asked for
+    i, d      independent and dependent velocities of a partition
+    T, s      u̇ = T u̇_i + s solves G u̇ + γ = 0:  T_i = 1, T_d = -G_d⁻¹ G_i,  s_i = 0, s_d = -G_d⁻¹ γ
+
+*Partitioned*: Tᵀ M T u̇_i = Tᵀ (τ - h - M s), since Tᵀ Gᵀ = 0; then λ = G_d⁻ᵀ (f - τ)_d. M may be singular (a massless
+coupler) as long as Tᵀ M T is not. *With multipliers*, the other road: A = M + Gᵀ G is regular with it, and
+
+    G A⁻¹ Gᵀ λ = -γ - G A⁻¹ (τ - h - Gᵀ γ),    u̇ = A⁻¹ (τ - h - Gᵀ γ + Gᵀ λ)
+
+where A = M and no Gᵀ γ will do if M is regular. The identity of both holds off the constraint manifold too. Where rows
+without loops have no partition that will do at every position, the first road takes all rows at once as well.
+
+Blocks of G_d up to six rows are solved by Cramer's rule with shared minors: a block is singular where the dependent
+velocities are undetermined and nowhere else, which pivots chosen beforehand could not promise. Larger ones, and those
+with more equations than unknowns, are solved by their normal equations, which are singular nowhere else either.
+Symmetric matrices are factored as Lᵀ D L, which needs no pivots.
+
+Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), section 8.5 and 3.2; Wehage and Haug (1982); Baumgarte,
+Stabilization of constraints and integrals of motion in dynamical systems (1972).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from symdyn.dynamics.loops.partition import Partition
+from symdyn.dynamics.mechanism.ldl import solve
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Graph
+
+Matrix = Sequence[Sequence[Expr]]
+
+CRAMER = 6
+"""Rows of the largest block that is solved by Cramer's rule."""
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """Accelerations in terms of the independent ones.
+
+    Attributes:
+        T: T[k] maps an independent velocity to its share in u̇_k; what is missing is zero.
+        s: the rest of u̇, shape (nv,).
+    """
+
+    independent: tuple[int, ...]
+    T: tuple[dict[int, Expr], ...]
+    s: tuple[Expr, ...]
+
+    def led(self, place: Sequence[int], given: Sequence[Expr]) -> Reduction:
+        """Return the reduction with the accelerations of some independent velocities given."""
+        known = dict(zip(place, given, strict=True))
+        s = [
+            one + one.graph.total(t * known[i] for i, t in row.items() if i in known)
+            for row, one in zip(self.T, self.s, strict=True)
+        ]
+        T = tuple({i: t for i, t in row.items() if i not in known} for row in self.T)
+        return Reduction(tuple(i for i in self.independent if i not in known), T, tuple(s))
+
+    def spread(self, reduced: Sequence[Expr]) -> list[Expr]:
+        """Return T x + s for x of shape (independent,)."""
+        x = dict(zip(self.independent, reduced, strict=True))
+        return [s + s.graph.total(t * x[i] for i, t in row.items()) for row, s in zip(self.T, self.s, strict=True)]
+
+    def gathered(self, forces: Sequence[Expr]) -> list[Expr]:
+        """Return Tᵀ f, shape (independent,)."""
+        total = dict.fromkeys(self.independent, forces[0].graph.zero)
+        for row, force in zip(self.T, forces, strict=True):
+            for i, t in row.items():
+                total[i] = total[i] + t * force
+        return list(total.values())
+
+    def mass(self, M: Matrix) -> list[list[Expr]]:
+        """Return Tᵀ M T, shape (independent, independent)."""
+        graph, n = M[0][0].graph, len(M)
+        columns = [
+            [graph.total(M[j][k] * self.T[k][i] for k in range(n) if i in self.T[k]) for j in range(n)]
+            for i in self.independent
+        ]
+        entries = [
+            [graph.total(self.T[j][i] * column[j] for j in range(n) if i in self.T[j]) for column in columns]
+            for i in self.independent
+        ]
+        size = range(len(self.independent))
+        return [[entries[max(i, j)][min(i, j)] for j in size] for i in size]  # symmetric in fact: one of each pair
+
+
+def reduction(G: Matrix, gamma: Sequence[Expr], partition: Partition, n: int, graph: Graph) -> Reduction:
+    """Return T and s for the kept rows."""
+    T: list[dict[int, Expr]] = [{} for _ in range(n)]
+    for i in partition.independent:
+        T[i][i] = graph.one
+        for k, x in solve_dependent(G, partition, [-row[i] for row in G]).items():
+            if not x.is_zero:
+                T[k][i] = x
+    s = [graph.zero] * n
+    for k, x in solve_dependent(G, partition, [-one for one in gamma]).items():
+        s[k] = x
+    return Reduction(partition.independent, tuple(T), tuple(s))
+
+
+def accelerations(reduced: Reduction, M: Matrix, rest: Sequence[Expr]) -> list[Expr]:
+    """Return u̇, shape (nv,), for `rest` = τ - h - M s.
+
+    Raises:
+        DerivationError: nothing that an independent velocity moves has inertia.
+    """
+    if not reduced.independent:
+        return list(reduced.s)
+    chain = range(-1, len(reduced.independent))
+    return reduced.spread(solve(chain, reduced.mass(M), reduced.gathered(rest)))
+
+
+def multipliers(G: Matrix, partition: Partition, excess: Sequence[Expr]) -> list[Expr]:
+    """Return λ of the kept rows, for `excess` = f - τ = Gᵀ λ, of which the dependent part is used."""
+    return solve_transposed(G, partition, excess)
+
+
+# G_d and its transpose, block by block
+
+
+def solve_dependent(G: Matrix, partition: Partition, b: Sequence[Expr]) -> dict[int, Expr]:
+    """Return x with G_d x = b by velocity, b of shape (kept rows,)."""
+    x: dict[int, Expr] = {}
+    for block in partition.blocks:
+        rest = [b[r] - b[r].graph.total(G[r][k] * x[k] for k in x) for r in block.rows]
+        matrix = [[G[r][k] for k in block.velocities] for r in block.rows]
+        x |= dict(zip(block.velocities, solve_square(matrix, rest), strict=True))
+    return x
+
+
+def solve_transposed(G: Matrix, partition: Partition, f: Sequence[Expr]) -> list[Expr]:
+    """Return λ with Gᵀ λ = f in the velocities of the partition's blocks, shape (rows,), f of shape (nv,).
+
+    Of a block with more velocities than rows the λ that misses least in the sum of squares; where f can be met, it is.
+    """
+    found: dict[int, Expr] = {}
+    for block in reversed(partition.blocks):
+        rest = [f[k] - f[k].graph.total(G[r][k] * found[r] for r in found) for k in block.velocities]
+        matrix = [[G[r][k] for r in block.rows] for k in block.velocities]
+        solve_block = solve_square if len(block.rows) == len(block.velocities) else solve_normal
+        found |= dict(zip(block.rows, solve_block(matrix, rest), strict=True))
+    return [found[r] for r in range(len(G))]
+
+
+def solve_square(B: Matrix, b: Sequence[Expr]) -> list[Expr]:
+    """Return B⁻¹ b: by Cramer's rule, beyond six rows by normal equations."""
+    size = len(B)
+    if all(one.is_zero for one in b):
+        return list(b)
+    if size > CRAMER:
+        return solve_normal(B, b)
+    minors = _Minors(B)
+    every = tuple(range(size))
+    det = minors.value(every, every)
+    if size == 1:
+        return [b[0] / det]
+    inverse = 1 / det
+    found = []
+    for j in every:
+        columns = every[:j] + every[j + 1 :]
+        total = det.graph.zero
+        for i in every:
+            if not b[i].is_zero:
+                minor = minors.value(every[:i] + every[i + 1 :], columns)
+                total = total + minor * b[i] if (i + j) % 2 == 0 else total - minor * b[i]
+        found.append(total * inverse)
+    return found
+
+
+class _Minors:
+    """Minors of a matrix by expansion along their first rows, each computed once."""
+
+    def __init__(self, B: Matrix) -> None:
+        """Begin with a square matrix."""
+        self.B = B
+        self.known: dict[tuple[tuple[int, ...], tuple[int, ...]], Expr] = {}
+
+    def value(self, rows: tuple[int, ...], columns: tuple[int, ...]) -> Expr:
+        """Return the determinant of the part."""
+        graph = self.B[0][0].graph
+        if not rows:
+            return graph.one
+        key = (rows, columns)
+        if key not in self.known:
+            total = graph.zero
+            for place, c in enumerate(columns):
+                entry = self.B[rows[0]][c]
+                if not entry.is_zero:
+                    term = entry * self.value(rows[1:], columns[:place] + columns[place + 1 :])
+                    total = total + term if place % 2 == 0 else total - term
+            self.known[key] = total
+        return self.known[key]
+
+
+def solve_normal(B: Matrix, b: Sequence[Expr]) -> list[Expr]:
+    """Return x with Bᵀ B x = Bᵀ b by Lᵀ D L: B⁻¹ b, or the least squares of more equations than unknowns."""
+    lines, unknowns, graph = range(len(B)), range(len(B[0])), B[0][0].graph
+    square = [[graph.total(B[k][i] * B[k][j] for k in lines) for j in unknowns] for i in unknowns]
+    return solve(range(-1, len(unknowns)), square, [graph.total(B[k][i] * b[k] for k in lines) for i in unknowns])
+
+
+# With multipliers
+
+
+def with_multipliers(
+    M: Matrix, G: Matrix, gamma: Sequence[Expr], rest: Sequence[Expr]
+) -> tuple[list[Expr], list[Expr]]:
+    """Return u̇ and λ for `rest` = τ - h, by elimination of u̇."""
+    try:
+        return _schur([list(row) for row in M], G, gamma, list(rest))
+    except DerivationError:
+        n, graph = range(len(M)), M[0][0].graph
+        A = [[M[i][j] + graph.total(row[i] * row[j] for row in G) for j in n] for i in n]
+        shifted = [x - graph.total(row[i] * c for row, c in zip(G, gamma, strict=True)) for i, x in enumerate(rest)]
+        return _schur(A, G, gamma, shifted)
+
+
+def _schur(A: list[list[Expr]], G: Matrix, gamma: Sequence[Expr], rest: list[Expr]) -> tuple[list[Expr], list[Expr]]:
+    n, m, graph = len(A), range(len(G)), A[0][0].graph
+    chain = range(-1, n)
+    free = solve(chain, A, rest)
+    if not G:
+        return free, []
+    pulled = [solve(chain, A, row) for row in G]  # A⁻¹ Gᵀ, a column each
+    S = [[_product(G[i], pulled[j]) for j in m] for i in m]
+    right = [-gamma[i] - _product(G[i], free) for i in m]
+    found = solve(range(-1, len(G)), S, right)
+    return [x + graph.total(found[i] * pulled[i][k] for i in m) for k, x in enumerate(free)], found
+
+
+def _product(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:
+    return a[0].graph.total(x * y for x, y in zip(a, b, strict=True))

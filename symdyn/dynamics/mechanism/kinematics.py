@@ -1,0 +1,154 @@
+"""Kinematics of named bodies and points: pose, Jacobian, velocity product, acceleration of a centre of mass.
+
+Each exists twice. *By differentiation*: placements in the ground frame, differentiated on the graph. *Recursive*: from
+the joint axes and from the recursion of motion along the tree. Public twists and accelerations are stacked linear
+part first, angular part second, in the ground frame, at the origin of the named frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.state import placement, state_symbols, vector
+from symdyn.dynamics.mechanism.tree import Tree, body_inertia
+from symdyn.dynamics.mechanism.tree_motion import TreeMotion, body_motion
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Graph, tangents
+from symdyn.scene import Scene
+from symdyn.spatial import Transform, Vec, add, apply, cross, scale, sub, unit_transform, zero_vector
+
+
+def locate(scene: Scene, name: str, graph: Graph) -> tuple[str, Transform]:
+    """Return the body that carries the body or point called `name`, and its placement there.
+
+    Raises:
+        DerivationError: there is no such body or point.
+    """
+    for point in scene.points:
+        if point.name == name:
+            return point.body, placement(point.at, graph)
+    known = (*(body.name for body in scene.bodies), *(point.name for point in scene.points))
+    if name in known:
+        return name, unit_transform(graph)
+    raise DerivationError(f"{scene.name}: there is no body or point {name!r}; there are {', '.join(known)}")
+
+
+# By differentiation
+
+
+def placed(scene: Scene, name: str, graph: Graph) -> Transform:
+    """Return the placement of a body or point in the ground frame."""
+    body, local = locate(scene, name, graph)
+    return body_placements(scene, graph)[body] @ local
+
+
+def pose(T: Transform) -> list[Expr]:
+    """Return [R | p] row by row, shape (3, 4)."""
+    return [entry for row, shift in zip(T.R, T.p, strict=True) for entry in (*row, shift)]
+
+
+def differentiated_jacobian(scene: Scene, name: str, graph: Graph) -> list[Expr]:
+    """Return J with [v; ω] = J q̇, row by row, shape (6, n): v = ∂p/∂q q̇, ω̃ = Ṙ Rᵀ."""
+    T, state = placed(scene, name, graph), state_symbols(scene, graph)
+    twist = _twist(T, state.velocity)
+    columns = [tangents(twist, {qd: graph.one}) for qd in state.qd]
+    return [column[k] for k in range(6) for column in columns]
+
+
+def differentiated_velocity_product(scene: Scene, name: str, graph: Graph) -> list[Expr]:
+    """Return J̇ q̇, shape (6,): the acceleration [v̇; ω̇] at q̈ = 0."""
+    T, state = placed(scene, name, graph), state_symbols(scene, graph)
+    return tangents(_twist(T, state.velocity), state.velocity)
+
+
+def differentiated_acceleration(scene: Scene, name: str, graph: Graph) -> list[Expr]:
+    """Return the acceleration of a body's centre of mass, the input of (5.11), shape (3,), ground frame, m/s^2."""
+    state = state_symbols(scene, graph)
+    motion = state.acceleration
+    centre = body_placements(scene, graph)[name].point(centre_of_mass(scene, name, graph))
+    return tangents(tangents(centre, motion), motion)
+
+
+def _twist(T: Transform, rates: dict[Expr, Expr]) -> list[Expr]:
+    """Return [ṗ; ω] of a placement along given rates, ground frame."""
+    (R0, R1, R2), rows = T.R, [tangents(row, rates) for row in T.R]
+    zero = T.p[0].graph.zero
+    spin = [
+        sum((a * b for a, b in zip(x, y, strict=True)), zero) for x, y in ((rows[2], R1), (rows[0], R2), (rows[1], R0))
+    ]
+    return tangents(T.p, rates) + spin
+
+
+# Recursive
+
+
+def tree_placements(tree: Tree) -> list[Transform]:
+    """Return T_0i of every frame of the tree, the ground first."""
+    placements = [unit_transform(tree.graph)]
+    for i in tree.outward():
+        placements.append(placements[tree.parent[i]] @ tree.T[i])
+    return placements
+
+
+def tree_placed(scene: Scene, tree: Tree, name: str) -> Transform:
+    """Return the placement of a body or point in the ground frame."""
+    body, local = locate(scene, name, tree.graph)
+    carrier, home = tree.home[body]
+    return tree_placements(tree)[carrier] @ home @ local
+
+
+def jacobian(scene: Scene, tree: Tree, name: str) -> list[Expr]:
+    """Return J with [v; ω] = J q̇, row by row, shape (6, n): column z × (p - o) + s over z, with z, s the joint axis."""
+    body, _ = locate(scene, name, tree.graph)
+    p, placements = tree_placed(scene, tree, name).p, tree_placements(tree)
+    columns: list[tuple[Expr, ...]] = [(tree.graph.zero,) * 6] * tree.n
+    i = tree.home[body][0]
+    while i:
+        z, s = apply(placements[i].R, tree.S[i][0]), apply(placements[i].R, tree.S[i][1])
+        column = (*add(cross(z, sub(p, placements[i].p)), s), *z)
+        for k, share in tree.A[i]:
+            columns[k] = tuple(x + share * y for x, y in zip(columns[k], column, strict=True))
+        i = tree.parent[i]
+    return [column[k] for k in range(6) for column in columns]
+
+
+def velocity_product(scene: Scene, tree: Tree, name: str, qd: Sequence[Expr]) -> list[Expr]:
+    """Return J̇ q̇, shape (6,): the acceleration [v̇; ω̇] at q̈ = 0."""
+    still = [tree.graph.zero] * tree.n
+    body, local = locate(scene, name, tree.graph)
+    carrier, home = tree.home[body]
+    motion = body_motion(tree, qd, still, zero_vector(tree.graph))[carrier]
+    R = tree_placements(tree)[carrier].R
+    return [*apply(R, _acceleration(motion, (home @ local).p)), *apply(R, motion.dw)]
+
+
+def acceleration(scene: Scene, tree: Tree, name: str, qd: Sequence[Expr], qdd: Sequence[Expr]) -> list[Expr]:
+    """Return the acceleration of a body's centre of mass, the input of (5.11), shape (3,), ground frame, m/s^2."""
+    centre = centre_of_mass(scene, name, tree.graph)
+    carrier, home = tree.home[name]
+    motion = body_motion(tree, qd, qdd, zero_vector(tree.graph))[carrier]
+    return list(apply(tree_placements(tree)[carrier].R, _acceleration(motion, home.point(centre))))
+
+
+def _acceleration(motion: TreeMotion, r: Vec) -> Vec:
+    """Return a + ω̇ × r + ω × (ω × r)."""
+    return add(motion.a, add(cross(motion.dw, r), cross(motion.w, cross(motion.w, r))))
+
+
+def centre_of_mass(scene: Scene, name: str, graph: Graph) -> Vec:
+    """Return the centre of mass of a body in its own frame, m.
+
+    Raises:
+        DerivationError: the name is not a body's, or the body has no mass.
+    """
+    bodies = {body.name: body for body in scene.bodies}
+    if name not in bodies:
+        raise DerivationError(f"{scene.name}: there is no body {name!r}; there are {', '.join(bodies)}")
+    body = bodies[name]
+    if not body.particles and body.com is not None:
+        return vector(body.com, graph)
+    inertia = body_inertia(body, graph)
+    if inertia.m.is_zero:
+        raise DerivationError(f"{scene.name}: body {name!r} has no mass, so it has no centre of mass")
+    return scale(1 / inertia.m, inertia.h)

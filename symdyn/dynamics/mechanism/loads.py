@@ -1,0 +1,215 @@
+"""What acts beside gravity and drives, by positions and their derivatives: struts, friction, loads.
+
+    x, v    position of a joint or distance of two points, and its rate
+    E       energy that struts store, J
+    Q_i     F·∂ṗ/∂u_i + C·∂ω/∂u_i, virtual work of force F at p and couple C; of a strut or dry friction -F ∂v/∂u_i
+
+This is the Lagrange road; `wrenches` finds the same forces along the tree. Both share the laws of force only.
+
+Reference: the textbook, eq. (5.22), Q^A.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.state import State, joint_position, state_symbols, vector
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Graph, gradient, tangents
+from symdyn.scene import FORCES, Joint, Load, Place, Push, Scene, Strut, express, pull_of
+from symdyn.scene.forces import elastic, resisting
+from symdyn.scene.forces.friction import rubbing
+from symdyn.scene.quantity import ZERO
+from symdyn.spatial import Transform, Vec, Wrench, apply, dot, sub
+
+# Laws of force
+
+
+def pull(strut: Strut, square: Expr, rate: Expr) -> Expr:
+    """Return the force of a strut between two points over their distance, F / s, N/m.
+
+    What does not pull where the points meet may have a value there; what pulls has no direction. Points that never
+    part pull at nothing.
+
+    Args:
+        strut: between points.
+        square: s², m².
+        rate: of s, m/s; zero will do for what stores energy.
+    """
+    law, graph = pull_of(strut), square.graph
+    if square.is_zero:
+        return graph.zero
+    if law.over is not None:
+        return law.over(strut, square)
+    s = graph.sqrt(square)
+    return law.force(strut, s, rate) / s
+
+
+def stored(strut: Strut, position: Expr) -> Expr:
+    """Return the energy of a strut at a joint, J."""
+    energy = pull_of(strut).energy
+    return position.graph.zero if energy is None else energy(strut, position)
+
+
+def stored_between(strut: Strut, square: Expr) -> Expr:
+    """Return the energy of a strut between two points of squared distance s², J."""
+    law = pull_of(strut)
+    return law.stored(strut, square) if law.stored else stored(strut, square.graph.sqrt(square))
+
+
+def joint_resistance(joint: Joint, rate: Expr) -> Expr:
+    """Return viscous damping and dry friction of a joint against one of its rates, N or N m."""
+    viscous = express(joint.damping, rate.graph) * rate
+    return viscous if joint.dry is None else viscous + rubbing(joint.dry, rate)
+
+
+def refuse_ideal_friction(scene: Scene) -> None:
+    """Raise where friction cannot be integrated: with an ideal sign it has no value at rest.
+
+    Raises:
+        DerivationError: a joint has dry friction without smoothing.
+    """
+    ideal = [joint.name for joint in scene.joints if joint.dry is not None and joint.dry.smoothing == ZERO]
+    if ideal:
+        plural = "s" * (len(ideal) > 1)
+        raise DerivationError(
+            f"forward dynamics does not exist: dry friction in joint{plural} {', '.join(ideal)} is an ideal sign of "
+            "the rate, and at rest it takes whatever value keeps the joint at rest, which no formula gives; write a "
+            "smoothing (a rate well below those of interest) to have tanh(rate / smoothing), or ask for inverse "
+            "dynamics, where the sign is enough"
+        )
+
+
+# Elastic energy
+
+
+def elastic_energy(scene: Scene, graph: Graph) -> Expr:
+    """Return E(q) of all struts that store energy, J."""
+    struts = elastic(scene)
+    placed = body_placements(scene, graph) if struts else {}
+    return graph.total(_stored(scene, placed, strut, graph) for strut in struts)
+
+
+def elastic_slopes(scene: Scene, graph: Graph, slopes: Callable[[Expr], list[Expr]]) -> list[Expr]:
+    """Return X E, shape (nv,), for X that `slopes` applies: F X x at a joint, F/s X s² / 2 between points.
+
+    s² has a slope where the points meet, and s has none.
+    """
+    struts = elastic(scene)
+    placed = body_placements(scene, graph) if struts else {}
+    found = [graph.zero] * len(scene.velocities)
+    for strut in struts:
+        if strut.ends:
+            x = _square(placed, strut, graph)
+            force = pull(strut, x, graph.zero) / 2
+        else:
+            x = joint_position(joint_of(scene, strut), graph)
+            force = pull_of(strut).force(strut, x, graph.zero)
+        found = [total + force * slope for total, slope in zip(found, slopes(x), strict=True)]
+    return found
+
+
+def _stored(scene: Scene, placed: dict[str, Transform], strut: Strut, graph: Graph) -> Expr:
+    if strut.ends:
+        return stored_between(strut, _square(placed, strut, graph))
+    return stored(strut, joint_position(joint_of(scene, strut), graph))
+
+
+def joint_of(scene: Scene, strut: Strut) -> Joint:
+    """Return the joint that a strut acts at."""
+    return next(joint for joint in scene.joints if joint.name == strut.joint)
+
+
+def _square(placed: dict[str, Transform], strut: Strut, graph: Graph) -> Expr:
+    """Return the squared distance of the ends, m²."""
+    a, b = (_point(placed, end, graph) for end in strut.ends)
+    apart = sub(b, a)
+    return dot(apart, apart)
+
+
+def _point(placed: dict[str, Transform], place: Place, graph: Graph) -> Vec:
+    return placed[place.body].point(vector(place.at, graph))
+
+
+# Generalized forces
+
+
+def generalized_forces(scene: Scene, graph: Graph) -> list[Expr]:
+    """Return Q^A of (5.22), shape (nv,): everything but drives, gravity and what stores energy; N m or N."""
+    state = state_symbols(scene, graph)
+    forces = joint_forces(scene, graph)
+    struts = resisting(scene)
+    placed = body_placements(scene, graph) if struts or scene.loads else {}
+    for strut in struts:
+        if strut.ends:
+            s = graph.sqrt(_square(placed, strut, graph))
+            (rate,) = tangents([s], state.velocity)
+            _oppose(forces, rate, pull_of(strut).force(strut, s, rate), state)
+    for load in scene.loads:
+        work = _work(load, placed[load.place.body], scene, graph)
+        forces = [force + share for force, share in zip(forces, work, strict=True)]
+    return forces
+
+
+def joint_forces(scene: Scene, graph: Graph) -> list[Expr]:
+    """Return the part of Q that acts at joints: declared forces, damping, friction, struts; shape (nv,), N m or N."""
+    state, forces = state_symbols(scene, graph), declared_forces(scene, graph)
+    for joint in scene.joints:
+        for rate in joint_rates(joint, graph):
+            _oppose(forces, rate, joint_resistance(joint, rate), state)
+    for strut in resisting(scene):
+        if strut.joint:
+            joint = joint_of(scene, strut)
+            (rate,) = joint_rates(joint, graph)
+            _oppose(forces, rate, pull_of(strut).force(strut, joint_position(joint, graph), rate), state)
+    return forces
+
+
+def _oppose(forces: list[Expr], rate: Expr, force: Expr, state: State) -> None:
+    """Let a force act against a rate."""
+    for i, share in enumerate(gradient(rate, state.qd)):
+        forces[i] = forces[i] - force * share
+
+
+def declared_forces(scene: Scene, graph: Graph) -> list[Expr]:
+    """Return the generalized forces that the joints declare, shape (nv,); N m or N."""
+    return [express(force, graph) for joint in scene.joints for force in joint.forces or (ZERO,) * len(joint.rates)]
+
+
+def joint_rates(joint: Joint, graph: Graph) -> list[Expr]:
+    """Return the rates of a joint, by differentiating its position where it follows another one."""
+    if joint.coupling is None:
+        return [graph.symbol(name) for name in joint.rates]
+    leader = joint.coupling.coordinate
+    return tangents([joint_position(joint, graph)], {graph.symbol(leader): graph.symbol(f"{leader}_dot")})
+
+
+def _work(load: Load, T: Transform, scene: Scene, graph: Graph) -> list[Expr]:
+    """Return F·∂ṗ/∂u_i + C·∂ω/∂u_i for every velocity; F and C do no work of their own on the way."""
+    force, couple = load_vectors(load, graph)
+    if load.frame == "body":
+        force, couple = apply(T.R, force), apply(T.R, couple)
+    columns = placement_rates(Transform(T.R, T.point(vector(load.place.at, graph))), scene, graph)
+    return [dot(force, p) + dot(couple, w) for p, w in columns]
+
+
+def load_vectors(load: Load, graph: Graph) -> Wrench:
+    """Return force and couple of a load along the axes of its frame, N and N m."""
+    law = FORCES[load.kind].law
+    assert isinstance(law, Push), "a load pushes"
+    return law.wrench(load, graph)
+
+
+def placement_rates(T: Transform, scene: Scene, graph: Graph) -> list[Wrench]:
+    """Return (∂ṗ/∂u_i, ∂ω/∂u_i) of a placement for every velocity, ground frame, from ω̃ = Ṙ Rᵀ."""
+    state = state_symbols(scene, graph)
+    entries: Sequence[Expr] = (*T.p, *T.R[0], *T.R[1], *T.R[2])
+    rates = tangents(entries, state.velocity)
+    columns = []
+    for u in state.qd:
+        x = tangents(rates, {u: graph.one})
+        rows = [x[3:6], x[6:9], x[9:12]]
+        spin = [graph.total(a * b for a, b in zip(rows[i], T.R[j], strict=True)) for i, j in ((2, 1), (0, 2), (1, 0))]
+        columns.append(((x[0], x[1], x[2]), (spin[0], spin[1], spin[2])))
+    return columns

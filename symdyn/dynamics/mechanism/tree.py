@@ -1,0 +1,217 @@
+"""The kinematic tree that the recursions run over: only moving bodies, frames on the joints.
+
+The scene says `pose of child in parent = origin · motion · tip`, with frames wherever the user put them. Here body i
+carries its frame in the moved joint frame, so that the axis is constant and as simple as declared, and whatever hangs
+on it by fixed joints is part of it.
+
+    i, p      a moving body 1..n and its parent, p < i; body 0 is the ground
+    T[i]      placement of frame i in frame p
+    S[i]      motion subspace of move i in frame i: (angular, linear)
+    inertia   of body i about the origin of frame i, everything welded to it included
+
+A joint of several moves is a chain of as many bodies, massless but for the last. Move i has
+
+    rate           Σ_k A_ik u_k
+    acceleration   Σ_k A_ik u̇_k + Σ b_i,jk u_j u_k
+
+where A_i is one 1 as a rule; a joint that follows another one, a screw or a cam have other entries, a ball has b.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from symdyn.dynamics.mechanism.rotors import BallRotor, ball_rotor
+from symdyn.dynamics.mechanism.state import first_moment, joint_motion, placement, vector
+from symdyn.graph import Expr, Graph
+from symdyn.scene import GROUND, Body, Move, Scene, express, velocity_name
+from symdyn.spatial import (
+    Inertia,
+    Transform,
+    Vec,
+    add_matrices,
+    no_inertia,
+    point_inertia,
+    symmetric,
+    unit_transform,
+    zero_vector,
+)
+
+
+@dataclass(frozen=True)
+class Topology:
+    """How moving bodies 1..N hang together in n velocities; tuples have N + 1 entries, entry 0 is the ground.
+
+    Attributes:
+        graph: where the entries live.
+        gravity: acceleration of free fall, ground frame, m/s^2.
+        parent: parent[i] < i; parent[0] is -1.
+        A: A[i] are pairs (velocity k from 0, coefficient), as in the module's legend; none for the ground.
+        b: b[i] are triples (j, k, coefficient), as in the module's legend.
+        armature: inertia of the rotor of move i, seen at the joint, kg m^2 or kg; zero at balls.
+        balls: rotors of balls, which belong to no move alone.
+        n: number of velocities.
+    """
+
+    graph: Graph
+    gravity: Vec
+    parent: tuple[int, ...]
+    A: tuple[tuple[tuple[int, Expr], ...], ...]
+    b: tuple[tuple[tuple[int, int, Expr], ...], ...]
+    armature: tuple[Expr, ...]
+    balls: tuple[BallRotor, ...]
+    n: int
+
+    @property
+    def coupled(self) -> bool:
+        """Whether moves share a velocity, or one is no velocity itself: else move i has velocity i - 1."""
+        return any(self.A[i] != ((i - 1, self.graph.one),) for i in self.outward())
+
+    def outward(self) -> range:
+        """Return the moving bodies from the ground to the tips."""
+        return range(1, len(self.parent))
+
+    def inward(self) -> range:
+        """Return the moving bodies from the tips to the ground."""
+        return range(len(self.parent) - 1, 0, -1)
+
+    def rates(self, qd: Sequence[Expr]) -> list[Expr]:
+        """Return the rate of every move, entry 0 the ground's, for velocities of shape (n,)."""
+        return [self.graph.total(x * qd[k] for k, x in row) for row in self.A]
+
+    def bias(self, qd: Sequence[Expr]) -> list[Expr]:
+        """Return the part of every move's acceleration that is quadratic in the velocities, entry 0 the ground's."""
+        return [self.graph.total(x * qd[j] * qd[k] for j, k, x in triples) for triples in self.b]
+
+    def accelerations(self, qd: Sequence[Expr], qdd: Sequence[Expr]) -> list[Expr]:
+        """Return the acceleration of every move, entry 0 the ground's, for velocities and their rates."""
+        return [a + b for a, b in zip(self.rates(qdd), self.bias(qd), strict=True)]
+
+    def gather(self, forces: Sequence[Expr]) -> list[Expr]:
+        """Return the forces on the velocities, shape (n,), for the forces on the moves, entry 0 unused."""
+        total = [self.graph.zero] * self.n
+        for i in self.outward():
+            for k, x in self.A[i]:
+                total[k] = total[k] + x * forces[i]
+        return total
+
+    def velocity_parents(self, kept: Sequence[int] | None = None) -> list[int]:
+        """Return the tree of velocities 1..n for `ldl.solve`: that of the moves, or a chain where moves share.
+
+        Args:
+            kept: numbers from 0 of the velocities to solve for, ascending; each hangs on its nearest ancestor among
+                them. None keeps all.
+        """
+        parent = list(range(-1, self.n)) if self.coupled else list(self.parent)
+        if kept is None:
+            return parent
+        place = {0: 0} | {k + 1: i for i, k in enumerate(kept, 1)}
+        shorter = [-1]
+        for k in kept:
+            above = parent[k + 1]
+            while above not in place:
+                above = parent[above]
+            shorter.append(place[above])
+        return shorter
+
+
+@dataclass(frozen=True)
+class Tree(Topology):
+    """A tree of moving bodies with the frames that the scene declares.
+
+    Attributes:
+        base: base[i] is the placement of move i, at zero, in frame p; constant but for a ball's.
+        T, S, inertia: as in the module's legend; T[i] is base[i] and then the move.
+        position: position of move i in terms of the coordinates, rad or m.
+        home: for every body of the scene the moving body that carries it, and its placement there.
+        joint: for every joint the moving body that carries its joint frame, and its placement there; and the last
+            body of its chain (the carrier itself for a fixed joint), and the placement of its moved joint frame there.
+    """
+
+    base: tuple[Transform, ...]
+    T: tuple[Transform, ...]
+    S: tuple[tuple[Vec, Vec], ...]
+    inertia: tuple[Inertia, ...]
+    position: tuple[Expr, ...]
+    home: dict[str, tuple[int, Transform]]
+    joint: dict[str, tuple[tuple[int, Transform], tuple[int, Transform]]]
+
+
+def build_tree(scene: Scene, graph: Graph) -> Tree:
+    """Return the scene's kinematic tree."""
+    still = unit_transform(graph)
+    parent, base, T, inertia = [-1], [still], [still], [no_inertia(graph)]
+    S: list[tuple[Vec, Vec]] = [(zero_vector(graph), zero_vector(graph))]
+    armature, position = [graph.zero], [graph.zero]
+    balls: list[BallRotor] = []
+    A: list[tuple[tuple[int, Expr], ...]] = [()]
+    b: list[tuple[tuple[int, int, Expr], ...]] = [()]
+    velocities = {name: k for k, name in enumerate(scene.velocities)}
+    home: dict[str, tuple[int, Transform]] = {GROUND: (0, still)}
+    ends: dict[str, tuple[tuple[int, Transform], tuple[int, Transform]]] = {}
+    for joint, body in zip(scene.joints, scene.bodies, strict=True):
+        carrier, place = home[joint.parent]
+        place = place @ placement(joint.origin, graph)
+        start = (carrier, place)
+        motion = joint_motion(joint, graph)
+        follows = joint.coupling
+        names = (velocity_name(follows.coordinate),) if follows else joint.rates
+        factor = express(follows.ratio, graph) if follows else graph.one
+        ball = ball_rotor(joint, [velocities[name] for name in names], graph)
+        balls += [] if ball is None else [ball]
+        rotor = express(joint.armature, graph) if ball is None else graph.zero
+        for move in motion.moves:
+            here = place @ move.before
+            parent.append(carrier)
+            base.append(here)
+            T.append(here @ move.placement)
+            S.append(_subspace(move))
+            position.append(move.amount)
+            A.append(tuple((velocities[names[k]], factor * x) for k, x in move.rate))
+            b.append(tuple((velocities[names[j]], velocities[names[k]], factor * factor * x) for j, k, x in move.bias))
+            armature.append(rotor)
+            rotor = graph.zero
+            inertia.append(no_inertia(graph))
+            carrier, place = len(parent) - 1, still
+        place = place @ motion.tail
+        ends[joint.name] = (start, (carrier, place))
+        place = place @ placement(joint.tip, graph)
+        home[body.name] = (carrier, place)
+        inertia[carrier] = inertia[carrier] + body_inertia(body, graph).seen_from(place)
+    return Tree(
+        graph=graph,
+        gravity=vector(scene.gravity, graph),
+        parent=tuple(parent),
+        A=tuple(A),
+        b=tuple(b),
+        armature=tuple(armature),
+        balls=tuple(balls),
+        n=len(velocities),
+        base=tuple(base),
+        T=tuple(T),
+        S=tuple(S),
+        inertia=tuple(inertia),
+        position=tuple(position),
+        home=home,
+        joint=ends,
+    )
+
+
+def _subspace(move: Move) -> tuple[Vec, Vec]:
+    nothing = zero_vector(move.amount.graph)
+    return (nothing, move.axis) if move.slides else (move.axis, nothing)
+
+
+def body_inertia(body: Body, graph: Graph) -> Inertia:
+    """Return the inertia of a declared body about the origin of its own frame."""
+    total = no_inertia(graph)
+    for particle in body.particles:
+        total = total + point_inertia(express(particle.mass, graph), vector(particle.at, graph))
+    m = express(body.mass, graph)
+    matrix = symmetric(*(express(entry, graph) for entry in body.inertia))
+    if body.about == "frame":
+        return total + Inertia(m, first_moment(body, graph), matrix)
+    assert body.com is not None
+    steiner = point_inertia(m, vector(body.com, graph))
+    return total + Inertia(m, steiner.h, add_matrices(matrix, steiner.I))

@@ -1,0 +1,212 @@
+"""What acts beside gravity and drives, along the tree: the recursive road to the forces of `loads`.
+
+A load is a wrench on one body, which the recursions take with them. What pulls two points A and B together acts on the
+joints between their bodies alone. Seen in the frame of move k, which carries B and not A,
+
+    h_k     ∂(s²/2)/∂(move k) = (a × b)_z for a turn, (b - a)_z for a slide     s: distance, a and b: the two points
+
+so that the points walk along the chain, and no force does. The move feels -F h_k / s, and ṡ = Σ h_k (rate of k) / s.
+Joint axes are z axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from symdyn.dynamics.mechanism.exact import settle
+from symdyn.dynamics.mechanism.loads import (
+    declared_forces,
+    joint_of,
+    joint_resistance,
+    load_vectors,
+    pull,
+    stored,
+    stored_between,
+)
+from symdyn.dynamics.mechanism.state import joint_position, state_symbols, vector
+from symdyn.dynamics.mechanism.tree import Tree
+from symdyn.dynamics.recursive.links import Link
+from symdyn.dynamics.recursive.reframe import LeanTree, settled
+from symdyn.graph import Expr
+from symdyn.scene import Load, Place, Scene, Strut, express, pull_of, velocity_name
+from symdyn.scene.forces import elastic as struts
+from symdyn.scene.forces import resisting
+from symdyn.spatial import Transform, Vec, Wrench, add, apply, apply_transposed, cross, dot, sub, zero_vector
+
+
+@dataclass(frozen=True)
+class Elastic:
+    """What struts do that store energy.
+
+    Attributes:
+        energy: E(q), J.
+        forces: k_E, shape (n,): the derivatives of E along the velocities; N m or N.
+    """
+
+    energy: Expr
+    forces: list[Expr]
+
+
+@dataclass(frozen=True)
+class Distance:
+    """The squared distance s² of two points and h_k of the moves between them; see the module's legend."""
+
+    square: Expr
+    slopes: list[tuple[int, Expr]]
+
+
+def elastic(scene: Scene, tree: Tree, lean: LeanTree) -> Elastic:
+    """Return the energy and the forces of all struts that store energy."""
+    graph = tree.graph
+    energy, forces = graph.zero, [graph.zero] * tree.n
+    for strut in struts(scene):
+        if strut.joint:
+            joint = joint_of(scene, strut)
+            position = joint_position(joint, graph)
+            k, ratio = _driven(scene, joint.name, tree)
+            forces[k] = forces[k] + pull_of(strut).force(strut, position, graph.zero) * ratio
+            energy = energy + stored(strut, position)
+        else:
+            apart = distance(strut, tree, lean)
+            share = pull(strut, apart.square, graph.zero)
+            forces = [a + b for a, b in zip(forces, _gathered(lean, apart, share), strict=True)]
+            energy = energy + stored_between(strut, apart.square)
+    return Elastic(energy, forces)
+
+
+def joint_forces(scene: Scene, tree: Tree, lean: LeanTree) -> list[Expr]:
+    """Return what struts without energy, friction and declared forces exert on the velocities, shape (n,); N m or N."""
+    graph, state = tree.graph, state_symbols(scene, tree.graph)
+    forces = declared_forces(scene, graph)
+    for joint in scene.joints:
+        if joint.coupling is not None:
+            k, ratio = _driven(scene, joint.name, tree)
+            forces[k] = forces[k] - joint_resistance(joint, ratio * state.qd[k]) * ratio
+            continue
+        for name in joint.rates:
+            k = scene.velocities.index(name)
+            forces[k] = forces[k] - joint_resistance(joint, state.qd[k])
+    for strut in resisting(scene):
+        if strut.joint:
+            k, ratio = _driven(scene, strut.joint, tree)
+            position = joint_position(joint_of(scene, strut), graph)
+            forces[k] = forces[k] - pull_of(strut).force(strut, position, ratio * state.qd[k]) * ratio
+            continue
+        apart, rates = distance(strut, tree, lean), lean.rates(state.qd)
+        if apart.square.is_zero:  # points that never part
+            continue
+        s = graph.sqrt(apart.square)
+        rate = graph.total(h * rates[i] for i, h in apart.slopes) / s
+        share = pull_of(strut).force(strut, s, rate) / s
+        forces = [a - b for a, b in zip(forces, _gathered(lean, apart, share), strict=True)]
+    return forces
+
+
+def body_wrenches(scene: Scene, tree: Tree, lean: LeanTree) -> list[Wrench]:
+    """Return the wrench of the loads on the ground and every body, each in its frame."""
+    still = (zero_vector(tree.graph), zero_vector(tree.graph))
+    wrench = [still] * len(lean.parent)
+    for load in scene.loads:
+        i, (f, n) = _on_body(load, tree, lean)
+        moment = add(wrench[i][1], n)
+        wrench[i] = (add(wrench[i][0], f), moment)
+    return wrench
+
+
+def _driven(scene: Scene, name: str, tree: Tree) -> tuple[int, Expr]:
+    """Return the velocity that moves a joint of one freedom, and the joint's rate per unit of it."""
+    joint = next(joint for joint in scene.joints if joint.name == name)
+    if joint.coupling is None:
+        return scene.velocities.index(joint.rates[0]), tree.graph.one
+    leader = velocity_name(joint.coupling.coordinate)
+    return scene.velocities.index(leader), express(joint.coupling.ratio, tree.graph)
+
+
+def _gathered(lean: LeanTree, apart: Distance, share: Expr) -> list[Expr]:
+    """Return share · h on the velocities."""
+    moves = [lean.graph.zero] * len(lean.parent)
+    for i, h in apart.slopes:
+        moves[i] = share * h
+    return lean.gather(moves)
+
+
+def distance(strut: Strut, tree: Tree, lean: LeanTree) -> Distance:
+    """Return the distance of the two ends, and how the moves between them change it."""
+    (i, a), (j, b) = (_seated(end, tree, lean) for end in strut.ends)
+    paths = _path(lean, i), _path(lean, j)
+    common = max(set(paths[0]) & set(paths[1]))
+    near, far = (path[: path.index(common)] for path in paths)
+    if not far:  # the end that moves against the common body comes second
+        (a, b), (near, far) = (b, a), (far, near)
+    trail_a, trail_b = _walked_in(lean, near, a), _walked_in(lean, far, b)
+    slopes = []
+    seen = trail_a[-1]  # A from the common body, then outwards
+    for k, point in zip(reversed(far), trail_b[-2::-1], strict=True):
+        seen = _out(lean.link[k], seen)
+        slopes.append((k, _slope(lean.slides[k], seen, point)))
+    outermost = sub(trail_b[0], seen)
+    seen = trail_b[-1]
+    for k, point in zip(reversed(near), trail_a[-2::-1], strict=True):
+        seen = _out(lean.link[k], seen)
+        slopes.append((k, _slope(lean.slides[k], seen, point)))
+    return Distance(dot(outermost, outermost), slopes)
+
+
+def _slope(slides: bool, still: Vec, carried: Vec) -> Expr:
+    """Return ∂(s²/2)/∂(move) in the frame of a move that carries one of the points."""
+    if slides:
+        return carried[2] - still[2]
+    return still[0] * carried[1] - still[1] * carried[0]
+
+
+def _seated(place: Place, tree: Tree, lean: LeanTree) -> tuple[int, Vec]:
+    """Return the moving body that carries a place, and the place in its frame."""
+    i, home = _home(place.body, tree, lean)
+    x, y, z = settle(home.point(vector(place.at, tree.graph)))
+    return i, (x, y, z)
+
+
+def _home(body: str, tree: Tree, lean: LeanTree) -> tuple[int, Transform]:
+    """Return the moving body that carries a declared body, and that body's placement in its frame."""
+    i, home = tree.home[body]
+    return i, settled(lean.moved[i].inverse() @ home)
+
+
+def _path(lean: LeanTree, i: int) -> list[int]:
+    """Return a body and all that carry it, the ground last."""
+    path = [i]
+    while i:
+        i = lean.parent[i]
+        path.append(i)
+    return path
+
+
+def _walked_in(lean: LeanTree, path: Sequence[int], point: Vec) -> list[Vec]:
+    """Return a point in the frames of a path, from the first body to the one that carries the last."""
+    trail = [point]
+    for k in path:
+        link, (x, y, z) = lean.link[k], trail[-1]
+        trail.append(add(link.back((x, y, z + link.rise)), link.shift))
+    return trail
+
+
+def _out(link: Link, point: Vec) -> Vec:
+    """Return a point of the parent's frame in the link's own."""
+    x, y, z = link.out(sub(point, link.shift))
+    return (x, y, z - link.rise)
+
+
+def _on_body(load: Load, tree: Tree, lean: LeanTree) -> tuple[int, Wrench]:
+    """Return the moving body that a load acts on, and its wrench about the origin of that body's frame."""
+    graph = tree.graph
+    i, home = _home(load.place.body, tree, lean)
+    _, point = _seated(load.place, tree, lean)
+    force, couple = load_vectors(load, graph)
+    if load.frame == "body":
+        force, couple = apply(home.R, force), apply(home.R, couple)
+    else:
+        force, couple = apply_transposed(lean.moved[0].R, force), apply_transposed(lean.moved[0].R, couple)
+        for k in reversed(_path(lean, i)[:-1]):
+            force, couple = lean.link[k].out(force), lean.link[k].out(couple)
+    return i, (force, add(couple, cross(point, force)))

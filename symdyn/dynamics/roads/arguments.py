@@ -1,0 +1,83 @@
+"""The arguments of functions: what they are, their units, and what their entries are called."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.roads.functions import Argument
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.graph import Expr
+from symdyn.scene import Scene
+from symdyn.scene.robot_words import coordinates_of_joints
+from symdyn.scene.units import coordinate_units, velocity_units
+
+DRIVES = "tau"
+"""The argument of what finds a motion."""
+
+ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of the coordinate
+    "q": ("joint positions", {"rad": "rad", "m": "m", "1": "1"}),
+    "qd": ("joint velocities", {"rad": "rad/s", "m": "m/s"}),
+    "qdd": ("joint accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
+    "tau": ("driving forces, positive accelerates the joint", {"rad": "N m", "m": "N"}),
+    TIME: ("time", {"s": "s"}),
+    "qi": ("independent joint positions", {"rad": "rad", "m": "m"}),
+    "ui": ("independent joint velocities", {"rad": "rad/s", "m": "m/s"}),
+}
+
+BODY_AXES = "velocities v and w of free joints and w of balls are along the axes of the moved frame"
+
+
+def conventions(scene: Scene, name: str) -> str:
+    """Return the names of the coordinates or velocities, and what they mean where that is not plain; else ""."""
+    plain = len(scene.coordinates) == len(scene.velocities)
+    if name == "q":
+        told = coordinates_of_joints(scene) or runs(scene.coordinates)
+        return told + ("" if plain else "; quaternions are in the order (w, x, y, z)")
+    if name == "qd" and not plain:
+        return f"{runs(scene.velocities)}; {BODY_AXES}"
+    return ""
+
+
+def runs(names: Sequence[str]) -> str:
+    """Return names in order, those that count up told by the first and the last: "x, q1 ... q7"."""
+    groups: list[list[str]] = []
+    for name in names:
+        if groups and _next(groups[-1][-1]) == name:
+            groups[-1].append(name)
+        else:
+            groups.append([name])
+    return ", ".join(", ".join(g) if len(g) < 4 else f"{g[0]} ... {g[-1]}" for g in groups)
+
+
+def _next(name: str) -> str:
+    stem = name.rstrip("0123456789")
+    digits = name[len(stem) :]
+    return f"{stem}{int(digits) + 1}" if digits.isdecimal() else ""
+
+
+def arguments(workspace: Workspace, names: Sequence[str]) -> tuple[Argument, ...]:
+    """Return arguments in calling order: state, time where it is asked for, the free parameters if there are any."""
+    scene, state = workspace.scene, workspace.state
+    symbols: dict[str, tuple[Expr, ...]] = {"q": state.q, "qd": state.qd, "qdd": state.qdd, "tau": state.tau}
+    if TIME in names:  # a graph without the symbol need not be searched for it
+        symbols[TIME] = (workspace.graph.symbol(TIME),)
+    units = coordinate_units(scene)
+    speeds = velocity_units(scene)
+    result = []
+    for name in names:
+        text, spelled = ARGUMENTS[name]
+        kinds, nodes = units if name == "q" else ["s"] if name == TIME else speeds, symbols.get(name)
+        if nodes is None:  # of the independent velocities, or of the coordinates whose rates they are
+            independent = workspace.closed.closure.partition.independent
+            whole = state.qd if name == "ui" else workspace.closed.coordinates
+            kinds, nodes = [speeds[k] for k in independent], tuple(whole[k] for k in independent)
+            text = f"{text}: {', '.join(str(node.value) for node in nodes)}"
+        entries = tuple(spelled[kind] for kind in kinds)
+        result.append(Argument(name, nodes, text, entries, name == TIME, conventions(scene, name)))
+    free = scene.free_parameters
+    if free:
+        nodes = tuple(workspace.graph.symbol(parameter.name) for parameter in free)
+        text = "free parameters: " + ", ".join(parameter.name for parameter in free)
+        result.append(Argument("params", nodes, text, tuple(parameter.unit for parameter in free)))
+    return tuple(result)

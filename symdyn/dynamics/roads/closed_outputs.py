@@ -1,0 +1,252 @@
+"""The outputs of closed scenes: rows of OUTPUTS that only they have, and what others say there."""
+
+from __future__ import annotations
+
+from symdyn.dynamics.loops import reduction as closed
+from symdyn.dynamics.loops.partition import driven_velocities
+from symdyn.dynamics.mechanism.ldl import moves_no_mass
+from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
+from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.roads import labels
+from symdyn.dynamics.roads.output import FORCES, Output, Own, Road, by_differentiation, by_lagrange
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, evaluate
+
+
+def _flat(matrix: list[list[Expr]]) -> list[Expr]:
+    return [entry for row in matrix for entry in row]
+
+
+# Forward dynamics
+
+
+def forward(w: Workspace) -> list[Expr]:
+    """Return u̇ by recursion."""
+    refuse_ideal_friction(w.scene)
+    _massive(w)
+    if w.closed.closure.fails:
+        return w.closed.together[0]
+    reduced = w.closed.motion
+    rest = [tau - force for tau, force in zip(w.state.tau, w.forces(list(reduced.s)), strict=True)]
+    return closed.accelerations(reduced, w.composite_mass, rest)
+
+
+def _massive(w: Workspace) -> None:
+    """Raise DerivationError where a motion that the loops leave free moves no mass: it names the joint and the body."""
+    import numpy as np
+
+    from symdyn.algebra.numeric import Floats
+
+    reduced = w.closed.motion
+    if not reduced.independent:
+        return
+    size = len(reduced.independent)
+    known = w.closed.values(w.closed.closure.assembly.typical) | {w.graph.symbol(TIME): 0.0}
+    entries = evaluate(_flat(reduced.mass(w.composite_mass)), Floats(), known)
+    mass = np.array(entries).reshape(size, size)
+    values, vectors = np.linalg.eigh(mass)
+    if values[0] > 1e-13 * max(1e-300, abs(values[-1])):
+        return
+    velocity = reduced.independent[int(np.abs(vectors[:, 0]).argmax())]
+    raise DerivationError(moves_no_mass(w.scene, velocity, " of what the loops leave free"))
+
+
+def _lagrange_forward(w: Workspace) -> list[Expr]:
+    refuse_ideal_friction(w.scene)
+    return w.closed.lagrange_solution[0]
+
+
+def _lagrange_multipliers(w: Workspace) -> list[Expr]:
+    refuse_ideal_friction(w.scene)
+    return w.closed.lagrange_solution[1][: len(w.closed.closure.kept)]
+
+
+def multipliers(w: Workspace) -> list[Expr]:
+    """Return λ of the kept rows by recursion."""
+    if w.closed.closure.fails:
+        refuse_ideal_friction(w.scene)
+        return w.closed.together[1][: len(w.closed.closure.kept)]
+    found = w.forces(w.once(forward))
+    excess = [force - tau for force, tau in zip(found, w.state.tau, strict=True)]
+    return closed.multipliers(w.closed.G(w.closed.recursive), w.closed.closure.partition, excess)
+
+
+def _drives(w: Workspace) -> list[Expr]:
+    place, tau = w.prescribed.place, list(w.state.tau)
+    if not place:
+        return tau
+    forces, found = w.forces(w.once(forward)), w.once(multipliers)
+    pairs = list(zip(w.closed.G(w.closed.recursive), found, strict=True))
+    for k in place:
+        tau[k] = forces[k] - w.graph.total(row[k] * x for row, x in pairs)
+    return tau
+
+
+def _lagrange_drives(w: Workspace) -> list[Expr]:
+    tau = list(w.state.tau)
+    if w.prescribed.place:
+        extra = w.closed.lagrange_solution[1][len(w.closed.closure.kept) :]
+        for k, more in zip(w.prescribed.place, extra, strict=True):
+            tau[k] = tau[k] + more
+    return tau
+
+
+# Inverse dynamics: forces of the spanning tree, less what the loops carry
+
+
+def _inverse(w: Workspace) -> list[Expr]:
+    partition, G = w.closed.driven, w.closed.G(w.closed.recursive)
+    forces = w.forces(list(w.state.qdd))
+    carried = closed.solve_transposed(G, partition, forces)
+    return _at_drives(w, forces, G, carried)
+
+
+def _lagrange_inverse(w: Workspace) -> list[Expr]:
+    partition, G, forces = w.closed.driven, w.closed.G(w.closed.differentiated), w.closed.lagrange_forces
+    transposed = [[row[k] for row in G] for k in partition.dependent]
+    carried = closed.solve_normal(transposed, [forces[k] for k in partition.dependent]) if G else []
+    return _at_drives(w, forces, G, carried)
+
+
+def _at_drives(w: Workspace, forces: list[Expr], G: list[list[Expr]], carried: list[Expr]) -> list[Expr]:
+    """Return f - Gᵀ λ at the driven velocities, zero at the passive ones; without any drive, at independent ones."""
+    driven = driven_velocities(w.scene) or list(w.closed.driven.independent)
+    tau = [w.graph.zero] * w.state.n
+    for k in driven:
+        tau[k] = forces[k] - w.graph.total(row[k] * x for row, x in zip(G, carried, strict=True))
+    return tau
+
+
+# Velocities
+
+
+def _velocities(w: Workspace) -> list[Expr]:
+    T = w.closed.reduction.T
+    return [w.graph.total(t * w.state.qd[i] for i, t in row.items()) for row in T]
+
+
+def _normal_velocities(w: Workspace) -> list[Expr]:
+    partition, G, u = w.closed.closure.partition, w.closed.G(w.closed.differentiated), w.state.qd
+    result = [u[k] if k in partition.independent else w.graph.zero for k in range(w.state.n)]
+    given = [-w.graph.total(row[k] * u[k] for k in partition.independent) for row in G]
+    square = [[row[k] for k in partition.dependent] for row in G]
+    for k, value in zip(partition.dependent, closed.solve_normal(square, given) if G else [], strict=True):
+        result[k] = value
+    return result
+
+
+def _positions(w: Workspace) -> list[Expr]:
+    from symdyn.dynamics.loops.closed_positions import positions  # with NumPy, which trees can do without
+
+    return positions(w)
+
+
+FORWARD_IN_LOOPS = Own(
+    {"crba": Road(forward), "lagrange": by_lagrange(_lagrange_forward)},
+    "accelerations qdd of the closed mechanism: M(q) qdd + h = tau + G^T lambda, G qdd + Gdot qd = 0",
+    ("mass_matrix", "tree_forces", "constraint_jacobian", "constraint_bias"),
+)
+INVERSE_IN_LOOPS = Own(
+    {"rnea": Road(_inverse), "lagrange": by_lagrange(_lagrange_inverse)},
+    "driving forces tau of the closed mechanism for a motion that its loops allow; {undriven}",
+)
+DRIVES_IN_LOOPS = Own({"crba": Road(_drives), "lagrange": by_lagrange(_lagrange_drives)})
+
+OF_LOOPS: dict[str, Output] = {
+    "constraint_residual": Output(
+        "residuals of the loops, which vanish where they are closed",
+        ("q",),
+        "r",
+        (labels.kept_rows,),
+        "m or 1",
+        "same",
+        {
+            "recursive": Road(lambda w: w.closed.residual(w.closed.recursive)),
+            "differentiation": by_differentiation(lambda w: w.closed.residual(w.closed.differentiated)),
+        },
+        loops_only=True,
+        lacks="told",
+    ),
+    "constraint_jacobian": Output(
+        "rows G(q) of the loops: G qd = 0, and the multipliers do the power lambda.G qd",
+        ("q",),
+        "G",
+        (labels.kept_rows, labels.velocities),
+        "m or 1",
+        "same",
+        {
+            "recursive": Road(lambda w: _flat(w.closed.G(w.closed.recursive))),
+            "differentiation": by_differentiation(lambda w: _flat(w.closed.G(w.closed.differentiated))),
+        },
+        loops_only=True,
+        lacks="told",
+    ),
+    "constraint_bias": Output(
+        "velocity products Gdot qd of the loops: G qdd + Gdot qd = 0",
+        ("q", "qd"),
+        "gamma",
+        (labels.kept_rows,),
+        "m/s^2 or 1/s^2",
+        "same",
+        {
+            "recursive": Road(lambda w: w.closed.bias(w.closed.recursive)),
+            "differentiation": by_differentiation(lambda w: w.closed.bias(w.closed.differentiated)),
+        },
+        loops_only=True,
+        lacks="told",
+    ),
+    "multipliers": Output(
+        "multipliers lambda of M qdd + h = tau + G^T lambda: wrenches that parents exert on children at the cuts, at "
+        "the origin of the moved joint frame, axes of the joint frame on the parent; of contacts along, across, normal",
+        ("q", "qd", "tau"),
+        "lambda",
+        (labels.kept_rows,),
+        "N or N m",
+        "same",
+        {"crba": Road(multipliers), "lagrange": by_lagrange(_lagrange_multipliers)},
+        depends=("independent", "alpha", "beta"),
+        compared=("G^T multipliers", lambda w, found: w.closed.constraint_forces(found)),
+        loops_only=True,
+        lacks="told",
+    ),
+    "tree_forces": Output(
+        "forces M(q) qdd + c(q, qd) + g(q) - Q of the spanning tree, as if nothing closed it",
+        ("q", "qd", "qdd"),
+        "f",
+        (labels.velocities,),
+        FORCES,
+        "same",
+        {
+            "rnea": Road(lambda w: w.forces(list(w.state.qdd))),
+            "lagrange": by_lagrange(lambda w: w.closed.lagrange_forces),
+        },
+        loops_only=True,
+        lacks="told",
+    ),
+    "velocities": Output(
+        "velocities qd that the loops allow, from independent ones",
+        ("q", "ui"),
+        "qd",
+        (labels.velocities,),
+        "rad/s or m/s",
+        "same",
+        {"partition": Road(_velocities), "normal": Road(_normal_velocities)},
+        depends=("independent",),
+        loops_only=True,
+        lacks="told",
+    ),
+    "positions": Output(
+        "positions q at which the loop is closed, from the independent one, on the branch of the start",
+        ("qi",),
+        "q",
+        (labels.coordinates,),
+        "rad or m",
+        "same",
+        {"closed form": Road(_positions)},
+        depends=("independent",),
+        loops_only=True,
+        lacks="silently",
+    ),
+}
+"""Rows of the table that only closed scenes have, and lack where their loops cannot be closed."""

@@ -1,0 +1,125 @@
+"""From a scene to its equations: the door of this room."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import prod
+
+from symdyn.dynamics.loops.partition import LoopChoices
+from symdyn.dynamics.mechanism.ldl import Singular, moves_no_mass
+from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
+from symdyn.dynamics.mechanism.prescribed import TIME, has_motion
+from symdyn.dynamics.roads.arguments import DRIVES, arguments
+from symdyn.dynamics.roads.functions import Equations, Function
+from symdyn.dynamics.roads.labels import told
+from symdyn.dynamics.roads.output import Output
+from symdyn.dynamics.roads.outputs import has_springs
+from symdyn.dynamics.roads.requests import expected, row_of
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, Graph, Op, growing, reachable
+from symdyn.scene import Scene
+
+TREE_NAME, TREE_TEXT = "tree_", "; of the spanning tree, as if nothing closed it"
+"""What the name and the text of an output say, where loops close a scene and it is what the tree alone would have."""
+
+
+@growing()
+def derive(
+    scene: Scene,
+    outputs: Sequence[str] | None = None,
+    road: str | None = None,
+    closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
+) -> Equations:
+    """Return the equations of motion of a scene, only the outputs asked for.
+
+    Args:
+        scene: the mechanism.
+        outputs: names from `OUTPUTS`; a kinematic one with the body or point it is about, as in "jacobian:tool". None
+            takes the dynamics that a scene of its kind has.
+        road: which derivation, a key of the output's `roads`; None takes the one that code is generated from.
+        closing: what to choose about closed loops.
+
+    Raises:
+        DerivationError: an unknown output, road, body or point, or equations that do not exist.
+    """
+    workspace = Workspace(scene, closing)
+    wanted = expected(scene) if outputs is None else outputs
+    functions = [derive_one(workspace, request, road) for request in wanted]
+    return Equations(scene, workspace.graph, tuple(functions), closing)
+
+
+def derive_one(workspace: Workspace, request: str, road: str | None = None) -> Function:
+    """Return one output as a function on the workspace's graph, derived once; see `derive`."""
+    row, place = row_of(request, workspace.scene)
+    try:
+        name = road or row.preferred(workspace)
+        if (request, name) not in workspace.derived:
+            workspace.derived[request, name] = _derived(workspace, request, row, place, name)
+        return workspace.derived[request, name]
+    except Singular as fault:
+        if workspace.scene.is_closed:  # a reduced matrix, whose rows are no velocities
+            raise
+        raise DerivationError(moves_no_mass(workspace.scene, fault.velocity)) from fault
+
+
+def _derived(workspace: Workspace, request: str, row: Output, place: str, road: str) -> Function:
+    scene = workspace.scene
+    if road not in row.roads:
+        raise DerivationError(f"{request} has no road {road!r}; there are {', '.join(row.roads)}")
+    if DRIVES in row.arguments:
+        refuse_ideal_friction(scene)
+    entries = workspace.once(row.roads[road].derive, *([place] if row.place else []))
+    labels = tuple(axis(workspace) for axis in row.axes)
+    assert prod(map(len, labels)) == len(entries), f"{request} by {road}: {len(entries)} entries for {labels}"
+    unique = row.unique(workspace) if row.unique else ()
+    tree = row.in_loops == "tree" and scene.is_closed
+    text = row.text.format(name=place, **_terms(scene)) + (TREE_TEXT if tree else "")
+    return Function(
+        name=(TREE_NAME if tree else "") + request.replace(":", "_"),
+        text=text + _chosen(workspace, row) + _loose(labels, unique),
+        arguments=arguments(workspace, (*row.arguments, *((TIME,) if _takes_time(workspace.graph, entries) else ()))),
+        result=row.result,
+        shape=tuple(map(len, labels)),
+        entries=tuple(entries),
+        units=row.units,
+        formulation=road,
+        request=request,
+        unique=unique,
+        labels=labels,
+    )
+
+
+def _loose(labels: Sequence[Sequence[str]], unique: Sequence[bool]) -> str:
+    """Return which entries are not unique, behind the text of an output that has such."""
+    if all(unique):
+        return ""
+    rows, columns = labels
+    loose = told(rows, columns, [not one for one in unique])
+    return f"; not unique, for rigid bodies do not tell them: {loose}"
+
+
+def _chosen(workspace: Workspace, row: Output) -> str:
+    """Return what the user chose about loops, behind the text of an output that it changes."""
+    if not workspace.scene.is_closed:
+        return ""
+    chosen = {choice: getattr(workspace.closing, choice) for choice in row.depends}
+    words = replace(LoopChoices(), **chosen).words
+    return f"; {words}" if words else ""
+
+
+def _terms(scene: Scene) -> dict[str, str]:
+    """Return what springs and prescribed motions add to the texts of outputs."""
+    springs = has_springs(scene)
+    return {
+        "pulls": " + k_E(q)" if springs else "",
+        "less_pulls": " - k_E(q)" if springs else "",
+        "stored": " and in springs" if springs else "",
+        "motion": "; where a motion is prescribed its acceleration, whatever tau" if has_motion(scene) else "",
+        "undriven": "zero where it is passive" if any(scene.drives) else "no joint has a drive, so at independent ones",
+    }
+
+
+def _takes_time(graph: Graph, entries: Sequence[Expr]) -> bool:
+    return graph.names(TIME) and any(node.op is Op.SYMBOL and node.value == TIME for node in reachable(entries))

@@ -1,0 +1,324 @@
+"""The outputs that a scene has, one row each: what it is, what it takes, and every road that derives it.
+
+One road of a row is preferred, and code is generated from it; the others prove it. A road takes the workspace (and
+the name of a body or point for kinematic outputs) and returns the entries of the result, row by row.
+"""
+
+from __future__ import annotations
+
+from symdyn.dynamics.lagrange import second_kind as lagrange
+from symdyn.dynamics.mechanism import kinematics
+from symdyn.dynamics.mechanism.coordinate_rates import has_quaternions, rates_of_placements
+from symdyn.dynamics.mechanism.prescribed import has_motion
+from symdyn.dynamics.recursive.potential import potential_energy
+from symdyn.dynamics.roads import labels
+from symdyn.dynamics.roads import tree_roads as roads
+from symdyn.dynamics.roads.closed_outputs import DRIVES_IN_LOOPS, FORWARD_IN_LOOPS, INVERSE_IN_LOOPS, OF_LOOPS
+from symdyn.dynamics.roads.output import FORCES, Output, Road, Unasked, by_differentiation, by_lagrange
+from symdyn.dynamics.roads.reaction_outputs import REACTIONS
+from symdyn.scene import Scene
+from symdyn.scene.forces import elastic
+
+
+def has_springs(scene: Scene) -> bool:
+    """Whether something in a scene stores energy by its position."""
+    return bool(elastic(scene))
+
+
+VECTOR, SQUARE, PAIRS = (labels.velocities,), (labels.velocities,) * 2, (labels.velocities, labels.pairs)
+
+MASS = {
+    "crba": Road(lambda w: roads.flat(w.composite_mass)),
+    "lagrange": by_lagrange(lambda w: roads.flat(w.lagrange_mass)),
+}
+GRAVITY = {
+    "lagrange": Road(lambda w: lagrange.gravity_forces(w.energy)),  # never large
+    "rnea": Road(lambda w: w.gravity_forces),
+}
+ELASTIC = {
+    "recursive": Road(lambda w: w.elastic.forces),
+    "lagrange": by_lagrange(lambda w: lagrange.elastic_forces(w.energy)),
+}
+
+OUTPUTS: dict[str, Output] = {
+    "inverse_dynamics": Output(
+        "driving forces tau = M(q) qdd + c(q, qd) + g(q){pulls} - Q",
+        ("q", "qd", "qdd"),
+        "tau",
+        VECTOR,
+        FORCES,
+        "own",
+        {"rnea": Road(roads.inverse), "lagrange": by_lagrange(lambda w: lagrange.driving_forces(w.energy))},
+        own=INVERSE_IN_LOOPS,
+        unasked=Unasked.AT_A_LOOK,
+        lacks="told",
+        depends=("independent",),
+    ),
+    "forward_dynamics": Output(
+        "accelerations qdd that solve M(q) qdd = tau + Q - c(q, qd) - g(q){less_pulls}{motion}",
+        ("q", "qd", "tau"),
+        "qdd",
+        VECTOR,
+        "rad/s^2 (revolute) or m/s^2 (prismatic)",
+        "own",
+        {
+            "crba": Road(roads.forward_crba),
+            "aba": Road(roads.forward_aba, trees_only=True),
+            "lagrange": by_lagrange(roads.lagrange_forward),
+        },
+        own=FORWARD_IN_LOOPS,
+        unasked=Unasked.AT_A_LOOK,
+        lacks="told",
+        depends=("independent", "alpha", "beta"),
+        prefer=roads.cheaper_forward,
+        solves=("mass_matrix", "inverse_dynamics"),
+    ),
+    "mass_matrix": Output(
+        "mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2",
+        ("q",),
+        "M",
+        SQUARE,
+        "kg m^2, kg m or kg",
+        "tree",
+        MASS,
+        unasked=Unasked.AT_A_LOOK,
+    ),
+    "velocity_forces": Output(
+        "Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd",
+        ("q", "qd"),
+        "c",
+        VECTOR,
+        FORCES,
+        "tree",
+        {
+            "rnea": Road(lambda w: w.velocity_forces(list(w.state.qd))),
+            "lagrange": by_lagrange(roads.lagrange_velocity_forces),
+        },
+    ),
+    "gravity_forces": Output(
+        "gravity forces g(q) = dP/dq",
+        ("q",),
+        "g",
+        VECTOR,
+        FORCES,
+        "tree",
+        GRAVITY,
+        unasked=Unasked.AT_A_LOOK,
+        prefer=roads.quicker_gravity,
+    ),
+    "elastic_forces": Output(
+        "elastic forces of springs, dE/dq",
+        ("q",),
+        "k_E",
+        VECTOR,
+        FORCES,
+        "tree",
+        ELASTIC,
+        exists=has_springs,
+    ),
+    "drive_forces": Output(
+        "driving forces during forward dynamics: what prescribed motions take, tau elsewhere",
+        ("q", "qd", "tau"),
+        "tau",
+        VECTOR,
+        FORCES,
+        "own",
+        {"crba": Road(roads.drives_recursive), "lagrange": by_lagrange(roads.drives_lagrange)},
+        own=DRIVES_IN_LOOPS,
+        exists=has_motion,
+        lacks="told",
+        depends=("independent", "alpha", "beta"),
+    ),
+    "prescribed_motion": Output(
+        "position, velocity and acceleration, one row each, of the coordinates whose motion is prescribed, in order",
+        (),
+        "f",
+        (labels.fixed("position", "velocity", "acceleration"), labels.prescribed),
+        "rad or m, and per s, and per s^2",
+        "same",
+        {"formula": Road(roads.motion)},
+        exists=has_motion,
+    ),
+    "coriolis_matrix": Output(
+        "Coriolis matrix C(q, qd) of Christoffel symbols, dM/dt - 2 C skew-symmetric",
+        ("q", "qd"),
+        "C",
+        SQUARE,
+        "N m or N per unit of velocity",
+        "tree",
+        {
+            "crba": Road(lambda w: roads.flat(w.composite_christoffel.coriolis_matrix(w.state.qd))),
+            "rnea": Road(roads.polarised_matrix),
+            "lagrange": by_lagrange(lambda w: roads.flat(w.lagrange_christoffel.coriolis_matrix(w.state.qd))),
+        },
+        unasked=Unasked.WRITTEN,
+        cubic=True,
+    ),
+    "momentum": Output(
+        "generalized momentum p = M(q) qd",
+        ("q", "qd"),
+        "p",
+        VECTOR,
+        "kg m^2/s or kg m/s",
+        "same",
+        {"rnea": Road(lambda w: w.momentum), "lagrange": by_lagrange(lambda w: lagrange.momenta(w.energy))},
+    ),
+    "kinetic_energy": Output(
+        "kinetic energy K(q, qd)",
+        ("q", "qd"),
+        "K",
+        (),
+        "J",
+        "same",
+        {"rnea": Road(roads.kinetic), "lagrange": Road(lambda w: [w.energy.K])},
+    ),
+    "potential_energy": Output(
+        "potential energy P(q) = -sum m g.r, zero at the origin of the ground frame{stored}",
+        ("q",),
+        "P",
+        (),
+        "J",
+        "same",
+        {
+            "recursive": Road(lambda w: [potential_energy(w.lean) + w.elastic.energy]),
+            "lagrange": Road(lambda w: [w.energy.P]),
+        },
+    ),
+    "k_z": Output(
+        "inertia coefficients k_z of qdd_j, which is M(q)",
+        ("q",),
+        "k_z",
+        SQUARE,
+        "kg m^2, kg m or kg",
+        "tree",
+        MASS,
+        unasked=Unasked.WRITTEN,
+    ),
+    "k_C": Output(
+        "Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order",
+        ("q",),
+        "k_C",
+        PAIRS,
+        "N m or N per unit of velocity squared",
+        "tree",
+        {
+            "crba": Road(lambda w: roads.flat(w.composite_christoffel.coriolis())),
+            "rnea": Road(roads.polarised_coriolis),
+            "lagrange": by_lagrange(lambda w: roads.flat(w.lagrange_christoffel.coriolis())),
+        },
+        unasked=Unasked.WRITTEN,
+        cubic=True,
+    ),
+    "k_D": Output(
+        "centrifugal coefficients k_D of qd_j^2",
+        ("q",),
+        "k_D",
+        SQUARE,
+        "N m or N per unit of velocity squared",
+        "tree",
+        {
+            "crba": Road(lambda w: roads.flat(w.composite_christoffel.centrifugal())),
+            "rnea": Road(roads.polarised_centrifugal),
+            "lagrange": by_lagrange(lambda w: roads.flat(w.lagrange_christoffel.centrifugal())),
+        },
+        unasked=Unasked.WRITTEN,
+        cubic=True,
+    ),
+    "k_G": Output(
+        "gravity coefficients k_G, which is g(q)",
+        ("q",),
+        "k_G",
+        VECTOR,
+        FORCES,
+        "tree",
+        GRAVITY,
+        unasked=Unasked.WRITTEN,
+        prefer=roads.quicker_gravity,
+    ),
+    "k_E": Output(
+        "elastic coefficients k_E of springs",
+        ("q",),
+        "k_E",
+        VECTOR,
+        FORCES,
+        "tree",
+        ELASTIC,
+        exists=has_springs,
+        unasked=Unasked.WRITTEN,
+    ),
+    "coordinate_rates": Output(
+        "rates qdot = H(q) qd of the coordinates; qd itself but for quaternions and positions of free joints",
+        ("q", "qd"),
+        "qdot",
+        (labels.coordinates,),
+        "rad/s, m/s, or 1/s for a quaternion",
+        "same",
+        {
+            "joints": Road(lambda w: list(w.state.rates)),
+            "placements": Road(lambda w: rates_of_placements(w.scene, w.graph), up_to=0),  # divides by w, never code
+        },
+        exists=has_quaternions,
+    ),
+    "pose": Output(
+        "placement [R | p] of {name} in the ground frame",
+        ("q",),
+        "T",
+        (labels.fixed(*"xyz"), labels.fixed("x axis", "y axis", "z axis", "origin")),
+        "1 and m",
+        "same",
+        {
+            "recursive": Road(lambda w, name: kinematics.pose(kinematics.tree_placed(w.scene, w.tree, name))),
+            "positions": by_differentiation(lambda w, name: kinematics.pose(kinematics.placed(w.scene, name, w.graph))),
+        },
+        place="point",
+    ),
+    "jacobian": Output(
+        "Jacobian J of {name}: [velocity of its origin; angular velocity] = J qd, ground frame",
+        ("q",),
+        "J",
+        (labels.fixed(*labels.TWIST), labels.velocities),
+        "m or 1, and 1",
+        "same",
+        {
+            "recursive": Road(lambda w, name: kinematics.jacobian(w.scene, w.tree, name)),
+            "differentiation": by_differentiation(
+                lambda w, name: kinematics.differentiated_jacobian(w.scene, name, w.graph)
+            ),
+        },
+        place="point",
+    ),
+    "jdot_qdot": Output(
+        "velocity product Jdot qd of {name}: its [acceleration; angular acceleration] at qdd = 0, ground frame",
+        ("q", "qd"),
+        "a",
+        (labels.fixed(*labels.TWIST),),
+        "m/s^2 and rad/s^2",
+        "same",
+        {
+            "recursive": Road(lambda w, name: kinematics.velocity_product(w.scene, w.tree, name, w.state.qd)),
+            "differentiation": by_differentiation(
+                lambda w, name: kinematics.differentiated_velocity_product(w.scene, name, w.graph)
+            ),
+        },
+        place="point",
+    ),
+    "com_acceleration": Output(
+        "acceleration of the centre of mass of {name}, ground frame, without gravity",
+        ("q", "qd", "qdd"),
+        "a",
+        (labels.fixed(*"xyz"),),
+        "m/s^2",
+        "same",
+        {
+            "recursive": Road(lambda w, name: kinematics.acceleration(w.scene, w.tree, name, w.state.qd, w.state.qdd)),
+            "differentiation": by_differentiation(
+                lambda w, name: kinematics.differentiated_acceleration(w.scene, name, w.graph)
+            ),
+        },
+        place="body",
+        unasked=Unasked.PROVED,
+        lacks="silently",
+    ),
+    **OF_LOOPS,
+    **REACTIONS,
+}

@@ -1,0 +1,82 @@
+"""The outputs that are reactions: rows of OUTPUTS that a scene has when it is asked for them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from symdyn.dynamics.roads import closed_outputs as loops
+from symdyn.dynamics.roads import labels
+from symdyn.dynamics.roads import tree_roads as roads
+from symdyn.dynamics.roads.output import Output, Road, Unasked
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.graph import Expr, substitute
+
+WORDS = {
+    "body": "the child's body frame",
+    "joint": "the joint frame on the parent",
+    "ground": "the ground frame",
+}
+
+
+def _inverse(w: Workspace, axes: str) -> list[Expr]:
+    """Return reactions of a motion that is given."""
+    from symdyn.dynamics.reactions.recursion import reactions  # with NumPy, which printing can do without
+
+    return reactions(w.hanging, axes)
+
+
+def _forward(w: Workspace, axes: str) -> list[Expr]:
+    """Return reactions during the motion that driving forces give, with the multipliers of that motion."""
+    from symdyn.dynamics.reactions.recursion import reactions
+
+    moved = w.once(loops.forward if w.scene.is_closed else roads.forward)
+    multipliers = w.once(loops.multipliers) if w.hanging.cuts else ()
+    return substitute(reactions(w.hanging, axes, multipliers), dict(zip(w.state.qdd, moved, strict=True)))
+
+
+def _unique(w: Workspace, axes: str) -> tuple[bool, ...]:
+    """Return which entries rigid bodies determine, () for all."""
+    if not w.scene.is_closed:
+        return ()
+    from symdyn.dynamics.roads.loose_reactions import unique_entries
+
+    return unique_entries(w, axes)
+
+
+def _rows(axes: str) -> dict[str, Output]:
+    suffix = "" if axes == "body" else f":{axes}"
+    text = (
+        "reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at "
+        f"the origin of the moved joint frame, axes of {WORDS[axes]}"
+    )
+    units = "N and N m"
+    known: dict[str, Any] = {"lacks": "told", "unique": lambda w: w.once(_unique, axes)}
+    return {
+        f"reactions{suffix}": Output(
+            text,
+            ("q", "qd", "qdd"),
+            "R",
+            (labels.joints, labels.fixed(*labels.COMPONENTS)),
+            units,
+            "same",
+            {"recursive": Road(lambda w: _inverse(w, axes))},
+            unasked=Unasked.NEVER if suffix else Unasked.PROVED,
+            **known,
+        ),
+        f"forward_reactions{suffix}": Output(
+            f"{text}, during forward dynamics",
+            ("q", "qd", "tau"),
+            "R",
+            (labels.joints, labels.fixed(*labels.COMPONENTS)),
+            units,
+            "same",
+            {"recursive": Road(lambda w: _forward(w, axes))},
+            unasked=Unasked.NEVER,
+            depends=("independent", "alpha", "beta"),
+            **known,
+        ),
+    }
+
+
+REACTIONS: dict[str, Output] = {name: row for axes in WORDS for name, row in _rows(axes).items()}
+"""Rows of the table; they cost nothing where nobody asks."""

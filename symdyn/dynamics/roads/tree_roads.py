@@ -1,0 +1,175 @@
+"""The roads to the outputs of a tree: recursion from body to body, and Lagrange's equations.
+
+Each takes the workspace and returns the entries of a result, row by row; `outputs` says which result each derives.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+from symdyn.dynamics.lagrange import second_kind as lagrange
+from symdyn.dynamics.mechanism.cost import cost
+from symdyn.dynamics.mechanism.ldl import solve
+from symdyn.dynamics.mechanism.prescribed import accelerations
+from symdyn.dynamics.recursive.aba import aba
+from symdyn.dynamics.recursive.rnea import rnea
+from symdyn.dynamics.roads.workspace import Matrix, Workspace
+from symdyn.graph import Expr, substitute
+
+
+def flat(matrix: Matrix) -> list[Expr]:
+    """Return the entries of a matrix, row by row."""
+    return [entry for row in matrix for entry in row]
+
+
+def _minus(a: list[Expr], b: list[Expr]) -> list[Expr]:
+    return [x - y for x, y in zip(a, b, strict=True)]
+
+
+# Recursive roads
+
+
+def inverse(w: Workspace) -> list[Expr]:
+    """Return τ by the recursive Newton-Euler algorithm."""
+    return w.forces(list(w.state.qdd))
+
+
+def forward_aba(w: Workspace) -> list[Expr]:
+    """Return q̈ by the articulated-body algorithm."""
+    given = zip(w.state.tau, w.pushes, w.elastic.forces, strict=True)
+    return aba(w.lean, w.state.qd, [tau + force - pull for tau, force, pull in given], w.loads)
+
+
+def forward_crba(w: Workspace) -> list[Expr]:
+    """Return q̈ from M by composite bodies, factored as LᵀDL."""
+    given = w.prescribed
+    if given.place:
+        parents = w.tree.velocity_parents(given.free)
+        return accelerations(given, parents, w.composite_mass, w.state.tau, w.forces(given.entered(w.still)))
+    bias = rnea(w.lean, w.state.qd, w.still, acting=w.loads)
+    known = zip(w.state.tau, w.pushes, bias, w.elastic.forces, strict=True)
+    rest = [tau + force - load - pull for tau, force, load, pull in known]
+    return solve(w.tree.velocity_parents(), w.composite_mass, rest)
+
+
+def drives_recursive(w: Workspace) -> list[Expr]:
+    """Return the drives, those of prescribed motions solved for."""
+    if not w.prescribed.place:
+        return list(w.state.tau)
+    forces = w.forces(w.once(forward_crba))
+    return [forces[k] if k in w.prescribed.place else tau for k, tau in enumerate(w.state.tau)]
+
+
+SURE = (1.5, 5.5)
+"""Pairs of a joint and an ancestor, a joint: up to the first CRBA is cheaper, from the second on ABA."""
+
+
+def cheaper_forward(w: Workspace) -> str:
+    """Return "aba" for long chains: factoring M costs a term for every pair of a joint and an ancestor, ABA does not.
+
+    The counts cross at 1.5 pairs a joint for parallel axes and at 5 for crossed ones; in between both are counted.
+    """
+    if w.lean.coupled or w.lean.balls or w.prescribed.place:
+        return "crba"
+    depth = [0]
+    for i in w.lean.outward():
+        depth.append(depth[w.lean.parent[i]] + 1)
+    pairs = (sum(depth) - w.lean.n) / max(1, w.lean.n)
+    if not SURE[0] < pairs < SURE[1]:
+        return "aba" if pairs >= SURE[1] else "crba"
+    varying = (*w.state.q, *w.state.qd, *w.state.tau)
+    return "aba" if cost(w.once(forward_aba), varying) < cost(w.once(forward_crba), varying) else "crba"
+
+
+def forward(w: Workspace) -> list[Expr]:
+    """Return q̈ by the road that is cheaper."""
+    found: list[Expr] = w.once(forward_aba if w.once(cheaper_forward) == "aba" else forward_crba)
+    return found
+
+
+LONGEST = 50
+"""Velocities up to which gravity forces are differentiated; beyond, the gradient takes longer than all else."""
+
+
+def quicker_gravity(w: Workspace) -> str:
+    """Return "rnea" for many velocities, whatever it costs to run: the energy's gradient is slow to derive."""
+    return "rnea" if w.state.n > LONGEST else "lagrange"
+
+
+def kinetic(w: Workspace) -> list[Expr]:
+    """Return K = p·q̇ / 2."""
+    total = w.graph.total(p * qd for p, qd in zip(w.momentum, w.state.qd, strict=True))
+    return [total / 2]
+
+
+def _unit(w: Workspace, *moving: int) -> list[Expr]:
+    return [w.graph.one if i in moving else w.graph.zero for i in range(w.state.n)]
+
+
+def polarised_centrifugal(w: Workspace) -> list[Expr]:
+    """Return k_D from c(q, q̇): column j is c at q̇ = e_j."""
+    columns = [w.velocity_forces(_unit(w, j)) for j in range(w.state.n)]
+    return [column[i] for i in range(w.state.n) for column in columns]
+
+
+def polarised_coriolis(w: Workspace) -> list[Expr]:
+    """Return k_C from c(q, q̇): column jk is c(e_j + e_k) - c(e_j) - c(e_k)."""
+    alone = [w.velocity_forces(_unit(w, j)) for j in range(w.state.n)]
+    columns = [
+        _minus(_minus(w.velocity_forces(_unit(w, j, k)), alone[j]), alone[k])
+        for j, k in combinations(range(w.state.n), 2)
+    ]
+    return [column[i] for i in range(w.state.n) for column in columns]
+
+
+def polarised_matrix(w: Workspace) -> list[Expr]:
+    """Return C(q, u) from k_D and k_C: C_ij = k_D[i,j] u_j + ½ Σ_k≠j k_C[i,jk] u_k + ½ Σ_kl γ^l_kj M_li u_k."""
+    n = range(w.state.n)
+    pairs = {pair: position for position, pair in enumerate(combinations(n, 2))}
+    k_D, k_C = w.once(polarised_centrifugal), w.once(polarised_coriolis)
+    entries = []
+    for i in n:
+        for j in n:
+            mixed = (k_C[i * len(pairs) + pairs[min(j, k), max(j, k)]] * w.state.qd[k] for k in n if k != j)
+            turned = (
+                w.state.qd[k] * w.composite_mass[m][i] * value
+                for k in n
+                for m, value in w.directions.brackets.get((k, j), ())
+            )
+            half = (w.graph.total(mixed) + w.graph.total(turned)) / 2
+            entries.append(k_D[i * w.state.n + j] * w.state.qd[j] + half)
+    return entries
+
+
+# Lagrange roads
+
+
+def lagrange_forward(w: Workspace) -> list[Expr]:
+    """Return q̈ that solves Lagrange's equations."""
+    given = w.prescribed
+    alone = dict(zip(w.state.qdd, given.entered(w.still), strict=True))
+    bias = substitute(lagrange.driving_forces(w.energy), alone)
+    chain = range(-1, len(given.free))
+    if given.place:
+        return accelerations(given, chain, w.lagrange_mass, w.state.tau, bias)
+    return solve(chain, w.lagrange_mass, _minus(list(w.state.tau), bias))
+
+
+def drives_lagrange(w: Workspace) -> list[Expr]:
+    """Return the drives by Lagrange's equations, those of prescribed motions solved for."""
+    if not w.prescribed.place:
+        return list(w.state.tau)
+    moving = dict(zip(w.state.qdd, w.once(lagrange_forward), strict=True))
+    forces = substitute(lagrange.driving_forces(w.energy), moving)
+    return [forces[k] if k in w.prescribed.place else tau for k, tau in enumerate(w.state.tau)]
+
+
+def motion(w: Workspace) -> list[Expr]:
+    """Return positions, velocities and accelerations of prescribed motions."""
+    return [*w.prescribed.position, *w.prescribed.velocity, *w.prescribed.acceleration]
+
+
+def lagrange_velocity_forces(w: Workspace) -> list[Expr]:
+    """Return c = C(q, q̇) q̇ from Christoffel's symbols."""
+    C = w.lagrange_christoffel.coriolis_matrix(w.state.qd)
+    return [w.graph.total(c * qd for c, qd in zip(row, w.state.qd, strict=True)) for row in C]

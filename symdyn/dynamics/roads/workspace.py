@@ -1,0 +1,162 @@
+"""What several outputs of one derivation share, computed when first asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+from symdyn.dynamics.lagrange import second_kind as lagrange
+from symdyn.dynamics.lagrange.christoffel import Christoffel, christoffel
+from symdyn.dynamics.lagrange.second_kind import Energies, energies
+from symdyn.dynamics.loops.loop_workspace import LoopWorkspace
+from symdyn.dynamics.loops.partition import LoopChoices
+from symdyn.dynamics.mechanism.cost import cost
+from symdyn.dynamics.mechanism.directions import Directions, directions
+from symdyn.dynamics.mechanism.loads import generalized_forces
+from symdyn.dynamics.mechanism.prescribed import Prescribed, prescribed
+from symdyn.dynamics.mechanism.state import State, state_symbols
+from symdyn.dynamics.mechanism.tree import Tree, build_tree
+from symdyn.dynamics.recursive.crba import crba
+from symdyn.dynamics.recursive.reframe import LeanTree, reframe
+from symdyn.dynamics.recursive.regroup import regroup
+from symdyn.dynamics.recursive.rnea import rnea
+from symdyn.dynamics.recursive.wrenches import Elastic, body_wrenches, elastic, joint_forces
+from symdyn.dynamics.roads.functions import Function
+from symdyn.graph import Expr, Graph
+from symdyn.scene import Scene, without_hidden_zeros
+from symdyn.spatial import Wrench
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.reactions.hanging import Hanging
+
+Matrix = list[list[Expr]]
+
+
+class Workspace:
+    """One scene on one graph."""
+
+    def __init__(self, scene: Scene, closing: LoopChoices = LoopChoices()) -> None:  # noqa: B008  frozen
+        """Start with an empty graph; `closing` is what the user chooses about closed loops."""
+        scene = without_hidden_zeros(scene)
+        self.scene = scene
+        self.closing = closing
+        self.graph = Graph()
+        self.state: State = state_symbols(scene, self.graph)
+        self.still: list[Expr] = [self.graph.zero] * self.state.n
+        self.derived: dict[tuple[str, str], Function] = {}  # by request and road, as `derive_one` finds them
+        self._found: dict[tuple[Any, ...], Any] = {}
+
+    def once(self, derive: Callable[..., Any], *asked: str) -> Any:
+        """Return what a derivation gives for the workspace, and for what is asked of it; each runs once.
+
+        Roads may share what they are made of in this way, and rows their roads. No road reads what another road of the
+        same output found: that they agree would prove nothing.
+        """
+        if (derive, *asked) not in self._found:
+            self._found[derive, *asked] = derive(self, *asked)
+        return self._found[derive, *asked]
+
+    @cached_property
+    def directions(self) -> Directions:
+        """Directions of the velocities."""
+        return directions(self.scene, self.graph)
+
+    @cached_property
+    def prescribed(self) -> Prescribed:
+        """Motions that are prescribed."""
+        return prescribed(self.scene, self.graph)
+
+    @cached_property
+    def closed(self) -> LoopWorkspace:
+        """Rows of the loops, and what is decided about them."""
+        return LoopWorkspace(self)
+
+    # Lagrange road
+
+    @cached_property
+    def Q(self) -> list[Expr]:
+        """Generalized forces beside drives, gravity and springs, by virtual work, shape (n,)."""
+        return generalized_forces(self.scene, self.graph)
+
+    @cached_property
+    def energy(self) -> Energies:
+        """K and P from positions."""
+        return energies(self.scene, self.graph)
+
+    @cached_property
+    def lagrange_mass(self) -> Matrix:
+        """M as the Hessian of K, shape (n, n)."""
+        return lagrange.mass_matrix(self.energy)
+
+    @cached_property
+    def lagrange_christoffel(self) -> Christoffel:
+        """Christoffel symbols of that M."""
+        return christoffel(self.lagrange_mass, self.directions)
+
+    # Recursive road
+
+    @cached_property
+    def tree(self) -> Tree:
+        """The kinematic tree as declared."""
+        return build_tree(self.scene, self.graph)
+
+    @cached_property
+    def lean(self) -> LeanTree:
+        """The same tree in frames of the generator's choice, with base parameters: what the recursions run over."""
+        return regroup(reframe(self.tree))
+
+    @cached_property
+    def hanging(self) -> Hanging:
+        """The declared bodies and joints, nothing merged or regrouped, for reactions."""
+        from symdyn.dynamics.reactions.hanging import Hanging  # with NumPy, which printing can do without
+
+        closed = self.scene.is_closed
+        return Hanging(self.scene, self.tree, self.state, self.closed.closure if closed else None)
+
+    @cached_property
+    def elastic(self) -> Elastic:
+        """What springs do, along the tree."""
+        return elastic(self.scene, self.tree, self.lean)
+
+    @cached_property
+    def pushes(self) -> list[Expr]:
+        """What dampers, friction and declared forces exert, along the tree, shape (n,)."""
+        return joint_forces(self.scene, self.tree, self.lean)
+
+    @cached_property
+    def loads(self) -> list[Wrench]:
+        """Wrenches of the loads on the bodies, along the tree."""
+        return body_wrenches(self.scene, self.tree, self.lean)
+
+    @cached_property
+    def composite_mass(self) -> Matrix:
+        """M by the composite-rigid-body algorithm, shape (n, n): by the variant that costs least."""
+        variants = [crba(self.lean, *choices) for choices in product((False, True), repeat=2)]
+        return min(variants, key=lambda M: cost([entry for row in M for entry in row], self.state.q))
+
+    @cached_property
+    def composite_christoffel(self) -> Christoffel:
+        """Christoffel symbols of that M."""
+        return christoffel(self.composite_mass, self.directions)
+
+    @cached_property
+    def gravity_forces(self) -> list[Expr]:
+        """Return g(q), shape (n,), by recursion."""
+        return rnea(self.lean, self.still, self.still)
+
+    @cached_property
+    def momentum(self) -> list[Expr]:
+        """Return p = M q̇, shape (n,): inverse dynamics at q̈ = q̇, without velocity and gravity."""
+        return rnea(self.lean, self.still, self.state.qd, gravity=False)
+
+    def velocity_forces(self, qd: list[Expr]) -> list[Expr]:
+        """Return c(q, q̇) at the given velocities, shape (n,)."""
+        return rnea(self.lean, qd, self.still, gravity=False)
+
+    def forces(self, qdd: list[Expr]) -> list[Expr]:
+        """Return M(q) q̈ + c + g + k_E - Q, shape (n,): what the drives must exert, by recursion."""
+        motion = rnea(self.lean, self.state.qd, qdd, acting=self.loads)
+        rest = zip(motion, self.elastic.forces, self.pushes, strict=True)
+        return [force + pull - push for force, pull, push in rest]

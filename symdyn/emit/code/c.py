@@ -1,0 +1,101 @@
+"""The C target: C99 without allocation, needing libm alone; one function an output, in double or float.
+
+    void <scene>_<function>(const real *q, ..., const real *params, real *out)                    one state
+    void <scene>_<function>_batch(size_t n, const real *q, ..., const real *params, real *out)    structure of arrays
+    void <scene>_<function>_rows(size_t n, const real *q, ..., const real *params, real *out)     array of structures
+
+The last two are there with option "batch". Entry i of state k is q[i * n + k] for `_batch` and q[k * length + i] for
+`_rows`, in `out` likewise; params, or what was prepared from it, is one set for all states, and `out` overlaps no
+argument. Both run blocks of states through loops that compilers vectorise, and take sines and cosines by a routine of
+their own; so does the scalar function then, when it needs several.
+
+A long function calls parts of itself: compilers take more than linear time for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
+
+from symdyn.emit.code.c_batch import LANES, batches, cuts
+from symdyn.emit.code.c_sincos import sincos_values
+from symdyn.emit.code.operators import OPERATORS, Printer, Spelling, call
+from symdyn.emit.code.real import REALS, Real, digits
+from symdyn.emit.code.target import Draft, Target
+from symdyn.emit.escape import in_comment
+from symdyn.emit.render import render
+from symdyn.graph import Op
+from symdyn.program.assemble import PARAMS, PREPARED
+from symdyn.program.prepare import is_prepared
+
+
+def _spellings(real: Real) -> Mapping[Op, Spelling]:
+    """Return the table of C for one real type: sin or sinf."""
+    return {
+        **OPERATORS,
+        Op.SIN: call(f"sin{real.suffix}"),
+        Op.COS: call(f"cos{real.suffix}"),
+        Op.SQRT: call(f"sqrt{real.suffix}"),
+        Op.EXP: call(EXP_HELPER),
+        Op.LOG: call(f"log{real.suffix}"),
+        Op.TANH: call(f"tanh{real.suffix}"),
+        Op.ABS: call(f"fabs{real.suffix}"),
+        Op.SIGN: call(SIGN_HELPER),
+        Op.ATAN2: call(f"atan2{real.suffix}", 2),
+    }
+
+
+BATCH = "batch"
+
+SIGN_HELPER, EXP_HELPER = "sign_of", "exp_of"
+"""Functions of our own in the source file, written there when they are called."""
+
+FLAT = {"double": -708, "float": -87}
+"""Exponents below which an exponential would be denormal, and raise underflow: it is zero there."""
+
+
+def _printer(real: Real) -> Printer:
+    return Printer(_spellings(real), lambda value: f"{digits(value, real)}{real.suffix}")
+
+
+def _write(draft: Draft) -> dict[str, str]:
+    """Return source and header."""
+    program, page, printer, real = draft.program, draft.page, draft.printer, draft.real
+    batch = draft.option == BATCH
+    operations = {op for function in page.functions for op in function.operations}
+    values: dict[str, Any] = {
+        "page": page,
+        "about": draft.about,
+        "stem": draft.stem,
+        "real": real.name,
+        "zero": printer.literal(Fraction(0)),
+        "one": printer.literal(Fraction(1)),
+        "uses_sign": Op.SIGN in operations,
+        "uses_exp": Op.EXP in operations,
+        "flat": printer.literal(Fraction(FLAT[real.name])),
+        "suffix": real.suffix,
+        "lanes": LANES,
+        "common": PREPARED if is_prepared(program) else PARAMS,
+        "batch": batch,
+        "codes": batches(program, page, printer, real) if batch else cuts(program, page, printer),
+    }
+    values["cut"] = any(many and many.parts for many in values["codes"])
+    values["sincos"] = any(many and many.sincos for many in values["codes"])
+    values |= sincos_values(real.name) if values["sincos"] else {}
+    return {".c": render("c/source.c.jinja", values), ".h": render("c/header.h.jinja", values)}
+
+
+C = Target(
+    name="c",
+    title="C",
+    text="C99",
+    reals=tuple(REALS),
+    options={BATCH: "functions over many states too, fit for vector code"},
+    endings={".c": str, ".h": str},
+    first=0,
+    keywords=frozenset(),  # every function begins with the name of the scene
+    printer=_printer,
+    comment=in_comment,
+    write=_write,
+)

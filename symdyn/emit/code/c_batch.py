@@ -1,0 +1,234 @@
+"""What the templates of batch code are given: the stages of every function as finished text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import prod
+
+from symdyn.emit.code.c_plan import Pass, SineCosine, plan
+from symdyn.emit.code.c_stages import LONGEST
+from symdyn.emit.code.c_writer import LANED, SINGLE, PassText, ScalarStage, Writer
+from symdyn.emit.code.operators import Printer
+from symdyn.emit.code.real import Real
+from symdyn.emit.code.source_text import ArgumentText, FunctionText, Page
+from symdyn.errors import EmitError
+from symdyn.program import Program, Routine
+from symdyn.program.assemble import PARAMS, shared
+
+LANES = 64
+"""States in a block: enough to hide what starting a loop costs, few enough for the nearest cache."""
+
+FEWEST = 32
+"""States in the block of a long function, even if it leaves the nearest cache: fewer are slower."""
+
+CACHE = 32 * 1024
+"""Bytes that a block and its states should not exceed: the nearest cache."""
+
+STACK = 512 * 1024
+"""Bytes of stack that a block may take; functions that need more halve it, and at last run state by state."""
+
+VECTOR = 16
+"""States in the smallest block: one vector of floats, two of doubles."""
+
+ALIAS = 2048
+"""Columns a multiple of so many bytes apart compete for few places of a cache."""
+
+WAYS = 8
+"""How many of them find a place at once; more columns of a result are written into a block first, and copied."""
+
+FEW = 3
+"""Angles of one state from which they are taken together."""
+
+SPLIT = 2
+"""Scalar functions of more loops are cut into parts, too: compilers take more than linear time."""
+
+
+@dataclass(frozen=True)
+class CutText:
+    """One long function of a file without batch code, cut into parts; the attributes are those of `BatchText`."""
+
+    size: int
+    rows: int
+    scalar: tuple[ScalarStage, ...]
+    parts: tuple[PassText, ...]
+    sincos: bool = False
+
+
+@dataclass(frozen=True)
+class BatchText:
+    """One function over many states.
+
+    Attributes:
+        function: the same for one state.
+        states: arguments that differ from state to state, with the row of a block where each starts.
+        length: entries of these arguments.
+        size: entries of the result.
+        lanes: states of a block; 0 where the function is too large for blocks, or runs once in a while.
+        rows: rows of work space.
+        passes: the loops.
+        calls: statements of the block function, in running order.
+        scalar: stages of the scalar function; () leaves it as it is without batch code.
+        results: entries of the result, as these stages name them.
+        parts: functions of their own that a long scalar function is cut into; () for a short one.
+        aliased: columns of a multiple of so many states stand ALIAS bytes apart; 0 where that does no harm.
+        single: at most so many states are not worth a block.
+        columns, block, row, state: what is handed on: where block k starts among columns, in a block of our own, where
+            state k stands among rows, in a state of our own.
+        sincos: whether it takes sines and cosines by a routine of our own.
+    """
+
+    function: FunctionText
+    states: tuple[tuple[ArgumentText, int], ...]
+    length: int
+    size: int
+    lanes: int
+    rows: int
+    passes: tuple[PassText, ...]
+    calls: tuple[str, ...]
+    scalar: tuple[ScalarStage, ...]
+    results: tuple[str, ...]
+    parts: tuple[PassText, ...]
+    aliased: int
+    single: int
+    columns: str
+    block: str
+    row: str
+    state: str
+    sincos: bool
+
+
+def batches(program: Program, page: Page, printer: Printer, real: Real) -> tuple[BatchText, ...]:
+    """Return the batch code of every function of the page.
+
+    Raises:
+        EmitError: a function is called as the batch code of another one will be.
+    """
+    _check_names([function.name for function in page.functions])
+    return tuple(
+        _batch(routine, text, program, printer, 4 if real.suffix else 8)
+        for routine, text in zip(program.routines, page.functions, strict=True)
+    )
+
+
+def cuts(program: Program, page: Page, printer: Printer) -> tuple[CutText | None, ...]:
+    """Return every function of the page in parts if it is a long one, else None."""
+    return tuple(
+        _cut(routine, text, program, printer) for routine, text in zip(program.routines, page.functions, strict=True)
+    )
+
+
+def _cut(routine: Routine, text: FunctionText, program: Program, printer: Printer) -> CutText | None:
+    if not _is_long(routine):
+        return None
+    writer = _writer(routine, text, program, printer, short=False)
+    parts = _parts(writer)
+    if not parts:
+        return None
+    return CutText(prod(text.shape), writer.plan.rows, writer.scalar_calls(_by_address(text), together=False), parts)
+
+
+def _is_long(routine: Routine) -> bool:
+    return routine.counts.multiplications + routine.counts.additions > LONGEST
+
+
+def _writer(routine: Routine, text: FunctionText, program: Program, printer: Printer, short: bool) -> Writer:
+    places = {symbol: (a.name, i) for a in routine.function.arguments for i, symbol in enumerate(a.symbols)}
+    made = plan(routine, program.constants, short)
+    if len(made.names) == len(routine.inputs) + len(routine.steps):  # no name was added
+        printed = {line.target: line.code for line in text.steps}
+    else:
+        lines = ((name, node) for node, name in made.names.items() if node not in places)
+        printed = {name: printer.definition(node, made.names, program.constants) for name, node in lines}
+    return Writer(routine, program, printer, made, places, printed)
+
+
+def _parts(writer: Writer) -> tuple[PassText, ...]:
+    """Return the parts of a scalar function, () if it is short enough for one."""
+    loops = [stage for stage in writer.plan.stages if isinstance(stage, Pass)]
+    if not writer.routine.function.entries or sum(stage.plain for stage in loops) <= SPLIT:
+        return ()
+    return tuple(writer.loop(stage, number, SINGLE) for number, stage in enumerate(loops, 1))
+
+
+def _check_names(names: Sequence[str]) -> None:
+    for name in names:
+        for ending in ("_batch", "_rows"):
+            if name + ending in names:
+                raise EmitError(f"function {name}{ending} would be called as batch code of {name} is; rename it")
+
+
+def _batch(routine: Routine, text: FunctionText, program: Program, printer: Printer, width: int) -> BatchText:
+    writer = _writer(routine, text, program, printer, _is_long(routine))
+    made = writer.plan
+    states, length = [], 0
+    names = [argument.name for argument in text.arguments]
+    common = shared(names)
+    for argument in text.arguments:
+        if argument.name != common:
+            states.append((argument, length))
+            length += argument.length
+    size = prod(text.shape)
+    once = not common and PARAMS in names  # prepare: blocks would not pay, and loops over so many arrays compile slowly
+    lanes = _lanes((length + size) * width, made.rows * width) if size and not once else 0
+    passes: list[PassText] = []
+    calls: list[str] = []
+    for stage in made.stages if lanes else ():
+        if isinstance(stage, SineCosine):
+            calls.append(f"sincos_row({lanes}, {writer.row(stage)}, w[{stage.sine[1]}], w[{stage.cosine[1]}]);")
+        else:
+            passes.append(writer.loop(stage, len(passes) + 1, LANED))
+            work = "w" if made.rows else "0"
+            calls.append(f"{text.name}_pass{len(passes)}(stride, {_handed(text, {})}{work}, out);")
+    loops = [stage for stage in made.stages if isinstance(stage, Pass)]
+    parts = _parts(writer)
+    if parts:
+        scalar = writer.scalar_calls(_by_address(text), together=True)
+    else:
+        scalar = writer.scalar() if len(made.stages) - len(loops) >= FEW else ()
+    rowwise = lanes > 0 and any(isinstance(stage, SineCosine) for stage in made.stages)
+    return BatchText(
+        function=text,
+        states=tuple(states),
+        length=length,
+        size=size,
+        lanes=lanes,
+        rows=made.rows,
+        passes=tuple(passes),
+        calls=tuple(calls),
+        scalar=scalar,
+        parts=parts,
+        results=tuple(writer.entry(place) for place in range(size)),
+        aliased=ALIAS // width if size > WAYS else 0,
+        single=lanes // 8,
+        columns=_handed(text, {a.name: f"{a.name} + k" for a, _ in states}),
+        block=_handed(text, {a.name: f"b + {row * lanes}" for a, row in states}),
+        row=_handed(text, {a.name: f"{a.name}[k]" if a.scalar else f"{a.name} + k * {a.length}" for a, _ in states}),
+        state=_handed(text, {a.name: f"b[{row}]" if a.scalar else f"b + {row}" for a, row in states}),
+        sincos=bool(scalar) or rowwise,
+    )
+
+
+def _handed(function: FunctionText, places: Mapping[str, str]) -> str:
+    """Return what a call is given before its last argument; what all states have in common as it is."""
+    return "".join(f"{places.get(argument.name, argument.name)}, " for argument in function.arguments)
+
+
+def _by_address(function: FunctionText) -> str:
+    """Return what a scalar function hands on to its parts, which take single numbers by address."""
+    return _handed(function, {name: f"&{name}" for name in function.scalars})
+
+
+def _lanes(copied: int, work: int) -> int:
+    """Return how many states a block has; 0 where even the smallest block would take too much stack.
+
+    Args:
+        copied: bytes of one state and its result, which stand in the block and where they come from.
+        work: bytes of work space for one state.
+    """
+    lanes = LANES
+    while lanes > FEWEST and lanes * (2 * copied + work) > CACHE:
+        lanes //= 2
+    while lanes > VECTOR and lanes * (copied + work) > STACK:
+        lanes //= 2
+    return lanes if lanes * (copied + work) <= STACK else 0

@@ -1,0 +1,68 @@
+"""The door of this room: a program in, the contents of files out."""
+
+from __future__ import annotations
+
+import shlex
+
+from symdyn.emit.code.c import C
+from symdyn.emit.code.javascript import JS
+from symdyn.emit.code.python import NUMPY
+from symdyn.emit.code.real import find_real
+from symdyn.emit.code.sources import Sources
+from symdyn.emit.code.target import Target
+from symdyn.emit.code.ufunc import UFUNC
+from symdyn.errors import EmitError
+from symdyn.program import Program
+from symdyn.program.prepare import PREPARE, is_prepared
+from symdyn.scene import spell
+
+TARGETS: dict[str, Target] = {row.name: row for row in (NUMPY, C, UFUNC, JS)}
+
+
+def emit(
+    program: Program, target: str = NUMPY.name, real: str = "double", command: str = "", option: str = ""
+) -> Sources:
+    """Return the files that compute `program`; the same program gives the same bytes.
+
+    Args:
+        program: what to compute.
+        target: a key of `TARGETS`.
+        real: "double" or "float".
+        command: what the header says to run to make the files again; "" for the plain command line.
+        option: one of the target's, such as "batch": C gets functions over many states too.
+
+    Raises:
+        EmitError: an unknown target, a real type or an option that it does not have, no function at all, two functions
+            of one name, a constant too large for the type.
+    """
+    if target not in TARGETS:
+        raise EmitError(f"target {target!r} is not known; give {' or '.join(TARGETS)}")
+    if not program.routines:
+        raise EmitError(f"{program.scene.name}: there is no function to write; name one, such as inverse_dynamics")
+    row = TARGETS[target]
+    if option and option not in row.options:
+        known = f"it has {' or '.join(row.options)}" if row.options else "leave it out"
+        raise EmitError(f"target {target} ({row.text}) has no option {option}; {known}")
+    number = find_real(real)
+    if real not in row.reals:
+        raise EmitError(f"real type {real!r}: target {target} ({row.text}) takes {' or '.join(row.reals)} alone")
+    made = row.draft(program, number, command or _command(program, row, real, option), option)
+    contents = row.write(made)
+    kinds = {ending: type(text) for ending, text in contents.items()}
+    assert kinds.items() <= row.endings.items(), f"target {target} writes other files than it says"
+    names = tuple(function.name for function in made.page.functions)
+    files = tuple((f"{made.stem}{ending}", text) for ending, text in contents.items())
+    return Sources(program, target, real, option, names, files)
+
+
+def _command(program: Program, target: Target, real: str, option: str) -> str:
+    """Return the command line that makes the same files."""
+    first = is_prepared(program)
+    asked = (routine.function for routine in program.routines if not (first and routine.function.name == PREPARE))
+    functions = ",".join(function.request or function.name for function in asked)
+    precision = "" if real == "double" else f" --real {real}"
+    chosen = f" --{option}" if option else ""
+    values = [f"{one.name}={spell(one.value)}" for one in program.scene.parameters if one.value is not None]
+    bound = f" --bind {shlex.quote(','.join(values).replace(' ', ''))}" if values else ""
+    words = f"--target {target.name}{precision}{chosen}{' --prepare' if first else ''}"
+    return f"symdyn generate {program.scene.name}.toml{bound} {words} --functions {functions}"

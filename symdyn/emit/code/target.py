@@ -1,0 +1,80 @@
+"""A target: all that is known of one language, or of one way to be called; and what its writer is given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code.operators import Printer
+from symdyn.emit.code.real import Real
+from symdyn.emit.code.source_text import Page, compose
+from symdyn.emit.render import render
+from symdyn.program import Program
+
+Contents = str | bytes
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A program on its way into files.
+
+    Attributes:
+        program: what to compute.
+        real: type of all numbers.
+        option: which of the target's options was chosen; "" for none.
+        printer: of the target, for this type.
+        page: every function as text.
+        stem: how the names of the files begin.
+        about: what the files say of themselves, as a comment.
+    """
+
+    program: Program
+    real: Real
+    option: str
+    printer: Printer
+    page: Page
+    stem: str
+    about: str
+
+
+@dataclass(frozen=True)
+class Target:
+    """What programs are written in.
+
+    Attributes:
+        name: key in `TARGETS`.
+        title: what reports call it.
+        text: what is written, for those who choose.
+        reals: real types that it is written in.
+        options: what can be asked of it, one at a time, by name: what that does.
+        endings: how the names of its files may end, with their type: text or bytes.
+        first: index of the first entry of an array.
+        keywords: what no function may be called there.
+        printer: writes expressions, by real type.
+        comment: text as lines of a comment, which nothing in it can end.
+        write: contents by ending; the file to compile or to import first.
+    """
+
+    name: str
+    title: str
+    text: str
+    reals: tuple[str, ...]
+    options: Mapping[str, str]
+    endings: Mapping[str, type[Contents]]
+    first: int
+    keywords: frozenset[str]
+    printer: Callable[[Real], Printer]
+    comment: Callable[[str], str]
+    write: Callable[[Draft], Mapping[str, Contents]]
+
+    def draft(self, program: Program, real: Real, command: str, option: str = "") -> Draft:
+        """Return a program as this target's text, not laid out yet; `command` is what the header says to run again.
+
+        Raises:
+            EmitError: two functions of one name, a constant too large for the type.
+        """
+        printer = self.printer(real)
+        page = compose(program, printer, command, self.first, self.keywords)
+        about = render("common/about.txt.jinja", {"page": page}).rstrip("\n")
+        return Draft(program, real, option, printer, page, stem(program.scene.name), self.comment(about))

@@ -1,0 +1,148 @@
+"""The ufunc target: a Python extension module of NumPy generalized ufuncs over the C target, in double and in float.
+
+Core dimensions are frozen, `(7),(7),(7)->(7)`, so that NumPy itself refuses a wrong length, broadcasts, casts, takes
+`out=` and lets go of the interpreter's lock. The C is that of target "c", under names of its own for each real type.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from symdyn.emit.code.c import BATCH, C
+from symdyn.emit.code.real import REALS
+from symdyn.emit.code.source_text import FunctionText, Page
+from symdyn.emit.code.target import Contents, Draft, Target
+from symdyn.emit.render import render
+from symdyn.errors import EmitError
+from symdyn.program.assemble import shared
+
+TAGS: Mapping[str, str] = {"float": "f32", "double": "f64"}
+"""In the order in which NumPy tries them: the first type that all operands fit is taken."""
+
+CODES: Mapping[str, str] = {"float": "NPY_FLOAT", "double": "NPY_DOUBLE"}
+
+MODULE = "_ufunc"
+"""What the extension module adds to the name of the scene."""
+
+DOUBLES, LEAN = "doubles", "lean"
+"""Options: without float, and without entries for rows either, which takes compilers most of their time."""
+
+
+@dataclass(frozen=True)
+class _Ufunc:
+    """What the template needs of one function.
+
+    Attributes:
+        name, arguments, shape: as in `FunctionText`.
+        size: entries of the result.
+        signature: as NumPy reads it.
+        params: place of what all states of a batch have in common among the arguments, -1 without.
+        doc: lines of a C string literal.
+    """
+
+    name: str
+    arguments: tuple[object, ...]
+    shape: tuple[int, ...]
+    size: int
+    signature: str
+    params: int
+    doc: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Loop:
+    """What the template needs of one real type: its names, and the functions that have an entry for rows."""
+
+    name: str
+    tag: str
+    code: str
+    stem: str
+    loop: str
+    rows: tuple[str, ...]
+
+
+def _write(draft: Draft) -> dict[str, Contents]:
+    """Return the extension module's source, then the C that it calls."""
+    page = draft.page
+    usable = tuple(f for f in page.functions if 0 not in (*f.shape, *(a.length for a in f.arguments)))
+    names = tuple(function.name for function in usable)
+    files: dict[str, Contents] = {}
+    loops = []
+    for name, tag in TAGS.items():
+        if draft.option and name != draft.real.name:
+            continue
+        renamed = replace(draft.program, scene=replace(draft.program.scene, name=f"{draft.stem}_{tag}"))
+        batch = "" if draft.option == LEAN else BATCH
+        try:
+            code = C.draft(renamed, REALS[name], page.command, batch)
+        except EmitError:
+            if name == draft.real.name:
+                raise
+            continue  # a constant is too large for float: NumPy then casts to double
+        files |= {f"_{tag}{ending}": text for ending, text in C.write(code).items()}
+        loops.append(_Loop(name, tag, CODES[name], code.stem, f"walk_{tag}", names if batch else ()))
+    values = {
+        "about": draft.about,
+        "module": f"{draft.stem}{MODULE}",
+        "functions": tuple(_ufunc(page, function) for function in usable),
+        "left_out": tuple(function.name for function in page.functions if function not in usable),
+        "reals": loops,
+        "operands": 1 + max((len(function.arguments) for function in usable), default=0),
+        "rank": max((1, *(len(function.shape) for function in usable))),
+    }
+    return {f"{MODULE}.c": render("ufunc/module.c.jinja", values), **files}
+
+
+def _ufunc(page: Page, function: FunctionText) -> _Ufunc:
+    names = [argument.name for argument in function.arguments]
+    common = shared(names)
+    inputs = ",".join(f"({argument.core})" for argument in function.arguments)
+    return _Ufunc(
+        name=function.name,
+        arguments=function.arguments,
+        shape=function.shape,
+        size=len(function.outputs),
+        signature=f"{inputs}->({','.join(map(str, function.shape))})",
+        params=names.index(common) if common else -1,
+        doc=tuple(_literal(line) for line in docstring(page, function).splitlines(keepends=True)),
+    )
+
+
+def docstring(page: Page, function: FunctionText) -> str:
+    """Return what `help` says about one function: arguments by name with shapes and units, the result, the cost."""
+    return render("ufunc/doc.txt.jinja", {"page": page, "function": function}).strip("\n")
+
+
+def _literal(line: str) -> str:
+    """Return one line of text as a C string literal; bytes outside of ASCII are spelled in octal."""
+    escaped = "".join(_escape(byte) for byte in line.encode())
+    return f'"{escaped}"'
+
+
+def _escape(byte: int) -> str:
+    if byte == ord("\n"):
+        return "\\n"
+    plain = 32 <= byte < 127 and byte not in b'"\\?'
+    return chr(byte) if plain else f"\\{byte:03o}"
+
+
+UFUNC = Target(
+    name="ufunc",
+    title="ufunc",
+    text="C for a Python extension of NumPy ufuncs, double and float in one, which says how to build it",
+    reals=(C.reals[0],),
+    options={
+        DOUBLES: "double alone, compiled in half the time",
+        LEAN: "double alone and state by state, compiled in a tenth of the time",
+    },
+    endings={
+        f"{MODULE}.c": str,
+        **{f"_{tag}{ending}": kind for tag in TAGS.values() for ending, kind in C.endings.items()},
+    },
+    first=C.first,
+    keywords=C.keywords,
+    printer=C.printer,
+    comment=C.comment,
+    write=_write,
+)

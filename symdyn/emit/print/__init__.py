@@ -1,0 +1,1 @@
+"""Equations in print: LaTeX, plain text, SymPy."""

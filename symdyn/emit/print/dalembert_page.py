@@ -1,0 +1,284 @@
+r"""D'Alembert's method in print: the bivectors of every body, the count of unknowns, the system (5.18), in LaTeX.
+
+Bodies count from 1, the ground is 0 (in the textbook 1); frame j has its origin in the joint that carries body j.
+Where the mechanism moves in a plane of coordinates, three equations a body are written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+from symdyn.algebra.compact import Compactor
+from symdyn.algebra.form import Form, Symbol, form_of, product_of, sum_of
+from symdyn.algebra.sums_of_angles import total_angles
+from symdyn.algebra.trigonometric import TrigonometricRing
+from symdyn.dynamics import Workspace
+from symdyn.dynamics.closed_forms.parallel import angle_groups
+from symdyn.dynamics.loops.row_words import in_words
+from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium
+from symdyn.emit.escape import in_latex
+from symdyn.emit.print.formula_text import Latex
+from symdyn.emit.print.latex_layout import DIGITS, LINE, align, bmatrix, definition, matrix_width
+from symdyn.emit.print.latex_page import symbol_row, symbol_table
+from symdyn.emit.print.letters import body_number
+from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.errors import DerivationError, EmitError
+from symdyn.graph import Expr, evaluate, reachable
+from symdyn.scene import Scene
+
+MOST = 60
+"""Unknowns beyond which nobody reads the system."""
+
+Forms = Callable[[Expr], Form]
+
+
+def dalembert_text(scene: Scene, document: bool = False) -> str:
+    """Return D'Alembert's system of a scene in LaTeX: displays, or a whole document.
+
+    Raises:
+        EmitError: the mechanism is too large to be read.
+    """
+    workspace = Workspace(scene)
+    try:
+        system = equilibrium(workspace.hanging, planar=True)
+    except DerivationError:
+        system = equilibrium(workspace.hanging)
+    if len(system.unknowns) > MOST:
+        raise EmitError(
+            f"{scene.name}: {len(system.unknowns)} unknowns are more than anyone reads (the limit is {MOST}); "
+            "the outputs reactions and reactions:joint compute them"
+        )
+    page = _Page(scene, system)
+    sections = [
+        {"title": "Equations and unknowns", "text": page.count(), "body": "\n".join(page.unknown_vector())},
+        *page.bodies(),
+        {
+            "title": "The system",
+            "text": r"(5.18): $\bar F^A_{jj} + \bar F^D_{jj} + \bar F^R_{jj} + \sum_e \bar F^{*R}_{je} = 0$. "
+            r"With the unknowns $x$ in front this is $A\,x + b = 0$, in blocks by body and joint:",
+            "body": "\n".join(page.system_blocks()),
+        },
+    ]
+    if not document:
+        return "\n\n".join(f"\\paragraph{{{s['title']}.}} {s['text']}\n{s['body']}" for s in sections)
+    from symdyn.emit.render import render
+
+    symbols = [*page.symbol_rows(), *symbol_table(scene, page.write, page.timed)]
+    return render(
+        "latex/equations.tex.jinja",
+        {
+            "title": in_latex(scene.name),
+            "comment": scene.name,
+            "sections": sections,
+            "symbols": symbols,
+            "values": any(row["value"] for row in symbols),
+        },
+    )
+
+
+class _Page:
+    """The pieces of the page."""
+
+    def __init__(self, scene: Scene, system: Equilibrium) -> None:
+        self.scene, self.system = scene, system
+        self.write = Latex(latex_symbols(scene), DIGITS)
+        self.forms = _forms(system)
+        nodes = reachable([*system.right(), *(x for block in system.blocks.values() for part in block for x in part)])
+        self.timed = any(node.value == TIME for node in nodes)
+        self.names = [self._name(unknown) for unknown in system.unknowns]
+        self.axes = [("F", "xyz"[k]) if k < 3 else ("M", "xyz"[k - 3]) for k in system.kept]
+
+    # Unknowns
+
+    def _name(self, unknown: Unknown) -> str:
+        joint = _upright(unknown.joint)
+        if unknown.kind == DRIVE:
+            one = next(joint for joint in self.scene.joints if joint.name == unknown.joint)
+            drive = one.drives[unknown.number] if unknown.number < len(one.drives) else None
+            return self.write.symbols.get(drive or "", "") or rf"\tau_{{{joint},{unknown.number + 1}}}"
+        if unknown.kind == REACTION:
+            words = self._words(unknown)
+            if words[-2:] in (" x", " y", " z"):
+                return f"{'F' if words.startswith('force') else 'M'}_{{{joint},{words[-1]}}}"
+        return rf"R_{{{joint},{unknown.number + 1}}}"
+
+    def _words(self, unknown: Unknown) -> str:
+        """Return what an unknown is where it has a fixed direction in its joint frame; else ""."""
+        samples = self.system.hanging.samples
+        force, moment = unknown.acts[0][1]
+        first, second = (samples.at([*force, *moment], seed) for seed in (2, 3))
+        return in_words(first[:3], first[3:]) if abs(first - second).max() < 1e-12 else ""
+
+    def symbol_rows(self) -> Iterator[dict[str, str]]:
+        """Yield the rows of the unknowns for the table of symbols; drives have their own."""
+        for name, unknown in zip(self.names, self.system.unknowns, strict=True):
+            if unknown.kind != DRIVE:
+                words = self._words(unknown) or f"component {unknown.number + 1}"
+                yield symbol_row(
+                    name,
+                    f"{words} of the {unknown.kind} in joint {unknown.joint}, joint axes",
+                    "N m" if words.startswith("moment") else "N",
+                )
+
+    def count(self) -> str:
+        """Return (5.18)-(5.20) in numbers."""
+        system, scene = self.system, self.scene
+        a_body = len(system.kept)
+        counts = [one.joint for one in system.unknowns if one.kind != DRIVE]
+        joints = ", ".join(
+            f"{in_latex(joint.name)} ({joint.type.replace('_', ' ')}, $t = {counts.count(joint.name)}$)"
+            for joint in (*scene.joints, *scene.loops)
+        )
+        flat = "The mechanism moves in a plane: three equations a body, and $t$ counts what lies in the plane. "
+        plane = flat if a_body == 3 else ""
+        return (
+            f"{plane}The ground is body 0 (body 1 in the textbook). Joints: {joints}. "
+            rf"(5.18) gives ${a_body}(u-1) = {a_body} \cdot {len(system.bodies)} = {system.equations}$ equations; "
+            rf"(5.19) counts $m_R = \sum t\,s_t = {system.reactions}$ reactions, and there are $n = {system.drives}$ "
+            rf"unknown drives{self._passive()}: "
+            rf"${system.equations} {'=' if system.equations == len(system.unknowns) else chr(92) + 'ne'} "
+            rf"{system.drives} + {system.reactions}$ (5.20)."
+        )
+
+    def _passive(self) -> str:
+        """Return which unknown drives the scene does not have, "" for none."""
+        names = [one.joint for one in self.system.passive]
+        if not names:
+            return ""
+        where = ", ".join(map(in_latex, dict.fromkeys(names)))
+        closed = self.scene.is_closed
+        what = "freedoms that nothing drives, such as an idle spin" if closed else "joints without a drive"
+        return f", {len(names)} of them of {what} ({where}), where zero comes out for the motion that is free there"
+
+    def unknown_vector(self) -> list[str]:
+        """Return x."""
+        return list(
+            align(
+                [
+                    ["& " + rf"x = \begin{{bmatrix}} {' & '.join(chunk)} \end{{bmatrix}}^T"]
+                    if k == 0 and len(self.names) <= 9
+                    else [f"& {', '.join(chunk)}"]
+                    for k, chunk in enumerate(_chunks(self.names, 9))
+                ]
+            )
+        )
+
+    # Bodies
+
+    def bodies(self) -> Iterator[dict[str, str]]:
+        """Yield a section a body: its bivectors, which add up to zero."""
+        for j, (body, known) in enumerate(zip(self.scene.bodies, self.system.bodies, strict=True)):
+            here = self.index(j)
+            displays = self.bivector("A", here, [self.forms(x) for x in self.kept(known.action)])
+            displays += self.bivector("D", here, [self.forms(x) for x in self.kept(known.inertia)])
+            for h, other in enumerate(self.system.hanging.hinges):
+                forces = self.unknowns_on(j, h)
+                if forces is not None:
+                    displays += self.bivector(
+                        *(("R", here) if h == j else ("*R", self.index(j, other.joint.name))), forces
+                    )
+            joint = in_latex(self.system.hanging.joints[j].joint.name)
+            number = body_number(j)
+            yield {
+                "title": f"Body {number}: {in_latex(body.name)}",
+                "text": f"Frame {number} has the axes of the body and its origin in its reference joint {joint}.",
+                "body": "\n".join(displays),
+            }
+
+    def index(self, j: int, joint: str = "") -> str:
+        """Return the index of a bivector of body j: jj, or j and the joint."""
+        number = str(body_number(j))
+        return f"{number},{_upright(joint)}" if joint else number + ("," if len(number) > 1 else "") + number
+
+    def kept(self, bivector: tuple[Sequence[Expr], Sequence[Expr]]) -> list[Expr]:
+        """Return the components that are written."""
+        entries = (*bivector[0], *bivector[1])
+        return [entries[k] for k in self.system.kept]
+
+    def unknowns_on(self, j: int, h: int) -> list[Form] | None:
+        """Return what the unknowns in joint h exert on body j; None for nothing."""
+        present = [
+            u for u, one in enumerate(self.system.unknowns) if (j, u) in self.system.blocks and one.acts[0][0] == h
+        ]
+        columns = [self.kept(self.system.blocks[j, u]) for u in present]
+        rows = zip(*columns, strict=True)
+        sizes = [Symbol(self.names[u]) for u in present]
+        return [
+            sum_of(product_of((self.forms(x), size)) for x, size in zip(row, sizes, strict=True)) for row in rows
+        ] or None
+
+    def bivector(self, kind: str, index: str, entries: Sequence[Form]) -> list[str]:
+        """Return one bivector as a column, or component by component where it is too wide."""
+        write = Latex({**self.write.symbols, **{name: name for name in self.names}}, DIGITS)
+        column = [[write.unbroken(entry)] for entry in entries]
+        if matrix_width(column) + 60 < LINE:
+            return list(align([[rf"& \bar F^{{{kind}}}_{{{index}}} = {bmatrix(column)}"]]))
+        named = zip(self.axes, entries, strict=True)
+        return list(
+            align(
+                [definition(f"{letter}^{{{kind}}}_{{{index},{axis}}}", write(entry)) for (letter, axis), entry in named]
+            )
+        )
+
+    # The system
+
+    def system_blocks(self) -> list[str]:
+        """Return the pattern of blocks, then every block, then b."""
+        joints = [hinge.joint.name for hinge in self.system.hanging.hinges]
+        columns: list[list[int]] = [[] for _ in joints]
+        for u, unknown in enumerate(self.system.unknowns):
+            columns[unknown.acts[0][0]].append(u)
+        present = [h for h, us in enumerate(columns) if us]
+        names = {
+            (j, h): f"A_{{{self.index(j, joints[h])}}}"
+            for j in range(len(self.system.bodies))
+            for h in present
+            if any((j, u) in self.system.blocks for u in columns[h])
+        }
+        bodies = range(len(self.system.bodies))
+        pattern = [[names.get((j, h), "0") for h in present] for j in bodies]
+        x = [[f"x_{{{_upright(joints[h])}}}"] for h in present]
+        b = [[rf"b_{{{body_number(j)}}}"] for j in bodies]
+        displays = list(align([[f"& {bmatrix(pattern)} {bmatrix(x)} + {bmatrix(b)} = 0"]]))
+        for (j, h), name in names.items():
+            zero = self.system.hanging.graph.zero
+            entries = [self.kept(self.system.blocks.get((j, u), ((zero,) * 3, (zero,) * 3))) for u in columns[h]]
+            rows = [[self.write.unbroken(self.forms(x)) for x in row] for row in zip(*entries, strict=True)]
+            if matrix_width(rows) + 60 < LINE:
+                displays += align([[f"& {name} = {bmatrix(rows)}"]])
+            else:
+                index = self.index(j, joints[h])
+                places = [(r, c, x) for r, row in enumerate(zip(*entries, strict=True)) for c, x in enumerate(row)]
+                written = [
+                    definition(f"A_{{{index};{r + 1},{c + 1}}}", self.write(self.forms(x)))
+                    for r, c, x in places
+                    if not x.is_zero
+                ]
+                displays += align(written)
+        displays += align([[r"& b_j = \bar F^A_{jj} + \bar F^D_{jj}"]])
+        return displays
+
+
+def _upright(name: str) -> str:
+    return rf"\mathrm{{{in_latex(name)}}}"
+
+
+def _chunks(names: Sequence[str], size: int) -> list[list[str]]:
+    return [list(names[k : k + size]) for k in range(0, len(names), size)]
+
+
+def _forms(system: Equilibrium) -> Forms:
+    """Return what writes an entry: as short as the ring of sines can, as it stands where there is no such ring."""
+    state, graph = system.hanging.state, system.hanging.graph
+    entries = [x for known in system.bodies for part in (*known.action, *known.inertia) for x in part]
+    entries += [x for block in system.blocks.values() for part in block for x in part]
+    needed = list(dict.fromkeys(entries))
+    try:
+        parallel = angle_groups(system.hanging.scene, graph)
+        ring = TrigonometricRing(needed, (*state.q, *state.qd, *state.qdd), total_angles(parallel))
+        values = dict(zip(needed, evaluate(needed, ring, ring.values(needed)), strict=True))
+    except DerivationError:
+        return form_of
+    compact = Compactor(ring, parallel)
+    return lambda node: compact(values[node])

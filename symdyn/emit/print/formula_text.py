@@ -1,0 +1,293 @@
+"""Forms as LaTeX and as plain text.
+
+A printer yields text with break marks in front of every + and - at which a line may end;
+`symdyn.emit.print.breaking` uses them or takes them out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+
+from symdyn.algebra.form import (
+    Form,
+    Function,
+    Number,
+    Pi,
+    Power,
+    Product,
+    Sum,
+    Symbol,
+    factors_of,
+    split_sign,
+    terms_of,
+)
+from symdyn.emit.print.printed_names import print_name
+from symdyn.graph import Op
+from symdyn.scene.grammar import takes_exponent
+from symdyn.scene.quantity import Quantity
+from symdyn.scene.spelling import spell, spell_fraction
+from symdyn.scene.value import value_of
+
+BREAK = "\v"
+LONGEST_VALUE = 24  # characters of a formula in a table
+FRACTIONS = (2, 3, 4, 6, 7, 8, 9, 11, 12)  # 1/12 stays a fraction; 7/20 is read as 0.35
+
+
+@lru_cache(maxsize=10_000)  # long formulas have the same few numbers in thousands of places
+def significant(value: Fraction, digits: int) -> str:
+    """Return a positive value rounded to significant digits, as a decimal, or as a·10^k written "aek"."""
+    exponent = 0
+    while value >= Fraction(10) ** (exponent + 1):
+        exponent += 1
+    while value < Fraction(10) ** exponent:
+        exponent -= 1
+    scaled = round(value * Fraction(10) ** (digits - 1 - exponent))
+    if scaled == 10**digits:
+        exponent, scaled = exponent + 1, 10 ** (digits - 1)
+    if -4 <= exponent < digits + 2:
+        return spell_fraction(Fraction(scaled) * Fraction(10) ** (exponent - digits + 1))
+    return f"{spell_fraction(Fraction(scaled, 10 ** (digits - 1)))}e{exponent}"
+
+
+def rounded(form: Form, digits: int) -> Form:
+    """Return a form whose numbers have no more than `digits` significant digits."""
+    if isinstance(form, Number):
+        value = abs(form.value)
+        long = len(str(value.numerator).strip("0")) > digits or len(str(value.denominator)) > digits
+        near = Fraction(significant(value, digits)) if long else value
+        return Number(near if form.value > 0 else -near)
+    if isinstance(form, Sum):
+        return Sum(tuple(rounded(term, digits) for term in form.terms))
+    if isinstance(form, Product):
+        return Product(tuple(rounded(factor, digits) for factor in form.factors))
+    if isinstance(form, Power):
+        return Power(rounded(form.base, digits), form.exponent)
+    if isinstance(form, Function):
+        return Function(form.op, tuple(rounded(x, digits) for x in form.args))
+    return form
+
+
+def value_text(formula: Quantity) -> str:
+    """Return what a parameter is worth for a table: its formula where that is short, else its value to six digits."""
+    text = spell(formula)
+    if len(text) <= LONGEST_VALUE:
+        return text
+    value = Fraction(value_of(formula, {}) or 0)
+    near = significant(abs(value), 6) if value else "0"
+    return f"≈ {'-' if value < 0 else ''}{near}"
+
+
+# Plain text
+
+
+def text_of(form: Form) -> str:
+    """Return a form as text that `symdyn.scene.parse` and Python read, numbers exact."""
+    return _text(form).replace(BREAK, "")
+
+
+def broken_text(form: Form) -> str:
+    """Return the same text with break marks."""
+    return _text(form)
+
+
+def _text(form: Form) -> str:
+    if isinstance(form, Sum):
+        return _signed_sum(form, _text, _text_factor)
+    if isinstance(form, Product):
+        sign, rest = split_sign(form)
+        if sign < 0:
+            return f"-{_text_factor(rest)}"
+        above = [f for f in rest.factors if not _is_inverse(f)] if isinstance(rest, Product) else [rest]
+        below = [f for f in rest.factors if _is_inverse(f)] if isinstance(rest, Product) else []
+        text = "*".join(map(_text_factor, above)) if above else "1"
+        for factor in below:
+            assert isinstance(factor, Power)
+            text += _divided(factor)
+        return text
+    if isinstance(form, Number):
+        return spell_fraction(form.value)
+    if isinstance(form, Power):
+        if form.exponent < 0:
+            return f"1{_divided(form)}"
+        bare = isinstance(form.base, (Symbol, Pi, Function))
+        return f"{_text(form.base)}**{form.exponent}" if bare else f"({_text(form.base)})**{form.exponent}"
+    if isinstance(form, Function):
+        return f"{form.op.name.lower()}({', '.join(text_of(arg) for arg in form.args)})"
+    return "pi" if isinstance(form, Pi) else form.name
+
+
+def _divided(inverse: Power) -> str:
+    """Return "/m" for 1/m, and "/(m*h)" for the inverse of a product or a quotient."""
+    below = Power(inverse.base, -inverse.exponent) if inverse.exponent < -1 else inverse.base
+    open_ended = isinstance(below, Product) or _is_inverse(below)
+    return f"/({_text(below)})" if open_ended else f"/{_text_factor(below)}"
+
+
+def _text_factor(form: Form) -> str:
+    text = _text(form)
+    wide = isinstance(form, Sum) or split_sign(form)[0] < 0 or (isinstance(form, Number) and "/" in text)
+    return f"({text})" if wide else text
+
+
+def _is_inverse(form: Form) -> bool:
+    return isinstance(form, Power) and form.exponent < 0
+
+
+def _signed_sum(form: Form, show: Callable[[Form], str], factor: Callable[[Form], str]) -> str:
+    """Return a sum with break marks; `factor` shows what stands behind a minus sign, in brackets if it is a sum."""
+    text = ""
+    for term in terms_of(form):
+        sign, rest = split_sign(term)
+        mark = "-" if sign < 0 else "+"
+        shown = factor(rest) if sign < 0 and isinstance(rest, Sum) else show(rest)
+        text += f" {BREAK}{mark} {shown}" if text else f"{mark}{shown}".removeprefix("+")
+    return text
+
+
+# LaTeX
+
+FUNCTIONS: Mapping[Op, str] = {
+    Op.SIN: r"\sin",
+    Op.COS: r"\cos",
+    Op.EXP: r"\exp",
+    Op.LOG: r"\ln",
+    Op.TANH: r"\tanh",
+    Op.SIGN: r"\operatorname{sgn}",
+    Op.ATAN2: r"\operatorname{atan2}",
+}
+
+
+@dataclass(frozen=True)
+class Latex:
+    """Writes forms in LaTeX.
+
+    Attributes:
+        symbols: LaTeX of each name; see `symdyn.emit.print.printed_names.latex_symbols`.
+        digits: significant digits of numbers that are no short fractions; None writes them exactly.
+    """
+
+    symbols: Mapping[str, str]
+    digits: int | None = 6
+
+    def __call__(self, form: Form) -> str:
+        """Return LaTeX with break marks."""
+        if isinstance(form, Sum):
+            return _signed_sum(form, self, self.bracketed)
+        if isinstance(form, Product):
+            return self._product(form)
+        if isinstance(form, Number):
+            return f"-{self.number(-form.value)}" if form.value < 0 else self.number(form.value)
+        if isinstance(form, Power):
+            return self._power(form)
+        if isinstance(form, Function):
+            return self._function(form, 1)
+        return r"\pi" if isinstance(form, Pi) else self.symbols.get(form.name) or str(print_name(form.name))
+
+    def number(self, value: Fraction) -> str:
+        """Return a number that is not negative."""
+        if value.denominator == 1 and (self.digits is None or value < 10 ** (self.digits + 2)):
+            return str(value.numerator)
+        if value.denominator in FRACTIONS and value.numerator <= 12:
+            return rf"\tfrac{{{value.numerator}}}{{{value.denominator}}}"
+        if self.digits is None:
+            text = spell_fraction(value)
+            return rf"\tfrac{{{value.numerator}}}{{{value.denominator}}}" if "/" in text else text
+        mantissa, _, exponent = significant(value, self.digits).partition("e")
+        return rf"{mantissa} \cdot 10^{{{exponent}}}" if exponent else mantissa
+
+    def unbroken(self, form: Form) -> str:
+        """Return LaTeX without break marks."""
+        return self(form).replace(BREAK, "")
+
+    def bracketed(self, form: Form) -> str:
+        """Return a factor: in brackets if it is a sum or has a sign."""
+        text = self(form)
+        return _brackets(text) if isinstance(form, Sum) or split_sign(form)[0] < 0 else text
+
+    def _product(self, form: Product) -> str:
+        sign, rest = split_sign(form)
+        if sign < 0:
+            return f"-{self.bracketed(rest)}"
+        factors = factors_of(rest)
+        below = [Power(f.base, -f.exponent) for f in factors if isinstance(f, Power) and f.exponent < 0]
+        above = [f for f in factors if not (isinstance(f, Power) and f.exponent < 0)]
+        if below:
+            lower = " ".join(self._plain_factor(f, len(below)) for f in below).replace(BREAK, "")
+            upper = " ".join(self._plain_factor(f, len(above)) for f in above).replace(BREAK, "") or "1"
+            return rf"\frac{{{upper}}}{{{lower}}}"
+        shown = [self.bracketed(f) for f in above]
+        text = shown[0]
+        for previous, factor, following in zip(above, above[1:], shown[1:], strict=False):
+            loose = isinstance(previous, Number) and isinstance(factor, Number)
+            thin = isinstance(previous, Function) or (
+                isinstance(previous, Power) and isinstance(previous.base, Function)
+            )
+            text += (r" \cdot " if loose else r" \, " if thin else " ") + following
+        return text
+
+    def _plain_factor(self, form: Power | Form, count: int) -> str:
+        if isinstance(form, Power) and form.exponent == 1:
+            form = form.base
+        return self.bracketed(form) if count > 1 else self(form)
+
+    def _power(self, form: Power) -> str:
+        if form.exponent < 0:
+            lower = form.base if form.exponent == -1 else Power(form.base, -form.exponent)
+            return rf"\frac{{1}}{{{self.unbroken(lower)}}}"
+        if isinstance(form.base, Function):
+            return self._function(form.base, form.exponent)
+        text = self(form.base)
+        # an accent or a bracketed base takes the exponent as it is: \dot q_1^2, (a + b)^2
+        bare = isinstance(form.base, Pi) or (isinstance(form.base, Number) and text.isdigit())
+        bare = bare or (isinstance(form.base, Symbol) and takes_exponent(text))
+        exponent = str(form.exponent) if form.exponent < 10 else f"{{{form.exponent}}}"
+        return f"{text}^{exponent}" if bare else f"{_brackets(text)}^{exponent}"
+
+    def _function(self, form: Function, power: int) -> str:
+        exponent = "" if power == 1 else f"^{power}" if power < 10 else f"^{{{power}}}"
+        arguments = ", ".join(self.unbroken(arg) for arg in form.args)
+        if form.op is Op.SQRT:
+            return rf"\sqrt{{{arguments}}}{exponent}" if power == 1 else rf"\bigl(\sqrt{{{arguments}}}\bigr){exponent}"
+        if form.op is Op.ABS:
+            return rf"\lvert {arguments} \rvert{exponent}"
+        if isinstance(form.args[0], (Symbol, Pi)) and len(form.args) == 1:
+            return f"{FUNCTIONS[form.op]}{exponent} {arguments}"
+        return f"{FUNCTIONS[form.op]}{exponent}{_brackets(arguments)}"
+
+
+def _brackets(text: str) -> str:
+    """Return text in brackets, larger ones around brackets or fractions."""
+    if r"\bigl" in text or r"\frac" in text:
+        return rf"\Bigl({text}\Bigr)" if r"\Bigl" not in text else rf"\biggl({text}\biggr)"
+    return rf"\bigl({text}\bigr)" if "(" in text else f"({text})"
+
+
+# Short notation
+
+
+def shortened(form: Form, numbers: Mapping[str, int], taken: Container[str]) -> Form:
+    """Return a form with s12 for sin(q1 + q2) and c2 for cos(q2).
+
+    Args:
+        form: what to rewrite.
+        numbers: the number of each coordinate.
+        taken: names that stand for something else; the sine that would need one of them stays.
+    """
+    if isinstance(form, Sum):
+        return Sum(tuple(shortened(term, numbers, taken) for term in form.terms))
+    if isinstance(form, Product):
+        return Product(tuple(shortened(factor, numbers, taken) for factor in form.factors))
+    if isinstance(form, Power):
+        return Power(shortened(form.base, numbers, taken), form.exponent)
+    if isinstance(form, Function) and form.op not in (Op.SIN, Op.COS):
+        return Function(form.op, tuple(shortened(arg, numbers, taken) for arg in form.args))
+    if isinstance(form, Function):
+        found = [numbers.get(term.name) if isinstance(term, Symbol) else None for term in terms_of(form.args[0])]
+        if None not in found:
+            separator = "_" if len(numbers) > 9 else ""
+            name = ("s" if form.op is Op.SIN else "c") + separator.join(map(str, found))
+            return form if name in taken else Symbol(name)
+    return form

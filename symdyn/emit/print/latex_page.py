@@ -1,0 +1,269 @@
+r"""Equations in LaTeX: a fragment for a text that loads amsmath, or a whole document that pdflatex compiles.
+
+Lines fit an A4 page with 20 mm margins at 10 pt; they break at + and -, so brackets are \bigl( and not \left(.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from symdyn.algebra.form import MINUS_ONE, Form, Symbol, product_of, split_sign, sum_of, symbols_of, terms_of
+from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.emit.escape import in_latex
+from symdyn.emit.print.breaking import break_lines, latex_width
+from symdyn.emit.print.formula_text import BREAK, Latex, value_text
+from symdyn.emit.print.latex_constraints import constraint_page
+from symdyn.emit.print.latex_layout import (
+    DIGITS,
+    INDENT,
+    LINE,
+    align,
+    bmatrix,
+    definition,
+    entry_name,
+    lines_of,
+    matrix_width,
+    together,
+)
+from symdyn.emit.print.letters import Letters, head
+from symdyn.emit.print.printable import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
+from symdyn.emit.print.printed_names import latex_symbols, latex_unit
+from symdyn.scene import Scene, acceleration_name
+from symdyn.scene.forces import elastic
+from symdyn.scene.units import coordinates_with_units, drives_with_units
+
+BRACED = 0.45 * LINE  # a wider coefficient is named under its brace and written out below
+
+
+def latex_fragment(page: Printable, group: str) -> str:
+    """Return the equations as displays; short notation is explained in a comment."""
+    note = "% s_{12} = \\sin(q_1 + q_2), c_2 = \\cos q_2: sines and cosines by joint number\n" if page.short else ""
+    lines = _displays(page, group)
+    if page.constraints.rows:
+        lines.append(constraint_page(page, group, _writer(page)))
+    return note + "\n".join(lines)
+
+
+def latex_document(page: Printable, group: str) -> str:
+    """Return a standalone document: equations, energies, symbol table."""
+    from symdyn.emit.render import render
+
+    write, letters = _writer(page), Letters(page.scene)
+    title = "Coefficients" if group == "coefficients" else "Equations"
+    sections = [{"title": title, "text": _introduction(page, group), "body": "\n".join(_displays(page, group))}]
+    if page.constraints.rows:
+        sections.append({"title": "Loops and rows", "text": "", "body": constraint_page(page, group, write)})
+    energies = [definition(head(letters[name]), write(form)) for name, form in (("K", page.K), ("P", page.P))]
+    sections.append({"title": "Energies", "text": "", "body": "\n".join(align(energies))})
+    return render(
+        "latex/equations.tex.jinja",
+        {
+            "title": in_latex(page.scene.name),
+            "comment": page.scene.name,
+            "sections": sections,
+            "symbols": (symbols := [*symbol_table(page.scene, write, _has_time(page)), *_multipliers(page, write)]),
+            "values": any(row["value"] for row in symbols),
+        },
+    )
+
+
+def latex_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
+    """Return `name = formula` as displays; names are LaTeX."""
+    write = Latex(latex_symbols(scene), DIGITS)
+    return "\n".join(align([definition(name, write(form)) for name, form in named]))
+
+
+def _writer(page: Printable) -> Latex:
+    rows = page.constraints.rows
+    named = {entry.name: None for row in rows for entry in row.G if isinstance(entry, Symbol)}
+    return Latex(latex_symbols(page.scene, [*named, *(row.multiplier for row in rows)]) | {TIME: TIME}, DIGITS)
+
+
+def _introduction(page: Printable, group: str) -> str:
+    sums = r"\sum_j k_{z,ij}\,\ddot q_j + \sum_{j<k} k_{C,i,jk}\,\dot q_j\,\dot q_k + \sum_j k_{D,ij}\,\dot q_j^2"
+    pulled = " + k_{E,i}" if elastic(page.scene) else ""
+    closed = bool(page.constraints.rows)
+    carried = r", and $\sum_k G_{ki} \lambda_k$ of loops and rows" if closed else ""
+    text = (
+        rf"Lagrange's equations, joint by joint: $\displaystyle {sums} + k_{{G,i}}{pulled}$ equals the drive and the "
+        f"other forces of joint $i${carried}."
+    )
+    if group == "matrix":
+        text = "Lagrange's equations: inertia, Coriolis and centrifugal forces, gravity{}{} and the drives.".format(
+            ", springs" if elastic(page.scene) else "", ", loops" if closed else ""
+        )
+    if page.short:
+        text += r" Sines and cosines go by joint number: $s_{12} = \sin(q_1 + q_2)$, $c_2 = \cos q_2$."
+    if any("." in _writer(page)(c.form) for c in page.coefficients):
+        text += f" Decimal numbers are rounded to {DIGITS} digits."
+    return text
+
+
+def _displays(page: Printable, group: str) -> list[str]:
+    write = _writer(page)
+    motions = [definition(write.symbols[name], write(form)) for name, form in page.motions]
+    return [*GROUPS[group](page, write), *align(motions)]
+
+
+# Coefficients
+
+
+def coefficient_name(c: Coefficient) -> str:
+    """Return k_{z,12}, k_{C,1,23}, k_{D,12} or k_{G,1}; indices of ten and more are set apart."""
+    kind = c.kind[-1]
+    first, *rest = [str(i) for i in c.indices]
+    if kind == "C":
+        return f"k_{{C,{first},{together(rest)}}}"
+    return f"k_{{{kind},{together([first, *rest])}}}"
+
+
+def _coefficients(page: Printable, write: Latex, wanted: Callable[[Coefficient], bool] = lambda c: True) -> list[str]:
+    paragraphs = []
+    for c in page.coefficients:
+        if c.vanishes or not wanted(c) or (c.kind == "k_z" and c.indices[0] > c.indices[1]):
+            continue
+        name = coefficient_name(c)
+        if c.kind == "k_z" and c.indices[0] != c.indices[1]:
+            name += f" = {coefficient_name(Coefficient(c.kind, c.indices[::-1], c.form, c.rate))}"
+        paragraphs.append(definition(name, write(c.form)))
+    return list(align(paragraphs))
+
+
+def _vanishing(page: Printable) -> list[str]:
+    """Return one line that names the coefficients that vanish."""
+    names = [coefficient_name(c) for kind in KINDS for c in page.coefficients if c.kind == kind and c.vanishes]
+    if not names:
+        return []
+    text = f" = {BREAK}".join([*names, "0"])
+    return list(align([lines_of("", text)]))
+
+
+# The four groupings
+
+
+def _equations(page: Printable, write: Latex) -> list[str]:
+    lefts = [write(page.left(i)) for i in range(len(page.rows))]
+    paragraphs = [lines_of("", left, f"= {write(page.driving(i))}") for i, left in enumerate(lefts)]
+    return [display for paragraph in paragraphs for display in align([paragraph])]
+
+
+def _all_coefficients(page: Printable, write: Latex) -> list[str]:
+    return [*_coefficients(page, write), *_vanishing(page)]
+
+
+def _textbook(page: Printable, write: Latex) -> list[str]:
+    """Return drive = k_z1 q̈_1 + …, every coefficient written above its name, as (5.40); long ones below."""
+    named: dict[tuple[str, tuple[int, ...]], None] = {}
+    paragraphs = []
+    for i, row in enumerate(page.rows):
+        right, text = page.driving(i), ""
+        for c in row:
+            if c.vanishes:
+                continue
+            sign, shown, short = _braced(c, write)
+            if not short:
+                named[c.kind, tuple(sorted(c.indices)) if c.kind == "k_z" else c.indices] = None
+            rate = "" if c.kind in ALONE else rf"\, {write.unbroken(c.rate)}"
+            text += (f" {BREAK}{sign} " if text else "-" if sign == "-" else "") + shown + rate
+        drive, text = write(right), text or "0"
+        wide = latex_width(drive) > BRACED
+        paragraphs.append(lines_of("", drive, f"= {text}") if wide else definition(write.unbroken(right), text))
+    displays = [display for paragraph in paragraphs for display in align([paragraph])]
+    if named:
+        displays += ["where"]
+        displays += _coefficients(page, write, lambda c: (c.kind, c.indices) in named)
+    return displays
+
+
+def _braced(c: Coefficient, write: Latex) -> tuple[str, str, bool]:
+    r"""Return (sign, \underbrace{value}_{name}, True), or the name alone and False where the value is long."""
+    name = coefficient_name(c)
+    terms = terms_of(c.form)
+    negative = all(split_sign(term)[0] < 0 for term in terms)
+    value = sum_of(product_of((MINUS_ONE, term)) for term in terms) if negative else c.form
+    text = write.unbroken(value)
+    if latex_width(text) > BRACED:
+        return "+", name, False
+    text = f"({text})" if len(terms) > 1 else text
+    return ("-" if negative else "+"), rf"\underbrace{{{text}}}_{{{'-' if negative else ''}{name}}}", True
+
+
+def _matrix(page: Printable, write: Latex) -> list[str]:
+    """Return M(q) q̈ + c + g = τ, with the entries in place if they fit, else named and written below."""
+    n = range(len(page.rows))
+    M = [[c.form for c in row if c.kind == "k_z"] for row in page.rows]
+    acceleration = [write.symbols[acceleration_name(u)] for u in page.scene.velocities]
+    columns = [
+        [[write.unbroken(form) for form in row] for row in M],
+        [[x] for x in acceleration],
+        [[write.unbroken(coriolis(page, i))] for i in n],
+        [[write.unbroken(gravity(page, i))] for i in n],
+        [[write.unbroken(right)] for right in page.right],
+    ]
+    closed = bool(page.constraints.rows)
+    if matrix_width(columns[0]) + 40 < LINE and not closed:
+        first, q, c, g, tau = map(bmatrix, columns)
+        parts = [f"{first} {q}", f"+ {c}", f"+ {g}", f"= {tau}"]
+        if all(matrix_width(column) + 60 < LINE for column in columns):
+            text = BREAK.join(part + " " for part in parts)
+            widths = iter([matrix_width(columns[0]) + 30, *(matrix_width(x) + 30 for x in columns[2:])])
+            lines = break_lines(text, LINE, LINE - INDENT, lambda _: next(widths))
+            return list(align([[f"& {lines[0]}", *(rf"&\quad {{}}{line}" for line in lines[1:])]]))
+    carried = r" + G(q)^{\mathsf T} \lambda" if closed else ""
+    names = [rf"M(q)\,\ddot q + c(q, \dot q) + g(q) = \tau{carried},", rf"\tau = {bmatrix(columns[4])}"]
+    head = list(align([["& " + r" \qquad ".join(names)]]))
+    upper = [(i, j) for i in n for j in n if i <= j]
+    entries = [definition(_mirrored(i, j), write(M[i][j])) for i, j in upper if terms_of(M[i][j])]
+    entries += [definition(entry_name("c", i), write(coriolis(page, i))) for i in n]
+    entries += [definition(entry_name("g", i), write(gravity(page, i))) for i in n]
+    zero = [_mirrored(i, j) for i, j in upper if i < j and not terms_of(M[i][j])]
+    if zero:
+        entries.append(lines_of("", f" = {BREAK}".join([*zero, "0"])))
+    return [*head, *align(entries)]
+
+
+def _mirrored(i: int, j: int) -> str:
+    """Return M_{11}, or M_{12} = M_{21}."""
+    name = entry_name("M", i, j)
+    return name if i == j else f"{name} = {entry_name('M', j, i)}"
+
+
+GROUPS: dict[str, Callable[[Printable, Latex], list[str]]] = {
+    "equations": _equations,
+    "coefficients": _all_coefficients,
+    "textbook": _textbook,
+    "matrix": _matrix,
+}
+
+
+# The symbol table
+
+
+def _has_time(page: Printable) -> bool:
+    return any(TIME in symbols_of(form) for form in (*page.right, *(form for _, form in page.motions)))
+
+
+def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]]:
+    """Return the rows: coordinates, drives, time, parameters."""
+    rows = []
+    for joint, q, unit in coordinates_with_units(scene):
+        rows.append(symbol_row(write.symbols[q], f"coordinate of joint {joint.name}, {joint.type}", unit))
+    for joint, drive, unit in drives_with_units(scene):
+        text = f"driving {'force' if unit == 'N' else 'torque'} of joint {joint.name}"
+        rows.append(symbol_row(write.symbols[drive], text, unit))
+    if timed:
+        rows.append(symbol_row(write.symbols[TIME], "time", "s"))
+    for parameter in scene.parameters:
+        value = in_latex(value_text(parameter.value)) if parameter.value is not None else ""
+        rows.append(symbol_row(write.symbols[parameter.name], parameter.text or "parameter", parameter.unit, value))
+    return rows
+
+
+def _multipliers(page: Printable, write: Latex) -> list[dict[str, str]]:
+    return [symbol_row(write.symbols[row.multiplier], row.text, row.unit) for row in page.constraints.rows]
+
+
+def symbol_row(symbol: str, text: str, unit: str, value: str = "") -> dict[str, str]:
+    """Return one row of the table."""
+    shown = latex_unit(unit)
+    return {"symbol": symbol, "text": in_latex(text), "unit": f"${shown}$" if shown else "", "value": value}

@@ -1,0 +1,124 @@
+r"""Letters that pages introduce beside the scene's own: K for the kinetic energy, x_2 for a place, I_1 for an inertia.
+
+A scene may call a stiffness K and a coordinate x1. A family of quantities that would print as one of its symbols takes
+its next letters, all of it together: places x_i, y_i, z_i become X_i, Y_i, Z_i. No two families share a letter, so
+every name on a page means one thing.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain, count
+
+from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.scene import Scene
+from symdyn.scene.grammar import GREEK
+from symdyn.scene.units import velocity_units
+
+_TAG = r"\d+[a-h]?"  # of a mass: its body, and a letter where the body has several
+_AXIS = "[xyz]"
+_JOINT = "{joints}"
+
+
+@dataclass(frozen=True)
+class Family:
+    """Quantities that share their letters.
+
+    Attributes:
+        of: what they are.
+        index: what stands below the letter, indices side by side; `{joints}` for the names of joints, `{slides}` for
+            the numbers of velocities in m/s.
+        choices: letters, the first wanted most; each choice has as many.
+    """
+
+    of: str
+    index: str
+    choices: tuple[tuple[str, ...], ...]
+
+
+FAMILIES = (
+    Family("places", _TAG, (("x", "y", "z"), ("X", "Y", "Z"), ("xi", "eta", "zeta"))),
+    Family("speeds", _TAG, (("v",), ("V",), ("nu",))),
+    Family("kinetic energies", rf"|{_TAG}(?:h|omega)?|{_JOINT}", (("K",), ("T",))),
+    Family("potential energies, direction cosines", rf"|{_TAG}|E|\d+", (("P",), ("U",), ("Pi",))),
+    Family("the Lagrangian", "", (("L",), ("Lambda",))),
+    Family("the energy of all", "", (("E",), ("H",), ("Xi",))),
+    Family("angular velocities", rf"{_TAG}{_AXIS}?|\d+", (("omega",), ("Omega",))),
+    Family("moments of inertia", r"\d+[a-h]?\d*", (("I",), ("J",), ("Theta",))),
+    Family("masses that slides move, a number of reactions", "{slides}|R", (("m",), ("mu",))),
+    Family("distances", r"\d+[a-h]?\d*|\d+O\d+", (("r",), ("rho",), ("R",))),
+    Family("induced forces", r"\d+", (("N",), ("Gamma",))),
+    Family("moments and forces", rf"[zGD]\d+|{_JOINT}{_AXIS}|jj?yy", (("M", "F"), ("Psi", "Phi"))),
+    Family("other reactions", rf"{_JOINT}\d+", (("R",), ("Upsilon",))),
+    Family("driving forces", rf"\d+|{_JOINT}\d+", (("tau",), ("sigma",), ("theta",))),
+    Family("sums of acting forces", r"\d+", (("S",), ("Sigma",))),
+    Family("forces beside drives", r"\d+", (("Q",), ("Z",))),
+    Family("multipliers", r"\d+", (("lambda",), ("upsilon",))),
+    Family("weights", _TAG, (("G",), ("W",))),
+    Family("origins", r"\d+", (("O",), ("o",))),
+    Family("coefficients", r"[zDGE]\d+|C\d+", (("k",), ("kappa",))),
+)
+
+
+@dataclass(frozen=True)
+class Letters:
+    """The letters of one page, beside the symbols of its scene."""
+
+    scene: Scene
+
+    def __getitem__(self, letter: str) -> str:
+        """Return what stands for a family's wanted letter: a Latin letter, a Greek name, or LaTeX with a backslash."""
+        return self._chosen.get(letter, letter)
+
+    @cached_property
+    def _chosen(self) -> dict[str, str]:
+        scene = self.scene
+        units = velocity_units(scene)
+        places = {
+            "joints": [re.escape(bare(one.name)) for one in (*scene.joints, *scene.loops)],
+            "slides": [str(i) for i, unit in enumerate(units, 1) if unit == "m"],
+        }
+        taken, used, found = self._taken(), set[str](), dict[str, str]()
+        for family in FAMILIES:
+            index = family.index.format(**{key: f"(?:{'|'.join(some) or '(?!)'})" for key, some in places.items()})
+            letters = next(
+                one for one in _offered(family.choices) if not used & set(one) and not _any(one, index, taken)
+            )
+            used |= set(letters)
+            found |= dict(zip(family.choices[0], letters, strict=True))
+        return found
+
+    def _taken(self) -> list[str]:
+        """Return the scene's symbols as they print, but for a drive tau_i of velocity i, which pages mean too."""
+        own = {drive for i, drive in enumerate(self.scene.drives, 1) if drive and bare(drive) == f"tau{i}"}
+        return [bare(shown) for name, shown in latex_symbols(self.scene).items() if name not in own]
+
+
+def head(letter: str) -> str:
+    """Return a letter in LaTeX; what begins with a backslash is LaTeX."""
+    return f"\\{letter}" if letter in GREEK else letter
+
+
+def body_number(j: int) -> int:
+    """Return the number of body j of a scene in print, from 1, as its mass has; the ground is 0, in the textbook 1."""
+    return j + 1
+
+
+def bare(latex: str) -> str:
+    r"""Return a symbol as letters and digits alone: \mathit{l}_{1,x} is l1x."""
+    return re.sub(r"\\(?:mathrm|mathit|text[a-z]*|operatorname)(?![A-Za-z])|[^A-Za-z0-9]", "", latex)
+
+
+def _offered(choices: tuple[tuple[str, ...], ...]) -> Iterator[tuple[str, ...]]:
+    """Yield the choices, then sans serif letters without end."""
+    initials = [letter[0] for letter in choices[0]]
+    return chain(choices, (tuple(rf"\mathsf{{{x * times}}}" for x in initials) for times in count(1)))
+
+
+def _any(letters: Sequence[str], index: str, taken: Sequence[str]) -> bool:
+    """Tell whether a letter with one of its indices prints as a symbol that is taken."""
+    pattern = re.compile(rf"(?:{'|'.join(re.escape(bare(x)) for x in letters)})(?:{index})")
+    return any(pattern.fullmatch(symbol) for symbol in taken)

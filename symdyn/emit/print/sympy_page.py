@@ -1,0 +1,155 @@
+"""Equations as a short Python program: after `from sympy import *` it defines symbols, coefficients and equations.
+
+Names of the scene win: one that SymPy uses otherwise (I, E, S, N) becomes the symbol. Only what the text itself needs
+(Eq, Rational, …) stays, and the variable of such a symbol takes an underscore: `Eq_ = symbols("Eq", real=True)`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from symdyn.algebra.form import Form, Symbol, symbols_of
+from symdyn.algebra.sympy_algebra import NAMES, form_to_sympy, sympy_text
+from symdyn.emit.print.printable import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
+from symdyn.emit.print.text_page import coefficient_name
+from symdyn.scene import Scene, acceleration_name
+
+WORDS = ("symbols", "Eq", "Matrix", "Rational", "pi", *NAMES.values())
+
+Names = Mapping[tuple[str, tuple[int, ...]], str]  # variable of a coefficient, by kind and indices
+
+
+class _Variables:
+    """The variables of the program: symbols first, then what is defined with them."""
+
+    def __init__(self, scene: Scene, used: Iterable[str]) -> None:
+        """Name the symbols, those of the scene in its order, then the others."""
+        order = [parameter.name for parameter in scene.parameters]
+        order += [*scene.coordinates, *scene.velocities, *map(acceleration_name, scene.velocities)]
+        needed = dict.fromkeys(used)
+        self.positive = [parameter.name for parameter in scene.parameters if parameter.positive]
+        self._taken = {*WORDS}
+        self.symbols: dict[str, str] = {}
+        for name in [*(name for name in order if name in needed), *(name for name in needed if name not in order)]:
+            self.symbols[name] = self.fresh(name)
+
+    def fresh(self, name: str) -> str:
+        """Return a variable called `name`, with underscores if that is taken."""
+        while name in self._taken:
+            name += "_"
+        self._taken.add(name)
+        return name
+
+    def declarations(self) -> Iterator[str]:
+        """Yield one line for real symbols, one for positive ones."""
+        for assumption in ("positive", "real"):
+            group = {
+                name: v for name, v in self.symbols.items() if (name in self.positive) == (assumption == "positive")
+            }
+            if group:
+                yield f'{", ".join(group.values())} = symbols("{" ".join(group)}", {assumption}=True)'
+
+    def show(self, form: Form) -> str:
+        """Return a form as Python."""
+        return sympy_text(form_to_sympy(form, self.positive), self.symbols)
+
+
+def sympy_page(page: Printable, group: str) -> str:
+    """Return the equations as Python that runs after `from sympy import *`."""
+    lefts = [page.left(i) for i in range(len(page.rows))]
+    rates = [c.rate for row in page.rows for c in row]
+    rights = [page.driving(i) for i in range(len(page.rows))]
+    found = page.constraints
+    rows = [*found.positions(), *found.accelerations()]
+    forms = [*lefts, *rates, *rights, *rows, *(form for one in page.motions for form in (Symbol(one[0]), one[1]))]
+    variables = _Variables(page.scene, (name for form in forms for name in symbols_of(form)))
+    lines = list(variables.declarations())
+    if group == "matrix":
+        lines += _matrix(page, variables)
+    elif group == "equations":
+        lines += [
+            f"{variables.fresh(f'equation{i}')} = Eq({variables.show(left)}, {variables.show(right)})"
+            for i, (left, right) in enumerate(zip(lefts, rights, strict=True), 1)
+        ]
+    else:
+        names = {(c.kind, c.indices): variables.fresh(coefficient_name(c)) for c in page.coefficients}
+        lines += _coefficients(page, variables, names)
+        if group == "textbook":
+            lines += _named(page, rights, variables, names)
+    lines += [
+        f"{variables.fresh(f'motion_{name}')} = Eq({variables.symbols[name]}, {variables.show(form)})"
+        for name, form in page.motions
+    ]
+    lines += _constraints(page, variables)
+    return "\n".join(lines)
+
+
+def sympy_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
+    """Return `name = formula`, one a line, after the symbols."""
+    variables = _Variables(scene, (name for _, form in named for name in symbols_of(form)))
+    lines = [f"{variables.fresh(name)} = {variables.show(form)}" for name, form in named]
+    return "\n".join([*variables.declarations(), *lines])
+
+
+def _coefficients(
+    page: Printable, variables: _Variables, names: Mapping[tuple[str, tuple[int, ...]], str]
+) -> Iterator[str]:
+    for c in page.coefficients:
+        if c.vanishes or (c.kind == "k_z" and c.indices[0] > c.indices[1]):
+            continue
+        places = [c.indices, c.indices[::-1]] if c.kind == "k_z" and c.indices[0] != c.indices[1] else [c.indices]
+        yield f"{' = '.join(names[c.kind, place] for place in places)} = {variables.show(c.form)}"
+    for kind in KINDS:
+        zero = [names[c.kind, c.indices] for c in page.coefficients if c.kind == kind and c.vanishes]
+        if zero:
+            yield f"{' = '.join(zero)} = 0"
+
+
+def _named(page: Printable, rights: Sequence[Form], variables: _Variables, names: Names) -> Iterator[str]:
+    """Yield the equations with coefficients by name."""
+
+    def term(c: Coefficient) -> str:
+        name = names[c.kind, c.indices]
+        return name if c.kind in ALONE else f"{name}*{variables.show(c.rate)}"
+
+    for i, (row, right) in enumerate(zip(page.rows, rights, strict=True), 1):
+        left = " + ".join(term(c) for c in row if not c.vanishes) or "0"
+        yield f"{variables.fresh(f'equation{i}')} = Eq({left}, {variables.show(right)})"
+
+
+def _matrix(page: Printable, variables: _Variables) -> Iterator[str]:
+    n = range(len(page.rows))
+    rows = [[variables.show(c.form) for c in row if c.kind == "k_z"] for row in page.rows]
+    columns = {
+        "qdd": [variables.show(c.rate) for c in page.rows[0] if c.kind == "k_z"],
+        "c": [variables.show(coriolis(page, i)) for i in n],
+        "g": [variables.show(gravity(page, i)) for i in n],
+        "tau": [variables.show(right) for right in page.right],
+    }
+    shown = ",\n    ".join(f"[{', '.join(row)}]" for row in rows)
+    M, names = variables.fresh("M"), [variables.fresh(name) for name in columns]
+    yield f"{M} = Matrix([\n    {shown},\n])"
+    yield from (f"{name} = Matrix([{', '.join(x)}])" for name, x in zip(names, columns.values(), strict=True))
+    qdd, c, g, tau = names
+    kept = page.constraints.rows
+    if not kept:
+        yield f"{variables.fresh('equation')} = Eq({M}*{qdd} + {c} + {g}, {tau})"
+        return
+    G, sizes = variables.fresh("G"), variables.fresh("multipliers")
+    entries = ",\n    ".join(f"[{', '.join(map(variables.show, row.G))}]" for row in kept)
+    yield f"{G} = Matrix([\n    {entries},\n])"
+    yield f"{sizes} = Matrix([{', '.join(variables.symbols[row.multiplier] for row in kept)}])"
+    yield f"{variables.fresh('equation')} = Eq({M}*{qdd} + {c} + {g}, {tau} + {G}.T*{sizes})"
+
+
+def _constraints(page: Printable, variables: _Variables) -> Iterator[str]:
+    """Yield what the multipliers are, and the rows that they keep."""
+    found = page.constraints
+    for row in found.rows:
+        yield f"# {row.multiplier}: {row.text}{f', {row.unit}' if row.unit else ''}"
+    if found.missing:
+        yield f"# G has no closed form: {found.missing}"
+    blocks = (("position", found.positions()), ("velocity", found.rates()), ("acceleration", found.accelerations()))
+    for name, forms in blocks:
+        for k, form in enumerate(forms, 1):
+            yield f"{variables.fresh(f'{name}{k}')} = Eq({variables.show(form)}, 0)"

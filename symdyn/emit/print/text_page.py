@@ -1,0 +1,134 @@
+"""Equations as plain text, one formula a paragraph, lines that fit a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from symdyn.algebra.form import Form
+from symdyn.emit.print.breaking import break_lines
+from symdyn.emit.print.formula_text import BREAK, broken_text, text_of
+from symdyn.emit.print.printable import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
+
+WIDTH = 110
+INDENT = "    "
+
+
+def text_page(page: Printable, group: str) -> str:
+    """Return the equations in plain text; indices from 1."""
+    motions = (_wrapped(name, broken_text(form)) for name, form in page.motions)
+    return "\n".join([*_paragraphs(page, group), *motions, *_constraints(page, group)])
+
+
+def text_definitions(named: Iterable[tuple[str, Form]]) -> str:
+    """Return `name = formula`, one a paragraph."""
+    return "\n".join(_wrapped(name, broken_text(form)) for name, form in named)
+
+
+def coefficient_name(c: Coefficient) -> str:
+    """Return k_z12, k_C1_23, k_D12, k_G1, k_E1; with more than nine joints k_z1_12."""
+    first, *rest = [str(i) for i in c.indices]
+    if any(i > 9 for i in c.indices):
+        return f"{c.kind}{'_'.join([first, *rest])}"
+    return f"{c.kind}{first}{'_' if c.kind == 'k_C' else ''}{''.join(rest)}"
+
+
+def _wrapped(left: str, right: str) -> str:
+    """Return `left = right`, both with break marks, in lines; the right-hand side starts a line if it is long."""
+    if BREAK not in left:  # a definition
+        return _lines(f"{left} = {right}", WIDTH)
+    shown = _lines(left, WIDTH)
+    plain = right.replace(BREAK, "")
+    if len(shown.rpartition("\n")[2]) + len(plain) + 3 <= WIDTH:
+        return f"{shown} = {plain}"
+    return f"{shown}\n{INDENT}{_lines(f'= {right}', WIDTH - len(INDENT))}"
+
+
+def _lines(text: str, first: int) -> str:
+    return f"\n{INDENT}".join(break_lines(text, first, WIDTH - len(INDENT), len))
+
+
+def _paragraphs(page: Printable, group: str) -> Iterator[str]:
+    if group == "coefficients":
+        yield from _coefficients(page)
+    elif group == "textbook":
+        for i, row in enumerate(page.rows):
+            yield _wrapped(broken_text(page.driving(i)), f" {BREAK}".join(_named_terms(row)) or "0")
+        yield ""
+        yield from _coefficients(page)
+    elif group == "matrix":
+        n = len(page.rows)
+        yield f"M*qdd + c + g = tau{' + G^T*lambda' if page.constraints.rows else ''}"
+        yield ""
+        for i, row in enumerate(page.rows, 1):
+            for c in row:
+                if c.kind == "k_z" and c.indices[1] >= i:
+                    mirrored = "" if c.indices[1] == i else f" = M[{c.indices[1]},{i}]"
+                    yield _wrapped(f"M[{i},{c.indices[1]}]{mirrored}", broken_text(c.form))
+        for name, entry in (("c", coriolis), ("g", gravity)):
+            yield from (_wrapped(f"{name}[{i + 1}]", broken_text(entry(page, i))) for i in range(n))
+        yield from (_wrapped(f"tau[{i}]", broken_text(right)) for i, right in enumerate(page.right, 1))
+    else:
+        for i in range(len(page.rows)):
+            yield _wrapped(broken_text(page.left(i)), broken_text(page.driving(i)))
+
+
+def _constraints(page: Printable, group: str) -> Iterator[str]:
+    """Yield what the multipliers are, and the rows: in full, or entry by entry."""
+    found = page.constraints
+    if not found.rows:
+        return
+    yield ""
+    for row in found.rows:
+        yield f"# {row.multiplier}: {row.text}{f', {row.unit}' if row.unit else ''}"
+    if found.missing:
+        yield f"# G has no closed form: {found.missing}"
+        return
+    if group in ("coefficients", "matrix"):
+        yield ""
+        if group == "matrix":
+            yield "r = 0, G*qd = 0, G*qdd + Gdot*qd = 0"
+            yield ""
+        for k, row in enumerate(found.rows, 1):
+            if row.residual is not None:
+                yield _wrapped(f"r[{k}]", broken_text(row.residual))
+            for i, entry in enumerate(row.G, 1):
+                yield _wrapped(f"G[{k},{i}]", broken_text(entry))
+            if row.bias is not None:
+                yield _wrapped(f"(Gdot*qd)[{k}]", broken_text(row.bias))
+        return
+    blocks = (("positions", found.positions()), ("velocities", found.rates()), ("accelerations", found.accelerations()))
+    for name, forms in blocks:
+        if forms:
+            yield ""
+            yield f"# {name}"
+        yield from (_wrapped(broken_text(form) + BREAK, "0").replace(BREAK, "") for form in forms)
+
+
+def _coefficients(page: Printable) -> Iterator[str]:
+    for c in page.coefficients:
+        if c.vanishes or (c.kind == "k_z" and c.indices[0] > c.indices[1]):
+            continue
+        mirrored = c.kind == "k_z" and c.indices[0] != c.indices[1]
+        twin = f" = {coefficient_name(Coefficient(c.kind, c.indices[::-1], c.form, c.rate))}" if mirrored else ""
+        yield _wrapped(coefficient_name(c) + twin, broken_text(c.form))
+    for kind in KINDS:
+        zero = [coefficient_name(c) for c in page.coefficients if c.kind == kind and c.vanishes]
+        if zero:
+            yield _zero_line(zero)
+
+
+def _zero_line(names: list[str]) -> str:
+    lines, line = [], ""
+    for name in [*names, "0"]:
+        if len(line) + len(name) > WIDTH:
+            lines.append(line.rstrip())
+            line = INDENT
+        line += f"{name} = " if name != "0" else "0"
+    return "\n".join([*lines, line])
+
+
+def _named_terms(row: tuple[Coefficient, ...]) -> Iterator[str]:
+    for k, c in enumerate(c for c in row if not c.vanishes):
+        name = coefficient_name(c)
+        rate = text_of(c.rate)
+        yield ("+ " if k else "") + (name if c.kind in ALONE else f"{name}*{rate}")

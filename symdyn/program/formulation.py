@@ -1,0 +1,93 @@
+"""Which derivation of an output becomes code: the one whose program takes the fewest operations, counted.
+
+Every road of an output is derived, lowered and counted by `Counts.cost`, for the scene at hand with its parameters'
+values; of equals the first in the table wins. Two shortcuts keep this quick. A road whose equations cost more than
+`HOPELESS` times the cheapest ones is not lowered. And roads that grow fast are tried for few coordinates only, none at
+all beyond `LONGEST`, where the table's own rule decides.
+
+Closed forms with sums of angles are no road: they trade multiplications for sines, and a rounded sum of angles has lost
+digits that the product form keeps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symdyn.dynamics import Equations, Function, LoopChoices, Workspace, derive_one, roads_of, row_of
+from symdyn.errors import DerivationError
+from symdyn.graph import growing
+from symdyn.program.count import count
+from symdyn.program.lower import lower
+from symdyn.scene import Scene
+
+LONGEST = 16
+"""Coordinates up to which roads are compared by counting."""
+
+HOPELESS = 1.5
+
+
+@growing()
+def formulate(
+    scene: Scene,
+    outputs: Sequence[str],
+    road: str | None = None,
+    closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
+) -> Equations:
+    """Return the equations of a scene, each output by the road that costs least.
+
+    Args:
+        scene: the mechanism.
+        outputs: as for `derive`.
+        road: take this one wherever an output has it; None leaves all to counting.
+        closing: what to choose about closed loops.
+
+    Raises:
+        DerivationError: an unknown output, body or point, equations that do not exist, a road that no output has.
+    """
+    workspace = Workspace(scene, closing)
+    if closing.independent:
+        workspace.closed.check()
+    return Equations(scene, workspace.graph, choose(workspace, outputs, road), closing)
+
+
+def choose(workspace: Workspace, outputs: Sequence[str], road: str | None = None) -> tuple[Function, ...]:
+    """Return the outputs on the workspace's graph; see `formulate`."""
+    known_road(workspace.scene, outputs, road)
+    return tuple(chosen(workspace, request, road) for request in outputs)
+
+
+def known_road(scene: Scene, outputs: Sequence[str], road: str | None) -> None:
+    """Raise DerivationError where a road is asked for that no output has."""
+    known = dict.fromkeys(one for request in outputs for one in roads_of(request, scene)) if road is not None else {}
+    if road is not None and road not in known:
+        raise DerivationError(f"no output that was asked for has the road {road!r}; there are {', '.join(known)}")
+
+
+def chosen(workspace: Workspace, request: str, road: str | None = None) -> Function:
+    """Return an output by the road that was asked for, if it has that, else by the one that costs least."""
+    if road is not None and road in roads_of(request, workspace.scene):
+        return derive_one(workspace, request, road)
+    return cheapest(workspace, request)
+
+
+def cheapest(workspace: Workspace, request: str) -> Function:
+    """Return an output by the road that costs least; see `formulate`."""
+    names = candidates(workspace, request)
+    if len(names) < 2:
+        return derive_one(workspace, request, *names)
+    functions = [derive_one(workspace, request, road) for road in names]
+    costs = [count(function).cost for function in functions]
+    hopeful = [f for f, cost in zip(functions, costs, strict=True) if cost <= HOPELESS * min(costs)]
+    return min(hopeful, key=lambda function: _lowered_cost(workspace, function))
+
+
+def candidates(workspace: Workspace, request: str) -> tuple[str, ...]:
+    """Return the roads of an output that are worth deriving to compare them, in the table's order."""
+    n, row = workspace.state.n, row_of(request, workspace.scene)[0]
+    return tuple(name for name in roads_of(request, workspace.scene) if n <= min(LONGEST, row.roads[name].up_to))
+
+
+def _lowered_cost(workspace: Workspace, function: Function) -> int:
+    """Return what one call of a function costs once it is a program."""
+    (routine,) = lower(Equations(workspace.scene, workspace.graph, (function,))).routines
+    return routine.counts.cost

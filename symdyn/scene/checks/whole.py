@@ -1,0 +1,83 @@
+"""Checks of a scene as a whole: names, tree, loops, symbols, values, physics. Every fault is reported."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from symdyn.graph import Graph, Op
+from symdyn.scene.checks.declared_names import check_names, check_symbols
+from symdyn.scene.checks.elements import check_elements
+from symdyn.scene.checks.joints import check_joints
+from symdyn.scene.checks.topology import check_loops, check_tree
+from symdyn.scene.draft import Draft, uses
+from symdyn.scene.folding import FormulaError
+from symdyn.scene.physical import inertia_fault, mass_faults
+from symdyn.scene.quantity import express
+from symdyn.scene.table import Faults, shown
+from symdyn.scene.value import Value, value_of
+
+
+def check(draft: Draft, faults: Faults, allow_invalid_inertia: bool = False) -> tuple[str, ...]:
+    """Report every fault of a draft; return the bodies whose inertia is a note instead, if that is allowed."""
+    values = _parameter_values(draft, faults)
+    check_names(draft, faults)
+    check_symbols(draft, faults)
+    check_tree(draft, faults)
+    check_loops(draft, faults)
+    check_joints(draft, values, faults)
+    check_elements(draft, values, faults)
+    _formulas(draft, values, faults)
+    return tuple(_masses(draft, values, faults, allow_invalid_inertia))
+
+
+def _parameter_values(draft: Draft, faults: Faults) -> dict[str, Value]:
+    values: dict[str, Value] = {}
+    for where, parameter in zip(draft.where["parameters"], draft.scene.parameters, strict=True):
+        if parameter.value is None:
+            continue
+        if parameter.value.symbols:
+            names = ", ".join(parameter.value.symbols)
+            faults.add(where, f"value = {shown(parameter.value)} uses {names}; a value may hold numbers and pi only")
+            continue
+        try:
+            express(parameter.value, Graph())  # sees that sin(pi) is zero, which a float does not
+            value = value_of(parameter.value, {})
+        except (FormulaError, ZeroDivisionError) as error:
+            why = error if isinstance(error, FormulaError) else "divides by zero"
+            faults.add(where, f"value = {shown(parameter.value)} {why}; give a finite number")
+            continue
+        assert value is not None, "a formula without symbols has a value"
+        if parameter.positive and value <= 0:
+            faults.add(where, f"value = {shown(parameter.value)} is not positive; correct it or drop positive = true")
+        values[parameter.name] = value
+    return values
+
+
+def _formulas(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:
+    """Every formula has a value: no division by what is zero, no root of what is negative."""
+    graph = Graph()
+    for use in uses(draft):
+        if use.quantity.op is Op.CONSTANT:
+            continue
+        try:
+            express(use.quantity, graph)
+            value_of(use.quantity, values)
+        except ZeroDivisionError:
+            faults.add(use.where, f"{use.key} = {shown(use.quantity)} divides by zero; check the denominator")
+        except FormulaError as error:
+            faults.add(use.where, f"{use.key} = {shown(use.quantity)} {error}; check the values of its parameters")
+
+
+def _masses(draft: Draft, values: Mapping[str, Value], faults: Faults, allow: bool) -> Iterator[str]:
+    for where, body in zip(draft.where["bodies"], draft.scene.bodies, strict=True):
+        negative = mass_faults(body, values)
+        for fault in negative:
+            faults.add(where, fault)
+        if body.allow_invalid_inertia or (negative and body.about == "frame"):
+            continue
+        wrong = inertia_fault(body, values)
+        if wrong and allow:
+            faults.note(where, f"{wrong[0]}; kept as it is")
+            yield body.name
+        elif wrong:
+            faults.add(where, f"{wrong[0]}; {wrong[1]}, or {faults.excuse}")

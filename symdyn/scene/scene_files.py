@@ -1,0 +1,142 @@
+"""The front door: a scene from any file that is understood, and its text in any format that is written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from importlib import import_module
+from os import PathLike
+from pathlib import Path
+
+from symdyn.errors import SceneError
+from symdyn.graph import growing
+from symdyn.scene.contents import BEGIN, read_bounded
+from symdyn.scene.model import Scene
+from symdyn.scene.names import suggestion
+from symdyn.scene.reader import Reading, ReadOptions, Written
+from symdyn.scene.robot_words import MOST, coordinates_of_joints
+from symdyn.scene.table import Faults
+
+READERS: Mapping[str, str] = {
+    "toml": "symdyn.scene.toml",
+    "urdf": "symdyn.scene.formats.urdf",
+    "sdf": "symdyn.scene.formats.sdf",
+    "mjcf": "symdyn.scene.formats.mjcf",
+    "par": "symdyn.scene.formats.par",
+}
+
+WRITERS: Mapping[str, str] = {
+    "toml": "symdyn.scene.formats.toml_writer",
+    "urdf": "symdyn.scene.formats.urdf_writer",
+    "par": "symdyn.scene.formats.par_writer",
+}
+
+EXTENSIONS: Mapping[str, str] = {
+    ".toml": "toml",
+    ".urdf": "urdf",
+    ".sdf": "sdf",
+    ".world": "sdf",
+    ".mjcf": "mjcf",
+    ".par": "par",
+}
+
+ROOTS: Mapping[str, str] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf"}
+
+
+def read(
+    path: str | PathLike[str],
+    *,
+    snap: bool = True,
+    allow_invalid_inertia: bool = False,
+    spanning_tree: Sequence[str] | None = None,
+    floating_base: str | None = None,
+) -> Scene:
+    """Return the scene in a file: TOML, URDF, MJCF or Khalil's .par.
+
+    Args:
+        path: the extension says the format; for .xml the root element does.
+        snap: read decimals that are a small rational multiple of π at their own digits as that multiple.
+        allow_invalid_inertia: accept inertias that no real body has, of every body.
+        spanning_tree: names of the joints to cut where joints close loops; chosen when left out.
+        floating_base: name of a free joint between the ground and the root link of a URDF or the base of an MJCF file,
+            with a quaternion and no drives; without it the root is the ground.
+
+    Raises:
+        SceneError: with every fault of the file, one line each.
+    """
+    cuts = None if spanning_tree is None else tuple(spanning_tree)
+    return read_noting(path, ReadOptions(snap, allow_invalid_inertia, cuts, floating_base)).scene
+
+
+@growing()
+def read_noting(path: str | PathLike[str], options: ReadOptions | None = None) -> Reading:
+    """Return the scene in a file, and notes of what the reader changed, doubts or leaves out of the equations.
+
+    Raises:
+        SceneError: with every fault of the file, one line each.
+    """
+    file, options = Path(path), options or ReadOptions()
+    format = _format(file)
+    if options.floating_base is not None:
+        from symdyn.scene.formats.floating import check_base
+
+        faults = Faults(str(file))
+        check_base(options.floating_base, format, faults)
+        faults.close()
+    reader: Callable[[Path, ReadOptions], Reading] = import_module(READERS[format]).read
+    reading = reader(file, options)
+    told = coordinates_of_joints(reading.scene, MOST)
+    return replace(reading, notes=(*reading.notes, f"{file}: coordinates: {told}")) if told else reading
+
+
+def write_text(scene: Scene, format: str, lossy: bool = False) -> Written:
+    """Return the scene as text.
+
+    Args:
+        scene: what to write.
+        format: a key of `WRITERS`.
+        lossy: leave out what the format cannot hold; it is listed in the result.
+
+    Raises:
+        SceneError: the format is not one that is written, or cannot hold all of the scene and `lossy` is not given.
+    """
+    if format not in WRITERS:
+        raise SceneError(f'"{format}" is not a format that is written; {suggestion(format, WRITERS)}')
+    writer: Callable[[Scene], Written] = import_module(WRITERS[format]).write_text
+    written = writer(scene)
+    if written.lost and not lossy:
+        raise SceneError([*written.lost, f"{scene.name}: {format} cannot hold all of this; --lossy leaves it out"])
+    return written
+
+
+def format_to_write(path: str | PathLike[str]) -> str:
+    """Return the format that the extension of a file to be written names.
+
+    Raises:
+        SceneError: it names none.
+    """
+    format = EXTENSIONS.get(Path(path).suffix.lower())
+    if format in WRITERS:
+        return str(format)
+    known = ", ".join(ending for ending, name in EXTENSIONS.items() if name in WRITERS)
+    raise SceneError(f"{path}: does not say which format to write; give it one of the extensions {known}")
+
+
+def _format(path: Path) -> str:
+    """Return the format of a file, a key of `READERS`."""
+    ending = path.suffix.lower()
+    if ending in EXTENSIONS:
+        return EXTENSIONS[ending]
+    from symdyn.scene.formats.xml import LARGEST_FILE, TOO_LARGE, find_root, parse_xml
+
+    content = read_bounded(path, LARGEST_FILE, "a scene file such as arm.toml", TOO_LARGE, BEGIN)
+    if ending != ".xml":
+        known = ", ".join([*EXTENSIONS, ".xml"])
+        raise SceneError(f'{path}: the extension "{ending}" names no format; known are {known}')
+    first = find_root(content)
+    # where there is no element, the parser says what is wrong with the text
+    root = first[1].decode("ascii") if first else parse_xml(content, str(path)).tag
+    if root not in ROOTS:
+        known = ", ".join(f"<{name}>" for name in ROOTS)
+        raise SceneError(f"{path}: has the root element <{root[:40]}>; expected one of {known}")
+    return ROOTS[root]

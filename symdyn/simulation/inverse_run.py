@@ -1,0 +1,273 @@
+"""Motion prescribed, driving forces computed: the door `inverse`.
+
+In a closed mechanism laws are needed for as many coordinates as it has freedoms; the others follow (followed.py).
+Velocities of a quaternion are found from q̇ = H u, their rates from q̈ = H u̇ + Ḣ u.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.build.load import load_program
+from symdyn.dynamics.loops.assembly import off_planes
+from symdyn.dynamics.loops.loop_numbers import numbers_of
+from symdyn.dynamics.mechanism.prescribed import prescribed
+from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.dynamics.roads.arguments import arguments
+from symdyn.dynamics.roads.functions import Equations, Function
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.errors import SimulateError
+from symdyn.graph import Graph, tangents
+from symdyn.program import cheapest, lower
+from symdyn.scene import Scene, spell, velocity_name
+from symdyn.scene.start import starting_position
+from symdyn.scene.table import Faults
+from symdyn.scene.units import velocity_units
+from symdyn.simulation.followed import Followed, Tied, followed
+from symdyn.simulation.forces import Forces, drive_names
+from symdyn.simulation.formulas_in_time import TIME, bound, close, number_of, parameter_values
+from symdyn.simulation.functions import point_names, points
+from symdyn.simulation.initial import no_equations
+from symdyn.simulation.motion_laws import Law, constant, formula_law
+from symdyn.simulation.reaction_columns import axes_of, reaction_columns
+from symdyn.simulation.scene_motion import SceneMotion
+from symdyn.simulation.trajectory import END, Trajectory
+from symdyn.simulation.valueless import valueless
+
+Array = npt.NDArray[np.float64]
+
+UNIT = 1e-9
+"""How far the length of a prescribed quaternion may be from one."""
+
+NOTHING = 1e-7
+"""Force of a passive joint, over the largest, that is rounding."""
+
+
+def inverse(
+    scene: Scene,
+    motion: SceneMotion,
+    times: npt.ArrayLike,
+    reactions: bool | str = False,
+    say: Callable[[str], None] | None = None,
+) -> Trajectory:
+    """Return the driving forces, and on request all joint reactions, of a prescribed motion.
+
+    A motion that a mechanism cannot go on with returns the rows until then. `Trajectory.stopped` says why, and so does
+    a RuntimeWarning unless somebody listens (`say`).
+
+    Args:
+        scene: the mechanism, its parameters bound.
+        motion: laws of its coordinates; those without one rest at their start, or follow through the loops.
+        times: s, shape (N,), ascending.
+        reactions: add the columns of all joint reactions and multipliers, in axes "body", "joint" or "ground"; True is
+            "body".
+        say: takes what a user should know.
+
+    Raises:
+        SimulateError: with every fault, one line each; and where there is not even a first row.
+        DerivationError: the drives do not fit the loops.
+    """
+    t = np.atleast_1d(np.asarray(times, dtype=np.float64))
+    axes = _check(scene, motion, t, reactions)
+    functions = _Functions(scene)
+    laws = _laws(scene, motion)
+    q, rate, second = (np.stack(parts, axis=-1) for parts in zip(*(law(t) for law in laws.values()), strict=True))
+    finite = np.isfinite(q) & np.isfinite(rate) & np.isfinite(second)
+    if not finite.all():
+        row, column = (int(one) for one in np.argwhere(~finite)[0])
+        name = scene.coordinates[column]
+        raise SimulateError(f"motion: {name}: {laws[name].text} has no finite value or derivative at t = {t[row]:g} s")
+    free = [name for name in scene.coordinates if name not in motion.laws and name not in _own(scene)]
+    notes = [f"no law is given for {', '.join(free)}: at rest"] if free and not functions.closed else []
+    columns: dict[str, Array] = {}
+    stopped = END
+    if functions.closed:
+        found = _followed(scene, functions, motion, laws, [name for name in laws if name not in free], t)
+        q, u, a, stopped = found.q, found.u, found.a, found.stopped
+        notes += found.notes
+        columns |= {"loop_error": found.off} if functions.holding.any() else {}
+    else:
+        no_equations(numbers_of(scene), q[0])
+        u, a = _velocities(scene, functions, motion, t, q, rate, second)
+    tau = functions("inverse_dynamics", t[: len(q)], q, u, a)
+    n, stopped = _finite(scene, t, q, u, tau, stopped)
+    t, q, u, a, tau = t[:n], q[:n], u[:n], a[:n], tau[:n]
+    columns = {name: column[:n] for name, column in columns.items()}
+    columns["drive_power"] = np.einsum("ni,ni->n", tau, u)
+    if scene.points:
+        columns |= dict(zip(point_names(scene), functions("points", t, q, u).T, strict=True))
+    if axes:
+        columns |= reaction_columns(scene, t, q, u, a, tau, given=False, axes=axes)
+    notes += _impossible(scene, tau)
+    if say is not None:
+        for note in notes:
+            say(note)
+    elif stopped != END:
+        warnings.warn(f"{scene.name}: {stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)
+    return Trajectory(scene, t, q, u, a, tau, columns, stopped=stopped, notes=tuple(notes))
+
+
+def _followed(
+    scene: Scene, functions: _Functions, motion: SceneMotion, laws: Mapping[str, Law], given: list[str], t: Array
+) -> Followed:
+    """Return what follows from the laws of `given` coordinates through loops and rows."""
+
+    def known(at: Array) -> tuple[Array, Array, Array]:
+        parts = list(zip(*(laws[name](at) for name in given), strict=True)) or [()] * 3
+        q, rate, second = (np.array(part).reshape(len(given), len(at)).T for part in parts)
+        return q, rate, second
+
+    for lengths in _lengths(scene, known(t)[0], given):
+        _unit(lengths)
+    numbers = numbers_of(scene)
+    tied = Tied(numbers, lambda name, q, u: functions(name, 0.0, q, u), functions.holding)
+    quasi = {scene.velocities.index(name): law for name, law in motion.quasi.items()}
+    found = followed(tied, given, known, quasi, t)
+    return replace(found, notes=(*found.notes, *off_planes(numbers, found.q[0])))
+
+
+def _finite(scene: Scene, t: Array, q: Array, u: Array, tau: Array, stopped: str) -> tuple[int, str]:
+    """Return how many rows have forces, and what is said where they end.
+
+    Raises:
+        SimulateError: not even the first has.
+    """
+    none = np.argwhere(~np.isfinite(tau))
+    if not len(none):
+        return len(tau), stopped
+    n, column = (int(one) for one in none[0])
+    why = valueless(scene, Forces(), float(t[n]), q[n], u[n]) or (
+        f"no finite {drive_names(scene)[column]} gives {scene.name} this motion there, as at a dead centre; "
+        "let another joint drive, or the motion keep away from it"
+    )
+    if not n:
+        raise SimulateError(f"motion: t = {t[0]:g} s: {why}")
+    return n, f"motion: t = {t[n]:g} s: {why}"
+
+
+def _impossible(scene: Scene, tau: Array) -> list[str]:
+    """Return what is to be said of forces that no drive gives."""
+    moved, largest = prescribed(scene, Graph()).place, np.abs(tau).max(axis=0)
+    units = velocity_units(scene)
+    return [
+        f"{name.removesuffix('_dot')} has no drive, and the motion takes up to {largest[k]:.3g} "
+        f"{'N m' if units[k] == 'rad' else 'N'} there"
+        for k, name in enumerate(scene.velocities)
+        if scene.drives[k] is None and k not in moved and largest[k] > NOTHING * max(1.0, float(largest.max()))
+    ]
+
+
+def _own(scene: Scene) -> dict[str, Law]:
+    """Return the laws that the scene itself prescribes."""
+    values = parameter_values(scene)
+    moved = [joint for joint in scene.joints if joint.motion is not None]
+    return {j.coordinates[0]: formula_law(bound(j.motion, values), spell(j.motion)) for j in moved if j.motion}
+
+
+def _laws(scene: Scene, motion: SceneMotion) -> dict[str, Law]:
+    """Return a law for every coordinate, in order."""
+    values, own, faults = parameter_values(scene), _own(scene), Faults("")
+    start = {
+        name: number_of(x, values, "start", faults) or 0.0
+        for name, x in zip(scene.coordinates, starting_position(scene), strict=True)
+    }
+    close(faults)
+    return {name: motion.laws.get(name) or own.get(name) or constant(start[name]) for name in scene.coordinates}
+
+
+def _check(scene: Scene, motion: SceneMotion, t: Array, reactions: bool | str) -> str:
+    """Return the axes of reactions that are wanted, "" for none; all faults together."""
+    parameter_values(scene)
+    faults = Faults("")
+    axes = axes_of(reactions, faults)
+    if not scene.velocities:
+        faults.add(scene.name, "nothing moves: no joint has a coordinate")
+    if not len(t) or not np.all(np.isfinite(t)) or np.any(np.diff(t) <= 0):
+        faults.add("times", "must be finite and rise")
+    low, high = motion.span
+    if len(t) and (t[0] < low or t[-1] > high):
+        faults.add("motion", f"is known from {low:g} s to {high:g} s only; times go from {t[0]:g} s to {t[-1]:g} s")
+    moved = prescribed(scene, Graph()).place
+    for name in motion.laws:
+        if velocity_name(name) in [scene.velocities[k] for k in moved]:
+            faults.add("motion", f"{name} has a prescribed motion in the scene; take one of the two away")
+    close(faults)
+    return axes
+
+
+class _Functions:
+    """Compiled functions of positions, velocities and accelerations.
+
+    Attributes:
+        closed: whether there are rows to keep; loops whose rows are all redundant have none.
+        holding: of these, whether each holds a position.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        w = Workspace(scene)
+        names = ["inverse_dynamics"]
+        if scene.is_closed:
+            names += ["constraint_residual", "constraint_jacobian", "constraint_bias"]
+        functions = [cheapest(w, name) for name in names]
+        columns = [tangents(w.state.rates, {u: w.graph.one}) for u in w.state.qd]
+        H = [column[k] for k in range(len(w.state.q)) for column in columns]
+        turned = tangents(w.state.rates, w.state.velocity)  # Ḣ u
+        shape = (len(w.state.q), w.state.n)
+        functions += [points(w), _function(w, "kinematics", H, shape)]
+        functions.append(_function(w, "turning", turned, shape[:1]))
+        self.program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
+        self.closed = any(f.name == "constraint_jacobian" and f.entries for f in functions)
+        residuals = [x for f in functions if f.name == "constraint_residual" for x in f.entries]
+        self.holding = np.array([not x.is_zero for x in residuals], dtype=bool)
+        self.calls, _ = load_program(self.program, lean=True)
+
+    def __call__(self, name: str, t: Any, q: Array, u: Array, a: Array | None = None) -> Array:
+        """Return a function's values, one a row."""
+        known = {"q": q, "qd": u, "qdd": a, TIME: t}
+        function = self.program[name].function
+        with np.errstate(all="ignore"):  # where there is no force, the rows end, and words say so
+            found = np.asarray(self.calls[name](*(known[one.name] for one in function.arguments)), dtype=np.float64)
+        return np.broadcast_to(found, (*q.shape[:-1], *function.shape))
+
+
+def _function(w: Workspace, name: str, entries: Sequence[Any], shape: tuple[int, ...]) -> Function:
+    return Function(name, name, arguments(w, ("q", "qd")), "out", shape, tuple(entries), "", "")
+
+
+def _velocities(
+    scene: Scene, functions: _Functions, motion: SceneMotion, t: Array, q: Array, rate: Array, second: Array
+) -> tuple[Array, Array]:
+    """Return u and u̇ of positions whose rates are known; what tables say about quasi-velocities goes first."""
+    H = functions("kinematics", t, q, np.zeros((len(t), len(scene.velocities))))
+    back = np.linalg.pinv(H)
+    off = np.abs(np.einsum("nij,nj->ni", H, np.einsum("nij,nj->ni", back, rate)) - rate)
+    for lengths in _lengths(scene, q, scene.coordinates):
+        _unit(lengths)
+    u = np.einsum("nij,nj->ni", back, rate)
+    a = np.einsum("nij,nj->ni", back, second - functions("turning", t, q, u))
+    for k, name in enumerate(scene.velocities):
+        if name in motion.quasi:
+            u[:, k], a[:, k], _ = motion.quasi[name](t)
+    if not motion.quasi and off.size and off.max() > 1e-6 * max(1.0, float(np.abs(rate).max())):
+        raise SimulateError("motion: a quaternion changes its length; give unit quaternions")
+    return u, a
+
+
+def _lengths(scene: Scene, q: Array, names: Sequence[str]) -> list[Array]:
+    """Return the lengths of the quaternions among columns of q, called `names`."""
+    groups = [group for group in quaternions(scene) if group[0] in names]
+    return [np.linalg.norm(q[:, list(names).index(group[0]) :][:, :4], axis=1) for group in groups]
+
+
+def _unit(lengths: Array) -> None:
+    if np.abs(lengths - 1.0).max() > UNIT:
+        raise SimulateError(
+            f"motion: a quaternion has the length {lengths[int(np.abs(lengths - 1).argmax())]:.6g}; "
+            "give unit quaternions, such as cos(t/2) and sin(t/2)"
+        )

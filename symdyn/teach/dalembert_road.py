@@ -1,0 +1,98 @@
+"""The D'Alembert road as a document: unknowns and their count, every body cut free, reactions, the other road."""
+
+from __future__ import annotations
+
+from symdyn.algebra.form import Form
+from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE
+from symdyn.scene import Scene
+from symdyn.teach.balance import Balance
+from symdyn.teach.bodies import body_steps
+from symdyn.teach.document import Block, Document, Section, Step, Values, Words
+from symdyn.teach.loops import loop_steps
+from symdyn.teach.notation import acting_steps, leader, notation_step, scene_step
+from symdyn.teach.numbers import scene_picture, state_step
+from symdyn.teach.reactions import numbers_step, roads_step, solved_steps
+from symdyn.teach.shown_motion import choose_motion
+
+STAGES = ("count", "bodies", "reactions", "roads")
+
+
+def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "roads") -> Document:
+    """Return the walkthrough by D'Alembert's method (5.1)-(5.20), for open and closed mechanisms, up to one of STAGES.
+
+    Raises:
+        EmitError: there are more unknowns than anyone reads.
+    """
+    lesson = Balance(scene, language)
+    chosen = choose_motion(lesson)
+    shown = scene_step(lesson, scene_picture(lesson, chosen))
+    first = [shown, *acting_steps(lesson), notation_step(lesson), _unknown_table(lesson)]
+    sections = [
+        Section("scene", lesson.text("section.scene"), tuple(first)),
+        _section(lesson, "count", [_count(lesson), *loop_steps(lesson)]),
+    ]
+    last = STAGES.index(until)
+    if last >= 1:
+        steps = [step for j in range(len(lesson.scene.bodies)) for step in body_steps(lesson, j, chosen)]
+        sections.append(_section(lesson, "bodies", steps))
+    if last >= 2:
+        steps = [*solved_steps(lesson), state_step(lesson, chosen), numbers_step(lesson, chosen)]
+        sections.append(_section(lesson, "reactions", steps))
+    if last >= 3 and (proof := roads_step(lesson, chosen)) is not None:
+        sections.append(_section(lesson, "roads", [proof]))
+    title = lesson.text("title.dalembert", scene=lesson.scene.name)
+    return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "dalembert")
+
+
+def _section(lesson: Balance, key: str, steps: list[Step]) -> Section:
+    return Section(key, lesson.text(f"section.{key}"), tuple(steps))
+
+
+def _unknown_table(lesson: Balance) -> Step:
+    rows = []
+    passive = lesson.system.passive
+    for symbol, one in zip(lesson.unknowns, lesson.system.unknowns, strict=True):
+        words = lesson.along(one)
+        kind = f"unknown.{words.split(' ')[0]}" if words else "unknown.other"
+        if one.kind == DRIVE:
+            kind = "unknown.drive" if one not in passive else "unknown.idle" if lesson.closed else "unknown.passive"
+        places = {"joint": one.joint, "axis": words[-1:]}
+        if one.kind == COUPLING:
+            joint = next(joint for joint in lesson.scene.joints if joint.name == one.joint)
+            kind, places["leader"] = "unknown.coupling", leader(lesson.scene, joint)
+        rows.append((Words((symbol,)), lesson.say(kind, **places)))
+    head = (lesson.say("table.symbol"), lesson.say("table.meaning"))
+    reason = lesson.say("unknowns.reason")
+    return Step("unknowns", lesson.say("unknowns"), (Values(head, tuple(rows)),), reason, "(5.6), (5.7)")
+
+
+def _count(lesson: Balance) -> Step:
+    """Return (5.18)-(5.20) in numbers."""
+    system, rows = lesson.system, []
+    counts = [one.joint for one in system.unknowns if one.kind != DRIVE]
+    for joint in (*lesson.scene.joints, *lesson.scene.loops):
+        kind = lesson.kind(joint)
+        rows.append((Words((joint.name,)), kind, Words((str(counts.count(joint.name)),))))
+    head = (lesson.say("table.joint"), lesson.say("table.kind"), lesson.say("table.class"))
+    classes = [counts.count(name) for name in dict.fromkeys(counts)]
+    places: dict[str, str | Form] = {
+        "equations": str(system.equations),
+        "each": str(len(system.kept)),
+        "bodies": str(len(system.bodies)),
+        "sum": " + ".join(f"{t} · {classes.count(t)}" for t in sorted(set(classes), reverse=True)) or "0",
+        "reactions": str(system.reactions),
+        "drives": str(system.drives),
+        "m": lesson.name("m:R", "m", "R", node=None),
+    }
+    correct = system.equations == len(system.unknowns)
+    blocks: list[Block] = [Values(head, tuple(rows)), lesson.say("count.sum", **places)]
+    coupled = ", ".join(one.joint for one in system.unknowns if one.kind == COUPLING)
+    if coupled:
+        blocks.append(lesson.say("count.coupled", joints=coupled))
+    if system.passive:
+        names = ", ".join(dict.fromkeys(one.joint for one in system.passive))
+        key = "count.idle" if lesson.closed else "count.passive"
+        blocks.append(lesson.say(key, number=str(len(system.passive)), joints=names))
+    blocks.append(lesson.say("count.correct" if correct else "count.over", **places))
+    plane = lesson.say("count.plane") if len(system.kept) == 3 else Words(())
+    return Step("count", lesson.say("count", **places), tuple(blocks), plane, "(5.18)-(5.20)")

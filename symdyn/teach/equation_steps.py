@@ -1,0 +1,246 @@
+"""Steps: for each coordinate ∂L/∂q̇_i, its time derivative, ∂L/∂q_i, the equation; then the coefficients, read off."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+
+from symdyn.algebra.form import MINUS_ONE, ZERO, Form, Symbol, power_of, product_of, sum_of, terms_of
+from symdyn.algebra.trigonometric import Polynomial
+from symdyn.dynamics.lagrange.christoffel import christoffel
+from symdyn.dynamics.lagrange.second_kind import elastic_forces, gravity_forces, mass_matrix
+from symdyn.dynamics.mechanism.loads import generalized_forces
+from symdyn.emit.print.formula_text import text_of
+from symdyn.emit.print.printable import ALONE, Coefficient, Printable, printable
+from symdyn.graph import Expr
+from symdyn.scene.forces import elastic
+from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Step, Values, Words
+from symdyn.teach.lesson import SMALL_SCENE, Lesson, together
+from symdyn.teach.looks import Name
+from symdyn.teach.velocities import MOST_TERMS, folded, length
+
+KINDS = {"k_z": "z", "k_C": "C", "k_D": "D", "k_G": "G", "k_E": "E"}
+
+
+WIDEST = 110
+"""Characters of a coefficient that stands over a brace."""
+
+
+def coefficient_key(c: Coefficient) -> str:
+    """Return "k_z:1,2", the key of a coefficient's name."""
+    return f"{c.kind}:{','.join(map(str, c.indices))}"
+
+
+def coefficient_unit(kind: str, indices: Sequence[int], slides: Sequence[bool]) -> str:
+    """Return the unit of a coefficient: of a force, or kg m² with a metre less for each slide that it belongs to.
+
+    Args:
+        kind: "k_z", "k_C", "k_D", or another one for what multiplies no rate.
+        indices: from 1.
+        slides: for each velocity whether it is one in m/s.
+    """
+    if kind not in ("k_z", "k_C", "k_D"):
+        return "N" if slides[indices[0] - 1] else "N m"
+    factors = (*indices, indices[1]) if kind == "k_D" else indices
+    return ("kg m²", "kg m", "kg", "kg/m")[sum(slides[i - 1] for i in factors)]
+
+
+def name_coefficients(lesson: Lesson) -> Printable:
+    """Name every coefficient, drive and generalized force, each with its value by Lagrange's road on the graph."""
+    page = printable(lesson.closed)
+    M = mass_matrix(lesson.energy)
+    found = christoffel(M, lesson.energy.directions)
+    k_C, k_D = found.coriolis(), found.centrifugal()
+    pairs = {pair: k for k, pair in enumerate(combinations(range(1, len(M) + 1), 2))}
+    alone = {"k_G": gravity_forces(lesson.energy), "k_E": elastic_forces(lesson.energy)}
+    for c in page.coefficients:
+        i, *rest = c.indices
+        if c.kind == "k_C":
+            node = k_C[i - 1][pairs[rest[0], rest[1]]]
+        elif c.kind in alone:
+            node = alone[c.kind][i - 1]
+        else:
+            node = (M if c.kind == "k_z" else k_D)[i - 1][rest[0] - 1]
+        wide = any(x > 9 for x in c.indices)
+        index: tuple[str, ...] = ((" " if wide else "").join(map(str, c.indices)),)
+        if c.kind == "k_C":
+            index = (str(i), (" " if wide else "").join(map(str, rest)))
+        lesson.name(coefficient_key(c), "k", KINDS[c.kind], *index, node=node)
+    acting = generalized_forces(lesson.scene, lesson.graph)
+    for i, (drive, force) in enumerate(zip(lesson.drives, acting, strict=True)):
+        lesson.name(f"tau:{i + 1}", "tau" if force.is_zero else "S", str(i + 1), node=drive + force)  # a sum
+        named = lesson.scene.drives[i]
+        if named:
+            lesson.names[named] = Name(None, drive)
+    return page
+
+
+def equation_steps(lesson: Lesson, page: Printable) -> list[Step]:
+    """Return four steps a coordinate."""
+    steps: list[Step] = []
+    for i in range(len(page.rows)):
+        steps += [_momentum(lesson, i), _rate(lesson, i), _slope(lesson, i), _equation(lesson, page, i)]
+    return steps
+
+
+def _momentum(lesson: Lesson, i: int) -> Step:
+    """Return ∂L/∂q̇_i = Σ k_z,ij q̇_j."""
+    qd = str(lesson.state.qd[i].value)
+    symbol = lesson.slope("L:", qd, lesson.momenta[i])
+    terms = [product_of((_M(lesson, i, j), _qd(lesson, j))) for j in range(lesson.state.n)]
+    form = sum_of(term for term in terms if term != ZERO)
+    block = folded(lesson, Formula(symbol.name, form, lesson.number(f"momentum:{i + 1}")))
+    number = lesson.number(f"momentum:{i + 1}")
+    claim = lesson.say("momentum", slope=symbol)
+    reason = lesson.say("momentum.reason", rate=_qd(lesson, i))
+    return Step(f"momentum:{i + 1}", claim, (block,), reason, f"({number})" if number else "")
+
+
+def _rate(lesson: Lesson, i: int) -> Step:
+    """Return d/dt ∂L/∂q̇_i, and which term comes from the rate of which coordinate."""
+    closed, n = lesson.closed, lesson.state.n
+    symbol = lesson.rate(f"dL:/d{lesson.state.qd[i].value}", lesson.momentum_rates[i])
+    slopes = {
+        (j, k): closed.ring.derivative(closed.M[i][j], closed.state.q[k])
+        for j in range(n)
+        for k in range(n)
+        if closed.M[i][j]
+    }
+    terms = [product_of((_M(lesson, i, j), _qdd(lesson, j))) for j in range(n) if closed.M[i][j]]
+    for j, k in [*combinations(range(n), 2), *((j, j) for j in range(n))]:
+        zero = closed.ring.zero
+        total = slopes.get((j, k), zero) + (slopes.get((k, j), zero) if j != k else zero)
+        if total:
+            terms.append(_signed(closed.compactor(total), *_rates(lesson, j, k)))
+    number = lesson.number(f"rate:{i + 1}")
+    formula = folded(lesson, Formula(symbol.name, sum_of(terms), number))
+    table = _origins(lesson, i, slopes)
+    shown: Block = table if n <= SMALL_SCENE else Fold(lesson.say("rate.fold"), (table,))
+    claim, reason = lesson.say("rate", rate=symbol), lesson.say("rate.reason")
+    return Step(f"rate:{i + 1}", claim, (shown, formula), reason, f"({number})" if number else "")
+
+
+def _origins(lesson: Lesson, i: int, slopes: Mapping[tuple[int, int], Polynomial]) -> Values:
+    """Return a table: each term of ∂L/∂q̇_i, by its coefficient's name, and what each rate makes of it."""
+    closed, rows = lesson.closed, []
+    for j in range(lesson.state.n):
+        if not closed.M[i][j]:
+            continue
+        name = Symbol(f"k_z:{i + 1},{j + 1}")
+        term = Words((product_of((name, _qd(lesson, j))),))
+        accelerated = Words((product_of((name, _qdd(lesson, j))),))
+        rows.append((term, Words((_qdd(lesson, j),)), accelerated))
+        for k in range(lesson.state.n):
+            if slopes[j, k]:
+                given = _signed(closed.compactor(slopes[j, k]), *_rates(lesson, j, k))
+                rows.append((term, Words((_qd(lesson, k),)), Words((given,))))
+    head = (lesson.say("rate.term"), lesson.say("rate.from"), lesson.say("rate.gives"))
+    return Values(head, tuple(rows))
+
+
+def _rates(lesson: Lesson, j: int, k: int) -> list[Form]:
+    """Return the factors of q̇_j q̇_k."""
+    return [power_of(_qd(lesson, j), 2)] if j == k else [_qd(lesson, x) for x in sorted((j, k))]
+
+
+def _slope(lesson: Lesson, i: int) -> Step:
+    """Return ∂L/∂q_i = ½ Σ ∂k_z,jk/∂q_i q̇_j q̇_k - k_G,i - k_E,i."""
+    closed, n, q = lesson.closed, lesson.state.n, lesson.closed.state.q[i]
+    symbol = lesson.slope("L:", str(q.value), lesson.slopes[i])
+    terms: list[Form] = []
+    for j in range(n):
+        for k in range(j, n):
+            slope = closed.ring.derivative(closed.M[j][k], q)
+            if slope:
+                shown = closed.compactor(slope / 2 if j == k else slope)
+                terms.append(_signed(shown, *_rates(lesson, j, k)))
+    terms += [_signed(MINUS_ONE, term) for kind in ALONE for term in _alone(lesson, kind, i)]
+    number = lesson.number(f"slope:{i + 1}")
+    block = folded(lesson, Formula(symbol.name, sum_of(terms), number))
+    absent = not any(closed.ring.derivative(closed.M[j][k], q) for j in range(n) for k in range(n))
+    reason = lesson.say("slope.absent" if absent else "slope.reason", q=Symbol(str(q.value)))
+    claim = lesson.say("slope", slope=symbol)
+    return Step(f"slope:{i + 1}", claim, (block,), reason, f"({number})" if number else "")
+
+
+def _equation(lesson: Lesson, page: Printable, i: int) -> Step:
+    """Return the equation, under-braced as (5.40)."""
+    terms = []
+    for c in page.rows[i]:
+        if c.vanishes:
+            continue
+        short = length(c.form) <= MOST_TERMS // 3 and len(text_of(c.form)) <= WIDEST
+        form = c.form if short else Symbol(coefficient_key(c))
+        terms.append(Brace(form, coefficient_key(c) if short else "", c.rate))
+    number = lesson.number(f"equation:{i + 1}")
+    q, qd = lesson.state.q[i].value, lesson.state.qd[i].value
+    left = sum_of((Symbol(f"d/dt dL:/d{qd}"), _signed(MINUS_ONE, Symbol(f"dL:/d{q}"))))
+    claim = lesson.say("equation", left=left, right=page.right[i])
+    passive = lesson.scene.drives[i] is None
+    blocks: list[Block] = [Braced(page.right[i], tuple(terms), f"tau:{i + 1}", number)]
+    motion = lesson.number(f"motion:{i + 1}")
+    if motion:
+        blocks.insert(0, Formula("", left, motion, page.right[i]))
+    if any(not brace.under for brace in terms):
+        blocks.append(lesson.say("equation.named"))
+    reason = lesson.say("equation.passive" if passive else "equation.reason", q=Symbol(str(q)))
+    numbers = [x for x in (motion, number) if x]
+    return Step(f"equation:{i + 1}", claim, tuple(blocks), reason, ", ".join(f"({x})" for x in numbers))
+
+
+def _M(lesson: Lesson, i: int, j: int) -> Form:
+    return lesson.closed.form("k_z", i, j)
+
+
+def _qd(lesson: Lesson, j: int) -> Symbol:
+    return Symbol(str(lesson.state.qd[j].value))
+
+
+def _qdd(lesson: Lesson, j: int) -> Symbol:
+    return Symbol(str(lesson.state.qdd[j].value))
+
+
+def _alone(lesson: Lesson, kind: str, i: int) -> tuple[Form, ...]:
+    if kind == "k_E" and not elastic(lesson.scene):
+        return ()
+    return terms_of(lesson.closed.form(kind, i))
+
+
+def _signed(form: Form, *rate: Form) -> Form:
+    """Return form · rate; a sum of negative terms takes its sign in front."""
+    return Coefficient("", (), form, product_of(rate)).term
+
+
+# Coefficients
+
+
+def coefficient_steps(lesson: Lesson, page: Printable) -> list[Step]:
+    """Return one step a kind: every coefficient that does not vanish, then those that do."""
+    steps = []
+    for kind in KINDS:
+        found = [c for c in page.coefficients if c.kind == kind]
+        if not found:
+            continue
+        upper = [c for c in found if not (kind == "k_z" and c.indices[0] > c.indices[1])]
+        blocks: list[Block] = []
+        for c in upper:
+            key = coefficient_key(c)
+            if c.vanishes:
+                continue
+            if kind == "k_z" and c.indices[0] != c.indices[1] and length(c.form) <= MOST_TERMS:
+                twin = Symbol(f"k_z:{c.indices[1]},{c.indices[0]}")
+                blocks.append(Formula(key, twin, lesson.number(key), c.form))
+            else:
+                blocks.append(folded(lesson, Formula(key, c.form, lesson.number(key))))
+        zero: list[Form] = [Symbol(coefficient_key(c)) for c in upper if c.vanishes]
+        if zero:
+            blocks.append(lesson.say("coefficients.zero", names=together(zero)))
+        steps.append(Step(f"coefficients:{kind}", lesson.say(f"coefficients.{kind}"), tuple(blocks), level="full"))
+    return steps
+
+
+def node_of(lesson: Lesson, key: str) -> Expr:
+    """Return the value of a name."""
+    node = lesson.names[key].node
+    assert node is not None, f"{key} has no value"
+    return node

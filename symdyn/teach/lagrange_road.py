@@ -1,0 +1,87 @@
+"""The Lagrange road as a document: energies, Lagrangian, equations, coefficients and their meaning, numbers."""
+
+from __future__ import annotations
+
+from symdyn.scene import Scene, without_hidden_zeros
+from symdyn.teach.document import ERRATA, Block, Document, Section, Step, Words
+from symdyn.teach.energies import energy_steps
+from symdyn.teach.equation_steps import coefficient_steps, equation_steps, name_coefficients
+from symdyn.teach.equilibria import equilibrium_step
+from symdyn.teach.lesson import Lesson
+from symdyn.teach.meaning import meaning_steps
+from symdyn.teach.notation import acting_steps, notation_step, scene_step
+from symdyn.teach.numbers import number_steps, power_step, scene_picture, weights_picture
+from symdyn.teach.shown_state import Chosen, choose_state
+from symdyn.teach.textbook import errata, numbers_for
+from symdyn.teach.velocities import position_steps, velocity_steps
+
+UNTIL = ("energies", "lagrangian", "equations", "coefficients", "numbers")
+
+
+def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbers") -> Document:
+    """Return the walkthrough of an open mechanism by Lagrange's equations (5.21)-(5.23), up to one of `UNTIL`.
+
+    Raises:
+        DerivationError: the mechanism has constraints or no closed form.
+    """
+    lesson = Lesson(without_hidden_zeros(scene), language)
+    assert lesson.closed.n == lesson.state.n, "closed forms and graph have the same velocities"  # raises early
+    lesson.numbers = numbers_for(lesson)
+    found = lesson.masses
+    chosen = choose_state(lesson.scene, lesson.state, lesson.graph)
+    sections = [
+        _section(
+            lesson,
+            "scene",
+            [scene_step(lesson, scene_picture(lesson, chosen)), *acting_steps(lesson), notation_step(lesson)],
+        ),
+        _section(lesson, "positions", position_steps(lesson, found)),
+        _section(lesson, "velocities", velocity_steps(lesson, found)),
+    ]
+    *energies, lagrangian = energy_steps(lesson, found)
+    sections.append(_section(lesson, "energies", energies))
+    last = UNTIL.index(until)
+    if last >= 1:
+        sections.append(_section(lesson, "lagrangian", [lagrangian]))
+    if last >= 2:
+        page = name_coefficients(lesson)
+        sections.append(_section(lesson, "equations", equation_steps(lesson, page)))
+    if last >= 3:
+        steps = coefficient_steps(lesson, page)
+        meanings = meaning_steps(lesson, page, found)
+        shown = weights_picture(lesson, chosen, found)
+        if shown is not None:
+            meanings = _with_picture(meanings, shown)
+        sections.append(_section(lesson, "coefficients", [*steps, *meanings]))
+    if last >= 4:
+        steps = number_steps(lesson, page, chosen)
+        steps += [equilibrium_step(lesson, chosen), power_step(lesson, page, chosen)]
+        sections.append(_section(lesson, "numbers", steps))
+    if lesson.numbers:
+        sections = [_with_errata(lesson, section, chosen) for section in sections]
+    title = lesson.text("title", scene=scene.name)
+    return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections))
+
+
+def _section(lesson: Lesson, key: str, steps: list[Step]) -> Section:
+    return Section(key, lesson.text(f"section.{key}"), tuple(steps))
+
+
+def _with_picture(steps: list[Step], shown: Block) -> list[Step]:
+    """Return the steps with a picture in the first one about weights."""
+    for k, step in enumerate(steps):
+        if step.key.startswith("meaning:k_G"):
+            added = Step(step.key, step.claim, (shown, *step.blocks), step.reason, step.reference, step.level)
+            return [*steps[:k], added, *steps[k + 1 :]]
+    return steps
+
+
+def _with_errata(lesson: Lesson, section: Section, chosen: Chosen) -> Section:
+    """Return the section with a step of boxes behind each step where the source is wrong."""
+    steps: list[Step] = []
+    for step in section.steps:
+        steps.append(step)
+        boxes = errata(lesson, step.key, chosen)
+        if boxes:
+            steps.append(Step(f"{ERRATA}{step.key}", Words(()), tuple(boxes)))
+    return Section(section.key, section.title, tuple(steps))

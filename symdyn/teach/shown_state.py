@@ -1,0 +1,185 @@
+"""The state that a lesson shows in numbers: a place that hides nothing, and a motion that the scene allows.
+
+At a right angle, at zero, or where two coordinates are equal, a wrong sign or a sine in place of a cosine goes unseen;
+such coordinates are moved. A prescribed coordinate is where its formula has it, at the time that the lesson lists.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from symdyn.algebra.numeric import Floats
+from symdyn.draw import pose
+from symdyn.dynamics.mechanism.prescribed import TIME, prescribed
+from symdyn.dynamics.mechanism.state import State, state_symbols
+from symdyn.errors import DrawError, NoValueError
+from symdyn.graph import Expr, Graph, evaluate
+from symdyn.scene import Joint, Scene
+from symdyn.scene.start import starting_velocity
+from symdyn.scene.units import coordinates_with_units
+from symdyn.scene.value import value_of
+
+RATES = (1.0, -0.6, 0.8, 0.5, -0.4, 0.3)
+ACCELERATIONS = (0.5, 1.2, -0.7, 0.9, 0.4, -0.3)
+ANGLES = (0.6, 0.5, 0.7, 0.4, 0.9, 0.3, 1.0, 0.2)
+"""rad: for turns that would hide something where they are."""
+WAYS = (1.0, 1.3, 0.8, 1.5, 0.7)
+"""The same for slides: parts of where they are, or of 0.2 m."""
+NEAR = 1e-6
+FALL = 9.81
+"""m/s^2: for an acceleration of free fall without a value."""
+SIZES = {"kg": 2.0, "m": 1.0}
+"""What other parameters without a value start from; each takes another share of it, so that no two are alike."""
+MOMENTS = (0.4, 0.2, 0.1, 0.0)
+"""s: times, the first of which is shown at which the prescribed motions are possible."""
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A state and parameters in numbers: values of all symbols, and q alone."""
+
+    values: Mapping[Expr, float]
+    q: tuple[float, ...]
+    parameters: Mapping[str, float]
+
+    def of(self, *nodes: Expr) -> list[float]:
+        """Return the values of nodes.
+
+        Raises:
+            NoValueError: a formula has none at this state, or none that a double holds.
+        """
+        found = [float(x) for x in evaluate(nodes, Floats(), self.values)]
+        if not all(map(math.isfinite, found)):
+            raise NoValueError("at the state of the lesson a number is beyond the largest double; choose other units")
+        return found
+
+
+def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) -> Chosen:
+    """Return a position that hides nothing, and velocities that are not all alike; without `moving`, at rest.
+
+    Rates that the scene starts with are kept, and those of prescribed motions are as prescribed.
+    """
+    q, parameters, moment = _placed(scene, _parameters(scene, moving))
+    values = {graph.symbol(name): value for name, value in parameters.items()}
+    values[graph.symbol(TIME)] = moment
+    values |= dict(zip(state.q, q, strict=True))
+    given = starting_rates(scene, parameters)
+    for k, (u, a) in enumerate(zip(state.qd, state.qdd, strict=True)):
+        values[u] = (given[k] or RATES[k % len(RATES)]) if moving else 0.0
+        values[a] = ACCELERATIONS[k % len(ACCELERATIONS)] if moving else 0.0
+    led = prescribed(scene, graph)
+    rates = evaluate([*led.velocity, *led.acceleration], Floats(), values)
+    symbols = [*(state.qd[k] for k in led.place), *(state.qdd[k] for k in led.place)]
+    values |= {symbol: float(value) for symbol, value in zip(symbols, rates, strict=True)}
+    return Chosen(values, q, parameters)
+
+
+def starting_rates(scene: Scene, parameters: Mapping[str, float]) -> list[float]:
+    """Return the velocities at which a scene starts, zeros where it does not say; shape (nv,)."""
+    known = {name: Fraction(value) for name, value in parameters.items()}
+    return [float(value_of(x, known) or 0) for x in starting_velocity(scene)]
+
+
+def shown_state(scene: Scene) -> Chosen:
+    """Return the state at which lessons of a scene show numbers; a mechanism with loops or rows is at rest there."""
+    graph = Graph()
+    return choose_state(scene, state_symbols(scene, graph), graph, moving=not scene.is_closed)
+
+
+def timed(scene: Scene) -> bool:
+    """Whether a force or a prescribed motion is a formula in time."""
+    formulas = [x for joint in scene.joints for x in (*joint.forces, joint.motion) if x is not None]
+    formulas += [x for load in scene.loads for x in (*load.force, *load.couple)]
+    return any(TIME in x.symbols for x in formulas)
+
+
+def _parameters(scene: Scene, moving: bool) -> dict[str, float]:
+    """Return values for parameters that have none."""
+    given: dict[str, float] = {}
+    for parameter in scene.free_parameters:
+        falls = parameter.unit.replace("²", "2").replace("^", "") == "m/s2"
+        if falls:
+            given[parameter.name] = FALL
+        elif moving:
+            given[parameter.name] = round(SIZES.get(parameter.unit, 1.0) * _share(len(given)), 3)
+    return given
+
+
+def _share(n: int) -> float:
+    """Return the share of a usual size that the n-th parameter takes: no two of 297 alike, and none lost in rounding.
+
+    >>> [round(_share(n), 3) for n in (0, 1, 10, 11, 12, 75)]
+    [1.0, 0.8, 0.107, 0.999, 0.799, 0.128]
+    """
+    again, place = divmod(n, 11)
+    return 0.8**place - 0.001 * (again % 27)
+
+
+# Where
+
+
+def _placed(scene: Scene, given: Mapping[str, float]) -> tuple[tuple[float, ...], dict[str, float], float]:
+    """Return q, values of all parameters, and the time, s."""
+    q, parameters = pose(scene, parameters=given)
+    drawn = dict(zip(scene.coordinates, map(float, q), strict=True))
+    for moment in MOMENTS:
+        held = _led(scene, parameters, moment)
+        for wanted in (_distinct(scene, drawn | held, held, parameters), held):
+            try:
+                q, parameters = pose(scene, at=wanted, parameters=given)
+            except DrawError:  # loops that do not close there
+                continue
+            return tuple(map(float, q)), dict(parameters), moment
+    return tuple(drawn.values()), dict(parameters), MOMENTS[-1]
+
+
+def _led(scene: Scene, parameters: Mapping[str, float], moment: float) -> dict[str, float]:
+    """Return where prescribed motions have their coordinates."""
+    graph = Graph()
+    led = prescribed(scene, graph)
+    values = {graph.symbol(name): value for name, value in parameters.items()} | {graph.symbol(TIME): moment}
+    names = [joint.coordinates[0] for joint in scene.moving if joint.motion is not None]
+    return dict(zip(names, map(float, evaluate(led.position, Floats(), values)), strict=True))
+
+
+def _distinct(
+    scene: Scene, q: Mapping[str, float], held: Mapping[str, float], parameters: Mapping[str, float]
+) -> dict[str, float]:
+    """Return coordinates that are held, and others where none hides another; with loops or rows only driven ones."""
+    found, seen, tied = dict(held), list(held.values()), scene.is_closed
+    for joint, name, unit in coordinates_with_units(scene):
+        if name in held or unit == "1" or (tied and not any(joint.drives)):
+            continue
+        low, high = _limits(joint, parameters)
+        for value in (q[name], *_others(q[name], unit)):
+            if low < value < high and not _hides(value, unit, seen):
+                found[name] = value
+                break
+        seen.append(found.get(name, q[name]))
+    return found
+
+
+def _others(value: float, unit: str) -> Iterator[float]:
+    if unit == "rad":
+        yield from ANGLES
+        yield from (-angle for angle in ANGLES)
+    else:
+        yield from ((value or 0.2) * way for way in WAYS)
+
+
+def _hides(value: float, unit: str, seen: list[float]) -> bool:
+    """Tell whether a coordinate is zero, an eighth of a turn, or as large as another one."""
+    special = abs(math.remainder(value, math.pi / 4)) if unit == "rad" else abs(value)
+    return special < NEAR or any(abs(abs(value) - abs(other)) < NEAR for other in seen)
+
+
+def _limits(joint: Joint, parameters: Mapping[str, float]) -> tuple[float, float]:
+    known = {name: Fraction(value) for name, value in parameters.items()}
+    bounds = [None if x is None else value_of(x, known) for x in (joint.limits.lower, joint.limits.upper)]
+    if len(joint.coordinates) > 1:
+        bounds = [None, None]
+    low, high = (sign * math.inf if x is None else float(x) for x, sign in zip(bounds, (-1, 1), strict=True))
+    return low, high
