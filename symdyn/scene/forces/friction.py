@@ -14,12 +14,7 @@ from symdyn.scene.spelling import spell
 FORCE, RATE = ("N m", "N"), ("rad/s", "m/s")
 """Units at a joint that turns, and at one that slides."""
 
-MAYBE = Form(lambda table, key, usual: table.quantity(key) if key in table else usual, None)
-
-
-def _alike(dry: Friction) -> bool:
-    return dry.static is None
-
+OPTIONAL = Form(lambda table, key, usual: table.quantity(key) if key in table else usual, None)
 
 KEYS = (
     Key("coulomb", NUMBER, letters=("fc",), unit=FORCE, text="sliding friction of {}", positive=True),
