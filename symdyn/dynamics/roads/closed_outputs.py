@@ -222,7 +222,6 @@ OF_LOOPS: dict[str, Output] = {
             "lagrange": by_lagrange(lambda w: w.closed.lagrange_forces),
         },
         loops_only=True,
-        lacks="told",
     ),
     "velocities": Output(
         "velocities qd that the loops allow, from independent ones",
@@ -249,4 +248,4 @@ OF_LOOPS: dict[str, Output] = {
         lacks="silently",
     ),
 }
-"""Rows of the table that only closed scenes have, and lack where their loops cannot be closed."""
+"""Rows of the table that only closed scenes have."""

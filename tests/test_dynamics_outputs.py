@@ -1,0 +1,387 @@
+"""Rows of the table of outputs: each says what it is in loops, and every field is true of it; without it a test fails.
+
+A check takes a row by its name and looks at what is derived. Checks pass for the table as it is; for a row that lacks
+one of its fields the check of this field fails, and names the row.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import MISSING, fields, replace
+from fractions import Fraction
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+from arms import chain, two_link
+
+import symdyn
+from symdyn.bench.backward import linear
+from symdyn.build import RUNNERS
+from symdyn.dynamics import OUTPUTS, Closing, Output, Road, Unasked, Workspace, derive_one, roads
+from symdyn.dynamics.loops import closure
+from symdyn.dynamics.prescribed import has_motion
+from symdyn.errors import DerivationError
+from symdyn.graph import reachable
+from symdyn.program.choose import candidates
+from symdyn.scene import Scene, bind, read, read_text
+from symdyn.verify import certify
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+DEFAULTS = {one.name: one.default for one in fields(Output) if one.default is not MISSING}
+OPTIONAL = tuple(DEFAULTS)
+
+
+@cache
+def scene(name: str) -> Scene:
+    """Return an example."""
+    return read(EXAMPLES / f"{name}.toml")
+
+
+def request(name: str, one: Scene) -> str:
+    """Return how an output is asked for, of the last body if it is of one."""
+    return f"{name}:{one.bodies[-1].name}" if OUTPUTS[name].place else name
+
+
+def entries(name: str, one: Scene, closing: Closing | None = None) -> tuple:
+    """Return the entries of an output."""
+    return derive_one(Workspace(one, closing or Closing()), request(name, one)).entries
+
+
+def of_trees(name: str) -> bool:
+    """Whether trees have an output."""
+    return not OUTPUTS[name].loops_only
+
+
+# Four words
+
+
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_every_row_says_what_it_is_where_loops_close(name: str) -> None:
+    row, one = OUTPUTS[name], scene("four_bar")
+    assert "in_loops" not in OPTIONAL
+    assert row.in_loops in ("same", "own", "tree", "refuse")
+    assert row.closed.in_loops != "own"
+    if row.in_loops == "refuse":
+        with pytest.raises(DerivationError, match=f"{name} is about trees; loops or rows close four_bar"):
+            entries(name, one)
+        return
+    function = derive_one(Workspace(one), request(name, one))
+    of_tree = row.in_loops == "tree"
+    assert of_tree == function.name.startswith("tree_") or name == "tree_forces", name
+    assert of_tree == function.text.endswith("; of the spanning tree, as if nothing closed it"), name
+    if of_trees(name):
+        alone = derive_one(Workspace(two_link()), request(name, two_link()))
+        assert not alone.name.startswith("tree_")
+        assert "spanning tree" not in alone.text
+
+
+@pytest.mark.parametrize("name", [name for name, row in OUTPUTS.items() if row.in_loops == "tree"])
+def test_what_is_of_the_tree_is_that_of_the_scene_whose_loops_are_taken_away(name: str) -> None:
+    closed = scene("slider_crank")
+    w, opened = Workspace(closed), Workspace(replace(closed, loops=()))
+
+    assert printed(w, name) == printed(opened, name)
+
+
+def printed(w: Workspace, name: str) -> list[str]:
+    """Return entries as text of their operations, which two graphs have in common."""
+    texts: dict[object, str] = {}
+    found = derive_one(w, request(name, w.scene)).entries
+    for node in reachable(found):
+        text = f"{node.op.name}{node.value}({','.join(sorted(texts[arg] for arg in node.args))})"
+        texts[node] = sha256(text.encode()).hexdigest()
+    return [texts[node] for node in found]
+
+
+def test_a_row_without_a_word_is_no_row() -> None:
+    with pytest.raises(TypeError, match="in_loops"):
+        Output("power", (), "P", (), "W", roads={})  # type: ignore[call-arg]
+    with pytest.raises(AssertionError, match="none of"):
+        Output("power", (), "P", (), "W", "perhaps", {})  # type: ignore[arg-type]
+    with pytest.raises(AssertionError, match="a row of its own is a row"):
+        Output("power", (), "P", (), "W", "own", {})
+
+
+def test_who_asks_for_a_matrix_of_a_closed_scene_gets_that_of_the_tree() -> None:
+    found = symdyn.load(scene("four_bar"), ["mass_matrix"])
+
+    assert list(found.calls) == ["tree_mass_matrix"]
+    assert found["mass_matrix"] is found["tree_mass_matrix"] is found.tree_mass_matrix
+
+
+# Every field is true
+
+
+MASSLESS = """
+[bodies.arm]
+mass = 1
+com = [1, 0, 0]
+[bodies.ghost]
+[joints.a]
+type = "revolute"
+parent = "ground"
+child = "arm"
+axis = [0, 0, 1]
+[joints.b]
+type = "revolute"
+parent = "arm"
+child = "ghost"
+axis = [0, 0, 1]
+"""
+
+
+LOOKED_AT = ("inverse_dynamics", "mass_matrix", "forward_dynamics", "gravity_forces")
+"""What benchmarks compare with peers."""
+
+
+@cache
+def lacking() -> tuple[Scene, ...]:
+    """Return an end without mass, one with a motion before it, a loop that is too far, one with too many drives."""
+    four = scene("four_bar")
+    led = read_text(MASSLESS.replace("[joints.b]", 'motion = "t"\n[joints.b]'), "led.toml")
+    nowhere = read_text(MASSLESS.replace("[bodies.ghost]", "[bodies.ghost]\nfirst_moment = [0, 0, 0]"), "ghost.toml")
+    drives = tuple(replace(joint, drives=(f"tau{k}",)) for k, joint in enumerate(four.joints))
+    return nowhere, led, bind(four, {"d": "40"}), replace(four, joints=drives)
+
+
+FIVE = Fraction(5)
+
+
+CART = """
+[bodies.cart]
+mass = 1
+[joints.rail]
+type = "prismatic"
+parent = "ground"
+child = "cart"
+axis = [1, 0, 0]
+coordinate = "x"
+motion = "t**2/9"
+[joints.motor]"""
+
+
+@cache
+def led_four_bar() -> Scene:
+    """Return a four-bar whose crank hangs on a cart that is led: one more freedom than that of the crank."""
+    text = (EXAMPLES / "four_bar.toml").read_text(encoding="utf-8")
+    before, motor = text.split("[joints.motor]")
+    return read_text(before + CART + motor.replace('parent = "ground"', 'parent = "cart"', 1), "four_bar.toml")
+
+
+def lacks(name: str) -> None:
+    """Some scene lacks what a scene may lack; all else each has."""
+    missing = []
+    for one in lacking():
+        if one.is_closed or not OUTPUTS[name].loops_only:
+            try:
+                entries(name, one)
+            except DerivationError as fault:
+                missing.append((one.name, str(fault)))
+    assert (OUTPUTS[name].lacks != "never") == bool(missing), (name, missing)
+
+
+def own(name: str) -> None:
+    """A row of its own has other roads than that of trees, and other entries."""
+    row = OUTPUTS[name]
+    assert row.in_loops == "own", name
+    assert not set(row.roads.values()) & set(row.closed.roads.values()), name
+
+
+def loops_only(name: str) -> None:
+    """What only closed scenes have is refused of trees."""
+    with pytest.raises(DerivationError, match=f"{name} is about closed loops and rows, of which two_link has none"):
+        entries(name, two_link())
+
+
+def place(name: str) -> None:
+    """What is about a body or a point names it."""
+    with pytest.raises(DerivationError, match=f"{name} needs a {OUTPUTS[name].place}; write {name}:NAME"):
+        derive_one(Workspace(two_link()), name)
+
+
+def exists(name: str) -> None:
+    """A scene is not given what is nothing of it: zeros, or an argument as it came."""
+    plain = two_link()
+    assert not OUTPUTS[name].exists(plain), f"{name}: {plain.name} has it"
+    function = derive_one(Workspace(plain), name)
+    nothing = all(x.is_zero for x in function.entries)
+    assert nothing or function.entries in [one.symbols for one in function.arguments], name
+
+
+def unasked(name: str) -> None:
+    """A first look shows what benchmarks compare; coefficients are large; reactions, and of bodies, no one writes."""
+    row = OUTPUTS[name]
+    assert (row.unasked == Unasked.AT_A_LOOK) == (name in LOOKED_AT), name
+    assert (row.unasked == Unasked.WRITTEN) == (name.startswith("k_") or row.cubic), name
+    assert (row.unasked > Unasked.WRITTEN) == (row.unique is not None or row.place == "body"), name
+    assert (row.unasked == Unasked.PROVED) == (name in ("reactions", "com_acceleration")), name
+
+
+def cubic(name: str) -> None:
+    """Twice the coordinates take at least five times the operations, of others less."""
+    sizes = [len(reachable(entries(name, chain(n)))) for n in (4, 8)]
+    assert OUTPUTS[name].cubic == (sizes[1] >= 5 * sizes[0]), (name, sizes)
+
+
+def depends(name: str) -> None:
+    """Formulas change with the choices that they depend on, and with no others; the text says which."""
+    some, independent = tied(name)
+    choices = {"independent": Closing(independent), "alpha": Closing(alpha=FIVE), "beta": Closing(beta=FIVE)}
+    for choice, closing in choices.items():
+        truly = choice in OUTPUTS[name].depends
+        usual, chosen = ([printed(Workspace(one, how), name) for one in some] for how in (Closing(), closing))
+        assert (usual != chosen) == truly, f"{name}: {choice}"
+        said = derive_one(Workspace(some[0], closing), request(name, some[0])).text
+        assert (f"; {closing.words}" in said) == truly, f"{name}: {choice}"
+
+
+def tied(name: str) -> tuple[list[Scene], tuple[str, ...]]:
+    """Return closed scenes that have an output, and other independent coordinates than those that are taken."""
+    four = scene("four_bar")
+    if OUTPUTS[name].exists is has_motion:
+        return [led_four_bar()], ("x", "chi")
+    undriven = replace(four, joints=tuple(replace(joint, drives=(None,)) for joint in four.joints))
+    return [four] if name.startswith("reactions") else [four, undriven], ("chi",)
+
+
+def prefer(name: str) -> None:
+    """For long chains another road than the first is generated from."""
+    assert OUTPUTS[name].preferred(Workspace(chain(51))) != next(iter(OUTPUTS[name].roads)), name
+
+
+def compared(name: str) -> None:
+    """Roads agree on what is no choice."""
+    row, w = OUTPUTS[name], Workspace(scene("four_bar"))
+    assert row.compared is not None, name
+    words, of = row.compared
+    assert len(of(w, derive_one(w, name).entries)) == w.state.n, name
+    assert words.endswith(name)
+
+
+def unique(name: str) -> None:
+    """Entries that rigid bodies do not tell are marked."""
+    function = derive_one(Workspace(scene("four_bar")), name)
+    assert function.unique.count(False) == 12, name
+    assert "fz, mx, my of motor, elbow, pivot and hinge" in function.text or ":" in name, name
+
+
+def solves(name: str) -> None:
+    """Benchmarks know the linear equations that are solved, of trees and of closed scenes."""
+    assert [len(linear(one, name)) for one in (two_link(), scene("four_bar"))] == [2, 4], name
+
+
+CHECKS: dict[str, Callable[[str], None]] = {
+    check.__name__: check
+    for check in (lacks, own, loops_only, place, exists, unasked, cubic, depends, prefer, compared, unique, solves)
+}
+
+
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_every_field_of_a_row_is_true(name: str) -> None:
+    for field in OPTIONAL:
+        if told(OUTPUTS[name], field):
+            CHECKS[field](name)
+
+
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_a_row_that_loses_a_field_fails_the_check_of_this_field(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    row = OUTPUTS[name]
+    for field in OPTIONAL:
+        if told(row, field):
+            lost = {field: DEFAULTS[field]} | ({"in_loops": "same"} if field == "own" else {})
+            monkeypatch.setitem(OUTPUTS, name, replace(row, **lost))
+            with pytest.raises((AssertionError, TypeError, DerivationError, pytest.fail.Exception)):
+                CHECKS[field](name)
+            monkeypatch.setitem(OUTPUTS, name, row)
+
+
+@pytest.mark.parametrize("check", [lacks, cubic, depends, unasked])
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_what_a_row_does_not_say_is_not_so(name: str, check: Callable[[str], None]) -> None:
+    """The other way round: a row that leaves a field alone has nothing to say there."""
+    if not told(OUTPUTS[name], check.__name__) and applies(name, check.__name__):
+        check(name)
+
+
+def told(row: Output, field: str) -> bool:
+    """Whether a row says something in a field."""
+    return getattr(row, field) is not DEFAULTS[field] and getattr(row, field) != DEFAULTS[field]
+
+
+def applies(name: str, field: str) -> bool:
+    """Whether the scene of a check has the output."""
+    row = OUTPUTS[name]
+    if field == "cubic":
+        return not row.loops_only and row.exists(chain(4)) and row.unasked <= Unasked.WRITTEN
+    return field == "lacks" or row.exists(scene("four_bar"))
+
+
+@pytest.mark.parametrize("name", [name for name, row in OUTPUTS.items() if "lagrange" in row.roads])
+def test_roads_that_grow_fast_are_not_tried_for_six_coordinates(name: str) -> None:
+    one = scene("puma560")
+    if OUTPUTS[name].loops_only or not OUTPUTS[name].exists(one):
+        return
+    w = Workspace(one)
+    size = len(reachable(derive_one(w, name, "lagrange").entries))
+    assert ("lagrange" in candidates(w, name)) == (size < 750), (name, size)
+
+
+# Each road once, and none reads what another derived
+
+
+def test_each_road_is_derived_once_and_loops_are_closed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("symdyn.verify.certificate.RUNNERS", {"numpy": RUNNERS["numpy"]})
+    derived: Counter[tuple[str, str, int]] = Counter()
+    closed: Counter[str] = Counter()
+    close = closure.close
+
+    def counted(name: str, way: str, road: Road) -> Road:
+        def derive(w: Workspace, *asked: str) -> object:
+            derived[name, way, hash(asked)] += 1
+            return road.derive(w, *asked)
+
+        return replace(road, derive=derive)
+
+    def closes(*given: object) -> object:
+        closed["loops"] += 1
+        return close(*given)
+
+    for name, row in OUTPUTS.items():
+        roads_of = {way: counted(name, way, road) for way, road in row.roads.items()}
+        of_loops = {way: counted(name, f"closed {way}", road) for way, road in row.closed.roads.items()}
+        own = row.own and replace(row.own, roads=of_loops)
+        monkeypatch.setitem(OUTPUTS, name, replace(row, roads=roads_of, own=own))
+    monkeypatch.setattr(closure, "close", closes)
+
+    assert certify(scene("four_bar")).passed
+    assert closed["loops"] == 1
+    assert len(derived) > 40
+    assert [one for one, times in derived.items() if times > 1] == []
+
+
+def faulty(road: Road) -> Road:
+    """Return a road that is wrong in its first entry."""
+
+    def derive(w: Workspace, *asked: str) -> list[object]:
+        first, *rest = road.derive(w, *asked)
+        return [first + w.state.q[0], *rest]
+
+    return replace(road, derive=derive)
+
+
+@pytest.mark.parametrize("name", [name for name, row in OUTPUTS.items() if len(row.roads) > 1])
+def test_a_fault_in_any_one_road_fails_the_certificate(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("symdyn.verify.certificate.RUNNERS", {"numpy": RUNNERS["numpy"]})
+    row = OUTPUTS[name]
+    some = (two_link(), scene("four_bar"), led_four_bar(), scene("heavy_top"), scene("governor"))
+    one = next(one for one in some if row.exists_in(one))
+    assert certify(one, (request(name, one),)).passed
+    known = row.closed if one.is_closed else row
+    for way in roads(request(name, one), one):
+        wrong = {**known.roads, way: faulty(known.roads[way])}
+        closed = replace(row, own=replace(row.own, roads=wrong)) if row.own and one.is_closed else None
+        monkeypatch.setitem(OUTPUTS, name, closed or replace(row, roads=wrong))
+        assert not certify(one, (request(name, one),)).passed, way
