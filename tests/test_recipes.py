@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from symdyn.scene import JOINTS
+
 RECIPES = Path(__file__).parent / "recipes"
 
 NAMES = {"rack_and_pinion": "pinion", "gas_spring": "gas_spring"}
@@ -30,6 +32,13 @@ def test_symdyn_does_not_know_its_name(word: str) -> None:
     known = [path for path in texts if path.is_file() and word in path.read_text("utf8", "replace")]
 
     assert known == []
+
+
+@pytest.mark.parametrize("recipe", NAMES)
+def test_a_new_row_takes_nothing_from_another_joint_type(recipe: str) -> None:
+    text = (RECIPES / f"{recipe}.py").read_text("utf8")
+
+    assert [kind for kind in JOINTS if f"symdyn.scene.joints.{kind}" in text] == []
 
 
 def test_every_check_is_run() -> None:

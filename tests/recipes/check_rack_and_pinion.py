@@ -14,6 +14,7 @@ import rack_and_pinion  # noqa: F401  it adds its row
 import symdyn
 from symdyn.draw import free_body
 from symdyn.dynamics.loops.mobility import mobility
+from symdyn.emit import TARGETS, emit
 from symdyn.errors import SymdynError
 from symdyn.scene import JOINTS, lock, parse, read_text, with_symbols, write_text
 from symdyn.scene.joints import JointKind, Mark
@@ -126,7 +127,8 @@ def check_forbids() -> None:
 
 def check_words() -> None:
     for language, words in JOINTS[NAME].words.items():
-        assert words in str(walkthrough(read_text(TREE), language=language))
+        for road in ("lagrange", "dalembert"):
+            assert words in str(walkthrough(read_text(TREE), language=language, road=road))
     assert set(JOINTS[NAME].words) == {"en", "sk"}
 
 
@@ -168,6 +170,28 @@ def test_a_row_without_a_field_fails_the_check_of_that_field(field: str, monkeyp
 
     with pytest.raises((AssertionError, SymdynError, LookupError, TypeError, pytest.fail.Exception)):
         CHECKS[field]()
+
+
+def test_it_stands_among_other_joints() -> None:
+    """A rod hangs on the pinion: the pair is proved, written for every target, drawn, and told as a closed form."""
+    rod = """[bodies.rod]
+mass = 1
+com = [0, -0.5, 0]
+[joints.pin]
+type = "revolute"
+parent = "pinion"
+child = "rod"
+"""
+    scene = read_text(TREE + rod)
+
+    assert symdyn.certify(scene).passed
+    assert str(symdyn.closed_form(scene).sympy("k_z", 0, 1)) == "r*(-sin(phi)*sin(q2) + cos(phi)*cos(q2))/2 + 1/4"
+    assert all(emit(symdyn.lower(symdyn.derive(scene, ["reactions"])), name).files for name in TARGETS)
+    assert f"{NAME} joint mesh" in symdyn.picture(scene)
+    follows = read_text(TREE + rod + 'mimic = { joint = "mesh", ratio = -1 }\n')
+    assert symdyn.certify(follows).passed
+    backwards = TREE.replace('"ground"', '"x"').replace('"pinion"', '"ground"').replace('"x"', '"pinion"')
+    assert "cannot be turned round" in refusal(backwards)
 
 
 def test_every_field_of_a_row_is_checked_or_left_to_its_default() -> None:
