@@ -20,12 +20,12 @@ from arms import chain, two_link
 import symdyn
 from symdyn.bench.backward import linear
 from symdyn.build import RUNNERS
-from symdyn.dynamics import OUTPUTS, Closing, Output, Road, Unasked, Workspace, derive_one, roads
-from symdyn.dynamics.loops import closure
-from symdyn.dynamics.prescribed import has_motion
+from symdyn.dynamics import OUTPUTS, LoopChoices, Output, Road, Unasked, Workspace, derive_one, roads
+from symdyn.dynamics.loops import loop_decisions
+from symdyn.dynamics.mechanism.prescribed import has_motion
 from symdyn.errors import DerivationError
 from symdyn.graph import reachable
-from symdyn.program.choose import candidates
+from symdyn.program.formulation import candidates
 from symdyn.scene import Scene, bind, read, read_text
 from symdyn.verify import certify
 
@@ -45,9 +45,9 @@ def request(name: str, one: Scene) -> str:
     return f"{name}:{one.bodies[-1].name}" if OUTPUTS[name].place else name
 
 
-def entries(name: str, one: Scene, closing: Closing | None = None) -> tuple:
+def entries(name: str, one: Scene, closing: LoopChoices | None = None) -> tuple:
     """Return the entries of an output."""
-    return derive_one(Workspace(one, closing or Closing()), request(name, one)).entries
+    return derive_one(Workspace(one, closing or LoopChoices()), request(name, one)).entries
 
 
 def of_trees(name: str) -> bool:
@@ -229,10 +229,14 @@ def cubic(name: str) -> None:
 def depends(name: str) -> None:
     """Formulas change with the choices that they depend on, and with no others; the text says which."""
     some, independent = tied(name)
-    choices = {"independent": Closing(independent), "alpha": Closing(alpha=FIVE), "beta": Closing(beta=FIVE)}
+    choices = {
+        "independent": LoopChoices(independent),
+        "alpha": LoopChoices(alpha=FIVE),
+        "beta": LoopChoices(beta=FIVE),
+    }
     for choice, closing in choices.items():
         truly = choice in OUTPUTS[name].depends
-        usual, chosen = ([printed(Workspace(one, how), name) for one in some] for how in (Closing(), closing))
+        usual, chosen = ([printed(Workspace(one, how), name) for one in some] for how in (LoopChoices(), closing))
         assert (usual != chosen) == truly, f"{name}: {choice}"
         said = derive_one(Workspace(some[0], closing), request(name, some[0])).text
         assert (f"; {closing.words}" in said) == truly, f"{name}: {choice}"
@@ -336,7 +340,7 @@ def test_each_road_is_derived_once_and_loops_are_closed_once(monkeypatch: pytest
     monkeypatch.setattr("symdyn.verify.certificate.RUNNERS", {"numpy": RUNNERS["numpy"]})
     derived: Counter[tuple[str, str, int]] = Counter()
     closed: Counter[str] = Counter()
-    close = closure.close
+    close = loop_decisions.close
 
     def counted(name: str, way: str, road: Road) -> Road:
         def derive(w: Workspace, *asked: str) -> object:
@@ -354,7 +358,7 @@ def test_each_road_is_derived_once_and_loops_are_closed_once(monkeypatch: pytest
         of_loops = {way: counted(name, f"closed {way}", road) for way, road in row.closed.roads.items()}
         own = row.own and replace(row.own, roads=of_loops)
         monkeypatch.setitem(OUTPUTS, name, replace(row, roads=roads_of, own=own))
-    monkeypatch.setattr(closure, "close", closes)
+    monkeypatch.setattr(loop_decisions, "close", closes)
 
     assert certify(scene("four_bar")).passed
     assert closed["loops"] == 1
