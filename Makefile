@@ -5,13 +5,16 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test slow fuzz lint types doctest golden closed-forms bench accuracy clean
+.PHONY: demo quick test slow fuzz lint types doctest golden closed-forms bench accuracy clean
 
 demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 560 modules
 	$(BIN)/symdyn equations examples/two_link.toml
 	$(BIN)/symdyn generate examples/puma560.toml --target numpy -o build/demo
 	$(BIN)/symdyn generate examples/puma560.toml --target c -o build/demo
 	$(BIN)/symdyn verify examples/puma560.toml
+
+quick: $(READY)  ## less than a minute: what starts no compiler, browser or LaTeX and takes no long
+	$(BIN)/python -m pytest --quick -n auto --maxprocesses 4 --dist worksteal
 
 test: $(READY)  ## everything that must hold
 	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal

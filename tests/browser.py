@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
-
-NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
+from programs import path_of
 
 
 @contextmanager
 def chromium() -> Iterator[Any]:
     """Yield a browser; the test is skipped where there is none."""
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra dev)")
-    path = next((found for name in NAMES if (found := shutil.which(name))), None)
+    path = path_of("chromium")
     if path is None:
-        pytest.skip(f"no browser found (tried {', '.join(NAMES)}); apt-get install chromium")
+        pytest.skip("there is no chromium; apt-get install chromium")
     with playwright.sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=path, args=["--no-sandbox"])  # root has no sandbox
         yield browser
@@ -28,15 +26,22 @@ def chromium() -> Iterator[Any]:
 
 @contextmanager
 def opened(browser: Any, path: Path, width: int = 1280, scheme: str = "light") -> Iterator[Any]:
-    """Yield a page that shows a file; afterwards the console must have been silent and nothing fetched."""
-    context = browser.new_context(viewport={"width": width, "height": 800}, color_scheme=scheme)
-    page, said = context.new_page(), []
+    """Yield a page that shows a file; afterwards the console must have been silent and nothing fetched.
+
+    All are pages of one window, which starts once.
+    """
+    page = (browser.contexts[0] if browser.contexts else browser.new_context()).new_page()
+    page.set_viewport_size({"width": width, "height": 800})
+    page.emulate_media(color_scheme=scheme)
+    said: list[str] = []
     page.on("console", lambda message: said.append(message.text))
     page.on("pageerror", lambda fault: said.append(str(fault)))
     page.on("request", lambda request: said.append(request.url) if request.url != path.as_uri() else None)
     page.goto(path.as_uri())
-    yield page
-    context.close()
+    try:
+        yield page
+    finally:
+        page.close()
     assert not said, said
 
 

@@ -2,21 +2,86 @@
 
 from __future__ import annotations
 
+import gc
 import os
+import shutil
 import sys
+import time
+from collections import Counter
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
+import programs
 import pytest
+from browser import chromium
 
 # Else every process that a test starts compiles all of symdyn anew, and every worker all tests; git ignores the files.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
+os.environ.setdefault("MUJOCO_GL", "off")  # nothing is rendered, and what renders is looked for by a process
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: small matrices wait for threads on a busy machine
+
+gc.set_threshold(100_000, 20, 50)  # graphs are large and hold no circles: looking for some took a tenth of the time
+
+CACHE = Path(__file__).parent.parent / "build" / "cache"
+"""Compiled code of tests, apart from the user's: one for all workers, and for the next runs."""
+
+KEPT = 2 * 86400.0
+"""Seconds after which what was compiled is compiled again."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--update-golden", action="store_true", help="rewrite committed output instead of comparing")
+    parser.addoption("--quick", action="store_true", help="only what starts no program and takes no long")
+
+
+def pytest_configure() -> None:
+    programs.begin()
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out, of quick runs, what starts programs; of long tests, all but a first case of several."""
+    for item in items:
+        if "browser" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.runs("chromium"))
+    if not config.getoption("--quick"):
+        return
+    cases = Counter(_function(item) for item in items)
+    seen: set[str] = set()
+    kept, left = [], []
+    for item in items:
+        name = _function(item)
+        long = item.get_closest_marker("long")
+        out = long and (long.args == (0,) or cases[name] == 1 or name in seen)
+        (left if out or item.get_closest_marker("runs") else kept).append(item)
+        seen.add(name)
+    config.hook.pytest_deselected(items=left)
+    items[:] = kept
+
+
+def _function(item: pytest.Item) -> str:
+    return item.nodeid.partition("[")[0]
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    with programs.starting(False):
+        return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    with programs.starting(item.get_closest_marker("runs") is not None):
+        return (yield)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    for mark in item.iter_markers("runs"):
+        if absent := programs.missing(mark.args):
+            pytest.skip(f"there is no {' and no '.join(absent)}")
 
 
 @pytest.fixture
@@ -25,11 +90,21 @@ def update_golden(request: pytest.FixtureRequest) -> bool:
     return bool(request.config.getoption("--update-golden"))
 
 
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """Return a Chromium; the test is skipped where there is none."""
+    with chromium() as found:
+        yield found
+
+
 @pytest.fixture(scope="session", autouse=True)
-def cache_of_this_session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+def cache_of_tests() -> Iterator[None]:
     """Keep compiled code of tests out of the user's cache."""
     before = os.environ.get("SYMDYN_CACHE_DIR")
-    os.environ["SYMDYN_CACHE_DIR"] = str(tmp_path_factory.mktemp("cache"))
+    for old in CACHE.glob("[!.]*"):
+        if time.time() - old.stat().st_mtime > KEPT:
+            shutil.rmtree(old, ignore_errors=True) if old.is_dir() else old.unlink(missing_ok=True)
+    os.environ["SYMDYN_CACHE_DIR"] = str(CACHE)
     yield
     if before is None:
         del os.environ["SYMDYN_CACHE_DIR"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 from symdyn.algebra.elimination import eliminate
@@ -15,6 +16,12 @@ from symdyn.dynamics.reactions.recursion import as_rows
 from symdyn.dynamics.reactions.solution import elements, equations
 from symdyn.graph import Algebra, Expr, evaluate
 from symdyn.scene import Scene, express
+
+
+@lru_cache(maxsize=64)
+def workspace(one: Scene) -> Workspace:
+    """Return the workspace of a scene, one for all tests: what one has derived the next ones find."""
+    return Workspace(one)
 
 
 def call(equations: Equations, name: str, algebra: Algebra[Any], **arguments: Sequence[Any]) -> list[Any]:

@@ -21,6 +21,8 @@ from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS, importable
 from symdyn.simulation.state_equations import StateEquations, state_equations
 
+pytestmark = pytest.mark.runs
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 CASES = {"double_pendulum": "l1", "cart_pole": "mp", "four_bar": "m2", "rolling_disc": "r", "governor": "l"}

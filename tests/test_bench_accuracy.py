@@ -64,6 +64,7 @@ def test_an_error_of_one_ulp_is_measured_as_such(routine):
     assert known.errors(off)[1, 1] == np.inf
 
 
+@pytest.mark.runs
 @pytest.mark.parametrize("real", ["double", "float"])
 def test_every_implementation_computes_the_same_function(real):
     """With a scalar parameter block, so that what all states share is shared in every layout."""
@@ -149,6 +150,7 @@ def test_a_plot_is_well_formed_and_holds_every_finite_point():
     assert "lost" not in titles
 
 
+@pytest.mark.runs
 def test_the_command_writes_a_page_that_needs_nothing_else(tmp_path, capsys):
     words = ["bench", str(EXAMPLES / "double_pendulum.toml"), "--quick", "--functions", "forward_dynamics"]
 
@@ -180,6 +182,7 @@ def test_the_command_writes_a_page_that_needs_nothing_else(tmp_path, capsys):
         assert any(point["best"] for curve in curves for point in curve["points"])
 
 
+@pytest.mark.runs
 @pytest.mark.parametrize("name", ["four_bar", "slider_crank", "rssr", "heavy_top"])
 def test_closed_mechanisms_and_quaternions_have_states_of_their_own_and_backward_errors(name):
     scene = read(EXAMPLES / f"{name}.toml")
@@ -198,6 +201,7 @@ def test_closed_mechanisms_and_quaternions_have_states_of_their_own_and_backward
         assert all(e.backward[2] < 20 for e in one.errors), one.label
 
 
+@pytest.mark.runs
 def test_the_backward_error_of_a_closed_mechanism_sees_wrong_accelerations_and_open_loops():
     scene = read(EXAMPLES / "four_bar.toml")
     (routine,) = lower(formulate(scene, ("forward_dynamics",))).routines
@@ -215,6 +219,7 @@ def test_the_backward_error_of_a_closed_mechanism_sees_wrong_accelerations_and_o
         assert backward(off) > 1e4
 
 
+@pytest.mark.long
 def test_without_a_compiler_the_rest_is_measured(monkeypatch, capsys, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.delenv("CC", raising=False)

@@ -25,6 +25,8 @@ from symdyn.cli import main
 from symdyn.errors import SimulateError
 from symdyn.scene import read
 
+pytestmark = pytest.mark.runs()
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 

@@ -20,6 +20,8 @@ from symdyn.simulation import simulate
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.state_equations import state_equations
 
+pytestmark = pytest.mark.runs()
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import json
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.runs()
+
 FOLDER = Path(__file__).parent.parent / "benchmarks"
 
-needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc")
+needs_gcc = pytest.mark.runs("gcc")
 
 
 def run(*words: str) -> subprocess.CompletedProcess[str]:

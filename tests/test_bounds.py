@@ -147,6 +147,7 @@ def test_no_comment_or_text_is_a_key_of_many_parts() -> None:
     assert scene.points[0].name == "p"
 
 
+@pytest.mark.runs
 @pytest.mark.mends("2.include")
 def test_a_file_name_that_no_system_takes_is_told(tmp_path: Path) -> None:
     pytest.importorskip("mujoco")

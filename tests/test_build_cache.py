@@ -21,9 +21,10 @@ import symdyn
 from symdyn.build import build
 from symdyn.build.compiler import find_compiler
 from symdyn.emit import emit
-from symdyn.errors import BuildError
 from symdyn.program import formulate, lower
 from symdyn.scene import bind, read
+
+pytestmark = pytest.mark.runs("cc")
 
 ROOT = Path(symdyn.__file__).parent.parent
 ARM = ROOT / "examples" / "two_link.toml"
@@ -31,11 +32,6 @@ NOBODY = 65534
 
 if not hasattr(os, "fork"):
     pytest.skip("processes that may die are forked", allow_module_level=True)
-try:
-    find_compiler()
-except BuildError:
-    pytest.skip("no C compiler", allow_module_level=True)
-
 ARMS = {
     m1: emit(lower(formulate(bind(read(ARM), {"m1": m1}), ("inverse_dynamics",))), "c", option="batch")
     for m1 in ("1", "2")

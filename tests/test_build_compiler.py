@@ -20,6 +20,8 @@ from symdyn.emit import emit
 from symdyn.errors import BuildError, SymdynWarning
 from symdyn.program import lower
 
+pytestmark = pytest.mark.runs("cc")
+
 ARGS = ([0.0, 0.0], [2.0, 3.0], [10.0])
 
 

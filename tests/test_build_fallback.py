@@ -11,16 +11,12 @@ import pytest
 
 import symdyn
 from symdyn.build.compiler import find_compiler
-from symdyn.errors import BuildError
+
+pytestmark = pytest.mark.runs("cc")
 
 ROOT = Path(symdyn.__file__).parent.parent
 ARM = str(ROOT / "examples" / "two_link.toml")
 PENDULUM = str(ROOT / "examples" / "pendulum.toml")
-
-try:
-    find_compiler()
-except BuildError:
-    pytest.skip("no C compiler", allow_module_level=True)
 
 ZERO = "[0, 0], [1, 1, 1, 1, 9.81]"
 SHORT = "'--until', '0.1', '--every', '0.1'"

@@ -25,15 +25,12 @@ from symdyn.emit import emit
 from symdyn.errors import BuildError, DerivationError, SceneError
 from symdyn.program import lower
 
+pytestmark = pytest.mark.runs("cc")
+
 ARM = Path(__file__).parent.parent / "examples" / "two_link.toml"
 STATE = ([0.3, 0.5], [1.0, -2.0], [0.7, 1.1])
 PARAMS = [1.0, 1.0, 1.0, 1.0, 9.81]
 TORQUE = [18.22932611, 9.93099658]
-
-try:
-    find_compiler()
-except BuildError:
-    pytest.skip("no C compiler", allow_module_level=True)
 
 
 @pytest.fixture(scope="module")

@@ -13,17 +13,13 @@ from mechanisms import random_tree
 
 from symdyn.algebra.big import BigFloats
 from symdyn.build import build, lambdify, run_python
-from symdyn.build.compiler import find_compiler
 from symdyn.dynamics.roads.derive import derive
 from symdyn.emit import emit
 from symdyn.errors import BuildError, DerivationError, EmitError
 from symdyn.graph import evaluate
 from symdyn.program import Program, lower
 
-try:
-    find_compiler()
-except BuildError:
-    pytest.skip("no C compiler", allow_module_level=True)
+pytestmark = pytest.mark.runs("cc")
 
 
 @pytest.fixture(scope="module")

@@ -25,11 +25,7 @@ from symdyn.emit import emit
 from symdyn.errors import BuildError, EmitError
 from symdyn.program import Program, lower
 
-try:
-    find_compiler()
-    build_extension(emit(lower(every_op()), "ufunc"))
-except BuildError:
-    pytest.skip("no C compiler, or no headers of Python", allow_module_level=True)
+pytestmark = pytest.mark.runs("cc")
 
 NAMES = ("matrix", "scalar", "nothing", "rotated")
 COUNTS = (1, 3, 15, 16, 17, 300)  # around the number of states from which rows are called, and over a block of copies

@@ -18,6 +18,8 @@ from symdyn.graph import Graph, Op
 from symdyn.program import lower
 from symdyn.scene import read
 
+pytestmark = pytest.mark.runs("gcc")
+
 MACHINES = {
     "sse2": (["-march=x86-64"], 16),
     "avx2": (["-march=x86-64-v3"], 32),
@@ -78,7 +80,7 @@ def test_every_batch_loop_is_vectorised(arm, compiler, machine, real, tmp_path):
     assert missed(source.read_text(), found, width) == []
 
 
-@pytest.mark.skipif(not on_this_family("gcc"), reason="no gcc for x86-64")
+@pytest.mark.runs("gcc")
 def test_calls_of_the_library_leave_the_other_loops_vectorised(tmp_path):
     g = Graph()
     q = [g.symbol(f"q{i}") for i in range(4)]
@@ -90,7 +92,7 @@ def test_calls_of_the_library_leave_the_other_loops_vectorised(tmp_path):
     assert missed(text, vectorised("gcc", MACHINES["avx2"][0], source), 32) == []
 
 
-@pytest.mark.skipif(not on_this_family("gcc"), reason="no gcc for x86-64")
+@pytest.mark.runs("gcc")
 def test_the_report_tells_when_a_loop_is_not_vectorised(arm, tmp_path):
     source, _ = write(emit(arm, "c", option="batch"), tmp_path)
     text = source.read_text()

@@ -21,6 +21,7 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 Capture = pytest.CaptureFixture[str]
 
 
+@pytest.mark.long
 def test_info_tells_the_tree_and_the_costs(capsys: Capture) -> None:
     assert main(["info", str(EXAMPLES / "puma560.toml")]) == 0
     out = capsys.readouterr().out
@@ -117,6 +118,7 @@ def test_new_writes_a_scene_that_generates_and_never_overwrites(
     assert main(["new", "chain", "--n", "4", "--force"]) == 0
 
 
+@pytest.mark.runs
 def test_verify_reports_the_certificate_as_json(capsys: Capture) -> None:
     assert main(["verify", str(EXAMPLES / "pendulum.toml"), "--json"]) == 0
     certificate = json.loads(capsys.readouterr().out)
@@ -126,6 +128,7 @@ def test_verify_reports_the_certificate_as_json(capsys: Capture) -> None:
     assert {f["verdict"] for f in certificate["findings"]} == {"proved", "checked numerically"}
 
 
+@pytest.mark.runs
 def test_verify_for_people_ends_with_the_verdict(capsys: Capture) -> None:
     assert main(["verify", str(EXAMPLES / "cart_pole.toml"), "--functions", "mass_matrix"]) == 0
     out = capsys.readouterr().out
@@ -134,6 +137,7 @@ def test_verify_for_people_ends_with_the_verdict(capsys: Capture) -> None:
     assert out.rstrip().endswith("cart_pole: passed")
 
 
+@pytest.mark.runs
 def test_the_module_runs_as_a_command_and_survives_a_closed_pipe() -> None:
     command = f"({sys.executable} -m symdyn info {EXAMPLES / 'puma560.toml'}; echo $? >&2) | head -n 1"
     done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False, env=os.environ)
@@ -152,6 +156,7 @@ def test_an_interrupted_run_leaves_one_line(monkeypatch: pytest.MonkeyPatch, cap
     assert capsys.readouterr().err == "symdyn: interrupted\n"
 
 
+@pytest.mark.runs
 def test_a_body_called_b_is_no_emoji(tmp_path: Path, capsys: Capture) -> None:
     scene = tmp_path / "one.toml"
     scene.write_text(
@@ -195,6 +200,7 @@ def test_the_joints_to_cut_are_chosen_on_the_command_line(tmp_path: Path, capsys
     assert "joints.j1: is turned round" in capsys.readouterr().err
 
 
+@pytest.mark.runs
 @pytest.mark.parametrize(
     "words",
     [

@@ -29,6 +29,7 @@ def test_baumgarte_pulls_the_loops_together_and_the_header_says_so(tmp_path: Pat
     assert "independent: chi; Baumgarte: alpha 5, beta 2.5 1/s" in text
 
 
+@pytest.mark.runs
 @pytest.mark.parametrize("door", ["lambdify", "load"])
 def test_the_choice_reaches_the_functions(door: str) -> None:
     scene = read(FOUR_BAR)
@@ -44,6 +45,7 @@ def test_the_choice_reaches_the_functions(door: str) -> None:
     assert np.abs(found).max() > 0.1
 
 
+@pytest.mark.runs
 def test_the_certificate_names_the_choice() -> None:
     found = certify(read(FOUR_BAR), ("forward_dynamics",), closing=CHOICE)
 

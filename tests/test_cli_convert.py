@@ -56,6 +56,7 @@ def test_a_robot_file_becomes_toml_that_says_the_same(path: Path, tmp_path: Path
     assert read(out) == read(path)
 
 
+@pytest.mark.long
 def test_a_robot_file_becomes_c_in_one_command(tmp_path: Path, capsys: Capture) -> None:
     urdf = next(path for path in ROBOTS if path.suffix == ".urdf")
 

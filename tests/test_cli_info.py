@@ -134,6 +134,7 @@ def test_info_for_people_shows_what_was_saved(capsys: Capture) -> None:
     assert "planar scene" in out
 
 
+@pytest.mark.long
 def test_info_shows_what_prepare_takes_out_of_a_call(capsys: Capture) -> None:
     assert main(["info", str(EXAMPLES / "two_link.toml"), "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
@@ -164,6 +165,7 @@ def test_info_and_generate_take_the_road_that_is_asked_for(tmp_path: Path, capsy
     assert "aba;" in text
 
 
+@pytest.mark.runs
 def test_verify_proves_the_road_that_is_asked_for(capsys: Capture) -> None:
     words = ["verify", str(EXAMPLES / "two_link.toml"), "--formulation", "aba", "--functions"]
     assert main([*words, "forward_dynamics"]) == 0
@@ -185,6 +187,7 @@ def test_generate_binds_and_stands_still(tmp_path: Path, capsys: Capture) -> Non
     assert "def inverse_dynamics(q, qdd, params" in text
 
 
+@pytest.mark.runs
 def test_verify_proves_a_bound_scene(capsys: Capture) -> None:
     words = ["--bind", "m1=2,m2=1,h1=1,h2=1/2,g=0", "--functions", "inverse_dynamics"]
 
@@ -205,6 +208,7 @@ def test_a_binding_that_makes_no_sense_is_one_message(words: list[str], message:
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("template", ["rr", "cart_pole", "four_bar", "slider_crank"])
 def test_starters_are_reported(template: str, tmp_path: Path, capsys: Capture) -> None:
     path = tmp_path / "mine.toml"

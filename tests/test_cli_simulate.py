@@ -14,6 +14,8 @@ import pytest
 
 from symdyn.cli import main
 
+pytestmark = pytest.mark.runs()
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 DOUBLE = str(EXAMPLES / "double_pendulum.toml")
 

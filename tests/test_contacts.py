@@ -81,6 +81,7 @@ def test_the_ground_is_across_gravity() -> None:
     assert start.q[1] == pytest.approx(R, abs=1e-9)  # upright on the plane y = 0
 
 
+@pytest.mark.runs
 @pytest.mark.mends("3.4")
 def test_a_rolling_wheel_keeps_its_height() -> None:
     trajectory = run(read(EXAMPLES / "rolling_disc.toml"), 3.0)
@@ -152,6 +153,7 @@ def test_a_wheel_whose_axis_is_always_along_the_normal_is_refused_with_its_row()
         numbers_of(read_text(text, "disc.toml"))
 
 
+@pytest.mark.runs
 @pytest.mark.parametrize("method", ["dop853", "radau", "cvode"])
 def test_a_disc_that_falls_flat_ends_the_run_with_its_rows(method: str) -> None:
     """At rest and leaning it falls about the tangent of its rim: 5/4 m r² (1 - cos) drops into 5/8 m r² rate²."""
@@ -162,6 +164,7 @@ def test_a_disc_that_falls_flat_ends_the_run_with_its_rows(method: str) -> None:
     assert np.isfinite(trajectory.table()[1]).all()
 
 
+@pytest.mark.runs
 def test_a_falling_disc_would_pull_as_much_as_its_fall_says() -> None:
     """With c the cosine of the lean N = m g (0.2 - 1.6 c c0 + 2.4 c²) from rest at c0, least at c = c0 / 3."""
     scene, c0 = read_text(ZXY, "disc.toml"), np.cos(0.1)
@@ -177,6 +180,7 @@ def test_a_falling_disc_would_pull_as_much_as_its_fall_says() -> None:
 # Motions that are known
 
 
+@pytest.mark.runs
 def test_a_ball_rolls_down_a_slope_with_five_sevenths_of_what_it_would_slide_with() -> None:
     scene = read_text(BALL + "plane = { normal = [-3, 0, 4] }\n", "ball.toml")
     trajectory = run(scene, 1.0, start={"x": "0", "z": "0.125"})
@@ -187,6 +191,7 @@ def test_a_ball_rolls_down_a_slope_with_five_sevenths_of_what_it_would_slide_wit
     assert trajectory.monitors["friction_coefficient touch"] == pytest.approx(friction, rel=1e-6)
 
 
+@pytest.mark.runs
 def test_a_ball_without_friction_slides() -> None:
     scene = read_text(BALL + "components = ['normal']\nplane = { normal = [-3, 0, 4] }\n", "ball.toml")
     trajectory = run(scene, 1.0)
@@ -195,6 +200,7 @@ def test_a_ball_without_friction_slides() -> None:
     assert not any("friction" in note for note in trajectory.notes)
 
 
+@pytest.mark.runs
 def test_a_ball_on_a_turntable_runs_round_with_two_sevenths_of_its_rate() -> None:
     text = (DATA / "contacts" / "turntable.toml").read_text(encoding="utf-8")
     text = text.replace("drive=false\nstart_rates=[2]", 'motion = "2*t"')
@@ -209,6 +215,7 @@ def test_a_ball_on_a_turntable_runs_round_with_two_sevenths_of_its_rate() -> Non
     assert turned - turned[0] == pytest.approx(2 / 7 * 2 * trajectory.t, abs=1e-8)
 
 
+@pytest.mark.runs
 def test_a_disc_on_a_plane_that_speeds_up_follows_with_a_third() -> None:
     text = (
         BALL.replace("[joints.flight]", TABLE)
@@ -234,6 +241,7 @@ motion = "0.75*t**2"
 [joints.flight]"""
 
 
+@pytest.mark.runs
 def test_a_disc_rolls_round_steadily_at_the_rates_of_neimark_and_fufaev() -> None:
     """Momentum about the centre, and what the ground exerts on it, both turn about the vertical.
 
@@ -280,6 +288,7 @@ MEIJAARD: Mapping[float, list[complex]] = {  # table 2 of the paper
 }  # fmt: skip
 
 
+@pytest.mark.runs
 @pytest.mark.parametrize("speed", MEIJAARD)
 def test_the_benchmark_bicycle_has_the_eigenvalues_of_meijaard_and_others(speed: float) -> None:
     found = eigenvalues(read(DATA / "contacts" / "bicycle.toml"), speed)
@@ -287,6 +296,7 @@ def test_the_benchmark_bicycle_has_the_eigenvalues_of_meijaard_and_others(speed:
     assert found == pytest.approx(np.array(MEIJAARD[speed]), abs=2e-7)
 
 
+@pytest.mark.long
 def test_the_benchmark_bicycle_is_stable_between_weave_and_capsize_speed_only() -> None:
     scene = read(DATA / "contacts" / "bicycle.toml")
     growth = [eigenvalues(scene, speed).real.max() for speed in (4.2, 4.4, 5.9, 6.1)]
@@ -297,6 +307,7 @@ def test_the_benchmark_bicycle_is_stable_between_weave_and_capsize_speed_only() 
 # Forces on both bodies
 
 
+@pytest.mark.runs
 def test_what_turns_on_a_free_turntable_turns_it_back() -> None:
     trajectory = run(read(DATA / "contacts" / "turntable.toml"), 3.0, start_rates={"q1": "2", "flight_vx": "0.4"})
     e = np.stack([trajectory[f"e{k}"] for k in range(4)], axis=1)
@@ -322,12 +333,14 @@ def _velocity(trajectory: Trajectory) -> np.ndarray:
     return np.asarray(np.einsum("ijn,jn->ni", rows, v))
 
 
+@pytest.mark.runs
 def test_a_table_carries_what_rolls_on_it() -> None:
     trajectory = run(read(DATA / "contacts" / "turntable.toml"), 0.5, reactions=True)
 
     assert trajectory["reaction_spin_fz"] == pytest.approx(np.full(len(trajectory.t), 6 * G), rel=1e-9)
 
 
+@pytest.mark.runs
 def test_a_blade_pushes_its_table_back() -> None:
     trajectory = run(read(DATA / "contacts" / "skate.toml"), 3.0)
     turn, rate = trajectory["phi"], trajectory["phi_dot"]
@@ -340,6 +353,7 @@ def test_a_blade_pushes_its_table_back() -> None:
     assert np.ptp(trajectory["s_dot"]) > 0.1
 
 
+@pytest.mark.runs
 def test_forces_that_are_not_unique_are_not_told() -> None:
     text = BALL + BALL[BALL.index("[rows.touch]") :].replace("rows.touch", "rows.again")
     notes = run(read_text(text, "twice.toml"), 0.1).notes

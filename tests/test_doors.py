@@ -49,6 +49,7 @@ def test_a_closed_form_pickles():
     assert str(again.sympy("k_C", 0, 0)) == str(closed.sympy("k_C", 0, 0))
 
 
+@pytest.mark.runs
 @pytest.mark.mends("6.key")
 def test_a_function_that_is_not_there_is_told_with_those_that_are():
     arm = symdyn.load(ARM, ["mass_matrix"])
@@ -67,6 +68,7 @@ def test_a_picture_at_what_is_no_position_says_so(position):
     assert "give a number for each of q1, q2" in str(caught.value)
 
 
+@pytest.mark.runs
 @pytest.mark.mends("6.forces")
 @pytest.mark.parametrize("forces", ["F=0.5", ["F=0.5"], {"F": "0.5"}, {"F": 0.5}])
 def test_forces_are_read_from_text_lists_and_names(forces):
@@ -95,6 +97,7 @@ def test_one_entry_of_forces_is_one_entry():
     assert len(caught.value.faults) == 1
 
 
+@pytest.mark.runs
 @pytest.mark.mends("6.simulate")
 def test_a_door_is_a_door_at_the_second_call_too():
     """Rooms are imported when a door is first used; none of them takes the place of a door."""

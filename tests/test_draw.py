@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -85,6 +84,7 @@ SCENES["empty"] = Scene("empty")
 SCENES["point"] = Scene("point", bodies=(Body("b", number(1)),), joints=(Joint("j", "fixed", "ground", "b"),))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("one", SCENES.values(), ids=SCENES)
 def test_everything_is_in_the_picture_once_and_finite(one: Scene) -> None:
     root = ElementTree.fromstring(picture(one, frames=True, labels=("coordinates", "bodies", "joints", "points")))
@@ -102,6 +102,7 @@ def test_everything_is_in_the_picture_once_and_finite(one: Scene) -> None:
         assert group.get("id", "").startswith("label") or "-label" in group.get("id", "") or group[0].text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("one", SCENES.values(), ids=SCENES)
 def test_labels_lie_apart_and_inside(one: Scene) -> None:
     shown = drawing(one, labels=("coordinates", "bodies", "joints", "points"))
@@ -117,6 +118,7 @@ def test_labels_lie_apart_and_inside(one: Scene) -> None:
             assert np.any((low >= other[1]) | (high <= other[0])), (shown.labels[k].label.text.plain, k)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("example", [path.stem for path in sorted(EXAMPLES.glob("*.toml"))])
 def test_no_coordinate_and_no_body_of_an_example_goes_without_a_label(example: str) -> None:
     one = SCENES[example]
@@ -127,6 +129,7 @@ def test_no_coordinate_and_no_body_of_an_example_goes_without_a_label(example: s
     assert {f"label-{q}" for q in first} | {f"label-body-{x.name}" for x in one.bodies} <= shown
 
 
+@pytest.mark.runs
 def test_the_same_scene_gives_the_same_bytes_in_any_process() -> None:
     code = f"import symdyn, symdyn.draw as d; print(d.picture(symdyn.read({str(EXAMPLES / 'puma560.toml')!r})), end='')"
     texts = {
@@ -149,7 +152,7 @@ def test_pictures_need_no_variables_of_css_which_browsers_alone_know() -> None:
 
 
 @pytest.mark.mends("6.svg")
-@pytest.mark.skipif(shutil.which("rsvg-convert") is None, reason="needs rsvg-convert of librsvg2-bin")
+@pytest.mark.runs("rsvg-convert")
 def test_a_program_that_is_no_browser_shows_the_colours(tmp_path: Path) -> None:
     (tmp_path / "four_bar.svg").write_text(picture(read(EXAMPLES / "four_bar.toml")), encoding="utf-8")
     png = tmp_path / "four_bar.png"

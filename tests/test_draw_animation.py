@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
 import subprocess
 from pathlib import Path
 from xml.etree import ElementTree
@@ -67,6 +66,7 @@ def test_what_stands_still_is_not_repeated() -> None:
     assert data(page)["x"] == [[]] * len(t)
 
 
+@pytest.mark.long
 def test_long_motions_are_thinned_to_what_an_eye_sees() -> None:
     t, q = motion(2, 5000, 4.0)
     kept = data(animation(two_link(), t, q))["t"]
@@ -96,7 +96,7 @@ def test_the_first_moment_is_the_picture_that_is_shown(one) -> None:
     assert joints == re.findall(r'id="((?:joint|loop|body)-\w+)"', picture(one, q, values, (-60, 30), labels=()))
 
 
-@pytest.mark.skipif(shutil.which("node") is None, reason="no Node.js to run the script with")
+@pytest.mark.runs("node")
 def test_the_script_draws_the_first_moment_as_it_was_drawn(tmp_path: Path) -> None:
     page = animation(read(EXAMPLES / "arm7.toml"), *motion(7))
     script = re.findall(r"<script>(.*?)</script>", page, re.DOTALL)[0]

@@ -54,6 +54,7 @@ def test_a_four_bars_torque_motion_and_reaction_near_its_change_point_too(case: 
 IFTOMM = json.loads((DATA / "iftomm_closed_form.json").read_text("utf-8"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("n", "singular"), [(2, False), (40, False), (2, True)])
 def test_n_four_bars_keep_their_energy_and_move_as_one_pendulum(n: int, singular: bool) -> None:
     """All cranks are parallel: I θ̈ = -c g cos θ and ½ I θ̇² + c g sin θ = const, angles from the horizontal.

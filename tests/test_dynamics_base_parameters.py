@@ -152,6 +152,7 @@ def test_a_scara_feels_of_its_stroke_the_mass_alone(order):
     assert_formulas(flat(list(zip(order, [0, "d2", "d3", 0], strict=True)), [0, 0, "-g"]), SCARAS[order])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("one", [*TREES, *map(robot_scene, ROBOTS)], ids=lambda one: one.name)
 def test_a_scene_of_its_base_parameters_alone_moves_as_declared(one):
     w = Workspace(one)
@@ -177,6 +178,7 @@ def test_forms_are_the_values(one):
     assert {result.verdict for result in prove(claims)[1]} == {PROVED}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("one", TREES, ids=lambda one: one.name)
 def test_forms_of_odd_angles_have_twelve_digits(one):
     forms, values = dict(base_parameter_forms(one)), dict(base_parameters(one))

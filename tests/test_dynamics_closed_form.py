@@ -173,6 +173,7 @@ def test_equal_odd_tilts_forth_and_back_are_parallel_axes() -> None:
     assert [[str(q) for q in group.atoms] for group in closed.parallel] == [["q1", "q4"]]
 
 
+@pytest.mark.long
 def test_many_odd_angles_are_refused_in_time_with_the_way_out() -> None:
     start = time.perf_counter()
     with pytest.raises(DerivationError, match=r"closed form .*too long .* symdyn generate writes NumPy and C code"):

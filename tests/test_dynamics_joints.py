@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from mechanisms import jointed
 from oracles import BIG, assert_digits, numbers, oracle
-from running import call
+from running import call, workspace
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics import Workspace, derive, derive_one, expected, roads_of
+from symdyn.dynamics import derive, derive_one, expected, roads_of
 from symdyn.dynamics.mechanism.state import joint_motion, quaternions
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import JOINTS, Body, Joint, JointMotion, Quantity, Scene, folding, number
@@ -63,9 +63,10 @@ def test_every_type_has_its_class(kind: str) -> None:
     assert JOINTS[kind].class_t(jointed("revolute", kind).joints[1]) == CLASSES[kind]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("one", [*SHORT, *GIMBALS, *CHAINS, *ROTORS], ids=by_name)
 def test_both_derivations_agree(one: Scene) -> None:
-    w, claims = Workspace(one), []
+    w, claims = workspace(one), []
     for name in expected(one):
         small = name != "forward_dynamics" or w.state.n < 7  # elimination of a full M is what takes long
         first, *others = (derive_one(w, name, road) for road in roads_of(name, one) if small or road != "lagrange")
@@ -77,9 +78,10 @@ def test_both_derivations_agree(one: Scene) -> None:
     assert len(findings) > 10
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("one", [*SHORT, *GIMBALS, *ROTORS], ids=by_name)
 def test_every_law_holds(one: Scene) -> None:
-    claims = [claim for claim in laws(Workspace(one)) if claim.left]
+    claims = [claim for claim in laws(workspace(one)) if claim.left]
     findings = prove(on_unit_sphere(one, claims))[1]
 
     assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()

@@ -10,10 +10,10 @@ import pytest
 from arms import cart_pole, chain, puma560, spatial_arm, two_link
 from mechanisms import coupled_tree, random_tree
 from oracles import BIG
-from running import call, matrix, random_fractions
+from running import call, matrix, random_fractions, workspace
 
 from symdyn.algebra.numeric import Batches, Floats
-from symdyn.dynamics import OUTPUTS, Unasked, Workspace, derive, derive_one, expected, roads_of
+from symdyn.dynamics import OUTPUTS, Unasked, derive, derive_one, expected, roads_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
 from symdyn.scene import body, number, prismatic, read_text, revolute, scene
@@ -48,9 +48,10 @@ def test_random_trees_have_every_kind_of_joint_and_angle():
     assert {"beta", Fraction(3, 10)} <= angles  # a parameter; 0.3 rad
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("one", SCENES, ids=by_name)
 def test_all_roads_of_all_outputs_are_proved_equal(one):
-    w = Workspace(one)
+    w = workspace(one)
     claims = []
     for request in [*expected(one), *kinematics(one)]:
         first, *others = (derive_one(w, request, road) for road in roads_of(request, one))
@@ -69,9 +70,10 @@ def kinematics(one):
     return [f"{name}:{place}" for place in names for name, row in OUTPUTS.items() if row.place]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("one", SCENES, ids=by_name)
 def test_every_law_is_proved(one):
-    findings = prove(on_unit_sphere(one, laws(Workspace(one), expected(one, Unasked.NEVER))))[1]
+    findings = prove(on_unit_sphere(one, laws(workspace(one), expected(one, Unasked.NEVER))))[1]
 
     assert len(findings) == 11
     assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
@@ -120,6 +122,7 @@ def test_coriolis_matrix_leaves_a_skew_remainder(one):
     assert any(abs(S[i][j]) > 1e-3 for i in range(n) for j in range(n)) or n == 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("one", "road"), [(one, road) for one in SCENES for road in roads_of("forward_dynamics", one)], ids=str_or_name
 )

@@ -20,6 +20,8 @@ from symdyn.simulation import simulate
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.state_equations import state_equations
 
+pytestmark = pytest.mark.runs()
+
 
 def row_of(n: int) -> Scene:
     return read_text(starter("row", "n_four_bar", n))

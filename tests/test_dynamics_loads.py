@@ -237,6 +237,7 @@ LOADED = [
 ]
 
 
+@pytest.mark.long(0)
 @pytest.mark.parametrize("one", LOADED, ids=lambda one: one.name)
 def test_both_roads_and_all_laws_are_proved(one):
     w = Workspace(one)
@@ -329,6 +330,7 @@ def test_a_prescribed_motion_moves_its_joint_and_tells_its_drive():
     assert forward(q, qd, [0.0, tau[1]], t, params) == pytest.approx([a, swing], rel=1e-13)  # its tau is not read
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(4))
 def test_hybrid_dynamics_of_trees_is_proved(seed):
     one = random_tree(seed, 5)
@@ -357,6 +359,7 @@ def test_time_is_an_argument_only_of_what_depends_on_it():
     assert names == {"inverse_dynamics": ["q", "qd", "qdd", "t", "params"], "mass_matrix": ["q", "params"]}
 
 
+@pytest.mark.runs
 @pytest.mark.parametrize("target", ["numpy", "c"])
 def test_time_is_one_number_or_a_batch_of_them(target):
     one = pendulum(elements=(Load("w", TIP, vec(0, 0, "F*sin(t)")),))
@@ -374,6 +377,7 @@ def test_time_is_one_number_or_a_batch_of_them(target):
     assert call(q[0], qd[0], qdd[0], 0.3, VALUES).shape == (1,)
 
 
+@pytest.mark.runs
 def test_the_ufunc_takes_time_without_a_dimension():
     one = pendulum(elements=(Load("w", TIP, vec(0, 0, "F*sin(t)")),))
     loaded = load_scene(one, ("inverse_dynamics",))
@@ -398,6 +402,7 @@ def test_c_takes_time_by_value_and_its_batches_by_address(real):
     assert header.count(f"const {real} *qdd, const {real} *t, const {real} *params") == 2
 
 
+@pytest.mark.runs
 def test_batches_by_columns_take_a_column_of_times():
     one = pendulum(elements=(Load("w", TIP, vec("F*cos(3*t)", 0, "F*sin(t)")),))
     module = build(lower(formulate(one, ("inverse_dynamics",))))
@@ -412,6 +417,7 @@ def test_batches_by_columns_take_a_column_of_times():
     assert out == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.runs
 def test_a_long_scalar_function_hands_time_to_its_parts():
     one = with_loads(random_tree(4, 8), 1)
     call, plain = (lambdify(one, "forward_dynamics", target) for target in ("c", "numpy"))
@@ -421,6 +427,7 @@ def test_a_long_scalar_function_hands_time_to_its_parts():
     assert call(*state) == pytest.approx(plain(*state), rel=1e-8)
 
 
+@pytest.mark.runs
 def test_the_certificate_of_a_loaded_scene_proves_and_measures_everything():
     spring, damper = Spring("s", "", (ABOVE, TIP), vec("k"), parse("s0")), Damper("d", "", (ABOVE, TIP), vec("c"))
     load, dry = Load("w", TIP, vec("F*sin(t)", 0, 0)), Friction(number(1), None, number(1), parse("0.1"))
@@ -434,6 +441,7 @@ def test_the_certificate_of_a_loaded_scene_proves_and_measures_everything():
 # In print
 
 
+@pytest.mark.long
 def test_every_load_is_printed():
     spring, twist = (
         Spring("s", "", (ABOVE, TIP), vec("k"), parse("s0")),
@@ -454,6 +462,7 @@ def test_every_load_is_printed():
     assert "t = symbols(" in equations_text(one, "sympy").replace("\n", " ")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_what_is_printed_is_what_is_derived(seed):
     one = with_loads(random_tree(seed, 3), seed)

@@ -96,6 +96,7 @@ def flat(rows: object) -> tuple[object, ...]:
     return tuple(entry for row in rows for entry in row)  # type: ignore[attr-defined]
 
 
+@pytest.mark.long(0)
 @pytest.mark.parametrize("seed", range(4))
 def test_rows_of_every_joint_type_agree_on_both_roads(seed: int) -> None:
     scene = with_loops(seed)
@@ -205,6 +206,7 @@ MECHANISMS = [crank_rocker, symbolic_four_bar, slider_crank, rssr, bricard, lamb
 NAMES = ["crank_rocker", "symbolic_four_bar", "slider_crank", "rssr", "bricard", "two_four_bars"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("make", MECHANISMS, ids=NAMES)
 def test_both_derivations_of_a_closed_mechanism_agree_and_keep_the_laws(make: Callable[[], Scene]) -> None:
     scene = make()

@@ -97,6 +97,7 @@ def verdicts(scene, claims):
 # The whole system (5.18) and the laws
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("one", [*TREES, *JOINTED, *CLOSED, rssr(), n_four_bar(2), bricard()], ids=by_name)
 def test_recursion_solves_the_whole_system(one):
     outputs = ("reactions", "forward_dynamics", "multipliers") if one.loops else ("reactions",)
@@ -106,6 +107,7 @@ def test_recursion_solves_the_whole_system(one):
     assert verdicts(one, claims) == {PROVED}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("one", [*TREES, *JOINTED, *CLOSED], ids=by_name)
 def test_laws_of_reactions_are_proved(one):
     claims = list(laws(Workspace(one), ("reactions", "inverse_dynamics")))
@@ -285,6 +287,7 @@ def test_pin_forces_of_the_four_bar_change_point_included(case, road):
 # Generated code
 
 
+@pytest.mark.runs
 @pytest.mark.parametrize("one", [two_link(), crank_rocker(), single_loop(), coupled_tree(1, 4)], ids=by_name)
 @pytest.mark.parametrize("output", ["reactions", "forward_reactions:joint"])
 def test_generated_code_gives_the_reactions(one, output):

@@ -107,6 +107,7 @@ def test_a_rod_pushes_along_itself():
 # Natural positions
 
 
+@pytest.mark.long
 @pytest.mark.mends("3.2")
 @pytest.mark.parametrize(("yaw", "lean"), [(0.0, 0.1), (0.3, 0.0), (0.0, 0.0), (0.0, -0.2), (np.pi / 2, 0.0)])
 def test_a_rolling_disc_has_reactions_at_natural_positions(yaw, lean):
@@ -119,6 +120,7 @@ def test_a_rolling_disc_has_reactions_at_natural_positions(yaw, lean):
     np.testing.assert_allclose(forward, least.wrenches, atol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.mends("3.2")
 def test_an_upright_bicycle_has_reactions():
     scene = symdyn.read(DATA / "bicycle.toml")

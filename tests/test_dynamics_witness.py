@@ -105,6 +105,7 @@ def close(found, expected):
     return all(abs(a - b) < 1e-38 * scale for a, b in zip(found, expected, strict=True))
 
 
+@pytest.mark.long(0)
 @pytest.mark.parametrize("road", roads_of("mass_matrix"))
 def test_mass_matrix_is_what_sympy_finds(witness, road):
     one, state, M, _ = witness
@@ -112,6 +113,7 @@ def test_mass_matrix_is_what_sympy_finds(witness, road):
     assert close(call(derive(one, ["mass_matrix"], road), "mass_matrix", BIG, **state), M)
 
 
+@pytest.mark.long(0)
 @pytest.mark.parametrize("road", roads_of("inverse_dynamics"))
 def test_driving_forces_are_what_sympy_finds(witness, road):
     one, state, M, force = witness

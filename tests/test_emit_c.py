@@ -16,10 +16,12 @@ from symdyn.dynamics.roads.functions import Equations
 from symdyn.emit import Sources, emit, write
 from symdyn.program import lower
 
+pytestmark = pytest.mark.runs()
+
 GCC = shutil.which("gcc") or shutil.which("cc") or shutil.which("clang")
 LINT = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror", "-c", "-o", "lint.o"]
 
-needs_compiler = pytest.mark.skipif(GCC is None, reason="no C compiler")
+needs_compiler = pytest.mark.runs("cc")
 
 
 def lint(sources: Sources, folder) -> str:
@@ -59,7 +61,7 @@ def test_hostile_names_and_text_are_clean_c99(tmp_path):
     assert lint(sources, tmp_path) == ""
 
 
-@pytest.mark.skipif(shutil.which("g++") is None, reason="no C++ compiler")
+@pytest.mark.runs("g++")
 def test_the_header_serves_cpp(tmp_path):
     source, header = write(emit(lower(every_op()), "c"), tmp_path)
     main = "int main() { double x[2] = {0.0, 0.0}; every_op_scalar(x, x, x, x); return x[0] == 0.0 ? 0 : 1; }"

@@ -17,7 +17,6 @@ from formulas import argument, every_op, function, one, states
 from mechanisms import random_tree
 
 from symdyn.build import build
-from symdyn.build.compiler import find_compiler
 from symdyn.build.threads import run_rows, split
 from symdyn.cli import main
 from symdyn.dynamics.roads.derive import derive
@@ -26,20 +25,17 @@ from symdyn.emit import emit, write
 from symdyn.emit.code.c_plan import Pass, SineCosine, plan
 from symdyn.emit.code.c_sincos import COSINE, HALF_PI, SINE
 from symdyn.emit.code.c_stages import PIECE
-from symdyn.errors import BuildError, EmitError
+from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
 from symdyn.scene import Scene
+
+pytestmark = pytest.mark.runs("cc")
 
 GCC = shutil.which("gcc") or shutil.which("cc") or shutil.which("clang")
 LINT = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror", "-c", "-o", "lint.o"]
 COUNTS = (0, 1, 3, 16, 17, 63, 64, 65, 130, 256)
 TYPES = {"double": np.float64, "float": np.float32}
-
-try:
-    find_compiler()
-except BuildError:
-    pytest.skip("no C compiler", allow_module_level=True)
 
 
 def sine_and_cosine() -> Equations:

@@ -6,7 +6,6 @@ import random
 import re
 import subprocess
 from pathlib import Path
-from shutil import which
 from typing import Any
 
 import numpy as np
@@ -35,6 +34,7 @@ def test_short_angles_reach_the_rows(name: str, angles: str) -> None:
     assert ("*c2 " in text) == (angles == "short")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("group", ["equations", "matrix"])
 @pytest.mark.parametrize("name", CLOSED)
 def test_generated_code_solves_the_printed_equations(name: str, group: str) -> None:
@@ -122,7 +122,7 @@ def test_rows_without_a_closed_form_are_named_and_say_why(format_: str, tmp_path
     assert ("G_{" in shown) if format_ == "latex" else ("G1_" in shown)
 
 
-@pytest.mark.skipif(which("pdflatex") is None, reason="pdflatex is not installed")
+@pytest.mark.runs("pdflatex")
 @pytest.mark.parametrize("group", GROUPS)
 @pytest.mark.parametrize("name", ["four_bar", "rsup"])
 def test_documents_of_closed_scenes_compile_and_fit(name: str, group: str, tmp_path: Path) -> None:

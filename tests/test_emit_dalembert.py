@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 
 import pytest
@@ -39,6 +38,7 @@ def test_page_of_the_four_bar_shows_the_pattern_of_blocks():
     ) in text
 
 
+@pytest.mark.long
 def test_a_spatial_mechanism_has_six_equations_a_body():
     text = dalembert_text(single_loop())
 
@@ -70,7 +70,8 @@ def test_command_line(capsys):
     assert "written in LaTeX, not as text" in capsys.readouterr().err
 
 
-@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="there is no pdflatex")
+@pytest.mark.runs
+@pytest.mark.runs("pdflatex")
 @pytest.mark.parametrize("one", [two_link(), symbolic_four_bar()], ids=lambda one: one.name)
 def test_the_document_compiles_and_fits_the_page(one, tmp_path):
     (tmp_path / "page.tex").write_text(dalembert_text(one, document=True), encoding="utf-8")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -91,6 +90,7 @@ def value_of_sympy(expression: Any) -> float:
     return sympy.lambdify(symbols, expression, "math")(*(number_of(str(x)) for x in symbols))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("group", ["equations", "textbook"])
 def test_sympy_text_executed_has_the_values_of_the_graph(group: str) -> None:
     scene, graph = example("scara"), Graph()
@@ -179,6 +179,7 @@ def test_a_long_force_fits_the_page(group: str) -> None:
             assert latex_width(line.removesuffix(r" \\")) < LINE + 15, line
 
 
+@pytest.mark.long
 def test_equations_that_nobody_could_read_are_refused_with_the_way_out() -> None:
     with pytest.raises(DerivationError, match=r"symdyn generate writes .*\.sympy\('k_z', 0, 0\) gives a single"):
         equations_text(read_text(starter("chain", "chain", 20), "chain.toml"), "text")
@@ -322,7 +323,7 @@ def test_every_line_fits_the_page(name: str, group: str) -> None:
             assert latex_width(line.removesuffix(r" \\")) < LINE + 15, line
 
 
-@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="there is no pdflatex")
+@pytest.mark.runs("pdflatex")
 @pytest.mark.parametrize(
     ("name", "group"), [("two_link", "textbook"), ("double_pendulum", "matrix"), ("puma560", "coefficients")]
 )
@@ -385,6 +386,7 @@ def run_script(seed: str) -> str:
     return subprocess.run(command, capture_output=True, text=True, check=True, env=environment, timeout=60).stdout
 
 
+@pytest.mark.runs
 def test_the_same_bytes_under_any_hash_seed_and_no_sympy_for_latex() -> None:
     first = run_script("1")
 

@@ -15,6 +15,8 @@ from symdyn.emit import emit, write
 from symdyn.program import formulate, lower
 from symdyn.scene import Scene, body, prismatic, read, revolute, scene
 
+pytestmark = pytest.mark.runs()
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 PROMISE = "NaN in any entry that a result depends on makes that result NaN"

@@ -15,17 +15,14 @@ from formulas import every_op, states
 from symdyn.build.run_node import find_node, run_js
 from symdyn.dynamics import derive
 from symdyn.emit import emit, write
-from symdyn.errors import BuildError, EmitError, MissingNode
+from symdyn.errors import BuildError, EmitError
 from symdyn.program import formulate, lower, prepare
 from symdyn.scene import Scene, read, read_text
 from symdyn.verify import measure
 
-ROOT = Path(__file__).parent.parent
+pytestmark = pytest.mark.runs("node")
 
-try:
-    find_node()
-except MissingNode as fault:
-    pytest.skip(str(fault), allow_module_level=True)
+ROOT = Path(__file__).parent.parent
 
 DRIVEN = """
 [parameters]

@@ -32,6 +32,7 @@ def module():
     return run_python(emit(lower(every_op())))
 
 
+@pytest.mark.runs
 def test_the_module_runs_with_numpy_alone(tmp_path):
     write(emit(lower(every_op())), tmp_path)
     code = "import every_op, sys; print(every_op.scalar([0, 0], [2, 3], [10])); print('symdyn' in sys.modules)"

@@ -27,6 +27,7 @@ for equations in (every_op(), derive(random_tree(3, 4), ("inverse_dynamics", "ma
 """
 
 
+@pytest.mark.runs
 def test_the_same_scene_gives_the_same_bytes_under_any_hash_seed():
     outputs = []
     for seed in ("1", "20240601"):

@@ -136,6 +136,7 @@ def draw(scene: Scene, rng: np.random.Generator) -> np.ndarray:
     return q
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("snap", [True, False])
 @pytest.mark.parametrize("name", FILES)
 def test_dynamics_are_those_of_mujoco(name: str, snap: bool) -> None:

@@ -349,6 +349,7 @@ def test_names_become_printable_and_stay_apart():
 WORDS = ("", "nan", "1e400", "-1", "0 0 0", "ground", "world", "palm", "q", "fixed", "floating", "9" * 50, "${x}")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(150))
 def test_a_file_that_was_damaged_is_a_scene_or_a_list_of_faults(seed):
     rng = random.Random(seed)
@@ -407,6 +408,7 @@ def robot(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.long
 @pytest.mark.mends("4.floating")
 @pytest.mark.parametrize("verb", [["info"], ["generate", "-o", "{out}"], ["convert", "{out}.toml"], ["info", "--json"]])
 def test_every_verb_that_reads_a_robot_lets_its_base_float(robot, tmp_path, capsys, verb):
@@ -471,6 +473,7 @@ def test_info_tells_how_the_pose_of_the_tool_is_asked_for(robot, capsys):
     )
 
 
+@pytest.mark.long
 @pytest.mark.mends("4.names")
 @pytest.mark.parametrize("target", ["numpy", "c", "js"])
 def test_generated_code_tells_whose_positions_the_coordinates_are(tmp_path, capsys, target):

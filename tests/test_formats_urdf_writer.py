@@ -105,6 +105,7 @@ def test_the_proof_sees_another_number():
     assert prove([claim])[1][0].verdict == DIFFERENT
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("make", [random_tree, coupled_tree])
 def test_any_tree_has_the_same_dynamics_when_it_is_read_again(make, seed):

@@ -45,6 +45,7 @@ def test_every_planted_fault_has_its_place(plant):
     assert text.count(plant.old) == 1
 
 
+@pytest.mark.runs
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="workers are limited as Linux does it")
 def test_what_was_found_once_is_mended():
     assert CORPUS

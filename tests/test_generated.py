@@ -27,6 +27,7 @@ CASES = [
 PREPARED = ["--functions", "inverse_dynamics,forward_dynamics,mass_matrix", "--prepare"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("scene", "target", "real"), CASES)
 def test_generated_files_are_what_the_command_line_writes(
     scene: str, target: str, real: str, tmp_path: Path, update_golden: bool, capsys: pytest.CaptureFixture[str]

@@ -86,6 +86,7 @@ def test_latex_that_no_target_shows_is_refused_in_a_sentence(
     assert "; " in said
 
 
+@pytest.mark.runs
 def test_what_the_grammar_holds_every_target_shows(tmp_path: Path) -> None:
     from random_latex import random_symbols
 

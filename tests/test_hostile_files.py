@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,6 @@ from xml.sax.saxutils import quoteattr
 
 import hostile
 import pytest
-from browser import chromium
 from hostile import (
     PAYLOADS,
     in_browser,
@@ -32,6 +31,8 @@ from hostile import (
 
 from symdyn.scene import read
 
+pytestmark = pytest.mark.runs()
+
 Harness = Callable[[Path], list[str]]
 
 OPENERS: dict[str, Harness] = {
@@ -46,12 +47,6 @@ OPENERS: dict[str, Harness] = {
 }
 
 SLOW = ("asked", "dalembert", "dalembert-tex", "exercises", "free", "ufunc")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as found:
-        yield found
 
 
 @pytest.fixture(scope="module")

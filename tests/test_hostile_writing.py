@@ -45,6 +45,7 @@ def doors(*names: str) -> list[object]:
     return [pytest.param(name, marks=MENDED.get(name, [])) for name in names]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("door", doors("walkthrough", "lesson with pictures", "sliders", "draw", "convert"))
 def test_a_link_that_stands_where_a_file_goes_is_replaced_not_followed(door: str, tmp_path: Path) -> None:
     words, name = DOORS[door]
@@ -59,6 +60,7 @@ def test_a_link_that_stands_where_a_file_goes_is_replaced_not_followed(door: str
     assert (tmp_path / "out" / name).stat().st_size > 400
 
 
+@pytest.mark.runs
 @pytest.mark.skipif(sys.platform == "win32", reason="limits on files are those of POSIX")
 @pytest.mark.parametrize("door", doors("walkthrough", "lesson with pictures", "sliders", "draw"))
 def test_a_full_disk_leaves_nothing_new_and_keeps_what_was_there(door: str, tmp_path: Path) -> None:

@@ -13,6 +13,8 @@ from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import inverse, read_motion, simulate
 from symdyn.simulation.trajectory import Trajectory
 
+pytestmark = pytest.mark.runs()
+
 ROOT = Path(__file__).parent.parent
 FOUND, EXAMPLES = ROOT / "tests" / "data" / "found", ROOT / "examples"
 

@@ -7,15 +7,7 @@ import os
 import pytest
 from kills import VERBS, kills
 
-from symdyn.build.compiler import find_compiler
-from symdyn.errors import BuildError
-
-try:
-    find_compiler()
-except BuildError:
-    pytest.skip("no C compiler", allow_module_level=True)
-
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+pytestmark = [pytest.mark.runs("cc"), pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")]
 
 
 def whole(verb: str, times: int) -> None:

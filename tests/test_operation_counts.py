@@ -56,6 +56,7 @@ def test_counts_are_these(name):
     assert operation_counts.measured(CASES[name]) == [Counts(*numbers) for numbers in COUNTS[name]]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", EMITTED)
 def test_emitted_counts_are_these(name):
     assert operation_counts.emitted(CASES[name]) == [Counts(*numbers) for numbers in EMITTED[name]]
@@ -73,6 +74,7 @@ def test_every_robot_is_counted():
     assert CASES.keys() == COUNTS.keys() == EMITTED.keys()
 
 
+@pytest.mark.long
 def test_the_page_is_what_the_command_writes():
     assert operation_counts.PAGE.read_text(encoding="utf-8") == operation_counts.page()
 

@@ -57,6 +57,7 @@ def test_lagrange_agrees_on_short_chains(n):
     assert_digits(evaluated("forward_dynamics", "lagrange", n), CASES[n]["free_qdd"], "1e-27")
 
 
+@pytest.mark.long
 def test_composite_mass_of_a_hundred_links_takes_free_accelerations_to_zero_torque():
     n = 100
     free = [BIG.number(text) for text in CASES[n]["free_qdd"]]

@@ -21,6 +21,7 @@ def cost(scene, output, road):
     return lower(derive(scene, (output,), road))[output].counts.cost
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scene", SMALL, ids=lambda scene: scene.name)
 def test_no_other_road_is_cheaper(scene):
     outputs = ("inverse_dynamics", "mass_matrix", "velocity_forces", "gravity_forces", "k_D")

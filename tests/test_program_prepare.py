@@ -15,27 +15,23 @@ from mechanisms import random_tree
 import symdyn
 import symdyn.verify.certificate as certificate_room
 from symdyn.build import build, run_python
-from symdyn.build.compiler import find_compiler
 from symdyn.build.extension import build_extension
 from symdyn.cli import main
 from symdyn.dynamics import Equations
 from symdyn.emit import emit
-from symdyn.errors import BuildError, DerivationError
+from symdyn.errors import DerivationError
 from symdyn.graph import Graph
 from symdyn.program import Counts, Program, formulate, lower, prepare
 from symdyn.program.prepare import is_prepared
 from symdyn.scene import Parameter, Scene, bind, read
 from symdyn.verify import DIFFERENT, PROVED, certify
 
+pytestmark = pytest.mark.runs("cc")
+
 ASKED = ("inverse_dynamics", "forward_dynamics", "mass_matrix", "gravity_forces", "pose:tool")
 COUNTS = (1, 3, 17, 300)
 PARAMS = [1.0, 1.0, 1.0, 1.0, 9.81]
 STATE = ([0.3, 0.5], [1.0, -2.0], [0.7, 1.1])
-
-try:
-    find_compiler()
-except BuildError:
-    pytest.skip("no C compiler", allow_module_level=True)
 
 
 def hand_made(entries, symbols, name: str = "f") -> Program:

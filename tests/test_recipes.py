@@ -16,6 +16,7 @@ NAMES = {"rack_and_pinion": "pinion", "gas_spring": "gas_spring"}
 """What is checked by `check_<name>.py`, and a word of it that symdyn does not hold."""
 
 
+@pytest.mark.runs
 @pytest.mark.parametrize("recipe", NAMES)
 def test_a_new_row_is_one_file(recipe: str) -> None:
     """In a fresh process, so that no other test sees the row, nor the row another test."""

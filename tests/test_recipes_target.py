@@ -14,6 +14,7 @@ from symdyn.cli import main
 TESTS = Path(__file__).parent
 
 
+@pytest.mark.runs
 def test_a_target_of_one_file_keeps_every_law_of_targets() -> None:
     words = ["-p", "recipes.awk_target", "-p", "no:cacheprovider", "-q", str(TESTS / "test_targets.py"), "-k", "awk"]
     environment = {**os.environ, "PYTHONPATH": str(TESTS)}

@@ -152,6 +152,7 @@ def test_words_of_python_declare_the_same_contacts() -> None:
     assert one.rows[0].axis is None
 
 
+@pytest.mark.long
 def test_info_tells_contacts(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", str(EXAMPLES / "rolling_disc.toml")]) == 0
     told = capsys.readouterr().out

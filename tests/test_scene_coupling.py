@@ -215,6 +215,7 @@ def reduced(one, w):
     return small, [sum((G[i][k] * tau[i] for i in range(N)), start=zero) for k in range(n)], energies
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(6))
 def test_coupled_trees_have_the_dynamics_of_the_reduced_tree(seed):
     one = coupled_tree(seed, n=4)

@@ -71,6 +71,7 @@ def test_an_invalid_inertia_of_a_robot_file_says_how_to_read_it_all_the_same(tmp
     assert [note for note in reading.notes if note.endswith("; kept as it is")]
 
 
+@pytest.mark.runs
 def test_a_reader_is_imported_when_its_format_is_met(tmp_path):
     path = tmp_path / "hollow.toml"
     path.write_text('[bodies.a]\n[joints.b]\ntype = "revolute"\nparent = "ground"\nchild = "a"\n')

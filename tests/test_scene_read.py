@@ -312,6 +312,7 @@ def test_a_starter_that_cannot_be_written_says_why(arguments, message):
         starter(*arguments)
 
 
+@pytest.mark.runs
 def test_reading_a_scene_imports_neither_sympy_nor_numpy(tmp_path):
     file = tmp_path / "p.toml"
     file.write_text(PENDULUM)

@@ -52,6 +52,7 @@ def bound(one):
     return [routine.function.entries for routine in lower(derive(one, FUNCTIONS), ()).routines]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("what", KINDS)
 @pytest.mark.parametrize("one", SCENES, ids=by_name)
 def test_with_its_values_bound_every_function_is_the_same(one, what):

@@ -50,6 +50,7 @@ def there_and_back(one):
     return back
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("k", range(len(SCENES)), ids=lambda k: f"{k}-{SCENES[k].name}")
 def test_every_scene_reads_back_equal(k):
     assert there_and_back(SCENES[k]) == SCENES[k]
@@ -127,6 +128,7 @@ def test_decimals(value, text):
     assert decimal(Fraction(value)) == text
 
 
+@pytest.mark.long
 @settings(deadline=None)
 @given(
     st.fractions(max_denominator=10**12) | st.decimals(allow_nan=False, allow_infinity=False, places=30).map(Fraction)
@@ -137,6 +139,7 @@ def test_every_number_comes_back_exactly(value):
     assert there_and_back(one).parameters[-1].value == number(value)
 
 
+@pytest.mark.long
 @settings(deadline=None)
 @given(st.text(st.characters(exclude_categories=("C", "Z"), include_characters=" "), max_size=30))
 def test_every_printable_text_comes_back(text):

@@ -19,6 +19,8 @@ from symdyn.simulation.initial import read_start
 from symdyn.simulation.record import record
 from symdyn.simulation.state_equations import state_equations
 
+pytestmark = pytest.mark.runs()
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 DISC = read(EXAMPLES / "rolling_disc.toml")

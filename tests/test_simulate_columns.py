@@ -13,6 +13,8 @@ import symdyn
 from symdyn.cli import main
 from symdyn.errors import SimulateError
 
+pytestmark = pytest.mark.runs()
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 

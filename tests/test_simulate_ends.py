@@ -13,6 +13,8 @@ from symdyn.cli import main
 from symdyn.scene import read
 from symdyn.simulation import read_forces, simulate
 
+pytestmark = pytest.mark.runs()
+
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"
 CART, FOUR_BAR = str(EXAMPLES / "cart_pole.toml"), str(EXAMPLES / "four_bar.toml")

@@ -25,6 +25,8 @@ from symdyn.simulation.record import csv_text, record
 from symdyn.simulation.slopes import differences
 from symdyn.simulation.state_equations import state_equations
 
+pytestmark = pytest.mark.runs()
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 LAWS = [

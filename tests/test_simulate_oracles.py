@@ -12,6 +12,8 @@ from symdyn.bench.stress.scenes import pinned
 from symdyn.simulation import Trajectory, inverse, read_motion, simulate
 from symdyn.simulation.state_equations import state_equations
 
+pytestmark = pytest.mark.runs()
+
 EPS = 2.3e-16
 
 

@@ -28,6 +28,7 @@ def _turning(rate: str) -> Scene:
     return replace(scene, joints=(replace(scene.joints[0], start_rates=(exact(rate),)), *scene.joints[1:]))
 
 
+@pytest.mark.runs
 @pytest.mark.mends("3.8")
 def test_coordinates_beyond_the_freedoms_choose_the_branch_and_what_they_become_is_told(
     capsys: pytest.CaptureFixture[str],
@@ -80,6 +81,7 @@ def test_rates_that_are_given_replace_those_of_the_scene() -> None:
     assert "what is given leaves no choice of q_A_dot, 2 in the scene" in note
 
 
+@pytest.mark.runs
 def test_rates_of_the_scene_that_are_still_open_stay(capsys: pytest.CaptureFixture[str]) -> None:
     scene = str(EXAMPLES / "governor.toml")  # turns at 12 rad/s
     command = [
@@ -122,6 +124,7 @@ limits = {{ lower = -1, upper = 0.5, velocity = 3, effort = 2 }}
 """
 
 
+@pytest.mark.runs
 @pytest.mark.mends("3.9")
 @pytest.mark.parametrize("method", ["dop853", "taylor"])
 def test_a_limit_of_a_joint_that_is_passed_is_told(
@@ -144,6 +147,7 @@ def test_a_limit_of_a_joint_that_is_passed_is_told(
     assert "joint pin: velocity up to 3 rad/s is passed at t = " in err
 
 
+@pytest.mark.runs
 def test_a_motion_within_its_limits_is_quiet(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = tmp_path / "stop.toml"
     scene.write_text(PENDULUM.format(start=0.5))  # it begins on its limit
@@ -151,6 +155,7 @@ def test_a_motion_within_its_limits_is_quiet(tmp_path: Path, capsys: pytest.Capt
     assert "is passed" not in capsys.readouterr().err
 
 
+@pytest.mark.runs
 @pytest.mark.mends("3.12")
 def test_a_spring_of_no_length_that_pulls_nowhere_there_has_a_force_and_an_energy(
     capsys: pytest.CaptureFixture[str],
@@ -179,6 +184,7 @@ def test_a_spring_that_stiffens_has_a_force_where_its_ends_meet_by_every_road(tm
     assert code.inverse_dynamics([0.4], [0.0], [0.0]) == pytest.approx([pulled])
 
 
+@pytest.mark.runs
 @pytest.mark.mends("3.12")
 def test_a_spring_of_no_length_that_pulls_there_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = tmp_path / "pulls.toml"
@@ -187,6 +193,7 @@ def test_a_spring_of_no_length_that_pulls_there_is_named(tmp_path: Path, capsys:
     assert "spring s has no length there, where it pulls (with free = 0 it would not)" in capsys.readouterr().err
 
 
+@pytest.mark.runs
 @pytest.mark.mends("3.13")
 def test_a_formula_without_a_real_value_is_named_with_what_helps(capsys: pytest.CaptureFixture[str]) -> None:
     scene = str(EXAMPLES / "pendulum.toml")

@@ -13,6 +13,8 @@ from symdyn.simulation import Trajectory, read_forces, simulate
 from symdyn.simulation.integrate.taylor import SAMPLES, STRETCH, Guard
 from symdyn.simulation.record import csv_text
 
+pytestmark = pytest.mark.runs()
+
 pytest.importorskip("heyoka", reason="needs heyoka, the extra taylor")
 
 

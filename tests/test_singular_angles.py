@@ -58,6 +58,7 @@ def test_a_start_near_a_position_that_is_not_singular_leads_there(guess: dict[st
     assert any("theta kept" in note for note in start.notes)
 
 
+@pytest.mark.runs
 @pytest.mark.mends("3.5")
 def test_a_loop_whose_angles_start_singular_is_refused_in_inverse() -> None:
     from symdyn.simulation.inverse_run import inverse
@@ -67,6 +68,7 @@ def test_a_loop_whose_angles_start_singular_is_refused_in_inverse() -> None:
         inverse(scene, read_motion(scene, ["theta=t"]), np.linspace(0, 1, 3))
 
 
+@pytest.mark.runs
 def test_a_tree_whose_angles_start_singular_is_refused_in_inverse_too() -> None:
     from symdyn.simulation.inverse_run import inverse
 
@@ -105,6 +107,7 @@ def test_a_start_at_singular_angles_names_joint_angle_value_and_remedies(sequenc
     assert read_start(top(sequence, f"{middle} + 0.01")).q[1] == pytest.approx(float(value) + 0.01, abs=1e-5)
 
 
+@pytest.mark.runs
 @pytest.mark.parametrize("method", ["taylor", "dop853", "radau"])
 def test_a_motion_that_comes_to_singular_angles_ends_with_its_rows(method: str) -> None:
     if method == "taylor":

@@ -13,6 +13,8 @@ import pytest
 
 from symdyn.cli import main
 
+pytestmark = pytest.mark.runs()
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 

@@ -91,6 +91,7 @@ def test_an_option_stands_in_the_command_that_makes_the_files_again(name: str, t
         assert any(f"--target {name} --{option}" in path.read_text(encoding="utf-8") for path in tmp_path.iterdir())
 
 
+@pytest.mark.runs
 def test_a_target_computes_what_the_numpy_module_computes(name: str) -> None:
     program = lower(every_op())
     module, plain = running(name, program), run_python(emit(program))
@@ -106,6 +107,7 @@ def test_a_target_computes_what_the_numpy_module_computes(name: str) -> None:
             np.testing.assert_allclose(call(*given), wanted, rtol=1e-13)
 
 
+@pytest.mark.runs
 def test_verify_measures_what_runs_here(name: str) -> None:
     running(name, lower(every_op()))
     found = [a for a in certify(read(PENDULUM), ("inverse_dynamics", "mass_matrix")).accuracy if a.module == name]
@@ -113,6 +115,7 @@ def test_verify_measures_what_runs_here(name: str) -> None:
     assert [a.function for a in found if a.passed] == ["inverse_dynamics", "mass_matrix"]
 
 
+@pytest.mark.runs
 def test_lambdify_takes_what_takes_batches(name: str) -> None:
     if name in RUNNERS and RUNNERS[name].batches:
         running(name, lower(every_op()))
@@ -130,6 +133,7 @@ def named(names: list[str]) -> Equations:
     return Equations(Scene("hand"), g, tuple(functions))
 
 
+@pytest.mark.runs
 def test_a_function_may_be_called_like_a_word_of_the_language(name: str) -> None:
     own = sorted(TARGETS[name].keywords) or KEYWORDS
     sources = emit(lower(named(KEYWORDS)), name)
@@ -143,6 +147,7 @@ def test_a_function_may_be_called_like_a_word_of_the_language(name: str) -> None
         assert getattr(module, legal)([0.5]) == [k + 0.5]
 
 
+@pytest.mark.runs
 def test_words_of_a_stranger_in_a_comment_do_nothing(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -50,6 +50,7 @@ def told(text: str, scene: Scene, **options: object) -> str:
 # What symdyn prints, it reads
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["two_link", "cart_pole", "pendulum", "double_pendulum"])
 @pytest.mark.parametrize("group", ["equations", "coefficients", "textbook"])
 @pytest.mark.parametrize("angles", ["long", "short"])
@@ -81,6 +82,7 @@ def test_names_of_code_are_read_as_code_writes_them() -> None:
     assert all(answer.verdict == PROVED for answer in answers)
 
 
+@pytest.mark.long
 def test_decimals_that_are_rounded_are_right_to_their_digits() -> None:
     scene = read(EXAMPLES / "scara.toml")
 
@@ -161,6 +163,7 @@ def test_equivalent_forms_are_right(text: str, two_link: Scene) -> None:
 # Each kind of mistake has its words
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -240,6 +243,7 @@ def four_bar() -> Scene:
     return read(EXAMPLES / "four_bar.toml")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("format", ["latex", "text"])
 @pytest.mark.parametrize("name", ["four_bar", "slider_crank", "rsup", "spatial_slider_crank"])
 def test_printed_rows_are_right(name: str, format: str) -> None:
@@ -264,6 +268,7 @@ def test_rows_by_hand_are_right_in_any_axes(four_bar: Scene) -> None:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -380,6 +385,7 @@ MARKS = (
 PIECES = (*SIGNS.split(), *MARKS.split(), "é", "\x00", "\n", " ")
 
 
+@pytest.mark.long
 @settings(max_examples=400, deadline=None)
 @given(st.lists(st.sampled_from(PIECES), max_size=14))
 def test_any_text_is_read_or_refused(pieces: list[str]) -> None:
@@ -405,6 +411,7 @@ FORMS = st.recursive(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(FORMS)
 def test_what_is_printed_is_read_back(form: Form) -> None:

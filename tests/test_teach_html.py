@@ -11,7 +11,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 import pytest
-from browser import OVERLAPS, chromium, opened
+from browser import OVERLAPS, opened
 
 from symdyn.algebra.form import ZERO, express_form, symbols_of
 from symdyn.algebra.numeric import Floats
@@ -35,12 +35,6 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 @pytest.fixture(scope="module")
 def lesson() -> Document:
     return with_exercises(walkthrough(read(EXAMPLES / "two_link.toml")))
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as found:
-        yield found
 
 
 def blanks(document: Document) -> list[Blank]:
@@ -68,6 +62,7 @@ class _Balanced(HTMLParser):
         assert self.open.pop() == tag
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["two_link", "cart_pole"])
 @pytest.mark.parametrize("language", ["en", "sk"])
 def test_a_page_is_small_closed_and_alone(name: str, language: str) -> None:
@@ -85,6 +80,7 @@ def test_a_page_is_small_closed_and_alone(name: str, language: str) -> None:
     assert f'<html lang="{language}">' in page
 
 
+@pytest.mark.long
 def test_the_page_of_six_axes_is_small_too() -> None:
     lesson = walkthrough(read(EXAMPLES / "puma560.toml"))
 
@@ -214,6 +210,7 @@ def test_the_page_does_not_hold_the_results(lesson: Document) -> None:
     assert "cos" not in str(asked["values"])
 
 
+@pytest.mark.long
 def test_exercises_of_the_other_road_ask_for_moments_of_inertia_and_drives() -> None:
     closed = with_exercises(walkthrough(read(EXAMPLES / "four_bar.toml"), road="dalembert"))
     assert [b.left for b in blanks(closed)] == ["MD:11:z", "MD:22:z", "MD:33:z"]
@@ -236,6 +233,7 @@ def test_a_walkthrough_without_such_results_says_so() -> None:
 # The browser
 
 
+@pytest.mark.runs
 @pytest.mark.parametrize("width", [1280, 390])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_a_page_is_quiet_and_nothing_overlaps(
@@ -269,6 +267,7 @@ def test_every_right_answer_is_accepted_and_every_changed_one_refused(
                     assert not page.evaluate(judge, [blank.key, wrong])["right"], wrong
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -361,6 +360,7 @@ def read_or_none(text: str, lesson: Document) -> Expr | None:
         return None
 
 
+@pytest.mark.long
 def test_page_and_command_line_read_the_same_formulas(lesson: Document, browser: Any, tmp_path: Path) -> None:
     path = tmp_path / "lesson.html"
     path.write_text(html_page(lesson), encoding="utf-8")
@@ -479,6 +479,7 @@ def test_a_page_reads_answers_as_the_command_line_does(lesson: Document, browser
     assert wrong == []
 
 
+@pytest.mark.runs
 @pytest.mark.mends("5.7")
 def test_a_notebook_reads_answers_as_the_command_line_does(lesson: Document) -> None:
     told = [judge(lesson, key, text) for key, text, _ in OTHER_WAYS]

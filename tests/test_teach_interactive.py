@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import OVERLAPS, chromium, opened
+from browser import OVERLAPS, opened
 
 from symdyn.build import run_python
 from symdyn.draw.places import places
@@ -90,12 +89,6 @@ frame = "ground"
 body = "end"
 at = [0, 0, 0.4]
 """
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as found:
-        yield found
 
 
 def scene_of(name: str) -> Scene:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from itertools import combinations
@@ -11,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import OVERLAPS, chromium, opened
+from browser import OVERLAPS, opened
 from scipy.integrate import solve_ivp
 
 from symdyn.build import run_python
@@ -30,12 +29,6 @@ from symdyn.teach.render.html import html_page
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as found:
-        yield found
 
 
 def saved(name: str, folder: Path, language: str = "en") -> tuple[Scene, Path]:

@@ -32,6 +32,7 @@ def book(name: str, exercises: bool, language: str = "en") -> str:
     return text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("exercises", [False, True])
 @pytest.mark.parametrize("name", ["two_link", "cart_pole"])
 def test_a_notebook_is_valid_and_the_same_in_every_run(name: str, exercises: bool) -> None:
@@ -76,6 +77,7 @@ def test_the_cells_of_exercises_wait_for_an_answer() -> None:
     assert set(filter(None, shown)) == {"Nič tu nie je napísané."}
 
 
+@pytest.mark.long
 def test_a_typed_answer_is_judged() -> None:
     lesson = document("two_link", True)
     for _, blank in lesson.blocks():

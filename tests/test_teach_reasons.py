@@ -82,6 +82,7 @@ def test_axes_that_are_not_parallel_share_no_moment() -> None:
     assert "resultant" not in text
 
 
+@pytest.mark.long
 @pytest.mark.mends("5.4")
 @pytest.mark.parametrize("name", ["two_link", "cart_pole", "scara", "rrp", "rrr"])
 def test_a_coefficient_is_absent_for_a_reason_of_mechanics(name: str) -> None:

@@ -99,6 +99,7 @@ def test_a_loop_with_a_prescribed_motion_is_shown_where_it_is() -> None:
     assert speed == pytest.approx(0, abs=1e-2)
 
 
+@pytest.mark.long
 @pytest.mark.mends("5.5")
 @pytest.mark.parametrize("name", ["two_link", "cart_pole", "double_pendulum", "pendulum", "hoop", "scara"])
 def test_no_coordinate_of_the_state_hides_an_error(name: str) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 from dataclasses import replace
 from functools import cache
 from math import cos, sin
@@ -101,6 +100,7 @@ def reader(document: Document) -> LatexReader:
     return LatexReader(symbols, graph)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "road"), [*((name, "lagrange") for name in SCENES), *((name, "dalembert") for name in CUT)]
 )
@@ -148,6 +148,7 @@ def table(name: str, key: str) -> dict[str, list[float]]:
     return {key: [float(x.replace("−", "-")) for x in cells if x[-1] in "0123456789"] for key, cells in texts.items()}
 
 
+@pytest.mark.long
 @pytest.mark.mends("5.10")
 @pytest.mark.parametrize(("name", "tied"), [("four_bar", 2), ("slider_crank", 2), ("spatial_slider_crank", 3)])
 def test_the_equations_of_loops_are_written_before_they_are_used(name: str, tied: int) -> None:
@@ -227,6 +228,7 @@ def test_errata_of_the_other_road_say_what_is_right_and_check_it() -> None:
     assert wrong == pytest.approx(spin + m * h2 * h1 * sin(q2), rel=5e-3)  # (h1 s q1, -h1 c q1) for an acceleration
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["two_link", "four_bar"])
 def test_parts_of_the_other_road(name: str) -> None:
     parts = {until: walkthrough(scene(name), until=until, road="dalembert").sections for until in STAGES}
@@ -252,6 +254,7 @@ def test_a_wrong_formula_is_noticed() -> None:
     assert shown != pytest.approx(truth)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", SCENES)
 def test_forms_are_worth_their_names(name: str) -> None:
     document = lesson(name)
@@ -318,6 +321,7 @@ origin = [0.5, 0, 0]
 """
 
 
+@pytest.mark.long
 def test_joints_of_several_freedoms_go_both_roads() -> None:
     one = read_text(BALL, "ball")
     document = walkthrough(one, road="dalembert")  # proves that both roads give the same drives
@@ -344,6 +348,7 @@ child = "a"
 """  # along axes of coordinates: in oblique ones its forms fill pages
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", [kind for kind in JOINTS if kind != "fixed"])
 def test_every_type_of_joint_goes_dalemberts_road(kind: str) -> None:
     one = read_text(ROD, "rod") if kind == "rod" else jointed(kind, orientation="zyx")
@@ -606,7 +611,7 @@ def test_command_writes_markdown_with_its_pictures(tmp_path: Path, capsys: pytes
         assert (tmp_path / name).read_text(encoding="utf-8").startswith("<svg")
 
 
-@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="needs pdflatex")
+@pytest.mark.runs("pdflatex")
 def test_pdf_is_built_and_the_same_every_time(tmp_path: Path) -> None:
     ((name, first),) = rendered(lesson("two_link", "sk"), "pdf").items()
     ((_, second),) = rendered(lesson("two_link", "sk"), "pdf").items()

@@ -88,6 +88,7 @@ EQUATIONS = [  # number, what is derived, what the book says
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("derived", "formula"), [row[1:] for row in EQUATIONS], ids=[row[0] for row in EQUATIONS])
 def test_equation_of_the_textbook(arm, derived, formula):
     assert verdict(derived(arm), arm.typed(formula)) == PROVED

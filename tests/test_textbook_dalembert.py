@@ -149,6 +149,7 @@ def test_equation_5_7_a_joint_of_class_t_has_t_components_and_the_drive_takes_th
     assert loop.agrees([x for pair in blocks for x in flat(*pair)], [x for pair in expected for x in flat(*pair)])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("part", ["5.8", "5.9", "5.10"])
 def test_equations_5_8_to_5_10_reaction_in_another_joint_is_moved_and_changes_sign(loop, part):
     """F*_je = -P_je F_ee and M*_je = -r̃_je P_je F_ee - P_je M_ee for every joint e that body j carries."""

@@ -19,6 +19,8 @@ from symdyn.program import lower
 from symdyn.scene import read, read_text
 from symdyn.verify import DIFFERENT, PROVED, certify, measure
 
+pytestmark = pytest.mark.runs()
+
 MODULES = {"numpy", "c", "ufunc", *(["js"] if shutil.which("node") else [])}
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
 

@@ -37,6 +37,7 @@ def found_naturally(scene):
 # Natural positions
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "scene",
     [
@@ -128,6 +129,7 @@ def test_the_mask_is_that_of_the_null_space_in_every_axes():
     assert unique_reactions(symdyn.read(EXAMPLES / "two_link.toml")).all()
 
 
+@pytest.mark.runs
 def test_names_of_loose_entries_are_in_texts_headers_and_info(tmp_path, capsys):
     path = str(EXAMPLES / "four_bar.toml")
     words = "fz, mx, my of motor, elbow, pivot and hinge"
@@ -153,6 +155,7 @@ def test_three_cranks_have_reactions_and_they_are_named():
     assert np.isfinite(R).all()
 
 
+@pytest.mark.runs
 def test_simulated_reactions_of_too_many_drives_are_those_of_the_drives(capsys):
     assert main(["simulate", str(DATA / "found" / "two_motors.toml"), "--until", "0.01", "--reactions"]) == 0
     assert "reaction_pin_fx" in capsys.readouterr().out

@@ -153,6 +153,7 @@ def test_a_wrong_root_is_different_whatever_the_points(name, seed):
     assert finding(WRONG_ROOTS[name], seed=seed, positive=("x", "y")).verdict == DIFFERENT
 
 
+@pytest.mark.long(0)
 @pytest.mark.parametrize("name", ["root of a square", "a factor under a root", "product under roots, where both exist"])
 def test_roots_that_are_not_independent_are_never_proved_by_luck(name):
     verdicts = {finding(BEYOND_THE_FIELDS[name], seed=seed).verdict for seed in range(100)}  # luck is 1 in 16
@@ -199,6 +200,7 @@ TRAPS = {  # true over every field that the default seed draws, or would be with
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(1, 6))
 @pytest.mark.parametrize("name", TRAPS)
 def test_traps_laid_for_the_fields_catch_nothing(name, seed):

@@ -89,6 +89,7 @@ def test_a_distance_is_rounded_up() -> None:
     assert distance(1.0, arb(-1).sqrt()) == math.inf
 
 
+@pytest.mark.runs
 @pytest.mark.parametrize("seed", range(2))
 def test_bounds_hold_and_are_sharp(seed: int) -> None:
     """Against the equations at 60 digits: an independent way to the same truth."""
@@ -111,6 +112,7 @@ def test_bounds_hold_and_are_sharp(seed: int) -> None:
         assert error <= bound.error <= error * (1 + 1e-12) + 1e-25
 
 
+@pytest.mark.runs
 def test_an_error_of_the_code_is_in_the_bound(monkeypatch: pytest.MonkeyPatch) -> None:
     room = import_module("symdyn.verify.rigorous")  # not the function of that name
     scene = read(EXAMPLES / "puma560.toml")
@@ -123,6 +125,7 @@ def test_an_error_of_the_code_is_in_the_bound(monkeypatch: pytest.MonkeyPatch) -
     assert [b.error for b in found.bounds] == pytest.approx([0, 1e-9, 0, 0, 3, 0], rel=1e-4, abs=1e-13)
 
 
+@pytest.mark.runs
 def test_where_a_result_is_not_finite_nothing_is_promised() -> None:
     found = rigorous(read(EXAMPLES / "pendulum.toml"), ("gravity_forces",), {"q1": math.inf})
 
@@ -135,6 +138,7 @@ def test_a_name_that_is_no_argument_is_told() -> None:
         rigorous(read(EXAMPLES / "double_pendulum.toml"), ("mass_matrix",), {"q3": 1.0})
 
 
+@pytest.mark.runs
 def test_the_command_prints_a_row_an_entry(capsys: pytest.CaptureFixture[str]) -> None:
     scene = str(EXAMPLES / "double_pendulum.toml")
     words = ["verify", scene, "--rigorous", "--functions", "mass_matrix", "--at", "q1=0.3,q2=pi/4"]
