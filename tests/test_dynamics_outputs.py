@@ -16,8 +16,6 @@ from pathlib import Path
 
 import pytest
 from arms import chain, two_link
-from symdyn.dynamics.prescribed import has_motion
-from symdyn.program.choose import candidates
 
 import symdyn
 from symdyn.bench.backward import linear
