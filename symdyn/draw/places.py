@@ -19,8 +19,8 @@ from symdyn.dynamics.mechanism.state import first_moment, joint_motion, placemen
 from symdyn.errors import DrawError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
 from symdyn.scene import FORCES, GROUND, JOINTS, Body, Joint, Load, Place, Scene, express
-from symdyn.scene.forces import Rim
 from symdyn.scene.forces.contact import in_plane
+from symdyn.scene.forces.kind import Rim
 from symdyn.scene.joints import JointMotion, blocks
 from symdyn.spatial import Transform, Vec, unit_transform
 

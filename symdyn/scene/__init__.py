@@ -21,7 +21,10 @@ from symdyn.scene.build_joints import (
 )
 from symdyn.scene.build_loads import damper, knife_edge, load, rolling, row, spring
 from symdyn.scene.element import Element, Friction, Load, Place, Plane, Row, Strut
-from symdyn.scene.forces import FORCES, Damper, Forbid, ForceKind, Pull, Push, Spring, Touch, pull_of
+from symdyn.scene.forces import FORCES, pull_of
+from symdyn.scene.forces.damper import Damper
+from symdyn.scene.forces.kind import Forbid, ForceKind, Pull, Push, Touch
+from symdyn.scene.forces.spring import Spring
 from symdyn.scene.formula import FormulaError, parse
 from symdyn.scene.joints import JOINTS, JointKind, JointMotion, Move
 from symdyn.scene.locking import lock

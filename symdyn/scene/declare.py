@@ -9,7 +9,8 @@ from symdyn.scene.body_table import read_body
 from symdyn.scene.checks.whole import check
 from symdyn.scene.dh import expand
 from symdyn.scene.draft import Draft
-from symdyn.scene.forces import Scope, read_elements
+from symdyn.scene.forces import read_elements
+from symdyn.scene.forces.kind import Scope
 from symdyn.scene.joint_table import read_joints, read_loops
 from symdyn.scene.locking import lock, read_locks
 from symdyn.scene.model import STANDARD_GRAVITY, Parameter, Point, Scene

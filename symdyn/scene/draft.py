@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import NamedTuple
 
-from symdyn.scene.forces import FORCES, MOTION, PARAMETERS, TIME, friction
+from symdyn.scene.forces import FORCES, friction
+from symdyn.scene.forces.kind import MOTION, PARAMETERS, TIME
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.model import Body, Joint, Limits, Pose, Scene
 from symdyn.scene.quantity import Quantity

@@ -18,7 +18,7 @@ from symdyn.errors import SymdynError
 from symdyn.scene import FORCES, Place, Pull, Spring, lock, number, parse, read_text, with_symbols, write_text
 from symdyn.scene.build import body, scene
 from symdyn.scene.build_joints import prismatic
-from symdyn.scene.forces import ForceKind
+from symdyn.scene.forces.kind import ForceKind
 from symdyn.scene.python_values import entry
 from symdyn.simulation import simulate
 from symdyn.teach import walkthrough

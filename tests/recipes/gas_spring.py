@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 from symdyn.graph import Expr, Op
 from symdyn.scene import FORCES, ForceKind, Pull, Quantity, Strut, express, spell
-from symdyn.scene.forces import Ends, Key, Mark, Stand
-from symdyn.scene.forces.keys import NUMBER
+from symdyn.scene.forces.ends import Ends
+from symdyn.scene.forces.keys import NUMBER, Key
+from symdyn.scene.forces.kind import Mark, Stand
 from symdyn.scene.quantity import ZERO
 from symdyn.scene.value import value_of
 

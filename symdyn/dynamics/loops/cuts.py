@@ -16,7 +16,8 @@ from symdyn.dynamics.mechanism.state import placement, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import JOINTS, Joint, Row, Scene
-from symdyn.scene.forces import Touch, touch_of
+from symdyn.scene.forces import touch_of
+from symdyn.scene.forces.kind import Touch
 from symdyn.spatial import Transform, Wrench, dot, identity
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from symdyn.scene.draft import Draft
-from symdyn.scene.forces import FORCES, Stand
+from symdyn.scene.forces import FORCES
+from symdyn.scene.forces.kind import Stand
 from symdyn.scene.table import Faults
 from symdyn.scene.value import Value
 

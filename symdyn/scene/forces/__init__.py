@@ -5,64 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from symdyn.scene.element import Element, Row, Strut
-from symdyn.scene.forces import friction
 from symdyn.scene.forces.contact import KNIFE_EDGE, ROLLING
-from symdyn.scene.forces.damper import DAMPER, Damper
-from symdyn.scene.forces.ends import AtBody, Ends
-from symdyn.scene.forces.keys import Key
-from symdyn.scene.forces.kind import (
-    MOTION,
-    PARAMETERS,
-    TIME,
-    Forbid,
-    ForceKind,
-    Mark,
-    Pull,
-    Push,
-    Rim,
-    Scope,
-    Stand,
-    Touch,
-)
+from symdyn.scene.forces.damper import DAMPER
+from symdyn.scene.forces.kind import Forbid, ForceKind, Pull, Scope, Touch
 from symdyn.scene.forces.load import LOAD
-from symdyn.scene.forces.spring import SPRING, Spring
+from symdyn.scene.forces.spring import SPRING
 from symdyn.scene.forces.velocity_row import FORMULA
 from symdyn.scene.model import Scene
 from symdyn.scene.names import suggestion
 from symdyn.scene.quantity import Quantity
 from symdyn.scene.table import Entry, Faults, Table, show
-
-__all__ = [
-    "FORCES",
-    "MOTION",
-    "PARAMETERS",
-    "TIME",
-    "AtBody",
-    "Damper",
-    "Ends",
-    "Forbid",
-    "ForceKind",
-    "Key",
-    "Mark",
-    "Pull",
-    "Push",
-    "Rim",
-    "Scope",
-    "Spring",
-    "Stand",
-    "Touch",
-    "elastic",
-    "formula_of",
-    "friction",
-    "kinds_of",
-    "place_of",
-    "pull_of",
-    "read_elements",
-    "resisting",
-    "sections",
-    "table_of",
-    "touch_of",
-]
 
 FORCES: dict[str, ForceKind] = {
     "spring": SPRING,

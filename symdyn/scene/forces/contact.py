@@ -14,7 +14,7 @@ Reference: Neimark and Fufaev, Dynamics of Nonholonomic Systems (1972), chapter 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -25,7 +25,7 @@ from symdyn.scene.element import Plane, Row
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.forces.ends import AtBody, known_body, named_shift
 from symdyn.scene.forces.keys import NUMBER, Form, Key, indexed
-from symdyn.scene.forces.kind import PARAMETERS, ForceKind, Rim, Scope, Stand, Touch
+from symdyn.scene.forces.kind import PARAMETERS, ForceKind, Part, Rim, Scope, Stand, Touch
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.made_names import Names
@@ -46,16 +46,13 @@ TILT = "tilt a body that carries it"
 # The plane and the components of a wheel's velocity
 
 
-@dataclass(frozen=True)
-class OnPlane:
+class OnPlane(Part):
     """The plane that is touched; level where nothing else is said of a plane of the ground that has to be somewhere."""
 
-    needs_normal: bool
-
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """The plane, or its normal alone."""
-        return ("plane", "normal") if self.needs_normal else ("plane",)
+    def __init__(self, needs_normal: bool) -> None:
+        """Say whether the plane has to be somewhere, as a blade's has not."""
+        self.needs_normal = needs_normal
+        self.keys = ("plane", "normal") if needs_normal else ("plane",)
 
     def read(self, table: Table, scope: Scope) -> dict[str, Any]:
         """Return the plane that a row declares."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from symdyn.scene.element import Place, Strut
 from symdyn.scene.forces.keys import along, indexed
-from symdyn.scene.forces.kind import PARAMETERS, Scope, Stand
+from symdyn.scene.forces.kind import PARAMETERS, Part, Scope, Stand
 from symdyn.scene.made_names import Names
 from symdyn.scene.model import GROUND
 from symdyn.scene.names import suggestion
@@ -19,11 +19,10 @@ from symdyn.scene.translation import translation
 ADVICE = 'write joint = "NAME", or from and to, each the name of a body or point or { body = "NAME", at = [0, 0, 0] }'
 
 
-@dataclass(frozen=True)
-class Ends:
+class Ends(Part):
     """The joint of a strut, or the two points between which it is."""
 
-    keys: tuple[str, ...] = ("joint", "from", "to")
+    keys = ("joint", "from", "to")
 
     def read(self, table: Table, scope: Scope) -> dict[str, Any]:
         """Return the joint that it is at, or the points that it connects."""
@@ -77,11 +76,10 @@ class Ends:
             stand.fault(f'from and to are on one body, "{one.ends[0].body}", so that it never changes its length')
 
 
-@dataclass(frozen=True)
-class AtBody:
+class AtBody(Part):
     """A place of a body: the body and at, or a point."""
 
-    keys: tuple[str, ...] = ("body", "point", "at")
+    keys = ("body", "point", "at")
 
     def read(self, table: Table, scope: Scope) -> dict[str, Any]:
         """Return the place."""
@@ -154,7 +152,7 @@ def _end(table: Table, key: str, scope: Scope) -> Place:
     if not isinstance(raw, Mapping):
         table.fault(f"{key} = {show(raw)} is no end; {ADVICE}")
         return Place("")
-    return place_of(table.inner(key, AtBody().keys, ADVICE), scope)
+    return place_of(table.inner(key, AtBody.keys, ADVICE), scope)
 
 
 def _at_point(name: str, scope: Scope) -> Place:

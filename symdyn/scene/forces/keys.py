@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from symdyn.scene.folding import FormulaError
-from symdyn.scene.forces.kind import PARAMETERS, Scope, Stand
+from symdyn.scene.forces.kind import PARAMETERS, Part, Scope
 from symdyn.scene.formula import quantity
 from symdyn.scene.made_names import Names
 from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector
@@ -30,7 +30,7 @@ class Form:
 
 
 @dataclass(frozen=True)
-class Key:
+class Key(Part):
     """A key, and the field of the same name.
 
     Attributes:
@@ -58,7 +58,7 @@ class Key:
     names: int | None = PARAMETERS
 
     @property
-    def keys(self) -> tuple[str, ...]:
+    def keys(self) -> tuple[str, ...]:  # type: ignore[override]
         """The key."""
         return (self.name,)
 
@@ -97,9 +97,6 @@ class Key:
 
         many = isinstance(value, tuple)
         return replace(one, **{self.name: tuple(map(name, value)) if many else value and name(value)})
-
-    def check(self, one: Any, stand: Stand) -> None:
-        """Report nothing: a value that can be read is right but for what its kind says."""
 
 
 def indexed(value: Any) -> Iterator[tuple[str, Quantity]]:

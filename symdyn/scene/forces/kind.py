@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 from symdyn.graph import Expr, Graph
 from symdyn.scene.element import Element
@@ -69,24 +69,26 @@ class Stand:
         self.faults.add(self.where, what)
 
 
-class Part(Protocol):
+class Part:
     """A part of a kind's table: some keys, and the fields of its noun that they fill."""
 
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """The keys that it takes."""
+    keys: tuple[str, ...]
 
     def read(self, table: Table, scope: Scope) -> dict[str, Any]:
         """Return the fields that a table says, every fault collected."""
+        raise NotImplementedError
 
     def raw(self, one: Any, scope: Scope) -> dict[str, object]:
         """Return what a table says of a noun; what has its default value is left out."""
+        raise NotImplementedError
 
     def numbers(self, one: Any) -> Iterator[tuple[str, Quantity, int]]:
         """Return every quantity with its key, and what it may name."""
+        yield from ()
 
     def named(self, one: Any, what: str, letter: str, k: int, names: Names) -> Any:
         """Return the k-th noun of its section with names in place of its numbers; `what` is "geometry" or "forces"."""
+        return one
 
     def check(self, one: Any, stand: Stand) -> None:
         """Report what is wrong in a noun."""

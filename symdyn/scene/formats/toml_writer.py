@@ -10,7 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from symdyn.scene.body_table import INERTIA_KEYS
-from symdyn.scene.forces import Scope, friction, place_of, table_of
+from symdyn.scene.forces import friction, place_of, table_of
+from symdyn.scene.forces.kind import Scope
 from symdyn.scene.joint_table import LIMIT_KEYS
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.model import STANDARD_GRAVITY, Body, Coupling, Joint, Parameter, Point, Pose, Scene
