@@ -20,7 +20,7 @@ from arms import chain, two_link
 import symdyn
 from symdyn.bench.backward import linear
 from symdyn.build import RUNNERS
-from symdyn.dynamics import OUTPUTS, LoopChoices, Output, Road, Unasked, Workspace, derive_one, roads
+from symdyn.dynamics import OUTPUTS, LoopChoices, Output, Road, Unasked, Workspace, derive_one, roads_of
 from symdyn.dynamics.loops import loop_decisions
 from symdyn.dynamics.mechanism.prescribed import has_motion
 from symdyn.errors import DerivationError
@@ -384,7 +384,7 @@ def test_a_fault_in_any_one_road_fails_the_certificate(name: str, monkeypatch: p
     one = next(one for one in some if row.exists_in(one))
     assert certify(one, (request(name, one),)).passed
     known = row.closed if one.is_closed else row
-    for way in roads(request(name, one), one):
+    for way in roads_of(request(name, one), one):
         wrong = {**known.roads, way: faulty(known.roads[way])}
         closed = replace(row, own=replace(row.own, roads=wrong)) if row.own and one.is_closed else None
         monkeypatch.setitem(OUTPUTS, name, closed or replace(row, roads=wrong))
