@@ -142,7 +142,7 @@ def _on_loops(system: StateEquations, x: Array) -> Long:
         function = system.compiled.prepared[name].function
         values = {
             symbol: value
-            for argument, part in zip(function.arguments, (*given, *prepared), strict=True)
+            for argument, part in zip(function.arguments, (*prepared, *given), strict=True)
             for symbol, value in zip(argument.symbols, part, strict=True)
         }
         return evaluate(function.entries, big, values)

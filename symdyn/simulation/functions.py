@@ -10,7 +10,6 @@ from symdyn.dynamics.roads.arguments import arguments
 from symdyn.dynamics.roads.functions import Argument, Function
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, Graph
-from symdyn.program.assemble import PARAMS
 from symdyn.scene import Scene, express
 from symdyn.simulation.forces import Forces
 from symdyn.simulation.formulas_in_time import TIME
@@ -36,8 +35,7 @@ def point_names(scene: Scene) -> list[str]:
 
 
 def plain(name: str, entries: Sequence[Expr], takes: Sequence[Argument]) -> Function:
-    """Return entries as a function of its arguments, parameters behind all others."""
-    takes = sorted(takes, key=lambda one: one.name == PARAMS)
+    """Return entries as a function of its arguments."""
     return Function(name, name, tuple(takes), "out", (len(entries),), tuple(entries), units="", formulation="")
 
 

@@ -91,8 +91,8 @@ def _functions(system: StateEquations) -> Compiled:
     known = system.program["rates"].function.arguments
     graph = system.program.graph
     rates, way, turn = (argument(graph, name, size) for name in ("rates", "way", "turn"))
-    entries = _entries(system, {one.name: one.symbols for one in known}, rates.symbols)
-    moving = (*known[0].symbols, *known[1].symbols)
+    state = {one.name: one.symbols for one in known}
+    entries, moving = _entries(system, state, rates.symbols), (*state["q"], *state["qd"])
     ways = dict(zip((*moving, *rates.symbols), (*way.symbols[: len(moving)], *turn.symbols), strict=True))
     functions = (
         plain("residual", entries, (*known, rates)),

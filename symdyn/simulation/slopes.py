@@ -52,7 +52,7 @@ def _along(system: StateEquations) -> Compiled:
     """Return the derivative of the rates in a direction (δq, δu), their last arguments."""
     program, nq, nv = system.program, system.nq, system.nv
     rates = program["rates"].function
-    q, u = (one.symbols for one in rates.arguments[:2])
+    q, u = (one.symbols for one in rates.arguments if one.name in ("q", "qd"))
     dq, du = argument(program.graph, "dq", nq), argument(program.graph, "du", nv)
     along = (dq.symbols, du.symbols)
     if system.closed and not system.linear:
