@@ -1,0 +1,70 @@
+"""Every kind of force element: its row is complete, and its force is the slope of its energy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from wide import everything
+
+import symdyn
+from symdyn.algebra.numeric import Floats
+from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
+from symdyn.scene import FORCES, Strut, pull_of
+from symdyn.scene.forces import elastic, resisting
+from symdyn.scene.forces.kind import Mark, Pull
+from symdyn.teach.languages import LANGUAGES
+
+WIDE = everything()
+
+PICTURE = Path(symdyn.__file__).parent.parent / "templates" / "teach" / "interactive_picture.js"
+
+PLACES = (0.3, 0.9, 2.2)
+
+
+def at(nodes: list[Expr], x: float) -> list[float]:
+    """Return values with x at a place and every parameter 1.3."""
+    leaves = {node for node in reachable(nodes) if node.op is Op.SYMBOL}
+    return evaluate(nodes, Floats(), {node: x if node.value == "x" else 1.3 for node in leaves})
+
+
+@pytest.mark.parametrize("name", FORCES)
+def test_every_kind_has_words_in_every_language_and_keys_that_it_needs(name: str) -> None:
+    kind = FORCES[name]
+
+    assert set(kind.words) == set(LANGUAGES)
+    assert set(kind.needs) <= {key for part in kind.parts for key in part.keys}
+    assert any(key in kind.missing for key in kind.needs)
+
+
+@pytest.mark.parametrize("name", [name for name, kind in FORCES.items() if isinstance(kind.law, Pull)])
+def test_every_strut_has_a_mark_that_pages_can_draw(name: str) -> None:
+    mark = FORCES[name].mark
+
+    assert isinstance(mark, Mark)
+    text = PICTURE.read_text("utf8")
+    assert all(f"  {mark.page}{place}: () =>" in text for place in ("", "_slide", "_zero", "_turn"))
+
+
+@pytest.mark.parametrize("strut", elastic(WIDE), ids=lambda one: one.name)
+def test_the_force_is_the_slope_of_the_energy_at_joints_and_between_points(strut: Strut) -> None:
+    law, graph = pull_of(strut), Graph()
+    x = graph.symbol("x")
+    assert law.energy
+    assert law.over
+    assert law.stored
+    energies = [law.energy(strut, x), law.stored(strut, x * x)]
+    slopes = [gradient(energy, [x])[0] for energy in energies]
+    for place in PLACES:
+        force, lever, *found = at([law.force(strut, x, graph.zero), law.over(strut, x * x) * x, *slopes], place)
+        assert [lever, *found] == pytest.approx([force] * 3, rel=1e-12)
+
+
+@pytest.mark.parametrize("strut", resisting(WIDE), ids=lambda one: one.name)
+def test_what_stores_nothing_takes_power_and_is_without_force_at_rest(strut: Strut) -> None:
+    law, graph = pull_of(strut), Graph()
+    x = graph.symbol("x")
+
+    assert law.force(strut, x, graph.zero).is_zero
+    for place in PLACES:
+        assert at([law.force(strut, x, x) * x], place)[0] >= 0
