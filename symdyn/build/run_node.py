@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import weakref
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -38,30 +38,10 @@ def find_node() -> str:
     raise MissingNode(f"no Node.js found (tried {', '.join(CANDIDATES)}); install it, `apt-get install nodejs` for one")
 
 
-@dataclass(frozen=True)
-class NodeModule:
-    """A scene's functions in Node.js; every function is an attribute and takes one state, arrays of shape (n,).
-
-    Attributes:
-        name: of the scene.
-        calls: the functions by name.
-    """
-
-    name: str
-    calls: dict[str, Callable[..., Any]] = field(repr=False)
-
-    def __getattr__(self, name: str) -> Callable[..., Any]:
-        """Return the function called `name`."""
-        calls: dict[str, Callable[..., Any]] = self.__dict__.get("calls", {})
-        if name not in calls:
-            raise AttributeError(f"there is no function {name!r}; there are {', '.join(calls)}")
-        return calls[name]
-
-
-def run_js(sources: Sources) -> NodeModule:
+def run_js(sources: Sources) -> SimpleNamespace:
     """Return the functions of sources that `emit(program, "js")` made, running in a Node.js of their own.
 
-    Node.js ends when the module is no longer used.
+    Each is an attribute and takes one state, arrays of shape (n,). Node.js ends when no function is used any longer.
 
     Raises:
         BuildError: sources of another target, or Node.js's own words where it refuses them.
@@ -70,8 +50,7 @@ def run_js(sources: Sources) -> NodeModule:
     check_target(sources, JS)
     process = _Process(find_node(), next(iter(sources.texts.values())))
     named = zip(sources.functions, sources.program.routines, strict=True)
-    calls = {name: _call(process, name, routine.function) for name, routine in named}
-    return NodeModule(sources.program.scene.name, calls)
+    return SimpleNamespace(**{name: _call(process, name, routine.function) for name, routine in named})
 
 
 def _call(process: _Process, name: str, function: Function) -> Callable[..., Any]:

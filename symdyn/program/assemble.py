@@ -69,6 +69,7 @@ def _routine(function: Function, known: Constants) -> Routine:
         steps=_named(lines, function),
         unused=tuple(a.name for a in function.arguments if symbols.isdisjoint(a.symbols)),
         binding=count_by_binding(function),
+        operations=frozenset(node.op for node in needed),
     )
 
 

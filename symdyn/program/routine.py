@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.dynamics.roads.functions import Function
-from symdyn.graph import Expr, Graph
+from symdyn.graph import Expr, Graph, Op
 from symdyn.graph.ops import SYMBOL
 from symdyn.program.count import Counts
 from symdyn.scene import Scene
@@ -36,6 +36,7 @@ class Routine:
         steps: named intermediate results, each after all it needs.
         unused: names of the arguments of which no entry is needed.
         binding: operations of one call by binding time, as `count_by_binding` gives them.
+        operations: which there are.
     """
 
     function: Function
@@ -43,6 +44,7 @@ class Routine:
     steps: tuple[Step, ...]
     unused: tuple[str, ...]
     binding: Mapping[str, Counts]
+    operations: frozenset[Op]
 
     @property
     def counts(self) -> Counts:

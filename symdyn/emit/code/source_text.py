@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from symdyn.dynamics.roads.functions import Argument
 from symdyn.emit.code.identifiers import function_names
 from symdyn.emit.code.operators import Printer
-from symdyn.graph import Op, reachable
+from symdyn.graph import Op
 from symdyn.program import Program, Routine
 from symdyn.program.assemble import PARAMS
 
@@ -149,7 +149,7 @@ def _function(program: Program, routine: Routine, name: str, printer: Printer, f
         ),
         unused=routine.unused,
         counts=str(routine.counts),
-        operations=frozenset(n.op for n in reachable(function.entries) if n not in program.constants),
+        operations=routine.operations,
         first=first,
     )
 
