@@ -47,31 +47,7 @@ class AxisKeys(SingleKeys, total=False):
     axis: Three | None
 
 
-def joint(
-    name: str,
-    type: str,
-    parent: str,
-    child: str,
-    *,
-    origin: Placement | None = None,
-    tip: Placement | None = None,
-    coordinate: str | None = None,
-    coordinates: Sequence[str] | None = None,
-    drive: str | bool | Sequence[str | bool] = True,
-    force: Number | Sequence[Number] | None = None,
-    mimic: Mapping[str, Number] | None = None,
-    armature: Number | None = None,
-    rotor: Mapping[str, Number] | None = None,
-    damping: Number | None = None,
-    friction: Number | Mapping[str, Number] | None = None,
-    limits: Mapping[str, Number | None] | None = None,
-    start: Number | Sequence[Number] | None = None,
-    start_rates: Number | Sequence[Number] | None = None,
-    motion: Number | None = None,
-    locked: bool = False,
-    position: Number | None = None,
-    **own: object,
-) -> Entry:
+def joint(name: str, type: str, parent: str, child: str, **keys: object) -> Entry:
     """Declare a joint.
 
     Joints may close loops: then some are cut and some turned round, see `loop` to say which.
@@ -81,59 +57,43 @@ def joint(
         type: a key of `JOINTS`, such as "revolute", "spherical" or "fixed".
         parent: the body it hangs on, or "ground".
         child: the body it carries.
-        origin: from the parent's body frame to the joint frame: {"xyz": ..., "rpy": ...}, [x, y, z], steps or a Pose.
-        tip: from the moved joint frame to the child's body frame.
-        coordinate: name of q of a joint that has one; q1, q2, ... when left out.
-        coordinates: names of all of its q; a quaternion's four are (w, x, y, z).
-        drive: name of the driving force or torque; True for tau1, tau2, ..., False for a passive joint; a list with
-            one of these for every velocity.
-        force: generalized force beside the drive, N m or N, in parameters, coordinates, velocities and t; a list with
-            one for every velocity.
-        mimic: {"joint": name, "ratio": 1, "offset": 0} of a joint that follows another one, in place of a coordinate:
-            position = ratio · position of that joint + offset; {"coordinate": name, ...} of a joint with several.
-        armature: inertia of a rotor, seen at the joint, kg m^2 or kg; at a ball about all axes alike.
-        rotor: {"inertia": ..., "gear": ...} in its place: armature = inertia · gear^2.
-        damping: viscous damping of every velocity, N m s/rad or N s/m.
-        friction: dry friction, N m or N, kept as data; or {"coulomb": ..., "static": ..., "stribeck": ...,
-            "smoothing": ...} for friction that enters the equations, see `Friction`.
-        limits: {"lower": ..., "upper": ..., "velocity": ..., "effort": ...}; what is left out or None is unlimited;
-            kept as data.
-        start: position at the start, or a guess of it where loops close; zeros, and no rotation, when left out.
-        start_rates: velocities at the start; zeros when left out.
-        motion: prescribed motion, a formula in t, of a joint with a drive.
-        locked: the joint stands still and becomes a fixed one.
-        position: where it stands, rad or m; zero when left out.
-        own: what its type takes besides, the keys of its row in `JOINTS`: axis, a direction in the joint frame, any
-            length but zero, z when left out; second_axis of a universal joint, in the frame that the first rotation has
-            turned, x when left out; pitch of a helical joint, advance a turn, m; length of a rod, m; orientation of a
-            motion that is spherical in part, "quaternion" or three axes such as "zyx"; steps of a custom joint, whose
-            amounts are formulas in its coordinates, and its units, "rad" or "m" for every coordinate.
+        **keys: as in a TOML file, those of its type (see `JOINTS`) among them.
+
+            origin: from the parent's body frame to the joint frame: {"xyz": ..., "rpy": ...}, [x, y, z], steps or a
+                Pose.
+            tip: from the moved joint frame to the child's body frame.
+            coordinate: name of q of a joint that has one; q1, q2, ... when left out.
+            coordinates: names of all of its q; a quaternion's four are (w, x, y, z).
+            drive: name of the driving force or torque; True for tau1, tau2, ..., False for a passive joint; a list with
+                one of these for every velocity.
+            force: generalized force beside the drive, N m or N, in parameters, coordinates, velocities and t; a list
+                with one for every velocity.
+            mimic: {"joint": name, "ratio": 1, "offset": 0} of a joint that follows another one, in place of a
+                coordinate: position = ratio · position of that joint + offset; {"coordinate": name, ...} of a joint
+                with several.
+            armature: inertia of a rotor, seen at the joint, kg m^2 or kg; at a ball about all axes alike.
+            rotor: {"inertia": ..., "gear": ...} in its place: armature = inertia · gear^2.
+            damping: viscous damping of every velocity, N m s/rad or N s/m.
+            friction: dry friction, N m or N, kept as data; or {"coulomb": ..., "static": ..., "stribeck": ...,
+                "smoothing": ...} for friction that enters the equations, see `Friction`.
+            limits: {"lower": ..., "upper": ..., "velocity": ..., "effort": ...}; what is left out or None is unlimited;
+                kept as data.
+            start: position at the start, or a guess of it where loops close; zeros, and no rotation, when left out.
+            start_rates: velocities at the start; zeros when left out.
+            motion: prescribed motion, a formula in t, of a joint with a drive.
+            locked: the joint stands still and becomes a fixed one.
+            position: where it stands, rad or m; zero when left out.
+            axis: direction in the joint frame, any length but zero; z when left out.
+            second_axis: of a universal joint, in the frame that the first rotation has turned; x when left out.
+            pitch: of a helical joint, advance a turn, m.
+            length: of a rod, m.
+            orientation: of a motion that is spherical in part: "quaternion", or three axes such as "zyx".
+            steps: of a custom joint, its motion: steps whose amounts are formulas in its coordinates.
+            units: of a custom joint, "rad" or "m" for every coordinate.
     """
-    return entry(
-        "joints",
-        name,
-        type=type,
-        parent=parent,
-        child=child,
-        origin=origin,
-        tip=tip,
-        coordinate=coordinate,
-        coordinates=coordinates,
-        drive=None if drive is True else drive,
-        force=force,
-        mimic=mimic,
-        armature=armature,
-        rotor=rotor,
-        damping=damping,
-        friction=friction,
-        limits=limits,
-        start=start,
-        start_rates=start_rates,
-        motion=motion,
-        locked=locked or None,
-        position=position,
-        **own,
-    )
+    plain = {"drive": True, "locked": False}  # what is so without saying it
+    said = {key: value for key, value in keys.items() if value is not plain.get(key)}
+    return entry("joints", name, type=type, parent=parent, child=child, **said)
 
 
 def revolute(name: str, parent: str, child: str, **keys: Unpack[AxisKeys]) -> Entry:
@@ -239,15 +199,6 @@ def fixed(name: str, parent: str, child: str, **keys: Unpack[PlacedKeys]) -> Ent
     return joint(name, "fixed", parent, child, **keys)
 
 
-def loop(
-    name: str,
-    type: str,
-    parent: str,
-    child: str,
-    *,
-    origin: Placement | None = None,
-    tip: Placement | None = None,
-    **own: object,
-) -> Entry:
+def loop(name: str, type: str, parent: str, child: str, **keys: object) -> Entry:
     """Declare a joint that closes a loop; the arguments are those of `joint`, and it has no coordinates."""
-    return entry("loop", name, type=type, parent=parent, child=child, origin=origin, tip=tip, **own)
+    return entry("loop", name, type=type, parent=parent, child=child, **keys)
