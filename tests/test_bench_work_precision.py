@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from symdyn.bench import Bench, Curve, Motion, Point
+from symdyn.bench import Bench, Curve, MotionPrecision, Point
 from symdyn.bench.extended import FINEST, Truth, truth
 from symdyn.bench.report import html, markdown, pictures
 from symdyn.bench.stress.scenes import offset_pendulum, rubbing
@@ -150,7 +150,9 @@ def test_a_tree_at_rest_is_moved_and_one_with_a_start_is_not() -> None:
 
 def test_reports_tell_what_motions_are_judged_by() -> None:
     points = (Point(1e-3, 1e-3, 10, 1e-4, best=True),)
-    found = Motion(2.0, 100.0, "an oracle", 1e-18, (Curve("taylor", points),), (Curve("taylor", points),), ("a note",))
+    found = MotionPrecision(
+        2.0, 100.0, "an oracle", 1e-18, (Curve("taylor", points),), (Curve("taylor", points),), ("a note",)
+    )
     text = markdown(Bench("s", "", (), {}, (), found))
 
     assert "The truth is an oracle, which may be off by 1e-18" in text

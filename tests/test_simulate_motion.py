@@ -16,7 +16,7 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Joint, Scene, read
 from symdyn.scene.formula import parse as formula
 from symdyn.scene.table import Faults
-from symdyn.simulation import METHODS, Motion, Trajectory, inverse, read_forces, read_motion, simulate
+from symdyn.simulation import METHODS, SceneMotion, Trajectory, inverse, read_forces, read_motion, simulate
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import importable
 from symdyn.simulation.integrator import is_stiff
@@ -246,7 +246,7 @@ def test_a_start_that_does_not_close_is_told() -> None:
 
 
 def test_a_coordinate_without_law_rests_and_is_named() -> None:
-    found = inverse(double_pendulum(), Motion(), [0.0, 1.0])
+    found = inverse(double_pendulum(), SceneMotion(), [0.0, 1.0])
 
     assert found.notes == ("no law is given for q1, q2: at rest",)
 
@@ -308,7 +308,7 @@ def test_loops_that_forbid_nothing_are_simulated_as_the_tree() -> None:
     assert inverse(doubled, read_motion(doubled, ["q1=t"]), [0.0, 0.1]).tau == pytest.approx(
         inverse(scene, read_motion(scene, ["q1=t"]), [0.0, 0.1]).tau
     )
-    assert inverse(doubled, Motion(), [0.0]).notes == ("no law is given for q1: at rest",)
+    assert inverse(doubled, SceneMotion(), [0.0]).notes == ("no law is given for q1: at rest",)
 
 
 def test_a_quaternion_that_is_no_unit_is_told_and_divided_by_its_length() -> None:
