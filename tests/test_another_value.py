@@ -16,7 +16,7 @@ import pytest
 from symdyn.errors import SymdynError
 from symdyn.scene import Scene, bind, read, read_text
 from symdyn.scene.mapping import map_quantities, substituted
-from symdyn.simulation import Trajectory, read_forces, read_motion, simulate
+from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, simulate
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS, importable
 from symdyn.simulation.state_equations import StateEquations, state_equations
@@ -254,3 +254,23 @@ def test_processes_that_are_spawned_take_equations_and_give_trajectories(tmp_pat
 
     assert np.array_equal(far, rates(equations, x))
     assert np.array_equal(run.q, simulate(equations.scene, until=0.1, values={"l": 0.4}).q)
+
+
+@pytest.mark.parametrize("name", ["cart_pole", "four_bar"])
+def test_inverse_dynamics_and_reactions_compile_nothing_for_another_value(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, t = read(EXAMPLES / f"{name}.toml"), np.linspace(0.0, 0.2, 3)
+    first = scene.coordinates[0]
+    law = [f"{first}={float(read_start(scene).q[0])!r} + 0.3*t**2"]
+    reactions = not scene.is_closed
+    inverse(scene, read_motion(scene, law), t, reactions)
+    with monkeypatch.context() as patch:
+        patch.setattr("symdyn.simulation.compiled.load_program", None)
+        other = another(scene, CASES[name])
+        found = inverse(other, read_motion(other, law), t, reactions)
+    numbers = of_numbers(other)
+    fresh = inverse(numbers, read_motion(numbers, law), t, reactions)
+
+    assert found.names == fresh.names
+    assert found.table()[1] == pytest.approx(fresh.table()[1], rel=1e-9, abs=1e-9)

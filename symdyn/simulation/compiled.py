@@ -63,7 +63,9 @@ class Compiled:
     def at(self, parameters: Mapping[str, float]) -> Calls:
         """Return the functions of states alone, at values of the parameters by name; errors as of `values`."""
         prepared = self.values(parameters)
-        return {name: partial(call, prepared) for name, call in self.calls.items()} if len(prepared) else self.calls
+        if not len(prepared):
+            return self.calls
+        return {name: partial(call, prepared) for name, call in self.calls.items() if name != PREPARE}
 
     def takes(self, name: str) -> list[str]:
         """Return the names of the arguments of a function at values."""

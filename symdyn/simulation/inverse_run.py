@@ -14,27 +14,29 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build.load import load_program
 from symdyn.dynamics.loops.assembly import off_planes
-from symdyn.dynamics.loops.loop_numbers import numbers_of
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.dynamics.roads.arguments import arguments
-from symdyn.dynamics.roads.functions import Equations, Function
+from symdyn.dynamics.roads.functions import Function
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, tangents
-from symdyn.program import cheapest, lower
+from symdyn.program import cheapest
 from symdyn.scene import Scene, spell, velocity_name
 from symdyn.scene.start import starting_position
 from symdyn.scene.table import Faults
 from symdyn.scene.units import velocity_units
+from symdyn.simulation.compiled import Compiled, compiled
+from symdyn.simulation.decisions import decided
 from symdyn.simulation.followed import Followed, Tied, followed
 from symdyn.simulation.forces import Forces, drive_names
 from symdyn.simulation.formulas_in_time import TIME, bound, close, number_of, parameter_values
 from symdyn.simulation.functions import point_names, points
 from symdyn.simulation.initial import no_equations
+from symdyn.simulation.kept import Kept
 from symdyn.simulation.motion_laws import Law, constant, formula_law
+from symdyn.simulation.opened import Opened, numbers_at, opened
 from symdyn.simulation.reaction_columns import axes_of, reaction_columns
 from symdyn.simulation.scene_motion import SceneMotion
 from symdyn.simulation.trajectory import END, Trajectory
@@ -93,7 +95,7 @@ def inverse(
         notes += found.notes
         columns |= {"loop_error": found.off} if functions.holding.any() else {}
     else:
-        no_equations(numbers_of(scene), q[0])
+        no_equations(numbers_at(scene), q[0])
         u, a = _velocities(scene, functions, motion, t, q, rate, second)
     tau = functions("inverse_dynamics", t[: len(q)], q, u, a)
     n, stopped = _finite(scene, t, q, u, tau, stopped)
@@ -125,7 +127,7 @@ def _followed(
 
     for lengths in _lengths(scene, known(t)[0], given):
         _unit(lengths)
-    numbers = numbers_of(scene)
+    numbers = numbers_at(scene)
     tied = Tied(numbers, lambda name, q, u: functions(name, 0.0, q, u), functions.holding)
     quasi = {scene.velocities.index(name): law for name, law in motion.quasi.items()}
     found = followed(tied, given, known, quasi, t)
@@ -210,30 +212,38 @@ class _Functions:
     """
 
     def __init__(self, scene: Scene) -> None:
-        w = Workspace(scene)
-        names = ["inverse_dynamics"]
-        if scene.is_closed:
-            names += ["constraint_residual", "constraint_jacobian", "constraint_bias"]
-        functions = [cheapest(w, name) for name in names]
-        columns = [tangents(w.state.rates, {u: w.graph.one}) for u in w.state.qd]
-        H = [column[k] for k in range(len(w.state.q)) for column in columns]
-        turned = tangents(w.state.rates, w.state.velocity)  # Ḣ u
-        shape = (len(w.state.q), w.state.n)
-        functions += [points(w), _function(w, "kinematics", H, shape)]
-        functions.append(_function(w, "turning", turned, shape[:1]))
-        self.program = lower(Equations(scene, w.graph, tuple(f for f in functions if f.entries)))
-        self.closed = any(f.name == "constraint_jacobian" and f.entries for f in functions)
-        residuals = [x for f in functions if f.name == "constraint_residual" for x in f.entries]
+        found = opened(scene)
+        self._made = _KEPT.get((found.scene, decided(scene)), lambda: _compiled(found))
+        self._calls = self._made.at(found.values)
+        functions = {routine.function.name: routine.function for routine in self._made.program.routines}
+        self.closed = "constraint_jacobian" in functions
+        residuals = functions["constraint_residual"].entries if self.closed else ()
         self.holding = np.array([not x.is_zero for x in residuals], dtype=bool)
-        self.calls, _ = load_program(self.program, lean=True)
 
     def __call__(self, name: str, t: Any, q: Array, u: Array, a: Array | None = None) -> Array:
         """Return a function's values, one a row."""
         known = {"q": q, "qd": u, "qdd": a, TIME: t}
-        function = self.program[name].function
         with np.errstate(all="ignore"):  # where there is no force, the rows end, and words say so
-            found = np.asarray(self.calls[name](*(known[one.name] for one in function.arguments)), dtype=np.float64)
-        return np.broadcast_to(found, (*q.shape[:-1], *function.shape))
+            found = np.asarray(self._calls[name](*(known[one] for one in self._made.takes(name))), dtype=np.float64)
+        return np.broadcast_to(found, (*q.shape[:-1], *self._made.program[name].function.shape))
+
+
+_KEPT: Kept[Compiled] = Kept()
+
+
+def _compiled(scene: Opened) -> Compiled:
+    """Return the functions of a scene, its parameters free."""
+    w = Workspace(scene.scene, scene.closing)
+    names = ["inverse_dynamics"]
+    if w.scene.is_closed:
+        names += ["constraint_residual", "constraint_jacobian", "constraint_bias"]
+    functions = [cheapest(w, name) for name in names]
+    columns = [tangents(w.state.rates, {u: w.graph.one}) for u in w.state.qd]
+    H = [column[k] for k in range(len(w.state.q)) for column in columns]
+    turned = tangents(w.state.rates, w.state.velocity)  # Ḣ u
+    shape = (len(w.state.q), w.state.n)
+    functions += [points(w), _function(w, "kinematics", H, shape), _function(w, "turning", turned, shape[:1])]
+    return compiled(w.scene, w.graph, functions)
 
 
 def _function(w: Workspace, name: str, entries: Sequence[Any], shape: tuple[int, ...]) -> Function:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build.load import load_program
-from symdyn.program import formulate, lower
+from symdyn.program import formulate
 from symdyn.scene import Scene
 from symdyn.scene.table import Faults
+from symdyn.simulation.compiled import Compiled, compiled
 from symdyn.simulation.formulas_in_time import TIME
+from symdyn.simulation.kept import Kept
 from symdyn.simulation.multipliers import LOOSE, multiplier_columns
+from symdyn.simulation.opened import Opened, opened
 
 Array = npt.NDArray[np.float64]
 
@@ -36,17 +38,18 @@ def reaction_columns(
         given: whether these give the motion, and more of them may be than it needs; else they are those it takes.
         axes: "body" (of the child), "joint" (of the joint frame on the parent) or "ground".
     """
-    closed = scene.is_closed
-    name = "forward_reactions" if closed and (given or not any(scene.drives)) else "reactions"
-    program = lower(formulate(scene, (name if axes == "body" else f"{name}:{axes}",)))
-    calls, _ = load_program(program, lean=True)
-    (routine,) = program.routines
+    name = "forward_reactions" if scene.is_closed and (given or not any(scene.drives)) else "reactions"
+    request = name if axes == "body" else f"{name}:{axes}"
+    # of a closed mechanism pivots are chosen by numbers, which are not looked at again for other values
+    which = Opened(scene, {}) if scene.is_closed else opened(scene)
+    made = _KEPT.get((which.scene, request), lambda: _compiled(which, request))
+    (call,) = made.at(which.values).values()
+    function = made.program.routines[0].function
     known = {"q": q, "qd": qd, "qdd": qdd, "tau": tau, TIME: t}
-    (call,) = calls.values()
-    found = np.asarray(call(*(known[argument.name] for argument in routine.function.arguments)))
+    found = np.asarray(call(*(known[one] for one in made.takes(function.name))))
     found = np.broadcast_to(found, (len(t), *found.shape[-2:]))
-    names, components = routine.function.labels
-    unique = routine.function.unique or (True,) * (len(names) * len(components))
+    names, components = function.labels
+    unique = function.unique or (True,) * (len(names) * len(components))
     ending = "" if axes == "body" else f"_{axes}"
     columns = {
         f"reaction_{name}_{component}{ending}{'' if unique[len(components) * i + k] else LOOSE}": found[:, i, k]
@@ -54,6 +57,14 @@ def reaction_columns(
         for k, component in enumerate(components)
     }
     return columns | multiplier_columns(scene, t, q, qd, qdd, tau)
+
+
+def _compiled(scene: Opened, request: str) -> Compiled:
+    equations = formulate(scene.scene, (request,), closing=scene.closing)
+    return compiled(scene.scene, equations.graph, equations.functions)
+
+
+_KEPT: Kept[Compiled] = Kept()
 
 
 def axes_of(reactions: bool | str, faults: Faults) -> str:
