@@ -12,7 +12,7 @@ from symdyn.scene import JOINTS
 
 RECIPES = Path(__file__).parent / "recipes"
 
-NAMES = {"rack_and_pinion": "pinion", "gas_spring": "gas_spring"}
+NAMES = {"rack_and_pinion": "pinion", "gas_spring": "gas_spring", "awk_target": "awk"}
 """What is checked by `check_<name>.py`, and a word of it that symdyn does not hold."""
 
 

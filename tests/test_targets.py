@@ -12,7 +12,7 @@ from formulas import argument, every_op, function, states
 from hostile import PAYLOADS
 
 from symdyn import certify, lambdify, read
-from symdyn.build import RUNNERS, run_python
+from symdyn.build import RUNNERS, Runner, run_python
 from symdyn.cli import main
 from symdyn.dynamics.roads.functions import Equations
 from symdyn.emit import TARGETS, Target, emit, write
@@ -39,12 +39,17 @@ def running(name: str, program: Program) -> Any:
         pytest.skip(str(missing))
 
 
-@pytest.mark.parametrize("field", [field.name for field in fields(Target)])
-def test_a_row_without_a_field_is_refused_by_its_name(name: str, field: str) -> None:
-    row = {one.name: getattr(TARGETS[name], one.name) for one in fields(Target) if one.name != field}
+@pytest.mark.parametrize(("noun", "field"), [(noun, one.name) for noun in (Target, Runner) for one in fields(noun)])
+def test_a_row_without_a_field_is_refused_by_its_name(name: str, noun: type, field: str) -> None:
+    whole = TARGETS[name] if noun is Target else RUNNERS[name]
+    row = {one.name: getattr(whole, one.name) for one in fields(noun) if one.name != field}
 
     with pytest.raises(TypeError, match=f"'{field}'"):
-        Target(**row)
+        noun(**row)
+
+
+def test_what_runs_a_target_asks_for_options_that_it_has(name: str) -> None:
+    assert {RUNNERS[name].many, RUNNERS[name].measured} <= {"", *TARGETS[name].options}
 
 
 def test_a_row_stands_under_its_name_and_is_offered_in_its_words(name: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any
 
 from symdyn.build.extension import build_extension
@@ -37,17 +38,21 @@ class Runner:
     """
 
     run: Callable[[Sources], Any]
-    batches: bool = True
-    many: str = ""
-    measured: str = ""
-    usual: bool = False
+    batches: bool
+    many: str
+    measured: str
+    usual: bool
+
+
+def _extension(sources: Sources) -> ModuleType:
+    return build_extension(sources)[1]
 
 
 RUNNERS: dict[str, Runner] = {
-    NUMPY.name: Runner(run_python),
-    C.name: Runner(build, many=BATCH),
-    UFUNC.name: Runner(lambda sources: build_extension(sources)[1], measured=DOUBLES, usual=True),
-    JS.name: Runner(run_js, batches=False),
+    NUMPY.name: Runner(run_python, batches=True, many="", measured="", usual=False),
+    C.name: Runner(build, batches=True, many=BATCH, measured="", usual=False),
+    UFUNC.name: Runner(_extension, batches=True, many="", measured=DOUBLES, usual=True),
+    JS.name: Runner(run_js, batches=False, many="", measured="", usual=False),
 }
 
 

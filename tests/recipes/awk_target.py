@@ -114,4 +114,4 @@ AWK = Target(
 )
 
 TARGETS[AWK.name] = AWK
-RUNNERS[AWK.name] = Runner(run, batches=False)
+RUNNERS[AWK.name] = Runner(run, batches=False, many="", measured="", usual=False)
