@@ -10,7 +10,7 @@ from symdyn.draw.places import Array, Hinge, Places, across, unit
 from symdyn.draw.shapes import Item, Shape, circle_points, line, path
 from symdyn.draw.view import View
 from symdyn.scene import GROUND, JOINTS, Scene
-from symdyn.scene.joints import Part
+from symdyn.scene.joints import MarkPart
 
 
 def ground(scene: Scene, found: Places, view: View) -> tuple[Item, ...]:
@@ -50,7 +50,7 @@ def _bearing(scene: Scene, hinge: Hinge, found: Places, view: View) -> tuple[Sha
     return (triangle, *hatches(base - wide * 1.7, base + wide * 1.7, down, s))
 
 
-def _hatched_rail(hinge: Hinge, view: View, rail: Part) -> tuple[Shape, ...]:
+def _hatched_rail(hinge: Hinge, view: View, rail: MarkPart) -> tuple[Shape, ...]:
     """Return the line that a slider sits on, hatched below or on the left."""
     a, b = rail_ends(hinge, view, rail, 4.0)
     way = unit(b - a)[0]

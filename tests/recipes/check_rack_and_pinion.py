@@ -17,7 +17,7 @@ from symdyn.dynamics.loops.mobility import mobility
 from symdyn.emit import TARGETS, emit
 from symdyn.errors import SymdynError
 from symdyn.scene import JOINTS, lock, parse, read_text, with_symbols, write_text
-from symdyn.scene.joints import JointKind, Mark
+from symdyn.scene.joints import JointKind, JointMark
 from symdyn.simulation import simulate
 from symdyn.teach import walkthrough
 
@@ -155,7 +155,7 @@ CHECKS = {
 
 GONE = {
     "keys": (), "blocks": lambda joint: (), "forbids": None,
-    "words": {}, "mark": Mark(()), "held": lambda joint, position: (),
+    "words": {}, "mark": JointMark(()), "held": lambda joint, position: (),
 }  # fmt: skip
 
 

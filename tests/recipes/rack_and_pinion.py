@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Joint, Quantity, express, folding, number
-from symdyn.scene.joints import JOINTS, Block, Forbids, JointKind, JointMotion, Key, Mark, Move, Part
+from symdyn.scene.joints import JOINTS, Block, Forbids, JointKind, JointMark, JointMotion, Key, MarkPart, Move
 from symdyn.scene.joints.forbidden import everywhere, forces, leaning, moments, offsets
 from symdyn.scene.table import Table
 from symdyn.spatial import Transform, Wrench, dot, scale, unit_transform
@@ -54,6 +54,8 @@ JOINTS["rack_and_pinion"] = JointKind(
     blocks=_blocks,
     forbids=Forbids(_wrenches, _residual),
     words={"en": "rack and pinion", "sk": "pastorok na ozubenom hrebeni"},
-    mark=Mark((Part("rail", way="x"), Part("cylinder", 0.5, "z")), flat=(Part("rail", way="x"), Part("ring"))),
+    mark=JointMark(
+        (MarkPart("rail", way="x"), MarkPart("cylinder", 0.5, "z")), flat=(MarkPart("rail", way="x"), MarkPart("ring"))
+    ),
     held=_held,
 )

@@ -9,7 +9,7 @@ from symdyn.scene.joints.free import FREE
 from symdyn.scene.joints.helical import HELICAL
 from symdyn.scene.joints.key import AXIS, ORIENTATION, Key
 from symdyn.scene.joints.kind import Block, Forbids, Gimbal, JointKind, JointMotion, Move
-from symdyn.scene.joints.mark import Mark, Part
+from symdyn.scene.joints.mark import JointMark, MarkPart
 from symdyn.scene.joints.planar import PLANAR
 from symdyn.scene.joints.point_on_line import POINT_ON_LINE
 from symdyn.scene.joints.point_on_plane import POINT_ON_PLANE
@@ -49,10 +49,10 @@ __all__ = [
     "Forbids",
     "Gimbal",
     "JointKind",
+    "JointMark",
     "JointMotion",
     "Key",
-    "Mark",
+    "MarkPart",
     "Move",
-    "Part",
     "own_keys",
 ]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from symdyn.scene.joints.blocks import path
 from symdyn.scene.joints.key import Key
 from symdyn.scene.joints.kind import Block, JointKind
-from symdyn.scene.joints.mark import Mark, Part
+from symdyn.scene.joints.mark import JointMark, MarkPart
 from symdyn.scene.joints.reversed import inverse
 from symdyn.scene.model import Joint, Pose
 from symdyn.scene.table import Table, as_list, plain, show
@@ -49,7 +49,7 @@ CUSTOM = JointKind(
     blocks=_blocks,
     forbids=None,
     words={"en": "given by formulas", "sk": "dané vzorcami"},
-    mark=Mark((Part("flight"), Part("diamond", 1.35))),
+    mark=JointMark((MarkPart("flight"), MarkPart("diamond", 1.35))),
     turned=_turned,
     held=lambda joint, position: STEPS.of(joint).steps,
 )

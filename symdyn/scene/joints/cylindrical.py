@@ -6,7 +6,7 @@ from symdyn.scene.joints.blocks import slide, turn
 from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.key import AXIS
 from symdyn.scene.joints.kind import JointKind
-from symdyn.scene.joints.mark import Mark, Part
+from symdyn.scene.joints.mark import JointMark, MarkPart
 from symdyn.scene.joints.reversed import about_opposite
 
 CYLINDRICAL = JointKind(
@@ -14,6 +14,6 @@ CYLINDRICAL = JointKind(
     blocks=lambda joint: (turn(joint.axis), slide(joint.axis)),
     forbids=forbidding("across", "across"),
     words={"en": "cylindrical", "sk": "valcové"},
-    mark=Mark((Part("rail"), Part("cylinder", 2))),
+    mark=JointMark((MarkPart("rail"), MarkPart("cylinder", 2))),
     turned=about_opposite,
 )

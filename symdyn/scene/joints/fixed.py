@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.kind import JointKind
-from symdyn.scene.joints.mark import Mark, Part
+from symdyn.scene.joints.mark import JointMark, MarkPart
 
 FIXED = JointKind(
     keys=(),
     blocks=lambda joint: (),
     forbids=forbidding("all", "all"),
     words={"en": "fixed", "sk": "pevné"},
-    mark=Mark((Part("square", 0.6),), sign="weld"),
+    mark=JointMark((MarkPart("square", 0.6),), sign="weld"),
     turned=lambda joint: joint,
 )

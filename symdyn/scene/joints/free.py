@@ -6,7 +6,7 @@ from symdyn.scene.joints.blocks import AXES, FLIGHT, gimbals, orientation, slide
 from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.key import ORIENTATION
 from symdyn.scene.joints.kind import Block, JointKind
-from symdyn.scene.joints.mark import Mark, Part
+from symdyn.scene.joints.mark import JointMark, MarkPart
 from symdyn.scene.model import Joint
 
 
@@ -21,6 +21,6 @@ FREE = JointKind(
     blocks=_blocks,
     forbids=forbidding("none"),
     words={"en": "free", "sk": "voľné"},
-    mark=Mark((Part("flight"), Part("frames", 3)), sign=""),
+    mark=JointMark((MarkPart("flight"), MarkPart("frames", 3)), sign=""),
     gimbals=gimbals(3),
 )

@@ -12,7 +12,7 @@ from symdyn.scene.joints.forbidden import directions, forces, leaning, moments, 
 from symdyn.scene.joints.held import Steps, held
 from symdyn.scene.joints.key import AXIS, Key
 from symdyn.scene.joints.kind import Block, Forbids, JointKind
-from symdyn.scene.joints.mark import Mark, Part
+from symdyn.scene.joints.mark import JointMark, MarkPart
 from symdyn.scene.joints.reversed import about_opposite
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import PI, ZERO, Quantity, express, number
@@ -63,7 +63,7 @@ HELICAL = JointKind(
     blocks=_blocks,
     forbids=Forbids(_wrenches, _residual),
     words={"en": "helical", "sk": "skrutkové"},
-    mark=Mark((Part("rail"), Part("cylinder", 2), Part("thread"))),
+    mark=JointMark((MarkPart("rail"), MarkPart("cylinder", 2), MarkPart("thread"))),
     turned=about_opposite,
     held=_held,
 )

@@ -22,7 +22,7 @@ from typing import Any
 
 from symdyn.graph import Expr, Graph
 from symdyn.scene.joints.key import Key
-from symdyn.scene.joints.mark import Mark
+from symdyn.scene.joints.mark import JointMark
 from symdyn.scene.model import Joint, Pose
 from symdyn.scene.quantity import Quantity, Vector
 from symdyn.scene.turns import Step
@@ -158,7 +158,7 @@ class JointKind:
     blocks: Callable[[Joint], tuple[Block, ...]]
     forbids: Forbids | None
     words: Mapping[str, str]
-    mark: Mark
+    mark: JointMark
     turned: Callable[[Joint], Joint] | None = None
     ball: bool = False
     held: Callable[[Joint, Quantity], tuple[Step, ...]] = lambda joint, position: ()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Part:
+class MarkPart:
     """One part of a symbol.
 
     Attributes:
@@ -21,7 +21,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Mark:
+class JointMark:
     """The symbol of a joint: what it leaves free.
 
     Attributes:
@@ -30,6 +30,6 @@ class Mark:
         sign: on pages of lessons "turn", "slide" or "weld", or "link" for a line between its ends; "" for none.
     """
 
-    parts: tuple[Part, ...]
-    flat: tuple[Part, ...] = ()
+    parts: tuple[MarkPart, ...]
+    flat: tuple[MarkPart, ...] = ()
     sign: str = "turn"

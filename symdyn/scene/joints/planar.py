@@ -9,12 +9,12 @@ from symdyn.scene.joints.blocks import AXES, along, slide, turn
 from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.key import AXIS
 from symdyn.scene.joints.kind import JointKind
-from symdyn.scene.joints.mark import Mark, Part
+from symdyn.scene.joints.mark import JointMark, MarkPart
 
 PLANAR = JointKind(
     keys=(AXIS,),
     blocks=lambda joint: along(joint.axis, slide(AXES["x"]), slide(AXES["y"]), turn(AXES["z"])),
     forbids=forbidding("along", "across"),
     words={"en": "planar", "sk": "rovinné"},
-    mark=Mark((Part("plate", 3.5), Part("cylinder", 0.6)), flat=(Part("plate", 3), Part("ring"))),
+    mark=JointMark((MarkPart("plate", 3.5), MarkPart("cylinder", 0.6)), flat=(MarkPart("plate", 3), MarkPart("ring"))),
 )

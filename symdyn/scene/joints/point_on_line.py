@@ -6,13 +6,13 @@ from symdyn.scene.joints.blocks import gimbals, orientation, slide
 from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.key import AXIS, ORIENTATION
 from symdyn.scene.joints.kind import JointKind
-from symdyn.scene.joints.mark import Mark, Part
+from symdyn.scene.joints.mark import JointMark, MarkPart
 
 POINT_ON_LINE = JointKind(
     keys=(AXIS, ORIENTATION),
     blocks=lambda joint: (slide(joint.axis), *orientation(joint)),
     forbids=forbidding("across"),
     words={"en": "point on a line", "sk": "bod na priamke"},
-    mark=Mark((Part("rail"), Part("ball", 1)), sign="slide"),
+    mark=JointMark((MarkPart("rail"), MarkPart("ball", 1)), sign="slide"),
     gimbals=gimbals(1),
 )

@@ -6,7 +6,7 @@ from symdyn.scene.joints.blocks import AXES, along, gimbals, orientation, slide
 from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.key import AXIS, ORIENTATION
 from symdyn.scene.joints.kind import Block, JointKind
-from symdyn.scene.joints.mark import Mark, Part
+from symdyn.scene.joints.mark import JointMark, MarkPart
 from symdyn.scene.model import Joint
 
 
@@ -19,6 +19,6 @@ POINT_ON_PLANE = JointKind(
     blocks=_blocks,
     forbids=forbidding("along"),
     words={"en": "point on a plane", "sk": "bod v rovine"},
-    mark=Mark((Part("plate", 3.5), Part("ball", 1)), sign="slide"),
+    mark=JointMark((MarkPart("plate", 3.5), MarkPart("ball", 1)), sign="slide"),
     gimbals=gimbals(2),
 )

@@ -7,7 +7,7 @@ from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.held import shifted_by
 from symdyn.scene.joints.key import AXIS
 from symdyn.scene.joints.kind import JointKind
-from symdyn.scene.joints.mark import Mark, Part
+from symdyn.scene.joints.mark import JointMark, MarkPart
 from symdyn.scene.joints.reversed import about_opposite
 
 PRISMATIC = JointKind(
@@ -15,7 +15,11 @@ PRISMATIC = JointKind(
     blocks=lambda joint: (slide(joint.axis),),
     forbids=forbidding("across", "all"),
     words={"en": "prismatic (P)", "sk": "posuvné (P)"},
-    mark=Mark((Part("rail"), Part("arrow", 4), Part("box", 1.7)), flat=(Part("rail"), Part("slider", 2)), sign="slide"),
+    mark=JointMark(
+        (MarkPart("rail"), MarkPart("arrow", 4), MarkPart("box", 1.7)),
+        flat=(MarkPart("rail"), MarkPart("slider", 2)),
+        sign="slide",
+    ),
     turned=about_opposite,
     held=shifted_by,
 )

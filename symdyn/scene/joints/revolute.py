@@ -7,7 +7,7 @@ from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.held import turned_by
 from symdyn.scene.joints.key import AXIS
 from symdyn.scene.joints.kind import JointKind
-from symdyn.scene.joints.mark import Mark, Part
+from symdyn.scene.joints.mark import JointMark, MarkPart
 from symdyn.scene.joints.reversed import about_opposite
 
 REVOLUTE = JointKind(
@@ -15,7 +15,7 @@ REVOLUTE = JointKind(
     blocks=lambda joint: (turn(joint.axis),),
     forbids=forbidding("all", "across"),
     words={"en": "revolute (R)", "sk": "rotačné (R)"},
-    mark=Mark((Part("line", 2.4), Part("cylinder", 1.3)), flat=(Part("ring"),)),
+    mark=JointMark((MarkPart("line", 2.4), MarkPart("cylinder", 1.3)), flat=(MarkPart("ring"),)),
     turned=about_opposite,
     held=turned_by,
 )

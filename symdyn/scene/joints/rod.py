@@ -12,7 +12,7 @@ from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.joints.held import Steps
 from symdyn.scene.joints.key import ORIENTATION, Key
 from symdyn.scene.joints.kind import Block, Forbids, Gimbal, JointKind
-from symdyn.scene.joints.mark import Mark, Part
+from symdyn.scene.joints.mark import JointMark, MarkPart
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import ZERO, Quantity, express
 from symdyn.scene.table import Table
@@ -59,7 +59,7 @@ ROD = JointKind(
     blocks=_blocks,
     forbids=Forbids(_wrenches, _residual),
     words={"en": "rod between two points", "sk": "tyč medzi dvoma bodmi"},
-    mark=Mark((Part("rod", 0.7),), sign="link"),
+    mark=JointMark((MarkPart("rod", 0.7),), sign="link"),
     held=_held,
     gimbals=_gimbals,
 )

@@ -6,14 +6,14 @@ from symdyn.scene.joints.blocks import gimbals, orientation
 from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.key import ORIENTATION
 from symdyn.scene.joints.kind import JointKind
-from symdyn.scene.joints.mark import Mark, Part
+from symdyn.scene.joints.mark import JointMark, MarkPart
 
 SPHERICAL = JointKind(
     keys=(ORIENTATION,),
     blocks=orientation,
     forbids=forbidding("all"),
     words={"en": "spherical", "sk": "sférické"},
-    mark=Mark((Part("socket"), Part("ball", 1))),
+    mark=JointMark((MarkPart("socket"), MarkPart("ball", 1))),
     ball=True,
     gimbals=gimbals(0),
 )

@@ -11,7 +11,7 @@ from symdyn.scene.joints.blocks import turn, unit
 from symdyn.scene.joints.forbidden import everywhere, forces, moments
 from symdyn.scene.joints.key import AXIS, Key
 from symdyn.scene.joints.kind import Block, Forbids, JointKind
-from symdyn.scene.joints.mark import Mark, Part
+from symdyn.scene.joints.mark import JointMark, MarkPart
 from symdyn.scene.joints.reversed import opposite
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import ONE, ZERO, Vector
@@ -70,7 +70,7 @@ UNIVERSAL = JointKind(
     blocks=_blocks,
     forbids=Forbids(_wrenches, _residual),
     words={"en": "universal", "sk": "kardanové"},
-    mark=Mark((Part("arm", 1.7), Part("arm", 1.7, SECOND.name))),
+    mark=JointMark((MarkPart("arm", 1.7), MarkPart("arm", 1.7, SECOND.name))),
     turned=_turned,
     amiss=_amiss,
 )
