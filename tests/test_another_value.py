@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 from symdyn.errors import SymdynError
-from symdyn.scene import Scene, bind, read, read_text
+from symdyn.graph import reachable
+from symdyn.scene import Scene, bind, in_numbers, read, read_text
 from symdyn.scene.mapping import map_quantities, substituted
 from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, simulate
 from symdyn.simulation.initial import read_start
@@ -274,3 +275,14 @@ def test_inverse_dynamics_and_reactions_compile_nothing_for_another_value(
 
     assert found.names == fresh.names
     assert found.table()[1] == pytest.approx(fresh.table()[1], rel=1e-9, abs=1e-9)
+
+
+def test_what_the_command_line_binds_is_folded() -> None:
+    scene = bind(read(EXAMPLES / "cart_pole.toml"), {"l": "0.4"})
+    system = state_equations(in_numbers(scene, ["l"]))
+
+    (params,) = system.compiled.prepared["prepare"].function.arguments
+    needed = {node.value for node in reachable(system.compiled.prepared["prepare"].function.entries)}
+    assert "l" in [str(one.value) for one in params.symbols]
+    assert "l" not in needed
+    assert "mp" in needed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from symdyn.cli.scene_options import add_reading_options, read_scene
+from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
 from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened
 
 
@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     from symdyn.simulation import inverse, read_motion
     from symdyn.simulation.scene_motion import motion_times
 
-    scene = read_scene(options)
+    scene = read_scene_to_move(options)
     entries = flattened(options.motion)
     motion, _, times = collected(
         lambda: read_motion(scene, entries),

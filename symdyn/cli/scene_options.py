@@ -145,6 +145,17 @@ def read_scene(options: argparse.Namespace) -> Scene:
     return bind(scene, read_bindings(options.bind)) if options.bind is not None else scene
 
 
+def read_scene_to_move(options: argparse.Namespace) -> Scene:
+    """Return the scene that the options name, for what is compiled with its parameters free: those bound are numbers.
+
+    What the reader notes goes to stderr.
+    """
+    from symdyn.scene import in_numbers, read_bindings
+
+    scene = read_scene(options)
+    return in_numbers(scene, read_bindings(options.bind)) if options.bind is not None else scene
+
+
 def reading_words(options: argparse.Namespace) -> list[str]:
     """Return the words of a command that read the same scene in the same way, free of folders.
 

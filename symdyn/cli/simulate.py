@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from symdyn.cli.scene_options import add_reading_options, read_scene
+from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
 from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened, pairs
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
     from symdyn.simulation.forward import check_run
     from symdyn.simulation.initial import read_start
 
-    scene = read_scene(options)
+    scene = read_scene_to_move(options)
     formulas = (*options.stop, *options.report)
     forces, start, _, _ = collected(
         lambda: read_forces(scene, flattened(options.forces)),

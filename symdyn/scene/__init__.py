@@ -1,6 +1,6 @@
 """Scenes: what a user declares, from TOML, Denavit-Hartenberg tables or Python."""
 
-from symdyn.scene.binding import bind, read_bindings, without_hidden_zeros, without_zeros
+from symdyn.scene.binding import bind, in_numbers, read_bindings, without_hidden_zeros, without_zeros
 from symdyn.scene.build import body, dh_table, parameter, point, scene
 from symdyn.scene.build_joints import (
     custom,
@@ -99,6 +99,7 @@ __all__ = [
     "fixed",
     "free",
     "helical",
+    "in_numbers",
     "joint",
     "knife_edge",
     "load",
