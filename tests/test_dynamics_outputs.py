@@ -105,6 +105,7 @@ def test_a_row_without_a_word_is_no_row() -> None:
         Output("power", (), "P", (), "W", "own", {})
 
 
+@pytest.mark.runs
 def test_who_asks_for_a_matrix_of_a_closed_scene_gets_that_of_the_tree() -> None:
     found = symdyn.load(scene("four_bar"), ["mass_matrix"])
 

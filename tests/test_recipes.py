@@ -12,7 +12,13 @@ from symdyn.scene import JOINTS
 
 RECIPES = Path(__file__).parent / "recipes"
 
-NAMES = {"rack_and_pinion": "pinion", "gas_spring": "gas_spring", "awk_target": "awk"}
+NAMES = {
+    "rack_and_pinion": "pinion",
+    "gas_spring": "gas_spring",
+    "awk_target": "awk",
+    "hamiltonian": "hamiltonian",
+    "momentum_law": "momentum_law",
+}
 """What is checked by `check_<name>.py`, and a word of it that symdyn does not hold."""
 
 

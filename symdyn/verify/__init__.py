@@ -3,11 +3,13 @@
 from symdyn.verify.accuracy import Accuracy, measure
 from symdyn.verify.certificate import Certificate, certify
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, PROVED, Claim, Fields, Finding, prove
-from symdyn.verify.laws import laws
+from symdyn.verify.law import Law, entries, everywhere, of_loops
+from symdyn.verify.laws import LAWS, laws
 from symdyn.verify.rigorous import Bound, Rigorous, rigorous
 
 __all__ = [
     "DIFFERENT",
+    "LAWS",
     "NUMERICAL",
     "PROVED",
     "Accuracy",
@@ -16,10 +18,14 @@ __all__ = [
     "Claim",
     "Fields",
     "Finding",
+    "Law",
     "Rigorous",
     "certify",
+    "entries",
+    "everywhere",
     "laws",
     "measure",
+    "of_loops",
     "prove",
     "rigorous",
 ]

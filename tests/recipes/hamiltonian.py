@@ -1,0 +1,35 @@
+"""Recipe: an output is one row. Import this file, and `symdyn generate --functions hamiltonian` writes it.
+
+H = u·∂L/∂u - L, L = K - P, for velocities u; two roads: half of u·M u and P by recursion, and that by its definition.
+"""
+
+from __future__ import annotations
+
+from symdyn.dynamics import OUTPUTS, Output, Road, Workspace
+from symdyn.dynamics.recursive.potential import potential_energy
+from symdyn.graph import Expr, gradient
+
+
+def by_recursion(w: Workspace) -> list[Expr]:
+    """Return H from the inertia matrix of composite bodies, and the heights of bodies along the tree."""
+    pairs = [(i, j) for i in range(w.state.n) for j in range(w.state.n)]
+    twice = w.graph.total(w.composite_mass[i][j] * w.state.qd[i] * w.state.qd[j] for i, j in pairs)
+    return [twice / 2 + potential_energy(w.lean) + w.elastic.energy]
+
+
+def by_definition(w: Workspace) -> list[Expr]:
+    """Return H of the Lagrangian that positions give."""
+    lagrangian = w.energy.K - w.energy.P
+    slopes = zip(gradient(lagrangian, w.state.qd), w.state.qd, strict=True)
+    return [w.graph.total(slope * u for slope, u in slopes) - lagrangian]
+
+
+OUTPUTS["hamiltonian"] = Output(
+    "Hamiltonian H = qd.dL/dqd - L of L = K - P{stored}",
+    ("q", "qd"),
+    "H",
+    (),
+    "J",
+    "same",
+    {"recursive": Road(by_recursion), "definition": Road(by_definition, up_to=4)},
+)
