@@ -54,6 +54,8 @@ drive = false
 start = 0.6
 [gas_springs.strut]
 from = { body = "ground", at = [0.1, 0, -0.5] }
+
+pytestmark = pytest.mark.runs  # motions are compiled where there is a compiler
 to = { body = "lid", at = [0.8, 0, 0] }
 charge = "n"
 dead = 0.05

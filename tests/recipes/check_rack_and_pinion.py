@@ -21,6 +21,8 @@ from symdyn.scene.joints import JointKind, JointMark
 from symdyn.simulation import simulate
 from symdyn.teach import walkthrough
 
+pytestmark = pytest.mark.runs  # motions are compiled where there is a compiler
+
 NAME = "rack_and_pinion"
 R, M, I = 0.25, 2.0, 0.3  # noqa: E741
 
