@@ -24,6 +24,8 @@ from symdyn.simulation import simulate
 from symdyn.teach import walkthrough
 from symdyn.teach.interactive.page import interactive_page
 
+pytestmark = pytest.mark.runs  # motions are compiled where there is a compiler
+
 NAME = "gas_spring"
 
 ARM = """name = "lid"
@@ -54,8 +56,6 @@ drive = false
 start = 0.6
 [gas_springs.strut]
 from = { body = "ground", at = [0.1, 0, -0.5] }
-
-pytestmark = pytest.mark.runs  # motions are compiled where there is a compiler
 to = { body = "lid", at = [0.8, 0, 0] }
 charge = "n"
 dead = 0.05
