@@ -15,10 +15,11 @@ from running import call, workspace
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import derive, derive_one, expected, roads_of
-from symdyn.dynamics.mechanism.state import joint_motion, quaternions
+from symdyn.dynamics.mechanism.state import joint_motion, placement, quaternions
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import JOINTS, Body, Joint, JointMotion, Quantity, Scene, folding, number
+from symdyn.scene import JOINTS, Body, Joint, JointMotion, Pose, Quantity, Scene, folding, number
 from symdyn.scene.quantity import symbol
+from symdyn.scene.start import resting
 from symdyn.spatial import Transform, Vec, add, apply, cross, dot, elementary, scale, sub, zero_vector
 from symdyn.verify.equality import PROVED, Claim, prove
 from symdyn.verify.laws import laws
@@ -139,6 +140,25 @@ def test_what_a_joint_forbids(kind: str) -> None:
     assert values(power) == pytest.approx([0.0] * len(power), abs=1e-14)
     if wrenches:
         assert np.linalg.matrix_rank(np.array(values(rows)).reshape(-1, 6)) == len(wrenches)
+
+
+@pytest.mark.parametrize("kind", JOINTS)
+def test_a_joint_that_is_held_is_where_its_motion_takes_it(kind: str) -> None:
+    """`held` is the placement of `blocks` there; at zero, without rotation, if there are several coordinates."""
+    joint, graph = jointed("revolute", kind).joints[1], Graph()
+    at = (number(Fraction(3, 10)),) if len(joint.coordinates) == 1 else resting(joint)
+    steps = JOINTS[kind].held(joint, at[0] if at else number(0))
+
+    held, moved = placement(Pose(steps), graph), joint_motion(joint, graph).placement
+
+    known = {graph.symbol(name): float(x.value) for name, x in zip(joint.coordinates, at, strict=True)}
+    entries = [x - y for x, y in zip(flat(held), flat(moved), strict=True)]
+    found = evaluate(entries, Floats(), known | {graph.symbol("L"): 1.2})
+    assert found == pytest.approx([0] * 12, abs=1e-15)
+
+
+def flat(X: Transform) -> list[Expr]:
+    return [*(x for row in X.R for x in row), *X.p]
 
 
 def relative_twist(motion: JointMotion, graph: Graph) -> list[tuple[Vec, Vec]]:
