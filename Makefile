@@ -17,7 +17,7 @@ quick: $(READY)  ## less than a minute: what starts no compiler, browser or LaTe
 	$(BIN)/python -m pytest --quick -n auto --maxprocesses 4 --dist worksteal
 
 test: $(READY)  ## everything that must hold
-	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal
+	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal --durations=20 --durations-min=1
 
 slow: $(READY)  ## what takes minutes: robots against Pinocchio, 3,000 mechanisms against the reference of tests/engine
 	$(BIN)/python -m pip install --quiet -e '.[dev,mjcf,robots]'
