@@ -105,9 +105,9 @@ def implementations(
                     yield from _module(program, name, real, derived)
     for machine in machines:
         for real in reals if machine == "native" else reals[:1]:
-            yield from _c(program, real, machine, derived)
+            yield from _c(program, real, machine, derived, ENTRIES, BATCH)
             if everything and plain and machine == "native":
-                yield from _plain(program, real, machine, derived)
+                yield from _c(program, real, machine, derived, ALONE)
         if everything and machine == "native":
             yield from _ufunc(program, reals, machine, derived)
 
@@ -166,31 +166,25 @@ def _python(routine: Routine, function: Any, real: str) -> Callable[[States], tu
     return prepare
 
 
-ENTRIES = {"each": "C scalar", "batch": "C batch", "rows": "C rows"}
+ENTRIES = {"each": "C scalar", BATCH: "C batch", "rows": "C rows"}
+
+ALONE = {"each": "C scalar, plain file"}
+"""Without batch code, sines are those of the C library."""
 
 
-def _c(program: Program, real: str, machine: str, derived: float) -> Iterator[Implementation]:
-    """Yield what a file with batch code has: its scalar function, and its entries for many states."""
+def _c(
+    program: Program, real: str, machine: str, derived: float, entries: Mapping[str, str], option: str = ""
+) -> Iterator[Implementation]:
+    """Yield entries of a C file: its scalar function, and with batch code those for many states."""
     (routine,) = program.routines
     start = time.perf_counter()
-    sources = emit(program, C.name, real, option=BATCH)
+    sources = emit(program, C.name, real, option=option)
     generate = derived + time.perf_counter() - start
     library, compiled = _compiled(_with_loop(sources, routine), machine)
-    for entry, way in ENTRIES.items():
+    for entry, way in entries.items():
         call = _bound(library, sources, routine, entry)
-        prepare = _addressed(routine, call, real, columns=entry == "batch")
+        prepare = _addressed(routine, call, real, columns=entry == BATCH)
         yield Implementation(routine, way, real, machine, generate, compiled, prepare)
-
-
-def _plain(program: Program, real: str, machine: str, derived: float) -> Iterator[Implementation]:
-    """Yield the scalar function of a file without batch code, whose sines are those of the C library."""
-    (routine,) = program.routines
-    start = time.perf_counter()
-    sources = emit(program, C.name, real)
-    generate = derived + time.perf_counter() - start
-    library, compiled = _compiled(_with_loop(sources, routine), machine)
-    prepare = _addressed(routine, _bound(library, sources, routine, "each"), real, columns=False)
-    yield Implementation(routine, "C scalar, plain file", real, machine, generate, compiled, prepare)
 
 
 def _compiled(sources: Sources, machine: str) -> tuple[ctypes.CDLL, float]:

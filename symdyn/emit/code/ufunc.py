@@ -7,7 +7,7 @@ Core dimensions are frozen, `(7),(7),(7)->(7)`, so that NumPy itself refuses a w
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from symdyn.emit.code.c import BATCH, C
 from symdyn.emit.code.real import REALS
@@ -29,39 +29,6 @@ DOUBLES, LEAN = "doubles", "lean"
 """Options: without float, and without entries for rows either, which takes compilers most of their time."""
 
 
-@dataclass(frozen=True)
-class _Ufunc:
-    """What the template needs of one function.
-
-    Attributes:
-        name, arguments, shape: as in `FunctionText`.
-        size: entries of the result.
-        signature: as NumPy reads it.
-        params: place of what all states of a batch have in common among the arguments, -1 without.
-        doc: lines of a C string literal.
-    """
-
-    name: str
-    arguments: tuple[object, ...]
-    shape: tuple[int, ...]
-    size: int
-    signature: str
-    params: int
-    doc: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class _Loop:
-    """What the template needs of one real type: its names, and the functions that have an entry for rows."""
-
-    name: str
-    tag: str
-    code: str
-    stem: str
-    loop: str
-    rows: tuple[str, ...]
-
-
 def _write(draft: Draft) -> dict[str, Contents]:
     """Return the extension module's source, then the C that it calls."""
     page = draft.page
@@ -81,7 +48,10 @@ def _write(draft: Draft) -> dict[str, Contents]:
                 raise
             continue  # a constant is too large for float: NumPy then casts to double
         files |= {f"_{tag}{ending}": text for ending, text in C.write(code).items()}
-        loops.append(_Loop(name, tag, CODES[name], code.stem, f"walk_{tag}", names if batch else ()))
+        rows = names if batch else ()  # which have an entry for them
+        loops.append(
+            {"name": name, "tag": tag, "code": CODES[name], "stem": code.stem, "loop": f"walk_{tag}", "rows": rows}
+        )
     values = {
         "about": draft.about,
         "module": f"{draft.stem}{MODULE}",
@@ -94,19 +64,20 @@ def _write(draft: Draft) -> dict[str, Contents]:
     return {f"{MODULE}.c": render("ufunc/module.c.jinja", values), **files}
 
 
-def _ufunc(page: Page, function: FunctionText) -> _Ufunc:
+def _ufunc(page: Page, function: FunctionText) -> dict[str, object]:
+    """Return what the template needs of a function: "params" is the place of what all states have in common, or -1."""
     names = [argument.name for argument in function.arguments]
     common = shared(names)
     inputs = ",".join(f"({argument.core})" for argument in function.arguments)
-    return _Ufunc(
-        name=function.name,
-        arguments=function.arguments,
-        shape=function.shape,
-        size=len(function.outputs),
-        signature=f"{inputs}->({','.join(map(str, function.shape))})",
-        params=names.index(common) if common else -1,
-        doc=tuple(_literal(line) for line in docstring(page, function).splitlines(keepends=True)),
-    )
+    return {
+        "name": function.name,
+        "arguments": function.arguments,
+        "shape": function.shape,
+        "size": len(function.outputs),
+        "signature": f"{inputs}->({','.join(map(str, function.shape))})",
+        "params": names.index(common) if common else -1,
+        "doc": [_literal(line) for line in docstring(page, function).splitlines(keepends=True)],
+    }
 
 
 def docstring(page: Page, function: FunctionText) -> str:
