@@ -207,7 +207,7 @@ def test_the_backward_error_of_a_closed_mechanism_sees_wrong_accelerations_and_o
     (routine,) = lower(formulate(scene, ("forward_dynamics",))).routines
     states = draw(routine.function.arguments, positions_of(scene), "range", 4, 1, "double")
     known = reference(routine.function, states, 4)
-    solve = Solve.at(linear(scene), states, 4)
+    solve = Solve.at(linear(scene, "forward_dynamics"), states, 4)
 
     def backward(qdd):
         return max(solve.backward(qdd, states["tau"], known.kept, 2.0**-53))
