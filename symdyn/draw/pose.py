@@ -13,6 +13,7 @@ from symdyn.dynamics.loops.assembly import closed_position, witness
 from symdyn.dynamics.loops.loop_numbers import numbers_of
 from symdyn.errors import DerivationError, DrawError
 from symdyn.scene import JOINTS, Joint, Scene, velocity_name
+from symdyn.scene.forces import touches
 from symdyn.scene.names import suggestion
 from symdyn.scene.start import quaternion, starting_position
 from symdyn.scene.units import coordinate_units
@@ -63,7 +64,7 @@ def pose(
         if name not in scene.coordinates:
             raise DrawError(f'{scene.name}: "{name}" is not a coordinate; {suggestion(name, scene.coordinates)}')
     values = values_of(scene, parameters)
-    if scene.loops or any(row.touches for row in scene.rows):
+    if scene.loops or any(touches(row) for row in scene.rows):
         return _closed(scene, given, values, parameters)
     declared = any(joint.start for joint in scene.joints)
     q = _start(scene, values)

@@ -19,12 +19,14 @@ from symdyn.scene.build_joints import (
     spherical,
     universal,
 )
-from symdyn.scene.build_loads import damper, knife_edge, load, rolling, row, spring
 from symdyn.scene.element import Element, Friction, Load, Place, Plane, Row, Strut
 from symdyn.scene.forces import FORCES, pull_of
-from symdyn.scene.forces.damper import Damper
+from symdyn.scene.forces.contact import knife_edge, rolling
+from symdyn.scene.forces.damper import Damper, damper
 from symdyn.scene.forces.kind import Forbid, ForceKind, Pull, Push, Touch
-from symdyn.scene.forces.spring import Spring
+from symdyn.scene.forces.load import load
+from symdyn.scene.forces.spring import Spring, spring
+from symdyn.scene.forces.velocity_row import row
 from symdyn.scene.formula import FormulaError, parse
 from symdyn.scene.joints import JOINTS, JointKind, JointMotion, Move
 from symdyn.scene.locking import lock

@@ -141,8 +141,3 @@ class Row(Element):
     def kind(self) -> str:
         """The row of `FORCES` that tells about it."""
         return self.type
-
-    @property
-    def touches(self) -> bool:
-        """Whether it holds a position too: that of a wheel or a ball on its plane."""
-        return self.type == "rolling" and "normal" in self.components

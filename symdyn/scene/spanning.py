@@ -13,6 +13,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from symdyn.scene.forces import FORCES
+from symdyn.scene.forces.kind import Pull
 from symdyn.scene.joint_table import freedoms, loop_keys
 from symdyn.scene.model import GROUND
 from symdyn.scene.names import listed, suggestion
@@ -145,10 +147,11 @@ def _chosen(edges: Sequence[_Edge], held: set[str], faults: Faults) -> Span:
             what = f"a {edge.kind} joint {ends} points towards ground and cannot be turned round"
             faults.add(edge.entry.where, f"{what}; swap parent and child")
     span = _span(edges, tree, back)
+    pulls = ", ".join(kind.words["en"] for kind in FORCES.values() if isinstance(kind.law, Pull))
     for edge in edges:
         if edge in tree or edge.parent == edge.child:
             continue
-        keys = _kept(edge.entry) + ["spring, damper or mimic at it"] * (edge.entry.name in held)
+        keys = _kept(edge.entry) + [f"{pulls} or mimic at it"] * (edge.entry.name in held)
         if keys:
             advice = "say which joints to cut by --spanning-tree"
             faults.add(edge.entry.where, f"closes a loop and is cut, but a cut joint has no {listed(keys)}; {advice}")

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.scene import Row
+from symdyn.scene.forces import touches
 from symdyn.simulation.multipliers import multipliers
 from symdyn.simulation.opened import numbers_at
 from symdyn.simulation.state_equations import StateEquations
@@ -51,7 +52,7 @@ def needed(
         a: their rates, shape (N, nv).
         tau: driving forces, those of prescribed motions included, shape (N, nv).
     """
-    contacts = [row for row in system.scene.rows if row.touches]
+    contacts = [row for row in system.scene.rows if touches(row)]
     if not contacts:
         return [], []
     labels, decisions = numbers_at(system.scene).constraints.labels, system.decisions

@@ -31,6 +31,7 @@ from symdyn.dynamics.loops.newton import (
     singular_values,
 )
 from symdyn.errors import DerivationError
+from symdyn.scene.forces import touches
 
 NEAR = 1e-3
 """Below it a mechanism is said to be near a change point."""
@@ -212,7 +213,7 @@ def off_planes(numbers: Numbers, q: Array) -> list[str]:
         f"contact {one.row.name}: {one.row.place.body if one.row.place else ''} is {abs(h):.3g} m "
         f"{'above' if h > 0 else 'below'} its plane, and no component of the contact holds it there"
         for one, h in zip(numbers.gauges, heights, strict=True)
-        if one.row.plane.declared and not one.row.touches and abs(h) > CLOSED * max(1.0, lever_of(numbers, q))
+        if one.row.plane.declared and not touches(one.row) and abs(h) > CLOSED * max(1.0, lever_of(numbers, q))
     ]
 
 

@@ -92,6 +92,12 @@ def touch_of(row: Row) -> Touch | None:
     return law if isinstance(law, Touch) else None
 
 
+def touches(row: Row) -> bool:
+    """Tell whether a row holds a position too: that of a wheel or a ball on its plane."""
+    law = touch_of(row)
+    return law is not None and any(law.closes(row))
+
+
 def formula_of(row: Row) -> Quantity | None:
     """Return the left side of a row that is a formula, which vanishes; None for a contact."""
     law = FORCES[row.kind].law

@@ -13,104 +13,29 @@ Reference: Neimark and Fufaev, Dynamics of Nonholonomic Systems (1972), chapter 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
 
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
-from symdyn.scene.direction import direction
 from symdyn.scene.element import Plane, Row
 from symdyn.scene.folding import FormulaError
-from symdyn.scene.forces.ends import AtBody, known_body, named_shift
-from symdyn.scene.forces.keys import NUMBER, Form, Key, indexed
-from symdyn.scene.forces.kind import PARAMETERS, ForceKind, Part, Rim, Scope, Stand, Touch
+from symdyn.scene.forces.ends import AtBody
+from symdyn.scene.forces.keys import NUMBER, Form, Key
+from symdyn.scene.forces.kind import ForceKind, Rim, Stand, Touch
+from symdyn.scene.forces.touched_plane import OnPlane
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.forbidden import forces
-from symdyn.scene.made_names import Names
-from symdyn.scene.model import GROUND
-from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector, express
+from symdyn.scene.python_values import Number, Three, entry
+from symdyn.scene.quantity import NULL, ONE, ZERO, Vector, express
 from symdyn.scene.spelling import spell
-from symdyn.scene.table import Table, plain, show, shown
+from symdyn.scene.table import Entry, Table, plain, show, shown
 from symdyn.scene.value import value_of
 from symdyn.spatial import Transform, Vec, Wrench, apply, cross, dot, scale, sub
 
 ACROSS: Vector = (ZERO, ONE, ZERO)
 
 COMPONENTS = ("along", "across", "normal")
-
-TILT = "tilt a body that carries it"
-
-
-# The plane and the components of a wheel's velocity
-
-
-class OnPlane(Part):
-    """The plane that is touched; level where nothing else is said of a plane of the ground that has to be somewhere."""
-
-    def __init__(self, needs_normal: bool) -> None:
-        """Say whether the plane has to be somewhere, as a blade's has not."""
-        self.needs_normal = needs_normal
-        self.keys = ("plane", "normal") if needs_normal else ("plane",)
-
-    def read(self, table: Table, scope: Scope) -> dict[str, Any]:
-        """Return the plane that a row declares."""
-        declared, where = "plane" in table, table
-        if declared:
-            advice = "write plane = { at = [0, 0, 0], normal = [0, 0, 1] }"
-            advice = f"{advice}, with body = NAME where it is not the ground's"
-            where = table.inner("plane", ("body", "at", "normal"), advice)
-            if "normal" in table:
-                table.fault("normal is given beside plane; write it into plane")
-        body = where.text("body", GROUND) if declared else GROUND
-        at = where.vector("at") if declared else NULL
-        normal = where.vector("normal", Plane().normal)
-        if "normal" not in where and self.needs_normal and body != GROUND:
-            where.fault(f'normal is missing; a plane on body "{body}" has one of its own, such as normal = [0, 0, 1]')
-        elif "normal" not in where and (self.needs_normal or declared):
-            if isinstance(scope.level, str):
-                where.fault(f"normal is missing, and {scope.level}; write normal = [0, 0, 1]")
-            else:
-                normal = scope.level
-                if normal != Plane().normal:
-                    text = ", ".join(spell(x) for x in normal)
-                    table.faults.note(table.entry.where, f"its plane is level: normal = [{text}], against gravity")
-        return {"plane": Plane(body, at, normal, declared)}
-
-    def raw(self, one: Row, scope: Scope) -> dict[str, object]:
-        """Return what a table says of the plane."""
-        plane = one.plane
-        if not plane.declared:
-            return {"normal": plane.normal} if self.needs_normal and plane.normal != scope.level else {}
-        fixed = plane.body == GROUND
-        said: dict[str, object] = {} if fixed else {"body": plane.body}
-        said |= {"at": plane.at} if plane.at != NULL else {}
-        return {"plane": said if fixed and plane.normal == scope.level else said | {"normal": plane.normal}}
-
-    def numbers(self, one: Row) -> Iterator[tuple[str, Quantity, int]]:
-        """Return where the plane is."""
-        yield from ((f"plane.at{index}", x, PARAMETERS) for index, x in indexed(one.plane.at))
-
-    def named(self, one: Row, what: str, letter: str, k: int, names: Names) -> Row:
-        """Return the row with the place of its plane named."""
-        if what != "geometry":
-            return one
-        at = named_shift(one.plane.at, f"plane of {one.name}", f"_g{k}", names)
-        return replace(one, plane=replace(one.plane, at=at))
-
-    def check(self, one: Row, stand: Stand) -> None:
-        """Report a plane of no body, or of the body that touches it, and a normal that is no direction."""
-        known_body("plane: body", one.plane.body, stand)
-        body = one.place.body if one.place else ""
-        if body == one.plane.body == GROUND:
-            stand.fault(f"is about {GROUND}, which does not move; name a body")
-        elif body and body == one.plane.body:
-            stand.fault(f'touches a plane on its own body, "{body}"; name another body')
-        if one.axis is not None:
-            direction(stand.where, "axis", one.axis, stand.faults, "turn the body's frame")
-        key = "plane: normal" if one.plane.declared else "normal"
-        direction(stand.where, key, one.plane.normal, stand.faults, TILT)
 
 
 def _axis(table: Table, key: str, _: object, absent: Vector | None) -> Vector | None:
@@ -229,7 +154,7 @@ def _says_rolling(row: Row) -> str:
     kind = f"ball of radius {spell(row.radius)}"
     if row.axis is not None:
         kind = f"wheel of radius {spell(row.radius)} about its {_three(row.axis)}"
-    height = "" if row.touches else "; its height is not held"
+    height = "" if "normal" in row.components else "; its height is not held"
     return f"{row.place.body}, a {kind}, rolls on {_where(row.plane)} ({', '.join(row.components)}{height})"
 
 
@@ -268,3 +193,52 @@ ROLLING = ForceKind(
     mark=Rim(),
     check=_check_radius,
 )
+
+
+def knife_edge(
+    name: str,
+    *,
+    body: str | None = None,
+    at: Three | None = None,
+    point: str | None = None,
+    axis: Three,
+    plane: Mapping[str, object] | None = None,
+) -> Entry:
+    """Declare a point of a body that has no velocity along an axis of the body, the one across the blade.
+
+    With a plane {"body": name, "at": [x, y, z], "normal": [x, y, z]} the velocity is relative to the body that carries
+    it, the ground when left out.
+    """
+    return entry("rows", name, type="knife_edge", body=body, at=at, point=point, axis=axis, plane=plane)
+
+
+def rolling(
+    name: str,
+    *,
+    body: str | None = None,
+    at: Three | None = None,
+    point: str | None = None,
+    axis: Three | None = None,
+    radius: Number,
+    plane: Mapping[str, object] | None = None,
+    normal: Three | None = None,
+    components: Sequence[str] | None = None,
+) -> Entry:
+    """Declare a wheel, disc or ball that rolls on a plane without slip, see `Row`.
+
+    Args:
+        name: of the constraint.
+        body: the wheel.
+        at: its centre in body coordinates, m; the origin when left out.
+        point: its centre, in place of body and place.
+        axis: of the wheel, body axes; left out for a ball.
+        radius: of the wheel, m.
+        plane: {"body": name, "at": [x, y, z], "normal": [x, y, z]}, in coordinates of that body; what is left out is
+            the ground, its origin, and the direction against gravity.
+        normal: of the plane, in place of `plane`: then the scene does not say where it lies.
+        components: of the velocity of its lowest point, those that vanish: of "along", "across" and "normal", the last
+            of which holds it at its height too; for a wheel the first two when left out, for a ball all.
+    """
+    where = {"body": body, "at": at, "point": point}
+    more = {"plane": plane, "normal": normal, "components": components}
+    return entry("rows", name, type="rolling", **where, axis=axis, radius=radius, **more)

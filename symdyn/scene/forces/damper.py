@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
 
 from symdyn.graph import Expr
 from symdyn.scene.element import Strut
 from symdyn.scene.folding import FormulaError
-from symdyn.scene.forces.ends import Ends
+from symdyn.scene.forces.ends import End, Ends, as_keys
 from symdyn.scene.forces.keys import COEFFICIENTS, Key
 from symdyn.scene.forces.kind import ForceKind, Mark, Pull, Stand
+from symdyn.scene.python_values import Number, entry
 from symdyn.scene.quantity import Quantity, express
 from symdyn.scene.spelling import spell
-from symdyn.scene.table import shown
+from symdyn.scene.table import Entry, shown
 from symdyn.scene.value import value_of
 
 
@@ -74,3 +76,14 @@ DAMPER = ForceKind(
     ),
     check=_check,
 )
+
+
+def damper(
+    name: str,
+    *,
+    joint: str | None = None,
+    ends: tuple[End, End] | None = None,
+    damping: Number | Sequence[Number],
+) -> Entry:
+    """Declare a viscous damper: c1, or c1, c3, ... of the force c1 v + c3 v^3 + ...; ends as in `spring`."""
+    return entry("dampers", name, joint=joint, **as_keys(ends), damping=damping)

@@ -16,6 +16,9 @@ from symdyn.scene.quantity import NULL, Quantity, Vector
 from symdyn.scene.table import Table, plain, show
 from symdyn.scene.translation import translation
 
+End = str | Place | Mapping[str, object]
+"""What a user writes for an end in Python."""
+
 ADVICE = 'write joint = "NAME", or from and to, each the name of a body or point or { body = "NAME", at = [0, 0, 0] }'
 
 
@@ -157,3 +160,8 @@ def _end(table: Table, key: str, scope: Scope) -> Place:
 
 def _at_point(name: str, scope: Scope) -> Place:
     return Place(scope.points[name].body, translation(scope.points[name].at))
+
+
+def as_keys(ends: tuple[End, End] | None) -> dict[str, object]:
+    """Return the ends of a strut as keys of its table."""
+    return {} if ends is None else {"from": ends[0], "to": ends[1]}

@@ -8,8 +8,10 @@ from symdyn.scene.forces.ends import AtBody
 from symdyn.scene.forces.keys import VECTOR, Key, choice
 from symdyn.scene.forces.kind import TIME, ForceKind, Push, Stand
 from symdyn.scene.model import GROUND
+from symdyn.scene.python_values import Three, entry
 from symdyn.scene.quantity import NULL, Vector, express
 from symdyn.scene.spelling import spell
+from symdyn.scene.table import Entry
 from symdyn.spatial import Vec, Wrench
 
 
@@ -58,3 +60,27 @@ LOAD = ForceKind(
     lost="a wrench, which acts in the equations",
     check=_check,
 )
+
+
+def load(
+    name: str,
+    *,
+    body: str | None = None,
+    at: Three | None = None,
+    point: str | None = None,
+    force: Three | None = None,
+    couple: Three | None = None,
+    frame: str | None = None,
+) -> Entry:
+    """Declare a wrench on a body.
+
+    Args:
+        name: of the load.
+        body: that it acts on.
+        at: the place in body coordinates, m; the origin when left out.
+        point: that it acts at, in place of body and place.
+        force: N, formulas in t, parameters, coordinates and velocities.
+        couple: N m, the same.
+        frame: "ground" or "body", whose axes the components are along; the ground's when left out.
+    """
+    return entry("loads", name, body=body, at=at, point=point, force=force, couple=couple, frame=frame)

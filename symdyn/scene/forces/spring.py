@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import comb, pi
 
 from symdyn.graph import Expr, Graph
 from symdyn.scene.element import Strut
-from symdyn.scene.forces.ends import Ends
+from symdyn.scene.forces.ends import End, Ends, as_keys
 from symdyn.scene.forces.keys import COEFFICIENTS, NUMBER, Key
 from symdyn.scene.forces.kind import ForceKind, Mark, Pull
+from symdyn.scene.python_values import Number, entry
 from symdyn.scene.quantity import ZERO, Quantity, express
 from symdyn.scene.spelling import spell
+from symdyn.scene.table import Entry
 
 
 @dataclass(frozen=True)
@@ -147,3 +150,25 @@ SPRING = ForceKind(
         has_length=lambda spring: spring.free != ZERO,
     ),
 )
+
+
+def spring(
+    name: str,
+    *,
+    joint: str | None = None,
+    ends: tuple[End, End] | None = None,
+    stiffness: Number | Sequence[Number] | None = None,
+    free: Number | None = None,
+    preload: Number | None = None,
+) -> Entry:
+    """Declare a spring.
+
+    Args:
+        name: of the spring.
+        joint: the joint with one coordinate that it is at; or
+        ends: the two points that it connects, each the name of a body or point or {"body": name, "at": [x, y, z]}.
+        stiffness: k1, or k1, k2, ... of the force k1 x + k2 x^2 + ..., x the way from `free`.
+        free: position or length at which that vanishes, rad or m; zero when left out.
+        preload: force there, N m or N.
+    """
+    return entry("springs", name, joint=joint, **as_keys(ends), stiffness=stiffness, free=free, preload=preload)

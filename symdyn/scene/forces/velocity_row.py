@@ -9,9 +9,10 @@ from symdyn.scene.element import Row
 from symdyn.scene.folding import FormulaError, add, div, mul, neg, sub
 from symdyn.scene.forces.keys import NUMBER, Key
 from symdyn.scene.forces.kind import MOTION, Forbid, ForceKind, Stand
+from symdyn.scene.python_values import entry
 from symdyn.scene.quantity import ONE, ZERO, Quantity, express
 from symdyn.scene.spelling import spell
-from symdyn.scene.table import shown
+from symdyn.scene.table import Entry, shown
 
 
 def _check(row: Row, stand: Stand) -> None:
@@ -72,3 +73,8 @@ FORMULA = ForceKind(
     lost="a constraint on velocities",
     check=_check,
 )
+
+
+def row(name: str, formula: str | Quantity) -> Entry:
+    """Declare a constraint on velocities: a formula, linear in them, that vanishes."""
+    return entry("rows", name, formula=formula)
