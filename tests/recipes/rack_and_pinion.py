@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Joint, Quantity, express, folding, number
-from symdyn.scene.joints import JOINTS, Block, Forbids, JointKind, JointMark, JointMotion, Key, MarkPart, Move
+from symdyn.scene.joints import JOINTS, Block, Forbids, JointKey, JointKind, JointMark, JointMotion, MarkPart, Move
 from symdyn.scene.joints.forbidden import everywhere, forces, leaning, moments, offsets
 from symdyn.scene.table import Table
 from symdyn.spatial import Transform, Wrench, dot, scale, unit_transform
 
-RADIUS = Key(
+RADIUS = JointKey(
     "radius",
     Table.quantity,
     number(0),

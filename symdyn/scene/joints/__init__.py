@@ -7,9 +7,9 @@ from symdyn.scene.joints.cylindrical import CYLINDRICAL
 from symdyn.scene.joints.fixed import FIXED
 from symdyn.scene.joints.free import FREE
 from symdyn.scene.joints.helical import HELICAL
-from symdyn.scene.joints.key import AXIS, ORIENTATION, Key
+from symdyn.scene.joints.joint_key import AXIS, ORIENTATION, JointKey
+from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.joints.kind import Block, Forbids, Gimbal, JointKind, JointMotion, Move
-from symdyn.scene.joints.mark import JointMark, MarkPart
 from symdyn.scene.joints.planar import PLANAR
 from symdyn.scene.joints.point_on_line import POINT_ON_LINE
 from symdyn.scene.joints.point_on_plane import POINT_ON_PLANE
@@ -48,10 +48,10 @@ __all__ = [
     "Block",
     "Forbids",
     "Gimbal",
+    "JointKey",
     "JointKind",
     "JointMark",
     "JointMotion",
-    "Key",
     "MarkPart",
     "Move",
     "own_keys",

@@ -7,9 +7,9 @@ body of the tree; it closes no loop, since what it forbids has no closed form.
 from __future__ import annotations
 
 from symdyn.scene.joints.blocks import path
-from symdyn.scene.joints.key import Key
+from symdyn.scene.joints.joint_key import JointKey
+from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.joints.kind import Block, JointKind
-from symdyn.scene.joints.mark import JointMark, MarkPart
 from symdyn.scene.joints.reversed import inverse
 from symdyn.scene.model import Joint, Pose
 from symdyn.scene.table import Table, as_list, plain, show
@@ -24,14 +24,14 @@ def _units(table: Table, name: str, default: tuple[str, ...]) -> tuple[str, ...]
     return default * (len(as_list(table.raw.get("coordinates"))) or 1)
 
 
-STEPS = Key(
+STEPS = JointKey(
     "steps",
     lambda table, name, default: table.pose(name),
     Pose(),
     example='the motion as steps such as [["Rz", "u"], ["Tx", "0.1*u"]]',
 )
 
-UNITS: Key[tuple[str, ...]] = Key(
+UNITS: JointKey[tuple[str, ...]] = JointKey(
     "units", _units, ("rad",), example='"rad" or "m" for each coordinate, such as units = ["rad"]'
 )
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from symdyn.scene.joints.forbidden import forbidding
+from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.joints.kind import JointKind
-from symdyn.scene.joints.mark import JointMark, MarkPart
 
 FIXED = JointKind(
     keys=(),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from symdyn.scene.joints.blocks import AXES, FLIGHT, gimbals, orientation, slide
 from symdyn.scene.joints.forbidden import forbidding
-from symdyn.scene.joints.key import ORIENTATION
+from symdyn.scene.joints.joint_key import ORIENTATION
+from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.joints.kind import Block, JointKind
-from symdyn.scene.joints.mark import JointMark, MarkPart
 from symdyn.scene.model import Joint
 
 

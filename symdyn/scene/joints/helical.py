@@ -10,16 +10,16 @@ from symdyn.scene import folding
 from symdyn.scene.joints.blocks import screw
 from symdyn.scene.joints.forbidden import directions, forces, leaning, moments, offsets
 from symdyn.scene.joints.held import Steps, held
-from symdyn.scene.joints.key import AXIS, Key
+from symdyn.scene.joints.joint_key import AXIS, JointKey
+from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.joints.kind import Block, Forbids, JointKind
-from symdyn.scene.joints.mark import JointMark, MarkPart
 from symdyn.scene.joints.reversed import about_opposite
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import PI, ZERO, Quantity, express, number
 from symdyn.scene.table import Table
 from symdyn.spatial import Transform, Wrench, apply, dot, scale
 
-PITCH = Key(
+PITCH = JointKey(
     "pitch",
     Table.quantity,
     ZERO,

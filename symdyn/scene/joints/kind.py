@@ -21,8 +21,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from symdyn.graph import Expr, Graph
-from symdyn.scene.joints.key import Key
-from symdyn.scene.joints.mark import JointMark
+from symdyn.scene.joints.joint_key import JointKey
+from symdyn.scene.joints.joint_mark import JointMark
 from symdyn.scene.model import Joint, Pose
 from symdyn.scene.quantity import Quantity, Vector
 from symdyn.scene.turns import Step
@@ -154,7 +154,7 @@ class JointKind:
         amiss: what is wrong with keys that are right one by one; "" for nothing.
     """
 
-    keys: tuple[Key[Any], ...]
+    keys: tuple[JointKey[Any], ...]
     blocks: Callable[[Joint], tuple[Block, ...]]
     forbids: Forbids | None
     words: Mapping[str, str]
@@ -170,11 +170,11 @@ class JointKind:
         """Whether its keys hold formulas in its coordinates, which scenes must name then."""
         return any(isinstance(key.default, Pose) for key in self.keys)
 
-    def values(self, joint: Joint) -> Iterator[tuple[Key[Any], Any]]:
+    def values(self, joint: Joint) -> Iterator[tuple[JointKey[Any], Any]]:
         """Yield what a joint says, by key."""
         yield from ((key, key.of(joint)) for key in self.keys)
 
-    def directions(self, joint: Joint) -> Iterator[tuple[Key[Vector], Vector]]:
+    def directions(self, joint: Joint) -> Iterator[tuple[JointKey[Vector], Vector]]:
         """Yield the directions among what a joint says, by key."""
         for key, value in self.values(joint):
             if isinstance(value, tuple) and all(isinstance(x, Quantity) for x in value):

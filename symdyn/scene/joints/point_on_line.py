@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from symdyn.scene.joints.blocks import gimbals, orientation, slide
 from symdyn.scene.joints.forbidden import forbidding
-from symdyn.scene.joints.key import AXIS, ORIENTATION
+from symdyn.scene.joints.joint_key import AXIS, ORIENTATION
+from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.joints.kind import JointKind
-from symdyn.scene.joints.mark import JointMark, MarkPart
 
 POINT_ON_LINE = JointKind(
     keys=(AXIS, ORIENTATION),

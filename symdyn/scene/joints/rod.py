@@ -10,15 +10,15 @@ from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import AXES, gimbals, orientation, shift, turn
 from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.joints.held import Steps
-from symdyn.scene.joints.key import ORIENTATION, Key
+from symdyn.scene.joints.joint_key import ORIENTATION, JointKey
+from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.joints.kind import Block, Forbids, Gimbal, JointKind
-from symdyn.scene.joints.mark import JointMark, MarkPart
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import ZERO, Quantity, express
 from symdyn.scene.table import Table
 from symdyn.spatial import Transform, Wrench, dot, scale
 
-LENGTH = Key(
+LENGTH = JointKey(
     "length",
     Table.quantity,
     ZERO,

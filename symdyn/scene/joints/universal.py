@@ -9,9 +9,9 @@ from symdyn.graph import Expr
 from symdyn.scene.folding import FormulaError
 from symdyn.scene.joints.blocks import turn, unit
 from symdyn.scene.joints.forbidden import everywhere, forces, moments
-from symdyn.scene.joints.key import AXIS, Key
+from symdyn.scene.joints.joint_key import AXIS, JointKey
+from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.joints.kind import Block, Forbids, JointKind
-from symdyn.scene.joints.mark import JointMark, MarkPart
 from symdyn.scene.joints.reversed import opposite
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import ONE, ZERO, Vector
@@ -20,7 +20,7 @@ from symdyn.scene.table import Table, shorten
 from symdyn.scene.value import value_of
 from symdyn.spatial import Transform, Wrench, apply, cross, dot
 
-SECOND: Key[Vector] = Key("second_axis", Table.vector, (ONE, ZERO, ZERO), turned=True)
+SECOND: JointKey[Vector] = JointKey("second_axis", Table.vector, (ONE, ZERO, ZERO), turned=True)
 
 ROUNDING = 1e-12
 """Sine of an angle between directions that are parallel."""

@@ -14,7 +14,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Key(Generic[T]):
+class JointKey(Generic[T]):
     """One thing that joints of a type take beside what every joint takes.
 
     Its value is a number, a direction in the joint frame, text, a tuple of texts, or steps in the joint's coordinates.
@@ -65,7 +65,7 @@ def _orientation(table: Table, name: str, default: str) -> str:
     return raw
 
 
-AXIS: Key[Vector] = Key("axis", Table.vector, (ZERO, ZERO, ONE))
+AXIS: JointKey[Vector] = JointKey("axis", Table.vector, (ZERO, ZERO, ONE))
 
-ORIENTATION = Key("orientation", _orientation, "quaternion")
+ORIENTATION = JointKey("orientation", _orientation, "quaternion")
 """How any rotation is described: "quaternion", or three axes such as "zyx"."""
