@@ -81,7 +81,7 @@ def energy(x: np.ndarray) -> float:
 def reference() -> np.ndarray:
     """Return the end in extended precision (64 bits of mantissa at least), two digits and more beyond double."""
     kind = np.longdouble
-    variables, entries = translate(state_equations(scene()))
+    variables, entries = translate(state_equations(scene()), real=float)
     x = np.array([kind(one) for one in START])
     ta = hy.taylor_adaptive(list(zip(variables, entries, strict=True)), x, fp_type=kind)
     ta.propagate_until(kind(END))
@@ -100,7 +100,7 @@ def main(rounds: int) -> None:
     """Measure and print."""
     system = state_equations(scene())
     x = np.array(START)
-    sides = {tol: list(zip(*translate(system), strict=True)) for tol in (EPS, 1e-12)}
+    sides = {tol: list(zip(*translate(system, real=float), strict=True)) for tol in (EPS, 1e-12)}
     ours = {tol: hy.taylor_adaptive(rates, x, tol=tol) for tol, rates in sides.items()}
     theirs = {tol: hy.taylor_adaptive(entered(), x, tol=tol) for tol in (EPS, 1e-12)}
     right = lambdified()
@@ -157,11 +157,11 @@ def arm() -> None:
     translated = time.perf_counter() - clock
     problem = Problem(system, x, np.array([0.0, 1.0]), 1e-12, 1e-12, (), Projection(system, 1e-14))
     clock = time.perf_counter()
-    ta = integrator(problem)
-    compiled = time.perf_counter() - clock - translated
-    clock = time.perf_counter()
-    ta.propagate_until(1.0)
-    moved = time.perf_counter() - clock
+    with integrator(problem) as lent:
+        compiled = time.perf_counter() - clock - translated
+        clock = time.perf_counter()
+        lent.ta.propagate_until(1.0)
+        moved = time.perf_counter() - clock
     print(
         f"7-axis arm, {size(system)} operations: translation {1e3 * translated:.0f} ms, compilation {compiled:.2f} s, "
     )

@@ -18,8 +18,10 @@ from symdyn.graph import reachable
 from symdyn.scene import Scene, bind, in_numbers, read, read_text
 from symdyn.scene.mapping import map_quantities, substituted
 from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, simulate
+from symdyn.simulation.decisions import decided, hold
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS, importable
+from symdyn.simulation.opened import numbers_at
 from symdyn.simulation.state_equations import StateEquations, state_equations
 
 pytestmark = pytest.mark.runs
@@ -109,6 +111,34 @@ def test_what_is_zero_drops_out_and_comes_back() -> None:
     assert state_equations(another(scene, "b")).compiled is with_drag.compiled
 
 
+TILTED = """
+name = "tilted"
+[parameters]
+alpha = { value = "90 deg" }
+[bodies.arm]
+mass = 1
+com = [0.3, 0, 0]
+inertia = [0.1, 0.2, 0.3]
+inertia_about = "com"
+[joints.hinge]
+type = "revolute"
+parent = "ground"
+child = "arm"
+axis = [0, 0, 1]
+origin = [["Rx", "alpha/2"], ["Rx", "alpha/2"]]
+coordinate = "q1"
+"""
+
+
+def test_right_angles_stay_exact_and_others_are_free() -> None:
+    scene = read_text(TILTED)
+    right = state_equations(scene)
+    leaning, steep = (state_equations(bind(scene, {"alpha": value})) for value in ("80 deg", "1.2"))
+
+    assert right.compiled.program["rates"].counts.cost < leaning.compiled.program["rates"].counts.cost
+    assert leaning.compiled is steep.compiled
+
+
 LINKAGE = """
 name = "linkage"
 [parameters]
@@ -174,6 +204,17 @@ def test_a_value_that_spoils_a_decision_is_noticed_told_and_right() -> None:
     assert line in found.notes
     assert found.q == pytest.approx(fresh.q, abs=1e-8)
     assert found.monitors["loops"] < 1e-10
+
+
+def test_decisions_that_may_not_hold_are_not_taken_over() -> None:
+    """A parallelogram could have its coordinates in proportion: what was decided for another linkage is not enough."""
+    scene = read_text(LINKAGE)
+    known = decided(bind(scene, {"c": 1.1}))
+    start = read_start(scene).q
+
+    assert known.linear is None
+    assert not hold(known, numbers_at(scene), start)
+    assert not hold(known, numbers_at(bind(scene, {"c": 1.2})), start)  # which it does not close
 
 
 @pytest.mark.parametrize("name", ["four_bar", "rolling_disc", "governor"])

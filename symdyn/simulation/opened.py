@@ -16,8 +16,9 @@ from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.loops.loop_numbers import Numbers, numbers_of
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, Graph, evaluate, reachable
-from symdyn.scene import Parameter, Scene, express, without_hidden_zeros
-from symdyn.scene.mapping import quantities_in
+from symdyn.scene import FormulaError, Parameter, Quantity, Scene, express, without_hidden_zeros
+from symdyn.scene.mapping import quantities_in, substituted
+from symdyn.scene.quantity import symbol
 from symdyn.simulation.formulas_in_time import parameter_values
 
 
@@ -51,8 +52,10 @@ def opened(scene: Scene) -> Opened:
     free = replace(scene, parameters=tuple(replace(p, value=None) for p in scene.parameters))
     if _plain(free, values):
         return Opened(free, values)
-    scene = without_hidden_zeros(scene)
-    parameters = tuple(p if _decides(p) else replace(p, value=None) for p in scene.parameters)
+    scene, known = without_hidden_zeros(scene), {p.name: p.value for p in scene.parameters if p.value is not None}
+    deciding = [one for one in _formulas_in(scene) if _decides_form(one, known)]
+    kept = {name for one in deciding for name in one.symbols}
+    parameters = tuple(p if p.name in kept else replace(p, value=None) for p in scene.parameters)
     return Opened(replace(scene, parameters=parameters), values)
 
 
@@ -66,30 +69,37 @@ def _value(scene: Scene, p: Parameter) -> float:
 
 def _plain(free: Scene, values: Mapping[str, float]) -> bool:
     """Tell whether values decide nothing about the form of equations, as far as doubles can tell."""
-    if any(abs(math.sin(2 * value)) < SMALL for value in values.values()):
-        return False
     graph, formulas, order = _formulas(free)
     try:
         found = evaluate(formulas, Floats(), {graph.symbol(name): x for name, x in values.items()}, order)
-    except (KeyError, ArithmeticError, ValueError):  # of coordinates, or told where it is computed with
+    except (ArithmeticError, ValueError):  # told where it is computed with
         return False
-    return all(abs(x) > SMALL for x in found)
+    return all(abs(math.sin(2 * x)) > SMALL for x in (*values.values(), *found))
 
 
 @lru_cache(maxsize=16)
 def _formulas(free: Scene) -> tuple[Graph, list[Expr], list[Expr]]:
     """Return the formulas in parameters that a scene holds, on a graph, and the order to evaluate them in."""
-    graph, names = Graph(), {p.name for p in free.parameters}
-    wanted = dict.fromkeys(one for one in quantities_in(free) if one.symbols and names.issuperset(one.symbols))
-    formulas = [express(one, graph) for one in wanted]
+    graph = Graph()
+    formulas = [express(one, graph) for one in _formulas_in(free)]
     return graph, formulas, reachable(formulas)
 
 
-def _decides(p: Parameter) -> bool:
-    """Tell whether a value decides the form of equations: zero does, and a right angle."""
+def _formulas_in(scene: Scene) -> list[Quantity]:
+    """Return the formulas in parameters alone that a scene holds, and its parameters as such."""
+    names = dict.fromkeys(p.name for p in scene.parameters)
+    formulas = [one for one in quantities_in(scene) if one.symbols and names.keys() >= set(one.symbols)]
+    return list(dict.fromkeys([*map(symbol, names), *formulas]))
+
+
+def _decides_form(formula: Quantity, values: Mapping[str, Quantity]) -> bool:
+    """Tell whether the value of a formula decides the form of equations: zero does, and a right angle."""
     graph = Graph()
-    value = express(p.value, graph)  # type: ignore[arg-type]
-    return value.is_zero or graph.sin(value).is_zero or graph.cos(value).is_zero
+    try:
+        angle = express(substituted(formula, values), graph)
+    except (FormulaError, ZeroDivisionError):  # told where it is computed with
+        return False
+    return angle.is_zero or graph.sin(angle).is_zero or graph.cos(angle).is_zero
 
 
 SMALL = 1e-9
