@@ -16,7 +16,7 @@ from symdyn.draw.lettering import lettered
 from symdyn.draw.places import Array, Hinge, Places, unit
 from symdyn.draw.shapes import Item, Shape, arc_arrow, arrow, circle_points, dot, path
 from symdyn.draw.view import View
-from symdyn.scene import FORCES, GROUND, JOINTS, Joint, Scene, Strut
+from symdyn.scene import FORCES, GROUND, Joint, Scene, Strut
 from symdyn.scene.forces.kind import Mark
 
 ARROW = 46.0  # length of a force, units of the picture
@@ -125,8 +125,7 @@ def _link(one: Strut, scene: Scene, found: Places, view: View) -> tuple[tuple[Sh
         ]
         return (*walls, *_between(one, a, b, view.size)), (a + b) / 2
     hinge = next(hinge for hinge in found.hinges if hinge.joint.name == one.joint)
-    slides = any(step.slides for step in hinge.steps) or JOINTS[hinge.joint.type].slides(hinge.joint)
-    if slides:
+    if hinge.slides:
         return _beside(one, hinge, view, from_zero(scene, hinge.joint))
     at = view.flat(hinge.moved.p)
     (near, first), (far, last), width = mark_of(one).curl
@@ -137,13 +136,14 @@ def _link(one: Strut, scene: Scene, found: Places, view: View) -> tuple[tuple[Sh
 
 def _beside(one: Strut, hinge: Hinge, view: View, begins: bool) -> tuple[tuple[Shape, ...], Array]:
     """Return a strut of a slide: from the joint's zero, or from a wall behind it, to the slider."""
-    way = np.einsum("ni,ni->n", hinge.moved.p - hinge.fixed.p, hinge.axis)
+    along = hinge.slides[0]
+    way = np.einsum("ni,ni->n", hinge.moved.p - hinge.fixed.p, along)
     length = 4 * view.size / view.scale  # of what can be drawn
     begins = begins and float(way.min()) > length
     room = 0.0 if begins else max(60.0, 30.0 - float(way.min()) * view.scale) / view.scale
-    flat = unit(view.lean(hinge.axis))
+    flat = unit(view.lean(along))
     side = np.stack([-flat[:, 1], flat[:, 0]], axis=1) * view.size * mark_of(one).side
-    a = view.flat(hinge.fixed.p - hinge.axis * room) + side
+    a = view.flat(hinge.fixed.p - along * room) + side
     b = view.flat(hinge.moved.p) - flat * 2 * view.size + side
     return (_wall(a, b, view.size, hinge.joint.parent == GROUND), *_between(one, a, b, view.size)), (a + b) / 2
 
