@@ -38,15 +38,7 @@ class Spring(Strut):
 
 
 def _force(spring: Spring, x: Expr, v: Expr) -> Expr:
-    return _tension(spring, x - express(spring.free, x.graph))
-
-
-def _energy(spring: Spring, x: Expr) -> Expr:
-    return _stored(spring, x - express(spring.free, x.graph))
-
-
-def _tension(spring: Spring, way: Expr) -> Expr:
-    graph = way.graph
+    graph, way = x.graph, x - express(spring.free, x.graph)
     total, power = express(spring.preload, graph), way
     for k in spring.stiffness:
         total = total + express(k, graph) * power
@@ -54,9 +46,9 @@ def _tension(spring: Spring, way: Expr) -> Expr:
     return total
 
 
-def _stored(spring: Spring, way: Expr) -> Expr:
-    """Return preload x + k1 x²/2 + k2 x³/3 + …."""
-    graph = way.graph
+def _energy(spring: Spring, x: Expr) -> Expr:
+    """Return preload x + k1 x²/2 + k2 x³/3 + … of the way from the free length."""
+    graph, way = x.graph, x - express(spring.free, x.graph)
     total, power = express(spring.preload, graph) * way, way * way
     for m, k in enumerate(spring.stiffness, 2):
         total = total + express(k, graph) * power / m
@@ -76,11 +68,11 @@ def _over_distance(spring: Spring, square: Expr) -> Expr:
 def _stored_between(spring: Spring, square: Expr) -> Expr:
     """Return the energy by s²; zero where s is the free length."""
     graph, terms = square.graph, _of_distance(spring, square.graph)
-    s, free = graph.sqrt(square), express(spring.free, graph)
+    s = graph.sqrt(square)
     if not terms[0].is_zero:
-        return _stored(spring, s - free)
+        return _energy(spring, s)
     ways = [c * _power(s, square, m) / m for m, c in enumerate(terms[1:], 2)]
-    return graph.total([*ways, _stored(spring, -free)])
+    return graph.total([*ways, _energy(spring, graph.zero)])
 
 
 def _of_distance(spring: Spring, graph: Graph) -> list[Expr]:
