@@ -284,6 +284,7 @@ CHECKS: dict[str, Callable[[str], None]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_every_field_of_a_row_is_true(name: str) -> None:
     for field in OPTIONAL:
@@ -337,6 +338,7 @@ def test_roads_that_grow_fast_are_not_tried_for_six_coordinates(name: str) -> No
 # Each road once, and none reads what another derived
 
 
+@pytest.mark.long(0)
 def test_each_road_is_derived_once_and_loops_are_closed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("symdyn.verify.certificate.RUNNERS", {"numpy": RUNNERS["numpy"]})
     derived: Counter[tuple[str, str, int]] = Counter()
@@ -377,6 +379,7 @@ def faulty(road: Road) -> Road:
     return replace(road, derive=derive)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [name for name, row in OUTPUTS.items() if len(row.roads) > 1])
 def test_a_fault_in_any_one_road_fails_the_certificate(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("symdyn.verify.certificate.RUNNERS", {"numpy": RUNNERS["numpy"]})

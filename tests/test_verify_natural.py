@@ -103,6 +103,7 @@ def test_a_wrench_cut_to_a_plane_is_seen_everywhere(monkeypatch, name):
     }
 
 
+@pytest.mark.runs
 def test_a_position_without_forward_dynamics_is_told():
     """At its dead centre a slider says nothing of the crank."""
     scene = slider_crank()
