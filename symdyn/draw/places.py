@@ -63,7 +63,6 @@ class Hinge:
     """A joint in place: the joint frame on its parent, and the moved joint frame on its child.
 
     Attributes:
-        axis: its axis, unit vectors.
         ways: its directions, unit vectors, by key.
         steps: what its coordinates do; () for a joint that closes a loop or follows another one.
         closes: whether it closes a loop.
@@ -73,7 +72,6 @@ class Hinge:
     joint: Joint
     fixed: Frame
     moved: Frame
-    axis: Array
     ways: dict[str, Array]
     steps: tuple[Step, ...]
     closes: bool
@@ -230,7 +228,6 @@ def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: G
     fixed = placed[joint.parent] @ placement(joint.origin, graph)
     moved = placed[joint.child] @ placement(joint.tip, graph).inverse()
     wanted: dict[Key, tuple[Expr, ...]] = {("fixed", name): _flat(fixed), ("moved", name): _flat(moved)}
-    wanted["axis", name] = vector(joint.axis, graph)
     for own, way in JOINTS[joint.type].directions(joint):
         wanted["way", name, own.name] = vector(way, graph)
     at, count = fixed, 0
@@ -298,7 +295,6 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
             for key, x in arrays.items()
             if key[0] in ("slide", "turn") and key[1] == joint.name
         )
-        axis = unit(fixed.direction(arrays["axis", joint.name]))
         ways = {
             key.name: unit((moved if key.turned else fixed).direction(arrays["way", joint.name, key.name]))
             for key, _ in JOINTS[joint.type].directions(joint)
@@ -307,7 +303,7 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
             tuple(unit(x) for key, x in arrays.items() if key[0] == "move" and key[1] == joint.name and key[3] == what)
             for what in ("turns", "slides")
         ]
-        hinges.append(Hinge(joint, fixed, moved, axis, ways, steps, joint in scene.loops, *free))
+        hinges.append(Hinge(joint, fixed, moved, ways, steps, joint in scene.loops, *free))
     return Places(
         count,
         frame("frame", GROUND),

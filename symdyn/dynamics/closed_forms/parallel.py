@@ -33,26 +33,28 @@ class Neighbours:
 def _candidates(scene: Scene, graph: Graph) -> list[Neighbours]:
     """Return every revolute joint with the one below it, ground first."""
     carrier = {joint.child: joint for joint in scene.joints}
-    return [_neighbours(joint, carrier, graph) for joint in scene.joints if _turns(joint) and not joint.coupling]
+    return [_neighbours(joint, carrier, graph) for joint in scene.joints if _axis(joint, graph) and not joint.coupling]
 
 
-def _turns(joint: Joint) -> bool:
-    """Whether the joint turns about its axis and does nothing else."""
+def _axis(joint: Joint, graph: Graph) -> Vec | None:
+    """Return the axis of a joint that turns about it and does nothing else; None of others."""
     kind = JOINTS[joint.type]
-    return kind.axis(joint) is not None and not kind.slides(joint)
+    axis = None if kind.slides(joint) else kind.axis(joint)
+    return axis and unit(axis, graph)
 
 
 def _neighbours(joint: Joint, carrier: dict[str, Joint], graph: Graph) -> Neighbours:
-    q, axis, below = graph.symbol(joint.coordinate), unit(joint.axis, graph), joint
+    q, axis, below = graph.symbol(joint.coordinate), _axis(joint, graph), joint
+    assert axis, "only joints that turn have neighbours"
     while below.parent != GROUND:
         axis = apply(placement(below.origin, graph).R, axis)
         below = carrier[below.parent]
         axis = apply(placement(below.tip, graph).R, axis)
-        kind, turns = JOINTS[below.type], _turns(below)
-        if (kind.axis(below) is None and kind.velocities(below)) or (turns and below.coupling):
+        kind, other = JOINTS[below.type], _axis(below, graph)
+        if (kind.axis(below) is None and kind.velocities(below)) or (other and below.coupling):
             break  # its turn takes the axis out of line, or the angle is no unit of the ring
-        if turns:
-            return Neighbours(q, graph.symbol(below.coordinate), dot(axis, unit(below.axis, graph)))
+        if other:
+            return Neighbours(q, graph.symbol(below.coordinate), dot(axis, other))
     else:
         return Neighbours(q, None, graph.zero, apply(placement(below.origin, graph).R, axis))
     return Neighbours(q, None, graph.zero)

@@ -58,9 +58,10 @@ def _declared(frame: ChosenFrame) -> str:
     joint = frame.joint
     origin = _pose(joint.origin)
     kind = JOINTS[joint.type]
-    turns = kind.axis(joint) and not kind.slides(joint)
-    axis = f"{joint.type} {'about' if turns else 'along'}"
-    return f"{axis} ({', '.join(map(spell, joint.axis))}) at {joint.parent}{f' {origin}' if origin else ''}"
+    axis = kind.axis(joint)
+    way = "about" if axis and not kind.slides(joint) else "along"
+    shown = ", ".join(map(spell, axis or joint.axis))
+    return f"{joint.type} {way} ({shown}) at {joint.parent}{f' {origin}' if origin else ''}"
 
 
 def _pose(pose: Pose) -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from symdyn.draw.force_arrows import from_zero, mark_of
 from symdyn.draw.places import drawn
+from symdyn.dynamics.mechanism.state import vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, JOINTS, Scene
 from symdyn.scene.joints.blocks import AXES, unit
@@ -83,10 +84,10 @@ class Sheet:
         """Return supports, symbols and frames of all joints; links reach to where joints begin."""
         marks = []
         for joint in (*scene.joints, *scene.loops):
-            fixed, axis = self._found["fixed", joint.name], self._found["axis", joint.name]
+            fixed = self._found["fixed", joint.name]
             at = self._point(fixed[9:])
             tips[joint.parent].append(at)
-            x, y, z = axis[:3]
+            x, y, z = vector(joint.axis, fixed[0].graph)
             way = self._direction([fixed[3 * k] * x + fixed[3 * k + 1] * y + fixed[3 * k + 2] * z for k in range(3)])
             moved = self._found["moved", joint.name]
             if closes := joint in scene.loops:
