@@ -123,6 +123,7 @@ def test_driving_forces_are_what_sympy_finds(witness, road):
     assert close(call(derive(one, ["inverse_dynamics"], road), "inverse_dynamics", BIG, **state), expected)
 
 
+@pytest.mark.long(0)
 @pytest.mark.parametrize("road", roads_of("forward_dynamics"))
 def test_accelerations_solve_sympys_equations(witness, road):
     one, state, M, force = witness

@@ -35,7 +35,7 @@ def modules() -> dict[str, ast.Module]:
 def imports(tree: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
     """Yield the imports that run, late ones too; those for type checkers alone do not."""
     for node in ast.iter_child_nodes(tree):
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+        if isinstance(node, ast.expr) or (isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"):
             continue
         if isinstance(node, (ast.Import, ast.ImportFrom)):
             yield node
@@ -43,11 +43,17 @@ def imports(tree: ast.AST) -> Iterator[ast.Import | ast.ImportFrom]:
             yield from imports(node)
 
 
+@cache
+def imports_of(module: str) -> tuple[ast.Import | ast.ImportFrom, ...]:
+    return tuple(imports(modules()[module]))
+
+
+@cache
 def home(module: str, name: str) -> str:
     """Return the module that a name is from, through the rooms' front pages; "" for one of another package."""
     if f"{module}.{name}" in modules():
         return f"{module}.{name}"
-    for node in imports(modules()[module]) if module in modules() else ():
+    for node in imports_of(module) if module in modules() else ():
         if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("symdyn"):
             for alias in node.names:
                 if (alias.asname or alias.name) == name and (node.module, alias.name) != (module, name):
@@ -59,9 +65,9 @@ def home(module: str, name: str) -> str:
 def arrows() -> dict[str, set[str]]:
     """Return the modules that each module imports, itself left out."""
     found: dict[str, set[str]] = {}
-    for module, tree in modules().items():
+    for module in modules():
         targets = set()
-        for node in imports(tree):
+        for node in imports_of(module):
             if isinstance(node, ast.ImportFrom) and node.module:
                 targets |= {home(node.module, alias.name) for alias in node.names}
             elif isinstance(node, ast.Import):
