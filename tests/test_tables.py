@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import ast
+from pathlib import Path
+
 import pytest
 from mechanisms import jointed
 
+import symdyn
 from symdyn import scene
 from symdyn.algebra.balls import FUNCTIONS_OF_BALLS
 from symdyn.algebra.big import BigFloats
@@ -80,3 +84,15 @@ def test_a_joint_type_is_complete(kind):
     if JOINTS[kind].turned is not None:
         assert turned(joint).rates == joint.rates or kind == "universal"
         assert turned(turned(joint)) == joint
+
+
+def test_nobody_asks_for_a_target_by_its_name():
+    """A row knows its name; all others take the row, or walk `TARGETS`."""
+    asked = []
+    for path in sorted(Path(symdyn.__file__).parent.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            called = isinstance(node, ast.Call) and ast.unparse(node.func) in ("emit", "lambdify")
+            compared = isinstance(node, ast.Compare) and "target" in ast.unparse(node.left)
+            words = [one.value for one in ast.walk(node) if isinstance(one, ast.Constant)] if called or compared else []
+            asked += [f"{path.name}:{node.lineno}: {word}" for word in words if word in TARGETS]
+    assert asked == []
