@@ -5,7 +5,7 @@ f(x, p) = h(x, P(p))        h is compiled, and called with the prepared values P
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -17,10 +17,12 @@ from symdyn.build.load import load_program
 from symdyn.dynamics.roads.functions import Equations, Function
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph
-from symdyn.program import Program, lower, prepare
+from symdyn.program import Program, formulate, lower, prepare
 from symdyn.program.assemble import PARAMS
 from symdyn.program.prepare import PREPARE, is_prepared
 from symdyn.scene import Scene
+from symdyn.simulation.kept import Kept
+from symdyn.simulation.opened import Opened
 
 Array = npt.NDArray[np.float64]
 Calls = Mapping[str, Callable[..., Any]]
@@ -81,6 +83,19 @@ def compiled(scene: Scene, graph: Graph, functions: Sequence[Function]) -> Compi
         return compiled(scene, graph, [_without_parameters(one) for one in functions])
     calls, fast = load_program(prepared, lean=True)
     return Compiled(program, prepared, calls, fast)
+
+
+def requested(scene: Opened, requests: tuple[str, ...], decisions: Hashable = None) -> Compiled:
+    """Return outputs of a scene by name, compiled once for all values at which the same is decided."""
+
+    def make() -> Compiled:
+        equations = formulate(scene.scene, requests, closing=scene.closing)
+        return compiled(scene.scene, equations.graph, equations.functions)
+
+    return _KEPT.get((scene.scene, requests, decisions), make)
+
+
+_KEPT: Kept[Compiled] = Kept()
 
 
 def _parameters_first(function: Function) -> Function:

@@ -16,13 +16,11 @@ import numpy.typing as npt
 
 from symdyn.dynamics.loops.loop_decisions import LoopDecisions
 from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.program import formulate
 from symdyn.scene import Scene
-from symdyn.simulation.compiled import Compiled, compiled
+from symdyn.simulation.compiled import requested
 from symdyn.simulation.decisions import Decisions, closure_of, decided
 from symdyn.simulation.formulas_in_time import TIME
-from symdyn.simulation.kept import Kept
-from symdyn.simulation.opened import Opened, opened
+from symdyn.simulation.opened import opened
 
 Array = npt.NDArray[np.float64]
 
@@ -47,7 +45,7 @@ def multipliers(scene: Scene, decisions: Decisions, t: Array, q: Array, u: Array
         tau: driving forces, those of prescribed motions included, shape (N, nv).
     """
     open_scene = opened(scene)
-    made = _KEPT.get((open_scene.scene, decisions), lambda: _compiled(open_scene))
+    made = requested(open_scene, REQUESTS, decisions)
     calls, known, found = made.at(open_scene.values), {"q": q, "qd": u, "qdd": a, TIME: t}, {}
     for name in REQUESTS:
         values = calls[name](*(known[argument] for argument in made.takes(name)))
@@ -55,14 +53,6 @@ def multipliers(scene: Scene, decisions: Decisions, t: Array, q: Array, u: Array
     excess = found["tree_forces"] - tau
     back = np.linalg.pinv(found["constraint_jacobian"].transpose(0, 2, 1))
     return np.asarray(np.einsum("nrk,nk->nr", back, excess))
-
-
-def _compiled(scene: Opened) -> Compiled:
-    equations = formulate(scene.scene, REQUESTS, closing=scene.closing)
-    return compiled(scene.scene, equations.graph, equations.functions)
-
-
-_KEPT: Kept[Compiled] = Kept()
 
 
 def multiplier_columns(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau: Array) -> dict[str, Array]:

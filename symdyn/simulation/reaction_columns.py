@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.program import formulate
 from symdyn.scene import Scene
 from symdyn.scene.table import Faults
-from symdyn.simulation.compiled import Compiled, compiled
+from symdyn.simulation.compiled import requested
 from symdyn.simulation.formulas_in_time import TIME
-from symdyn.simulation.kept import Kept
 from symdyn.simulation.multipliers import LOOSE, multiplier_columns
 from symdyn.simulation.opened import Opened, opened
 
@@ -42,7 +40,7 @@ def reaction_columns(
     request = name if axes == "body" else f"{name}:{axes}"
     # of a closed mechanism pivots are chosen by numbers, which are not looked at again for other values
     which = Opened(scene, {}) if scene.is_closed else opened(scene)
-    made = _KEPT.get((which.scene, request), lambda: _compiled(which, request))
+    made = requested(which, (request,))
     (call,) = made.at(which.values).values()
     function = made.program.routines[0].function
     known = {"q": q, "qd": qd, "qdd": qdd, "tau": tau, TIME: t}
@@ -57,14 +55,6 @@ def reaction_columns(
         for k, component in enumerate(components)
     }
     return columns | multiplier_columns(scene, t, q, qd, qdd, tau)
-
-
-def _compiled(scene: Opened, request: str) -> Compiled:
-    equations = formulate(scene.scene, (request,), closing=scene.closing)
-    return compiled(scene.scene, equations.graph, equations.functions)
-
-
-_KEPT: Kept[Compiled] = Kept()
 
 
 def axes_of(reactions: bool | str, faults: Faults) -> str:
