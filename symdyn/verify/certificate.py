@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -33,13 +32,12 @@ from symdyn.program import prepare as prepare_program
 from symdyn.program.formulation import chosen, known_road
 from symdyn.program.prepare import PREPARE, is_prepared
 from symdyn.scene import Scene, express
-from symdyn.verify.accuracy import Accuracy, measure, sample
-from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Claim, Fields, Finding, prove
+from symdyn.verify.accuracy import Accuracy, measure
+from symdyn.verify.equality import DIFFERENT, Claim, Fields, Finding, prove
+from symdyn.verify.law import Seen
 from symdyn.verify.laws import laws
-from symdyn.verify.natural import natural_findings
+from symdyn.verify.looks import LOOKS
 from symdyn.verify.quaternions import on_unit_sphere
-
-STATES = 50  # at which positive definiteness is looked at
 
 Progress = Callable[[str], None]
 
@@ -123,16 +121,16 @@ def certify(
     progress("proving over finite fields")
     claims = on_unit_sphere(scene, [claim for claim in claims if claim.left])  # k_C of one coordinate has no entries
     fields, findings = prove(claims, seed, positive=[p.name for p in scene.parameters if p.positive])
-    if scene.is_closed:
-        progress("looking at natural positions")
-        found, undefined = natural_findings(workspace, outputs)
-        findings += found
-        notes += undefined
     progress("building")
     modules, refused = modules_of(code, real, notes)
     if is_prepared(code):
         modules = {name: _Composed(module) for name, module in modules.items()}
-    findings += _positive_definite(program, modules, seed, notes)
+    for one in LOOKS:
+        if one.fits(scene, outputs):
+            progress(one.doing)
+            found, told = one.look(Seen(workspace, outputs, program, modules, seed))
+            findings += found
+            notes += told
     progress("measuring against 50 digits")
     accuracy = measure(program, modules, seed=seed, real=real)
     notes += [f"{a.function}: real at none of the states tried" for a in accuracy if not a.states]
@@ -241,29 +239,3 @@ def finite(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [finite(entry) for entry in value]
     return None if isinstance(value, float) and not np.isfinite(value) else value
-
-
-def _positive_definite(program: Program, modules: dict[str, Any], seed: int, notes: list[str]) -> list[Finding]:
-    """Return that M is positive definite at sampled states, where it should be and parameters have sensible values."""
-    functions = {routine.function.request: routine.function for routine in program.routines}
-    if not {"mass_matrix", "forward_dynamics"} <= functions.keys():
-        return []
-    if not all(parameter.positive for parameter in program.scene.free_parameters):
-        notes.append("positive definiteness of M: left out, free parameters that are not declared positive")
-        return []
-    rng = random.Random(seed)
-    mass = functions["mass_matrix"]
-    states = [sample(mass.arguments, rng, widen=1.0 + k % 4 * 8) for k in range(4 * STATES)]
-    module = next(iter(modules.values()))  # whose own accuracy is measured
-    with np.errstate(all="ignore"):
-        matrices = [getattr(module, mass.name)(*state) for state in states]
-    real = [M for M in matrices if np.isfinite(M).all()][:STATES]  # a formula may be real for some parameters only
-    where = next((k for k, M in enumerate(real) if not _is_definite(M, program.scene.is_closed)), -1)
-    verdict = UNDEFINED if not real else NUMERICAL if where < 0 else DIFFERENT
-    return [Finding("mass matrix: positive definite", verdict, len(real), 0, 0.0, where)]
-
-
-def _is_definite(M: np.ndarray[Any, Any], closed: bool) -> bool:
-    """Whether M is positive definite; only not negative for a spanning tree, which may end in a massless coupler."""
-    values = np.linalg.eigvalsh(M)
-    return bool(values.min() >= -1e-12 * values.max() if closed else values.min() > 0)

@@ -34,10 +34,9 @@ def laws(workspace: Workspace, outputs: Collection[str] | None = None) -> list[C
     Raises:
         DerivationError: an output does not exist, such as forward dynamics where M is singular.
     """
-    scene = workspace.scene
-    known = set(expected(scene) if outputs is None else outputs)
-    asked = [law for law in LAWS if (needed := law.about(scene)) is not None and known.issuperset(needed)]
-    return [claim for law in asked if (claim := law.claim(workspace)) is not None]
+    known = expected(workspace.scene) if outputs is None else outputs
+    claims = (law.claim(workspace) for law in LAWS if law.fits(workspace.scene, known))
+    return [claim for claim in claims if claim is not None]
 
 
 def _driving(w: Workspace) -> tuple[Expr, ...]:
@@ -104,22 +103,16 @@ def _inverse(w: Workspace) -> Claim:
     return Claim("forward dynamics", "FD(q, qd, ID(q, qd, qdd))", "qdd", tuple(back), tuple(qdd))
 
 
+COEFFICIENTS, ENERGIES = ("k_z", "k_C", "k_D", "k_G"), ("kinetic_energy", "potential_energy")
+
 LAWS: list[Law] = [
     everywhere(_hessian, "kinetic_energy", "mass_matrix"),
     everywhere(_skew, "mass_matrix", "coriolis_matrix"),
     everywhere(_product, "coriolis_matrix", "velocity_forces"),
     everywhere(_slope, "potential_energy", "gravity_forces"),
-    Law(
-        _textbook,
-        ("inverse_dynamics", "k_z", "k_C", "k_D", "k_G"),
-        ("tree_forces", "k_z", "k_C", "k_D", "k_G"),
-    ),
-    Law(
-        _power,
-        ("inverse_dynamics", "kinetic_energy", "potential_energy"),
-        ("tree_forces", "kinetic_energy", "potential_energy"),
-    ),
-    Law(_inverse, ("inverse_dynamics", "forward_dynamics"), None),
+    Law(("inverse_dynamics", *COEFFICIENTS), ("tree_forces", *COEFFICIENTS), _textbook),
+    Law(("inverse_dynamics", *ENERGIES), ("tree_forces", *ENERGIES), _power),
+    Law(("inverse_dynamics", "forward_dynamics"), None, _inverse),
     *LAWS_OF_LOOPS,
     *LAWS_OF_REACTIONS,
 ]

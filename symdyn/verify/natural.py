@@ -68,12 +68,10 @@ def natural_findings(w: Workspace, outputs: Sequence[str]) -> tuple[list[Finding
 
     Args:
         w: the workspace of a scene with loops or rows.
-        outputs: what the scene has; what is not among them is not looked at.
+        outputs: what the scene has, forward dynamics and multipliers at least; what is not among them is not looked at.
     """
     findings: list[Finding] = []
     notes: list[str] = []
-    if not {"forward_dynamics", "multipliers"} <= set(outputs):
-        return findings, notes
     places = natural_places(w)
     states = list(_states(w, places, {}))
     finding, undefined = _forward(w, states)

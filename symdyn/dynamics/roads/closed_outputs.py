@@ -9,14 +9,10 @@ from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.roads import labels
 from symdyn.dynamics.roads.output import FORCES, Output, Own, Road, by_differentiation, by_lagrange
+from symdyn.dynamics.roads.tree_roads import flat
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
-
-
-def _flat(matrix: list[list[Expr]]) -> list[Expr]:
-    return [entry for row in matrix for entry in row]
-
 
 # Forward dynamics
 
@@ -43,7 +39,7 @@ def _massive(w: Workspace) -> None:
         return
     size = len(reduced.independent)
     known = w.closed.values(w.closed.closure.assembly.typical) | {w.graph.symbol(TIME): 0.0}
-    entries = evaluate(_flat(reduced.mass(w.composite_mass)), Floats(), known)
+    entries = evaluate(flat(reduced.mass(w.composite_mass)), Floats(), known)
     mass = np.array(entries).reshape(size, size)
     values, vectors = np.linalg.eigh(mass)
     if values[0] > 1e-13 * max(1e-300, abs(values[-1])):
@@ -176,8 +172,8 @@ OF_LOOPS: dict[str, Output] = {
         "m or 1",
         "same",
         {
-            "recursive": Road(lambda w: _flat(w.closed.G(w.closed.recursive))),
-            "differentiation": by_differentiation(lambda w: _flat(w.closed.G(w.closed.differentiated))),
+            "recursive": Road(lambda w: flat(w.closed.G(w.closed.recursive))),
+            "differentiation": by_differentiation(lambda w: flat(w.closed.G(w.closed.differentiated))),
         },
         loops_only=True,
         lacks="told",

@@ -6,6 +6,8 @@ the name of a body or point for kinematic outputs) and returns the entries of th
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from symdyn.dynamics.lagrange import second_kind as lagrange
 from symdyn.dynamics.mechanism import kinematics
 from symdyn.dynamics.mechanism.coordinate_rates import has_quaternions, rates_of_placements
@@ -27,18 +29,46 @@ def has_springs(scene: Scene) -> bool:
 
 VECTOR, SQUARE, PAIRS = (labels.velocities,), (labels.velocities,) * 2, (labels.velocities, labels.pairs)
 
-MASS = {
-    "crba": Road(lambda w: roads.flat(w.composite_mass)),
-    "lagrange": by_lagrange(lambda w: roads.flat(w.lagrange_mass)),
-}
-GRAVITY = {
-    "lagrange": Road(lambda w: lagrange.gravity_forces(w.energy)),  # never large
-    "rnea": Road(lambda w: w.gravity_forces),
-}
-ELASTIC = {
-    "recursive": Road(lambda w: w.elastic.forces),
-    "lagrange": by_lagrange(lambda w: lagrange.elastic_forces(w.energy)),
-}
+_MASS = Output(
+    "mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2",
+    ("q",),
+    "M",
+    SQUARE,
+    "kg m^2, kg m or kg",
+    "tree",
+    {
+        "crba": Road(lambda w: roads.flat(w.composite_mass)),
+        "lagrange": by_lagrange(lambda w: roads.flat(w.lagrange_mass)),
+    },
+    unasked=Unasked.AT_A_LOOK,
+)
+_GRAVITY = Output(
+    "gravity forces g(q) = dP/dq",
+    ("q",),
+    "g",
+    VECTOR,
+    FORCES,
+    "tree",
+    {
+        "lagrange": Road(lambda w: lagrange.gravity_forces(w.energy)),  # never large
+        "rnea": Road(lambda w: w.gravity_forces),
+    },
+    unasked=Unasked.AT_A_LOOK,
+    prefer=roads.quicker_gravity,
+)
+_ELASTIC = Output(
+    "elastic forces of springs, dE/dq",
+    ("q",),
+    "k_E",
+    VECTOR,
+    FORCES,
+    "tree",
+    {
+        "recursive": Road(lambda w: w.elastic.forces),
+        "lagrange": by_lagrange(lambda w: lagrange.elastic_forces(w.energy)),
+    },
+    exists=has_springs,
+)
 
 OUTPUTS: dict[str, Output] = {
     "inverse_dynamics": Output(
@@ -73,16 +103,7 @@ OUTPUTS: dict[str, Output] = {
         prefer=roads.cheaper_forward,
         solves=("mass_matrix", "inverse_dynamics"),
     ),
-    "mass_matrix": Output(
-        "mass matrix M(q), symmetric, kinetic energy qd.T M qd / 2",
-        ("q",),
-        "M",
-        SQUARE,
-        "kg m^2, kg m or kg",
-        "tree",
-        MASS,
-        unasked=Unasked.AT_A_LOOK,
-    ),
+    "mass_matrix": _MASS,
     "velocity_forces": Output(
         "Coriolis and centrifugal forces c(q, qd) = C(q, qd) qd",
         ("q", "qd"),
@@ -95,27 +116,8 @@ OUTPUTS: dict[str, Output] = {
             "lagrange": by_lagrange(roads.lagrange_velocity_forces),
         },
     ),
-    "gravity_forces": Output(
-        "gravity forces g(q) = dP/dq",
-        ("q",),
-        "g",
-        VECTOR,
-        FORCES,
-        "tree",
-        GRAVITY,
-        unasked=Unasked.AT_A_LOOK,
-        prefer=roads.quicker_gravity,
-    ),
-    "elastic_forces": Output(
-        "elastic forces of springs, dE/dq",
-        ("q",),
-        "k_E",
-        VECTOR,
-        FORCES,
-        "tree",
-        ELASTIC,
-        exists=has_springs,
-    ),
+    "gravity_forces": _GRAVITY,
+    "elastic_forces": _ELASTIC,
     "drive_forces": Output(
         "driving forces during forward dynamics: what prescribed motions take, tau elsewhere",
         ("q", "qd", "tau"),
@@ -184,15 +186,8 @@ OUTPUTS: dict[str, Output] = {
             "lagrange": Road(lambda w: [w.energy.P]),
         },
     ),
-    "k_z": Output(
-        "inertia coefficients k_z of qdd_j, which is M(q)",
-        ("q",),
-        "k_z",
-        SQUARE,
-        "kg m^2, kg m or kg",
-        "tree",
-        MASS,
-        unasked=Unasked.WRITTEN,
+    "k_z": replace(
+        _MASS, text="inertia coefficients k_z of qdd_j, which is M(q)", result="k_z", unasked=Unasked.WRITTEN
     ),
     "k_C": Output(
         "Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order",
@@ -224,28 +219,8 @@ OUTPUTS: dict[str, Output] = {
         unasked=Unasked.WRITTEN,
         cubic=True,
     ),
-    "k_G": Output(
-        "gravity coefficients k_G, which is g(q)",
-        ("q",),
-        "k_G",
-        VECTOR,
-        FORCES,
-        "tree",
-        GRAVITY,
-        unasked=Unasked.WRITTEN,
-        prefer=roads.quicker_gravity,
-    ),
-    "k_E": Output(
-        "elastic coefficients k_E of springs",
-        ("q",),
-        "k_E",
-        VECTOR,
-        FORCES,
-        "tree",
-        ELASTIC,
-        exists=has_springs,
-        unasked=Unasked.WRITTEN,
-    ),
+    "k_G": replace(_GRAVITY, text="gravity coefficients k_G, which is g(q)", result="k_G", unasked=Unasked.WRITTEN),
+    "k_E": replace(_ELASTIC, text="elastic coefficients k_E of springs", unasked=Unasked.WRITTEN),
     "coordinate_rates": Output(
         "rates qdot = H(q) qd of the coordinates; qd itself but for quaternions and positions of free joints",
         ("q", "qd"),

@@ -1,0 +1,53 @@
+"""Laws that are looked at in numbers, where proofs see nothing: inequalities, and positions that are special."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+import numpy as np
+
+from symdyn.verify.accuracy import sample
+from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Finding
+from symdyn.verify.law import Look, Seen
+from symdyn.verify.natural import natural_findings
+
+STATES = 50  # at which positive definiteness is looked at
+
+
+def positive_definite(seen: Seen) -> tuple[list[Finding], list[str]]:
+    """Return that M is positive definite at sampled states, where it should be and parameters have sensible values."""
+    scene, mass = seen.program.scene, seen.program["mass_matrix"].function
+    if not all(parameter.positive for parameter in scene.free_parameters):
+        return [], ["positive definiteness of M: left out, free parameters that are not declared positive"]
+    rng = random.Random(seen.seed)
+    states = [sample(mass.arguments, rng, widen=1.0 + k % 4 * 8) for k in range(4 * STATES)]
+    module = next(iter(seen.modules.values()))  # whose own accuracy is measured
+    with np.errstate(all="ignore"):
+        matrices = [getattr(module, mass.name)(*state) for state in states]
+    real = [M for M in matrices if np.isfinite(M).all()][:STATES]  # a formula may be real for some parameters only
+    where = next((k for k, M in enumerate(real) if not _is_definite(M, scene.is_closed)), -1)
+    verdict = UNDEFINED if not real else NUMERICAL if where < 0 else DIFFERENT
+    return [Finding("mass matrix: positive definite", verdict, len(real), 0, 0.0, where)], []
+
+
+def _is_definite(M: np.ndarray[Any, Any], closed: bool) -> bool:
+    """Whether M is positive definite; only not negative for a spanning tree, which may end in a massless coupler."""
+    values = np.linalg.eigvalsh(M)
+    return bool(values.min() >= -1e-12 * values.max() if closed else values.min() > 0)
+
+
+LOOKS: list[Look] = [
+    Look(
+        None,
+        ("forward_dynamics", "multipliers"),
+        "looking at natural positions",
+        lambda seen: natural_findings(seen.workspace, seen.outputs),
+    ),
+    Look(
+        ("mass_matrix", "forward_dynamics"),
+        ("mass_matrix", "forward_dynamics"),
+        "looking at the inertia matrix",
+        positive_definite,
+    ),
+]
