@@ -107,7 +107,7 @@ def test_a_wrench_cut_to_a_plane_is_seen_everywhere(monkeypatch, name):
 def test_a_position_without_forward_dynamics_is_told():
     """At its dead centre a slider says nothing of the crank."""
     scene = slider_crank()
-    w = Workspace(scene, symdyn.dynamics.Closing(("x",)))
+    w = Workspace(scene, symdyn.dynamics.LoopChoices(("x",)))
     findings, notes = natural_findings(w, OUTPUTS)
 
     assert {one.verdict for one in findings} == {NUMERICAL}
