@@ -91,7 +91,7 @@ def acting_on(
 ) -> tuple[Wrench, ...]:
     """Return what acts on a body, with directions and names; sizes are 1 where they follow from the motion.
 
-    Weight, loads, springs and dampers between points, at every joint the wrenches that it transmits, along the axes of
+    Weight, loads, struts between points, at every joint the wrenches that it transmits, along the axes of
     the joint frame, and its drive, and the forces of contacts. What the parent exerts on the child, or what carries a
     plane on what touches it, is positive; so the child gets it with its own sign and the parent with the opposite one.
 
@@ -184,7 +184,7 @@ def _triple(x: Array) -> tuple[float, float, float]:
 
 
 def _pulls(name: str, ends: Sequence[Place], body: str, found: Places) -> list[Wrench]:
-    """Return the pull of a spring or damper between points at each of its ends on the body."""
+    """Return the pull of a strut between points at each of its ends on the body."""
     pulls = []
     for k, end in enumerate(ends):
         here, there = found.ends[name][k][0], found.ends[name][1 - k][0]

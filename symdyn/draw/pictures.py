@@ -41,7 +41,7 @@ def picture(
     """Return a picture of the mechanism as SVG text; the same input gives the same bytes.
 
     A planar scene is seen face-on, gravity downwards; a spatial one in a parallel projection. The group of every body,
-    joint, load, spring and damper has an id such as `body-link1`, and a title.
+    joint, load and strut has an id such as `body-link1`, and a title.
 
     Args:
         scene: any scene.

@@ -117,7 +117,7 @@ class Touch:
 
 @dataclass(frozen=True)
 class Places:
-    """A scene in place; `acting` holds loads (point, force, couple), `ends` those of springs and dampers.
+    """A scene in place; `acting` holds loads (point, force, couple), `ends` those of struts.
 
     `wheels` holds the rims of what rolls: centre, unit axis (None for a ball) and radius in m, by the name of the row.
     `touches` holds what wheels, balls and blades touch, likewise.

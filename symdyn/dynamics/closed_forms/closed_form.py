@@ -52,7 +52,7 @@ class ClosedForm:
         k_C: multiplies q̇_j q̇_k, j < k in lexicographic order, shape (n, n(n-1)/2).
         k_G: gravity and nothing else, shape (n,); N m or N.
         K, P: kinetic energy, potential energy of gravity, J.
-        loads: springs, dampers, friction and loads, whose forms are no polynomials.
+        loads: struts, friction and loads, whose forms are no polynomials.
     """
 
     scene: Scene

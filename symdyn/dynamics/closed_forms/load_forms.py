@@ -1,4 +1,4 @@
-"""Closed forms to be read of springs, dampers, friction and loads: geometry in normal form in laws of force.
+"""Closed forms to be read of struts, friction and loads: geometry in normal form in laws of force.
 
 D       squared distance of two points, a trigonometric polynomial     s = √D     ∂s/∂q_i = ∂D/∂q_i / (2 s)
 p, w    Rᵀ ∂p/∂q_i and (Rᵀ ∂R/∂q_i)∨ of the frame of a load, or both in the ground frame

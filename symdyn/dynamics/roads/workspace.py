@@ -122,7 +122,7 @@ class Workspace:
 
     @cached_property
     def pushes(self) -> list[Expr]:
-        """What dampers, friction and declared forces exert, along the tree, shape (n,)."""
+        """What struts without energy, friction and declared forces exert, along the tree, shape (n,)."""
         return joint_forces(self.scene, self.tree, self.lean)
 
     @cached_property
