@@ -14,6 +14,7 @@ from running import call, matrix, random_fractions, workspace
 
 from symdyn.algebra.numeric import Batches, Floats
 from symdyn.dynamics import OUTPUTS, Unasked, derive, derive_one, expected, roads_of
+from symdyn.dynamics.recursive.crba import crba
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
 from symdyn.scene import body, number, prismatic, read_text, revolute, scene
@@ -305,3 +306,48 @@ def test_an_unknown_output_or_place_is_named(request_, message):
 def test_an_unknown_road_is_named():
     with pytest.raises(DerivationError, match="mass_matrix has no road 'aba'; there are crba, lagrange"):
         derive(two_link(), ["mass_matrix"], "aba")
+
+
+SHELF = """
+name = "shelf"
+[dh]
+convention = "modified"
+[[dh.links]]
+alpha = "pi/3"
+mass = 2
+com = [0.1, 0.2, 0.3]
+inertia = { xx = 3, yy = 4, zz = 5 }
+inertia_about = "com"
+[[dh.links]]
+a = 0.5
+d = 0.7
+mass = 3
+com = [0.3, -0.1, 0.2]
+inertia = { xx = 1, yy = 2, zz = 2, xy = 0.1 }
+inertia_about = "com"
+[[dh.links]]
+a = 0.4
+d = 0.6
+mass = 5
+com = [0.2, 0.3, -0.4]
+inertia = { xx = 2, yy = 2, zz = 3, yz = 0.2 }
+inertia_about = "com"
+[[dh.links]]
+type = "prismatic"
+a = 0.3
+mass = 7
+com = [0.6, 0.1, 0.5]
+inertia = { xx = 2, yy = 3, zz = 3, xz = 0.3 }
+inertia_about = "com"
+"""
+
+
+@pytest.mark.parametrize("keeping", [False, True])
+@pytest.mark.parametrize("leaping", [False, True])
+def test_every_variant_of_the_composite_body_algorithm_is_right(leaping, keeping):
+    """Not only the cheapest: over parallel axes that lie beside and above each other, with a slide at the end."""
+    w = workspace(read_text(SHELF))
+    entries = [entry for row in crba(w.lean, leaping, keeping) for entry in row]
+    other = derive_one(w, "mass_matrix", "lagrange").entries
+
+    assert {f.verdict for f in prove([Claim("M", "crba", "lagrange", entries, other)])[1]} == {PROVED}
