@@ -83,6 +83,10 @@ class Program:
     routines: tuple[Routine, ...]
     constants: Mapping[Expr, Fraction]
 
+    def __contains__(self, name: object) -> bool:
+        """Tell whether there is a routine called `name`, or asked for by it."""
+        return any(name in (routine.function.name, routine.function.request) for routine in self.routines)
+
     def __getitem__(self, name: str) -> Routine:
         """Return the routine called `name`, or asked for by it; KeyError if there is none."""
         for routine in self.routines:

@@ -44,14 +44,13 @@ class Calls:
     modules: Mapping[str, Any]
 
     def function(self, name: str) -> Function:
-        """Return a function by name."""
-        routines = (*self.program.routines, *self.others.routines)
-        return next(routine.function for routine in routines if routine.function.name == name)
+        """Return the function of an output, with code or without; where loops close, its own name may be another."""
+        return next(program[name] for program in (self.program, self.others) if name in program).function
 
     def results(self, name: str, states: Mapping[str, Array]) -> dict[str, Array]:
         """Return the results of every implementation at states, a row a state; shapes (N, size)."""
         function = self.function(name)
-        (legal,) = function_names([name])
+        (legal,) = function_names([function.name])
         given = [states[a.name][..., 0] if a.scalar else states[a.name] for a in function.arguments]
         count = max(
             (len(x) for x, a in zip(given, function.arguments, strict=True) if x.ndim > len(a.shape)), default=1
