@@ -1,7 +1,8 @@
 """Show that tests of mended faults fail where the faults were found: `python tests/mended.py [ITEM ..] [--at COMMIT]`.
 
-Each test marked `@pytest.mark.mends("3.1")` is run on a checkout of that commit with the tests of today, and here. A
-test that ends there by an import or a name that it lacks shows nothing, and is told so.
+Each test marked `@pytest.mark.mends("3.1")` is run on a checkout of that commit, as it was written when the faults were
+mended and files had the names of then, and as it is today on what is here. A test that ends there by an import or a
+name that it lacks shows nothing, and is told so.
 """
 
 from __future__ import annotations
@@ -16,13 +17,14 @@ from collections import defaultdict
 from pathlib import Path
 
 FOUND_AT = "9263f8b"
+WRITTEN_AT = "082f7c6"
 ROOT = Path(__file__).resolve().parent.parent
 
 LACKS = ("ImportError:", "ModuleNotFoundError:", "AttributeError: module 'symdyn", "NameError:", "fixture '")
 """What a test ends with that shows a missing name, not a fault."""
 
 RENAMED = {"simulation": "simulate"}
-"""Rooms by the names that tests of today know, and what they were called then."""
+"""Rooms by the names that those tests know, and what they were called where the faults were found."""
 
 PLUGIN = """
 import json, os, pytest
@@ -55,9 +57,8 @@ def main() -> int:
         old = Path(folder) / "old"
         subprocess.run(["git", "clone", "--quiet", "--no-checkout", str(ROOT), str(old)], check=True)
         subprocess.run(["git", "-C", str(old), "checkout", "--quiet", given.at], check=True)
-        for name in ("tests", "examples", "pyproject.toml"):  # what tests read, with the code of then
-            subprocess.run(["rm", "-rf", str(old / name)], check=True)
-            subprocess.run(["cp", "-r", str(ROOT / name), str(old / name)], check=True)
+        read = ("tests", "examples", "pyproject.toml")  # by tests, beside the code of then
+        subprocess.run(["git", "-C", str(old), "checkout", "--quiet", WRITTEN_AT, "--", *read], check=True)
         for name, was in RENAMED.items():
             (old / "symdyn" / name).symlink_to(was)
         then, now = _run(old, Path(folder) / "then", given.items), _run(ROOT, Path(folder) / "now", given.items)
