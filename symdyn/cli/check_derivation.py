@@ -31,8 +31,7 @@ def run(options: argparse.Namespace) -> int:
     """Print an answer to every statement."""
     from symdyn.cli.talk import Waiting, say
     from symdyn.errors import SymdynError, printable
-    from symdyn.teach.answers import in_words
-    from symdyn.teach.derivation_check import check_derivation
+    from symdyn.teach import check_derivation, in_words
     from symdyn.teach.student.statements import find_target
 
     try:

@@ -19,9 +19,8 @@ from symdyn.teach.render.markdown import Page
 
 Cell = dict[str, Any]
 
-SETUP = '''from symdyn.scene.toml import read_text
-from symdyn.teach.answers import in_words
-from symdyn.teach.derivation_check import check_derivation
+SETUP = '''from symdyn.scene import read_text
+from symdyn.teach import check_derivation, in_words
 
 scene = read_text({scene})
 
