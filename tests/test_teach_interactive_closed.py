@@ -87,10 +87,8 @@ class Truth:
         given = {p.name: float(value_of(p.value, {}) or 0) for p in scene.parameters if p.value is not None}
         closing, self.params = LoopChoices(parameters=tuple(given.items())), [params] if len(params) else []
         roads = dict.fromkeys(self.FUNCTIONS, "lagrange") | dict.fromkeys(self.ROWS, "differentiation")
-        self.calls = {
-            name: getattr(run_python(emit(lower(derive(free, [name], road, closing)))), name)
-            for name, road in roads.items()
-        }
+        derived = {name: derive(free, [name], road, closing) for name, road in roads.items()}
+        self.calls = {name: getattr(run_python(emit(lower(one))), one[name].name) for name, one in derived.items()}
 
     def __call__(self, name: str, *state: Array) -> Any:
         return self.calls[name](*state, *self.params)
