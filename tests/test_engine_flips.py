@@ -16,24 +16,29 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 TRIALS = 100
 
-FLIPS = (  # file of dynamics/, what stands there, what is planted
+FLIPS = (  # file seen from dynamics/, what stands there, what is planted
     ("recursive/rnea.py", "a = (a[0] + w[1] * twice,", "a = (a[0] - w[1] * twice,"),
     ("recursive/rnea.py", "wrench[i] = (sub(wrench[i][0], n),", "wrench[i] = (add(wrench[i][0], n),"),
     ("recursive/crba.py", "return (y, -x, zero),", "return (y, x, zero),"),
     ("recursive/aba.py", "(add(n, cross(p, f)), f)", "(sub(n, cross(p, f)), f)"),
-    ("lagrange.py", "forces[i] = forces[i] - value *", "forces[i] = forces[i] + value *"),
-    ("wrenches.py", "return carried[2] - still[2]", "return carried[2] + still[2]"),
-    ("wrenches.py", "- joint_resistance(joint, ratio * state.qd[k])", "+ joint_resistance(joint, ratio * state.qd[k])"),
+    ("lagrange/second_kind.py", "forces[i] = forces[i] - value *", "forces[i] = forces[i] + value *"),
+    ("recursive/wrenches.py", "return carried[2] - still[2]", "return carried[2] + still[2]"),
     (
-        "loads.py",
+        "recursive/wrenches.py",
+        "- joint_resistance(joint, ratio * state.qd[k])",
+        "+ joint_resistance(joint, ratio * state.qd[k])",
+    ),
+    (
+        "../scene/forces/friction.py",
         "size = size + (express(dry.static, graph) - size)",
         "size = size - (express(dry.static, graph) - size)",
     ),
-    ("loops/rows.py", "sub(scale(dot(omega, d), omega),", "add(scale(dot(omega, d), omega),"),
+    ("loops/constraint_rows.py", "sub(scale(dot(omega, d), omega),", "add(scale(dot(omega, d), omega),"),
     ("reactions/hinges.py", "add(wrench[1], cross(way, wrench[0]))", "sub(wrench[1], cross(way, wrench[0]))"),
 )
 
 
+@pytest.mark.runs
 @pytest.mark.slow
 @pytest.mark.parametrize(("file", "right", "wrong"), FLIPS, ids=[f"{file}: {wrong}" for file, _, wrong in FLIPS])
 def test_a_sign_turned_round_is_found(tmp_path: Path, file: str, right: str, wrong: str) -> None:
