@@ -167,7 +167,7 @@ def test_a_row_that_is_not_linear_in_the_velocities_is_refused() -> None:
 
 @pytest.mark.parametrize("kind", CLOSING)
 def test_where_a_loop_is_closed_residuals_change_by_the_power_of_their_wrenches(kind: str) -> None:
-    """Closure is made: q at random, and the child's frame where the joint at those coordinates wants it."""
+    """The loop closes by construction: q at random, the child's frame where the joint at those coordinates wants it."""
     scene = with_loops(3)
     loop = replace(next(one for one in scene.loops if one.type == kind), parent=scene.bodies[0].name, child="end")
     scene = replace(scene, loops=(loop,), elements=())

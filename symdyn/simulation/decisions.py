@@ -29,7 +29,7 @@ class Decisions:
     """The decisions that are written into equations; a tree has none.
 
     Attributes:
-        kept, empty, redundant, partition, fails, driven: as of `Closure`.
+        kept, empty, redundant, partition, fails, driven: as of `LoopDecisions`.
         loose: rows whose multipliers rigid bodies do not tell.
         linear: how loops hold dependent coordinates in proportion, None where not.
         length: the characteristic length, m, at the values that they were made for.

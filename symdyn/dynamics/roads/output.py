@@ -96,7 +96,7 @@ class Output:
         lacks: whether a scene may lack it after all, for its mass matrix is singular or its loops cannot be closed;
             "silently" where most do, and nobody is told.
         cubic: whether its formulas grow with the cube of the number of coordinates.
-        depends: which choices about closed loops its formulas depend on, attributes of `Closing`.
+        depends: which choices about closed loops its formulas depend on, attributes of `LoopChoices`.
         prefer: which road is cheapest for a mechanism, where that depends on it.
         compared: what of the result roads agree on, where it is one choice among many: in words, and from its entries.
         unique: which entries of the result rigid bodies determine, row by row, () for all; None where all always are.
