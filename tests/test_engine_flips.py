@@ -38,7 +38,7 @@ FLIPS = (  # file seen from dynamics/, what stands there, what is planted
 )
 
 
-@pytest.mark.runs()
+@pytest.mark.runs
 @pytest.mark.slow
 @pytest.mark.parametrize(("file", "right", "wrong"), FLIPS, ids=[f"{file}: {wrong}" for file, _, wrong in FLIPS])
 def test_a_sign_turned_round_is_found(tmp_path: Path, file: str, right: str, wrong: str) -> None:

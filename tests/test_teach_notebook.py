@@ -92,7 +92,7 @@ def test_a_typed_answer_is_judged() -> None:
         judge(lesson, "none", "m1")
 
 
-@pytest.mark.runs()
+@pytest.mark.runs
 @pytest.mark.slow
 @pytest.mark.parametrize("exercises", [False, True])
 def test_a_notebook_executes_in_jupyter(exercises: bool, monkeypatch: pytest.MonkeyPatch) -> None:

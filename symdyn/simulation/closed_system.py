@@ -36,7 +36,7 @@ def corrections(w: Workspace, linear: LinearLoops | None) -> list[Function]:
         step = {k: values[w.state.q[k]] - w.state.q[k] for k in linear.dependent}
         fitted = {k: values[u[k]] for k in linear.dependent}
     else:
-        rows, partition = w.closed.recursive, w.closed.closure.partition
+        rows, partition = w.closed.recursive, w.closed.decisions.partition
         G = w.closed.G(rows)
         step = solve_dependent(G, partition, [-r for r in w.closed.residual(rows)]) if G else {}
         moved = [-w.graph.total(row[k] * u[k] for k in partition.independent) for row in G]

@@ -65,7 +65,7 @@ WORDS = {
 
 
 @lru_cache(maxsize=16)
-def closure_of(scene: Scene) -> tuple[LoopDecisions, Numbers]:
+def decisions_of(scene: Scene) -> tuple[LoopDecisions, Numbers]:
     """Return what is decided about the loops and rows of a scene at its values, and the mechanism in numbers.
 
     Raises:
@@ -76,13 +76,13 @@ def closure_of(scene: Scene) -> tuple[LoopDecisions, Numbers]:
 
 @lru_cache(maxsize=16)
 def decided(scene: Scene) -> Decisions:
-    """Return the decisions for a scene at its values; errors as of `closure_of`."""
+    """Return the decisions for a scene at its values; errors as of `decisions_of`."""
     if not scene.is_closed:
         return Decisions()
-    closure, numbers = closure_of(scene)
-    found = {name: getattr(closure, name) for name in ("kept", "empty", "redundant", "partition", "fails", "driven")}
-    loose, linear = loose_rows(numbers, closure.assembly), linear_loops(numbers, closure)
-    return Decisions(**found, loose=loose, linear=linear, length=closure.assembly.length)
+    decisions, numbers = decisions_of(scene)
+    found = {name: getattr(decisions, name) for name in ("kept", "empty", "redundant", "partition", "fails", "driven")}
+    loose, linear = loose_rows(numbers, decisions.assembly), linear_loops(numbers, decisions)
+    return Decisions(**found, loose=loose, linear=linear, length=decisions.assembly.length)
 
 
 CLEAR = 0.03

@@ -18,7 +18,7 @@ from symdyn.dynamics.loops.loop_decisions import LoopDecisions
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.scene import Scene
 from symdyn.simulation.compiled import requested
-from symdyn.simulation.decisions import Decisions, closure_of, decided
+from symdyn.simulation.decisions import Decisions, decided, decisions_of
 from symdyn.simulation.formulas_in_time import TIME
 from symdyn.simulation.opened import opened
 
@@ -63,27 +63,27 @@ def multiplier_columns(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau
     """
     if not scene.is_closed:
         return {}
-    closure, numbers = closure_of(scene)
-    if not closure.kept:
+    decisions, numbers = decisions_of(scene)
+    if not decisions.kept:
         return {}
     loose = decided(scene).loose
     values = multipliers(scene, decided(scene), t, q, u, a, tau)
-    names = [_name(scene, closure, numbers, k) for k in closure.kept]
+    names = [_name(scene, decisions, numbers, k) for k in decisions.kept]
     many, seen = Counter(names), Counter[str]()
     columns = {}
-    for place, (k, name) in enumerate(zip(closure.kept, names, strict=True)):
+    for place, (k, name) in enumerate(zip(decisions.kept, names, strict=True)):
         seen[name] += 1
         number = f"_{seen[name]}" if many[name] > 1 else ""
         columns[f"multiplier_{name}{number}{LOOSE if k in loose else ''}"] = values[:, place]
     return columns
 
 
-def _name(scene: Scene, closure: LoopDecisions, numbers: Numbers, k: int) -> str:
+def _name(scene: Scene, decisions: LoopDecisions, numbers: Numbers, k: int) -> str:
     label = numbers.constraints.labels[k]
     if not label.loop:
         row = next(row for row in scene.rows if row.name == label.owner)
         return f"{label.owner}_{row.components[label.number]}" if row.place else label.owner
-    words = closure.names[k].removeprefix(f"{label.owner}: ")
+    words = decisions.names[k].removeprefix(f"{label.owner}: ")
     kind, _, axis = words.rpartition(" ")
     if kind in AXES and axis in ("x", "y", "z"):
         return f"{label.owner}_{AXES[kind]}{axis}_joint"

@@ -89,7 +89,7 @@ def _system_at(lesson: Balance, chosen: Chosen) -> tuple[Array, Array]:
 
 def _independent(lesson: Balance, led: tuple[int, ...]) -> list[int]:
     """Return the velocities whose rates may be chosen."""
-    free = list(lesson.workspace.closed.closure.partition.independent) if lesson.closed else range(lesson.state.n)
+    free = list(lesson.workspace.closed.decisions.partition.independent) if lesson.closed else range(lesson.state.n)
     return [k for k in free if k not in led]
 
 

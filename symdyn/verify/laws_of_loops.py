@@ -56,7 +56,7 @@ def _balance(w: Workspace) -> Claim:
 
 
 def _forward_of_inverse(w: Workspace) -> Claim | None:
-    free = len(w.closed.closure.partition.independent)
+    free = len(w.closed.decisions.partition.independent)
     if (len(driven_velocities(w.scene)) or free) != free:
         return None
     reduced = w.closed.motion
@@ -67,7 +67,7 @@ def _forward_of_inverse(w: Workspace) -> Claim | None:
 
 
 def _inverse_of_forward(w: Workspace) -> Claim | None:
-    driven = driven_velocities(w.scene) or list(w.closed.closure.partition.independent)
+    driven = driven_velocities(w.scene) or list(w.closed.decisions.partition.independent)
     passive = {tau: w.graph.zero for k, tau in enumerate(w.state.tau) if k not in driven}
     qdd = substitute(entries(w, "forward_dynamics"), passive)
     back = substitute(entries(w, "inverse_dynamics"), dict(zip(w.state.qdd, qdd, strict=True)))
@@ -78,7 +78,7 @@ def _inverse_of_forward(w: Workspace) -> Claim | None:
 
 def _power(w: Workspace) -> Claim:
     (K,), (P,), s = entries(w, "kinetic_energy"), entries(w, "potential_energy"), w.state
-    free = w.closed.closure.partition.independent
+    free = w.closed.decisions.partition.independent
     allowed = dict(zip(s.qd, entries(w, "velocities"), strict=True))
     others = {qd: x for k, (qd, x) in enumerate(allowed.items()) if k not in free}
     moving = s.velocity | dict(zip(s.qd, entries(w, "forward_dynamics"), strict=True))

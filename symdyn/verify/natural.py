@@ -77,7 +77,7 @@ def natural_findings(w: Workspace, outputs: Sequence[str]) -> tuple[list[Finding
     finding, undefined = _forward(w, states)
     findings.append(finding)
     if undefined:
-        names = ", ".join(w.scene.velocities[k] for k in w.closed.closure.partition.independent)
+        names = ", ".join(w.scene.velocities[k] for k in w.closed.decisions.partition.independent)
         notes.append(
             f"forward dynamics does not exist at {', '.join(undefined)}: there {names} do not determine the other "
             "velocities; choose others with --independent"
@@ -113,7 +113,7 @@ def natural_places(w: Workspace) -> list[tuple[str, Array]]:
 
 def _guesses(w: Workspace) -> Iterator[tuple[str, Array, list[int]]]:
     """Yield the positions to begin with, and the velocities of the coordinates that were set."""
-    assembly, scene = w.closed.closure.assembly, w.scene
+    assembly, scene = w.closed.decisions.assembly, w.scene
     units = coordinate_units(scene)
     angles = [k for k, unit in enumerate(units) if unit == "rad"]
 
@@ -146,7 +146,7 @@ def _states(w: Workspace, places: Sequence[tuple[str, Array]], forces: Mapping[i
         places: closed positions with their names.
         forces: driving forces by velocity; others are random.
     """
-    numbers, kept, n = w.closed.numbers, list(w.closed.closure.kept), w.state.n
+    numbers, kept, n = w.closed.numbers, list(w.closed.decisions.kept), w.state.n
     entries = _entries(w)
     led, m = list(w.prescribed.place), len(kept)
     for number, (where, q) in enumerate(places):
@@ -218,12 +218,12 @@ def _forward(w: Workspace, states: Sequence[_State]) -> tuple[Finding, list[str]
 def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> Finding:
     """Return how reactions stand: whether they meet (5.18), and exist where it has the rank that it has in general."""
     R = derive_one(w, name).entries
-    length, closure = w.closed.closure.assembly.length, w.closed.closure
+    length, decisions = w.closed.decisions.assembly.length, w.closed.decisions
     forward = name == "forward_reactions"
     system = InNumbers(equilibrium(w.hanging, tau=w.state.tau if forward else None, whole=True))
     compared: list[str] = []
     wrong, general = [], 0
-    for place in closure.assembly.places if states else ():
+    for place in decisions.assembly.places if states else ():
         values = states[0].values | dict(zip(w.state.q, place, strict=True))
         general = max(general, system.least(values, length).rank)
     for state in states:

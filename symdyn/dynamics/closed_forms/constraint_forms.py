@@ -71,19 +71,19 @@ def closed_constraints(scene: Scene) -> ClosedConstraints:
     Raises:
         DerivationError: its loops cannot be assembled, so that nobody knows which rows are independent.
     """
-    closure = Workspace(scene).closed.closure
+    decisions = Workspace(scene).closed.decisions
     graph = Graph()
     for parameter in scene.parameters:
         graph.symbol(parameter.name)  # first, as in the closed forms of the coefficients
     state = state_symbols(scene, graph)
     found = differentiated(scene, graph, state)
     rows = []
-    for k in closure.kept:
+    for k in decisions.kept:
         label, uses = found.labels[k], tuple(not entry.is_zero for entry in found.G[k])
-        words = _words(label, state, closure.names[k])
+        words = _words(label, state, decisions.names[k])
         rows.append(ClosedRow(label.owner, label.loop, label.closes, words, uses))
     try:
-        return ClosedConstraints(_written(rows, found, closure.kept, state, graph, scene))
+        return ClosedConstraints(_written(rows, found, decisions.kept, state, graph, scene))
     except DerivationError as fault:
         return ClosedConstraints(tuple(rows), str(fault))
 

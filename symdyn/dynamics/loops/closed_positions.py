@@ -60,11 +60,11 @@ def positions(w: Workspace) -> list[Expr]:
         DerivationError: a loop is not of a kind that has a closed form here.
     """
     values: dict[Expr, Expr] = {}
-    kept, labels = w.closed.closure.kept, w.closed.recursive.labels
+    kept, labels = w.closed.decisions.kept, w.closed.recursive.labels
     by_name = {cut.owner: cut for cut in cuts(w.scene, w.graph) if cut.joint}
     if any(q not in w.state.q for q in w.closed.coordinates) or w.state.n != len(w.state.q):
         raise _none(w, "a joint of it is described by a quaternion")
-    for block in w.closed.closure.partition.blocks:
+    for block in w.closed.decisions.partition.blocks:
         rows = [labels[kept[r]] for r in block.rows]
         owners = {label.owner for label in rows}
         planar = len(block.rows) == 2 and len(owners) == 1 and all(one.loop and _is_force(one.wrench) for one in rows)
@@ -189,7 +189,7 @@ def _branch(w: Workspace, unknowns: Sequence[_Unknown], candidates: Sequence[tup
 
     Neither is where what moves leaves the plane, by a slide along the normal or on a line that is oblique.
     """
-    known = w.closed.values(w.closed.closure.assembly.typical)
+    known = w.closed.values(w.closed.decisions.assembly.typical)
     there = np.array([known[w.closed.coordinates[one.velocity]] for one in unknowns])
     slides = np.array([one.slides for one in unknowns])
 

@@ -47,7 +47,7 @@ class LoopWorkspace:
             return fault
 
     @property
-    def closure(self) -> LoopDecisions:
+    def decisions(self) -> LoopDecisions:
         """Kept rows and partitions.
 
         Raises:
@@ -76,9 +76,9 @@ class LoopWorkspace:
         Raises:
             DerivationError: the drives do not fit.
         """
-        partition = self.closure.driven
+        partition = self.decisions.driven
         if partition is None:
-            raise DerivationError(f"{self.w.scene.name}: inverse dynamics is not unique: {self.closure.fault}")
+            raise DerivationError(f"{self.w.scene.name}: inverse dynamics is not unique: {self.decisions.fault}")
         return partition
 
     @cached_property
@@ -101,11 +101,11 @@ class LoopWorkspace:
 
     def residual(self, rows: Constraints) -> list[Expr]:
         """Return residuals of the kept rows, shape (m,)."""
-        return [rows.residual[k] for k in self.closure.kept]
+        return [rows.residual[k] for k in self.decisions.kept]
 
     def G(self, rows: Constraints) -> Matrix:
         """Return the kept rows, shape (m, nv)."""
-        return [list(rows.G[k]) for k in self.closure.kept]
+        return [list(rows.G[k]) for k in self.decisions.kept]
 
     def constraint_forces(self, multipliers: Sequence[Expr]) -> list[Expr]:
         """Return Gᵀ λ, shape (nv,), for λ of the kept rows."""
@@ -114,7 +114,7 @@ class LoopWorkspace:
 
     def bias(self, rows: Constraints) -> list[Expr]:
         """Return Ġ u of the kept rows, shape (m,)."""
-        return [rows.bias[k] for k in self.closure.kept]
+        return [rows.bias[k] for k in self.decisions.kept]
 
     def gamma(self, rows: Constraints) -> list[Expr]:
         """Return Ġ u + 2 α G u + β² residual of the kept rows, shape (m,)."""
@@ -130,7 +130,7 @@ class LoopWorkspace:
     def reduction(self) -> Reduction:
         """u̇ = T u̇_i + s of forward dynamics."""
         rows = self.recursive
-        return reduction(self.G(rows), self.gamma(rows), self.closure.partition, self.w.state.n, self.w.graph)
+        return reduction(self.G(rows), self.gamma(rows), self.decisions.partition, self.w.state.n, self.w.graph)
 
     @cached_property
     def motion(self) -> Reduction:

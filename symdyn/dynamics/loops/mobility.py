@@ -79,11 +79,11 @@ def mobility(scene: Scene, closing: LoopChoices = LoopChoices()) -> Mobility:  #
     whole, assembly = witness(dict(closing.parameters), numbers_of(scene))
     held = whole.singular_angles(np.array(assembly.typical), held=True)
     numbers, seen = whole.plain, seen_plain(whole, assembly)
-    closure = decided(numbers, seen, LoopChoices()) if held else decided(whole, assembly, closing)
+    decisions = decided(numbers, seen, LoopChoices()) if held else decided(whole, assembly, closing)
     positions = [np.array(q) for q in (seen.typical, *seen.places)]
     flat = [joint for joint in scene.loops if all(_is_planar(numbers, joint, q) for q in positions)]
     planar = tuple(joint.name for joint in flat)
-    free = numbers.state.n - len(closure.kept)
+    free = numbers.state.n - len(decisions.kept)
     forbidden = sum(not label.loop for label in numbers.constraints.labels)
     counted = numbers.state.n - forbidden
     for joint in scene.loops:
@@ -92,17 +92,17 @@ def mobility(scene: Scene, closing: LoopChoices = LoopChoices()) -> Mobility:  #
         spatial=_spatial(scene) - forbidden,
         by_loops=counted,
         by_rank=free,
-        here=numbers.state.n - closure.assembly.here,
+        here=numbers.state.n - decisions.assembly.here,
         planar=planar,
-        independent=() if held else tuple(scene.velocities[k] for k in closure.partition.independent),
+        independent=() if held else tuple(scene.velocities[k] for k in decisions.partition.independent),
         drives=tuple(drive for drive in scene.drives if drive),
-        idle=tuple(dict.fromkeys(_idle(numbers, seen, closure.empty))),
-        redundant=tuple(closure.names[k] for k in sorted((*closure.empty, *closure.redundant))),
-        not_unique=tuple(closure.names[k] for k in loose_rows(numbers, seen)),
-        smallest=closure.assembly.smallest,
+        idle=tuple(dict.fromkeys(_idle(numbers, seen, decisions.empty))),
+        redundant=tuple(decisions.names[k] for k in sorted((*decisions.empty, *decisions.redundant))),
+        not_unique=tuple(decisions.names[k] for k in loose_rows(numbers, seen)),
+        smallest=decisions.assembly.smallest,
         notes=(),
     )
-    notes = [*_notes(scene, closure, found), *([held] if held else _start(whole, closure))]
+    notes = [*_notes(scene, decisions, found), *([held] if held else _start(whole, decisions))]
     return replace(found, notes=tuple(notes))
 
 
@@ -195,19 +195,19 @@ def _body_jacobians(numbers: Numbers, q: Array) -> dict[str, Array]:
 # Words
 
 
-def _start(numbers: Numbers, closure: LoopDecisions) -> list[str]:
+def _start(numbers: Numbers, decisions: LoopDecisions) -> list[str]:
     """Return why the velocities at the start do not fit, where all parameters have values of their own."""
     if numbers.scene.free_parameters:
         return []
     try:
-        fitting(numbers, np.array(closure.assembly.q), declared_rates(numbers))
+        fitting(numbers, np.array(decisions.assembly.q), declared_rates(numbers))
     except DerivationError as fault:
         return [str(fault).removeprefix(f"{numbers.scene.name}: ")]
     return []
 
 
-def _notes(scene: Scene, closure: LoopDecisions, found: Mobility) -> list[str]:
-    notes = list(closure.assembly.notes)
+def _notes(scene: Scene, decisions: LoopDecisions, found: Mobility) -> list[str]:
+    notes = list(decisions.assembly.notes)
     if found.planar and found.spatial != found.by_loops:
         names = ", ".join(found.planar)
         notes.append(
@@ -227,8 +227,8 @@ def _notes(scene: Scene, closure: LoopDecisions, found: Mobility) -> list[str]:
         notes.append("the loops leave no freedom: it is a structure")
     notes += [f"idle: {motion}; it needs no drive" for motion in found.idle]
     drives, free = len(found.drives), found.by_rank - len(found.idle)
-    if closure.driven is None:
-        notes.append(f"inverse dynamics is not unique: {closure.fault}")
+    if decisions.driven is None:
+        notes.append(f"inverse dynamics is not unique: {decisions.fault}")
     elif drives == 0 and free:
         notes.append("no joint is driven: inverse dynamics gives the forces at " + ", ".join(found.independent))
     elif drives < free:

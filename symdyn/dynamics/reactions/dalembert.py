@@ -205,11 +205,11 @@ def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown
 
 def _passive(hanging: Hanging, with_idle: bool) -> set[int]:
     """Return the velocities without a drive; where idle motions get one, those that determine what closes the loops."""
-    scene, closure = hanging.scene, hanging.closure
+    scene, decisions = hanging.scene, hanging.decisions
     if not scene.is_closed:
         return set()
-    if with_idle and closure is not None and closure.driven is not None:
-        return set(closure.driven.dependent)
+    if with_idle and decisions is not None and decisions.driven is not None:
+        return set(decisions.driven.dependent)
     return set(undriven(scene))
 
 

@@ -29,13 +29,13 @@ class Hanging:
     """A scene's bodies and joints on its graph, for recursions over wrenches.
 
     Attributes:
-        closure: what is decided about loops and rows; None for a tree without, or where nothing is decided.
+        decisions: what is decided about loops and rows; None for a tree without, or where nothing is decided.
     """
 
     scene: Scene
     tree: Tree
     state: State
-    closure: LoopDecisions | None = None
+    decisions: LoopDecisions | None = None
 
     @property
     def graph(self) -> Graph:
@@ -50,9 +50,9 @@ class Hanging:
     @cached_property
     def samples(self) -> Samples:
         """Numbers for what is decided by numbers."""
-        if self.closure is None:
+        if self.decisions is None:
             return Samples(self.scene, self.graph)
-        assembly = self.closure.assembly
+        assembly = self.decisions.assembly
         positions = (assembly.typical, *assembly.places)
         places = (dict(assembly.parameters) | dict(zip(self.scene.coordinates, q, strict=True)) for q in positions)
         return Samples(self.scene, self.graph, tuple(places))

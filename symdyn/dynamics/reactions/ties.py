@@ -4,7 +4,7 @@
     G_lk     its power for unit velocity k: W_l · (twist of the child relative to J)
     Gᵀ λ = f    in the velocities without a drive, f what they feel from the tree alone
 
-The unknowns λ are those of the rows that the closure keeps, so that they are the multipliers of forward dynamics. All
+The unknowns λ are those of the rows that are kept, so that they are the multipliers of forward dynamics. All
 velocities without a drive take part in finding them: what tells λ more than once (the idle spin of a rod between two
 balls, all of a disc that rolls) does so in the sum of squares, which no position spoils that does not spoil λ itself.
 
@@ -60,9 +60,9 @@ class Tie:
 
 
 def ties(hanging: Hanging) -> list[Tie]:
-    """Return the unknowns that the closure keeps, in its order."""
+    """Return the unknowns of the rows that are kept, in their order."""
     every = all_ties(hanging)
-    return [every[k] for k in hanging.closure.kept] if hanging.closure else every
+    return [every[k] for k in hanging.decisions.kept] if hanging.decisions else every
 
 
 def all_ties(hanging: Hanging, whole: bool = False) -> list[Tie]:
@@ -118,10 +118,10 @@ def sizes(hanging: Hanging, unknown: Sequence[Tie], forces: Sequence[Expr]) -> l
     Raises:
         DerivationError: these velocities do not determine λ.
     """
-    closure = hanging.closure
-    if closure is not None and closure.driven is None:
+    decisions = hanging.decisions
+    if decisions is not None and decisions.driven is None:
         raise DerivationError(
-            f"{hanging.scene.name}: reactions are not unique: {closure.fault}; or ask for forward_reactions, with "
+            f"{hanging.scene.name}: reactions are not unique: {decisions.fault}; or ask for forward_reactions, with "
             "drives given"
         )
     among = undriven(hanging.scene)

@@ -21,7 +21,7 @@ def forward(w: Workspace) -> list[Expr]:
     """Return u̇ by recursion."""
     refuse_ideal_friction(w.scene)
     _massive(w)
-    if w.closed.closure.fails:
+    if w.closed.decisions.fails:
         return w.closed.together[0]
     reduced = w.closed.motion
     rest = [tau - force for tau, force in zip(w.state.tau, w.forces(list(reduced.s)), strict=True)]
@@ -38,7 +38,7 @@ def _massive(w: Workspace) -> None:
     if not reduced.independent:
         return
     size = len(reduced.independent)
-    known = w.closed.values(w.closed.closure.assembly.typical) | {w.graph.symbol(TIME): 0.0}
+    known = w.closed.values(w.closed.decisions.assembly.typical) | {w.graph.symbol(TIME): 0.0}
     entries = evaluate(flat(reduced.mass(w.composite_mass)), Floats(), known)
     mass = np.array(entries).reshape(size, size)
     values, vectors = np.linalg.eigh(mass)
@@ -55,17 +55,17 @@ def _lagrange_forward(w: Workspace) -> list[Expr]:
 
 def _lagrange_multipliers(w: Workspace) -> list[Expr]:
     refuse_ideal_friction(w.scene)
-    return w.closed.lagrange_solution[1][: len(w.closed.closure.kept)]
+    return w.closed.lagrange_solution[1][: len(w.closed.decisions.kept)]
 
 
 def multipliers(w: Workspace) -> list[Expr]:
     """Return λ of the kept rows by recursion."""
-    if w.closed.closure.fails:
+    if w.closed.decisions.fails:
         refuse_ideal_friction(w.scene)
-        return w.closed.together[1][: len(w.closed.closure.kept)]
+        return w.closed.together[1][: len(w.closed.decisions.kept)]
     found = w.forces(w.once(forward))
     excess = [force - tau for force, tau in zip(found, w.state.tau, strict=True)]
-    return closed.multipliers(w.closed.G(w.closed.recursive), w.closed.closure.partition, excess)
+    return closed.multipliers(w.closed.G(w.closed.recursive), w.closed.decisions.partition, excess)
 
 
 def _drives(w: Workspace) -> list[Expr]:
@@ -82,7 +82,7 @@ def _drives(w: Workspace) -> list[Expr]:
 def _lagrange_drives(w: Workspace) -> list[Expr]:
     tau = list(w.state.tau)
     if w.prescribed.place:
-        extra = w.closed.lagrange_solution[1][len(w.closed.closure.kept) :]
+        extra = w.closed.lagrange_solution[1][len(w.closed.decisions.kept) :]
         for k, more in zip(w.prescribed.place, extra, strict=True):
             tau[k] = tau[k] + more
     return tau
@@ -123,7 +123,7 @@ def _velocities(w: Workspace) -> list[Expr]:
 
 
 def _normal_velocities(w: Workspace) -> list[Expr]:
-    partition, G, u = w.closed.closure.partition, w.closed.G(w.closed.differentiated), w.state.qd
+    partition, G, u = w.closed.decisions.partition, w.closed.G(w.closed.differentiated), w.state.qd
     result = [u[k] if k in partition.independent else w.graph.zero for k in range(w.state.n)]
     given = [-w.graph.total(row[k] * u[k] for k in partition.independent) for row in G]
     square = [[row[k] for k in partition.dependent] for row in G]

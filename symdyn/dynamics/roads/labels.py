@@ -44,8 +44,8 @@ def prescribed(w: Workspace) -> tuple[str, ...]:
 
 def kept_rows(w: Workspace) -> tuple[str, ...]:
     """Return a label for each row that closes loops, those that others imply left out."""
-    closure = w.closed.closure
-    return tuple(closure.names[k] for k in closure.kept)
+    decisions = w.closed.decisions
+    return tuple(decisions.names[k] for k in decisions.kept)
 
 
 def joints(w: Workspace) -> tuple[str, ...]:

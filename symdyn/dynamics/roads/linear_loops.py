@@ -53,13 +53,13 @@ class LinearLoops:
     b: dict[int, Fraction] = field(hash=False)
 
 
-def linear_loops(numbers: Numbers, closure: LoopDecisions) -> LinearLoops | None:
+def linear_loops(numbers: Numbers, decisions: LoopDecisions) -> LinearLoops | None:
     """Return how the loops of a scene hold its dependent coordinates, None where not in constant proportion."""
     state, scene = numbers.state, numbers.scene
     if not scene.loops or scene.rows or led_velocities(scene) or state.rates != state.qd:
         return None
-    i, d = list(closure.partition.independent), list(closure.partition.dependent)
-    G = numbers.jacobian(np.array(closure.assembly.typical))
+    i, d = list(decisions.partition.independent), list(decisions.partition.dependent)
+    G = numbers.jacobian(np.array(decisions.assembly.typical))
     ratios = -np.linalg.lstsq(G[:, d], G[:, i], rcond=None)[0]
     simple = [[Fraction(float(x)).limit_denominator(LARGEST) for x in row] for row in ratios]
     if any(
@@ -68,9 +68,9 @@ def linear_loops(numbers: Numbers, closure: LoopDecisions) -> LinearLoops | None
         for y, x in zip(row, exact, strict=True)
     ):
         return None
-    q, A = np.array(closure.assembly.q), np.array([[float(x) for x in row] for row in simple]).reshape(len(d), len(i))
+    q, A = np.array(decisions.assembly.q), np.array([[float(x) for x in row] for row in simple]).reshape(len(d), len(i))
     b = q[d] - A @ q[i]
-    size = max(1.0, closure.assembly.length)
+    size = max(1.0, decisions.assembly.length)
     rng = random.Random(scene.name)
     for _ in range(TRIED):
         q[i] = [rng.uniform(-np.pi, np.pi) for _ in i]

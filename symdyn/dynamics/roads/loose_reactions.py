@@ -55,17 +55,17 @@ def unique_entries(w: Workspace, axes: str = "body") -> tuple[bool, ...]:
     """
     if not w.hanging.cuts:
         return ()
-    closure, numbers = w.closed.closure, w.closed.numbers
-    rank, count = len(closure.kept), len(closure.names)
+    decisions, numbers = w.closed.decisions, w.closed.numbers
+    rank, count = len(decisions.kept), len(decisions.names)
     if rank == count:
         return ()
-    hanging = Hanging(w.scene, numbers.tree, numbers.state, closure)  # on a graph of its own
+    hanging = Hanging(w.scene, numbers.tree, numbers.state, decisions)  # on a graph of its own
     sizes = [numbers.graph.symbol(f"size[{k}]") for k in range(count)]
     still = [nothing(numbers.graph)] * len(hanging.joints)
     R = with_loops(hanging, still, all_ties(hanging, whole=True), sizes, axes)
     loose = np.zeros(len(R), dtype=bool)
     rng = np.random.default_rng(1)
-    for place in map(np.array, closure.assembly.places):
+    for place in map(np.array, decisions.assembly.places):
         U, _, _ = np.linalg.svd(numbers.jacobian(place))
         drawn = U[:, rank:] @ rng.uniform(0.5, 1.5, count - rank)
         changed = np.abs(numbers.at(R, place, dict(zip(sizes, drawn.tolist(), strict=True))))

@@ -113,7 +113,7 @@ class Workspace:
         from symdyn.dynamics.reactions.hanging import Hanging  # with NumPy, which printing can do without
 
         closed = self.scene.is_closed
-        return Hanging(self.scene, self.tree, self.state, self.closed.closure if closed else None)
+        return Hanging(self.scene, self.tree, self.state, self.closed.decisions if closed else None)
 
     @cached_property
     def elastic(self) -> Elastic:

@@ -68,22 +68,22 @@ def held(w: Workspace) -> Held:
     Raises:
         DerivationError: the loops cannot be assembled.
     """
-    closure, labels = w.closed.closure, w.closed.recursive.labels
-    whole = closure.partition
+    decisions, labels = w.closed.decisions, w.closed.recursive.labels
+    whole = decisions.partition
     G, closing = w.closed.G(w.closed.recursive), []
     for block in whole.blocks:
-        rows = tuple(r for r in block.rows if labels[closure.kept[r]].closes)
+        rows = tuple(r for r in block.rows if labels[decisions.kept[r]].closes)
         used = tuple(k for k in block.velocities if any(not G[r][k].is_zero for r in rows))
         if rows:
             closing.append(block if rows == block.rows else Block(rows, used))
-    words = tuple((labels[k].owner, closure.names[k].partition(": ")[2]) for k in closure.kept)
+    words = tuple((labels[k].owner, decisions.names[k].partition(": ")[2]) for k in decisions.kept)
     return Held(
         whole.independent,
         _moved(w, closing),
         tuple(closing),
-        tuple(driven_velocities(w.scene)) if closure.driven else (),
+        tuple(driven_velocities(w.scene)) if decisions.driven else (),
         words,
-        "" if closure.driven else closure.fault,
+        "" if decisions.driven else decisions.fault,
     )
 
 
@@ -110,9 +110,9 @@ def _left_alone(w: Workspace, blocks: Sequence[Block]) -> set[int]:
     """Return the coordinates that no step of these blocks moves; none without blocks."""
     import numpy as np
 
-    numbers, closure = w.closed.numbers, w.closed.closure
-    at = np.array(closure.assembly.typical)
-    G = numbers.jacobian(at)[list(closure.kept)]
+    numbers, decisions = w.closed.numbers, w.closed.decisions
+    at = np.array(decisions.assembly.typical)
+    G = numbers.jacobian(at)[list(decisions.kept)]
     moved = np.zeros(len(at))
     for block in blocks:
         steps = np.linalg.pinv(G[np.ix_(block.rows, block.velocities)])
@@ -216,15 +216,15 @@ def _least(G: Sequence[Sequence[Expr]], b: Sequence[Expr]) -> list[Expr]:
 
 def _driving(w: Workspace, forces: list[Expr]) -> list[Function]:
     """Return inverse dynamics, at independent velocities where drives do not fit, and the multipliers."""
-    closure, reduced = w.closed.closure, w.closed.reduction
+    decisions, reduced = w.closed.decisions, w.closed.reduction
     try:
         functions = [derive_one(w, "inverse_dynamics")]
     except DerivationError:
         alone = dict(zip(reduced.independent, reduced.gathered(forces), strict=True))
         entries = [alone.get(k, w.graph.zero) for k in range(w.state.n)]
         functions = [function(w, "inverse_dynamics", "forces at independent velocities", entries, STATE)]
-    if closure.kept:
+    if decisions.kept:
         excess = [force - tau for force, tau in zip(forces, w.state.tau, strict=True)]
-        found = closed.multipliers(w.closed.G(w.closed.recursive), closure.partition, excess)
+        found = closed.multipliers(w.closed.G(w.closed.recursive), decisions.partition, excess)
         functions.append(function(w, "multipliers", "what loops and rows exert", found, (*STATE, "tau")))
     return functions
