@@ -38,7 +38,7 @@ def test_a_four_bars_torque_motion_and_reaction_near_its_change_point_too(case: 
     qd = np.array([number["qd"], number["coupler_rate"] - number["qd"], number["rocker_rate"]])
     qdd = np.array([number["qdd"], number["coupler_acc"] - number["qdd"], number["rocker_acc"]])
     scene = four_bar(*lengths, masses, tuple(repr(float(x)) for x in q))  # type: ignore[arg-type]
-    notes = Workspace(scene).closed.decisions.assembly.notes
+    notes = Workspace(scene).loops.decisions.assembly.notes
     inverse, forward, multipliers = lambdify(scene, ("inverse_dynamics", "forward_dynamics", "multipliers"))
 
     assert bool(notes) == str(case["name"]).startswith("near_change_point")
@@ -74,7 +74,7 @@ def test_n_four_bars_keep_their_energy_and_move_as_one_pendulum(n: int, singular
         energy = kinetic(q, u) + potential(q)
         if not singular:
             assert energy == pytest.approx(float(facts["E0"]), rel=1e-12)
-            some = Workspace(scene).closed.decisions.partition.independent if n < 10 else ()
+            some = Workspace(scene).loops.decisions.partition.independent if n < 10 else ()
             assert not some or velocities(q, u[list(some)]) == pytest.approx(u, rel=1e-9)
         expected = -c * 9.81 * np.cos(angle) / I
         assert forward(q, u, np.zeros(len(q))) == pytest.approx(_rates(expected, n), rel=1e-5 if singular else 1e-8)

@@ -29,7 +29,7 @@ def row_of(n: int) -> Scene:
 
 def test_a_parallelogram_holds_its_coordinates_in_proportion():
     w = Workspace(row_of(2))
-    loops = linear_loops(w.closed.numbers, w.closed.decisions)
+    loops = linear_loops(w.loops.numbers, w.loops.decisions)
 
     assert loops is not None
     assert len(loops.independent) == 1
@@ -38,14 +38,14 @@ def test_a_parallelogram_holds_its_coordinates_in_proportion():
 
 @pytest.mark.parametrize("template", ["four_bar", "slider_crank"])
 def test_other_loops_do_not(template):
-    closed = Workspace(read_text(starter("one", template))).closed
+    closed = Workspace(read_text(starter("one", template))).loops
 
     assert linear_loops(closed.numbers, closed.decisions) is None
 
 
 def test_away_from_change_points_it_is_the_forward_dynamics_of_everybody():
     w = Workspace(row_of(2))
-    loops = linear_loops(w.closed.numbers, w.closed.decisions)
+    loops = linear_loops(w.loops.numbers, w.loops.decisions)
     assert loops is not None
     (free,) = loops.independent
     values = {w.state.q[free]: 0.7, w.state.qd[free]: -1.3} | dict.fromkeys(w.state.tau, 0.4)

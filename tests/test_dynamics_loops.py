@@ -242,7 +242,7 @@ def test_baumgarte_pulls_a_loop_back() -> None:
     assert finding.verdict == PROVED
     assert "Baumgarte" in finding.claim
 
-    q = w.closed.decisions.assembly.q
+    q = w.loops.decisions.assembly.q
     off = np.array([q[0], q[1] + 0.01, q[2]])  # at rest, open: G qdd = -beta^2 r
     G, r = lambdify(scene, ("constraint_jacobian", "constraint_residual"))
     forward = run_python(emit(lower(derive(scene, ("forward_dynamics",), closing=closing)), "numpy")).forward_dynamics

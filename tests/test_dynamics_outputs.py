@@ -63,7 +63,7 @@ def test_every_row_says_what_it_is_where_loops_close(name: str) -> None:
     row, one = OUTPUTS[name], scene("four_bar")
     assert "in_loops" not in OPTIONAL
     assert row.in_loops in ("same", "own", "tree", "refuse")
-    assert row.closed.in_loops != "own"
+    assert row.where_closed.in_loops != "own"
     if row.in_loops == "refuse":
         with pytest.raises(DerivationError, match=f"{name} is about trees; loops or rows close four_bar"):
             entries(name, one)
@@ -188,7 +188,7 @@ def own(name: str) -> None:
     """A row of its own has other roads than that of trees, and other entries."""
     row = OUTPUTS[name]
     assert row.in_loops == "own", name
-    assert not set(row.roads.values()) & set(row.closed.roads.values()), name
+    assert not set(row.roads.values()) & set(row.where_closed.roads.values()), name
 
 
 def loops_only(name: str) -> None:
@@ -358,7 +358,7 @@ def test_each_road_is_derived_once_and_loops_are_closed_once(monkeypatch: pytest
 
     for name, row in OUTPUTS.items():
         roads_of = {way: counted(name, way, road) for way, road in row.roads.items()}
-        of_loops = {way: counted(name, f"closed {way}", road) for way, road in row.closed.roads.items()}
+        of_loops = {way: counted(name, f"closed {way}", road) for way, road in row.where_closed.roads.items()}
         own = row.own and replace(row.own, roads=of_loops)
         monkeypatch.setitem(OUTPUTS, name, replace(row, roads=roads_of, own=own))
     monkeypatch.setattr(loop_decisions, "close", closes)
@@ -387,7 +387,7 @@ def test_a_fault_in_any_one_road_fails_the_certificate(name: str, monkeypatch: p
     some = (two_link(), scene("four_bar"), led_four_bar(), scene("heavy_top"), scene("governor"))
     one = next(one for one in some if row.exists_in(one))
     assert certify(one, (request(name, one),)).passed
-    known = row.closed if one.is_closed else row
+    known = row.where_closed if one.is_closed else row
     for way in roads_of(request(name, one), one):
         wrong = {**known.roads, way: faulty(known.roads[way])}
         closed = replace(row, own=replace(row.own, roads=wrong)) if row.own and one.is_closed else None

@@ -84,7 +84,7 @@ def test_a_contact_that_leans_pushes_along_its_normal():
 @pytest.mark.parametrize("name", ["oblique_contact", "offset_rod"])
 def test_two_doors_tell_one_reaction(name):
     scene = found(name)
-    q = np.array(Workspace(scene).closed.decisions.assembly.q)
+    q = np.array(Workspace(scene).loops.decisions.assembly.q)
     inverse, forward, least = both_doors(scene, q)
 
     assert least.possible
@@ -124,7 +124,7 @@ def test_a_rolling_disc_has_reactions_at_natural_positions(yaw, lean):
 @pytest.mark.mends("3.2")
 def test_an_upright_bicycle_has_reactions():
     scene = symdyn.read(DATA / "bicycle.toml")
-    inverse, forward, least = both_doors(scene, np.array(Workspace(scene).closed.decisions.assembly.q))
+    inverse, forward, least = both_doors(scene, np.array(Workspace(scene).loops.decisions.assembly.q))
 
     assert least.possible
     assert least.unique.all()
@@ -139,7 +139,7 @@ def test_an_upright_bicycle_has_reactions():
 def test_two_motors_with_given_torques_determine_all_reactions():
     """Body c: pin, bearing and weight give it its acceleration."""
     scene = found("two_motors")
-    q = np.array(Workspace(scene).closed.decisions.assembly.q)
+    q = np.array(Workspace(scene).loops.decisions.assembly.q)
     q, u, a, tau = moving(scene, q)
     R = symdyn.lambdify(scene, "forward_reactions:ground")(q, u, tau)
 
@@ -166,7 +166,7 @@ def test_a_joint_that_turns_and_slides_on_one_coordinate_is_not_overconstrained(
 def test_a_body_that_loops_hold_bears_one_that_swings():
     """A ball at the ground that a hinge keeps from turning: only what hangs on it moves, by its weight."""
     scene = found("no_prescribed")
-    q = np.array(Workspace(scene).closed.decisions.assembly.q)
+    q = np.array(Workspace(scene).loops.decisions.assembly.q)
     a = symdyn.lambdify(scene, "forward_dynamics")(q, np.zeros(4), np.zeros(4))
     R = symdyn.lambdify(scene, "pose:b1")(q)[:, :3]
 
@@ -225,7 +225,7 @@ def test_independent_velocities_keep_the_order_that_was_asked_for():
 
     assert [str(s.value) for s in function.arguments[1].symbols] == names
     assert f"independent joint velocities: {', '.join(names)}" in function.arguments[1].text
-    q = np.array(Workspace(scene).closed.decisions.assembly.q)
+    q = np.array(Workspace(scene).loops.decisions.assembly.q)
     found = symdyn.lambdify(scene, "velocities", closing=LoopChoices(tuple(names)))(q, [1.0, 2.0, 3.0])
     assert [found[scene.velocities.index(name)] for name in names] == [1, 2, 3]
 

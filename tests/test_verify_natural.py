@@ -65,7 +65,7 @@ def test_natural_positions_are_closed_and_each_is_another():
     assert places["lean = 0"][4] == pytest.approx(0, abs=1e-12)
     assert places["lean = 0"][3] != 0
     for q in places.values():
-        assert np.abs(w.closed.numbers.residual(q)).max() < 1e-9
+        assert np.abs(w.loops.numbers.residual(q)).max() < 1e-9
 
 
 def test_rows_picked_beforehand_are_seen_at_natural_positions_and_nowhere_else(monkeypatch):
@@ -122,7 +122,7 @@ def test_a_position_without_forward_dynamics_is_told():
 def test_the_mask_is_that_of_the_null_space_in_every_axes():
     scene = scene_of("ball_in_a_plane")
     w = Workspace(scene)
-    q = np.array(w.closed.decisions.assembly.places[0])
+    q = np.array(w.loops.decisions.assembly.places[0])
 
     assert (unique_reactions(scene) == reactions_at(scene, q).unique).all()
     assert (~unique_reactions(scene, "ground")).sum(axis=1).tolist() == [3, 3, 3, 1]
@@ -151,7 +151,7 @@ def test_three_cranks_have_reactions_and_they_are_named():
     unique = unique_reactions(scene, "ground")
 
     assert not unique[:, :5].any()
-    q = np.array(Workspace(scene).closed.decisions.assembly.q)
+    q = np.array(Workspace(scene).loops.decisions.assembly.q)
     R = symdyn.lambdify(scene, "reactions")(q, np.zeros(4), np.zeros(4))
     assert np.isfinite(R).all()
 
@@ -168,7 +168,7 @@ def test_simulated_reactions_of_too_many_drives_are_those_of_the_drives(capsys):
 def test_digits_that_somebody_left_out_are_no_constraint():
     """Four digits of a position: the redundancy of the linkage, not that of the numbers."""
     w = Workspace(bricard())
-    exact = np.array(w.closed.decisions.assembly.places[0])
+    exact = np.array(w.loops.decisions.assembly.places[0])
     found = reactions_at(bricard(), np.round(exact, 4))
 
     assert found.redundancy == 1
@@ -199,7 +199,7 @@ def test_a_piston_that_starts_at_its_dead_centre_has_inverse_dynamics():
     scene = scene_of("dead_centre")
     w = Workspace(scene)
 
-    assert w.closed.decisions.driven is not None
+    assert w.loops.decisions.driven is not None
     assert derive(scene, ["inverse_dynamics"]).functions
 
 

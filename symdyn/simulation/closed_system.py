@@ -36,9 +36,9 @@ def corrections(w: Workspace, linear: LinearLoops | None) -> list[Function]:
         step = {k: values[w.state.q[k]] - w.state.q[k] for k in linear.dependent}
         fitted = {k: values[u[k]] for k in linear.dependent}
     else:
-        rows, partition = w.closed.recursive, w.closed.decisions.partition
-        G = w.closed.G(rows)
-        step = solve_dependent(G, partition, [-r for r in w.closed.residual(rows)]) if G else {}
+        rows, partition = w.loops.recursive, w.loops.decisions.partition
+        G = w.loops.G(rows)
+        step = solve_dependent(G, partition, [-r for r in w.loops.residual(rows)]) if G else {}
         moved = [-w.graph.total(row[k] * u[k] for k in partition.independent) for row in G]
         fitted = solve_dependent(G, partition, moved) if G else {}
     return [
@@ -50,15 +50,15 @@ def corrections(w: Workspace, linear: LinearLoops | None) -> list[Function]:
 
 def reach(w: Workspace) -> list[Expr]:
     """Return ∂u/∂u_i of the dependent velocities; nothing where there is no other choice."""
-    if not w.closed.motion.independent:
+    if not w.loops.motion.independent:
         return []
-    return [x for row in w.closed.reduction.T for x in row.values() if x is not w.graph.one]
+    return [x for row in w.loops.reduction.T for x in row.values() if x is not w.graph.one]
 
 
 def together(w: Workspace, tau: Sequence[Expr], power: Expr) -> Function | None:
     """Return the rates of a state by all rows at once; None where masses leave some acceleration open without them."""
     try:
-        found, _ = w.closed.together
+        found, _ = w.loops.together
     except DerivationError:
         return None
     accelerations = substitute(found, dict(zip(w.state.tau, tau, strict=True)))

@@ -386,7 +386,7 @@ def _written(
         if not linear:
             functions.append(function_of(w, "slopes", [G.entries[k] for k in filled], ("q",)))
             functions.append(function_of(w, "reach", reach(w), ("q",)))
-            dependent = tuple(w.closed.decisions.partition.dependent) if functions[-1].entries else ()
+            dependent = tuple(w.loops.decisions.partition.dependent) if functions[-1].entries else ()
     made = compiled(scene, w.graph, functions)
     mass = () if rows else derive_one(w, "mass_matrix").entries
     return StateEquations(

@@ -246,10 +246,10 @@ def _potential(lesson: Lesson, mass: Mass, potential: list[str]) -> list[Step]:
 
 
 def _springs(lesson: Lesson, potential: list[str]) -> Step:
-    closed = lesson.closed
+    forms = lesson.forms
     lesson.name("P:E", "P", "E", node=lesson.energy.E)
     potential.append("P:E")
-    form = closed.loads.energy(closed.compactor)
+    form = forms.loads.energy(forms.compactor)
     return Step("springs", lesson.say("springs"), (folded(lesson, Formula("P:E", form)),), lesson.say("springs.reason"))
 
 
@@ -257,7 +257,7 @@ def _springs(lesson: Lesson, potential: list[str]) -> Step:
 
 
 def _totals(lesson: Lesson, kinetic: list[str], potential: list[str]) -> list[Step]:
-    closed, energy = lesson.closed, lesson.energy
+    forms, energy = lesson.forms, lesson.energy
     lesson.name("K:", "K", node=energy.K)
     lesson.name("P:", "P", node=energy.P)
     lesson.name("L:", "L", node=lesson.L)
@@ -267,12 +267,12 @@ def _totals(lesson: Lesson, kinetic: list[str], potential: list[str]) -> list[St
         if parts != ZERO:
             total.append(Formula(f"{name}:", parts))
         if len(keys) != 1 or name == "K":
-            total.append(folded(lesson, Formula(f"{name}:", closed.form(name), lesson.number(name))))
+            total.append(folded(lesson, Formula(f"{name}:", forms.form(name), lesson.number(name))))
     steps = [Step("energies", lesson.say("energies"), tuple(total))]
-    negative = sum_of(_negated(term) for term in terms_of(closed.form("P")))
+    negative = sum_of(_negated(term) for term in terms_of(forms.form("P")))
     blocks: list[Block] = [
         Formula("L:", sum_of((Symbol("K:"), product_of((MINUS_ONE, Symbol("P:"))))), lesson.number("L.definition")),
-        folded(lesson, Formula("L:", sum_of((closed.form("K"), negative)), lesson.number("L"))),
+        folded(lesson, Formula("L:", sum_of((forms.form("K"), negative)), lesson.number("L"))),
     ]
     steps.append(Step("lagrangian", lesson.say("lagrangian"), tuple(blocks), reference="(5.23)"))
     return steps

@@ -47,7 +47,7 @@ def coefficient_unit(kind: str, indices: Sequence[int], slides: Sequence[bool]) 
 
 def name_coefficients(lesson: Lesson) -> Printable:
     """Name every coefficient, drive and generalized force, each with its value by Lagrange's road on the graph."""
-    page = printable(lesson.closed)
+    page = printable(lesson.forms)
     M = mass_matrix(lesson.energy)
     found = christoffel(M, lesson.energy.directions)
     k_C, k_D = found.coriolis(), found.centrifugal()
@@ -98,20 +98,20 @@ def _momentum(lesson: Lesson, i: int) -> Step:
 
 def _rate(lesson: Lesson, i: int) -> Step:
     """Return d/dt ∂L/∂q̇_i, and which term comes from the rate of which coordinate."""
-    closed, n = lesson.closed, lesson.state.n
+    forms, n = lesson.forms, lesson.state.n
     symbol = lesson.rate(f"dL:/d{lesson.state.qd[i].value}", lesson.momentum_rates[i])
     slopes = {
-        (j, k): closed.ring.derivative(closed.M[i][j], closed.state.q[k])
+        (j, k): forms.ring.derivative(forms.M[i][j], forms.state.q[k])
         for j in range(n)
         for k in range(n)
-        if closed.M[i][j]
+        if forms.M[i][j]
     }
-    terms = [product_of((_M(lesson, i, j), _qdd(lesson, j))) for j in range(n) if closed.M[i][j]]
+    terms = [product_of((_M(lesson, i, j), _qdd(lesson, j))) for j in range(n) if forms.M[i][j]]
     for j, k in [*combinations(range(n), 2), *((j, j) for j in range(n))]:
-        zero = closed.ring.zero
+        zero = forms.ring.zero
         total = slopes.get((j, k), zero) + (slopes.get((k, j), zero) if j != k else zero)
         if total:
-            terms.append(_signed(closed.compactor(total), *_rates(lesson, j, k)))
+            terms.append(_signed(forms.compactor(total), *_rates(lesson, j, k)))
     number = lesson.number(f"rate:{i + 1}")
     formula = folded(lesson, Formula(symbol.name, sum_of(terms), number))
     table = _origins(lesson, i, slopes)
@@ -122,9 +122,9 @@ def _rate(lesson: Lesson, i: int) -> Step:
 
 def _origins(lesson: Lesson, i: int, slopes: Mapping[tuple[int, int], Polynomial]) -> Values:
     """Return a table: each term of ∂L/∂q̇_i, by its coefficient's name, and what each rate makes of it."""
-    closed, rows = lesson.closed, []
+    forms, rows = lesson.forms, []
     for j in range(lesson.state.n):
-        if not closed.M[i][j]:
+        if not forms.M[i][j]:
             continue
         name = Symbol(f"k_z:{i + 1},{j + 1}")
         term = Words((product_of((name, _qd(lesson, j))),))
@@ -132,7 +132,7 @@ def _origins(lesson: Lesson, i: int, slopes: Mapping[tuple[int, int], Polynomial
         rows.append((term, Words((_qdd(lesson, j),)), accelerated))
         for k in range(lesson.state.n):
             if slopes[j, k]:
-                given = _signed(closed.compactor(slopes[j, k]), *_rates(lesson, j, k))
+                given = _signed(forms.compactor(slopes[j, k]), *_rates(lesson, j, k))
                 rows.append((term, Words((_qd(lesson, k),)), Words((given,))))
     head = (lesson.say("rate.term"), lesson.say("rate.from"), lesson.say("rate.gives"))
     return Values(head, tuple(rows))
@@ -145,19 +145,19 @@ def _rates(lesson: Lesson, j: int, k: int) -> list[Form]:
 
 def _slope(lesson: Lesson, i: int) -> Step:
     """Return ∂L/∂q_i = ½ Σ ∂k_z,jk/∂q_i q̇_j q̇_k - k_G,i - k_E,i."""
-    closed, n, q = lesson.closed, lesson.state.n, lesson.closed.state.q[i]
+    forms, n, q = lesson.forms, lesson.state.n, lesson.forms.state.q[i]
     symbol = lesson.slope("L:", str(q.value), lesson.slopes[i])
     terms: list[Form] = []
     for j in range(n):
         for k in range(j, n):
-            slope = closed.ring.derivative(closed.M[j][k], q)
+            slope = forms.ring.derivative(forms.M[j][k], q)
             if slope:
-                shown = closed.compactor(slope / 2 if j == k else slope)
+                shown = forms.compactor(slope / 2 if j == k else slope)
                 terms.append(_signed(shown, *_rates(lesson, j, k)))
     terms += [_signed(MINUS_ONE, term) for kind in ALONE for term in _alone(lesson, kind, i)]
     number = lesson.number(f"slope:{i + 1}")
     block = folded(lesson, Formula(symbol.name, sum_of(terms), number))
-    absent = not any(closed.ring.derivative(closed.M[j][k], q) for j in range(n) for k in range(n))
+    absent = not any(forms.ring.derivative(forms.M[j][k], q) for j in range(n) for k in range(n))
     reason = lesson.say("slope.absent" if absent else "slope.reason", q=Symbol(str(q.value)))
     claim = lesson.say("slope", slope=symbol)
     return Step(f"slope:{i + 1}", claim, (block,), reason, f"({number})" if number else "")
@@ -189,7 +189,7 @@ def _equation(lesson: Lesson, page: Printable, i: int) -> Step:
 
 
 def _M(lesson: Lesson, i: int, j: int) -> Form:
-    return lesson.closed.form("k_z", i, j)
+    return lesson.forms.form("k_z", i, j)
 
 
 def _qd(lesson: Lesson, j: int) -> Symbol:
@@ -203,7 +203,7 @@ def _qdd(lesson: Lesson, j: int) -> Symbol:
 def _alone(lesson: Lesson, kind: str, i: int) -> tuple[Form, ...]:
     if kind == "k_E" and not elastic(lesson.scene):
         return ()
-    return terms_of(lesson.closed.form(kind, i))
+    return terms_of(lesson.forms.form(kind, i))
 
 
 def _signed(form: Form, *rate: Form) -> Form:

@@ -25,7 +25,7 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
         DerivationError: the mechanism has constraints or no closed form.
     """
     lesson = Lesson(without_hidden_zeros(scene), language)
-    assert lesson.closed.n == lesson.state.n, "closed forms and graph have the same velocities"  # raises early
+    assert lesson.forms.n == lesson.state.n, "closed forms and graph have the same velocities"  # raises early
     lesson.numbers = numbers_for(lesson)
     found = lesson.masses
     chosen = choose_state(lesson.scene, lesson.state, lesson.graph)

@@ -129,7 +129,7 @@ class Lesson(Prose):
     # Derived once
 
     @cached_property
-    def closed(self) -> ClosedForm:
+    def forms(self) -> ClosedForm:
         """All coefficients in closed form; raises DerivationError where there are none."""
         return closed_form(self.scene)
 

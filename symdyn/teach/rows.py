@@ -70,7 +70,7 @@ def _geometry(page: Printable) -> set[str]:
     parts = [part for row in page.constraints.rows for part in (*row.G, row.residual) if part is not None]
     names = {name for part in parts for name in symbols_of(part)}
     if page.constraints.missing:
-        rows = Workspace(page.scene).closed.recursive
+        rows = Workspace(page.scene).loops.recursive
         nodes = reachable([*rows.residual, *(entry for row in rows.G for entry in row)])
         names |= {str(node.value) for node in nodes if node.op is Op.SYMBOL}
     return names

@@ -42,7 +42,7 @@ def _kept_closed(w: Workspace) -> Claim:
     qdd = entries(w, "forward_dynamics")
     left = tuple(_product(w, row, qdd) for row in _rows(w))
     if w.closing.alpha or w.closing.beta:
-        right = tuple(-one for one in w.closed.gamma(w.closed.recursive))
+        right = tuple(-one for one in w.loops.gamma(w.loops.recursive))
         return Claim("accelerations", "G qdd", "-Gdot qd - Baumgarte", left, right)
     return Claim("accelerations", "G qdd", "-Gdot qd", left, tuple(-one for one in entries(w, "constraint_bias")))
 
@@ -56,10 +56,10 @@ def _balance(w: Workspace) -> Claim:
 
 
 def _forward_of_inverse(w: Workspace) -> Claim | None:
-    free = len(w.closed.decisions.partition.independent)
+    free = len(w.loops.decisions.partition.independent)
     if (len(driven_velocities(w.scene)) or free) != free:
         return None
-    reduced = w.closed.motion
+    reduced = w.loops.motion
     qdd = reduced.spread([w.state.qdd[i] for i in reduced.independent])
     tau = substitute(entries(w, "inverse_dynamics"), dict(zip(w.state.qdd, qdd, strict=True)))
     back = substitute(entries(w, "forward_dynamics"), dict(zip(w.state.tau, tau, strict=True)))
@@ -67,7 +67,7 @@ def _forward_of_inverse(w: Workspace) -> Claim | None:
 
 
 def _inverse_of_forward(w: Workspace) -> Claim | None:
-    driven = driven_velocities(w.scene) or list(w.closed.decisions.partition.independent)
+    driven = driven_velocities(w.scene) or list(w.loops.decisions.partition.independent)
     passive = {tau: w.graph.zero for k, tau in enumerate(w.state.tau) if k not in driven}
     qdd = substitute(entries(w, "forward_dynamics"), passive)
     back = substitute(entries(w, "inverse_dynamics"), dict(zip(w.state.qdd, qdd, strict=True)))
@@ -78,7 +78,7 @@ def _inverse_of_forward(w: Workspace) -> Claim | None:
 
 def _power(w: Workspace) -> Claim:
     (K,), (P,), s = entries(w, "kinetic_energy"), entries(w, "potential_energy"), w.state
-    free = w.closed.decisions.partition.independent
+    free = w.loops.decisions.partition.independent
     allowed = dict(zip(s.qd, entries(w, "velocities"), strict=True))
     others = {qd: x for k, (qd, x) in enumerate(allowed.items()) if k not in free}
     moving = s.velocity | dict(zip(s.qd, entries(w, "forward_dynamics"), strict=True))

@@ -59,7 +59,7 @@ def _motion(w: Workspace) -> dict[Expr, Expr] | None:
 
     Else those that driving forces give; None where forward dynamics does not exist.
     """
-    if not w.scene.is_closed or len(undriven(w.scene)) == len(w.closed.decisions.kept):
+    if not w.scene.is_closed or len(undriven(w.scene)) == len(w.loops.decisions.kept):
         return {}
     passive = {w.state.tau[k]: w.graph.zero for k in undriven(w.scene)}
     try:

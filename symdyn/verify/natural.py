@@ -77,7 +77,7 @@ def natural_findings(w: Workspace, outputs: Sequence[str]) -> tuple[list[Finding
     finding, undefined = _forward(w, states)
     findings.append(finding)
     if undefined:
-        names = ", ".join(w.scene.velocities[k] for k in w.closed.decisions.partition.independent)
+        names = ", ".join(w.scene.velocities[k] for k in w.loops.decisions.partition.independent)
         notes.append(
             f"forward dynamics does not exist at {', '.join(undefined)}: there {names} do not determine the other "
             "velocities; choose others with --independent"
@@ -95,7 +95,7 @@ def natural_findings(w: Workspace, outputs: Sequence[str]) -> tuple[list[Finding
 
 def natural_places(w: Workspace) -> list[tuple[str, Array]]:
     """Return closed positions that are come to from natural ones, with their names, each once."""
-    numbers = w.closed.numbers
+    numbers = w.loops.numbers
     found: list[tuple[str, Array]] = []
     for where, guess, set_to in _guesses(w):
         for held in (set_to, []):  # as they were set, if the loops close so
@@ -113,7 +113,7 @@ def natural_places(w: Workspace) -> list[tuple[str, Array]]:
 
 def _guesses(w: Workspace) -> Iterator[tuple[str, Array, list[int]]]:
     """Yield the positions to begin with, and the velocities of the coordinates that were set."""
-    assembly, scene = w.closed.decisions.assembly, w.scene
+    assembly, scene = w.loops.decisions.assembly, w.scene
     units = coordinate_units(scene)
     angles = [k for k, unit in enumerate(units) if unit == "rad"]
 
@@ -146,7 +146,7 @@ def _states(w: Workspace, places: Sequence[tuple[str, Array]], forces: Mapping[i
         places: closed positions with their names.
         forces: driving forces by velocity; others are random.
     """
-    numbers, kept, n = w.closed.numbers, list(w.closed.decisions.kept), w.state.n
+    numbers, kept, n = w.loops.numbers, list(w.loops.decisions.kept), w.state.n
     entries = _entries(w)
     led, m = list(w.prescribed.place), len(kept)
     for number, (where, q) in enumerate(places):
@@ -175,12 +175,12 @@ def _entries(w: Workspace) -> list[Expr]:
     """Return the entries of M, h, γ and prescribed accelerations."""
     h = substitute(w.forces(list(w.state.qdd)), dict.fromkeys(w.state.qdd, w.graph.zero))
     M = [x for row in w.composite_mass for x in row]
-    return [*M, *h, *w.closed.gamma(w.closed.recursive), *w.prescribed.acceleration]
+    return [*M, *h, *w.loops.gamma(w.loops.recursive), *w.prescribed.acceleration]
 
 
 def _values(w: Workspace, q: Array, u: Array, tau: Array) -> dict[Expr, float]:
     """Return values of all symbols but the accelerations, at t = 0."""
-    values = w.closed.values(q.tolist()) | {w.graph.symbol(TIME): 0.0}
+    values = w.loops.values(q.tolist()) | {w.graph.symbol(TIME): 0.0}
     for symbols, numbers in ((w.state.qd, u), (w.state.tau, tau)):
         values |= dict(zip(symbols, numbers.tolist(), strict=True))
     return values
@@ -201,7 +201,7 @@ def _at(entries: Sequence[Expr], values: Mapping[Expr, float]) -> Array | None:
 def _forward(w: Workspace, states: Sequence[_State]) -> tuple[Finding, list[str]]:
     """Return how forward dynamics and multipliers stand, and at which positions they do not exist."""
     moved, multipliers = derive_one(w, "forward_dynamics").entries, derive_one(w, "multipliers").entries
-    pulled = w.closed.constraint_forces(multipliers)
+    pulled = w.loops.constraint_forces(multipliers)
     compared: list[str] = []
     undefined, wrong = [], []
     for state in states:
@@ -218,7 +218,7 @@ def _forward(w: Workspace, states: Sequence[_State]) -> tuple[Finding, list[str]
 def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> Finding:
     """Return how reactions stand: whether they meet (5.18), and exist where it has the rank that it has in general."""
     R = derive_one(w, name).entries
-    length, decisions = w.closed.decisions.assembly.length, w.closed.decisions
+    length, decisions = w.loops.decisions.assembly.length, w.loops.decisions
     forward = name == "forward_reactions"
     system = InNumbers(equilibrium(w.hanging, tau=w.state.tau if forward else None, whole=True))
     compared: list[str] = []

@@ -71,7 +71,7 @@ def closed_constraints(scene: Scene) -> ClosedConstraints:
     Raises:
         DerivationError: its loops cannot be assembled, so that nobody knows which rows are independent.
     """
-    decisions = Workspace(scene).closed.decisions
+    decisions = Workspace(scene).loops.decisions
     graph = Graph()
     for parameter in scene.parameters:
         graph.symbol(parameter.name)  # first, as in the closed forms of the coefficients

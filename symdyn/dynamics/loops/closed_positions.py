@@ -60,11 +60,11 @@ def positions(w: Workspace) -> list[Expr]:
         DerivationError: a loop is not of a kind that has a closed form here.
     """
     values: dict[Expr, Expr] = {}
-    kept, labels = w.closed.decisions.kept, w.closed.recursive.labels
+    kept, labels = w.loops.decisions.kept, w.loops.recursive.labels
     by_name = {cut.owner: cut for cut in cuts(w.scene, w.graph) if cut.joint}
-    if any(q not in w.state.q for q in w.closed.coordinates) or w.state.n != len(w.state.q):
+    if any(q not in w.state.q for q in w.loops.coordinates) or w.state.n != len(w.state.q):
         raise _none(w, "a joint of it is described by a quaternion")
-    for block in w.closed.decisions.partition.blocks:
+    for block in w.loops.decisions.partition.blocks:
         rows = [labels[kept[r]] for r in block.rows]
         owners = {label.owner for label in rows}
         planar = len(block.rows) == 2 and len(owners) == 1 and all(one.loop and _is_force(one.wrench) for one in rows)
@@ -87,7 +87,7 @@ def _solve(w: Workspace, cut: Cut, block: Block, known: dict[Expr, Expr]) -> dic
     """Return the two coordinates of a block's velocities, with `known` ones put in."""
     unknowns, ways, z = _way_round(w, w.tree, cut, block)
     d0, d1, d2 = (sub(way, scale(dot(way, z), z)) for way in ways)  # bodies may lie in planes one above the other
-    q = [w.closed.coordinates[one.velocity] for one in unknowns]
+    q = [w.loops.coordinates[one.velocity] for one in unknowns]
     first, second = unknowns
     candidates = [_with_sign(w.graph.constant(sign), first, second, d0, d1, d2, z) for sign in (1, -1)]
     settled = [tuple(substitute(pair, known)) for pair in candidates]
@@ -189,8 +189,8 @@ def _branch(w: Workspace, unknowns: Sequence[_Unknown], candidates: Sequence[tup
 
     Neither is where what moves leaves the plane, by a slide along the normal or on a line that is oblique.
     """
-    known = w.closed.values(w.closed.decisions.assembly.typical)
-    there = np.array([known[w.closed.coordinates[one.velocity]] for one in unknowns])
+    known = w.loops.values(w.loops.decisions.assembly.typical)
+    there = np.array([known[w.loops.coordinates[one.velocity]] for one in unknowns])
     slides = np.array([one.slides for one in unknowns])
 
     def off(pair: tuple[Expr, ...]) -> float:

@@ -69,8 +69,8 @@ def arguments(workspace: Workspace, names: Sequence[str]) -> tuple[Argument, ...
         text, spelled = ARGUMENTS[name]
         kinds, nodes = units if name == "q" else ["s"] if name == TIME else speeds, symbols.get(name)
         if nodes is None:  # of the independent velocities, or of the coordinates whose rates they are
-            independent = workspace.closed.decisions.partition.independent
-            whole = state.qd if name == "ui" else workspace.closed.coordinates
+            independent = workspace.loops.decisions.partition.independent
+            whole = state.qd if name == "ui" else workspace.loops.coordinates
             kinds, nodes = [speeds[k] for k in independent], tuple(whole[k] for k in independent)
             text = f"{text}: {', '.join(str(node.value) for node in nodes)}"
         entries = tuple(spelled[kind] for kind in kinds)

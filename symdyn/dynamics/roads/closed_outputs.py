@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.dynamics.loops import reduction as closed
+from symdyn.dynamics.loops import reduction
 from symdyn.dynamics.loops.partition import driven_velocities
 from symdyn.dynamics.mechanism.ldl import moves_no_mass
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
@@ -21,11 +21,11 @@ def forward(w: Workspace) -> list[Expr]:
     """Return u̇ by recursion."""
     refuse_ideal_friction(w.scene)
     _massive(w)
-    if w.closed.decisions.fails:
-        return w.closed.together[0]
-    reduced = w.closed.motion
+    if w.loops.decisions.fails:
+        return w.loops.together[0]
+    reduced = w.loops.motion
     rest = [tau - force for tau, force in zip(w.state.tau, w.forces(list(reduced.s)), strict=True)]
-    return closed.accelerations(reduced, w.composite_mass, rest)
+    return reduction.accelerations(reduced, w.composite_mass, rest)
 
 
 def _massive(w: Workspace) -> None:
@@ -34,11 +34,11 @@ def _massive(w: Workspace) -> None:
 
     from symdyn.algebra.numeric import Floats
 
-    reduced = w.closed.motion
+    reduced = w.loops.motion
     if not reduced.independent:
         return
     size = len(reduced.independent)
-    known = w.closed.values(w.closed.decisions.assembly.typical) | {w.graph.symbol(TIME): 0.0}
+    known = w.loops.values(w.loops.decisions.assembly.typical) | {w.graph.symbol(TIME): 0.0}
     entries = evaluate(flat(reduced.mass(w.composite_mass)), Floats(), known)
     mass = np.array(entries).reshape(size, size)
     values, vectors = np.linalg.eigh(mass)
@@ -50,22 +50,22 @@ def _massive(w: Workspace) -> None:
 
 def _lagrange_forward(w: Workspace) -> list[Expr]:
     refuse_ideal_friction(w.scene)
-    return w.closed.lagrange_solution[0]
+    return w.loops.lagrange_solution[0]
 
 
 def _lagrange_multipliers(w: Workspace) -> list[Expr]:
     refuse_ideal_friction(w.scene)
-    return w.closed.lagrange_solution[1][: len(w.closed.decisions.kept)]
+    return w.loops.lagrange_solution[1][: len(w.loops.decisions.kept)]
 
 
 def multipliers(w: Workspace) -> list[Expr]:
     """Return λ of the kept rows by recursion."""
-    if w.closed.decisions.fails:
+    if w.loops.decisions.fails:
         refuse_ideal_friction(w.scene)
-        return w.closed.together[1][: len(w.closed.decisions.kept)]
+        return w.loops.together[1][: len(w.loops.decisions.kept)]
     found = w.forces(w.once(forward))
     excess = [force - tau for force, tau in zip(found, w.state.tau, strict=True)]
-    return closed.multipliers(w.closed.G(w.closed.recursive), w.closed.decisions.partition, excess)
+    return reduction.multipliers(w.loops.G(w.loops.recursive), w.loops.decisions.partition, excess)
 
 
 def _drives(w: Workspace) -> list[Expr]:
@@ -73,7 +73,7 @@ def _drives(w: Workspace) -> list[Expr]:
     if not place:
         return tau
     forces, found = w.forces(w.once(forward)), w.once(multipliers)
-    pairs = list(zip(w.closed.G(w.closed.recursive), found, strict=True))
+    pairs = list(zip(w.loops.G(w.loops.recursive), found, strict=True))
     for k in place:
         tau[k] = forces[k] - w.graph.total(row[k] * x for row, x in pairs)
     return tau
@@ -82,7 +82,7 @@ def _drives(w: Workspace) -> list[Expr]:
 def _lagrange_drives(w: Workspace) -> list[Expr]:
     tau = list(w.state.tau)
     if w.prescribed.place:
-        extra = w.closed.lagrange_solution[1][len(w.closed.decisions.kept) :]
+        extra = w.loops.lagrange_solution[1][len(w.loops.decisions.kept) :]
         for k, more in zip(w.prescribed.place, extra, strict=True):
             tau[k] = tau[k] + more
     return tau
@@ -92,22 +92,22 @@ def _lagrange_drives(w: Workspace) -> list[Expr]:
 
 
 def _inverse(w: Workspace) -> list[Expr]:
-    partition, G = w.closed.driven, w.closed.G(w.closed.recursive)
+    partition, G = w.loops.driven, w.loops.G(w.loops.recursive)
     forces = w.forces(list(w.state.qdd))
-    carried = closed.solve_transposed(G, partition, forces)
+    carried = reduction.solve_transposed(G, partition, forces)
     return _at_drives(w, forces, G, carried)
 
 
 def _lagrange_inverse(w: Workspace) -> list[Expr]:
-    partition, G, forces = w.closed.driven, w.closed.G(w.closed.differentiated), w.closed.lagrange_forces
+    partition, G, forces = w.loops.driven, w.loops.G(w.loops.differentiated), w.loops.lagrange_forces
     transposed = [[row[k] for row in G] for k in partition.dependent]
-    carried = closed.solve_normal(transposed, [forces[k] for k in partition.dependent]) if G else []
+    carried = reduction.solve_normal(transposed, [forces[k] for k in partition.dependent]) if G else []
     return _at_drives(w, forces, G, carried)
 
 
 def _at_drives(w: Workspace, forces: list[Expr], G: list[list[Expr]], carried: list[Expr]) -> list[Expr]:
     """Return f - Gᵀ λ at the driven velocities, zero at the passive ones; without any drive, at independent ones."""
-    driven = driven_velocities(w.scene) or list(w.closed.driven.independent)
+    driven = driven_velocities(w.scene) or list(w.loops.driven.independent)
     tau = [w.graph.zero] * w.state.n
     for k in driven:
         tau[k] = forces[k] - w.graph.total(row[k] * x for row, x in zip(G, carried, strict=True))
@@ -118,16 +118,16 @@ def _at_drives(w: Workspace, forces: list[Expr], G: list[list[Expr]], carried: l
 
 
 def _velocities(w: Workspace) -> list[Expr]:
-    T = w.closed.reduction.T
+    T = w.loops.reduction.T
     return [w.graph.total(t * w.state.qd[i] for i, t in row.items()) for row in T]
 
 
 def _normal_velocities(w: Workspace) -> list[Expr]:
-    partition, G, u = w.closed.decisions.partition, w.closed.G(w.closed.differentiated), w.state.qd
+    partition, G, u = w.loops.decisions.partition, w.loops.G(w.loops.differentiated), w.state.qd
     result = [u[k] if k in partition.independent else w.graph.zero for k in range(w.state.n)]
     given = [-w.graph.total(row[k] * u[k] for k in partition.independent) for row in G]
     square = [[row[k] for k in partition.dependent] for row in G]
-    for k, value in zip(partition.dependent, closed.solve_normal(square, given) if G else [], strict=True):
+    for k, value in zip(partition.dependent, reduction.solve_normal(square, given) if G else [], strict=True):
         result[k] = value
     return result
 
@@ -158,8 +158,8 @@ OF_LOOPS: dict[str, Output] = {
         "m or 1",
         "same",
         {
-            "recursive": Road(lambda w: w.closed.residual(w.closed.recursive)),
-            "differentiation": by_differentiation(lambda w: w.closed.residual(w.closed.differentiated)),
+            "recursive": Road(lambda w: w.loops.residual(w.loops.recursive)),
+            "differentiation": by_differentiation(lambda w: w.loops.residual(w.loops.differentiated)),
         },
         loops_only=True,
         lacks="told",
@@ -172,8 +172,8 @@ OF_LOOPS: dict[str, Output] = {
         "m or 1",
         "same",
         {
-            "recursive": Road(lambda w: flat(w.closed.G(w.closed.recursive))),
-            "differentiation": by_differentiation(lambda w: flat(w.closed.G(w.closed.differentiated))),
+            "recursive": Road(lambda w: flat(w.loops.G(w.loops.recursive))),
+            "differentiation": by_differentiation(lambda w: flat(w.loops.G(w.loops.differentiated))),
         },
         loops_only=True,
         lacks="told",
@@ -186,8 +186,8 @@ OF_LOOPS: dict[str, Output] = {
         "m/s^2 or 1/s^2",
         "same",
         {
-            "recursive": Road(lambda w: w.closed.bias(w.closed.recursive)),
-            "differentiation": by_differentiation(lambda w: w.closed.bias(w.closed.differentiated)),
+            "recursive": Road(lambda w: w.loops.bias(w.loops.recursive)),
+            "differentiation": by_differentiation(lambda w: w.loops.bias(w.loops.differentiated)),
         },
         loops_only=True,
         lacks="told",
@@ -202,7 +202,7 @@ OF_LOOPS: dict[str, Output] = {
         "same",
         {"crba": Road(multipliers), "lagrange": by_lagrange(_lagrange_multipliers)},
         depends=("independent", "alpha", "beta"),
-        compared=("G^T multipliers", lambda w, found: w.closed.constraint_forces(found)),
+        compared=("G^T multipliers", lambda w, found: w.loops.constraint_forces(found)),
         loops_only=True,
         lacks="told",
     ),
@@ -215,7 +215,7 @@ OF_LOOPS: dict[str, Output] = {
         "same",
         {
             "rnea": Road(lambda w: w.forces(list(w.state.qdd))),
-            "lagrange": by_lagrange(lambda w: w.closed.lagrange_forces),
+            "lagrange": by_lagrange(lambda w: w.loops.lagrange_forces),
         },
         loops_only=True,
     ),

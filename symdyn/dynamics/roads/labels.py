@@ -44,7 +44,7 @@ def prescribed(w: Workspace) -> tuple[str, ...]:
 
 def kept_rows(w: Workspace) -> tuple[str, ...]:
     """Return a label for each row that closes loops, those that others imply left out."""
-    decisions = w.closed.decisions
+    decisions = w.loops.decisions
     return tuple(decisions.names[k] for k in decisions.kept)
 
 

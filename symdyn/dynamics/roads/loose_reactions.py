@@ -55,7 +55,7 @@ def unique_entries(w: Workspace, axes: str = "body") -> tuple[bool, ...]:
     """
     if not w.hanging.cuts:
         return ()
-    decisions, numbers = w.closed.decisions, w.closed.numbers
+    decisions, numbers = w.loops.decisions, w.loops.numbers
     rank, count = len(decisions.kept), len(decisions.names)
     if rank == count:
         return ()

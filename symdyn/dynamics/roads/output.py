@@ -134,7 +134,7 @@ class Output:
         return fits and self.exists(scene)
 
     @property
-    def closed(self) -> Output:
+    def where_closed(self) -> Output:
         """The row of scenes with loops or rows."""
         if self.own is None:
             return self

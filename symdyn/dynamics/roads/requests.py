@@ -32,7 +32,7 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
         raise DerivationError(f"{name} is about closed loops and rows, of which {scene.name} has none")
     if row.in_loops == "refuse" and scene.is_closed:
         raise DerivationError(f"{name} is about trees; loops or rows close {scene.name}")
-    return row.closed if scene.is_closed else row, place
+    return row.where_closed if scene.is_closed else row, place
 
 
 def roads_of(request: str, scene: Scene | None = None) -> tuple[str, ...]:

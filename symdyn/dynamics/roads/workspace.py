@@ -69,7 +69,7 @@ class Workspace:
         return prescribed(self.scene, self.graph)
 
     @cached_property
-    def closed(self) -> LoopWorkspace:
+    def loops(self) -> LoopWorkspace:
         """Rows of the loops, and what is decided about them."""
         return LoopWorkspace(self)
 
@@ -113,7 +113,7 @@ class Workspace:
         from symdyn.dynamics.reactions.hanging import Hanging  # with NumPy, which printing can do without
 
         closed = self.scene.is_closed
-        return Hanging(self.scene, self.tree, self.state, self.closed.decisions if closed else None)
+        return Hanging(self.scene, self.tree, self.state, self.loops.decisions if closed else None)
 
     @cached_property
     def elastic(self) -> Elastic:

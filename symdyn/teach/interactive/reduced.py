@@ -15,9 +15,8 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from symdyn.dynamics import Function, Workspace
-from symdyn.dynamics.loops import reduction as closed
 from symdyn.dynamics.loops.partition import Block, driven_velocities
-from symdyn.dynamics.loops.reduction import Reduction
+from symdyn.dynamics.loops.reduction import Reduction, multipliers, solve_square
 from symdyn.dynamics.mechanism.ldl import solve
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.roads.derive import derive_one
@@ -68,9 +67,9 @@ def held(w: Workspace) -> Held:
     Raises:
         DerivationError: the loops cannot be assembled.
     """
-    decisions, labels = w.closed.decisions, w.closed.recursive.labels
+    decisions, labels = w.loops.decisions, w.loops.recursive.labels
     whole = decisions.partition
-    G, closing = w.closed.G(w.closed.recursive), []
+    G, closing = w.loops.G(w.loops.recursive), []
     for block in whole.blocks:
         rows = tuple(r for r in block.rows if labels[decisions.kept[r]].closes)
         used = tuple(k for k in block.velocities if any(not G[r][k].is_zero for r in rows))
@@ -110,7 +109,7 @@ def _left_alone(w: Workspace, blocks: Sequence[Block]) -> set[int]:
     """Return the coordinates that no step of these blocks moves; none without blocks."""
     import numpy as np
 
-    numbers, decisions = w.closed.numbers, w.closed.decisions
+    numbers, decisions = w.loops.numbers, w.loops.decisions
     at = np.array(decisions.assembly.typical)
     G = numbers.jacobian(at)[list(decisions.kept)]
     moved = np.zeros(len(at))
@@ -133,7 +132,7 @@ def reduced_functions(w: Workspace, tied: Held) -> list[Function]:
     "inverse_dynamics" and, of (q, qd, qdd, tau), "multipliers". A motion passes positions at which a partition is
     singular, so it is kept on the loops by "nearest" velocities, (1 - G⁺ G) u, and "shortest" steps, -G⁺ r.
     """
-    reduced, M, size = w.closed.reduction, w.composite_mass, len(tied.velocities)
+    reduced, M, size = w.loops.reduction, w.composite_mass, len(tied.velocities)
     forces = w.forces(list(w.state.qdd))
     square, C, D = [x for row in reduced.mass(M) for x in row], *_velocity_coefficients(w, reduced)
     rows = [
@@ -167,14 +166,14 @@ def _velocity_coefficients(w: Workspace, reduced: Reduction) -> tuple[list[Expr]
 
 def _fitting(w: Workspace, tied: Held) -> list[Function]:
     """Return what makes a state fit the loops and rows."""
-    reduced, zero, rows = w.closed.reduction, w.graph.zero, w.closed.recursive
+    reduced, zero, rows = w.loops.reduction, w.graph.zero, w.loops.recursive
     rates = [w.graph.total(t * w.state.qd[i] for i, t in row.items()) for row in reduced.T]
     bent = reduced.spread([w.state.qdd[i] for i in reduced.independent])
     functions = [
         function(w, "fitted_velocities", "velocities that the loops allow", rates, ("q", "qd")),
         function(w, "fitted_accelerations", "accelerations that the loops allow", bent, STATE),
     ]
-    G, residual = w.closed.G(rows), w.closed.residual(rows)
+    G, residual = w.loops.G(rows), w.loops.residual(rows)
     if G:
         off = [w.graph.total(x * u for x, u in zip(row, w.state.qd, strict=True)) for row in G]
         nearest = [u + x for u, x in zip(w.state.qd, _least(G, off), strict=True)]
@@ -201,7 +200,7 @@ def _taken_back(G: Sequence[Sequence[Expr]], tied: Held, b: Sequence[Expr]) -> d
         rest = [b[r] - b[r].graph.total(G[r][k] * x[k] for k in x) for r in block.rows]
         matrix = [[G[r][k] for k in block.velocities] for r in block.rows]
         square = len(block.rows) == len(block.velocities)
-        found = closed.solve_square(matrix, rest) if square else _least(matrix, [-one for one in rest])
+        found = solve_square(matrix, rest) if square else _least(matrix, [-one for one in rest])
         x |= dict(zip(block.velocities, found, strict=True))
     return x
 
@@ -216,7 +215,7 @@ def _least(G: Sequence[Sequence[Expr]], b: Sequence[Expr]) -> list[Expr]:
 
 def _driving(w: Workspace, forces: list[Expr]) -> list[Function]:
     """Return inverse dynamics, at independent velocities where drives do not fit, and the multipliers."""
-    decisions, reduced = w.closed.decisions, w.closed.reduction
+    decisions, reduced = w.loops.decisions, w.loops.reduction
     try:
         functions = [derive_one(w, "inverse_dynamics")]
     except DerivationError:
@@ -225,6 +224,6 @@ def _driving(w: Workspace, forces: list[Expr]) -> list[Function]:
         functions = [function(w, "inverse_dynamics", "forces at independent velocities", entries, STATE)]
     if decisions.kept:
         excess = [force - tau for force, tau in zip(forces, w.state.tau, strict=True)]
-        found = closed.multipliers(w.closed.G(w.closed.recursive), decisions.partition, excess)
+        found = multipliers(w.loops.G(w.loops.recursive), decisions.partition, excess)
         functions.append(function(w, "multipliers", "what loops and rows exert", found, (*STATE, "tau")))
     return functions
