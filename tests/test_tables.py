@@ -22,7 +22,7 @@ from symdyn.emit.code.real import REALS
 from symdyn.graph import ARITY, FUNCTIONS, Op
 from symdyn.graph.differentiate import PARTIALS
 from symdyn.graph.ops import LEAVES
-from symdyn.scene import JOINTS
+from symdyn.scene import FORCES, JOINTS
 from symdyn.scene.joint_table import freedoms
 from symdyn.scene.table import Entry
 from symdyn.scene.turning import turned
@@ -97,4 +97,15 @@ def test_nobody_asks_for_a_target_by_its_name():
             compared = isinstance(node, ast.Compare) and "target" in ast.unparse(node.left)
             words = [one.value for one in ast.walk(node) if isinstance(one, ast.Constant)] if called or compared else []
             asked += [f"{path.name}:{node.lineno}: {word}" for word in words if word in TARGETS]
+    assert asked == []
+
+
+def test_nobody_asks_for_a_joint_type_or_a_force_by_its_name():
+    asked = []
+    for path in sorted(Path(symdyn.__file__).parent.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            left = ast.unparse(node.left) if isinstance(node, ast.Compare) else ""
+            if left.endswith((".type", ".kind")) and left != "mark.kind":  # pages draw a load by a mark of that name
+                words = [one.value for one in ast.walk(node) if isinstance(one, ast.Constant)]
+                asked += [f"{path.name}:{node.lineno}: {word}" for word in words if word in JOINTS or word in FORCES]
     assert asked == []
