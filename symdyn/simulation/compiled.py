@@ -36,13 +36,11 @@ class Compiled:
         program: the functions of states and parameters.
         prepared: the same of states and prepared values; what is compiled.
         calls: its functions by name, batches too.
-        fast: whether they are C.
     """
 
     program: Program
     prepared: Program
     calls: Calls = field(repr=False)
-    fast: bool
 
     def values(self, parameters: Mapping[str, float]) -> Array:
         """Return the prepared values, shape (K,), of the parameters by name.
@@ -81,8 +79,7 @@ def compiled(scene: Scene, graph: Graph, functions: Sequence[Function]) -> Compi
     prepared = prepare(program)
     if is_prepared(prepared) and not prepared[PREPARE].function.entries:  # nothing depends on what is free
         return compiled(scene, graph, [_without_parameters(one) for one in functions])
-    calls, fast = load_program(prepared, lean=True)
-    return Compiled(program, prepared, calls, fast)
+    return Compiled(program, prepared, load_program(prepared, lean=True)[0])
 
 
 def requested(scene: Opened, requests: tuple[str, ...], decisions: Hashable = None) -> Compiled:

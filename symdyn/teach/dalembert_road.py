@@ -7,7 +7,7 @@ from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE
 from symdyn.scene import Scene
 from symdyn.teach.balance import Balance
 from symdyn.teach.bodies import body_steps
-from symdyn.teach.document import Block, Document, Section, Step, Values, Words
+from symdyn.teach.document import Block, Document, Step, Values, Words
 from symdyn.teach.loops import loop_steps
 from symdyn.teach.notation import acting_steps, leader, notation_step, scene_step
 from symdyn.teach.numbers import scene_picture, state_step
@@ -28,24 +28,20 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "road
     shown = scene_step(lesson, scene_picture(lesson, chosen))
     first = [shown, *acting_steps(lesson), notation_step(lesson), _unknown_table(lesson)]
     sections = [
-        Section("scene", lesson.text("section.scene"), tuple(first)),
-        _section(lesson, "count", [_count(lesson), *loop_steps(lesson)]),
+        lesson.section("scene", first),
+        lesson.section("count", [_count(lesson), *loop_steps(lesson)]),
     ]
     last = STAGES.index(until)
     if last >= 1:
         steps = [step for j in range(len(lesson.scene.bodies)) for step in body_steps(lesson, j, chosen)]
-        sections.append(_section(lesson, "bodies", steps))
+        sections.append(lesson.section("bodies", steps))
     if last >= 2:
         steps = [*solved_steps(lesson), state_step(lesson, chosen), numbers_step(lesson, chosen)]
-        sections.append(_section(lesson, "reactions", steps))
+        sections.append(lesson.section("reactions", steps))
     if last >= 3 and (proof := roads_step(lesson, chosen)) is not None:
-        sections.append(_section(lesson, "roads", [proof]))
+        sections.append(lesson.section("roads", [proof]))
     title = lesson.text("title.dalembert", scene=lesson.scene.name)
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections), "dalembert")
-
-
-def _section(lesson: Balance, key: str, steps: list[Step]) -> Section:
-    return Section(key, lesson.text(f"section.{key}"), tuple(steps))
 
 
 def _unknown_table(lesson: Balance) -> Step:

@@ -30,41 +30,36 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     found = lesson.masses
     chosen = choose_state(lesson.scene, lesson.state, lesson.graph)
     sections = [
-        _section(
-            lesson,
+        lesson.section(
             "scene",
             [scene_step(lesson, scene_picture(lesson, chosen)), *acting_steps(lesson), notation_step(lesson)],
         ),
-        _section(lesson, "positions", position_steps(lesson, found)),
-        _section(lesson, "velocities", velocity_steps(lesson, found)),
+        lesson.section("positions", position_steps(lesson, found)),
+        lesson.section("velocities", velocity_steps(lesson, found)),
     ]
     *energies, lagrangian = energy_steps(lesson, found)
-    sections.append(_section(lesson, "energies", energies))
+    sections.append(lesson.section("energies", energies))
     last = UNTIL.index(until)
     if last >= 1:
-        sections.append(_section(lesson, "lagrangian", [lagrangian]))
+        sections.append(lesson.section("lagrangian", [lagrangian]))
     if last >= 2:
         page = name_coefficients(lesson)
-        sections.append(_section(lesson, "equations", equation_steps(lesson, page)))
+        sections.append(lesson.section("equations", equation_steps(lesson, page)))
     if last >= 3:
         steps = coefficient_steps(lesson, page)
         meanings = meaning_steps(lesson, page, found)
         shown = weights_picture(lesson, chosen, found)
         if shown is not None:
             meanings = _with_picture(meanings, shown)
-        sections.append(_section(lesson, "coefficients", [*steps, *meanings]))
+        sections.append(lesson.section("coefficients", [*steps, *meanings]))
     if last >= 4:
         steps = number_steps(lesson, page, chosen)
         steps += [equilibrium_step(lesson, chosen), power_step(lesson, page, chosen)]
-        sections.append(_section(lesson, "numbers", steps))
+        sections.append(lesson.section("numbers", steps))
     if lesson.numbers:
         sections = [_with_errata(lesson, section, chosen) for section in sections]
     title = lesson.text("title", scene=scene.name)
     return Document(title, language, lesson.scene, lesson.graph, lesson.names, tuple(sections))
-
-
-def _section(lesson: Lesson, key: str, steps: list[Step]) -> Section:
-    return Section(key, lesson.text(f"section.{key}"), tuple(steps))
 
 
 def _with_picture(steps: list[Step], shown: Block) -> list[Step]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -20,7 +20,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
 from symdyn.scene import JOINTS, Joint, Scene
 from symdyn.spatial import Transform
-from symdyn.teach.document import Words
+from symdyn.teach.document import Section, Step, Words
 from symdyn.teach.languages import LANGUAGES, fill
 from symdyn.teach.looks import Letter, Name, Rate, Slope
 from symdyn.teach.masses import Mass, masses
@@ -99,6 +99,10 @@ class Prose:
     def text(self, key: str, **places: str) -> str:
         """Return prose without formulas."""
         return "".join(str(part) for part in self.say(key, **places).parts)
+
+    def section(self, key: str, steps: Sequence[Step]) -> Section:
+        """Return steps under their heading."""
+        return Section(key, self.text(f"section.{key}"), tuple(steps))
 
 
 @dataclass

@@ -14,7 +14,7 @@ from symdyn.scene.joints.blocks import towards, unit
 from symdyn.scene.joints.kind import Forbids
 from symdyn.scene.model import Joint
 from symdyn.scene.quantity import Vector
-from symdyn.spatial import Transform, Vec, Wrench, add, apply, cross, dot, scale, transpose, zero_vector
+from symdyn.spatial import Transform, Vec, Wrench, add, apply, cross, dot, identity, scale, transpose, zero_vector
 
 
 def forbidding(shifts: str, turns: str = "none") -> Forbids:
@@ -63,8 +63,7 @@ def moments(*along: Vec) -> tuple[Wrench, ...]:
 
 def everywhere(graph: Graph) -> tuple[Vec, Vec, Vec]:
     """Return the axes of the joint frame."""
-    one, zero = graph.one, graph.zero
-    return ((one, zero, zero), (zero, one, zero), (zero, zero, one))
+    return identity(graph)
 
 
 def offsets(X: Transform, *along: Vec) -> tuple[Expr, ...]:
