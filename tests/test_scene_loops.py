@@ -263,6 +263,11 @@ def test_a_mistake_in_a_loop_is_named(keys, expected, tmp_path):
     assert expected in faults(f"{TREE}\n[[loop]]\n{keys}\n", tmp_path)
 
 
+def test_nothing_is_asked_of_a_joint_that_closes_no_loop(tmp_path):
+    (message,) = faults(f'{TREE}\n[[loop]]\ntype = "custom"\nparent = "ground"\nchild = "rocker"\n', tmp_path)
+    assert "closes no loop" in message
+
+
 def test_a_loop_that_is_no_list_is_refused(tmp_path):
     text = "loop is {x = 1}, not a list of tables; write one [[loop]] and its keys below for each"
     assert text.replace("loop is", "loop: is", 1) in faults(f"loop = {{ x = 1 }}\n{TREE}", tmp_path)

@@ -58,7 +58,8 @@ def read_joints(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
     mimics: list[Mimic | None] = []
     nq = nv = 0
     for table in tables:
-        placed = _placed(table, _type(table))
+        kind = _type(table)
+        placed = _placed(table, kind, _shape(table, kind))
         mimics.append(read_mimic(table) if JOINTS[placed.type].velocities(placed) else None)
         joints.append(_joint(table, placed, nq, nv, mimics[-1] is not None))
         nq, nv = nq + len(joints[-1].coordinates), nv + len(joints[-1].rates)
@@ -66,12 +67,13 @@ def read_joints(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
 
 
 def read_loops(entries: Sequence[Entry], faults: Faults) -> tuple[Joint, ...]:
-    """Return the joints that close loops."""
+    """Return the joints that close loops; what is asked of a type that closes none would be advice for nothing."""
     loops = []
     for entry in entries:
         table = Table(entry, faults, _joint_keys())
         _refuse(table, (*OWN_KEYS, *RATE_KEYS, *LOCK_KEYS), "a joint that closes a loop")
-        loops.append(_placed(table, _type(table)))
+        kind = _type(table)
+        loops.append(_placed(table, kind, () if JOINTS[kind].forbids is None else _shape(table, kind)))
     return tuple(loops)
 
 
@@ -101,14 +103,14 @@ def _type(table: Table) -> str:
     return STAND_IN
 
 
-def _placed(table: Table, kind: str) -> Joint:
+def _placed(table: Table, kind: str, shape: tuple[tuple[str, Any], ...]) -> Joint:
     """Return a joint of its type and frames, without coordinates."""
     return Joint(
         name=table.entry.name,
         type=kind,
         parent=table.required("parent", 'write the body that carries it, or "ground"'),
         child=table.required("child", "write the body that it carries"),
-        shape=_shape(table, kind),
+        shape=shape,
         origin=table.pose("origin"),
         tip=table.pose("tip"),
     )
