@@ -16,7 +16,7 @@ from fractions import Fraction
 
 from symdyn.graph import Op
 from symdyn.scene import Body, Joint, Parameter, Particle, Pose, Quantity, Scene, number, symbol
-from symdyn.scene.quantity import PI, ZERO
+from symdyn.scene.values.quantity import PI, ZERO
 
 QUARTER = Quantity(Op.MUL, (number(Fraction(1, 2)), PI))
 ENTRIES = ("xx", "yy", "zz", "xy", "xz", "yz")

@@ -20,8 +20,8 @@ from sympy.physics.mechanics import (
 )
 
 from symdyn.scene import Scene
-from symdyn.scene.quantity import ZERO
-from symdyn.scene.value import value_of
+from symdyn.scene.values.quantity import ZERO
+from symdyn.scene.values.value import value_of
 
 AXES = {"x": 0, "y": 1, "z": 2}
 

@@ -22,8 +22,8 @@ from symdyn.emit import emit
 from symdyn.errors import SceneError
 from symdyn.program import lower
 from symdyn.scene import Scene
+from symdyn.scene.declaration.reader import ReadOptions
 from symdyn.scene.formats.urdf import read
-from symdyn.scene.reader import ReadOptions
 
 T = TypeVar("T")
 

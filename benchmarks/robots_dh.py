@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from symdyn.scene import Scene, dh_table, scene, with_symbolic_inertia
-from symdyn.scene.quantity import ZERO
+from symdyn.scene.values.quantity import ZERO
 
 RIGHT, LEFT = "pi/2", "-pi/2"
 

@@ -7,8 +7,8 @@ from fractions import Fraction
 from mechanisms import shape
 
 from symdyn.scene import Body, Joint, Parameter, Particle, Pose, Quantity, Scene, number, symbol
-from symdyn.scene.quantity import ONE, ZERO, Vector
-from symdyn.scene.table import compose
+from symdyn.scene.values.quantity import ONE, ZERO, Vector
+from symdyn.scene.values.table import compose
 
 HINGE = shape("revolute")
 HERE = Pose()
@@ -144,7 +144,7 @@ def rssr() -> Scene:
 
 def bricard() -> Scene:
     """Bricard's orthogonal linkage: six bars of unit length, six right twists, one freedom where (5.20) counts none."""
-    from symdyn.scene.quantity import PI
+    from symdyn.scene.values.quantity import PI
 
     quarter = number(Fraction(1, 2)) * PI
     step = [Pose((("Tx", ONE), ("Rx", quarter if k % 2 == 0 else number(-1) * quarter))) for k in range(6)]

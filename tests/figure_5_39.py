@@ -17,7 +17,7 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Body, Joint, Load, Place, Scene, number, parse
-from symdyn.scene.table import compose
+from symdyn.scene.values.table import compose
 from symdyn.spatial import Transform
 from symdyn.verify.equality import PROVED, Claim, prove
 from symdyn.verify.quaternions import on_unit_sphere

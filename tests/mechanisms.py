@@ -23,12 +23,12 @@ from symdyn.scene import (
     Quantity,
     Scene,
     Spring,
-    folding,
     number,
     symbol,
 )
-from symdyn.scene.quantity import PI
-from symdyn.scene.table import compose
+from symdyn.scene.values import folding
+from symdyn.scene.values.quantity import PI
+from symdyn.scene.values.table import compose
 
 AXES = [(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, 1, 0), (1, 1, 0), (1, -2, 2), (3, 0, 4), (1, 2, 3)]
 ANGLES = [0, Fraction(1, 6), Fraction(1, 3), Fraction(1, 4), Fraction(1, 2), Fraction(-2, 3), 1, Fraction(37, 180)]

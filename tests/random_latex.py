@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Iterable
 
-from symdyn.scene import grammar
+from symdyn.scene.values import grammar
 
 
 def random_symbols(count: int, seed: int) -> list[str]:

@@ -126,7 +126,7 @@ class FloatingPeer:
 
 
 def number(quantity: object) -> float:
-    from symdyn.scene.value import value_of
+    from symdyn.scene.values.value import value_of
 
     return float(value_of(quantity, {}))  # type: ignore[arg-type]
 

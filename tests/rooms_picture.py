@@ -34,6 +34,30 @@ FOLDERS = {  # room: folder: the folders of the same room that it may import; ""
         "closed_forms": ["roads", "loops", "recursive", "mechanism"],
     },
     "emit": {"": [], "code": [""], "print": [""]},
+    "scene": {
+        "values": [],
+        "joints": ["values"],
+        "forces": ["joints", "values"],
+        "checks": ["forces", "joints", "values"],
+        "declaration": ["checks", "forces", "joints", "values"],
+        "formats": ["declaration", "forces", "joints", "values"],
+        "": ["formats", "declaration", "checks", "forces", "joints", "values"],
+    },
+    "simulation": {
+        "prescribed": [],
+        "equations": ["prescribed"],
+        "integrate": ["equations", "prescribed"],
+        "": ["integrate", "equations", "prescribed"],
+    },
+    "bench": {"": [], "stress": [""]},
+    "teach": {
+        "languages": [],
+        "student": ["languages"],
+        "": ["student", "languages"],
+        "interactive": ["", "languages"],
+        "render": ["interactive", "", "languages"],
+    },
+    "program": {"passes": [], "": ["passes"]},
 }
 
 WIDTH, HEIGHT, STEP, GAP, LINE = 118, 30, 62, 24, 13

@@ -12,7 +12,7 @@ import pytest
 from symdyn.algebra.big import BigFloats
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.graph import evaluate, substitute
-from symdyn.scene.quantity import express
+from symdyn.scene.values.quantity import express
 
 sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))
 

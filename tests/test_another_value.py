@@ -16,13 +16,13 @@ import pytest
 from symdyn.errors import SymdynError
 from symdyn.graph import reachable
 from symdyn.scene import Scene, bind, in_numbers, read, read_text
-from symdyn.scene.mapping import map_quantities, substituted
+from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, simulate
-from symdyn.simulation.decisions import decided, hold
+from symdyn.simulation.equations.decisions import decided, hold
+from symdyn.simulation.equations.opened import numbers_at
+from symdyn.simulation.equations.state_equations import StateEquations, state_equations
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS, importable
-from symdyn.simulation.opened import numbers_at
-from symdyn.simulation.state_equations import StateEquations, state_equations
 
 pytestmark = pytest.mark.runs
 
@@ -73,12 +73,12 @@ def test_nothing_is_compiled_for_another_value(name: str, method: str, monkeypat
     asked = {"until": 0.2, "method": method, "rtol": 1e-7, "reports": [scene.coordinates[0]]}
     simulate(scene, **asked)  # type: ignore[arg-type]
     forbidden = [
-        "simulation.compiled.load_program",
-        "simulation.compiled.lower",
-        "simulation.integrate.taylor.translate",
+        "symdyn.simulation.equations.compiled_routines.load_program",
+        "symdyn.simulation.equations.compiled_routines.lower",
+        "symdyn.simulation.integrate.taylor.translate",
     ]
     for place in forbidden:
-        monkeypatch.setattr(f"symdyn.{place}", None)
+        monkeypatch.setattr(place, None)
     found = simulate(another(scene, CASES[name]), **asked)  # type: ignore[arg-type]
 
     assert found.complete
@@ -224,7 +224,7 @@ def test_where_the_start_is_given_nothing_is_assembled(name: str, monkeypatch: p
     simulate(scene, until=0.3, method="dop853", start=start)
     other = another(scene, parameter)
     with monkeypatch.context() as patch:
-        patch.setattr("symdyn.simulation.decisions.close", None)
+        patch.setattr("symdyn.simulation.equations.decisions.close", None)
         found = simulate(other, until=0.3, method="dop853", start=start)
     fresh = simulate(of_numbers(other), until=0.3, method="dop853", start=start)
 
@@ -308,7 +308,7 @@ def test_inverse_dynamics_and_reactions_compile_nothing_for_another_value(
     reactions = not scene.is_closed
     inverse(scene, read_motion(scene, law), t, reactions)
     with monkeypatch.context() as patch:
-        patch.setattr("symdyn.simulation.compiled.load_program", None)
+        patch.setattr("symdyn.simulation.equations.compiled_routines.load_program", None)
         other = another(scene, CASES[name])
         found = inverse(other, read_motion(other, law), t, reactions)
     numbers = of_numbers(other)

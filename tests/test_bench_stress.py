@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from scenes_in_time import block
 
+from symdyn.bench.case import Case, Stress, worst
 from symdyn.bench.states import positions_of
 from symdyn.bench.stress import FAMILIES, stress
 from symdyn.bench.stress.calls import calls, solved
-from symdyn.bench.stress.case import Case, Stress, worst
 from symdyn.bench.stress.chains import shares
 from symdyn.bench.stress.chaos import of_scene
 from symdyn.bench.stress.odd_numbers import _hidden, _minus_zero

@@ -17,8 +17,8 @@ from symdyn.bench.work_precision import UNTIL, Runs, lively, marked, motion
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
+from symdyn.simulation.equations.state_equations import state_equations
 from symdyn.simulation.initial import read_start
-from symdyn.simulation.state_equations import state_equations
 
 pytestmark = pytest.mark.runs()
 

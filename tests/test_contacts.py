@@ -15,8 +15,8 @@ from symdyn.dynamics.loops.mobility import mobility
 from symdyn.errors import DerivationError, SceneError, SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
+from symdyn.simulation.equations.state_equations import state_equations
 from symdyn.simulation.initial import read_start
-from symdyn.simulation.state_equations import state_equations
 from symdyn.simulation.trajectory import Trajectory
 
 DATA, EXAMPLES = Path(__file__).parent / "data", Path(__file__).parent.parent / "examples"

@@ -16,8 +16,8 @@ from symdyn.dynamics.loops.assembly import witness
 from symdyn.dynamics.loops.loop_numbers import numbers_of
 from symdyn.errors import DerivationError
 from symdyn.scene import Joint, read_text
-from symdyn.scene.quantity import ONE, ZERO
-from symdyn.scene.table import compose
+from symdyn.scene.values.quantity import ONE, ZERO
+from symdyn.scene.values.table import compose
 
 DATA = Path(__file__).parent / "data"
 

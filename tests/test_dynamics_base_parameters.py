@@ -23,7 +23,7 @@ from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import body as rigid
 from symdyn.scene import parse, prismatic, revolute, scene, with_symbolic_inertia
-from symdyn.scene.quantity import express
+from symdyn.scene.values.quantity import express
 from symdyn.verify.equality import NUMERICAL, PROVED, Claim, prove
 
 sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))

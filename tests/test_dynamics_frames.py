@@ -154,7 +154,7 @@ def test_what_was_moved_is_told_in_the_declared_frame():
 )
 def test_angles_are_in_degrees_where_that_is_exact(turns, text):
     from symdyn.scene import parse
-    from symdyn.scene.quantity import express
+    from symdyn.scene.values.quantity import express
 
     graph = Graph()
     angle = express(parse(turns), graph)

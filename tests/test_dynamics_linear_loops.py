@@ -17,8 +17,8 @@ from symdyn.graph import evaluate, substitute
 from symdyn.scene import Scene, read_text
 from symdyn.scene.starters import starter
 from symdyn.simulation import simulate
+from symdyn.simulation.equations.state_equations import state_equations
 from symdyn.simulation.initial import read_start
-from symdyn.simulation.state_equations import state_equations
 
 pytestmark = pytest.mark.runs()
 

@@ -42,11 +42,12 @@ from symdyn.emit import emit
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, substitute, tangents
 from symdyn.program import lower
-from symdyn.scene import JOINTS, Body, Joint, Pose, Scene, folding, number, read_text, symbol
-from symdyn.scene.element import Place, Row
+from symdyn.scene import JOINTS, Body, Joint, Pose, Scene, number, read_text, symbol
 from symdyn.scene.forces.spring import Spring
-from symdyn.scene.quantity import ONE, ZERO
-from symdyn.scene.table import compose
+from symdyn.scene.values import folding
+from symdyn.scene.values.element import Place, Row
+from symdyn.scene.values.quantity import ONE, ZERO
+from symdyn.scene.values.table import compose
 from symdyn.spatial import Transform, elementary, unit_transform
 from symdyn.verify import DIFFERENT, PROVED, Claim, laws, prove
 from symdyn.verify.quaternions import on_unit_sphere

@@ -393,3 +393,8 @@ def test_a_fault_in_any_one_road_fails_the_certificate(name: str, monkeypatch: p
         closed = replace(row, own=replace(row.own, roads=wrong)) if row.own and one.is_closed else None
         monkeypatch.setitem(OUTPUTS, name, closed or replace(row, roads=wrong))
         assert not certify(one, (request(name, one),)).passed, way
+
+
+def test_a_name_that_closed_scenes_show_tells_what_to_ask_for() -> None:
+    with pytest.raises(DerivationError, match="ask for mass_matrix"):
+        roads_of("tree_mass_matrix")

@@ -17,11 +17,11 @@ from symdyn.dynamics.mechanism.state import placement, quaternions
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Pose, Scene, spell, velocity_name
+from symdyn.scene.declaration.reader import Reading, ReadOptions
 from symdyn.scene.formats import mjcf
 from symdyn.scene.joints.reversed import inverse as inverse_pose
-from symdyn.scene.quantity import number
-from symdyn.scene.reader import Reading, ReadOptions
-from symdyn.scene.value import value_of
+from symdyn.scene.values.quantity import number
+from symdyn.scene.values.value import value_of
 
 mujoco = pytest.importorskip("mujoco")
 

@@ -31,11 +31,11 @@ from symdyn.scene import (
     spell,
     write_text,
 )
+from symdyn.scene.declaration.reader import ReadOptions
 from symdyn.scene.formats import par, par_writer
 from symdyn.scene.formats.par_frames import rows
-from symdyn.scene.quantity import number, symbol
-from symdyn.scene.reader import ReadOptions
-from symdyn.scene.value import value_of
+from symdyn.scene.values.quantity import number, symbol
+from symdyn.scene.values.value import value_of
 from symdyn.verify import PROVED, Claim, prove
 
 ROOT = Path(__file__).parents[1]

@@ -12,14 +12,14 @@ from symdyn.build import lambdify
 from symdyn.cli import main
 from symdyn.errors import SceneError
 from symdyn.scene import GROUND, Coupling, Limits, number, parse, read
+from symdyn.scene.declaration.reader import Reading, ReadOptions
 from symdyn.scene.formats import sdf
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.urdf import read_element
 from symdyn.scene.formats.xml import parse_xml
-from symdyn.scene.names import check_name
-from symdyn.scene.reader import Reading, ReadOptions
 from symdyn.scene.scene_files import read_noting
-from symdyn.scene.value import value_of
+from symdyn.scene.values.names import check_name
+from symdyn.scene.values.value import value_of
 
 ARM = Path(__file__).parent / "data" / "gripper_arm.urdf"
 

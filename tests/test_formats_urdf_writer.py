@@ -19,15 +19,15 @@ from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.program import lower
 from symdyn.scene import Limits, Pose, Scene, number, parse, read, read_text
+from symdyn.scene.declaration.reader import ReadOptions
 from symdyn.scene.formats import par_writer
 from symdyn.scene.formats.placing import angle_text, decimal_text, xyz_rpy
 from symdyn.scene.formats.urdf import read_element
 from symdyn.scene.formats.urdf_writer import write_text
 from symdyn.scene.formats.xml import parse_xml
-from symdyn.scene.model import STANDARD_GRAVITY
-from symdyn.scene.quantity import ZERO
-from symdyn.scene.reader import ReadOptions
-from symdyn.scene.value import value_of
+from symdyn.scene.values.model import STANDARD_GRAVITY
+from symdyn.scene.values.quantity import ZERO
+from symdyn.scene.values.value import value_of
 from symdyn.verify.equality import DIFFERENT, PROVED, Claim, prove
 
 ARM = Path(__file__).parent / "data" / "gripper_arm.urdf"

@@ -92,7 +92,7 @@ def test_what_the_grammar_holds_every_target_shows(tmp_path: Path) -> None:
 
     from symdyn.draw.lettering import from_latex
     from symdyn.emit.print.formula_text import takes_exponent
-    from symdyn.teach.render.mathml import inner
+    from symdyn.teach.mathml import inner
 
     symbols = random_symbols(600, 11)
     elements = {"mi", "mn", "mo", "mtext", "mrow", "msub", "msup", "msubsup", "mover", "munder", "mspace"}
@@ -112,7 +112,7 @@ def test_what_the_grammar_holds_every_target_shows(tmp_path: Path) -> None:
 
 
 def test_symbols_that_look_alike_are_one() -> None:
-    from symdyn.scene.grammar import read_latex
+    from symdyn.scene.values.grammar import read_latex
 
     looks = {"".join(part.text for part in read_latex(x)) for x in ("m_1", "m_{1}", "{m} _1", "m _ { 1 }")}
     assert looks == {"m_{1}"}

@@ -97,9 +97,10 @@ def test_no_room_has_the_name_of_a_door() -> None:
 
 
 def folder(module: str) -> tuple[str, str]:
-    """Return room and folder of a file; "" is the room's own."""
+    """Return room and folder of a file, which a folder's front page belongs to; "" is the room's own."""
     _, room, *rest = module.split(".")
-    return room, rest[0] if len(rest) > 1 else ""
+    deep = len(rest) > 1 or (rest and any(one.startswith(f"{module}.") for one in modules()))
+    return room, rest[0] if deep else ""
 
 
 def test_folders_inside_rooms_import_downwards() -> None:

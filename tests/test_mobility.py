@@ -10,7 +10,7 @@ from closed_mechanisms import along_x, bricard, crank_rocker, exact, hinge, n_fo
 
 from symdyn.dynamics.loops.mobility import mobility
 from symdyn.scene import Body, Joint, Scene, read
-from symdyn.scene.quantity import ONE, ZERO
+from symdyn.scene.values.quantity import ONE, ZERO
 
 
 @pytest.mark.parametrize(

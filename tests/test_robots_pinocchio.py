@@ -18,9 +18,9 @@ from symdyn.emit import emit
 from symdyn.errors import SceneError
 from symdyn.program import lower
 from symdyn.scene import Scene
+from symdyn.scene.declaration.reader import Reading, ReadOptions
 from symdyn.scene.formats.urdf import read
 from symdyn.scene.formats.urdf_writer import write_text
-from symdyn.scene.reader import Reading, ReadOptions
 
 pytestmark = pytest.mark.slow
 

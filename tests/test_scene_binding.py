@@ -14,7 +14,7 @@ from symdyn.dynamics import available, derive
 from symdyn.errors import SceneError
 from symdyn.program import formulate, lower
 from symdyn.scene import bind, body, number, read_bindings, revolute, scene
-from symdyn.scene.quantity import ZERO
+from symdyn.scene.values.quantity import ZERO
 
 
 def test_a_bound_parameter_has_its_value_and_the_others_stay_free():

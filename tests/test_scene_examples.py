@@ -24,9 +24,9 @@ from symdyn.scene import (
     with_symbolic_inertia,
 )
 from symdyn.scene.joints.reversed import inverse
-from symdyn.scene.quantity import symbol
 from symdyn.scene.starters import starter
-from symdyn.scene.value import value_of
+from symdyn.scene.values.quantity import symbol
+from symdyn.scene.values.value import value_of
 
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.toml"))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from symdyn.errors import SceneError
 from symdyn.scene import GROUND, body, dh_table, parameter, point, read, read_text, revolute, scene
-from symdyn.scene.physical import impossible
+from symdyn.scene.values.physical import impossible
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.toml"))
 

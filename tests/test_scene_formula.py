@@ -12,11 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from symdyn.graph import Graph, Op
-from symdyn.scene.formula import FormulaError, parse, quantity
-from symdyn.scene.names import C_KEYWORDS, FORMULA_NAMES, GENERATED_NAMES, check_name
-from symdyn.scene.quantity import PI, Quantity, express, number, symbol
-from symdyn.scene.spelling import spell
-from symdyn.scene.value import value_of
+from symdyn.scene.values.formula import FormulaError, parse, quantity
+from symdyn.scene.values.names import C_KEYWORDS, FORMULA_NAMES, GENERATED_NAMES, check_name
+from symdyn.scene.values.quantity import PI, Quantity, express, number, symbol
+from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.value import value_of
 
 
 @pytest.mark.parametrize(

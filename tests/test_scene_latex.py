@@ -9,8 +9,8 @@ import pytest
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import SceneError
 from symdyn.scene import Scene
-from symdyn.scene.grammar import check_latex
 from symdyn.scene.toml import read_text
+from symdyn.scene.values.grammar import check_latex
 
 
 def pendulum(latex: str) -> Scene:

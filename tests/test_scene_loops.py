@@ -13,8 +13,8 @@ from symdyn.dynamics.mechanism.state import joint_motion, placement
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Joint, Pose, ReadOptions, number, read_noting, read_text, symbol, write_text
+from symdyn.scene.declaration.turning import turned
 from symdyn.scene.joints.reversed import inverse
-from symdyn.scene.turning import turned
 
 BODIES = "".join(f"[bodies.{name}]\nmass = 1\n" for name in ("crank", "coupler", "rocker"))
 

@@ -33,9 +33,9 @@ from symdyn.scene import (
     write_text,
 )
 from symdyn.scene.binding import _places
-from symdyn.scene.draft import Draft, uses
+from symdyn.scene.checks.draft import Draft, uses
 from symdyn.scene.forces.velocity_row import linear_parts
-from symdyn.scene.mapping import quantities_in
+from symdyn.scene.values.mapping import quantities_in
 
 WIDE = everything()
 

@@ -12,12 +12,12 @@ from scipy.integrate import solve_ivp
 
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
-from symdyn.scene.formula import parse as formula
+from symdyn.scene.values.formula import parse as formula
 from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, simulate
-from symdyn.simulation.implicit import Implicit
+from symdyn.simulation.equations.implicit import Implicit
+from symdyn.simulation.equations.state_equations import state_equations
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.record import record
-from symdyn.simulation.state_equations import state_equations
 
 pytestmark = pytest.mark.runs()
 
@@ -64,7 +64,7 @@ def test_multipliers_give_the_motion_of_reduced_coordinates(
 @pytest.mark.usefixtures("_ida")
 def test_both_positions_and_velocities_are_held_without_projection(monkeypatch: pytest.MonkeyPatch) -> None:
     """With G u = 0 alone the loops would open, by 6e-7 here."""
-    monkeypatch.setattr("symdyn.simulation.projection.Projection.__call__", lambda *_: None)
+    monkeypatch.setattr("symdyn.simulation.equations.projection.Projection.__call__", lambda *_: None)
     found = simulate(read(EXAMPLES / "four_bar.toml"), until=5.0, method="ida", rtol=1e-8)
 
     assert found.monitors["loops"] < 6e-8

@@ -14,16 +14,16 @@ from scenes_in_time import double_pendulum, heavy_top, pendulum
 from symdyn.dynamics.loops.mobility import mobility
 from symdyn.errors import SimulateError
 from symdyn.scene import Joint, Scene, read
-from symdyn.scene.formula import parse as formula
-from symdyn.scene.table import Faults
+from symdyn.scene.values.formula import parse as formula
+from symdyn.scene.values.table import Faults
 from symdyn.simulation import METHODS, SceneMotion, Trajectory, inverse, read_forces, read_motion, simulate
+from symdyn.simulation.equations.slopes import differences
+from symdyn.simulation.equations.state_equations import state_equations
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import importable
 from symdyn.simulation.integrator import is_stiff
-from symdyn.simulation.motion_laws import Law, read_law
+from symdyn.simulation.prescribed.motion_laws import Law, read_law
 from symdyn.simulation.record import csv_text, record
-from symdyn.simulation.slopes import differences
-from symdyn.simulation.state_equations import state_equations
 
 pytestmark = pytest.mark.runs()
 

@@ -23,9 +23,9 @@ from symdyn.graph import ARITY, FUNCTIONS, Op
 from symdyn.graph.differentiate import PARTIALS
 from symdyn.graph.ops import LEAVES
 from symdyn.scene import FORCES, JOINTS
-from symdyn.scene.joint_table import freedoms
-from symdyn.scene.table import Entry
-from symdyn.scene.turning import turned
+from symdyn.scene.declaration.joint_table import freedoms
+from symdyn.scene.declaration.turning import turned
+from symdyn.scene.values.table import Entry
 from symdyn.teach.languages import LANGUAGES
 
 NUMERIC = {

@@ -24,9 +24,9 @@ from symdyn.teach import walkthrough
 from symdyn.teach.document import Blank, Block, Box, Document, Formula
 from symdyn.teach.exercises import judge, questions, with_exercises
 from symdyn.teach.languages import LANGUAGES
+from symdyn.teach.mathematics import Spelling
+from symdyn.teach.mathml import flow, inner
 from symdyn.teach.render.html import html_page
-from symdyn.teach.render.mathematics import Spelling
-from symdyn.teach.render.mathml import flow, inner
 from symdyn.teach.student.statements import read_formula
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

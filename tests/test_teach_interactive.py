@@ -20,8 +20,8 @@ from symdyn.errors import DrawError, TeachError
 from symdyn.program import lower
 from symdyn.scene import Scene, read, read_text
 from symdyn.scene.forces import elastic
-from symdyn.scene.start import starting_velocity
-from symdyn.scene.value import value_of
+from symdyn.scene.joints.start import starting_velocity
+from symdyn.scene.values.value import value_of
 from symdyn.teach import walkthrough
 from symdyn.teach.interactive import WORDS, absence, interactive, interactive_page, live
 from symdyn.teach.render.html import html_page

@@ -21,7 +21,7 @@ from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.emit import emit
 from symdyn.program import lower
 from symdyn.scene import Scene, read
-from symdyn.scene.value import value_of
+from symdyn.scene.values.value import value_of
 from symdyn.teach import walkthrough
 from symdyn.teach.interactive import Live, interactive_page, live
 from symdyn.teach.render.html import html_page

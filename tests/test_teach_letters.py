@@ -14,7 +14,7 @@ from symdyn.graph import Op, evaluate, reachable
 from symdyn.scene import Scene, read, read_text
 from symdyn.teach import Document, walkthrough
 from symdyn.teach.document import Picture
-from symdyn.teach.render.mathematics import Spelling
+from symdyn.teach.mathematics import Spelling
 
 ROOT = Path(__file__).parent
 EXAMPLES = ROOT.parent / "examples"

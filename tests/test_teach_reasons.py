@@ -12,7 +12,7 @@ from symdyn.scene import read, read_text
 from symdyn.scene.starters import starter
 from symdyn.teach import Document, walkthrough
 from symdyn.teach.document import Picture, Step, Values, Words
-from symdyn.teach.render.mathematics import Spelling
+from symdyn.teach.mathematics import Spelling
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 

@@ -12,7 +12,7 @@ import pytest
 from symdyn.scene import Scene, read, read_text
 from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach.document import Values
-from symdyn.teach.render.mathematics import Spelling
+from symdyn.teach.mathematics import Spelling
 from symdyn.teach.shown_state import shown_state
 
 ROOT = Path(__file__).parent

@@ -30,8 +30,8 @@ from symdyn.teach import reactions as reactions_room
 from symdyn.teach.dalembert_road import STAGES
 from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Values, Words
 from symdyn.teach.languages import LANGUAGES, PLACE
+from symdyn.teach.mathematics import Spelling
 from symdyn.teach.numbers import written
-from symdyn.teach.render.mathematics import Spelling
 from symdyn.teach.textbook import NUMBERS, READS
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

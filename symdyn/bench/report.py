@@ -6,9 +6,9 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from symdyn.bench.case import Stress
 from symdyn.bench.measurements import Bench, Curve, Measured, MotionPrecision, Point
 from symdyn.bench.plots import Dot, Series, log_log
-from symdyn.bench.stress.case import Stress
 from symdyn.emit.escape import in_html, in_markdown
 from symdyn.emit.render import render
 from symdyn.verify.certificate import finite

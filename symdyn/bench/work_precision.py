@@ -18,11 +18,11 @@ from symdyn.bench.measurements import Curve, MotionPrecision, Point, unbeaten
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene
 from symdyn.scene.units import coordinate_units
+from symdyn.simulation.equations.projection import Projection
+from symdyn.simulation.equations.state_equations import StateEquations, state_equations
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS, IntegrationError, Piece, Problem, importable, integrate
 from symdyn.simulation.monitors import observe
-from symdyn.simulation.projection import Projection
-from symdyn.simulation.state_equations import StateEquations, state_equations
 
 Array = npt.NDArray[np.float64]
 

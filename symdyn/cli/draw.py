@@ -81,8 +81,8 @@ def _at(text: str) -> dict[str, float]:
     """Return the coordinates of `q1=0.3, q2=90 deg`."""
     from symdyn.errors import DrawError
     from symdyn.scene import FormulaError, parse
-    from symdyn.scene.formula import split_commas
-    from symdyn.scene.value import value_of
+    from symdyn.scene.values.formula import split_commas
+    from symdyn.scene.values.value import value_of
 
     values: dict[str, float] = {}
     for part in split_commas(text):

@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
     """Compute and write."""
     from symdyn.cli.talk import Waiting, say
     from symdyn.simulation import inverse, read_motion
-    from symdyn.simulation.scene_motion import motion_times
+    from symdyn.simulation.prescribed.scene_motion import motion_times
 
     scene = read_scene_to_move(options)
     entries = flattened(options.motion)

@@ -76,8 +76,8 @@ def check_outputs(options: argparse.Namespace) -> None:
 
 
 def _axes(named: str) -> None:
-    from symdyn.scene.table import Faults
-    from symdyn.simulation.formulas_in_time import close
+    from symdyn.scene.values.table import Faults
+    from symdyn.simulation.prescribed.formulas_in_time import close
     from symdyn.simulation.reaction_columns import axes_of
 
     faults = Faults("")
@@ -113,9 +113,9 @@ def pairs(text: str | None, option: str) -> dict[str, str]:
     Raises:
         SimulateError: a part that is no name=formula.
     """
-    from symdyn.scene.formula import split_commas
-    from symdyn.scene.table import Faults
-    from symdyn.simulation.formulas_in_time import close, words
+    from symdyn.scene.values.formula import split_commas
+    from symdyn.scene.values.table import Faults
+    from symdyn.simulation.prescribed.formulas_in_time import close, words
 
     faults = Faults("")
     found = words(split_commas(text or ""), option, faults)

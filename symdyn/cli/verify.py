@@ -99,7 +99,7 @@ def numbers(text: str) -> dict[str, float]:
     from symdyn.errors import SceneError
     from symdyn.graph import Graph, evaluate
     from symdyn.scene import express, read_bindings
-    from symdyn.scene.formula import parse
+    from symdyn.scene.values.formula import parse
 
     values = {}
     for name, formula in read_bindings(text).items():

@@ -24,7 +24,7 @@ from symdyn.emit.escape import in_latex
 from symdyn.emit.print.printed_names import print_name
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import JOINTS, Place, Row, Scene
-from symdyn.scene.mapping import quantities_in
+from symdyn.scene.values.mapping import quantities_in
 from symdyn.spatial import Transform
 
 SMALL = 1e-9  # of a unit vector: what lies along or across the line of sight

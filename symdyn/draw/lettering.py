@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from symdyn.emit.escape import in_html
 from symdyn.emit.print.printed_names import print_name
-from symdyn.scene.grammar import GREEK
+from symdyn.scene.values.grammar import GREEK
 
 FONT = 17.0  # units of the picture
 SMALL = 0.7  # size of a subscript

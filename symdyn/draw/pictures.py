@@ -204,7 +204,7 @@ def body_names(found: Places, view: View) -> list[Label]:
 
 def known_body(scene: Scene, name: str) -> None:
     """Raise DrawError for a name that is no moving body."""
-    from symdyn.scene.names import suggestion
+    from symdyn.scene.values.names import suggestion
 
     bodies = [body.name for body in scene.bodies]
     if name not in bodies:

@@ -14,10 +14,10 @@ from symdyn.dynamics.loops.loop_numbers import numbers_of
 from symdyn.errors import DerivationError, DrawError
 from symdyn.scene import JOINTS, Joint, Scene, velocity_name
 from symdyn.scene.forces import touches
-from symdyn.scene.names import suggestion
-from symdyn.scene.start import quaternion, starting_position
+from symdyn.scene.joints.start import quaternion, starting_position
 from symdyn.scene.units import coordinate_units
-from symdyn.scene.value import value_of
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.value import value_of
 
 ANGLE = 0.6  # rad: what a picture turns a joint by that says nothing else, so that its angle can be seen
 CURL = 4.2  # rad: what all of them may add up to

@@ -1,7 +1,7 @@
 """Programs: equations as straight-line code, pruned, named and counted; no syntax yet."""
 
+from symdyn.dynamics.roads.count import BINDING, Counts, count, count_by_binding, state_dependent_counts
 from symdyn.program.assemble import assemble, identifier
-from symdyn.program.count import BINDING, Counts, count, count_by_binding, state_dependent_counts
 from symdyn.program.formulation import cheapest, choose, formulate
 from symdyn.program.lower import count_derived, lower
 from symdyn.program.passes import PASSES, optimise

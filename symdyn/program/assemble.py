@@ -15,11 +15,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
+from symdyn.dynamics.roads.count import count_by_binding
 from symdyn.dynamics.roads.functions import Argument, Function
 from symdyn.graph import FUNCTIONS, Expr, Graph, Op, linear_form, reachable
 from symdyn.graph.ops import NEG, SYMBOL
 from symdyn.program.constants import constants
-from symdyn.program.count import count_by_binding
 from symdyn.program.routine import Program, Routine, Step
 from symdyn.scene import Scene
 

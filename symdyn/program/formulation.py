@@ -14,9 +14,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symdyn.dynamics import Equations, Function, LoopChoices, Workspace, derive_one, roads_of, row_of
+from symdyn.dynamics.roads.count import count
 from symdyn.errors import DerivationError
 from symdyn.graph import growing
-from symdyn.program.count import count
 from symdyn.program.lower import lower
 from symdyn.scene import Scene
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from symdyn.dynamics.roads.count import Counts, count_by_binding
 from symdyn.dynamics.roads.functions import Argument, Equations, Function
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, growing, reachable, substitute
 from symdyn.graph.ops import CONSTANT, SYMBOL
 from symdyn.program.assemble import assemble
 from symdyn.program.constants import constants, is_simple
-from symdyn.program.count import Counts, count_by_binding
 from symdyn.program.passes import DEFAULT, optimise
 from symdyn.program.routine import Program, check
 from symdyn.scene import express

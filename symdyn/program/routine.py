@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
+from symdyn.dynamics.roads.count import Counts
 from symdyn.dynamics.roads.functions import Function
 from symdyn.graph import Expr, Graph, Op
 from symdyn.graph.ops import SYMBOL
-from symdyn.program.count import Counts
 from symdyn.scene import Scene
 
 

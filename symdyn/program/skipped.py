@@ -22,13 +22,13 @@ from symdyn.dynamics import Equations, Workspace, derive_one, roads_of
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.mechanism.cost import CATEGORY, FREE
 from symdyn.dynamics.recursive.reframe import LeanTree, reframe
+from symdyn.dynamics.roads.count import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, reachable
-from symdyn.program.count import Counts
 from symdyn.program.lower import lower
 from symdyn.program.passes import DEFAULT
 from symdyn.scene import Body, Pose, Quantity, Scene, express, number
-from symdyn.scene.quantity import ZERO
+from symdyn.scene.values.quantity import ZERO
 
 SLANTING = (number(Fraction(7, 2)), number(Fraction(5, 3)), number(-9))
 

@@ -19,7 +19,8 @@ from symdyn.scene.build_joints import (
     spherical,
     universal,
 )
-from symdyn.scene.element import Element, Friction, Load, Place, Plane, Row, Strut
+from symdyn.scene.declaration.locking import lock
+from symdyn.scene.declaration.reader import Reading, ReadOptions, Written
 from symdyn.scene.forces import FORCES, pull_of
 from symdyn.scene.forces.contact import knife_edge, rolling
 from symdyn.scene.forces.damper import Damper, damper
@@ -27,10 +28,15 @@ from symdyn.scene.forces.kind import Forbid, ForceKind, Pull, Push, Touch
 from symdyn.scene.forces.load import load
 from symdyn.scene.forces.spring import Spring, spring
 from symdyn.scene.forces.velocity_row import row
-from symdyn.scene.formula import FormulaError, parse
 from symdyn.scene.joints import JOINTS, JointKind, JointMotion, Move
-from symdyn.scene.locking import lock
-from symdyn.scene.model import (
+from symdyn.scene.joints.start import starting_position, starting_velocity
+from symdyn.scene.scene_files import read, read_noting, write_text
+from symdyn.scene.symbolic import with_symbols
+from symdyn.scene.ten_parameters import with_symbolic_inertia
+from symdyn.scene.toml import read_text
+from symdyn.scene.values.element import Element, Friction, Load, Place, Plane, Row, Strut
+from symdyn.scene.values.formula import FormulaError, parse
+from symdyn.scene.values.model import (
     GROUND,
     Body,
     Coupling,
@@ -44,15 +50,9 @@ from symdyn.scene.model import (
     acceleration_name,
     velocity_name,
 )
-from symdyn.scene.names import check_name
-from symdyn.scene.quantity import Quantity, express, number, symbol
-from symdyn.scene.reader import Reading, ReadOptions, Written
-from symdyn.scene.scene_files import read, read_noting, write_text
-from symdyn.scene.spelling import spell
-from symdyn.scene.start import starting_position, starting_velocity
-from symdyn.scene.symbolic import with_symbols
-from symdyn.scene.ten_parameters import with_symbolic_inertia
-from symdyn.scene.toml import read_text
+from symdyn.scene.values.names import check_name
+from symdyn.scene.values.quantity import Quantity, express, number, symbol
+from symdyn.scene.values.spelling import spell
 
 __all__ = [
     "FORCES",

@@ -12,16 +12,16 @@ from dataclasses import replace
 
 from symdyn.errors import SceneError
 from symdyn.graph import Graph
+from symdyn.scene.checks.draft import KINDS, Draft
 from symdyn.scene.checks.whole import check
-from symdyn.scene.draft import KINDS, Draft
-from symdyn.scene.folding import FormulaError
 from symdyn.scene.forces import place_of
-from symdyn.scene.formula import parse, quantity, split_commas
-from symdyn.scene.mapping import map_quantities, substituted
-from symdyn.scene.model import Scene
-from symdyn.scene.names import suggestion
-from symdyn.scene.quantity import ZERO, Quantity, express
-from symdyn.scene.table import Faults
+from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.formula import parse, quantity, split_commas
+from symdyn.scene.values.mapping import map_quantities, substituted
+from symdyn.scene.values.model import Scene
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.quantity import ZERO, Quantity, express
+from symdyn.scene.values.table import Faults
 
 
 def bind(scene: Scene, values: Mapping[str, object]) -> Scene:

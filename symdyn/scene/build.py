@@ -15,12 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from symdyn.scene.declare import Declaration, assemble
+from symdyn.scene.declaration.declare import Declaration, assemble
 from symdyn.scene.forces import sections
-from symdyn.scene.model import Particle, Scene
-from symdyn.scene.names import suggestion
-from symdyn.scene.python_values import Number, Placement, Three, entry
-from symdyn.scene.table import Entry, Faults, show
+from symdyn.scene.values.model import Particle, Scene
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.python_values import Number, Placement, Three, entry
+from symdyn.scene.values.table import Entry, Faults, show
 
 Inertia = Three | Sequence[Three] | Mapping[str, Number]
 

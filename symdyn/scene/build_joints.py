@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TypedDict, Unpack
 
-from symdyn.scene.python_values import Number, Placement, Three, entry
-from symdyn.scene.table import Entry
+from symdyn.scene.values.python_values import Number, Placement, Three, entry
+from symdyn.scene.values.table import Entry
 
 
 class PlacedKeys(TypedDict, total=False):

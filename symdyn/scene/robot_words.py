@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from symdyn.scene.model import GROUND, Scene
+from symdyn.scene.values.model import GROUND, Scene
 
 SCENES = ("", ".toml", ".par")
 """Endings of files that name their coordinates themselves, or none where Python made the scene."""

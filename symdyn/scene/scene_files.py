@@ -10,12 +10,12 @@ from pathlib import Path
 
 from symdyn.errors import SceneError
 from symdyn.graph import growing
-from symdyn.scene.contents import BEGIN, read_bounded
-from symdyn.scene.model import Scene
-from symdyn.scene.names import suggestion
-from symdyn.scene.reader import Reading, ReadOptions, Written
+from symdyn.scene.declaration.contents import BEGIN, read_bounded
+from symdyn.scene.declaration.reader import Reading, ReadOptions, Written
 from symdyn.scene.robot_words import MOST, coordinates_of_joints
-from symdyn.scene.table import Faults
+from symdyn.scene.values.model import Scene
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.table import Faults
 
 READERS: Mapping[str, str] = {
     "toml": "symdyn.scene.toml",

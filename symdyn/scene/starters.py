@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from symdyn.errors import SceneError
 from symdyn.resources import template_folder
-from symdyn.scene.names import check_name, choice
+from symdyn.scene.values.names import check_name, choice
 
 STARTERS: dict[str, str] = {
     "rr": "planar arm, two revolute joints",

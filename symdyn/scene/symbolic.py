@@ -22,17 +22,17 @@ from dataclasses import replace
 from fractions import Fraction
 
 from symdyn.errors import SceneError
-from symdyn.scene.element import Element
-from symdyn.scene.folding import mul
 from symdyn.scene.forces import FORCES, friction, sections
 from symdyn.scene.forces.keys import Key
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.made_names import Names, moving_names
-from symdyn.scene.model import Joint, Pose, Scene
-from symdyn.scene.names import suggestion
-from symdyn.scene.quantity import PI, ZERO, Vector, number
-from symdyn.scene.table import compose
 from symdyn.scene.ten_parameters import named_body
+from symdyn.scene.values.element import Element
+from symdyn.scene.values.folding import mul
+from symdyn.scene.values.made_names import Names, moving_names
+from symdyn.scene.values.model import Joint, Pose, Scene
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.quantity import PI, ZERO, Vector, number
+from symdyn.scene.values.table import compose
 
 KINDS = ("inertia", "geometry", "all")
 

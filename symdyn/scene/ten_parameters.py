@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from symdyn.scene.folding import add, mul, neg
-from symdyn.scene.made_names import Names, moving_names
-from symdyn.scene.mapping import quantities_in
-from symdyn.scene.model import Body, Parameter, Particle, Scene
-from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector, symbol
+from symdyn.scene.values.folding import add, mul, neg
+from symdyn.scene.values.made_names import Names, moving_names
+from symdyn.scene.values.mapping import quantities_in
+from symdyn.scene.values.model import Body, Parameter, Particle, Scene
+from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector, symbol
 
 INERTIAL = (
     ("m", "kg", "mass"),

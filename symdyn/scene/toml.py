@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import cast
 
 from symdyn.errors import SceneError
-from symdyn.scene.contents import BEGIN, read_bounded
-from symdyn.scene.declare import Declaration, assemble
+from symdyn.scene.declaration.contents import BEGIN, read_bounded
+from symdyn.scene.declaration.declare import Declaration, assemble
+from symdyn.scene.declaration.reader import Reading, ReadOptions
 from symdyn.scene.forces import sections
-from symdyn.scene.model import Scene
-from symdyn.scene.names import check_name, suggestion
-from symdyn.scene.reader import Reading, ReadOptions
-from symdyn.scene.table import Entry, Faults, shorten, show
+from symdyn.scene.values.model import Scene
+from symdyn.scene.values.names import check_name, suggestion
+from symdyn.scene.values.table import Entry, Faults, shorten, show
 
 TABLES = ("parameters", "bodies", "joints", "points")
 

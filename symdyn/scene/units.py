@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.model import Joint, Scene
+from symdyn.scene.values.model import Joint, Scene
 
 
 def coordinate_units(scene: Scene) -> tuple[str, ...]:

@@ -1,10 +1,10 @@
 """Motions in time: motion prescribed and forces found, or forces prescribed and motion found."""
 
-from symdyn.simulation.forces import Forces, read_forces
 from symdyn.simulation.forward import simulate
 from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.inverse_run import inverse
-from symdyn.simulation.scene_motion import SceneMotion, read_motion
+from symdyn.simulation.prescribed.forces import Forces, read_forces
+from symdyn.simulation.prescribed.scene_motion import SceneMotion, read_motion
 from symdyn.simulation.trajectory import Event, Trajectory
 
 __all__ = [

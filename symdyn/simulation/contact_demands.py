@@ -14,9 +14,9 @@ import numpy.typing as npt
 
 from symdyn.scene import Row
 from symdyn.scene.forces import touches
+from symdyn.simulation.equations.opened import numbers_at
+from symdyn.simulation.equations.state_equations import StateEquations
 from symdyn.simulation.multipliers import multipliers
-from symdyn.simulation.opened import numbers_at
-from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]
 

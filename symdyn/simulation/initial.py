@@ -14,14 +14,14 @@ from symdyn.dynamics.mechanism.prescribed import TIME, prescribed
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.graph import Graph, evaluate, substitute
 from symdyn.scene import Scene, express, velocity_name
-from symdyn.scene.names import suggestion
-from symdyn.scene.start import starting_position, starting_velocity
-from symdyn.scene.table import Faults
-from symdyn.simulation.conserved import values_on
-from symdyn.simulation.formulas_in_time import close, number_of, parameter_values, read_formula
+from symdyn.scene.joints.start import starting_position, starting_velocity
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.equations.conserved import values_on
+from symdyn.simulation.equations.opened import numbers_at
+from symdyn.simulation.equations.state_equations import StateEquations
 from symdyn.simulation.given import CONSISTENT, closed_rates, closed_start
-from symdyn.simulation.opened import numbers_at
-from symdyn.simulation.state_equations import StateEquations
+from symdyn.simulation.prescribed.formulas_in_time import close, number_of, parameter_values, read_formula
 
 Array = npt.NDArray[np.float64]
 

@@ -13,11 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.errors import SimulateError
-from symdyn.scene.names import suggestion
+from symdyn.scene.values.names import suggestion
+from symdyn.simulation.equations.slopes import differences
+from symdyn.simulation.equations.state_equations import StateEquations
 from symdyn.simulation.integrate import METHODS, Method, importable
 from symdyn.simulation.integrate.taylor import overlooks, refuses, size
-from symdyn.simulation.slopes import differences
-from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]
 

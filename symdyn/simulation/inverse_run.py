@@ -24,21 +24,21 @@ from symdyn.errors import SimulateError
 from symdyn.graph import Graph, tangents
 from symdyn.program import cheapest
 from symdyn.scene import Scene, spell, velocity_name
-from symdyn.scene.start import starting_position
-from symdyn.scene.table import Faults
+from symdyn.scene.joints.start import starting_position
 from symdyn.scene.units import velocity_units
-from symdyn.simulation.compiled import Compiled, compiled
-from symdyn.simulation.decisions import decided
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.equations.compiled_routines import Compiled, compiled
+from symdyn.simulation.equations.decisions import decided
+from symdyn.simulation.equations.functions import point_names, points
+from symdyn.simulation.equations.kept import Kept
+from symdyn.simulation.equations.opened import Opened, numbers_at, opened
 from symdyn.simulation.followed import Followed, Tied, followed
-from symdyn.simulation.forces import Forces, drive_names
-from symdyn.simulation.formulas_in_time import TIME, bound, close, number_of, parameter_values
-from symdyn.simulation.functions import point_names, points
 from symdyn.simulation.initial import no_equations
-from symdyn.simulation.kept import Kept
-from symdyn.simulation.motion_laws import Law, constant, formula_law
-from symdyn.simulation.opened import Opened, numbers_at, opened
+from symdyn.simulation.prescribed.forces import Forces, drive_names
+from symdyn.simulation.prescribed.formulas_in_time import TIME, bound, close, number_of, parameter_values
+from symdyn.simulation.prescribed.motion_laws import Law, constant, formula_law
+from symdyn.simulation.prescribed.scene_motion import SceneMotion
 from symdyn.simulation.reaction_columns import axes_of, reaction_columns
-from symdyn.simulation.scene_motion import SceneMotion
 from symdyn.simulation.trajectory import END, Trajectory
 from symdyn.simulation.valueless import valueless
 

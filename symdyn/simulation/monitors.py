@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.simulation.state_equations import StateEquations
+from symdyn.simulation.equations.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]
 

@@ -17,10 +17,10 @@ import numpy.typing as npt
 from symdyn.dynamics.loops.loop_decisions import LoopDecisions
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.scene import Scene
-from symdyn.simulation.compiled import requested
-from symdyn.simulation.decisions import Decisions, decided, decisions_of
-from symdyn.simulation.formulas_in_time import TIME
-from symdyn.simulation.opened import opened
+from symdyn.simulation.equations.compiled_routines import requested
+from symdyn.simulation.equations.decisions import Decisions, decided, decisions_of
+from symdyn.simulation.equations.opened import opened
+from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 Array = npt.NDArray[np.float64]
 

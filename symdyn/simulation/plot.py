@@ -16,8 +16,8 @@ from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.emit.escape import in_html
 from symdyn.emit.render import render
 from symdyn.errors import SimulateError
-from symdyn.simulation.forces import drive_names
 from symdyn.simulation.integrate import importable
+from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.record import write_whole
 from symdyn.simulation.trajectory import Trajectory
 

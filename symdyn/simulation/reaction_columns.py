@@ -6,11 +6,11 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.scene import Scene
-from symdyn.scene.table import Faults
-from symdyn.simulation.compiled import requested
-from symdyn.simulation.formulas_in_time import TIME
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.equations.compiled_routines import requested
+from symdyn.simulation.equations.opened import Opened, opened
 from symdyn.simulation.multipliers import LOOSE, multiplier_columns
-from symdyn.simulation.opened import Opened, opened
+from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 Array = npt.NDArray[np.float64]
 

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.scene import Scene, acceleration_name
-from symdyn.simulation.forces import drive_names
-from symdyn.simulation.formulas_in_time import TIME
+from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 Array = npt.NDArray[np.float64]
 

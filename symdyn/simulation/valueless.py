@@ -17,8 +17,8 @@ from symdyn.dynamics.mechanism.placements import ends_apart
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import FORCES, Quantity, Scene, express, pull_of, spell
 from symdyn.scene.forces.kind import TIME as CLOCK
-from symdyn.simulation.forces import Forces, drive_names
-from symdyn.simulation.formulas_in_time import TIME
+from symdyn.simulation.prescribed.forces import Forces, drive_names
+from symdyn.simulation.prescribed.formulas_in_time import TIME
 from symdyn.spatial import dot
 
 Array = npt.NDArray[np.float64]

@@ -21,8 +21,8 @@ from symdyn.teach.balance import Balance
 from symdyn.teach.cut import Cut
 from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Matrix, Picture, Step, Words
 from symdyn.teach.looks import Letter
+from symdyn.teach.mathematics import letter
 from symdyn.teach.numbers import equals
-from symdyn.teach.render.mathematics import letter
 from symdyn.teach.shown_state import Chosen
 from symdyn.teach.velocities import length
 

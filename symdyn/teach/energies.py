@@ -32,7 +32,7 @@ from symdyn.spatial import cross, dot
 from symdyn.teach.document import Block, Fold, Formula, Step, Words
 from symdyn.teach.forms import expanded_squares, rate_of
 from symdyn.teach.lesson import Lesson
-from symdyn.teach.masses import AXES, Mass
+from symdyn.teach.student.masses import AXES, Mass
 from symdyn.teach.velocities import MOST_TERMS, angular_velocity, folded, length
 
 HALF = Number(Fraction(1, 2))

@@ -23,7 +23,7 @@ from symdyn.spatial import Transform
 from symdyn.teach.document import Section, Step, Words
 from symdyn.teach.languages import LANGUAGES, fill
 from symdyn.teach.looks import Letter, Name, Rate, Slope
-from symdyn.teach.masses import Mass, masses
+from symdyn.teach.student.masses import Mass, masses
 
 SMALL_SCENE = 3
 """Degrees of freedom up to which everything is shown in full."""

@@ -20,8 +20,8 @@ from symdyn.spatial import Vec, apply, apply_transposed, cross, dot, sub, zero_v
 from symdyn.teach.document import Block, Box, Formula, Step
 from symdyn.teach.equation_steps import node_of
 from symdyn.teach.lesson import Lesson
-from symdyn.teach.masses import AXES, Mass
 from symdyn.teach.rates import rates_step
+from symdyn.teach.student.masses import AXES, Mass
 from symdyn.teach.velocities import folded, length
 
 

@@ -8,8 +8,8 @@ from symdyn.emit.print.formula_text import value_text
 from symdyn.graph import Graph
 from symdyn.scene import FORCES, GROUND, Element, Joint, Scene, express
 from symdyn.scene.forces import friction
-from symdyn.scene.quantity import ZERO
 from symdyn.scene.units import coordinates_with_units, drives_with_units
+from symdyn.scene.values.quantity import ZERO
 from symdyn.teach.document import Picture, Step, Values, Words
 from symdyn.teach.lesson import Prose, together
 

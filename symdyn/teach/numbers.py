@@ -26,8 +26,8 @@ from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step, Va
 from symdyn.teach.equation_steps import coefficient_key, coefficient_unit, node_of
 from symdyn.teach.lesson import Lesson, Prose
 from symdyn.teach.looks import Name
-from symdyn.teach.masses import Mass
 from symdyn.teach.shown_state import Chosen, timed
+from symdyn.teach.student.masses import Mass
 
 DIGITS = 4
 

@@ -12,7 +12,7 @@ from symdyn.teach.document import Block, Formula, Step, Values, Words
 from symdyn.teach.equation_steps import WIDEST, coefficient_key, node_of
 from symdyn.teach.lesson import Lesson
 from symdyn.teach.looks import Name
-from symdyn.teach.masses import Mass
+from symdyn.teach.student.masses import Mass
 from symdyn.teach.velocities import angular_velocity, length
 
 SHORT = 4

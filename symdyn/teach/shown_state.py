@@ -18,9 +18,9 @@ from symdyn.dynamics.mechanism.state import State, state_symbols
 from symdyn.errors import DrawError, NoValueError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import Joint, Scene
-from symdyn.scene.start import starting_velocity
+from symdyn.scene.joints.start import starting_velocity
 from symdyn.scene.units import coordinates_with_units
-from symdyn.scene.value import value_of
+from symdyn.scene.values.value import value_of
 
 RATES = (1.0, -0.6, 0.8, 0.5, -0.4, 0.3)
 ACCELERATIONS = (0.5, 1.2, -0.7, 0.9, 0.4, -0.3)

@@ -11,7 +11,7 @@ from symdyn.scene import Body
 from symdyn.teach.document import Block, Fold, Formula, Step, Values, Words
 from symdyn.teach.forms import rate_of
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, Prose
-from symdyn.teach.masses import AXES, Mass
+from symdyn.teach.student.masses import AXES, Mass
 
 MOST_TERMS = 20
 """Terms of one formula from which it is shown folded."""

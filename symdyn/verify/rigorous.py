@@ -26,8 +26,8 @@ from symdyn.errors import VerifyError
 from symdyn.graph import Expr, evaluate
 from symdyn.program import lower
 from symdyn.scene import Quantity, Scene, express
-from symdyn.scene.names import suggestion
-from symdyn.scene.start import starting_position, starting_velocity
+from symdyn.scene.joints.start import starting_position, starting_velocity
+from symdyn.scene.values.names import suggestion
 from symdyn.verify.accuracy import ROUNDOFF, TINIEST, Array, sample
 from symdyn.verify.certificate import finite, modules_of, taken
 

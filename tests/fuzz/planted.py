@@ -47,21 +47,21 @@ PLANTS = (
     ),
     Plant(
         "a value beyond the largest double ends in a traceback",
-        "scene/value.py",
+        "scene/values/value.py",
         "except OverflowError:",
         "except NotImplementedError:",
         r"OverflowError: scene/value\.py",
     ),
     Plant(
         "a formula that divides by zero ends in a traceback",
-        "scene/folding.py",
+        "scene/values/folding.py",
         '        raise FormulaError("it divides by zero; check the denominator")',
         "        raise ZeroDivisionError",
         r"ZeroDivisionError: scene/folding\.py",
     ),
     Plant(
         "a cell of a table of forces that is no number ends in a traceback",
-        "simulation/columns.py",
+        "simulation/prescribed/columns.py",
         "        except ValueError:",
         "        except NotImplementedError:",
         r"ValueError: simulation/columns\.py",
@@ -75,7 +75,7 @@ PLANTS = (
     ),
     Plant(
         "a scene with an unknown convention of Denavit and Hartenberg reads memory that is not there",
-        "scene/dh.py",
+        "scene/declaration/dh.py",
         "    if convention and convention not in CONVENTIONS:\n",
         '    if convention and convention not in CONVENTIONS:\n        __import__("ctypes").string_at(0)\n',
         r"died of SIGSEGV",

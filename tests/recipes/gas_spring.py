@@ -12,8 +12,8 @@ from symdyn.scene import FORCES, ForceKind, Pull, Quantity, Strut, express, spel
 from symdyn.scene.forces.ends import Ends
 from symdyn.scene.forces.keys import NUMBER, Key
 from symdyn.scene.forces.kind import Mark, Stand
-from symdyn.scene.quantity import ZERO
-from symdyn.scene.value import value_of
+from symdyn.scene.values.quantity import ZERO
+from symdyn.scene.values.value import value_of
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,11 @@ The rack is the x axis of the joint frame, shifted by r along y; the pinion turn
 from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene import Joint, Quantity, express, folding, number
+from symdyn.scene import Joint, Quantity, express, number
 from symdyn.scene.joints import JOINTS, Block, Forbids, JointKey, JointKind, JointMark, JointMotion, MarkPart, Move
 from symdyn.scene.joints.forbidden import everywhere, forces, leaning, moments, offsets
-from symdyn.scene.table import Table
+from symdyn.scene.values import folding
+from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, dot, scale, unit_transform
 
 RADIUS = JointKey(

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from symdyn.bench.case import Case, Stress
 from symdyn.bench.stress import chains, chaos, solving, spin, stiff, traps
 from symdyn.bench.stress import change_points as loops
 from symdyn.bench.stress import huge_angles as angles
 from symdyn.bench.stress import odd_numbers as numbers
-from symdyn.bench.stress.case import Case, Stress
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene import Scene
 
@@ -62,7 +62,7 @@ def stress(
         SimulateError: a family does not exist.
         BuildError: the compiler refuses.
     """
-    from symdyn.scene.names import suggestion
+    from symdyn.scene.values.names import suggestion
 
     wanted = tuple(FAMILIES) if families is None else tuple(families)
     unknown = [f"family {name} is not known; {suggestion(name, FAMILIES)}" for name in wanted if name not in FAMILIES]

@@ -17,8 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra.numeric import Floats
+from symdyn.bench.case import Case, worst
 from symdyn.bench.stress.calls import EPSILON, Calls, calls
-from symdyn.bench.stress.case import Case, worst
 from symdyn.bench.stress.scenes import chain
 from symdyn.bench.stress.solving import BESIDE, cases
 from symdyn.graph import evaluate

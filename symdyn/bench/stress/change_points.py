@@ -13,7 +13,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from symdyn.bench.stress.case import Case
+from symdyn.bench.case import Case
 from symdyn.bench.stress.scenes import parallelogram, pinned
 from symdyn.scene import read_text
 from symdyn.scene.starters import starter

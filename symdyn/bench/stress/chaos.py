@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from symdyn.bench.stress.case import Case
+from symdyn.bench.case import Case
 from symdyn.bench.stress.scenes import offset_pendulum, two_link
 from symdyn.scene import Scene
 from symdyn.simulation import simulate

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.bench.case import Case, worst
 from symdyn.bench.states import Positions, positions_of
 from symdyn.bench.stress.calls import calls
-from symdyn.bench.stress.case import Case, worst
 from symdyn.bench.stress.chains import shares
 from symdyn.bench.stress.scenes import chain, offset_pendulum, one_body, two_link
 from symdyn.dynamics import available
 from symdyn.scene import Scene
-from symdyn.simulation.formulas_in_time import parameter_values
+from symdyn.simulation.prescribed.formulas_in_time import parameter_values
 from symdyn.verify.accuracy import ALLOWED
 
 Array = npt.NDArray[np.float64]

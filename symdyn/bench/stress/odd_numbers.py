@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.bench.case import Case, worst
 from symdyn.bench.states import positions_of
 from symdyn.bench.stress.calls import Calls, calls
-from symdyn.bench.stress.case import Case, worst
 from symdyn.bench.stress.chains import shares
 from symdyn.bench.stress.scenes import arm, one_body, rubbing
 from symdyn.dynamics import Function, available

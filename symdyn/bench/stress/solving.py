@@ -17,14 +17,14 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.bench.backward import Solve, linear
+from symdyn.bench.case import Case, worst
 from symdyn.bench.states import Positions, positions_of
 from symdyn.bench.stress.calls import EPSILON, Calls, calls, solved
-from symdyn.bench.stress.case import Case, worst
 from symdyn.bench.stress.scenes import arm, gimbal, heavier, two_link
 from symdyn.dynamics import roads_of
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
-from symdyn.simulation.formulas_in_time import parameter_values
+from symdyn.simulation.prescribed.formulas_in_time import parameter_values
 
 Array = npt.NDArray[np.float64]
 

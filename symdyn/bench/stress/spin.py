@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from symdyn.bench.stress.case import Case
+from symdyn.bench.case import Case
 from symdyn.bench.stress.scenes import free_top, heavy_top
 from symdyn.simulation import simulate
 

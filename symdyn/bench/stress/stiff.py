@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from symdyn.bench.stress.case import Case
+from symdyn.bench.case import Case
 from symdyn.bench.stress.scenes import rubbing, stiff_spring
 from symdyn.simulation import METHODS, simulate
 from symdyn.simulation.integrate import importable

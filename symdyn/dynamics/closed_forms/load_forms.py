@@ -30,7 +30,7 @@ from symdyn.dynamics.mechanism.state import State, joint_position, vector
 from symdyn.graph import Expr, Graph, Op, tangents
 from symdyn.scene import Load, Scene, Strut, pull_of
 from symdyn.scene.forces import elastic, resisting
-from symdyn.scene.quantity import NULL
+from symdyn.scene.values.quantity import NULL
 from symdyn.spatial import Transform, dot
 
 WAY, RATE = " x", " v"

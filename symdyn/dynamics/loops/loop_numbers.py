@@ -30,7 +30,7 @@ from symdyn.dynamics.mechanism.tree import Tree, build_tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
 from symdyn.scene import Quantity, Scene, express
-from symdyn.scene.start import starting_position
+from symdyn.scene.joints.start import starting_position
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 

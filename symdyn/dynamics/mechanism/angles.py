@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from symdyn.graph import Expr, Graph
 from symdyn.scene import JOINTS, Joint, Scene
 from symdyn.scene.joints import ORIENTATION, Gimbal
-from symdyn.scene.mapping import quantities_in
+from symdyn.scene.values.mapping import quantities_in
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import FORCES, Joint, Load, Place, Push, Scene, Strut, express, pull_of
 from symdyn.scene.forces import elastic, resisting
 from symdyn.scene.forces.friction import rubbing
-from symdyn.scene.quantity import ZERO
+from symdyn.scene.values.quantity import ZERO
 from symdyn.spatial import Transform, Vec, Wrench, apply, dot, sub
 
 # Laws of force

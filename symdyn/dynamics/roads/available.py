@@ -13,7 +13,7 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import growing
 from symdyn.scene import Scene
-from symdyn.scene.names import listed
+from symdyn.scene.values.names import listed
 
 LARGE = 12
 """Velocities up to which outputs that grow with their cube are wanted unasked."""

@@ -13,7 +13,7 @@ from symdyn.dynamics.mechanism.prescribed import TIME, has_motion
 from symdyn.dynamics.roads.arguments import DRIVES, arguments
 from symdyn.dynamics.roads.functions import Equations, Function
 from symdyn.dynamics.roads.labels import told
-from symdyn.dynamics.roads.output import Output
+from symdyn.dynamics.roads.output import TREE_NAME, Output
 from symdyn.dynamics.roads.outputs import has_springs
 from symdyn.dynamics.roads.requests import expected, row_of
 from symdyn.dynamics.roads.workspace import Workspace
@@ -21,7 +21,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, growing, reachable
 from symdyn.scene import Scene
 
-TREE_NAME, TREE_TEXT = "tree_", "; of the spanning tree, as if nothing closed it"
+TREE_TEXT = "; of the spanning tree, as if nothing closed it"
 """What the name and the text of an output say, where loops close a scene and it is what the tree alone would have."""
 
 

@@ -16,6 +16,9 @@ from symdyn.scene import Scene
 FORCES = "N m (revolute) or N (prismatic)"
 """Unit of forces that do work on velocities."""
 
+TREE_NAME = "tree_"
+"""In front of the name of what is the spanning tree's alone, where loops or rows close a scene."""
+
 InLoops = Literal["same", "own", "tree", "refuse"]
 """What an output is where loops or rows close a scene: a function of the full state as anywhere, another row, what the
 spanning tree alone would have, nothing."""

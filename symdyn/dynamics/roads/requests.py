@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from symdyn.dynamics.mechanism.tree import build_tree
-from symdyn.dynamics.roads.output import Output, Unasked
+from symdyn.dynamics.roads.output import TREE_NAME, Output, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph
@@ -20,6 +20,8 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     if request in OUTPUTS:
         name, place = request, ""
     row = OUTPUTS.get(name)
+    if row is None and (asked := name.removeprefix(TREE_NAME)) in OUTPUTS:
+        raise DerivationError(f"{name} is what {asked} is called where loops close a scene; ask for {asked}")
     if row is None:
         raise DerivationError(f"there is no output {name!r}; there are {', '.join(OUTPUTS)}")
     if row.place and not place:

@@ -26,10 +26,10 @@ from symdyn.algebra.form import (
 )
 from symdyn.emit.print.printed_names import print_name
 from symdyn.graph import Op
-from symdyn.scene.grammar import takes_exponent
-from symdyn.scene.quantity import Quantity
-from symdyn.scene.spelling import spell, spell_fraction
-from symdyn.scene.value import value_of
+from symdyn.scene.values.grammar import takes_exponent
+from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.spelling import spell, spell_fraction
+from symdyn.scene.values.value import value_of
 
 BREAK = "\v"
 LONGEST_VALUE = 24  # characters of a formula in a table

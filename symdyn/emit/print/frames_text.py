@@ -11,7 +11,7 @@ from symdyn.dynamics.closed_forms.formulas import formulas
 from symdyn.emit.print.formula_text import text_of
 from symdyn.graph import Expr, Graph, linear_form
 from symdyn.scene import JOINTS, Pose, Scene, express, spell
-from symdyn.scene.spelling import spell_fraction
+from symdyn.scene.values.spelling import spell_fraction
 from symdyn.spatial import Transform
 
 DIGITS = 6

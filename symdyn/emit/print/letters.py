@@ -15,8 +15,8 @@ from itertools import chain, count
 
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.scene import Scene
-from symdyn.scene.grammar import GREEK
 from symdyn.scene.units import velocity_units
+from symdyn.scene.values.grammar import GREEK
 
 _TAG = r"\d+[a-h]?"  # of a mass: its body, and a letter where the body has several
 _AXIS = "[xyz]"

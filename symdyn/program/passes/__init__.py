@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
+from symdyn.dynamics.roads.count import Counts, count_by_binding
 from symdyn.dynamics.roads.functions import Function
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
-from symdyn.program.count import Counts, count_by_binding
 from symdyn.program.passes.factor import factor
 from symdyn.program.passes.reciprocals import reciprocals
 from symdyn.program.passes.signs import signs

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from symdyn.scene.draft import CLOCK, KINDS, Draft, Use, uses
+from symdyn.scene.checks.draft import CLOCK, KINDS, Draft, Use, uses
 from symdyn.scene.forces import FORCES
-from symdyn.scene.grammar import check_latex
-from symdyn.scene.model import GROUND, Scene, acceleration_name
-from symdyn.scene.names import check_name, suggestion
-from symdyn.scene.table import Faults, show, shown
+from symdyn.scene.values.grammar import check_latex
+from symdyn.scene.values.model import GROUND, Scene, acceleration_name
+from symdyn.scene.values.names import check_name, suggestion
+from symdyn.scene.values.table import Faults, show, shown
 
 FAMILIES = {"parameters": "symbol", "bodies": "frame", "points": "frame", "joints": "joint", "loops": "joint"}
 """Names of one family differ; elements are a family a section."""

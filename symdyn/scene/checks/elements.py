@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from symdyn.scene.draft import Draft
+from symdyn.scene.checks.draft import Draft
 from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.kind import Stand
-from symdyn.scene.table import Faults
-from symdyn.scene.value import Value
+from symdyn.scene.values.table import Faults
+from symdyn.scene.values.value import Value
 
 
 def check_elements(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:

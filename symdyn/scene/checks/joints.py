@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from symdyn.scene.direction import direction
-from symdyn.scene.draft import Draft, joint_numbers
-from symdyn.scene.folding import FormulaError
+from symdyn.scene.checks.draft import Draft, joint_numbers
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.model import Joint
-from symdyn.scene.quantity import Quantity
-from symdyn.scene.start import quaternion
-from symdyn.scene.table import Faults, shown
-from symdyn.scene.value import Value, value_of
+from symdyn.scene.joints.start import quaternion
+from symdyn.scene.values.direction import direction
+from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.model import Joint
+from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.table import Faults, shown
+from symdyn.scene.values.value import Value, value_of
 
 NOT_NEGATIVE = (
     *("armature", "damping", "friction", "limits.velocity", "limits.effort"),

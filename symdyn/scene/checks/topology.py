@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from symdyn.scene.draft import Draft
+from symdyn.scene.checks.draft import Draft
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.model import GROUND, Joint, Scene
-from symdyn.scene.names import listed, suggestion
-from symdyn.scene.table import Faults
+from symdyn.scene.values.model import GROUND, Joint, Scene
+from symdyn.scene.values.names import listed, suggestion
+from symdyn.scene.values.table import Faults
 
 
 def check_tree(draft: Draft, faults: Faults) -> None:

@@ -6,15 +6,15 @@ from collections.abc import Iterator, Mapping
 
 from symdyn.graph import Graph, Op
 from symdyn.scene.checks.declared_names import check_names, check_symbols
+from symdyn.scene.checks.draft import Draft, uses
 from symdyn.scene.checks.elements import check_elements
 from symdyn.scene.checks.joints import check_joints
 from symdyn.scene.checks.topology import check_loops, check_tree
-from symdyn.scene.draft import Draft, uses
-from symdyn.scene.folding import FormulaError
-from symdyn.scene.physical import inertia_fault, mass_faults
-from symdyn.scene.quantity import express
-from symdyn.scene.table import Faults, shown
-from symdyn.scene.value import Value, value_of
+from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.physical import inertia_fault, mass_faults
+from symdyn.scene.values.quantity import express
+from symdyn.scene.values.table import Faults, shown
+from symdyn.scene.values.value import Value, value_of
 
 
 def check(draft: Draft, faults: Faults, allow_invalid_inertia: bool = False) -> tuple[str, ...]:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from symdyn.scene.element import Element, Row, Strut
 from symdyn.scene.forces.contact import KNIFE_EDGE, ROLLING
 from symdyn.scene.forces.damper import DAMPER
 from symdyn.scene.forces.kind import Forbid, ForceKind, Pull, Scope, Touch
 from symdyn.scene.forces.load import LOAD
 from symdyn.scene.forces.spring import SPRING
 from symdyn.scene.forces.velocity_row import FORMULA
-from symdyn.scene.model import Scene
-from symdyn.scene.names import suggestion
-from symdyn.scene.quantity import Quantity
-from symdyn.scene.table import Entry, Faults, Table, show
+from symdyn.scene.values.element import Element, Row, Strut
+from symdyn.scene.values.model import Scene
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.table import Entry, Faults, Table, show
 
 FORCES: dict[str, ForceKind] = {
     "spring": SPRING,

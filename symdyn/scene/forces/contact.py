@@ -18,19 +18,19 @@ from functools import partial
 
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
-from symdyn.scene.element import Plane, Row
-from symdyn.scene.folding import FormulaError
 from symdyn.scene.forces.ends import AtBody
 from symdyn.scene.forces.keys import NUMBER, Form, Key
 from symdyn.scene.forces.kind import ForceKind, Rim, Stand, Touch
 from symdyn.scene.forces.touched_plane import OnPlane
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.forbidden import forces
-from symdyn.scene.python_values import Number, Three, entry
-from symdyn.scene.quantity import NULL, ONE, ZERO, Vector, express
-from symdyn.scene.spelling import spell
-from symdyn.scene.table import Entry, Table, plain, show, shown
-from symdyn.scene.value import value_of
+from symdyn.scene.values.element import Plane, Row
+from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.python_values import Number, Three, entry
+from symdyn.scene.values.quantity import NULL, ONE, ZERO, Vector, express
+from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.table import Entry, Table, plain, show, shown
+from symdyn.scene.values.value import value_of
 from symdyn.spatial import Transform, Vec, Wrench, apply, cross, dot, scale, sub
 
 ACROSS: Vector = (ZERO, ONE, ZERO)

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from math import pi
 
 from symdyn.graph import Expr
-from symdyn.scene.element import Strut
-from symdyn.scene.folding import FormulaError
 from symdyn.scene.forces.ends import End, Ends, as_keys
 from symdyn.scene.forces.keys import COEFFICIENTS, Key
 from symdyn.scene.forces.kind import ForceKind, Mark, Pull, Stand
-from symdyn.scene.python_values import Number, entry
-from symdyn.scene.quantity import Quantity, express
-from symdyn.scene.spelling import spell
-from symdyn.scene.table import Entry, shown
-from symdyn.scene.value import value_of
+from symdyn.scene.values.element import Strut
+from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.python_values import Number, entry
+from symdyn.scene.values.quantity import Quantity, express
+from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.table import Entry, shown
+from symdyn.scene.values.value import value_of
 
 
 @dataclass(frozen=True)

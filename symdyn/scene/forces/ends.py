@@ -6,15 +6,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from symdyn.scene.element import Place, Strut
 from symdyn.scene.forces.keys import along, indexed
 from symdyn.scene.forces.kind import PARAMETERS, Part, Scope, Stand
-from symdyn.scene.made_names import Names
-from symdyn.scene.model import GROUND
-from symdyn.scene.names import suggestion
-from symdyn.scene.quantity import NULL, Quantity, Vector
-from symdyn.scene.table import Table, plain, show
-from symdyn.scene.translation import translation
+from symdyn.scene.values.element import Place, Strut
+from symdyn.scene.values.made_names import Names
+from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.quantity import NULL, Quantity, Vector
+from symdyn.scene.values.table import Table, plain, show
+from symdyn.scene.values.translation import translation
 
 End = str | Place | Mapping[str, object]
 """What a user writes for an end in Python."""

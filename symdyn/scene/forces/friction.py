@@ -6,10 +6,10 @@ Reference: Olsson et al., Friction models and friction compensation, European Jo
 from __future__ import annotations
 
 from symdyn.graph import Expr, Op
-from symdyn.scene.element import Friction
 from symdyn.scene.forces.keys import NUMBER, Form, Key
-from symdyn.scene.quantity import ONE, ZERO, express
-from symdyn.scene.spelling import spell
+from symdyn.scene.values.element import Friction
+from symdyn.scene.values.quantity import ONE, ZERO, express
+from symdyn.scene.values.spelling import spell
 
 FORCE, RATE = ("N m", "N"), ("rad/s", "m/s")
 """Units at a joint that turns, and at one that slides."""

@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from symdyn.scene.folding import FormulaError
 from symdyn.scene.forces.kind import PARAMETERS, Part, Scope
-from symdyn.scene.formula import quantity
-from symdyn.scene.made_names import Names
-from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector
-from symdyn.scene.table import Table, plain
+from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.made_names import Names
+from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector
+from symdyn.scene.values.table import Table, plain
 
 
 @dataclass(frozen=True)

@@ -16,13 +16,13 @@ from functools import cached_property
 from typing import Any
 
 from symdyn.graph import Expr, Graph
-from symdyn.scene.element import Element
 from symdyn.scene.forces.level import level_normal
-from symdyn.scene.made_names import Names
-from symdyn.scene.model import Parameter, Point, Scene
-from symdyn.scene.quantity import Quantity, Vector
-from symdyn.scene.table import Faults, Table
-from symdyn.scene.value import Value
+from symdyn.scene.values.element import Element
+from symdyn.scene.values.made_names import Names
+from symdyn.scene.values.model import Parameter, Point, Scene
+from symdyn.scene.values.quantity import Quantity, Vector
+from symdyn.scene.values.table import Faults, Table
+from symdyn.scene.values.value import Value
 from symdyn.spatial import Transform, Vec, Wrench
 
 PARAMETERS, MOTION, TIME = range(3)

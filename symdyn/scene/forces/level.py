@@ -6,12 +6,12 @@ import math
 import random
 from collections.abc import Mapping, Sequence
 
-from symdyn.scene.folding import FormulaError, neg
-from symdyn.scene.mapping import substituted
-from symdyn.scene.model import Parameter
-from symdyn.scene.quantity import ONE, ZERO, Quantity, Vector, number
-from symdyn.scene.spelling import spell
-from symdyn.scene.value import value_of
+from symdyn.scene.values.folding import FormulaError, neg
+from symdyn.scene.values.mapping import substituted
+from symdyn.scene.values.model import Parameter
+from symdyn.scene.values.quantity import ONE, ZERO, Quantity, Vector, number
+from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.value import value_of
 
 DRAWS, SAME = 6, 1e-12
 """Random values of free parameters at which a direction is looked at, and what it may differ by."""

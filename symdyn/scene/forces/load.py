@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from symdyn.graph import Graph
-from symdyn.scene.element import Load
 from symdyn.scene.forces.ends import AtBody
 from symdyn.scene.forces.keys import VECTOR, Key, choice
 from symdyn.scene.forces.kind import TIME, ForceKind, Push, Stand
-from symdyn.scene.model import GROUND
-from symdyn.scene.python_values import Three, entry
-from symdyn.scene.quantity import NULL, Vector, express
-from symdyn.scene.spelling import spell
-from symdyn.scene.table import Entry
+from symdyn.scene.values.element import Load
+from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.python_values import Three, entry
+from symdyn.scene.values.quantity import NULL, Vector, express
+from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.table import Entry
 from symdyn.spatial import Vec, Wrench
 
 

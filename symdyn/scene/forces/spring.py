@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from math import comb, pi
 
 from symdyn.graph import Expr, Graph
-from symdyn.scene.element import Strut
 from symdyn.scene.forces.ends import End, Ends, as_keys
 from symdyn.scene.forces.keys import COEFFICIENTS, NUMBER, Key
 from symdyn.scene.forces.kind import ForceKind, Mark, Pull
-from symdyn.scene.python_values import Number, entry
-from symdyn.scene.quantity import ZERO, Quantity, express
-from symdyn.scene.spelling import spell
-from symdyn.scene.table import Entry
+from symdyn.scene.values.element import Strut
+from symdyn.scene.values.python_values import Number, entry
+from symdyn.scene.values.quantity import ZERO, Quantity, express
+from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.table import Entry
 
 
 @dataclass(frozen=True)

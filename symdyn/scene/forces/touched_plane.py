@@ -6,16 +6,16 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from symdyn.scene.direction import direction
-from symdyn.scene.element import Plane, Row
 from symdyn.scene.forces.ends import known_body, named_shift
 from symdyn.scene.forces.keys import indexed
 from symdyn.scene.forces.kind import PARAMETERS, Part, Scope, Stand
-from symdyn.scene.made_names import Names
-from symdyn.scene.model import GROUND
-from symdyn.scene.quantity import NULL, Quantity
-from symdyn.scene.spelling import spell
-from symdyn.scene.table import Table
+from symdyn.scene.values.direction import direction
+from symdyn.scene.values.element import Plane, Row
+from symdyn.scene.values.made_names import Names
+from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.quantity import NULL, Quantity
+from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.table import Table
 
 TILT = "tilt a body that carries it"
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symdyn.graph import Graph, Op
-from symdyn.scene.element import Row
-from symdyn.scene.folding import FormulaError, add, div, mul, neg, sub
 from symdyn.scene.forces.keys import NUMBER, Key
 from symdyn.scene.forces.kind import MOTION, Forbid, ForceKind, Stand
-from symdyn.scene.python_values import entry
-from symdyn.scene.quantity import ONE, ZERO, Quantity, express
-from symdyn.scene.spelling import spell
-from symdyn.scene.table import Entry, shown
+from symdyn.scene.values.element import Row
+from symdyn.scene.values.folding import FormulaError, add, div, mul, neg, sub
+from symdyn.scene.values.python_values import entry
+from symdyn.scene.values.quantity import ONE, ZERO, Quantity, express
+from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.table import Entry, shown
 
 
 def _check(row: Row, stand: Stand) -> None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from decimal import Decimal
 
-from symdyn.scene.folding import FormulaError
 from symdyn.scene.formats.snap import snap_angle
 from symdyn.scene.formats.xml import Element
-from symdyn.scene.formula import quantity
-from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector
-from symdyn.scene.spelling import spell
-from symdyn.scene.table import Faults, show
+from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector
+from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.table import Faults, show
 
 _DECIMAL = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?\Z", re.ASCII)
 

@@ -12,11 +12,11 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 
-from symdyn.scene import folding
 from symdyn.scene.formats.snap import snap_angle
-from symdyn.scene.formula import DEGREE, quantity
-from symdyn.scene.quantity import ZERO, Quantity, Vector, number
-from symdyn.scene.turns import Step, turns
+from symdyn.scene.values import folding
+from symdyn.scene.values.formula import DEGREE, quantity
+from symdyn.scene.values.quantity import ZERO, Quantity, Vector, number
+from symdyn.scene.values.turns import Step, turns
 
 ROUNDING = 1e-15
 DECIMALS_OF_DEGREES = 6

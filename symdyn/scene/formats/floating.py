@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from symdyn.scene.model import GROUND
-from symdyn.scene.names import check_name
-from symdyn.scene.table import Entry, Faults, show
+from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.names import check_name
+from symdyn.scene.values.table import Entry, Faults, show
 
 WHERE = "floating base"
 

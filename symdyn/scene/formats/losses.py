@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from symdyn.scene.forces import FORCES, friction, place_of
-from symdyn.scene.model import Scene
-from symdyn.scene.quantity import ZERO
-from symdyn.scene.spelling import spell
+from symdyn.scene.values.model import Scene
+from symdyn.scene.values.quantity import ZERO
+from symdyn.scene.values.spelling import spell
 
 
 def lost_words(scene: Scene) -> Iterator[str]:

@@ -18,12 +18,12 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.errors import SceneError
-from symdyn.scene.declare import assemble
+from symdyn.scene.declaration.declare import assemble
+from symdyn.scene.declaration.reader import Reading, ReadOptions
 from symdyn.scene.formats.mjcf_mesh import check_meshes, is_file, mesh_paths
 from symdyn.scene.formats.mjcf_tree import Tree, nonzero
 from symdyn.scene.formats.xml import Element, read_xml
-from symdyn.scene.reader import Reading, ReadOptions
-from symdyn.scene.table import Faults, shorten, show
+from symdyn.scene.values.table import Faults, shorten, show
 
 OLDEST = (3, 4)
 MOST_FILES = 100

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from symdyn.scene.formats.doubles import ROUNDING, Doubles, matrix_of, times
 from symdyn.scene.formats.rounded import possible
-from symdyn.scene.formula import quantity
-from symdyn.scene.quantity import Quantity
+from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.quantity import Quantity
 
 KEYS = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from symdyn.scene import folding
 from symdyn.scene.formats.doubles import Doubles
 from symdyn.scene.formats.mjcf_tendon import NoCouplingError, tied
 from symdyn.scene.formats.naming import printable_names
-from symdyn.scene.formula import quantity
-from symdyn.scene.model import GROUND, Pose
-from symdyn.scene.quantity import NULL, ZERO, Quantity, Vector
-from symdyn.scene.table import Entry, Faults, compose
-from symdyn.scene.turns import Step, inverse, plus, towards
+from symdyn.scene.values import folding
+from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.model import GROUND, Pose
+from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector
+from symdyn.scene.values.table import Entry, Faults, compose
+from symdyn.scene.values.turns import Step, inverse, plus, towards
 
 REFUSED = {
     "armature": "a free body has no rotor; add it to the body's own mass and inertia, or set it to 0",

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from symdyn.scene.table import Faults, show
+from symdyn.scene.values.table import Faults, show
 
 LARGEST_MESH = 64 * 2**20
 MOST_IN_ALL = 512 * 2**20

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from symdyn.scene.names import listed
+from symdyn.scene.values.names import listed
 
 ADVICE = "delete it, convert to TOML, and say there what it does: a row [rows.NAME] with a formula in velocities"
 

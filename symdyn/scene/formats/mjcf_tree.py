@@ -17,18 +17,18 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from symdyn.scene.declare import Declaration
+from symdyn.scene.declaration.declare import Declaration
+from symdyn.scene.declaration.reader import ReadOptions
 from symdyn.scene.formats.doubles import Doubles
 from symdyn.scene.formats.floating import WHERE as FLOATING
 from symdyn.scene.formats.floating import free_base
 from symdyn.scene.formats.mjcf_inertia import entries
 from symdyn.scene.formats.mjcf_joints import Joints, merged, shift
 from symdyn.scene.formats.naming import printable_names
-from symdyn.scene.formula import quantity
-from symdyn.scene.model import GROUND
-from symdyn.scene.names import LONGEST, listed
-from symdyn.scene.reader import ReadOptions
-from symdyn.scene.table import Entry, Faults, shorten
+from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.names import LONGEST, listed
+from symdyn.scene.values.table import Entry, Faults, shorten
 
 NO_NAME = "MuJoCo Model"
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from symdyn.scene.model import GROUND
-from symdyn.scene.names import check_name
+from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.names import check_name
 
 LONGEST_CORE = 40
 

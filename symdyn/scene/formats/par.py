@@ -21,21 +21,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from symdyn.graph import Op
-from symdyn.scene.contents import read_bounded
-from symdyn.scene.declare import Declaration, assemble
-from symdyn.scene.folding import FormulaError, neg
+from symdyn.scene.declaration.contents import read_bounded
+from symdyn.scene.declaration.declare import Declaration, assemble
+from symdyn.scene.declaration.reader import Reading, ReadOptions
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.par_checks import count_frames, is_zero, refuse_motion_of_base
 from symdyn.scene.formats.par_text import SCALAR_KEYS, WRENCH, Sheet, parse_sheet
 from symdyn.scene.formats.snap import snap_angle
-from symdyn.scene.formula import parse
 from symdyn.scene.joints.reversed import inverse
-from symdyn.scene.model import GROUND, Pose
-from symdyn.scene.names import FORMULA_NAMES
-from symdyn.scene.quantity import ZERO, Quantity
-from symdyn.scene.reader import Reading, ReadOptions
-from symdyn.scene.spelling import spell
-from symdyn.scene.table import Entry, Faults, compose, shorten, show
+from symdyn.scene.values.folding import FormulaError, neg
+from symdyn.scene.values.formula import parse
+from symdyn.scene.values.model import GROUND, Pose
+from symdyn.scene.values.names import FORMULA_NAMES
+from symdyn.scene.values.quantity import ZERO, Quantity
+from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.table import Entry, Faults, compose, shorten, show
 
 LARGEST_FILE = 4 * 2**20
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from symdyn.errors import SceneError
 from symdyn.scene.formats.par_text import BASE_KEYS, KEYS, LINK_KEYS, ROW_KEYS, SCALAR_KEYS, WRENCH, Sheet
-from symdyn.scene.table import Faults, show
+from symdyn.scene.values.table import Faults, show
 
 IDENTITY = ("1", "0", "0", "0", "0", "1", "0", "0", "0", "0", "1", "0", "0", "0", "0", "1")
 

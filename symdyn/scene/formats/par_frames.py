@@ -13,9 +13,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby, permutations, product
 
-from symdyn.scene import folding
-from symdyn.scene.quantity import PI, ZERO, Quantity, number
-from symdyn.scene.turns import RIGHT, Step, plus, quarter_turns, turns
+from symdyn.scene.values import folding
+from symdyn.scene.values.quantity import PI, ZERO, Quantity, number
+from symdyn.scene.values.turns import RIGHT, Step, plus, quarter_turns, turns
 
 SLOTS = ("Rz", "Tz", "Rx", "Tx", "Rz", "Tz")
 

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symdyn.graph import Op
-from symdyn.scene import folding
-from symdyn.scene.model import Body
-from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector, number
-from symdyn.scene.turns import Step, quarter_turns
+from symdyn.scene.values import folding
+from symdyn.scene.values.model import Body
+from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector, number
+from symdyn.scene.values.turns import Step, quarter_turns
 
 INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 

@@ -10,8 +10,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from symdyn.scene.formula import UNARY_FUNCTIONS
-from symdyn.scene.table import Faults, shorten, show
+from symdyn.scene.values.formula import UNARY_FUNCTIONS
+from symdyn.scene.values.table import Faults, shorten, show
 
 ROW_KEYS = ("ant", "sigma", "b", "d", "r", "gamma", "alpha", "mu", "theta")
 

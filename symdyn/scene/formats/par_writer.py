@@ -13,19 +13,19 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symdyn.errors import SceneError
-from symdyn.scene import folding
+from symdyn.scene.declaration.reader import Written
 from symdyn.scene.formats.losses import lost_words
 from symdyn.scene.formats.par import FIXED, TYPES
 from symdyn.scene.formats.par_frames import Row, rows
 from symdyn.scene.formats.par_links import INERTIAL, NOTHING, Link, link
 from symdyn.scene.formats.placing import angle_text
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.mapping import substituted
-from symdyn.scene.model import GROUND, Joint, Limits, Parameter, Pose, Scene
-from symdyn.scene.quantity import ZERO, Quantity, Vector, symbol
-from symdyn.scene.reader import Written
-from symdyn.scene.spelling import spell
-from symdyn.scene.turns import Step, inverse, towards
+from symdyn.scene.values import folding
+from symdyn.scene.values.mapping import substituted
+from symdyn.scene.values.model import GROUND, Joint, Limits, Parameter, Pose, Scene
+from symdyn.scene.values.quantity import ZERO, Quantity, Vector, symbol
+from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.turns import Step, inverse, towards
 
 ANGLES = ("gamma", "alpha", "theta")
 SIGMA = {kind: str(sigma) for sigma, kind in enumerate(TYPES)}

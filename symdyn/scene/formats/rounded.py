@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from symdyn.scene.formats.placing import decimal_text
-from symdyn.scene.physical import impossible
-from symdyn.scene.value import Value
+from symdyn.scene.values.physical import impossible
+from symdyn.scene.values.value import Value
 
 SMALLEST = 2.0**-52
 LARGEST = 1e-14

@@ -16,8 +16,8 @@ import re
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 
-from symdyn.scene import folding
-from symdyn.scene.quantity import PI, Quantity, number
+from symdyn.scene.values import folding
+from symdyn.scene.values.quantity import PI, Quantity, number
 
 DENOMINATORS = (1, 2, 3, 4, 5, 6, 8, 9, 10, 12)
 FEWEST_DIGITS = 5

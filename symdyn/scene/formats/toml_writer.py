@@ -9,16 +9,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
-from symdyn.scene.body_table import INERTIA_KEYS
+from symdyn.scene.declaration.body_table import INERTIA_KEYS
+from symdyn.scene.declaration.joint_table import LIMIT_KEYS
+from symdyn.scene.declaration.reader import Written
 from symdyn.scene.forces import friction, place_of, table_of
 from symdyn.scene.forces.kind import Scope
-from symdyn.scene.joint_table import LIMIT_KEYS
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.model import STANDARD_GRAVITY, Body, Coupling, Joint, Parameter, Point, Pose, Scene
-from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector
-from symdyn.scene.reader import Written
-from symdyn.scene.spelling import spell
-from symdyn.scene.table import compose
+from symdyn.scene.values.model import STANDARD_GRAVITY, Body, Coupling, Joint, Parameter, Point, Pose, Scene
+from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector
+from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.table import compose
 
 STRAIGHT = ("Tx", "Ty", "Tz", "Rz", "Ry", "Rx")  # the steps of { xyz, rpy }, in their order
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from symdyn.graph import Graph, Op
-from symdyn.scene import folding
-from symdyn.scene.quantity import Quantity, Vector, express, number
+from symdyn.scene.values import folding
+from symdyn.scene.values.quantity import Quantity, Vector, express, number
 
 Entries = tuple[Quantity, Quantity, Quantity, Quantity, Quantity, Quantity]
 

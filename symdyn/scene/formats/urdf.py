@@ -18,21 +18,21 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.errors import SceneError
-from symdyn.scene import folding
-from symdyn.scene.declare import Declaration, assemble
+from symdyn.scene.declaration.declare import Declaration, assemble
+from symdyn.scene.declaration.joint_table import STAND_IN
+from symdyn.scene.declaration.reader import Reading, ReadOptions
 from symdyn.scene.formats.attributes import Attributes
 from symdyn.scene.formats.floating import free_base
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.turned_inertia import Entries, turned
 from symdyn.scene.formats.xml import Element, read_xml
-from symdyn.scene.joint_table import STAND_IN
 from symdyn.scene.joints import AXIS, JOINTS
-from symdyn.scene.model import GROUND
-from symdyn.scene.names import listed, suggestion
-from symdyn.scene.quantity import NULL, ONE, ZERO, Quantity, Vector
-from symdyn.scene.reader import Reading, ReadOptions
-from symdyn.scene.spelling import spell
-from symdyn.scene.table import Entry, Faults, show
+from symdyn.scene.values import folding
+from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.names import listed, suggestion
+from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector
+from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.table import Entry, Faults, show
 
 TYPES = {
     "revolute": "revolute",

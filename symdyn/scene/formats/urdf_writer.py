@@ -13,19 +13,19 @@ from fractions import Fraction
 from xml.sax.saxutils import quoteattr
 
 from symdyn.errors import SceneError
+from symdyn.scene.declaration.reader import Written
 from symdyn.scene.formats.losses import lost_words
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, xyz_rpy
 from symdyn.scene.formats.rounded import possible
 from symdyn.scene.formats.urdf import TYPES, UNLIMITED
 from symdyn.scene.joints import AXIS, JOINTS, ORIENTATION
-from symdyn.scene.model import GROUND, STANDARD_GRAVITY, Body, Joint, Pose, Scene
-from symdyn.scene.names import listed
-from symdyn.scene.physical import central_inertia
-from symdyn.scene.quantity import ZERO, Quantity
-from symdyn.scene.reader import Written
-from symdyn.scene.spelling import spell
-from symdyn.scene.value import Value, value_of
+from symdyn.scene.values.model import GROUND, STANDARD_GRAVITY, Body, Joint, Pose, Scene
+from symdyn.scene.values.names import listed
+from symdyn.scene.values.physical import central_inertia
+from symdyn.scene.values.quantity import ZERO, Quantity
+from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.value import Value, value_of
 
 INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 

@@ -22,8 +22,8 @@ from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
 from symdyn.errors import SceneError
-from symdyn.scene.contents import read_bounded
-from symdyn.scene.table import shorten
+from symdyn.scene.declaration.contents import read_bounded
+from symdyn.scene.values.table import shorten
 
 LARGEST_FILE = 32 * 2**20
 LONGEST_TAG = 2**20

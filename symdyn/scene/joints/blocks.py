@@ -7,8 +7,8 @@ from collections.abc import Callable
 from symdyn.graph import Expr, Graph, gradient
 from symdyn.scene.joints.joint_key import ORIENTATION
 from symdyn.scene.joints.kind import Block, Gimbal, JointMotion, Move
-from symdyn.scene.model import Joint, Pose
-from symdyn.scene.quantity import ONE, PI, ZERO, Quantity, Vector, express
+from symdyn.scene.values.model import Joint, Pose
+from symdyn.scene.values.quantity import ONE, PI, ZERO, Quantity, Vector, express
 from symdyn.spatial import (
     Mat,
     Transform,

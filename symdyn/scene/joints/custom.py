@@ -11,8 +11,8 @@ from symdyn.scene.joints.joint_key import JointKey
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.joints.kind import Block, JointKind
 from symdyn.scene.joints.reversed import inverse
-from symdyn.scene.model import Joint, Pose
-from symdyn.scene.table import Table, as_list, plain, show
+from symdyn.scene.values.model import Joint, Pose
+from symdyn.scene.values.table import Table, as_list, plain, show
 
 
 def _units(table: Table, name: str, default: tuple[str, ...]) -> tuple[str, ...]:

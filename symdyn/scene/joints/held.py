@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from symdyn.scene import folding
-from symdyn.scene.model import Joint
-from symdyn.scene.quantity import ZERO, Quantity
-from symdyn.scene.turns import Step, inverse, towards
-from symdyn.scene.value import value_of
+from symdyn.scene.values import folding
+from symdyn.scene.values.model import Joint
+from symdyn.scene.values.quantity import ZERO, Quantity
+from symdyn.scene.values.turns import Step, inverse, towards
+from symdyn.scene.values.value import value_of
 
 Steps = tuple[Step, ...]
 

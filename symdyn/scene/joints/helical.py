@@ -6,7 +6,6 @@ What a nut exerts on its screw without working: a force f along the axis goes wi
 from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene import folding
 from symdyn.scene.joints.blocks import screw
 from symdyn.scene.joints.forbidden import directions, forces, leaning, moments, offsets
 from symdyn.scene.joints.held import Steps, held
@@ -14,9 +13,10 @@ from symdyn.scene.joints.joint_key import AXIS, JointKey
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.joints.kind import Block, Forbids, JointKind
 from symdyn.scene.joints.reversed import about_opposite
-from symdyn.scene.model import Joint
-from symdyn.scene.quantity import PI, ZERO, Quantity, express, number
-from symdyn.scene.table import Table
+from symdyn.scene.values import folding
+from symdyn.scene.values.model import Joint
+from symdyn.scene.values.quantity import PI, ZERO, Quantity, express, number
+from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, apply, dot, scale
 
 PITCH = JointKey(

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from symdyn.scene.model import Joint
-from symdyn.scene.quantity import ONE, ZERO, Vector
-from symdyn.scene.table import Table, show
+from symdyn.scene.values.model import Joint
+from symdyn.scene.values.quantity import ONE, ZERO, Vector
+from symdyn.scene.values.table import Table, show
 
 T = TypeVar("T")
 

@@ -7,7 +7,7 @@ from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.joint_key import AXIS, ORIENTATION
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.joints.kind import Block, JointKind
-from symdyn.scene.model import Joint
+from symdyn.scene.values.model import Joint
 
 
 def _blocks(joint: Joint) -> tuple[Block, ...]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from symdyn.scene.folding import neg
-from symdyn.scene.model import Joint, Pose
-from symdyn.scene.quantity import Vector
+from symdyn.scene.values.folding import neg
+from symdyn.scene.values.model import Joint, Pose
+from symdyn.scene.values.quantity import Vector
 
 
 def inverse(pose: Pose) -> Pose:

@@ -13,9 +13,9 @@ from symdyn.scene.joints.held import Steps
 from symdyn.scene.joints.joint_key import ORIENTATION, JointKey
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.joints.kind import Block, Forbids, Gimbal, JointKind
-from symdyn.scene.model import Joint
-from symdyn.scene.quantity import ZERO, Quantity, express
-from symdyn.scene.table import Table
+from symdyn.scene.values.model import Joint
+from symdyn.scene.values.quantity import ZERO, Quantity, express
+from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, dot, scale
 
 LENGTH = JointKey(

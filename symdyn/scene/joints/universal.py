@@ -6,18 +6,18 @@ import math
 from dataclasses import replace
 
 from symdyn.graph import Expr
-from symdyn.scene.folding import FormulaError
 from symdyn.scene.joints.blocks import turn, unit
 from symdyn.scene.joints.forbidden import everywhere, forces, moments
 from symdyn.scene.joints.joint_key import AXIS, JointKey
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
 from symdyn.scene.joints.kind import Block, Forbids, JointKind
 from symdyn.scene.joints.reversed import opposite
-from symdyn.scene.model import Joint
-from symdyn.scene.quantity import ONE, ZERO, Vector
-from symdyn.scene.spelling import spell
-from symdyn.scene.table import Table, shorten
-from symdyn.scene.value import value_of
+from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.model import Joint
+from symdyn.scene.values.quantity import ONE, ZERO, Vector
+from symdyn.scene.values.spelling import spell
+from symdyn.scene.values.table import Table, shorten
+from symdyn.scene.values.value import value_of
 from symdyn.spatial import Transform, Wrench, apply, cross, dot
 
 SECOND: JointKey[Vector] = JointKey("second_axis", Table.vector, (ONE, ZERO, ZERO), turned=True)

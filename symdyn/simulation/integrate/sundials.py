@@ -1,6 +1,6 @@
 """SUNDIALS through scikit-sundae: CVODE's multistep methods, BDF for stiff systems and Adams for others, and IDA.
 
-IDA takes the equations with multipliers as they are, see `symdyn.simulation.implicit`.
+IDA takes the equations with multipliers as they are, see `symdyn.simulation.equations.implicit`.
 
 Reference: Hindmarsh et al., SUNDIALS: Suite of nonlinear and differential/algebraic equation solvers (2005).
 """
@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.simulation.implicit import Implicit
+from symdyn.simulation.equations.implicit import Implicit
+from symdyn.simulation.equations.state_equations import StateEquations
 from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem, Step, follow
-from symdyn.simulation.state_equations import StateEquations
 
 Array = npt.NDArray[np.float64]
 

@@ -29,11 +29,11 @@ from symdyn.algebra.numeric import Arithmetic
 from symdyn.dynamics.roads.functions import Function
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.program.assemble import PREPARED
-from symdyn.simulation.compiled import Compiled
-from symdyn.simulation.formulas_in_time import TIME
+from symdyn.simulation.equations.compiled_routines import Compiled
+from symdyn.simulation.equations.state_equations import StateEquations
 from symdyn.simulation.integrate.interrupts import interrupts_wait
 from symdyn.simulation.integrate.method import Hit, IntegrationError, Method, Piece, Problem
-from symdyn.simulation.state_equations import StateEquations
+from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 Array = npt.NDArray[np.float64]
 

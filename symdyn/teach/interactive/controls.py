@@ -15,11 +15,11 @@ from symdyn.draw.lettering import from_latex
 from symdyn.emit.escape import in_html
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.scene import JOINTS, Joint, Parameter, Scene, acceleration_name
-from symdyn.scene.start import quaternion
+from symdyn.scene.joints.start import quaternion
 from symdyn.scene.units import velocity_units
-from symdyn.scene.value import value_of
+from symdyn.scene.values.value import value_of
 from symdyn.teach.interactive.reduced import Held
-from symdyn.teach.render.mathml import inline
+from symdyn.teach.mathml import inline
 
 RATES = {"rad": (8.0, 20.0), "m": (3.0, 10.0)}  # largest velocity and acceleration of a slider
 UNITS = {

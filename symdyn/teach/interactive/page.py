@@ -32,7 +32,7 @@ from symdyn.teach.interactive.marks import Mark
 from symdyn.teach.interactive.slider_start import start
 from symdyn.teach.interactive.tables import exerted, force_tables
 from symdyn.teach.interactive.words import WORDS
-from symdyn.teach.render.mathml import inline
+from symdyn.teach.mathml import inline
 
 
 class Interactive(NamedTuple):

@@ -23,7 +23,7 @@ from symdyn.dynamics.roads.derive import derive_one
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
 from symdyn.scene.forces import elastic
-from symdyn.scene.start import quaternion
+from symdyn.scene.joints.start import quaternion
 from symdyn.teach.interactive.function import function
 
 ACTING = "acting"

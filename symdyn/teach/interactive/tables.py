@@ -14,7 +14,7 @@ from symdyn.scene.units import velocity_units
 from symdyn.teach.equation_steps import coefficient_unit
 from symdyn.teach.interactive.controls import UNITS
 from symdyn.teach.interactive.live import Live, Term
-from symdyn.teach.render.mathml import inline
+from symdyn.teach.mathml import inline
 
 
 def force_tables(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict[str, Any]]:

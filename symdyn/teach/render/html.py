@@ -32,9 +32,9 @@ from symdyn.teach.document import (
 from symdyn.teach.exercises import questions
 from symdyn.teach.interactive import WORDS, Interactive, absence, interactive
 from symdyn.teach.languages import LANGUAGES
+from symdyn.teach.mathematics import Spelling
+from symdyn.teach.mathml import flow, inline
 from symdyn.teach.render.markdown import number
-from symdyn.teach.render.mathematics import Spelling
-from symdyn.teach.render.mathml import flow, inline
 
 SHORT = 150.0  # of a formula between words
 

@@ -25,9 +25,9 @@ from symdyn.teach.document import (
     Words,
 )
 from symdyn.teach.languages import LANGUAGES
+from symdyn.teach.mathematics import Spelling, lines
 from symdyn.teach.render.drawing import tex_picture
 from symdyn.teach.render.markdown import number
-from symdyn.teach.render.mathematics import Spelling, lines
 
 LINE = 470.0  # pt: 170 mm less a little for what the estimate misses
 TAG = 55.0  # room for an equation number

@@ -24,7 +24,7 @@ from symdyn.teach.document import (
     Words,
 )
 from symdyn.teach.languages import LANGUAGES
-from symdyn.teach.render.mathematics import Spelling, lines
+from symdyn.teach.mathematics import Spelling, lines
 
 ROOM = 620.0  # of a display, pt at 10 pt
 BAR = 24  # characters of a share of one

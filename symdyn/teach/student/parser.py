@@ -27,7 +27,7 @@ from symdyn.algebra.form import (
     sum_of,
 )
 from symdyn.graph import Op
-from symdyn.scene.table import shorten
+from symdyn.scene.values.table import shorten
 from symdyn.teach.student.bounds import too_large
 from symdyn.teach.student.cursor import Cursor
 from symdyn.teach.student.source import Source

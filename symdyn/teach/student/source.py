@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from symdyn.errors import TeachError
-from symdyn.scene.grammar import GREEK
+from symdyn.scene.values.grammar import GREEK
 
 LONGEST = 50_000
 SHOWN = 100  # characters of a line that a message shows

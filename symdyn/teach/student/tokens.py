@@ -15,7 +15,7 @@ import re
 from dataclasses import dataclass
 from fractions import Fraction
 
-from symdyn.scene.grammar import GREEK
+from symdyn.scene.values.grammar import GREEK
 from symdyn.teach.student.source import Source
 
 FUNCTIONS = ("sin", "cos", "tan", "sqrt", "exp", "log", "ln", "tanh", "abs", "sign", "sgn")

@@ -1,0 +1,143 @@
+"""From raw tables to a checked scene: the one road that TOML files, Denavit-Hartenberg tables and Python all take."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from symdyn.scene.checks.draft import Draft
+from symdyn.scene.checks.whole import check
+from symdyn.scene.declaration.body_table import read_body
+from symdyn.scene.declaration.dh import expand
+from symdyn.scene.declaration.joint_table import read_joints, read_loops
+from symdyn.scene.declaration.locking import lock, read_locks
+from symdyn.scene.declaration.spanning import span
+from symdyn.scene.declaration.turning import turned
+from symdyn.scene.forces import read_elements
+from symdyn.scene.forces.kind import Scope
+from symdyn.scene.values.model import STANDARD_GRAVITY, Parameter, Point, Scene
+from symdyn.scene.values.quantity import NULL, ZERO, Vector
+from symdyn.scene.values.table import Entry, Faults, Table, show
+
+PARAMETER_KEYS = ("value", "positive", "unit", "latex", "text")
+
+POINT_KEYS = ("body", "at")
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """A scene as raw as the user wrote it.
+
+    Attributes:
+        name: of the scene.
+        gravity: raw value; None for the standard 9.81 m/s^2 along -z, False or "none" for no gravity.
+        parameters, bodies, joints, points: declared tables.
+        loops: declared joints that close loops.
+        elements: declared tables of what acts, by section.
+        dh: a Denavit-Hartenberg table.
+    """
+
+    name: str
+    gravity: object = None
+    parameters: tuple[Entry, ...] = ()
+    bodies: tuple[Entry, ...] = ()
+    joints: tuple[Entry, ...] = ()
+    points: tuple[Entry, ...] = ()
+    loops: tuple[Entry, ...] = ()
+    elements: Mapping[str, tuple[Entry, ...]] = field(default_factory=dict)
+    dh: Entry | None = None
+
+
+def assemble(
+    declaration: Declaration,
+    source: str,
+    faults: Faults,
+    allow_invalid_inertia: bool = False,
+    spanning_tree: Sequence[str] | None = None,
+) -> Scene:
+    """Return the checked scene, joints sorted parents first.
+
+    Args:
+        declaration: what the user wrote.
+        source: where it was written, for messages.
+        faults: faults found so far.
+        allow_invalid_inertia: let every body pass whose inertia no body has, with a note in `faults` for each.
+        spanning_tree: the joints to cut where joints close loops; None chooses them, with a note.
+
+    Raises:
+        SceneError: with every fault of the declaration, one line each.
+    """
+    bodies, joints = list(declaration.bodies), list(declaration.joints)
+    if declaration.dh is not None:
+        more_bodies, more_joints = expand(declaration.dh, faults)
+        bodies, joints = bodies + more_bodies, joints + more_joints
+    held = [str(entry.table.get("joint")) for entries in declaration.elements.values() for entry in entries]
+    spanned = span(joints, held, spanning_tree, faults)
+    points = tuple(_point(entry, faults) for entry in declaration.points)
+    named = {point.name: point for point in points}
+    loops = (*declaration.loops, *spanned.cut)
+    parameters = tuple(_parameter(entry, faults) for entry in declaration.parameters)
+    gravity = _gravity(declaration.gravity, faults)
+    scene = Scene(
+        name=declaration.name,
+        parameters=parameters,
+        gravity=gravity,
+        bodies=tuple(read_body(entry, faults) for entry in bodies),
+        joints=tuple(
+            turned(joint) if joint.name in spanned.turned else joint for joint in read_joints(spanned.joints, faults)
+        ),
+        points=points,
+        loops=read_loops(loops, faults),
+        source=source,
+    )
+    elements = read_elements(declaration.elements, Scope(named, gravity, parameters), faults)
+    scene = replace(scene, elements=tuple(one for _, one in elements))
+    places = {"bodies": bodies, "joints": spanned.joints, "loops": loops}
+    places |= {"parameters": declaration.parameters, "points": declaration.points}
+    where = {kind: tuple(entry.where for entry in entries) for kind, entries in places.items()}
+    draft = Draft(scene, where | {"elements": tuple(place for place, _ in elements)})
+    positions = read_locks(joints, faults)
+    _note_friction(scene, faults)
+    excused = check(draft, faults, allow_invalid_inertia)
+    faults.close()
+    carried = {body.name: body for body in scene.bodies}
+    carried |= {name: replace(carried[name], allow_invalid_inertia=True) for name in excused}
+    ordered = replace(scene, bodies=tuple(carried[joint.child] for joint in scene.joints))
+    return lock(ordered, positions, faults) if positions else ordered
+
+
+def _note_friction(scene: Scene, faults: Faults) -> None:
+    """Note the joints whose friction is a plain number, which does not act."""
+    names = [joint.name for joint in scene.joints if joint.friction != ZERO]
+    if names:
+        found = f"friction is kept as data and enters no equation ({', '.join(names)})"
+        faults.note("", f"{found}; a scene says friction = {{ coulomb = 0.5, smoothing = 0.01 }} to have it act")
+
+
+def _gravity(raw: object, faults: Faults) -> Vector:
+    if raw is None:
+        return STANDARD_GRAVITY
+    if raw is False or (isinstance(raw, str) and raw == "none"):
+        return NULL
+    advice = 'give a vector such as [0, 0, -9.81], or "none"'
+    if raw is True or isinstance(raw, str):
+        faults.add("", f"gravity = {show(raw)} is not a vector; {advice}")
+        return NULL
+    return Table(Entry("", {"gravity": raw}, ""), faults, ("gravity",)).vector("gravity")
+
+
+def _parameter(entry: Entry, faults: Faults) -> Parameter:
+    table = Table(entry, faults, PARAMETER_KEYS)
+    return Parameter(
+        name=entry.name,
+        value=table.quantity("value") if "value" in table else None,
+        positive=table.flag("positive"),
+        unit=table.text("unit"),
+        latex=table.text("latex") if "latex" in table else None,
+        text=table.text("text"),
+    )
+
+
+def _point(entry: Entry, faults: Faults) -> Point:
+    table = Table(entry, faults, POINT_KEYS)
+    return Point(entry.name, table.required("body", "write the body that carries the point"), table.pose("at"))

@@ -1,0 +1,284 @@
+"""A spanning tree of the joints: which of them carry bodies, which are cut and close loops, which are turned round.
+
+Joints whose children are as many bodies, all hanging on ground, are a tree as they stand. Else the joints are sorted:
+those that say what a cut joint cannot (a drive that is asked for, a rotor, damping, ...) come before the others, few
+freedoms before many, those that a search breadth-first from ground meets first before those that close its rings, and
+declared order last; and each is kept unless it closes a loop with those before it (Kruskal 1956). A joint that then
+points towards ground is turned round (see `turning`), which leaves its coordinates what they were. A ball and the like
+cannot be turned round, since their velocities are measured in the child; they are cut instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from symdyn.scene.declaration.joint_table import freedoms, loop_keys
+from symdyn.scene.declaration.turning import turnable
+from symdyn.scene.forces import FORCES
+from symdyn.scene.forces.kind import Pull
+from symdyn.scene.values.model import GROUND
+from symdyn.scene.values.names import listed, suggestion
+from symdyn.scene.values.table import Entry, Faults, plain, show
+
+KEPT = ("force", "forces", "motion", "mimic", "armature", "rotor", "damping", "locked", "drive", "drives")
+"""What a joint that closes a loop cannot say."""
+
+
+STARTS = ("start", "start_rates")
+"""What a joint that closes a loop says in vain: its start follows."""
+
+
+@dataclass(frozen=True)
+class Span:
+    """The joints of a scene as a tree and what closes loops.
+
+    Attributes:
+        joints: those of the tree, each after the joint of its parent as far as they hang on ground.
+        cut: those that close loops, without the keys that only a joint of the tree has.
+        turned: names of those of the tree that are declared from their child towards ground.
+    """
+
+    joints: tuple[Entry, ...]
+    cut: tuple[Entry, ...] = ()
+    turned: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class _Edge:
+    """A declared joint as an edge between two bodies."""
+
+    entry: Entry
+    parent: str
+    child: str
+    kind: str
+    index: int
+
+    @property
+    def freedoms(self) -> int:
+        return freedoms(self.entry)
+
+    def other(self, body: str) -> str:
+        return self.child if body == self.parent else self.parent
+
+
+def span(joints: Sequence[Entry], held: Sequence[str], cuts: Sequence[str] | None, faults: Faults) -> Span:
+    """Return the spanning tree of declared joints.
+
+    Args:
+        joints: as declared, in any order.
+        held: names of joints that must not be cut, since something acts at them.
+        cuts: names of the joints to cut, None to choose them.
+        faults: takes faults, and a note on every choice.
+    """
+    edges = [_edge(entry, k) for k, entry in enumerate(joints)]
+    unknown = [name for name in cuts or () if name not in {edge.entry.name for edge in edges}]
+    for name in unknown:
+        faults.add("", f'--spanning-tree: "{name}" is not a joint; {suggestion(name, [e.entry.name for e in edges])}')
+    if unknown or any(not edge.parent or not edge.child for edge in edges):
+        return Span(tuple(edge.entry for edge in _parents_first(edges)))  # reported where it stands
+    if not cuts and _is_tree(edges):
+        return Span(tuple(edge.entry for edge in _parents_first(edges)))
+    needed = {*held, *(_leader(edge.entry) for edge in edges)} - {""}
+    return _cut(edges, set(cuts), faults) if cuts else _chosen(edges, needed, faults)
+
+
+def _edge(entry: Entry, index: int) -> _Edge:
+    parent, child, kind = (entry.table.get(key) for key in ("parent", "child", "type"))
+    texts = [one if isinstance(one, str) else "" for one in (parent, child, kind)]
+    return _Edge(entry, texts[0], texts[1], texts[2], index)
+
+
+def _leader(entry: Entry) -> str:
+    """Return the joint that a joint follows, "" if none."""
+    mimic = entry.table.get("mimic")
+    return str(mimic.get("joint", "")) if isinstance(mimic, Mapping) else ""
+
+
+def _is_tree(edges: Sequence[_Edge]) -> bool:
+    """Tell whether every body is the child of one joint and all hang on ground, as declared."""
+    carrier = {edge.child: edge.parent for edge in edges}
+    if len(carrier) < len(edges) or GROUND in carrier:
+        return False
+    hanging = {GROUND}  # and what has been seen to lead there, so that no joint is walked twice
+    for edge in edges:
+        path, body = set(), edge.child
+        while body in carrier and body not in hanging:
+            if body in path:
+                return False
+            path.add(body)
+            body = carrier[body]
+        hanging |= path
+    return True
+
+
+def _parents_first(edges: Sequence[_Edge]) -> list[_Edge]:
+    """Return the joints in declared order, each after the joint that carries its parent; cycles stay as they are."""
+    carrier = {edge.child: edge for edge in reversed(edges)}
+    placed: dict[int, _Edge] = {}
+    for edge in edges:
+        path: dict[int, _Edge] = {}
+        step: _Edge | None = edge
+        while step is not None and step.index not in placed and step.index not in path:
+            path[step.index] = step
+            step = carrier.get(step.parent)
+        placed.update(reversed(path.items()))
+    return list(placed.values())
+
+
+def _chosen(edges: Sequence[_Edge], held: set[str], faults: Faults) -> Span:
+    """Return the tree that the module's rules choose."""
+    met = _breadth_first(edges)
+    order = sorted(
+        edges,
+        key=lambda e: (e.entry.name not in held and not _kept(e.entry), e.freedoms, met.get(e.index, len(edges))),
+    )
+    banned: set[int] = set()
+    while True:
+        tree = _forest([*(e for e in order if e.index not in banned), *(e for e in order if e.index in banned)])
+        back = _backwards(tree)
+        wrong = [e for e in tree if e.index in back and not turnable(e.kind) and e.index not in banned]
+        if not wrong:
+            break
+        banned.add(wrong[-1].index)
+    for edge in tree:
+        if edge.index in back and not turnable(edge.kind):
+            ends = f'from "{edge.parent}" to "{edge.child}"'
+            what = f"a {edge.kind} joint {ends} points towards ground and cannot be turned round"
+            faults.add(edge.entry.where, f"{what}; swap parent and child")
+    span = _span(edges, tree, back)
+    pulls = ", ".join(kind.words["en"] for kind in FORCES.values() if isinstance(kind.law, Pull))
+    for edge in edges:
+        if edge in tree or edge.parent == edge.child:
+            continue
+        keys = _kept(edge.entry) + [f"{pulls} or mimic at it"] * (edge.entry.name in held)
+        if keys:
+            advice = "say which joints to cut by --spanning-tree"
+            faults.add(edge.entry.where, f"closes a loop and is cut, but a cut joint has no {listed(keys)}; {advice}")
+        else:
+            others = "--spanning-tree NAMES cuts others"
+            faults.note(edge.entry.where, f"closes a loop and is cut: it has no coordinates; {others}")
+    _note_turned(tree, back, faults)
+    return span
+
+
+def _cut(edges: Sequence[_Edge], cuts: set[str], faults: Faults) -> Span:
+    """Return the tree that is left without some joints."""
+    left = [edge for edge in edges if edge.entry.name not in cuts]
+    tree = _forest(left)
+    asked = f"--spanning-tree {','.join(sorted(cuts))}"
+    for edge in left:
+        if edge not in tree:
+            ring = " -> ".join(_ring(tree, edge))
+            faults.add("", f"{asked} leaves a loop: {ring}; cut one more of its joints")
+    met = {GROUND} | {edge.child for edge in tree} | {edge.parent for edge in tree}
+    for edge in edges:
+        if edge.entry.name not in cuts:
+            continue
+        keys = _kept(edge.entry)
+        if keys:
+            what = f"is to be cut, but a cut joint has no {listed(keys)}"
+            faults.add(edge.entry.where, f"{what}; leave it out, or cut another")
+        for body in (edge.parent, edge.child):
+            if body not in met:
+                faults.add("", f"{asked} leaves nothing that carries {body}; cut others")
+    back = _backwards(tree)
+    for edge in tree:
+        if edge.index in back and not turnable(edge.kind):
+            why = f"a {edge.kind} joint cannot be turned round, as --spanning-tree would need it"
+            faults.add(edge.entry.where, f"{why}; cut it, or swap its parent and child")
+    for edge in edges:
+        dropped = [key for key in STARTS if key in edge.entry.table]
+        if edge.entry.name in cuts and dropped:
+            faults.note(edge.entry.where, f"is cut and has no coordinates: its {listed(dropped)} is not used")
+    _note_turned(tree, back, faults)
+    return _span(edges, tree, back)
+
+
+def _kept(entry: Entry) -> list[str]:
+    """Return the keys by which a joint says what one that closes a loop cannot."""
+    keys = [key for key in KEPT if _says(entry.table.get(key))]
+    return keys + ["friction"] * isinstance(entry.table.get("friction"), Mapping)
+
+
+def _says(raw: object) -> bool:
+    """Tell whether a raw value is given: drive = false, or [false, false], says nothing."""
+    raw = plain(raw)
+    return any(map(_says, raw)) if isinstance(raw, (list, tuple)) else raw is not None and raw is not False
+
+
+def _breadth_first(edges: Sequence[_Edge]) -> dict[int, int]:
+    """Return the joints by which a search from ground meets bodies, each with the number of the meeting."""
+    met: dict[int, int] = {}
+    seen, queue = {GROUND}, [GROUND]
+    for body in queue:
+        for edge in edges:
+            if body in (edge.parent, edge.child) and edge.other(body) not in seen:
+                seen.add(edge.other(body))
+                queue.append(edge.other(body))
+                met[edge.index] = len(met)
+    return met
+
+
+def _forest(order: Sequence[_Edge]) -> list[_Edge]:
+    """Return the joints that close no loop with those before them, in declared order."""
+    root: dict[str, str] = {}
+
+    def find(body: str) -> str:
+        while root.get(body, body) != body:
+            body = root[body]
+        return body
+
+    kept = []
+    for edge in order:
+        a, b = find(edge.parent), find(edge.child)
+        if a != b:
+            root[a] = b
+            kept.append(edge)
+    return sorted(kept, key=lambda edge: edge.index)
+
+
+def _backwards(tree: Sequence[_Edge]) -> set[int]:
+    """Return the joints of a tree whose child is the end nearer to ground."""
+    back: set[int] = set()
+    seen, queue = {GROUND}, [GROUND]
+    for body in queue:
+        for edge in tree:
+            if body in (edge.parent, edge.child) and edge.other(body) not in seen:
+                seen.add(edge.other(body))
+                queue.append(edge.other(body))
+                back |= {edge.index} if edge.child == body else set()
+    return back
+
+
+def _ring(tree: Sequence[_Edge], closing: _Edge) -> list[str]:
+    """Return the joints of the loop that one more joint closes in a tree, that joint last."""
+    path: dict[str, list[str]] = {closing.parent: []}
+    queue = [closing.parent]
+    for body in queue:
+        for edge in tree:
+            if body in (edge.parent, edge.child) and edge.other(body) not in path:
+                path[edge.other(body)] = [*path[body], edge.entry.name]
+                queue.append(edge.other(body))
+    return [*path.get(closing.child, []), closing.entry.name]
+
+
+def _span(edges: Sequence[_Edge], tree: Sequence[_Edge], back: set[int]) -> Span:
+    directed = [replace(e, parent=e.child, child=e.parent) if e.index in back else e for e in tree]
+    inside = {edge.index for edge in tree}
+    cut, kept = [], loop_keys()
+    for edge in edges:
+        if edge.index not in inside:
+            table = {key: value for key, value in edge.entry.table.items() if key in kept}
+            cut.append(replace(edge.entry, table=table))
+    names = frozenset(edge.entry.name for edge in tree if edge.index in back)
+    return Span(tuple(edge.entry for edge in _parents_first(directed)), tuple(cut), names)
+
+
+def _note_turned(tree: Sequence[_Edge], back: set[int], faults: Faults) -> None:
+    for edge in tree:
+        if edge.index in back:
+            what = (
+                f"is turned round: {show(edge.child)} carries {show(edge.parent)}; its coordinates stay what they are"
+            )
+            faults.note(edge.entry.where, what)

@@ -1,0 +1,166 @@
+"""Building quantities in one canonical form: constants folded, and a product's constant in front.
+
+So `pi/2`, `0.5*pi` and `90 deg` are one quantity, and two scenes that say the same compare equal in the simple cases.
+Folded constants stay within what a double can hold, so no formula of a few characters can keep the machine busy.
+"""
+
+from __future__ import annotations
+
+import sys
+from fractions import Fraction
+from math import isqrt
+
+from symdyn.errors import SceneError
+from symdyn.graph import Op
+from symdyn.scene.values.quantity import ONE, ZERO, Quantity, number
+
+LARGEST = Fraction(sys.float_info.max)
+SMALLEST = Fraction(1, 2**1074)
+HARMLESS_BITS = 1000
+LONGEST_BITS = 8192
+LARGEST_POWER = 64
+
+
+class FormulaError(SceneError):
+    """A formula that is not one; the caller knows file, table and key and puts them in front."""
+
+
+def constant(value: Fraction) -> Quantity:
+    """Return an exact constant that a double can hold."""
+    bits = value.denominator.bit_length()
+    if abs(value.numerator.bit_length() - bits) > HARMLESS_BITS:
+        if abs(value) > LARGEST:
+            raise FormulaError("a number is beyond the largest double, 1.8e308; choose units that keep it smaller")
+        if value and 2 * abs(value) <= SMALLEST:  # a double rounds it to zero, which has no logarithm
+            raise FormulaError("a number is below the smallest double, 4.9e-324; write 0, or choose other units")
+    if bits > LONGEST_BITS:
+        raise FormulaError("an exact number has too many digits; round it, 17 digits are all that a double keeps")
+    return number(value)
+
+
+def fraction(quantity: Quantity) -> Fraction | None:
+    """Return the value of a folded constant, None for anything else."""
+    return quantity.value if isinstance(quantity.value, Fraction) else None
+
+
+def add(a: Quantity, b: Quantity) -> Quantity:
+    """Return a + b."""
+    x, y = fraction(a), fraction(b)
+    if x is not None and y is not None:
+        return constant(x + y)
+    return b if x == 0 else a if y == 0 else Quantity(Op.ADD, (a, b))
+
+
+def sub(a: Quantity, b: Quantity) -> Quantity:
+    """Return a - b."""
+    x, y = fraction(a), fraction(b)
+    if x is not None and y is not None:
+        return constant(x - y)
+    return neg(b) if x == 0 else a if y == 0 else Quantity(Op.SUB, (a, b))
+
+
+def neg(a: Quantity) -> Quantity:
+    """Return -a."""
+    factor, rest = _split(a)
+    return _scaled(-factor, rest)
+
+
+def mul(a: Quantity, b: Quantity) -> Quantity:
+    """Return a b."""
+    (x, rest_a), (y, rest_b) = _split(a), _split(b)
+    rest = rest_b if rest_a == ONE else rest_a if rest_b == ONE else Quantity(Op.MUL, (rest_a, rest_b))
+    return _scaled(x * y, rest)
+
+
+def div(a: Quantity, b: Quantity) -> Quantity:
+    """Return a / b.
+
+    Raises:
+        FormulaError: b is zero.
+    """
+    (x, rest_a), (y, rest_b) = _split(a), _split(b)
+    if y == 0:
+        raise FormulaError("it divides by zero; check the denominator")
+    return _scaled(x / y, rest_a if rest_b == ONE else Quantity(Op.DIV, (rest_a, rest_b)))
+
+
+def power(base: Quantity, exponent: Fraction) -> Quantity:
+    """Return base to an integer power, or its square root for an exponent of one half (1 / sqrt for minus one half).
+
+    Raises:
+        FormulaError: another exponent, zero to a negative power, or a result that no double holds.
+    """
+    if abs(exponent) == Fraction(1, 2):
+        root = function(Op.SQRT, base)
+        return root if exponent > 0 else div(ONE, root)
+    if exponent.denominator != 1 or abs(exponent) > LARGEST_POWER:
+        raise FormulaError(
+            f"the exponent {exponent} is neither an integer up to {LARGEST_POWER} nor 1/2; write exp(y*log(x)) for x**y"
+        )
+    n = int(exponent)
+    if n < 0:
+        return div(ONE, power(base, Fraction(-n)))
+    value = fraction(base)
+    if value is not None:
+        if max(value.numerator.bit_length(), value.denominator.bit_length()) * n > LONGEST_BITS:
+            raise FormulaError("a power has too many digits; choose units that keep it smaller")
+        return constant(value**n)
+    result, square = ONE, base
+    while n:
+        if n & 1:
+            result = mul(result, square)
+        n >>= 1
+        if n:
+            square = mul(square, square)
+    return result
+
+
+def function(op: Op, *args: Quantity) -> Quantity:
+    """Return op(args), folded where the result is rational.
+
+    Raises:
+        FormulaError: the square root or logarithm of a number that has none.
+    """
+    x = fraction(args[0])
+    if x is None or op is Op.ATAN2:
+        return Quantity(op, args)
+    if op is Op.SQRT:
+        if x < 0:
+            raise FormulaError(f"sqrt({x}) is not real; take the root of a number that is not negative")
+        above, below = isqrt(x.numerator), isqrt(x.denominator)
+        if above**2 == x.numerator and below**2 == x.denominator:
+            return number(Fraction(above, below))
+    if op is Op.LOG and x <= 0:
+        raise FormulaError(f"log({x}) is not real; take the logarithm of a positive number")
+    if op is Op.ABS:
+        return number(abs(x))
+    if op is Op.SIGN:
+        return number((x > 0) - (x < 0))
+    if x == 0 and op in (Op.SIN, Op.TANH):
+        return ZERO
+    if (x == 0 and op in (Op.COS, Op.EXP)) or (x == 1 and op is Op.LOG):
+        return ONE if op is not Op.LOG else ZERO
+    return Quantity(op, args)
+
+
+def _split(a: Quantity) -> tuple[Fraction, Quantity]:
+    """Return the constant in front of a product, and the rest (ONE for a constant)."""
+    value = fraction(a)
+    if value is not None:
+        return value, ONE
+    if a.op is Op.NEG:
+        factor, rest = _split(a.args[0])
+        return -factor, rest
+    if a.op is Op.MUL:
+        value = fraction(a.args[0])
+        if value is not None:
+            return value, a.args[1]
+    return Fraction(1), a
+
+
+def _scaled(factor: Fraction, rest: Quantity) -> Quantity:
+    if rest == ONE or factor == 0:
+        return constant(factor)
+    if factor == 1:
+        return rest
+    return Quantity(Op.NEG, (rest,)) if factor == -1 else Quantity(Op.MUL, (constant(factor), rest))

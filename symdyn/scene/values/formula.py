@@ -1,0 +1,240 @@
+"""Formulas in text: a whitelist over Python's own syntax tree. Nothing is evaluated, nothing is looked up.
+
+    numbers     12  0.35  1e-3  1/3          exact: the digits as written
+    names       m1  pi                       pi is the constant
+    operators   + - * / ** ( )               powers: integers up to 64, and 1/2
+    functions   sin cos tan sqrt exp log tanh abs sign atan2 deg
+    degrees     90 deg   45/2 deg            the same as deg(90): times pi/180
+
+`parse` ends quickly on any text: length, depth and the number of nodes are bounded, and so are the digits of numbers.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import warnings
+from collections.abc import Callable, Mapping
+from decimal import Decimal
+from fractions import Fraction
+from numbers import Integral
+
+from symdyn.graph import Op
+from symdyn.scene.values import folding
+from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.names import FORMULA_NAMES, nearest
+from symdyn.scene.values.quantity import PI, Quantity, number, symbol
+
+__all__ = ["FormulaError", "parse", "quantity"]
+
+LONGEST_NUMBER = 1000
+LONGEST_TEXT = 10_000
+DEEPEST = 150
+MOST_NODES = 2_000
+LARGEST_EXPONENT = 400
+
+DEGREE = folding.mul(number(Fraction(1, 180)), PI)
+
+CONSTANTS: Mapping[str, Quantity] = {"pi": PI, "deg": DEGREE}
+
+UNARY_FUNCTIONS: Mapping[str, Op] = {
+    "sin": Op.SIN,
+    "cos": Op.COS,
+    "sqrt": Op.SQRT,
+    "exp": Op.EXP,
+    "log": Op.LOG,
+    "tanh": Op.TANH,
+    "abs": Op.ABS,
+    "sign": Op.SIGN,
+}
+
+BINARY: Mapping[type[ast.operator], Callable[[Quantity, Quantity], Quantity]] = {
+    ast.Add: folding.add,
+    ast.Sub: folding.sub,
+    ast.Mult: folding.mul,
+    ast.Div: folding.div,
+}
+
+HINTS: Mapping[type[ast.AST], str] = {
+    ast.BitXor: "^ is not a power; write **",
+    ast.FloorDiv: "// is not known; write /",
+    ast.Mod: "% is not known",
+    ast.MatMult: "@ is not known",
+    ast.Compare: "a comparison is not a number",
+    ast.Attribute: "a dot may stand inside a number only",
+    ast.Tuple: "a comma may stand inside atan2(y, x) only; write decimals with a point",
+}
+
+_DEGREES = re.compile(r"(?<=[\w.)])[ ]+deg\b(?![ ]*\()")
+_NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE]([+-]?\d+))?\Z")
+_FOREIGN = re.compile(r"[^A-Za-z0-9_+\-*/()., ]")
+
+
+def quantity(value: object) -> Quantity:
+    """Return what a user wrote as an exact quantity.
+
+    Args:
+        value: an int, Fraction, Decimal, float (its shortest digits count: 0.1 is 1/10), formula text, or a quantity.
+
+    Raises:
+        FormulaError: it is none of these, or not finite.
+    """
+    if isinstance(value, Quantity):
+        return value
+    if isinstance(value, str):
+        return parse(value)
+    if type(value) is int:
+        return folding.constant(Fraction(value))
+    if isinstance(value, Fraction):
+        return folding.constant(value)
+    if isinstance(value, float):
+        value = Decimal(float.__repr__(value))
+    if isinstance(value, Decimal):
+        if not value.is_finite():
+            raise FormulaError(f"{value} is not a finite number; give one such as 9.81")
+        return folding.constant(_exact(str(value).removeprefix("-")) * (-1 if value.is_signed() else 1))
+    if isinstance(value, Integral) and not isinstance(value, bool):  # of NumPy
+        return folding.constant(Fraction(int(value)))
+    raise FormulaError(f'is {_kind(value)}; give a number or a formula such as "m1*h1**2/12"')
+
+
+def parse(text: str) -> Quantity:
+    """Return the formula in `text` as an exact quantity.
+
+    Raises:
+        FormulaError: the text is no formula of the grammar above, divides by zero, or exceeds its bounds.
+    """
+    if len(text) > LONGEST_TEXT:
+        raise FormulaError(f"is a formula of {len(text)} characters; {LONGEST_TEXT} are allowed")
+    try:
+        plain = " ".join(text.split())
+        foreign = _FOREIGN.search(plain)
+        if foreign and foreign.group() == "^":
+            raise FormulaError(HINTS[ast.BitXor])
+        if foreign:
+            raise FormulaError(f"{foreign.group()!r} has no place in a formula")
+        return _Reader(_DEGREES.sub("*deg", plain)).read()
+    except FormulaError as error:
+        shown = text if len(text) <= 80 else text[:77] + "..."
+        raise FormulaError(f'"{shown}" is not a usable formula: {error}') from None
+
+
+class _Reader:
+    """One walk over one syntax tree; `budget` is what is left of the nodes that the formula may grow to."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.budget = MOST_NODES
+
+    def read(self) -> Quantity:
+        if not self.text:
+            raise FormulaError("it is empty; give a number or a formula")
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                tree = ast.parse(self.text, mode="eval")
+        except SyntaxError as error:
+            where = f"at character {error.offset}" if error.offset else "at its end"
+            raise FormulaError(f"it breaks off {where}; check brackets, operators and the space in 90 deg") from None
+        except (ValueError, MemoryError, RecursionError):
+            raise FormulaError("it nests too deep; name a part of it as a parameter") from None
+        return self.visit(tree.body, 0)
+
+    def visit(self, node: ast.expr, depth: int) -> Quantity:
+        if depth > DEEPEST:
+            raise FormulaError(f"it nests deeper than {DEEPEST} levels; use fewer terms or brackets")
+        if isinstance(node, ast.Constant):
+            return self.literal(node)
+        if isinstance(node, ast.Name):
+            return self.name(node.id)
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.UAdd, ast.USub)):
+            inner = self.visit(node.operand, depth + 1)
+            return folding.neg(inner) if isinstance(node.op, ast.USub) else inner
+        if isinstance(node, ast.BinOp):
+            return self.binary(node, depth)
+        if isinstance(node, ast.Call):
+            return self.call(node, depth)
+        raise FormulaError(HINTS.get(type(node), "only numbers, names, + - * / **, brackets and functions are known"))
+
+    def literal(self, node: ast.Constant) -> Quantity:
+        digits = self.text[node.col_offset : node.end_col_offset]
+        if not _NUMBER.match(digits):
+            raise FormulaError(f"{digits} is not a decimal number; write one such as 12, 0.35 or 1e-3")
+        return folding.constant(_exact(digits))
+
+    def name(self, name: str) -> Quantity:
+        if name in CONSTANTS:
+            return CONSTANTS[name]
+        if name in FORMULA_NAMES:
+            raise FormulaError(f"the function {name} needs an argument; write {name}(x)")
+        if name.lower() in ("inf", "infinity", "nan"):
+            raise FormulaError(f"{name} is not a finite number")
+        return symbol(name)
+
+    def binary(self, node: ast.BinOp, depth: int) -> Quantity:
+        left, right = self.visit(node.left, depth + 1), self.visit(node.right, depth + 1)
+        if isinstance(node.op, ast.Pow):
+            exponent = folding.fraction(right)
+            if exponent is None:
+                raise FormulaError("an exponent must be a number; write exp(y*log(x)) for x**y")
+            self.spend(left, min(int(abs(exponent)), folding.LARGEST_POWER))
+            return folding.power(left, exponent)
+        if type(node.op) not in BINARY:
+            raise FormulaError(HINTS.get(type(node.op), "the operators are + - * / **"))
+        return BINARY[type(node.op)](left, right)
+
+    def call(self, node: ast.Call, depth: int) -> Quantity:
+        if not isinstance(node.func, ast.Name):
+            raise FormulaError("a bracket follows something that is no function; write * for a product")
+        name = node.func.id
+        if name not in UNARY_FUNCTIONS and name not in ("tan", "deg", "atan2"):
+            near = nearest(name, FORMULA_NAMES)
+            meant = f"did you mean {near}?" if near else "write * for a product"
+            raise FormulaError(f"the function {name} is not known; {meant}")
+        wanted = 2 if name == "atan2" else 1
+        if node.keywords or len(node.args) != wanted:
+            raise FormulaError(f"{name} takes {wanted} argument{'s' * (wanted > 1)}")
+        args = [self.visit(arg, depth + 1) for arg in node.args]
+        if name == "deg":
+            return folding.mul(args[0], DEGREE)
+        if name == "atan2":
+            return folding.function(Op.ATAN2, *args)
+        if name == "tan":
+            self.spend(args[0], 2)
+            return folding.div(folding.function(Op.SIN, args[0]), folding.function(Op.COS, args[0]))
+        return folding.function(UNARY_FUNCTIONS[name], args[0])
+
+    def spend(self, part: Quantity, times: int) -> None:
+        """Pay for a part that is repeated; without it, a tower of powers would grow without bound."""
+        self.budget -= times * _size(part)
+        if self.budget < 0:
+            raise FormulaError("its powers multiply out to too many terms; name a part of it as a parameter")
+
+
+def split_commas(text: str) -> list[str]:
+    """Return the parts between the commas that stand in no bracket, as that of atan2(y, x) does."""
+    parts, depth, last = [], 0, 0
+    for place, letter in enumerate(text):
+        depth += (letter == "(") - (letter == ")")
+        if letter == "," and depth <= 0:
+            parts.append(text[last:place])
+            last = place + 1
+    return [part.strip() for part in (*parts, text[last:])] if text.strip() else []
+
+
+def _size(part: Quantity) -> int:
+    return 1 + sum(_size(arg) for arg in part.args)
+
+
+def _exact(digits: str) -> Fraction:
+    if len(digits) > LONGEST_NUMBER:
+        raise FormulaError(f"{digits[:20]}... has {len(digits)} digits; {LONGEST_NUMBER} are allowed")
+    exponent = re.search(r"[eE]([+-]?\d+)$", digits)
+    if exponent and (len(exponent[1]) > 6 or abs(int(exponent[1])) > LARGEST_EXPONENT):
+        raise FormulaError(f"{digits} is beyond what a double can hold; the exponent may be {LARGEST_EXPONENT} at most")
+    return Fraction(digits)
+
+
+def _kind(value: object) -> str:
+    kinds: dict[type, str] = {bool: "true or false", list: "a list", tuple: "a list", dict: "a table"}
+    return "nothing" if value is None else kinds.get(type(value), f"a {type(value).__name__}")

@@ -1,0 +1,135 @@
+"""Equations of motion with multipliers, as a differential-algebraic system F(y, ẏ, t) = 0 of index 1.
+
+    y        q, u, W the work of forces, Λ, N, P
+    λ = Λ̇    multipliers of the rows G, N and N m
+    ν = Ṅ    multipliers of the loops' residuals r; ρ = Ṗ those of the lengths of quaternions e
+
+    q̇ = H (u + Gᵀ ν) + e ρ         M u̇ + h = τ + Gᵀ λ         Ẇ = power
+    G u = 0         r(q) = 0         e·e = 1
+
+Positions and velocities are both held to their constraints: ν and ρ vanish on the solution, and make room for r = 0
+beside G u = 0 (Gear, Gupta and Leimkuhler). Solved for λ, ν and ρ these equations have index 2. They have index 1 for
+Λ, N and P, of which only rates occur (Gear), and that is what IDA is made for. Nothing is divided by a pivot that was
+chosen beforehand. Rows that hold no position, of wheels that roll, have no ν. A prescribed motion takes the place of
+its force balance, u̇ = p̈, and ν does not move it.
+
+References: Gear, Gupta and Leimkuhler, Automatic integration of Euler-Lagrange equations with constraints (1985); Gear,
+Differential-algebraic equation index transformations (1988).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.graph import Expr, substitute, tangents
+from symdyn.scene import acceleration_name
+from symdyn.simulation.equations.compiled_routines import Compiled, compiled
+from symdyn.simulation.equations.functions import argument, drive, plain
+from symdyn.simulation.equations.state_equations import StateEquations
+
+Array = npt.NDArray[np.float64]
+
+
+class Implicit:
+    """F of a system and its derivatives by the graph.
+
+    Attributes:
+        system: the mechanism under its forces.
+        size: length of y.
+    """
+
+    def __init__(self, system: StateEquations) -> None:
+        """Take F, compiled once for all values of parameters, at those of the system."""
+        self.system = system
+        _, self._ends = _layout(system)
+        self.size = int(self._ends[-1])
+        self._calls = system.once(_functions).at(system.opened.values)
+
+    def start(self, t: float, x: Array) -> tuple[Array, Array]:
+        """Return y and ẏ at a state that keeps its constraints, shape (nx,)."""
+        y, rates = np.zeros(self.size), np.zeros(self.size)
+        y[: len(x)], rates[: len(x)] = x, self.system.rates(t, x)
+        if self.system.rows:
+            nq, nv = self.system.nq, self.system.nv
+            excess = self.residual(t, y, rates)[nq : nq + nv]  # as the multipliers are zero yet
+            push = self.slope(t, y, rates, 1.0)[nq : nq + nv, self._ends[2] : self._ends[3]]  # -Gᵀ
+            rates[self._ends[2] : self._ends[3]] = np.linalg.lstsq(push, -excess, rcond=None)[0]
+        return y, rates
+
+    def residual(self, t: float, y: Array, rates: Array) -> Array:
+        """Return F, shape (size,)."""
+        found: Array = self._calls["residual"](*self._state(t, y), rates)
+        return found
+
+    def slope(self, t: float, y: Array, rates: Array, c: float) -> Array:
+        """Return ∂F/∂y + c ∂F/∂ẏ, shape (size, size)."""
+        every = np.eye(self.size)
+        found: Array = self._calls["along"](*self._state(t, y), rates, every, c * every).T
+        return found
+
+    def _state(self, t: float, y: Array) -> tuple[Array, Array, Array, float]:
+        nq, nv = self.system.nq, self.system.nv
+        return y[:nq], y[nq : nq + nv], self.system.tables(t), t
+
+
+def _layout(system: StateEquations) -> tuple[list[int], Array]:
+    """Return the rows that hold positions, and where each part of y ends."""
+    residual = [] if not system.rows else system.program["constraint_residual"].function.entries
+    holding = [k for k, entry in enumerate(residual) if not entry.is_zero]
+    lengths = (system.nq, system.nv, int(system.works), system.rows, len(holding), len(system.quaternions))
+    return holding, np.cumsum(lengths)
+
+
+def _functions(system: StateEquations) -> Compiled:
+    """Return F and its derivative in a direction, written on the graph of the system's program."""
+    size = int(_layout(system)[1][-1])
+    known = system.program["rates"].function.arguments
+    graph = system.program.graph
+    rates, way, turn = (argument(graph, name, size) for name in ("rates", "way", "turn"))
+    state = {one.name: one.symbols for one in known}
+    entries, moving = _entries(system, state, rates.symbols), (*state["q"], *state["qd"])
+    ways = dict(zip((*moving, *rates.symbols), (*way.symbols[: len(moving)], *turn.symbols), strict=True))
+    functions = (
+        plain("residual", entries, (*known, rates)),
+        plain("along", tangents(entries, ways), (*known, rates, way, turn)),
+    )
+    return compiled(system.opened.scene, graph, functions)
+
+
+def _entries(system: StateEquations, state: dict[str, tuple[Expr, ...]], rates: Sequence[Expr]) -> list[Expr]:
+    """Return the entries of F in terms of q, u, τ, t and ẏ."""
+    program, (holding, ends) = system.program, _layout(system)
+    graph, w = program.graph, Workspace(system.opened.scene, system.opened.closing)
+    cuts = [0, *ends]
+    speed, acceleration, work, multipliers, nu, rho = (rates[i:j] for i, j in itertools.pairwise(cuts))
+    moving = list(state["qd"])
+    balance = w.forces(list(w.state.qdd))
+    balance = [force - drive(w, system.forces, k) for k, force in enumerate(balance)]
+    for k, given in zip(w.prescribed.place, w.prescribed.acceleration, strict=True):
+        balance[k] = w.state.qdd[k] - given
+    places = [graph.symbol(acceleration_name(name)) for name in system.scene.velocities]
+    balance = substitute(substitute(balance, {}, graph), dict(zip(places, acceleration, strict=True)))
+    held: list[Expr] = []
+    if system.rows:
+        G = np.full(system.rows * system.nv, graph.zero, dtype=object)
+        G[list(system.filled)] = program["slopes"].function.entries
+        rows = G.reshape(system.rows, system.nv)
+        for k in w.prescribed.free:
+            balance[k] = balance[k] - graph.total(row[k] * x for row, x in zip(rows, multipliers, strict=True))
+            moving[k] = moving[k] + graph.total(rows[r][k] * x for r, x in zip(holding, nu, strict=True))
+        residual = program["constraint_residual"].function.entries
+        held = [*program["row_rates"].function.entries, *(residual[r] for r in holding)]
+    moved = substitute(substitute(w.state.rates, {}, graph), dict(zip(state["qd"], moving, strict=True)))
+    found = [one - other for one, other in zip(speed, moved, strict=True)]
+    lengths = []
+    for part, stretch in zip(system.quaternions, rho, strict=True):
+        e = state["q"][part]
+        found[part] = [one - x * stretch for one, x in zip(found[part], e, strict=True)]
+        lengths.append(graph.total(x * x for x in e) - graph.one)
+    power = [one - graph.total(program["power"].function.entries) for one in work]
+    return [*found, *balance, *power, *held, *lengths]

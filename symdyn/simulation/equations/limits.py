@@ -1,0 +1,120 @@
+"""Limits of joints in a run: told where they are passed, as nothing in the equations keeps them.
+
+    position    (x - lower) (x - upper), or one of them alone
+    velocity    v² - limit²              effort    τ² - limit²
+
+Each is negative inside and positive outside, so that its zeros are passages, by turns out and in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from symdyn.dynamics.mechanism.loads import joint_rates
+from symdyn.dynamics.mechanism.state import joint_position
+from symdyn.graph import Expr, Graph, Op, reachable
+from symdyn.scene import JOINTS, Joint, Quantity, Scene, express
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.prescribed.formulas_in_time import number_of, parameter_values
+
+SLACK = Fraction(1, 10**9)
+"""What a motion may be beyond a limit, rad or m, for one that rests on it rounds."""
+
+UNITS = {"position": ("rad", "m"), "velocity": ("rad/s", "m/s"), "effort": ("N m", "N")}
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit that a motion may pass.
+
+    Attributes:
+        joint: whose it is.
+        kind: a key of `UNITS`.
+        beyond: formula that is positive beyond it.
+    """
+
+    joint: Joint
+    kind: str
+    beyond: Expr
+
+    def words(self, scene: Scene) -> str:
+        """Return whose, what and how far at values of a scene, such as "joint elbow: position within -1 … 1.57 rad"."""
+        given = self.joint.limits
+        size = None if self.kind == "position" else getattr(given, self.kind)
+        lower, upper = (None if x is None else _number(scene, x) for x in (given.lower, given.upper))
+        if size is not None:
+            range_ = f"up to {_number(scene, size)}"
+        elif lower is not None and upper is not None:
+            range_ = f"within {lower} … {upper}"
+        else:
+            range_ = f"up to {upper}" if lower is None else f"from {lower}"
+        turns = not JOINTS[self.joint.type].slides(self.joint)
+        return f"joint {self.joint.name}: {self.kind} {range_} {UNITS[self.kind][0 if turns else 1]}"
+
+
+def limits_of(scene: Scene, graph: Graph, drives: Sequence[Expr]) -> list[Limit]:
+    """Return the limits that the joints of a scene declare.
+
+    Args:
+        scene: the mechanism, its parameters bound.
+        graph: where to write.
+        drives: driving force of every velocity, on that graph.
+    """
+    velocities, found = list(scene.velocities), []
+    for joint in scene.joints:
+        given, rates = joint.limits, joint_rates(joint, graph)
+        if len(rates) != 1:
+            continue
+        if given.lower is not None or given.upper is not None:
+            found.append(_position(joint, graph))
+        sizes = [("velocity", given.velocity, rates[0])]
+        if joint.coupling is None:
+            sizes.append(("effort", given.effort, drives[velocities.index(joint.rates[0])]))
+        for kind, largest, value in sizes:
+            if largest is not None:
+                size = express(largest, graph)
+                found.append(Limit(joint, kind, value * value - size * size - _slack(graph)))
+    still = {parameter.name for parameter in scene.parameters}
+    return [
+        one
+        for one in found
+        if any(node.op is Op.SYMBOL and node.value not in still for node in reachable([one.beyond]))
+    ]
+
+
+def _position(joint: Joint, graph: Graph) -> Limit:
+    x, lower, upper = joint_position(joint, graph), joint.limits.lower, joint.limits.upper
+    least, most = (None if one is None else express(one, graph) for one in (lower, upper))
+    if least is not None and most is not None:
+        beyond = (x - (least - _slack(graph))) * (x - (most + _slack(graph)))
+    else:
+        beyond = x - most - _slack(graph) if most is not None else least - x - _slack(graph)  # type: ignore[operator]
+    return Limit(joint, "position", beyond)
+
+
+def _slack(graph: Graph) -> Expr:
+    return graph.constant(SLACK)
+
+
+def _number(scene: Scene, quantity: Quantity) -> str:
+    value = number_of(quantity, parameter_values(scene), "limits", Faults(""))
+    return "?" if value is None else f"{value:.6g}"
+
+
+def passed(words: str, beyond_at_start: bool, times: Sequence[float]) -> str:
+    """Return what is said of a limit, "" where a run kept it.
+
+    Args:
+        words: of the limit.
+        beyond_at_start: whether the run began beyond it.
+        times: of its passages, out and in by turns.
+    """
+    out = [*([0.0] if beyond_at_start else []), *times[1 if beyond_at_start else 0 :: 2]]
+    if not out:
+        return ""
+    first = "at the start" if beyond_at_start else f"at t = {out[0]:.6g} s"
+    again = len(out) - 1
+    more = f" and {again} time{'s' * (again > 1)} more" if again else ""
+    return f"{words} is passed {first}{more}; the limit is data for controllers, nothing in the equations keeps it"

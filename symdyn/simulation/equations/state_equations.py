@@ -1,0 +1,404 @@
+"""Equations of motion as a first-order system: ẋ = f(t, x), compiled, and what is told about its states.
+
+    x        q (nq), u (nv), and W where anything but gravity, springs and loops does work: Ẇ is its power
+    q̇        H(q) u
+    u̇        forward dynamics, of the closed mechanism where loops close it
+
+The accelerations of a closed mechanism exist on its manifold only: near a change point, where G_d is nearly singular,
+a state that misses it by e is off by e / σ² in u̇. The stages of a Runge-Kutta step miss it by far more than its result
+does. So a state is brought back before it is looked at, q_d by Newton steps -G_d⁻¹ r, u_d from u_i, both compiled.
+
+Where G_d is nearly singular and G is not, it is the choice of independent velocities that fails, as the height of a
+pendulum does at its lowest point. There the state is brought back by the shortest steps, -G⁺ r, and u̇ is solved for
+together with multipliers, see `closed`.
+
+All of it is one program: the formulas of the driving forces and of the events stand on the graph of the equations. Its
+parameters are free. What depends on them alone is prepared once for a set of values, so that the same equations, once
+compiled, serve all values of theirs. Numbers decide some things (which rows are independent, which velocities, whether
+loops hold coordinates in proportion, which momenta are conserved): these are decided at every set of values, and
+equations are taken only where they were written for the same decisions.
+
+A pickle holds the scene, what drives it, the events and a hash of what the equations are made of; who reads it compiles
+them, or has them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.build.warned import warn
+from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.dynamics.roads.derive import derive_one
+from symdyn.dynamics.roads.functions import Function
+from symdyn.dynamics.roads.linear_loops import followers, forward_dynamics
+from symdyn.dynamics.roads.outputs import OUTPUTS
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.errors import SimulateError
+from symdyn.graph import Expr, substitute
+from symdyn.program import Program, cheapest
+from symdyn.scene import Quantity, Scene, express
+from symdyn.simulation.equations.closed_system import corrections, reach, row_rates, together
+from symdyn.simulation.equations.compiled_routines import Calls, Compiled, compiled
+from symdyn.simulation.equations.conserved import Candidates, candidates
+from symdyn.simulation.equations.decisions import Decisions, decided, hold
+from symdyn.simulation.equations.ends import ends
+from symdyn.simulation.equations.functions import drive, function_of, points
+from symdyn.simulation.equations.kept import Kept
+from symdyn.simulation.equations.limits import Limit, limits_of
+from symdyn.simulation.equations.opened import Opened, numbers_at, opened
+from symdyn.simulation.prescribed.forces import Forces
+from symdyn.simulation.prescribed.formulas_in_time import TIME
+
+Array = npt.NDArray[np.float64]
+
+CORRECTIONS = 2
+"""Newton steps before a closed mechanism's accelerations; they converge quadratically."""
+
+FARTHEST = 0.05
+"""Newton steps that are longer, rad or m, are not taken: the state is where G_d has no inverse."""
+
+LARGEST = 30.0
+"""Entries of ∂u/∂u_i, those of G_d⁻¹ G_i, beyond which G_d may be nearly singular."""
+
+NEAR = 0.03
+"""Smallest singular value of G over the largest, below which a change point is near."""
+
+BETTER = 3.0
+"""How many times as far from singular as G_d all of G has to be for the choice to be at fault."""
+
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class StateEquations:
+    """Equations of a scene under forces at values of its parameters, ready to be integrated.
+
+    Attributes:
+        scene: the mechanism, its parameters bound.
+        forces: what drives it.
+        opened: the scene with parameters free, and their values.
+        decisions: what numbers have decided.
+        events: formulas whose zeros are looked for.
+        compiled: its functions with parameters free: "rates" and what is told about a state.
+        calls: the functions by name at these values, each of (q, qd, tau, t) or fewer, batches too.
+        works: whether W is the last entry of x.
+        candidates: momenta that may be conserved.
+        told: which of them are told by "momenta".
+        mass: M of a tree, with parameters free, shape (nv nv,).
+        dependent: the velocities that loops leave no choice, in the choice that was made; () if no other one may help.
+        rows: number of rows that hold velocities.
+        filled: places of the entries of G that are not zero, row by row; where `linear`, G is not asked for.
+        ends: what is said where the equations end; such places are entries of "events" behind those asked for.
+        limits: of joints, whose passages are the last entries of "events".
+        notes: what a user should know: that numbers have decided otherwise than for values before.
+    """
+
+    scene: Scene
+    forces: Forces
+    opened: Opened
+    decisions: Decisions
+    events: tuple[Quantity, ...]
+    compiled: Compiled = field(repr=False)
+    calls: Calls = field(repr=False)
+    works: bool
+    candidates: Candidates = field(repr=False)
+    told: tuple[int, ...]
+    mass: tuple[Expr, ...] = field(repr=False)
+    dependent: tuple[int, ...] = ()
+    rows: int = 0
+    filled: tuple[int, ...] = ()
+    ends: tuple[str, ...] = ()
+    limits: tuple[Limit, ...] = ()
+    notes: tuple[str, ...] = ()
+    _by_rows: Callable[[], Function | None] = field(default=lambda: None, repr=False)
+    _made: dict[Any, Any] = field(default_factory=dict, repr=False)
+
+    def at(self, scene: Scene, forces: Forces, notes: tuple[str, ...] = ()) -> StateEquations:
+        """Return the same equations at the values of a scene, and under tables of forces, that they were written for.
+
+        Raises:
+            DerivationError: something is divided by zero with these values.
+        """
+        found = opened(scene)
+        calls = self.compiled.at(found.values)
+        return replace(self, scene=scene, forces=forces, opened=found, calls=calls, notes=notes)
+
+    def __reduce__(self) -> tuple[Callable[..., StateEquations], tuple[Any, ...]]:
+        return _again, (self.scene, self.forces, self.events, self.key)
+
+    @property
+    def key(self) -> str:
+        """A hash of what the equations are made of, values of parameters not among it."""
+        parts = (self.opened.scene, *_driven(self.forces), self.events, self.decisions)
+        return hashlib.sha256(repr(parts).encode()).hexdigest()
+
+    def once(self, make: Callable[[StateEquations], T]) -> T:
+        """Return what `make` makes of the equations; it is made once for all values, and must not read any."""
+        if make not in self._made:
+            self._made[make] = make(self)
+        found: T = self._made[make]
+        return found
+
+    @property
+    def program(self) -> Program:
+        """The functions, with parameters free."""
+        return self.compiled.program
+
+    @property
+    def linear(self) -> bool:
+        """Whether the loops hold dependent coordinates in proportion, so that nothing is divided by what vanishes."""
+        return self.decisions.linear is not None
+
+    @cached_property
+    def conserved(self) -> tuple[int, ...]:
+        """Which momenta are conserved at these values, ascending."""
+        return self.candidates.conserved(self.opened.values)
+
+    @property
+    def momenta(self) -> tuple[str, ...]:
+        """Names of the momenta that are conserved."""
+        return tuple(self.candidates.names[k] for k in self.conserved)
+
+    @cached_property
+    def nq(self) -> int:
+        """Number of coordinates."""
+        return len(self.scene.coordinates)
+
+    @cached_property
+    def nv(self) -> int:
+        """Number of velocities."""
+        return len(self.scene.velocities)
+
+    @cached_property
+    def closed(self) -> bool:
+        """Whether there are rows to hold; loops whose rows are all redundant have none."""
+        return self.rows > 0
+
+    @cached_property
+    def quaternions(self) -> tuple[slice, ...]:
+        """Where the quaternions stand in q."""
+        names = list(self.scene.coordinates)
+        firsts = [names.index(group[0]) for group in quaternions(self.scene)]
+        return tuple(slice(first, first + 4) for first in firsts)
+
+    @cached_property
+    def _nothing(self) -> Array:
+        return np.zeros(self.nv)
+
+    @cached_property
+    def _takes(self) -> Mapping[str, tuple[str, ...]]:
+        """Names of the arguments of every function."""
+        return {r.function.name: tuple(self.compiled.takes(r.function.name)) for r in self.program.routines}
+
+    def rates(self, t: float, x: Array) -> Array:
+        """Return ẋ of one state, shape (nx,)."""
+        q, u = x[: self.nq], x[self.nq : self.nq + self.nv]
+        if self.closed and not self.linear:
+            if self.ill_chosen(q):
+                return self._at_once(q, u, t)
+            q, u = self.on_manifold(q, u)
+        found: Array = self._rates(q, u, self.tables(t), t)
+        return found
+
+    def on_manifold(self, q: Array, u: Array) -> tuple[Array, Array]:
+        """Return a state of a closed mechanism with its loops closed, the independent coordinates as they are."""
+        for _ in range(CORRECTIONS):
+            step = self.calls["correction"](q, u)
+            size = np.abs(step).max(initial=0.0)
+            if not size <= FARTHEST:
+                break
+            q = q + self.calls["movement"](q, step)
+        fitted = self.calls["fitted"](q, u)
+        off = np.abs(fitted - u).max(initial=0.0)
+        return q, fitted if off <= FARTHEST * max(1.0, np.abs(u).max(initial=0.0)) else u
+
+    def ill_chosen(self, q: Array) -> bool:
+        """Tell whether G_d is nearly singular at a position of a closed mechanism, and G is not."""
+        if not self.dependent or not np.abs(self.calls["reach"](q)).max(initial=0.0) > LARGEST:
+            return False
+        G = self.jacobian(0.0, q)
+        chosen, all_rows = (np.linalg.svd(part, compute_uv=False)[-1] for part in (G[:, list(self.dependent)], G))
+        return bool(all_rows > BETTER * chosen)
+
+    def changes(self, q: Array) -> bool:
+        """Tell whether a position of a closed mechanism is near a change point, where G loses rank."""
+        if not self.dependent:
+            return False
+        values = np.linalg.svd(self.jacobian(0.0, q), compute_uv=False)
+        return bool(values[-1] < NEAR * values[0])
+
+    def _at_once(self, q: Array, u: Array, t: float) -> Array:
+        """Return ẋ of one state by all rows of G at once."""
+        for _ in range(CORRECTIONS):
+            step = np.linalg.lstsq(self.jacobian(0.0, q), self.calls["constraint_residual"](q))[0]
+            q = q - self.calls["movement"](q, step)
+        G = self.jacobian(0.0, q)
+        u = u - np.linalg.lstsq(G, G @ u)[0]
+        found: Array = self._together(q, u, self.tables(t), t)
+        return found
+
+    @property
+    def together(self) -> Compiled | None:
+        """The rates of a closed mechanism by all rows at once, parameters free; None where they do not exist."""
+        return self.once(_together)
+
+    @cached_property
+    def _together(self) -> Callable[..., Array]:
+        return self._rates if self.together is None else self.together.at(self.opened.values)["together"]
+
+    @cached_property
+    def slope(self) -> Callable[[float, Array], Array]:
+        """∂f/∂x of one state as a function of t and x, shape (nx, nx); compiled when it is first asked for."""
+        from symdyn.simulation.equations.slopes import slopes
+
+        return slopes(self)
+
+    @cached_property
+    def _rates(self) -> Callable[..., Array]:
+        return self.calls["rates"]
+
+    def tables(self, t: npt.ArrayLike) -> Array:
+        """Return what tables say about driving forces at times (...), shape (..., nv); zeros without tables."""
+        return self.forces.tabulated(np.asarray(t, dtype=np.float64), self.nv) if self.forces.tables else self._nothing
+
+    def tell(self, name: str, t: npt.ArrayLike, x: Array) -> Array:
+        """Return a function of the program at states x, shape (..., nx), and times (...)."""
+        times = np.asarray(t, dtype=np.float64)
+        known = {"q": x[..., : self.nq], "qd": x[..., self.nq : self.nq + self.nv], TIME: times}
+        known["tau"] = self.tables(times)
+        found = np.asarray(self.calls[name](*(known[argument] for argument in self._takes[name])), dtype=np.float64)
+        if name == "rates" and self.dependent and x.ndim == 2:
+            reach = np.abs(self.calls["reach"](known["q"])).reshape(len(x), -1).max(axis=1, initial=0.0)
+            for k in np.flatnonzero(~(reach <= LARGEST)):
+                found[k] = self.rates(float(times[k]), x[k])
+        return found
+
+    def jacobian(self, t: npt.ArrayLike, x: Array) -> Array:
+        """Return G at states x, shape (..., rows, nv)."""
+        G = np.zeros((*x.shape[:-1], self.rows * self.nv))
+        G[..., self.filled] = self.tell("slopes", t, x)
+        return G.reshape(*x.shape[:-1], self.rows, self.nv)
+
+
+def state_equations(
+    scene: Scene,
+    forces: Forces = Forces(),  # noqa: B008  frozen
+    events: Sequence[Quantity] = (),
+    start: Array | None = None,
+) -> StateEquations:
+    """Return the state equations of a scene under forces; those that were compiled for other values are taken again.
+
+    Args:
+        scene: the mechanism, its parameters bound.
+        forces: driving forces.
+        events: formulas in t, coordinates, velocities and parameters.
+        start: a position, shape (nq,), where it is known; a closed mechanism is assembled without.
+
+    Raises:
+        SimulateError: a parameter has no value, or nothing moves.
+        DerivationError: there is no forward dynamics, or the loops cannot be closed.
+    """
+    if not scene.velocities:
+        opened(scene)
+        raise SimulateError(f"{scene.name}: nothing moves: no joint has a coordinate")
+    asked = (opened(scene).scene, *_driven(forces), tuple(events))
+    others = [one for one in _KEPT if one[:-1] == asked]
+    decisions = _still(scene, others[-1][-1] if others else None, start) or decided(scene)
+    notes = () if not others or (*asked, decisions) in others else (decisions.instead_of(others[-1][-1]),)
+    made = _KEPT.get((*asked, decisions), lambda: _written(scene, forces, tuple(events), decisions, ()))
+    found = made.at(scene, forces, notes)
+    if not set(found.conserved) <= set(found.told):
+        made = _written(scene, forces, tuple(events), decisions, found.told)
+        _KEPT.put((*asked, decisions), made)
+        found = made.at(scene, forces, notes)
+    return found
+
+
+def _still(scene: Scene, decisions: Decisions | None, start: Array | None) -> Decisions | None:
+    """Return decisions about a closed mechanism that were made for other values, if they hold at its start."""
+    known = decisions is not None and start is not None and scene.is_closed
+    return decisions if known and hold(decisions, numbers_at(scene), start) else None  # type: ignore[arg-type]
+
+
+def _driven(forces: Forces) -> tuple[tuple[tuple[int, Quantity], ...], tuple[int, ...]]:
+    """Return what of forces is written into equations: formulas, and which ones are tables."""
+    return tuple(forces.formulas.items()), tuple(forces.tables)
+
+
+def _again(scene: Scene, forces: Forces, events: tuple[Quantity, ...], key: str) -> StateEquations:
+    """Return what was pickled: those that this process has, or written and compiled anew."""
+    found = state_equations(scene, forces, events)
+    if found.key != key:
+        warn(f"{scene.name}: its equations are written otherwise here than where they were pickled")
+    return found
+
+
+_KEPT: Kept[StateEquations] = Kept()
+"""By the open scene, formulas of forces, which forces are tables, events and decisions."""
+
+
+def _written(
+    scene: Scene, forces: Forces, events: tuple[Quantity, ...], decisions: Decisions, told: Sequence[int]
+) -> StateEquations:
+    """Return the equations derived and compiled; `told` are momenta that are told beside those conserved here."""
+    found = opened(scene)
+    w = Workspace(found.scene, found.closing)
+    scene, linear = w.scene, decisions.linear
+    tau = [drive(w, forces, k) for k in range(w.state.n)]
+    place = dict(zip(w.state.tau, tau, strict=True))
+    solved = forward_dynamics(w, linear) if linear else cheapest(w, "forward_dynamics").entries
+    accelerations = substitute(solved, place)
+    drives = list(substitute(derive_one(w, "drive_forces").entries, place)) if _moved(scene) else tau
+    powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in (drives, w.Q)]
+    power = powers[0] + powers[1]
+    momenta = candidates(w, accelerations, bool(forces.tables))
+    kept = tuple(sorted({*momenta.conserved(found.values), *told}))
+    rates = substitute(w.state.rates, followers(w, linear)) if linear else w.state.rates
+    functions = [
+        function_of(w, "rates", [*rates, *accelerations, *([] if power.is_zero else [power])]),
+        function_of(w, "drives", drives),
+        function_of(w, "power", powers),
+        function_of(w, "kinetic", cheapest(w, "kinetic_energy").entries),
+        function_of(w, "potential", cheapest(w, "potential_energy").entries),
+        points(w),
+    ]
+    last, limits = ends(scene, w.graph), limits_of(scene, w.graph, drives)
+    if events or last or limits:
+        looked_for = [express(event, w.graph) for event in events]
+        looked_for += [*(formula for formula, _ in last), *(limit.beyond for limit in limits)]
+        functions.append(function_of(w, "events", looked_for))
+    if kept:
+        functions.append(function_of(w, "momenta", [momenta.formulas[k] for k in kept]))
+    rows, filled, dependent = 0, (), ()  # type: int, tuple[int, ...], tuple[int, ...]
+    if scene.is_closed:
+        G = cheapest(w, "constraint_jacobian")
+        rows = G.shape[0]
+        filled = tuple(k for k, entry in enumerate(G.entries) if not entry.is_zero)
+        functions += [cheapest(w, "constraint_residual"), row_rates(w, G), *corrections(w, linear)]
+        if not linear:
+            functions.append(function_of(w, "slopes", [G.entries[k] for k in filled], ("q",)))
+            functions.append(function_of(w, "reach", reach(w), ("q",)))
+            dependent = tuple(w.loops.decisions.partition.dependent) if functions[-1].entries else ()
+    made = compiled(scene, w.graph, functions)
+    mass = () if rows else derive_one(w, "mass_matrix").entries
+    return StateEquations(
+        scene, forces, found, decisions, events, made, {}, not power.is_zero, momenta, kept, mass, dependent,
+        rows, filled, tuple(words for _, words in last), tuple(limits), (), lambda: together(w, tau, power),
+    )  # fmt: skip
+
+
+def _together(system: StateEquations) -> Compiled | None:
+    function = system._by_rows()
+    return None if function is None else compiled(system.opened.scene, function.entries[0].graph, (function,))
+
+
+def _moved(scene: Scene) -> bool:
+    return OUTPUTS["drive_forces"].exists(scene)

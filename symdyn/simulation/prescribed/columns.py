@@ -1,0 +1,93 @@
+"""Tables of numbers over time in CSV: a header with the column t, then rows with rising times."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.errors import SceneError, SimulateError
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.prescribed.formulas_in_time import TIME, close, read_file
+
+Array = npt.NDArray[np.float64]
+
+MOST = 10
+"""Faults of one file that are told; the rest is counted."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Numbers over time.
+
+    Attributes:
+        source: the file, for messages.
+        t: times, s, shape (N,), strictly rising.
+        values: the other columns by name, each of shape (N,).
+    """
+
+    source: str
+    t: Array
+    values: Mapping[str, Array]
+
+
+def read_columns(path: Path) -> Columns:
+    """Return the columns of a CSV file.
+
+    Raises:
+        SimulateError: with every fault of the file, one line each.
+    """
+    faults = Faults(str(path))
+    try:
+        rows = [row for row in csv.reader(io.StringIO(read_file(path))) if any(cell.strip() for cell in row)]
+    except csv.Error as error:
+        raise SimulateError(f"{path}: is no CSV: {error}") from None
+    names = [cell.strip() for cell in rows[0]] if rows else []
+    if TIME not in names:
+        faults.add("", "has no column t; the first row must name the columns, such as t,q1,q2")
+    for name in [name for name, count in Counter(names).items() if count > 1][:MOST]:
+        faults.add("", f"has the column {name} twice")
+    if len(rows) < 3:
+        faults.add("", f"has {counted(max(0, len(rows) - 1), 'row')} of numbers; at least two are needed")
+    close(faults)
+    try:
+        table = np.array([_numbers(row, names, number, faults) for number, row in enumerate(rows[1:], start=2)])
+        t = table[:, names.index(TIME)]
+        for k in np.nonzero(np.diff(t) <= 0)[0]:
+            faults.add(f"row {k + 3}", f"t = {t[k + 1]:g} does not come after t = {t[k]:g}; sort the rows by time")
+    except SceneError as error:  # so many that reading ended
+        raise SimulateError([*error.faults[:MOST], f"{path}: and more faults than are counted"]) from None
+    if len(faults.lines) > MOST:
+        faults.lines[MOST:] = [f"{path}: and {len(faults.lines) - MOST} faults more"]
+    close(faults)
+    return Columns(str(path), t, {name: table[:, k] for k, name in enumerate(names) if name != TIME})
+
+
+def counted(number: int, noun: str) -> str:
+    """Return "1 row", "2 rows"."""
+    return f"{number} {noun}{'s' * (number != 1)}"
+
+
+def _numbers(row: list[str], names: list[str], number: int, faults: Faults) -> list[Any]:
+    """Return the cells of a row as numbers, NaN after a fault."""
+    where = f"row {number}"
+    if len(row) != len(names):
+        faults.add(where, f"has {counted(len(row), 'cell')}; the header names {counted(len(names), 'column')}")
+        return [np.nan] * len(names)
+    found = []
+    for name, cell in zip(names, row, strict=True):
+        try:
+            value = float(cell)
+        except ValueError:
+            value = np.nan
+        if not np.isfinite(value):
+            faults.add(where, f'{name} = "{cell.strip()}" is not a finite number')
+        found.append(value)
+    return found

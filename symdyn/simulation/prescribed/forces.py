@@ -1,0 +1,178 @@
+"""Driving forces over time: formulas in t, q and q̇, constants, and columns of a CSV file, interpolated.
+
+A table is interpolated by PCHIP, which is once differentiable and does not overshoot at steps; before its first and
+after its last row the force is what stands there.
+
+Reference: Fritsch and Butland, A method for constructing local monotone piecewise cubic interpolants (1984).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.dynamics.mechanism.prescribed import prescribed
+from symdyn.graph import Graph
+from symdyn.scene import Quantity, Scene, velocity_name
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.quantity import ZERO
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.prescribed.columns import Columns
+from symdyn.simulation.prescribed.formulas_in_time import TIME, close, parameter_values, read_formula
+from symdyn.simulation.prescribed.scene_motion import listed, split_entries
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Forces:
+    """Driving forces; zero where nothing is said.
+
+    Attributes:
+        formulas: by index of the velocity: formulas in t, coordinates, velocities and parameters.
+        tables: by index of the velocity: functions of t.
+        spans: by index of the velocity: first and last time of its table.
+    """
+
+    formulas: Mapping[int, Quantity] = field(default_factory=dict)
+    tables: Mapping[int, Callable[[Array], Array]] = field(default_factory=dict)
+    spans: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+
+    def formula(self, k: int) -> Quantity:
+        """Return the formula of a velocity's driving force, zero where it has none."""
+        return self.formulas.get(k, ZERO)
+
+    def tabulated(self, times: Array, n: int) -> Array:
+        """Return what the tables give at `times`, shape (..., n); zero where there is none."""
+        found = np.zeros((*np.shape(times), n))
+        for k, table in self.tables.items():
+            found[..., k] = table(times)
+        return found
+
+
+def held(scene: Scene, forces: Forces, until: float) -> tuple[str, ...]:
+    """Return what is to be said of tables that do not reach from 0 to `until`."""
+    names = drive_names(scene)
+    return tuple(
+        f"the table of {names[k]} goes from {first:g} s to {last:g} s; outside, the force is that of its nearest row"
+        for k, (first, last) in forces.spans.items()
+        if first > 0 or last < until
+    )
+
+
+def drive_names(scene: Scene) -> tuple[str, ...]:
+    """Return a name for every driving force, shape (nv,): its own, else tau_ and its velocity's."""
+    return tuple(
+        drive or f"tau_{velocity.removesuffix('_dot')}"
+        for drive, velocity in zip(scene.drives, scene.velocities, strict=True)
+    )
+
+
+def read_forces(scene: Scene, entries: str | Sequence[str] | Mapping[str, str]) -> Forces:
+    """Return the forces that words and files say.
+
+    Args:
+        scene: the mechanism, its parameters bound.
+        entries: `name=formula`, where the name is that of a drive, a coordinate or a velocity; a .toml file of such
+            lines; or a .csv file of columns t and drives or coordinates. One or several; or formulas by name.
+
+    Raises:
+        SimulateError: with every fault, one line each.
+    """
+    values = parameter_values(scene)
+    faults = Faults("")
+    formulas: dict[int, Quantity] = {}
+    tables: dict[int, Callable[[Array], Array]] = {}
+    spans: dict[int, tuple[float, float]] = {}
+    texts, columns = split_entries(listed(entries, "forces"), "forces", faults)
+    places = _places(scene)
+    allowed = (TIME, *scene.coordinates, *scene.velocities, *values)
+    for where, name, text in texts:
+        k = _place(scene, places, name, where, faults)
+        formula = read_formula(text, allowed, f"{where}: {name}", faults)
+        if k is not None and k in formulas:
+            faults.add(where, f"{name} has a force already")
+        if k is not None and formula is not None:
+            formulas[k] = formula
+    for table in columns:
+        for k in _from_table(scene, table, places, formulas, tables, faults):
+            spans[k] = (float(table.t[0]), float(table.t[-1]))
+    close(faults)
+    return Forces(formulas, tables, spans)
+
+
+def _places(scene: Scene) -> dict[str, int]:
+    """Return the index of the velocity that a name means."""
+    found: dict[str, int] = {}
+    for k, velocity in enumerate(scene.velocities):
+        found[velocity] = k
+    for name in scene.coordinates:
+        if velocity_name(name) in found:
+            found[name] = found[velocity_name(name)]
+    return found | {drive: k for k, drive in enumerate(scene.drives) if drive}
+
+
+def _place(scene: Scene, places: Mapping[str, int], name: str, where: str, faults: Faults) -> int | None:
+    """Return the index of the velocity that a name means, None after a fault."""
+    k = places.get(name)
+    if k is None:
+        known = [drive for drive in scene.drives if drive] or list(places)
+        faults.add(where, f"{name} is neither a drive nor a coordinate; {suggestion(name, known)}")
+    elif scene.drives[k] is None:
+        faults.add(where, f"{name} is passive; give its joint a drive, or the scene a load")
+        return None
+    elif k in prescribed(scene, Graph()).place:
+        faults.add(where, f"{name} has a prescribed motion, which finds its own force; take one of the two away")
+        return None
+    return k
+
+
+def _from_table(
+    scene: Scene,
+    table: Columns,
+    places: Mapping[str, int],
+    formulas: Mapping[int, Quantity],
+    tables: dict[int, Callable[[Array], Array]],
+    faults: Faults,
+) -> list[int]:
+    """Add the columns of a table that are called like drives; without any, those called like coordinates.
+
+    Returns:
+        The velocities whose forces they are.
+    """
+    found: list[int] = []
+    drives = {drive: k for k, drive in enumerate(scene.drives) if drive}
+    wanted = [name for name in table.values if name in drives] or [name for name in table.values if name in places]
+    if not wanted:
+        faults.add(table.source, f"has no column of a drive; {scene.name} has {', '.join(drives) or 'none'}")
+    for name in wanted:
+        k = _place(scene, places, name, table.source, faults)
+        if k is not None and (k in formulas or k in tables):
+            faults.add(table.source, f"{name} has a force already")
+        elif k is not None:
+            tables[k] = Table(table.t, table.values[name])
+            found.append(k)
+    return found
+
+
+@dataclass(frozen=True)
+class Table:
+    """Numbers over rising times, interpolated; held before the first and after the last."""
+
+    t: Array
+    x: Array
+
+    @cached_property
+    def _curve(self) -> Callable[[Array], Array]:
+        from scipy.interpolate import PchipInterpolator
+
+        found: Callable[[Array], Array] = PchipInterpolator(self.t, self.x)
+        return found
+
+    def __call__(self, times: Array) -> Array:
+        """Return the numbers at `times`."""
+        return np.asarray(self._curve(np.clip(times, self.t[0], self.t[-1])), dtype=np.float64)

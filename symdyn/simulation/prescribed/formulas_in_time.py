@@ -1,0 +1,108 @@
+"""Formulas in time and state as a user writes them: parsed, their names checked, their parameters bound."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from symdyn.errors import SceneError, SimulateError
+from symdyn.scene import FormulaError, Quantity, Scene, parse, spell
+from symdyn.scene.declaration.contents import read_bounded
+from symdyn.scene.values.mapping import substituted
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.table import Faults
+from symdyn.scene.values.value import Value, value_of
+
+TIME = "t"
+
+LARGEST_FILE = 64 * 2**20
+"""Bytes of a file of numbers or laws; a million rows of three numbers have room in it."""
+
+
+def read_formula(text: object, allowed: Iterable[str], where: str, faults: Faults) -> Quantity | None:
+    """Return a formula whose symbols are among `allowed`, None after a fault."""
+    try:
+        formula = parse(text if isinstance(text, str) else str(text))
+    except FormulaError as error:
+        faults.add(where, str(error))
+        return None
+    known = tuple(dict.fromkeys(allowed))
+    unknown = [name for name in formula.symbols if name not in known]
+    for name in unknown:
+        faults.add(where, f'"{text}" uses {name}, which is not known here; {suggestion(name, known)}')
+    return None if unknown else formula
+
+
+def parameter_values(scene: Scene) -> dict[str, Quantity]:
+    """Return the values of the scene's parameters.
+
+    Raises:
+        SimulateError: one has no value.
+    """
+    free = [parameter.name for parameter in scene.free_parameters]
+    if free:
+        binding = ",".join(f"{name}=1" for name in free)
+        have = "has" if len(free) == 1 else "have"
+        raise SimulateError(f"{scene.name}: {', '.join(free)} {have} no value; give them, as in --bind {binding}")
+    return {parameter.name: parameter.value for parameter in scene.parameters if parameter.value is not None}
+
+
+def bound(formula: Quantity, values: Mapping[str, Quantity]) -> Quantity:
+    """Return the formula with values in place of parameters.
+
+    Raises:
+        FormulaError: it divides by what is now zero, or takes a root or logarithm that does not exist.
+    """
+    return substituted(formula, values)
+
+
+def number_of(formula: Quantity, values: Mapping[str, Quantity], where: str, faults: Faults) -> float | None:
+    """Return the value of a formula in parameters, None after a fault."""
+    try:
+        value: Value | None = value_of(bound(formula, values), {})
+    except FormulaError as error:
+        faults.add(where, f"{spell(formula)} {error}")
+        return None
+    assert value is not None, "all symbols were checked"
+    return float(value)
+
+
+def close(faults: Faults) -> None:
+    """Raise all faults together, if there are any."""
+    if faults.lines:
+        raise SimulateError(faults.lines)
+
+
+def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
+    """Return name and text of every `name=text`, in order.
+
+    Args:
+        entries: words of a command line.
+        what: the option that they belong to.
+        faults: where what is no such word is reported.
+    """
+    found: dict[str, str] = {}
+    for entry in entries:
+        name, equals, text = (piece.strip() for piece in entry.partition("="))
+        if not name or not equals or not text:
+            known = "is not name=formula" if what.startswith("--") else "is neither a file nor name=formula"
+            faults.add(what, f'"{entry}" {known}')
+        elif name in found:
+            faults.add(what, f"{name} is given twice, as {found[name]} and as {text}")
+        else:
+            found[name] = text
+    return found
+
+
+def read_file(path: Path) -> str:
+    """Return the text of a file.
+
+    Raises:
+        SimulateError: it cannot be read, and why.
+    """
+    try:
+        return read_bounded(path, LARGEST_FILE, "a file", "give fewer rows").decode("utf-8-sig")
+    except SceneError as fault:
+        raise SimulateError(fault.faults) from None
+    except UnicodeDecodeError as error:
+        raise SimulateError(f"{path}: byte {error.start} is not UTF-8; save the file as UTF-8 text") from None

@@ -1,0 +1,291 @@
+"""Motion laws of one coordinate: position, velocity and acceleration at given times.
+
+    0.3*sin(2*t)                            a formula in t and parameters, differentiated exactly
+    constant(x)                             rest at x
+    cubic(a, b, T)                          from a to b within T: s = 3z² - 2z³, z = (t - start) / T
+    quintic(a, b, T)                        s = 10z³ - 15z⁴ + 6z⁵: at rest and without acceleration at both ends
+    cycloidal(a, b, T)                      s = z - sin(2πz) / 2π
+    trapezoidal(a, b, T, ramp)              constant acceleration for `ramp`, constant velocity, constant deceleration
+    spline(t1, x1, t2, x2, ...)             twice differentiable through the points, at rest at both ends
+
+The laws from a to b take start=... as last argument (0 s), ramp is T/4 if it is not given; before and after a law the
+coordinate rests.
+
+Reference: Biagiotti and Melchiorri, Trajectory Planning for Automatic Machines and Robots (2008), sections 2.1 to 3.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.algebra.numeric import Batches
+from symdyn.graph import Graph, evaluate, tangents
+from symdyn.scene import FormulaError, Quantity, express
+from symdyn.scene.values.formula import split_commas
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.prescribed.columns import Columns
+from symdyn.simulation.prescribed.formulas_in_time import TIME, bound, number_of, read_formula
+
+Array = npt.NDArray[np.float64]
+Motion3 = tuple[Array, Array, Array]
+Profile = Callable[[Array], Motion3]
+
+EVER = (-np.inf, np.inf)
+
+
+@dataclass(frozen=True)
+class Law:
+    """The motion of one coordinate. It pickles as what it was made of.
+
+    Attributes:
+        text: as the user wrote it.
+        span: first and last time at which it is known; infinite for formulas.
+    """
+
+    text: str
+    span: tuple[float, float]
+    _profile: Profile = field(repr=False, compare=False)
+    _made: tuple[Callable[..., Law], tuple[Any, ...]] = field(repr=False, compare=False)
+
+    def __reduce__(self) -> tuple[Callable[..., Law], tuple[Any, ...]]:
+        return self._made
+
+    def __call__(self, times: npt.ArrayLike) -> Motion3:
+        """Return position, velocity and acceleration at `times`, each of its shape; rad or m, per s, per s²."""
+        return self._profile(np.asarray(times, dtype=np.float64))
+
+
+def read_law(text: str, values: Mapping[str, Quantity], where: str, faults: Faults) -> Law | None:
+    """Return the law that a text says, None after a fault.
+
+    Args:
+        text: as in the module's legend.
+        values: of the parameters.
+        where: for messages.
+        faults: where they are collected.
+    """
+    name, bracket, rest = text.strip().partition("(")
+    if bracket and name.strip() in LAWS and _closes_last(rest):
+        return _named(name.strip(), rest.strip()[:-1], text, values, where, faults)
+    formula = read_formula(text, (TIME, *values), where, faults)
+    if formula is None:
+        return None
+    try:
+        return formula_law(bound(formula, values), text)
+    except FormulaError as error:
+        faults.add(where, f'"{text}" {error}')
+        return None
+
+
+def formula_law(formula: Quantity, text: str) -> Law:
+    """Return the law of a formula in t alone."""
+    graph = Graph()
+    t = graph.symbol(TIME)
+    try:
+        x = express(formula, graph)
+        (v,) = tangents([x], {t: graph.one})
+        (a,) = tangents([v], {t: graph.one})
+    except ZeroDivisionError:
+        raise FormulaError("divides by zero") from None
+
+    def profile(times: Array) -> Motion3:
+        with np.errstate(all="ignore"):
+            found = evaluate([x, v, a], Batches(), {t: times})
+        q, qd, qdd = (np.broadcast_to(np.asarray(one, dtype=np.float64), times.shape).copy() for one in found)
+        return q, qd, qdd
+
+    return Law(text, EVER, profile, (formula_law, (formula, text)))
+
+
+def constant(value: float, text: str = "") -> Law:
+    """Return rest at a value."""
+    made = (constant, (value, text))
+    return Law(text or f"{value:g}", EVER, lambda t: (np.full_like(t, value), 0 * t, 0 * t), made)
+
+
+# From a to b
+
+
+def _cubic(z: Array) -> Motion3:
+    return z * z * (3 - 2 * z), 6 * z * (1 - z), 6 - 12 * z
+
+
+def _quintic(z: Array) -> Motion3:
+    return z**3 * (10 + z * (6 * z - 15)), 30 * (z * (1 - z)) ** 2, 60 * z * (1 - z) * (1 - 2 * z)
+
+
+def _cycloidal(z: Array) -> Motion3:
+    turn = 2 * np.pi
+    return z - np.sin(turn * z) / turn, 1 - np.cos(turn * z), turn * np.sin(turn * z)
+
+
+def _trapezoidal(ramp: float) -> Profile:
+    """Return the profile for a ramp as a fraction of the duration, 0 < ramp <= 1/2."""
+    return partial(_ramped, ramp)
+
+
+def _ramped(ramp: float, z: Array) -> Motion3:
+    v = 1 / (1 - ramp)
+    a = v / ramp
+    parts = [z < ramp, z <= 1 - ramp]
+    s = np.select(parts, [a * z * z / 2, v * (z - ramp / 2)], 1 - a * (1 - z) ** 2 / 2)
+    return s, np.select(parts, [a * z, np.full_like(z, v)], a * (1 - z)), np.select(parts, [a + 0 * z, 0 * z], -a)
+
+
+def between(a: float, b: float, duration: float, start: float, unit: Profile, text: str) -> Law:
+    """Return the law from a to b, from `start` on for `duration`, by a profile on 0..1."""
+
+    def profile(times: Array) -> Motion3:
+        z = (times - start) / duration
+        moving = (z >= 0) & (z <= 1)
+        s, v, w = unit(np.clip(z, 0.0, 1.0))
+        way = b - a
+        q = np.where(z >= 1, b, a + way * s)
+        return q, np.where(moving, way * v / duration, 0.0), np.where(moving, way * w / duration**2, 0.0)
+
+    return Law(text, EVER, profile, (between, (a, b, duration, start, unit, text)))
+
+
+# Through points
+
+
+def through(t: Array, x: Array, text: str) -> Law:
+    """Return the cubic spline through points, at rest at both ends and beyond them."""
+    from scipy.interpolate import CubicSpline
+
+    spline = CubicSpline(t, x, bc_type="clamped")
+
+    def profile(times: Array) -> Motion3:
+        inside = (times >= t[0]) & (times <= t[-1])
+        clipped = np.clip(times, t[0], t[-1])
+        return spline(clipped), np.where(inside, spline(clipped, 1), 0.0), np.where(inside, spline(clipped, 2), 0.0)
+
+    return Law(text, EVER, profile, (through, (t, x, text)))
+
+
+def column_law(columns: Columns, name: str, rate: str, acceleration: str) -> Law:
+    """Return the law of columns of a table: a spline through positions, and through rates and accelerations if given.
+
+    With positions alone it is a cubic spline, with velocities the cubic, with accelerations too the quintic Hermite
+    interpolant, so that a recorded motion comes back at its own times digit for digit.
+    """
+    from scipy.interpolate import BPoly, CubicHermiteSpline, CubicSpline
+
+    t, x = columns.t, columns.values[name]
+    v, a = columns.values.get(rate), columns.values.get(acceleration)
+    curve: Any
+    if v is not None and a is not None:
+        curve = BPoly.from_derivatives(t, np.stack([x, v, a], axis=1))
+    elif v is not None:
+        curve = CubicHermiteSpline(t, x, v)
+    else:
+        curve = CubicSpline(t, x)
+
+    def profile(times: Array) -> Motion3:
+        q, qd, qdd = (np.asarray(curve(times, order), dtype=np.float64) for order in range(3))
+        place = np.searchsorted(t, times).clip(0, len(t) - 1)
+        exact = t[place] == times
+        q[exact] = x[place[exact]]
+        if v is not None:
+            qd[exact] = v[place[exact]]
+        if a is not None:
+            qdd[exact] = a[place[exact]]
+        return q, qd, qdd
+
+    made = (column_law, (columns, name, rate, acceleration))
+    return Law(f"{columns.source}: {name}", (float(t[0]), float(t[-1])), profile, made)
+
+
+# Reading
+
+
+LAWS: Mapping[str, tuple[str, ...]] = {
+    "constant": ("x",),
+    "cubic": ("a", "b", "T", "start"),
+    "quintic": ("a", "b", "T", "start"),
+    "cycloidal": ("a", "b", "T", "start"),
+    "trapezoidal": ("a", "b", "T", "ramp", "start"),
+    "spline": (),
+}
+"""Names of the laws and of their arguments, in order; a spline takes times and points by turns."""
+
+UNITS: Mapping[str, Profile] = {"cubic": _cubic, "quintic": _quintic, "cycloidal": _cycloidal}
+
+
+def _closes_last(rest: str) -> bool:
+    """Tell whether the bracket that opened before `rest` closes at its end."""
+    depth = 1
+    for place, letter in enumerate(rest.rstrip()):
+        depth += (letter == "(") - (letter == ")")
+        if depth == 0:
+            return place == len(rest.rstrip()) - 1
+    return False
+
+
+def _named(name: str, inside: str, text: str, values: Mapping[str, Quantity], where: str, faults: Faults) -> Law | None:
+    given: dict[str, str] = {}
+    plain: list[str] = []
+    before = len(faults.lines)
+    for part in split_commas(inside):
+        key, equals, value = (piece.strip() for piece in part.partition("="))
+        if equals and key not in LAWS[name]:
+            faults.add(where, f'"{text}": {name} has no argument {key}; {suggestion(key, LAWS[name] or ("t, x",))}')
+        elif equals:
+            given[key] = value
+        else:
+            plain.append(part)
+    read = [_number(one, text, values, where, faults) for one in plain]
+    if name == "spline":
+        return _points(read, text, where, faults) if len(faults.lines) == before else None
+    if len(read) > len(LAWS[name]):
+        faults.add(where, f'"{text}": {name} takes ({", ".join(LAWS[name])}); {len(read)} arguments were given')
+        return None
+    numbers = dict(zip(LAWS[name], read, strict=False))
+    numbers |= {key: _number(value, text, values, where, faults) for key, value in given.items()}
+    missing = [key for key in LAWS[name] if key not in numbers and key not in ("start", "ramp")]
+    if missing:
+        faults.add(where, f'"{text}": {", ".join(missing)} missing; {name} takes ({", ".join(LAWS[name])})')
+    if len(faults.lines) > before:
+        return None
+    return _made(name, {key: value for key, value in numbers.items() if value is not None}, text, where, faults)
+
+
+def _number(text: str, whole: str, values: Mapping[str, Quantity], where: str, faults: Faults) -> float | None:
+    formula = read_formula(text, values, f"{where}: {whole}", faults)
+    return None if formula is None else number_of(formula, values, f"{where}: {whole}", faults)
+
+
+def _made(name: str, numbers: Mapping[str, float], text: str, where: str, faults: Faults) -> Law | None:
+    if name == "constant":
+        return constant(numbers["x"], text)
+    a, b, T, start = numbers["a"], numbers["b"], numbers["T"], numbers.get("start", 0.0)
+    if not T > 0:
+        faults.add(where, f'"{text}": T = {T:g} s is not a duration; give a positive one')
+        return None
+    if name != "trapezoidal":
+        return between(a, b, T, start, UNITS[name], text)
+    ramp = numbers.get("ramp", T / 4)
+    if not 0 < ramp <= T / 2:
+        faults.add(where, f'"{text}": ramp = {ramp:g} s is not within 0 and T/2 = {T / 2:g} s')
+        return None
+    return between(a, b, T, start, _trapezoidal(ramp / T), text)
+
+
+def _points(numbers: Sequence[float | None], text: str, where: str, faults: Faults) -> Law | None:
+    t, x = np.array(numbers[::2], dtype=np.float64), np.array(numbers[1::2], dtype=np.float64)
+    if len(t) != len(x) or len(t) < 2:
+        faults.add(
+            where, f'"{text}": spline takes times and points by turns, two points at least: spline(0, 0, 1, 0.5)'
+        )
+        return None
+    if np.any(np.diff(t) <= 0):
+        faults.add(where, f'"{text}": the times of the points must rise')
+        return None
+    return through(t, x, text)

@@ -1,0 +1,137 @@
+"""The mathematics of a document in LaTeX, which every format starts from: names, formulas, lines that fit."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from fractions import Fraction
+
+from symdyn.algebra.form import MINUS_ONE, Form, numbers_of, product_of, split_sign, sum_of, terms_of
+from symdyn.emit.escape import in_latex
+from symdyn.emit.print.breaking import break_lines, latex_width
+from symdyn.emit.print.formula_text import BREAK, Latex
+from symdyn.emit.print.letters import head
+from symdyn.emit.print.printed_names import PrintName, latex_symbols
+from symdyn.scene.values.grammar import GREEK
+from symdyn.teach.document import Braced, Document, Formula, Matrix, Words
+from symdyn.teach.looks import Letter, Name, Rate
+
+INDENT = 20.0
+LARGEST = 60  # denominator of a fraction that no decimal writes: 1/24
+
+
+class _Fractions(Latex):
+    """Writes 1/24 as it is, which six digits do not."""
+
+    def number(self, value: Fraction) -> str:
+        """Return a number that is not negative."""
+        repeats = value.denominator % 3 == 0 or value.denominator % 7 == 0
+        if repeats and value.denominator <= LARGEST and value.numerator <= LARGEST:
+            return rf"\tfrac{{{value.numerator}}}{{{value.denominator}}}"
+        return super().number(value)
+
+
+class Spelling:
+    """Writes the forms of one document in LaTeX."""
+
+    def __init__(self, document: Document, digits: int | None = 6) -> None:
+        """Spell every name of the document; `digits` as in `Latex`, None writes every number exactly."""
+        self.symbols = latex_symbols(document.scene)
+        for key, name in document.names.items():
+            if name.look is not None:
+                self.symbols[key] = self._spelled(name)
+        self._write = _Fractions(self.symbols, digits)
+
+    def _spelled(self, name: Name) -> str:
+        look = name.look
+        if isinstance(look, Letter):
+            return letter(look)
+        assert look is not None, "a name without a look is a symbol of the scene"
+        of = self.symbols[look.of]
+        if isinstance(look, Rate):
+            return rf"\frac{{\mathrm{{d}}}}{{\mathrm{{d}}t}} {of}"
+        return rf"\frac{{\partial {of}}}{{\partial {self.symbols[look.by]}}}"
+
+    def __call__(self, form: Form) -> str:
+        """Return a form with break marks."""
+        return self._write(form)
+
+    def inline(self, form: Form) -> str:
+        """Return a form in one line."""
+        return self._write.unbroken(form)
+
+    def sign(self, *forms: Form) -> str:
+        r"""Return what stands before a form: "=", \approx where a number is printed with fewer digits than it has."""
+        numbers = [abs(number.value) for form in forms for number in numbers_of(form)]
+        return "=" if all(_is_whole(self._write.number(value), value) for value in numbers) else r"\approx"
+
+    def formula(self, formula: Formula) -> tuple[str, str]:
+        """Return (left, "= right") of a formula, the right-hand side with break marks."""
+        if not formula.left:
+            assert formula.right is not None, "a formula without a name on the left has two sides"
+            return "", f"{self(formula.form)} {BREAK}{self.sign(formula.form, formula.right)} {self(formula.right)}"
+        chain = f"{self.sign(formula.form)} {self(formula.form)}"
+        if formula.right is not None:
+            chain += f" {BREAK}{self.sign(formula.form, formula.right)} {self(formula.right)}"
+        return self.symbols[formula.left], chain
+
+    def braced(self, formula: Braced) -> tuple[str, str]:
+        r"""Return (left, "= right") with \underbrace{coefficient}_{name} rate, as (5.40)."""
+        text = ""
+        for brace in formula.terms:
+            terms = terms_of(brace.form)
+            negative = bool(brace.under) and all(split_sign(term)[0] < 0 for term in terms)
+            value = sum_of(product_of((MINUS_ONE, term)) for term in terms) if negative else brace.form
+            shown = self.inline(value)
+            if brace.under:
+                shown = f"({shown})" if len(terms) > 1 else shown
+                name = self.symbols[brace.under]
+                shown = rf"\underbrace{{{shown}}}_{{{'-' if negative else ''}{name}}}"
+            rate = self.inline(brace.rate)
+            shown += "" if rate == "1" else rf"\, {rate}"
+            sign = "-" if negative else "+"
+            text += f" {BREAK}{sign} {shown}" if text else f"{'-' if negative else ''}{shown}"
+        sign = self.sign(*(brace.form for brace in formula.terms))
+        return self.inline(formula.left), f"{sign} {text or '0'}"
+
+    def matrix(self, matrix: Matrix) -> str:
+        r"""Return left &= \begin{bmatrix} ... \end{bmatrix}."""
+        cells = [self.inline(entry) for entry in matrix.entries]
+        rows = r" \\ ".join(" & ".join(cells[k : k + matrix.width]) for k in range(0, len(cells), matrix.width))
+        return rf"{self.symbols[matrix.left]} &= \begin{{bmatrix}} {rows} \end{{bmatrix}}"
+
+    def words(self, words: Words, plain: Callable[[str], str]) -> str:
+        """Return prose, each piece made plain for its target, with forms between dollar signs."""
+        return "".join(plain(x) if isinstance(x, str) else f"${self.inline(x)}$" for x in words.parts)
+
+
+def _is_whole(text: str, value: Fraction) -> bool:
+    """Tell whether a number is printed with all of its digits."""
+    found = re.fullmatch(r"([\d.]+)(?: \\cdot 10\^\{(-?\d+)\})?", text)
+    return found is None or Fraction(found[1]) * Fraction(10) ** int(found[2] or 0) == value
+
+
+def letter(look: Letter) -> str:
+    r"""Return \dot x_{2}, v_{2}^{2} or \bar F_{22}^{A}."""
+    shown = PrintName(head(look.letter), ",".join(map(_index, look.index)))
+    if look.dots:
+        return shown.accented("d" * look.dots + "ot")
+    text = shown.accented(look.accent) if look.accent else str(shown)
+    if look.above:
+        return f"{text}^{{{look.above}}}"
+    return text + (f"^{look.power}" if look.power > 1 else "")
+
+
+def _index(part: str) -> str:
+    if part in GREEK:
+        return f"\\{part}"
+    if part.replace(" ", "").isdigit():
+        return part.replace(" ", r"\,")
+    return part if len(part) <= 2 else rf"\mathrm{{{in_latex(part)}}}"
+
+
+def lines(left: str, right: str, room: float) -> list[str]:
+    r"""Return a formula in lines of an aligned display, "left &= right" first."""
+    width = room - latex_width(left)
+    first, *others = break_lines(right, max(width, room / 3), room - INDENT, latex_width)
+    return [f"{left} &{first}" if left else f"& {first}", *(rf"&\quad {{}}{line}" for line in others)]
