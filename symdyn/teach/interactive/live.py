@@ -26,9 +26,7 @@ from symdyn.teach.interactive.reduced import ACTING, Held, held, reduced_functio
 from symdyn.teach.interactive.words import WORDS
 from symdyn.teach.shown_state import shown_state
 from symdyn.verify.equality import DIFFERENT, UNDEFINED, Claim, prove
-
-COEFFICIENTS = ("k_z", "k_C", "k_D", "k_G")
-ENERGIES = ("kinetic_energy", "potential_energy")
+from symdyn.verify.laws import COEFFICIENTS, ENERGIES
 
 MOST = 8
 """Velocities of the largest mechanism that is shown."""
