@@ -17,7 +17,7 @@ from symdyn.dynamics import OUTPUTS, Unasked, derive, derive_one, expected, road
 from symdyn.dynamics.recursive.crba import crba
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
-from symdyn.scene import body, number, prismatic, read_text, revolute, scene
+from symdyn.scene import Scene, body, number, prismatic, read_text, revolute, scene
 from symdyn.verify.equality import PROVED, Claim, prove
 from symdyn.verify.laws import laws
 from symdyn.verify.quaternions import on_unit_sphere
@@ -342,11 +342,22 @@ inertia_about = "com"
 """
 
 
+def stairs() -> Scene:
+    """Three parallel axes; the shifts between them have two parameters each, and no length that is one."""
+    places = [[], [("Tx", "a"), ("Ty", "b"), ("Tz", "1/3")], [("Tx", "b"), ("Ty", "a"), ("Tz", "1/5")]]
+    bodies = [body(f"b{k}", mass=k + 1, com=["1/3", "1/5", "1/7"]) for k in range(3)]
+    joints = [
+        revolute(f"j{k}", f"b{k - 1}" if k else "ground", f"b{k}", origin=place) for k, place in enumerate(places)
+    ]
+    return scene("stairs", parameters=dict.fromkeys(("a", "b")), bodies=bodies, joints=joints)
+
+
 @pytest.mark.parametrize("keeping", [False, True])
 @pytest.mark.parametrize("leaping", [False, True])
-def test_every_variant_of_the_composite_body_algorithm_is_right(leaping, keeping):
+@pytest.mark.parametrize("one", [read_text(SHELF), stairs()], ids=["shelf", "stairs"])
+def test_every_variant_of_the_composite_body_algorithm_is_right(one, leaping, keeping):
     """Not only the cheapest: over parallel axes that lie beside and above each other, with a slide at the end."""
-    w = workspace(read_text(SHELF))
+    w = workspace(one)
     entries = [entry for row in crba(w.lean, leaping, keeping) for entry in row]
     other = derive_one(w, "mass_matrix", "lagrange").entries
 

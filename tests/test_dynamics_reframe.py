@@ -21,7 +21,7 @@ from symdyn.dynamics.recursive.reframe import reframe
 from symdyn.dynamics.recursive.regroup import regroup
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate, gradient, reachable
-from symdyn.scene import body, prismatic, revolute, scene
+from symdyn.scene import body, prismatic, read_text, revolute, scene
 from symdyn.verify.equality import PROVED, Claim, prove
 
 sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))
@@ -106,6 +106,28 @@ def test_an_axis_that_leans_by_one_parameter_needs_no_root():
 
     assert isinstance(w.lean.link[2].fixed[0], PlanarTurn)
     assert not [node for node in nodes if node.op is Op.SQRT]
+
+
+TWISTED = """
+name = "twisted"
+parameters = { u = 0.3, v = 0.2 }
+[dh]
+convention = "modified"
+links = [
+    { mass = 1, com = [0.1, 0.2, 0.3] },
+    { alpha = "TWIST", a = 0.5, d = "v", mass = 2, com = [0.3, 0.1, 0.2] },
+    { alpha = "TWIST", a = 0.7, mass = 3, com = [0.2, 0.4, 0.1] },
+]
+"""
+
+
+@pytest.mark.parametrize("twist", ["u", "-u"])
+def test_an_offset_along_an_axis_that_leans_by_a_parameter_is_the_rise_of_the_link(twist):
+    w = Workspace(read_text(TWISTED.replace("TWIST", twist)))
+    roads = [derive_one(w, "inverse_dynamics", road).entries for road in ("rnea", "lagrange")]
+
+    assert w.lean.link[2].rise is w.graph.symbol("v")
+    assert prove([Claim("ID", "rnea", "lagrange", *roads)])[1][0].verdict == PROVED
 
 
 def test_the_common_normal_of_nearly_parallel_axes_stays_near():
