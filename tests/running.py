@@ -12,8 +12,8 @@ from symdyn.algebra.elimination import eliminate
 from symdyn.dynamics import Equations, Workspace
 from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
 from symdyn.dynamics.reactions.hinges import plus, times
+from symdyn.dynamics.reactions.least import elements, equations
 from symdyn.dynamics.reactions.recursion import as_rows
-from symdyn.dynamics.reactions.solution import elements, equations
 from symdyn.graph import Algebra, Expr, evaluate
 from symdyn.scene import Scene, express
 

@@ -15,8 +15,13 @@ from symdyn.algebra.form import ZERO, express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.cli import main
 from symdyn.dynamics import Workspace, base_parameters
-from symdyn.dynamics.closed_forms.base_parameters import SLIDING, TURNING, base_parameter_forms, with_base_parameters
-from symdyn.dynamics.recursive.reframe import reframe
+from symdyn.dynamics.closed_forms.frames_and_parameters import (
+    SLIDING,
+    TURNING,
+    base_parameter_forms,
+    with_base_parameters,
+)
+from symdyn.dynamics.recursive.lean_tree import reframe
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.emit.print.base_parameters_page import base_parameters_text
 from symdyn.errors import EmitError

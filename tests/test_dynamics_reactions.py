@@ -26,7 +26,7 @@ from running import call, solved_reactions
 import symdyn
 from symdyn.dynamics import Workspace, derive, derive_one
 from symdyn.dynamics.reactions.dalembert import equilibrium
-from symdyn.dynamics.reactions.solution import equations
+from symdyn.dynamics.reactions.least import equations
 from symdyn.dynamics.roads.unique_reactions import reactions_at
 from symdyn.errors import DerivationError
 from symdyn.graph import substitute

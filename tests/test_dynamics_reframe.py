@@ -14,11 +14,10 @@ from mechanisms import coupled_tree, random_tree
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive_one
-from symdyn.dynamics.closed_forms.base_parameters import base_parameters
+from symdyn.dynamics.closed_forms.frames_and_parameters import base_parameters
 from symdyn.dynamics.mechanism.exact import settle, values_of
+from symdyn.dynamics.recursive.lean_tree import reframe, regroup
 from symdyn.dynamics.recursive.links import GeneralTurn, PlanarTurn
-from symdyn.dynamics.recursive.reframe import reframe
-from symdyn.dynamics.recursive.regroup import regroup
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import body, prismatic, read_text, revolute, scene

@@ -12,7 +12,7 @@ from mechanisms import random_tree
 
 from symdyn.algebra.numeric import Batches, Fractions
 from symdyn.dynamics.roads.derive import derive
-from symdyn.dynamics.roads.functions import Equations
+from symdyn.dynamics.roads.equations import Equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.program import Program, check, lower

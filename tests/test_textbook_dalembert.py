@@ -21,7 +21,7 @@ from symdyn.dynamics.mechanism.state import vector
 from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.dynamics.reactions.bivectors import frames, inertia_bivector, shift, turned
 from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, equilibrium
-from symdyn.dynamics.reactions.solution import equations
+from symdyn.dynamics.reactions.least import equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene import JOINTS, Body, Particle, express, number

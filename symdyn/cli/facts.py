@@ -135,7 +135,7 @@ def _mobility(scene: Scene, closing: LoopChoices) -> dict[str, Any] | None:
 def _loose(scene: Scene, closing: LoopChoices) -> str:
     """Return which entries of reactions, axes of the children, rigid bodies do not tell, in words; "" for none."""
     from symdyn.dynamics import unique_reactions
-    from symdyn.dynamics.roads.labels import COMPONENTS, joints_of, told
+    from symdyn.dynamics.roads.result_labels import COMPONENTS, joints_of, told
     from symdyn.errors import DerivationError
 
     try:

@@ -8,21 +8,19 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from symdyn.dynamics.closed_forms.base_parameters import base_parameters
+from symdyn.dynamics.closed_forms.frames_and_parameters import base_parameters
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.roads.available import LARGE, LARGEST, available, available_on, there, wanted_on
-from symdyn.dynamics.roads.derive import derive, derive_one
-from symdyn.dynamics.roads.functions import Argument, Equations, Function
+from symdyn.dynamics.roads.derive import derive, derive_one, expected, of_place, roads_of, row_of
+from symdyn.dynamics.roads.equations import Argument, Equations, Function
 from symdyn.dynamics.roads.output import Output, Own, Road, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS
-from symdyn.dynamics.roads.requests import expected, of_place, roads_of, row_of
 from symdyn.dynamics.roads.workspace import Workspace
 
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.assembly import Assembly
     from symdyn.dynamics.loops.continuation import assemble, consistent, follow
-    from symdyn.dynamics.roads.loose_reactions import unique_reactions
-    from symdyn.dynamics.roads.unique_reactions import reactions_at
+    from symdyn.dynamics.roads.unique_reactions import reactions_at, unique_reactions
 
 _NUMERIC = {
     "Assembly": "symdyn.dynamics.loops.assembly",
@@ -30,7 +28,7 @@ _NUMERIC = {
     "consistent": "symdyn.dynamics.loops.continuation",
     "follow": "symdyn.dynamics.loops.continuation",
     "reactions_at": "symdyn.dynamics.roads.unique_reactions",
-    "unique_reactions": "symdyn.dynamics.roads.loose_reactions",
+    "unique_reactions": "symdyn.dynamics.roads.unique_reactions",
 }
 
 __all__ = [

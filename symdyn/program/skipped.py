@@ -21,7 +21,7 @@ from functools import cached_property
 from symdyn.dynamics import Equations, Workspace, derive_one, roads_of
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.mechanism.cost import CATEGORY, FREE
-from symdyn.dynamics.recursive.reframe import LeanTree, reframe
+from symdyn.dynamics.recursive.lean_tree import LeanTree, reframe
 from symdyn.dynamics.roads.count import Counts
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, reachable

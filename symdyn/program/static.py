@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from symdyn.dynamics.roads.functions import Argument, Equations
+from symdyn.dynamics.roads.equations import Argument, Equations
 from symdyn.graph import substitute
 
 VELOCITIES = "qd"

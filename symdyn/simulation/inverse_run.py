@@ -17,8 +17,7 @@ import numpy.typing as npt
 from symdyn.dynamics.loops.assembly import off_planes
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.dynamics.mechanism.state import quaternions
-from symdyn.dynamics.roads.arguments import arguments
-from symdyn.dynamics.roads.functions import Function
+from symdyn.dynamics.roads.equations import Function, arguments
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, tangents

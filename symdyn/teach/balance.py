@@ -13,11 +13,10 @@ from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.closed_forms.parallel import angle_groups
+from symdyn.dynamics.loops.loop_numbers import in_words
 from symdyn.dynamics.loops.reduction import solve_normal
-from symdyn.dynamics.loops.row_words import in_words
 from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, REACTION, Equilibrium, Unknown, equilibrium
-from symdyn.dynamics.reactions.freedoms import PLACES, TINY, drives
-from symdyn.dynamics.reactions.hinges import plus, power, times
+from symdyn.dynamics.reactions.hinges import PLACES, TINY, drives, plus, power, times
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate
 from symdyn.spatial import Wrench

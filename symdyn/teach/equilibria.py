@@ -129,7 +129,7 @@ def _exact(lesson: Lesson, rest: list[Expr], moving: list[Expr]) -> list[tuple[i
 
 
 def _zero(lesson: Lesson, node: Expr) -> bool:
-    from symdyn.dynamics.closed_forms.formulas import vanishes
+    from symdyn.dynamics.closed_forms.frames_and_parameters import vanishes
 
     return not any(q in set(reachable([node])) for q in lesson.state.q) and vanishes(node)
 

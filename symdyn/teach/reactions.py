@@ -9,7 +9,7 @@ from symdyn.algebra.form import Number, power_of
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.lagrange.second_kind import driving_forces
 from symdyn.dynamics.reactions.dalembert import DRIVE, Unknown
-from symdyn.dynamics.reactions.solution import equations
+from symdyn.dynamics.reactions.least import equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.teach.balance import Balance

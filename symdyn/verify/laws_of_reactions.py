@@ -19,8 +19,8 @@ from symdyn.dynamics.mechanism.state import vector
 from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
 from symdyn.dynamics.reactions.hinges import Hinge, about, nothing, plus, power, relative_twists, times
+from symdyn.dynamics.reactions.least import equations, wrench_rows
 from symdyn.dynamics.reactions.members import acting, own_forces
-from symdyn.dynamics.reactions.solution import equations, wrench_rows
 from symdyn.dynamics.reactions.ties import Tie, sizes, ties, undriven
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute, tangents

@@ -1,6 +1,6 @@
 """Assembly: coordinates at which every loop is closed, found by Newton's method from a guess.
 
-    r, R, G      residuals, their rates and the rows of the loops: numbers.py
+    r, R, G      residuals, their rates and the rows of the loops: loop_numbers.py
     σ            singular values of G, made dimensionless by a characteristic length
 
 Where σ is smaller than at generic positions, the mechanism stands at a change point, where branches meet.
@@ -16,12 +16,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from symdyn.dynamics.loops.generic import generic_places
 from symdyn.dynamics.loops.loop_numbers import Array, Numbers, unbound
 from symdyn.dynamics.loops.newton import (
     CLOSED,
     NEGLIGIBLE,
     dimensionless,
+    generic_places,
     lever_of,
     newton,
     open_loop,

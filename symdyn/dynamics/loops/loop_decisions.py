@@ -25,7 +25,7 @@ from math import comb
 import numpy as np
 
 from symdyn.dynamics.loops.assembly import Assembly, witness
-from symdyn.dynamics.loops.loop_numbers import Array, Numbers
+from symdyn.dynamics.loops.loop_numbers import Array, Numbers, spoken
 from symdyn.dynamics.loops.newton import NEGLIGIBLE, NOISE, dimensionless
 from symdyn.dynamics.loops.partition import (
     LoopChoices,
@@ -36,7 +36,6 @@ from symdyn.dynamics.loops.partition import (
     led_velocities,
     over_driven,
 )
-from symdyn.dynamics.loops.row_words import spoken
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 
@@ -94,10 +93,10 @@ def close(numbers: Numbers, closing: LoopChoices) -> tuple[LoopDecisions, Number
         DerivationError: the loops cannot be assembled, or the user's independent coordinates do not fit.
     """
     numbers, assembly = witness(dict(closing.parameters), numbers)
-    return decided(numbers, assembly, closing), numbers
+    return loop_decisions_at(numbers, assembly, closing), numbers
 
 
-def decided(numbers: Numbers, assembly: Assembly, closing: LoopChoices) -> LoopDecisions:
+def loop_decisions_at(numbers: Numbers, assembly: Assembly, closing: LoopChoices) -> LoopDecisions:
     """Return the decisions at an assembled position.
 
     Raises:

@@ -24,7 +24,7 @@ import numpy as np
 from symdyn.dynamics.loops.assembly import Assembly, seen_plain, witness
 from symdyn.dynamics.loops.constraint_rows import paths
 from symdyn.dynamics.loops.continuation import declared_rates, fitting
-from symdyn.dynamics.loops.loop_decisions import LoopDecisions, decided, loose_rows
+from symdyn.dynamics.loops.loop_decisions import LoopDecisions, loop_decisions_at, loose_rows
 from symdyn.dynamics.loops.loop_numbers import Array, Numbers, numbers_of
 from symdyn.dynamics.loops.newton import dimensionless, free_motions
 from symdyn.dynamics.loops.partition import LoopChoices
@@ -79,7 +79,7 @@ def mobility(scene: Scene, closing: LoopChoices = LoopChoices()) -> Mobility:  #
     whole, assembly = witness(dict(closing.parameters), numbers_of(scene))
     held = whole.singular_angles(np.array(assembly.typical), held=True)
     numbers, seen = whole.plain, seen_plain(whole, assembly)
-    decisions = decided(numbers, seen, LoopChoices()) if held else decided(whole, assembly, closing)
+    decisions = loop_decisions_at(numbers, seen, LoopChoices()) if held else loop_decisions_at(whole, assembly, closing)
     positions = [np.array(q) for q in (seen.typical, *seen.places)]
     flat = [joint for joint in scene.loops if all(_is_planar(numbers, joint, q) for q in positions)]
     planar = tuple(joint.name for joint in flat)

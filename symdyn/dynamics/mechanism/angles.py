@@ -1,4 +1,4 @@
-"""Orientations by angles: where they are singular, and the same mechanism without them.
+"""Orientations by angles: where they are singular, and the same mechanism, and its positions, without them.
 
 Three turns about moving axes span all angular velocities but where the middle one makes the outer axes parallel:
 
@@ -8,12 +8,18 @@ Three turns about moving axes span all angular velocities but where the middle o
 
 There rates of angles say less than angular velocities do, so that ranks and masses written in them are untrue: it is
 the description that is singular, not the mechanism. A quaternion, with angular velocities, is singular nowhere.
+
+That of three turns about moving axes is the product e = (w, x, y, z) of theirs.
 """
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
 
 from symdyn.graph import Expr, Graph
 from symdyn.scene import JOINTS, Joint, Scene
@@ -106,3 +112,57 @@ def _turning(joint: Joint) -> Joint:
         start=(),
         start_rates=(),
     )
+
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+def with_quaternions(scene: Scene, plain: Scene, q: Array) -> Array:
+    """Return the position q of a scene as one of the same scene without angles, `plain`."""
+    found: list[float] = []
+    at = 0
+    for joint, other in zip(scene.moving, plain.moving, strict=True):
+        here = q[at : at + len(joint.coordinates)]
+        at += len(here)
+        turned = ORIENTATION.of(joint) != ORIENTATION.of(other)
+        found += [*here[:-3], *_quaternion(ORIENTATION.of(joint), here[-3:])] if turned else [*here]
+    return np.array(found, dtype=np.float64)
+
+
+def with_angles(scene: Scene, plain: Scene, q: Array, near: Array) -> Array:
+    """Return the position q of a scene without angles, `plain`, as one of the scene: of its angles those `near`."""
+    found: list[float] = []
+    at = 0
+    for joint, other in zip(scene.moving, plain.moving, strict=True):
+        here = q[at : at + len(other.coordinates)]
+        at += len(here)
+        if ORIENTATION.of(joint) == ORIENTATION.of(other):
+            found += [*here]
+        else:
+            first = len(found) + len(joint.coordinates) - 3
+            found += [*here[:-4], *_angles(joint, here[-4:], near[first : first + 3])]
+    return np.array(found, dtype=np.float64)
+
+
+def _quaternion(axes: str, angles: Array) -> Array:
+    e = np.array([1.0, 0.0, 0.0, 0.0])
+    for axis, angle in zip(axes, angles.tolist(), strict=True):
+        turn = np.array([np.cos(angle / 2), *(np.sin(angle / 2) * (axis == one) for one in "xyz")])
+        v = e[0] * turn[1:] + turn[0] * e[1:] + np.cross(e[1:], turn[1:])
+        e = np.array([e[0] * turn[0] - e[1:] @ turn[1:], *v])
+    return e
+
+
+def _angles(joint: Joint, e: Array, near: Array) -> Array:
+    """Return the nearest of the angles of a rotation: they come in two kinds, each modulo a turn."""
+    from scipy.spatial.transform import Rotation
+
+    axes = ORIENTATION.of(joint)
+    sequence: Any = axes.upper()  # about moving axes
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that they are singular is told elsewhere
+        one = np.asarray(Rotation.from_quat([*e[1:], e[0]]).as_euler(sequence), dtype=np.float64)
+    middle = -one[1] if axes[0] == axes[2] else np.pi - one[1]
+    both = [one, np.array([one[0] + np.pi, middle, one[2] + np.pi])]
+    both = [angles + 2 * np.pi * np.round((near - angles) / (2 * np.pi)) for angles in both]
+    return min(both, key=lambda angles: float(np.abs(angles - near).max()))

@@ -13,11 +13,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from symdyn.dynamics.mechanism.kinematics import TreeMotion
 from symdyn.dynamics.mechanism.state import vector
-from symdyn.dynamics.mechanism.tree_motion import TreeMotion
-from symdyn.dynamics.reactions.freedoms import drives
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import Hinge, about, plus, times
+from symdyn.dynamics.reactions.hinges import Hinge, about, drives, plus, times
 from symdyn.dynamics.reactions.members import acting, inertias, motions, placements
 from symdyn.graph import Expr
 from symdyn.spatial import (

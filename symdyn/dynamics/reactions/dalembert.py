@@ -24,9 +24,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics.reactions.bivectors import Bivectors, exerted_on, known_bivectors
-from symdyn.dynamics.reactions.freedoms import drives, reactions_of
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import Hinge, nothing, plus, relative_twists, times
+from symdyn.dynamics.reactions.hinges import Hinge, drives, nothing, plus, reactions_of, relative_twists, times
 from symdyn.dynamics.reactions.members import own_forces
 from symdyn.dynamics.reactions.ties import (
     flattened,

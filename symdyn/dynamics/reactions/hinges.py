@@ -1,4 +1,4 @@
-"""Every joint of a scene with its frames: what reactions are written in. Declared bodies, nothing merged or moved.
+"""Every joint of a scene with its frames, and what it can transmit. Declared bodies, nothing merged or moved.
 
     J        joint frame, on the parent               B, C     frames of parent and child as declared
     P        origin of the moved joint frame, on the child: where reactions act
@@ -7,6 +7,13 @@
     W        a wrench (force; moment about P) on the child, axes of J: force first, as the textbook stacks bivectors
 
 Bodies have the number of their joint, the ground is -1; joints that close loops come after those of the tree.
+
+What a joint can transmit is split: wrenches that its freedoms never feel, and one for every freedom.
+
+    W    reactions: t wrenches without power, Sᵀ W = 0
+    D    drives: one a velocity, Sᵀ D = 1: the free places of (5.7), which the unknown drives take
+
+D is a moment where the freedoms turn (a screw is turned, not pushed), else what has no part along W.
 """
 
 from __future__ import annotations
@@ -14,10 +21,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from symdyn.dynamics.loops.cuts import Cut, cuts
+from symdyn.dynamics.loops.loop_decisions import pivots
+from symdyn.dynamics.mechanism.ldl import solve
 from symdyn.dynamics.mechanism.state import joint_motion, placement
+from symdyn.dynamics.reactions.probes import Samples
 from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, JOINTS, Joint, Scene, express, velocity_name
+from symdyn.scene.joints.forbidden import everywhere, forces, moments
 from symdyn.spatial import (
     Transform,
     Vec,
@@ -45,7 +58,7 @@ class Hinge:
     Attributes:
         parent, child: numbers of bodies, -1 the ground.
         origin: placement of J in B. tip: placement of C in the moved joint frame.
-        wrenches: what it can exert without working, W; () for a custom joint, which `freedoms` knows.
+        wrenches: what it can exert without working, W; () for a custom joint, which `reactions_of` knows.
         velocities: numbers of the velocities that move it, () where it closes a loop.
         S: one a velocity.
         ratio: the joint's rate per unit of its velocity: 1 but where it follows another one.
@@ -205,3 +218,60 @@ def _walked(path: Sequence[int], tree: Sequence[Hinge], graph: Graph) -> Transfo
     for k in reversed(path):
         T = T @ tree[k].placement
     return T
+
+
+TINY = 1e-9
+
+PLACES = (2, 3)
+"""Seeds of the generic positions."""
+
+
+def drives(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
+    """Return D, axes of J, about P; one for every velocity of the joint."""
+    if not hinge.S:
+        return ()
+    zero = hinge.graph.zero
+    n = len(hinge.S)
+    still = (zero, zero, zero)
+    turning = [(still, omega) for _, omega in hinge.S]
+    turns = [samples.at([x for _, omega in turning for x in omega], seed).reshape(n, 3) for seed in PLACES]
+    S = turning if any(np.linalg.matrix_rank(at, tol=TINY) == n for at in turns) else list(hinge.S)
+    gram = [[power(a, b) for b in S] for a in S]
+    flat = [x for row in gram for x in row]
+    unit = [float(i == j) for i in range(n) for j in range(n)]
+    if all(abs(samples.at(flat, seed) - unit).max() < TINY for seed in PLACES):
+        return tuple(S)
+    one = hinge.graph.one
+    columns = [solve(range(-1, n), gram, [one if i == k else zero for i in range(n)]) for k in range(n)]
+    return tuple(_combined(S, column) for column in columns)
+
+
+def reactions_of(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
+    """Return W, axes of J, about P; t of them.
+
+    Those of a joint that has no formula for them are units less what the drives take of them. The units that are left
+    out are those that the drives themselves have large, else a combination of the others would be a drive.
+    """
+    kind = JOINTS.get(hinge.joint.type)  # a contact has none
+    if kind is None or kind.forbids:
+        return hinge.wrenches
+    axes = everywhere(hinge.graph)
+    units, D = forces(*axes) + moments(*axes), drives(hinge, samples)
+    numbers = samples.at([x for force, moment in D for x in (*force, *moment)], PLACES[0]).reshape(len(D), 6)
+    taken, _ = pivots(numbers.T, [range(6)], len(D))
+    return tuple(_remainder(e, hinge, D) for k, e in enumerate(units) if k not in taken)
+
+
+def _remainder(e: Wrench, hinge: Hinge, D: tuple[Wrench, ...]) -> Wrench:
+    """Return e - D Sᵀ e."""
+    for twist, drive in zip(hinge.S, D, strict=True):
+        e = plus(e, times(-power(e, twist), drive))
+    return e
+
+
+def _combined(S: list[Wrench], shares: list[Expr]) -> Wrench:
+    """Return Σ share · S."""
+    total = times(shares[0], S[0])
+    for share, twist in zip(shares[1:], S[1:], strict=True):
+        total = plus(total, times(share, twist))
+    return total

@@ -1,14 +1,17 @@
-"""(5.18) in numbers at one position, solved by singular values: the least reactions, and which of them are unique.
+"""(5.18) row by row, and solved in numbers by singular values: the least reactions, and which of them are unique.
 
 A x + b = 0    six equations a body, every component of every joint
 N              null space of A: self-equilibrated reactions, which no motion tells
 R = T x + R⁰   the reactions of all joints, [force; moment] by joint; R⁰ what drives that are known and elements do
 L              characteristic length: a moment of size M counts as a force M / L
+
+It is solved in numbers alone, at one place after the other, with pivots that the numbers there choose: no choice is
+made beforehand that could fail at another place.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,9 +20,10 @@ import numpy as np
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.reactions.dalembert import Equilibrium
+from symdyn.dynamics.reactions.hinges import Hinge, drives, nothing, plus, times
 from symdyn.dynamics.reactions.probes import Array
-from symdyn.dynamics.reactions.solution import equations, wrench_rows
 from symdyn.graph import Expr, evaluate
+from symdyn.spatial import Wrench
 
 RANK = 1e-9
 """Singular values this much below the largest are zero, at positions that close the loops to the last digits."""
@@ -126,3 +130,57 @@ class InNumbers:
 def _as_forces(rows: int, length: float) -> Array:
     """Return what makes rows of [force; moment] comparable: moments count as forces, shape (rows,)."""
     return np.tile([1.0] * 3 + [1.0 / length] * 3, rows // 6)
+
+
+Rows = list[dict[int, Expr]]
+
+
+def equations(system: Equilibrium) -> Rows:
+    """Return the rows of A x = -b, entries by column, what is zero left out; -b is the column behind the unknowns."""
+    size = len(system.kept)
+    rows: Rows = [{} for _ in range(system.equations)]
+    for (j, u), (force, moment) in system.blocks.items():
+        entries = (*force, *moment)
+        for k, component in enumerate(system.kept):
+            if not entries[component].is_zero:
+                rows[size * j + k][u] = entries[component]
+    for row, right in zip(rows, system.right(), strict=True):
+        row[len(system.unknowns)] = -right
+    return rows
+
+
+def wrench_rows(system: Equilibrium, R: Sequence[Expr]) -> Rows:
+    """Return rows which say that the unknowns are the reactions R of a tree's joints and those of loops.
+
+    Args:
+        system: from `equilibrium`.
+        R: as of the output `reactions`, row by row.
+    """
+    hanging, last = system.hanging, len(system.unknowns)
+    shown = (*hanging.joints, *hanging.loops)
+    known = [x for hinge, wrench in zip(shown, elements(system), strict=False) for x in _entries(hinge, wrench)]
+    rows = [{last: r - own} for r, own in zip(R, known, strict=True)]
+    for u, unknown in enumerate(system.unknowns):
+        for h, wrench in unknown.acts:
+            if h < len(shown):
+                for k, entry in enumerate(_entries(shown[h], wrench)):
+                    if not entry.is_zero:
+                        before = rows[6 * h + k].get(u)
+                        rows[6 * h + k][u] = entry if before is None else before + entry
+    return rows
+
+
+def _entries(hinge: Hinge, wrench: Wrench) -> tuple[Expr, ...]:
+    """Return [force; moment] on the child, its axes, for a wrench in axes of the joint frame."""
+    force, moment = hinge.on_child(wrench)
+    return (*force, *moment)
+
+
+def elements(system: Equilibrium) -> list[Wrench]:
+    """Return what the joints' own elements, and drives that are known, exert in every joint, axes of joint frames."""
+    hanging = system.hanging
+    total = [nothing(hanging.graph)] * len(hanging.hinges)
+    for h, (hinge, forces) in enumerate(zip(hanging.joints, system.own, strict=True)):
+        for force, D in zip(forces, drives(hinge, hanging.samples), strict=True):
+            total[h] = plus(total[h], times(force, D))
+    return total

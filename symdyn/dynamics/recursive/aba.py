@@ -15,9 +15,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.dynamics.mechanism.ldl import Singular
+from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.links import Link, Turn
 from symdyn.dynamics.recursive.moments import Moments
-from symdyn.dynamics.recursive.reframe import LeanTree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.spatial import (

@@ -17,9 +17,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.links import Link
 from symdyn.dynamics.recursive.moments import Moments
-from symdyn.dynamics.recursive.reframe import LeanTree
 from symdyn.graph import Expr
 from symdyn.spatial import Mat, Vec, Wrench, add, apply, cross, neg, scale, sub, zero_vector
 

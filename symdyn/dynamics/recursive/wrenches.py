@@ -26,8 +26,8 @@ from symdyn.dynamics.mechanism.loads import (
 )
 from symdyn.dynamics.mechanism.state import joint_position, state_symbols, vector
 from symdyn.dynamics.mechanism.tree import Tree
+from symdyn.dynamics.recursive.lean_tree import LeanTree, settled
 from symdyn.dynamics.recursive.links import Link
-from symdyn.dynamics.recursive.reframe import LeanTree, settled
 from symdyn.graph import Expr
 from symdyn.scene import Load, Place, Scene, Strut, express, pull_of, velocity_name
 from symdyn.scene.forces import elastic as struts

@@ -6,9 +6,8 @@ from collections.abc import Callable, Sequence
 from math import prod
 
 from symdyn.dynamics.loops.partition import LoopChoices
-from symdyn.dynamics.roads.derive import derive_one
+from symdyn.dynamics.roads.derive import derive_one, expected, of_place, row_of
 from symdyn.dynamics.roads.outputs import OUTPUTS
-from symdyn.dynamics.roads.requests import expected, of_place, row_of
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import growing

@@ -7,7 +7,7 @@ from symdyn.dynamics.loops.partition import driven_velocities
 from symdyn.dynamics.mechanism.ldl import moves_no_mass
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.roads import labels
+from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads.output import FORCES, Output, Own, Road, by_differentiation, by_lagrange
 from symdyn.dynamics.roads.tree_roads import flat
 from symdyn.dynamics.roads.workspace import Workspace

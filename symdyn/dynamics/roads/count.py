@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.cost import CATEGORY, WEIGHTS
-from symdyn.dynamics.roads.functions import Function
+from symdyn.dynamics.roads.equations import Function
 from symdyn.graph import Expr, Op, reachable
 from symdyn.graph.ops import MUL, SYMBOL
 

@@ -8,7 +8,7 @@ from enum import IntEnum
 from math import inf
 from typing import Literal, get_args
 
-from symdyn.dynamics.roads.labels import Axis
+from symdyn.dynamics.roads.result_labels import Axis
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr
 from symdyn.scene import Scene

@@ -10,10 +10,10 @@ from dataclasses import replace
 
 from symdyn.dynamics.lagrange import second_kind as lagrange
 from symdyn.dynamics.mechanism import kinematics
-from symdyn.dynamics.mechanism.coordinate_rates import has_quaternions, rates_of_placements
+from symdyn.dynamics.mechanism.directions import has_quaternions, rates_of_placements
 from symdyn.dynamics.mechanism.prescribed import has_motion
-from symdyn.dynamics.recursive.potential import potential_energy
-from symdyn.dynamics.roads import labels
+from symdyn.dynamics.recursive.crba import potential_energy
+from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads import tree_roads as roads
 from symdyn.dynamics.roads.closed_outputs import DRIVES_IN_LOOPS, FORWARD_IN_LOOPS, INVERSE_IN_LOOPS, OF_LOOPS
 from symdyn.dynamics.roads.output import FORCES, Output, Road, Unasked, by_differentiation, by_lagrange

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from symdyn.dynamics.roads import closed_outputs as loops
-from symdyn.dynamics.roads import labels
+from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads import tree_roads as roads
 from symdyn.dynamics.roads.output import Output, Road, Unasked
 from symdyn.dynamics.roads.workspace import Workspace
@@ -38,7 +38,7 @@ def _unique(w: Workspace, axes: str) -> tuple[bool, ...]:
     """Return which entries rigid bodies determine, () for all."""
     if not w.scene.is_closed:
         return ()
-    from symdyn.dynamics.roads.loose_reactions import unique_entries
+    from symdyn.dynamics.roads.unique_reactions import unique_entries
 
     return unique_entries(w, axes)
 

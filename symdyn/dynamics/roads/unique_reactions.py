@@ -1,4 +1,4 @@
-"""Which reactions are unique at a position, and the least ones where they are not.
+"""Which reactions are unique, at a position and in general, and the least ones where they are not.
 
     A x + b = 0    (5.18) in numbers, six equations a body, every component of every joint
     N              null space of A: self-equilibrated reactions, which no motion tells
@@ -12,6 +12,10 @@ point, which is said.
 
 Reference: Wojtyra and Frączek, Comparison of selected methods of handling redundant constraints in multibody systems
 simulations, J. Computational and Nonlinear Dynamics 8 (2013).
+
+In general: rigid bodies do not tell what a self-equilibrated λ in the loops changes, all wrenches that close them taken
+and none left out, with Gᵀ λ = 0. One drawn at random from N changes, but for a set of measure zero,
+every entry that any of them does; it is drawn at generic positions, where the loops are closed and nothing is special.
 """
 
 from __future__ import annotations
@@ -22,10 +26,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.loops.generic import generic_places
-from symdyn.dynamics.loops.loop_numbers import numbers_of
-from symdyn.dynamics.loops.newton import lever_of, newton, seen_closed
-from symdyn.dynamics.loops.row_words import in_words
+from symdyn.dynamics.loops.loop_numbers import in_words, numbers_of
+from symdyn.dynamics.loops.newton import generic_places, lever_of, newton, seen_closed
+from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.reactions.bivectors import frames
 from symdyn.dynamics.reactions.dalembert import (
     COUPLING,
@@ -35,8 +38,11 @@ from symdyn.dynamics.reactions.dalembert import (
     equilibrium,
 )
 from symdyn.dynamics.reactions.hanging import Hanging
+from symdyn.dynamics.reactions.hinges import nothing
 from symdyn.dynamics.reactions.least import Flags, InNumbers
 from symdyn.dynamics.reactions.probes import Array
+from symdyn.dynamics.reactions.recursion import with_loops
+from symdyn.dynamics.reactions.ties import all_ties
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
@@ -237,3 +243,57 @@ def _text(unknown: Unknown, act: Array, scene: Scene) -> str:
     joint = next(joint for joint in scene.joints if joint.name == unknown.joint)
     name = joint.drives[unknown.number] if unknown.number < len(joint.drives) else None
     return f"drive {name}" if name else f"drive along {joint.rates[unknown.number]}"
+
+
+LOOSE = 1e-7
+"""Entries above it, over the largest, are changed: positions are closed to the last digits."""
+
+
+def unique_reactions(
+    scene: Scene,
+    axes: str = "body",
+    closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
+) -> Flags:
+    """Return which entries of `reactions` rigid bodies determine, shape (joints + loops, 6), [force; moment] by joint.
+
+    Args:
+        scene: the mechanism.
+        axes: "body", "joint" or "ground"; in other axes other entries are.
+        closing: what to choose about closed loops.
+
+    Raises:
+        DerivationError: the loops cannot be assembled.
+    """
+    count = len(scene.joints) + len(scene.loops)
+    found = unique_entries(Workspace(scene, closing), axes) or (True,) * (6 * count)
+    return np.array(found).reshape(count, 6)
+
+
+def unique_entries(w: Workspace, axes: str = "body") -> tuple[bool, ...]:
+    """Return which entries of the reactions are unique, row by row; () where all are.
+
+    Args:
+        w: the workspace of the scene.
+        axes: as of `reactions`; in other axes other entries are.
+
+    Raises:
+        DerivationError: the loops cannot be assembled.
+    """
+    if not w.hanging.cuts:
+        return ()
+    decisions, numbers = w.loops.decisions, w.loops.numbers
+    rank, count = len(decisions.kept), len(decisions.names)
+    if rank == count:
+        return ()
+    hanging = Hanging(w.scene, numbers.tree, numbers.state, decisions)  # on a graph of its own
+    sizes = [numbers.graph.symbol(f"size[{k}]") for k in range(count)]
+    still = [nothing(numbers.graph)] * len(hanging.joints)
+    R = with_loops(hanging, still, all_ties(hanging, whole=True), sizes, axes)
+    loose = np.zeros(len(R), dtype=bool)
+    rng = np.random.default_rng(1)
+    for place in map(np.array, decisions.assembly.places):
+        U, _, _ = np.linalg.svd(numbers.jacobian(place))
+        drawn = U[:, rank:] @ rng.uniform(0.5, 1.5, count - rank)
+        changed = np.abs(numbers.at(R, place, dict(zip(sizes, drawn.tolist(), strict=True))))
+        loose |= changed > LOOSE * changed.max(initial=0.0)
+    return () if not loose.any() else tuple((~loose).tolist())

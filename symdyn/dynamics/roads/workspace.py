@@ -19,17 +19,16 @@ from symdyn.dynamics.mechanism.prescribed import Prescribed, prescribed
 from symdyn.dynamics.mechanism.state import State, state_symbols
 from symdyn.dynamics.mechanism.tree import Tree, build_tree
 from symdyn.dynamics.recursive.crba import crba
-from symdyn.dynamics.recursive.reframe import LeanTree, reframe
-from symdyn.dynamics.recursive.regroup import regroup
+from symdyn.dynamics.recursive.lean_tree import LeanTree, reframe, regroup
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.recursive.wrenches import Elastic, body_wrenches, elastic, joint_forces
-from symdyn.dynamics.roads.functions import Function
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, without_hidden_zeros
 from symdyn.spatial import Wrench
 
 if TYPE_CHECKING:
     from symdyn.dynamics.reactions.hanging import Hanging
+    from symdyn.dynamics.roads.equations import Function
 
 Matrix = list[list[Expr]]
 

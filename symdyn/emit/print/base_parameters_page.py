@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from symdyn.dynamics.closed_forms.base_parameters import base_parameter_forms
+from symdyn.dynamics.closed_forms.frames_and_parameters import base_parameter_forms
 from symdyn.emit.print.equations_text import FORMATS
 from symdyn.emit.print.formula_text import Latex, text_of
 from symdyn.emit.print.printed_names import latex_symbols

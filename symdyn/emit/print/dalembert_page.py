@@ -14,7 +14,7 @@ from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.closed_forms.parallel import angle_groups
-from symdyn.dynamics.loops.row_words import in_words
+from symdyn.dynamics.loops.loop_numbers import in_words
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium
 from symdyn.emit.escape import in_latex

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TypedDict
 
-from symdyn.dynamics.closed_forms.chosen_frames import ChosenFrame, chosen_frames
-from symdyn.dynamics.closed_forms.formulas import formulas
+from symdyn.dynamics.closed_forms.frames_and_parameters import ChosenFrame, chosen_frames, formulas
 from symdyn.emit.print.formula_text import text_of
 from symdyn.graph import Expr, Graph, linear_form
 from symdyn.scene import JOINTS, Pose, Scene, express, spell

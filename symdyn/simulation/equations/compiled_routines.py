@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.build.load import load_program
-from symdyn.dynamics.roads.functions import Equations, Function
+from symdyn.dynamics.roads.equations import Equations, Function
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph
 from symdyn.program import Program, formulate, lower, prepare

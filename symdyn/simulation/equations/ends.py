@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from symdyn.dynamics.loops.contact_points import gauges
+from symdyn.dynamics.loops.cuts import gauges
 from symdyn.dynamics.loops.loop_numbers import FLAT
 from symdyn.dynamics.mechanism.angles import angles_of
 from symdyn.graph import Expr, Graph, reachable

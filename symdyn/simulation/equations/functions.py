@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import placement
-from symdyn.dynamics.roads.arguments import arguments
-from symdyn.dynamics.roads.functions import Argument, Function
+from symdyn.dynamics.roads.equations import Argument, Function, arguments
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene, express

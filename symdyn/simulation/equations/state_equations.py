@@ -36,7 +36,7 @@ import numpy.typing as npt
 from symdyn.build.warned import warn
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.dynamics.roads.derive import derive_one
-from symdyn.dynamics.roads.functions import Function
+from symdyn.dynamics.roads.equations import Function
 from symdyn.dynamics.roads.linear_loops import followers, forward_dynamics
 from symdyn.dynamics.roads.outputs import OUTPUTS
 from symdyn.dynamics.roads.workspace import Workspace

@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.algebra.numeric import Arithmetic
-from symdyn.dynamics.roads.functions import Function
+from symdyn.dynamics.roads.equations import Function
 from symdyn.graph import Expr, Op, evaluate, reachable
 from symdyn.program.assemble import PREPARED
 from symdyn.simulation.equations.compiled_routines import Compiled

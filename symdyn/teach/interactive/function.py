@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.roads.arguments import arguments
+from symdyn.dynamics.roads.equations import arguments
 from symdyn.graph import Expr, Op, reachable
 
 
