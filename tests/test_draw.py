@@ -18,7 +18,7 @@ from matplotlib import image
 from mechanisms import coupled_tree, jointed, random_tree
 
 from symdyn.draw import Wrench, acting_on, free_body, picture, pose
-from symdyn.draw.labels import Label, crosses, put
+from symdyn.draw.label_places import Label, crosses, put
 from symdyn.draw.lettering import from_latex, lettered, words
 from symdyn.draw.pictures import drawing, watched
 from symdyn.draw.places import places

@@ -109,7 +109,7 @@ WRITES = {"write_bytes", "replace", "rename", "mkstemp", "NamedTemporaryFile", "
 OWN = {  # beside the cache of compiled code, in build/
     "emit/files.py": "the one place",
     "bench/time_and_error.py": "a folder of its own, for what is compiled and timed",
-    "teach/render/pdf.py": "a folder of its own, for pdflatex",
+    "teach/render/latex.py": "a folder of its own, for pdflatex",
 }
 
 

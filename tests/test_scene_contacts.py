@@ -10,9 +10,9 @@ import pytest
 
 from symdyn.cli import main
 from symdyn.draw.free_body import acting_on
+from symdyn.draw.ground import pushes
 from symdyn.draw.pictures import drawing
 from symdyn.draw.places import places
-from symdyn.draw.planes import pushes
 from symdyn.draw.pose import pose
 from symdyn.dynamics.loops.loop_numbers import numbers_of
 from symdyn.dynamics.roads.workspace import Workspace

@@ -27,9 +27,9 @@ from symdyn.scene.toml import read_text
 from symdyn.teach import Document, rendered, walkthrough
 from symdyn.teach import meaning as meaning_room
 from symdyn.teach import reactions as reactions_room
-from symdyn.teach.dalembert_road import STAGES
 from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Values, Words
 from symdyn.teach.languages import LANGUAGES, PLACE
+from symdyn.teach.lessons import STAGES
 from symdyn.teach.mathematics import Spelling
 from symdyn.teach.numbers import written
 from symdyn.teach.textbook import NUMBERS, READS

@@ -1,9 +1,8 @@
 """Pictures and animations of a scene: SVG and HTML text that needs nothing else."""
 
-from symdyn.draw.animate import animation
+from symdyn.draw.animate import animation, moving_picture
 from symdyn.draw.force_arrows import Wrench
 from symdyn.draw.free_body import acting_on, free_body
-from symdyn.draw.moving import moving_picture
 from symdyn.draw.pictures import picture
 from symdyn.draw.pose import pose
 

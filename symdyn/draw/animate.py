@@ -1,15 +1,21 @@
-"""A motion as one HTML file that needs nothing else: a picture, its positions at every moment, and a small player."""
+"""A motion as one file that needs nothing else.
+
+An HTML page is a picture, its positions at every moment, and a small player. An SVG picture moves by SMIL and without a
+script, for pages that take pictures alone.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from symdyn.draw.corner import with_corner
-from symdyn.draw.labels import Put, put
+from symdyn.draw.label_places import Put, put
 from symdyn.draw.pictures import body_names, lines, mechanism, watched
 from symdyn.draw.places import Array, Places, places
 from symdyn.draw.pose import pose, values_of
@@ -22,6 +28,7 @@ from symdyn.errors import DrawError
 from symdyn.scene import Scene
 
 Indices = np.ndarray[Any, np.dtype[np.intp]]
+Rows = list[list[int]]
 
 RATE = 30.0  # moments a second that are kept
 MOST = 1800  # moments in all
@@ -164,3 +171,112 @@ def tagged(drawing: Drawing, scheme: str, count: int) -> tuple[str, list[list[in
         if not changes or changes[-1][1] != now:
             changes.append([moment, now])
     return text, table.tolist(), changes
+
+
+# As SVG
+
+TAGGED = re.compile(
+    r'<(?P<element>\w+) (?P<before>[^>]*?) data-k="(?P<k>\d+)" data-kind="(?P<kind>\w+)"'
+    r'(?: data-parts="(?P<parts>[\d ]+)")?(?P<closed> data-closed="1")?(?P<after>[^>]*?)(?P<end>/?)>'
+)
+"""An element that moves, as `tagged` writes it."""
+
+
+def moving_picture(
+    scene: Scene,
+    times: Sequence[float] | Array,
+    positions: Sequence[Sequence[float]] | Array,
+    parameters: Mapping[str, float] | None = None,
+    view: tuple[float, float] | None = None,
+    scheme: str = "auto",
+) -> str:
+    """Return a motion as SVG text that plays in real time and begins again at its end.
+
+    It has no buttons, and bodies that pass in front of each other keep the order of the first moment: `animation` makes
+    a page with both.
+
+    Args:
+        scene: any scene.
+        times: increasing, s; shape (N,).
+        positions: q at every time, shape (N, nq).
+        parameters: as for `animation`.
+        view: likewise.
+        scheme: likewise.
+
+    Raises:
+        DrawError: likewise.
+    """
+    drawing, t = moving(scene, times, positions, parameters, view)
+    text, rows, _ = tagged(drawing, scheme, len(t))
+    text = re.sub(r' data-item="\d+"', "", text)
+    if len(t) < 2:
+        return TAGGED.sub(_still, text)
+    clock = f'dur="{t[-1] - t[0]:.6g}s"{_key_times(t)} repeatCount="indefinite"'
+    return TAGGED.sub(partial(_animated, rows, clock), text)
+
+
+def _key_times(t: Array) -> str:
+    """Return when each moment is, over the whole; nothing for even steps."""
+    shares = (t - t[0]) / (t[-1] - t[0])
+    if np.abs(shares - np.linspace(0, 1, len(t))).max() < 1e-4:
+        return ""
+    return f' keyTimes="{";".join(f"{x:.5g}" for x in shares)}"'
+
+
+def _still(found: re.Match[str]) -> str:
+    return f"<{found['element']} {found['before']}{found['after']}{found['end']}>"
+
+
+def _animated(rows: Rows, clock: str, found: re.Match[str]) -> str:
+    """Return an element with what moves it inside."""
+    k, closing = int(found["k"]), f"</{found['element']}>" if found["end"] else ""
+    parts = [int(count) for count in (found["parts"] or "").split()]
+    inside = MOVES[found["kind"]](rows, k, clock, parts, "Z" if found["closed"] else "")
+    return f"<{found['element']} {found['before']}{found['after']}>{inside}{closing}"
+
+
+def _values(rows: Rows, write: Callable[[list[int]], str]) -> str:
+    return f'values="{";".join(write(row) for row in rows)}"'
+
+
+def _path(rows: Rows, k: int, clock: str, parts: Sequence[int], end: str) -> str:
+    def way(row: list[int]) -> str:
+        text, at = "", k
+        for count in parts:
+            text += "M" + "L".join(f"{row[at + 2 * i] / 10:g} {row[at + 2 * i + 1] / 10:g}" for i in range(count)) + end
+            at += 2 * count
+        return text
+
+    return f'<animate attributeName="d" {_values(rows, way)} {clock}/>'
+
+
+def _dot(rows: Rows, k: int, clock: str, parts: Sequence[int], end: str) -> str:
+    return "".join(
+        f'<animate attributeName="{name}" {_values(rows, lambda row, i=i: f"{row[k + i] / 10:g}")} {clock}/>'  # type: ignore[misc]
+        for i, name in enumerate(("cx", "cy"))
+    )
+
+
+def _put(rows: Rows, k: int, clock: str, parts: Sequence[int], end: str, more: str = "") -> str:
+    values = _values(rows, lambda row: f"{row[k] / 10:g} {row[k + 1] / 10:g}")
+    return f'<animateTransform attributeName="transform" type="translate" {values} {clock}{more}/>'
+
+
+def _disc(rows: Rows, k: int, clock: str, parts: Sequence[int], end: str) -> str:
+    """Return what moves a circle in space; its angle jumps by half a turn, so that nothing is in between."""
+    jump = ' calcMode="discrete"'
+    angles = _values(rows, lambda row: f"{row[k + 3] / 10:g}")
+    return (
+        _put(rows, k, clock, parts, end, jump)
+        + f'<animateTransform attributeName="transform" type="rotate" additive="sum" {angles} {clock}{jump}/>'
+        + f'<animate attributeName="ry" {_values(rows, lambda row: f"{row[k + 2] / 10:g}")} {clock}{jump}/>'
+    )
+
+
+MOVES: Mapping[str, Callable[[Rows, int, str, Sequence[int], str], str]] = {
+    "path": _path,
+    "dot": _dot,
+    "disc": _disc,
+    "sign": _put,
+    "label": _put,
+}

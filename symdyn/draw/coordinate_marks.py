@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from symdyn.draw.body_shapes import farthest
-from symdyn.draw.labels import Label
+from symdyn.draw.label_places import Label
 from symdyn.draw.lettering import from_latex
 from symdyn.draw.places import Array, Hinge, Places, Step, across, unit
 from symdyn.draw.shapes import Item, arc_arrow, arrow, circle_points, line

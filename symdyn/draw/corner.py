@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from symdyn.draw.force_arrows import END_ON, end_on
-from symdyn.draw.labels import ROUGH, Label, Put, crosses
+from symdyn.draw.label_places import ROUGH, Label, Put, crosses
 from symdyn.draw.lettering import FONT, from_latex
 from symdyn.draw.places import Array, Places, unit
 from symdyn.draw.shapes import Item, Shape, arrow

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.draw.labels import Label
+from symdyn.draw.label_places import Label
 from symdyn.draw.lettering import lettered
 from symdyn.draw.places import Array, Hinge, Places, unit
 from symdyn.draw.shapes import Item, Shape, arc_arrow, arrow, circle_points, dot, path

@@ -11,11 +11,11 @@ from symdyn.algebra.numeric import Floats
 from symdyn.draw.body_shapes import COLOURS, link
 from symdyn.draw.corner import with_corner
 from symdyn.draw.force_arrows import Wrench, wrench
-from symdyn.draw.labels import Label, put
+from symdyn.draw.ground import pushes
+from symdyn.draw.label_places import Label, put
 from symdyn.draw.lettering import words
 from symdyn.draw.pictures import body_names, known_body, lines, load_wrench, watched
 from symdyn.draw.places import Array, Frame, Hinge, Places, places, unit
-from symdyn.draw.planes import pushes
 from symdyn.draw.pose import pose, values_of
 from symdyn.draw.shapes import Item, dot
 from symdyn.draw.svg import Drawing, svg

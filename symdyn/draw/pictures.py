@@ -10,12 +10,11 @@ from symdyn.draw.body_shapes import COLOURS, carrier, link
 from symdyn.draw.coordinate_marks import marks
 from symdyn.draw.corner import with_corner
 from symdyn.draw.force_arrows import Wrench, links, wrench
-from symdyn.draw.ground import ground
+from symdyn.draw.ground import ground, patches, planes
 from symdyn.draw.joint_symbols import symbol, triad
-from symdyn.draw.labels import Label, put
+from symdyn.draw.label_places import Label, put
 from symdyn.draw.lettering import words
 from symdyn.draw.places import Array, Places, places
-from symdyn.draw.planes import patches, planes
 from symdyn.draw.pose import pose, values_of
 from symdyn.draw.shapes import Item
 from symdyn.draw.svg import Drawing, svg

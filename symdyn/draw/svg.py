@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from symdyn.draw.labels import Put
+from symdyn.draw.label_places import Put
 from symdyn.draw.lettering import FONT
 from symdyn.draw.places import Array
 from symdyn.draw.shapes import Item, Shape

@@ -17,8 +17,7 @@ from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.spatial import Mat, Vec, apply, cross, sub, zero_vector
-from symdyn.teach.balance import Balance
-from symdyn.teach.cut import Cut
+from symdyn.teach.balance import Balance, Cut
 from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Matrix, Picture, Step, Words
 from symdyn.teach.looks import Letter
 from symdyn.teach.mathematics import letter

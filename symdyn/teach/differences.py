@@ -18,10 +18,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from math import comb
 from typing import Any
 
 from symdyn.algebra.compact import Compactor
-from symdyn.algebra.form import Form, Function, Power, express_form, factors_of, terms_of
+from symdyn.algebra.form import Form, Function, Number, Power, Product, Sum, express_form, factors_of, terms_of
 from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.dynamics.closed_forms.parallel import angle_groups
@@ -29,12 +30,14 @@ from symdyn.dynamics.mechanism.state import state_symbols
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate
 from symdyn.scene import Scene
-from symdyn.teach.student.bounds import is_small
 
 KINDS = ("moved", "power", "sign", "factor", "rounded", "function", "angle", "other", "missing", "extra")
 
 PLACES = 20
 """Decimals that a student may write."""
+
+MOST_TERMS, HIGHEST = 20_000, 64
+"""Terms, and the degree, of what is multiplied out."""
 
 Monomial = tuple[tuple[int, int], ...]  # ((generator, power), …) without sines and cosines
 Buckets = dict[Monomial, Polynomial]
@@ -65,9 +68,28 @@ def differences(found: Form, right: Form, scene: Scene) -> list[Difference]:
     Raises:
         DerivationError: one of them is no trigonometric polynomial, such as 1/cos q, or too large to be multiplied out.
     """
-    if not (is_small(found) and is_small(right)):
+    if any(terms > MOST_TERMS or degree > HIGHEST for terms, degree in map(_expanded, (found, right))):
         raise DerivationError(f"{scene.name}: the formula has too many terms to be compared one by one")
     return _Comparison(found, right, scene).run()
+
+
+def _expanded(form: Form) -> tuple[int, int]:
+    """Return upper bounds for the number of terms, and for the degree, of a form that is multiplied out."""
+    if isinstance(form, Sum):
+        found = [_expanded(term) for term in form.terms]
+        return sum(n for n, _ in found), max((d for _, d in found), default=0)
+    if isinstance(form, Product):
+        terms, degree = 1, 0
+        for n, d in map(_expanded, form.factors):
+            terms, degree = min(terms * n, MOST_TERMS + 1), degree + d
+        return terms, degree
+    if isinstance(form, Power):
+        (terms, degree), exponent = _expanded(form.base), abs(form.exponent)
+        return min(comb(terms + exponent - 1, exponent), MOST_TERMS + 1), degree * exponent
+    if isinstance(form, Function):  # the cosine of a sum is a sum of products
+        inner = max((_expanded(x)[0] for x in form.args), default=1)
+        return 2 ** min(inner - 1, 20), inner
+    return 1, 0 if isinstance(form, Number) else 1
 
 
 class _Comparison:

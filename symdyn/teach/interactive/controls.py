@@ -1,4 +1,4 @@
-"""Sliders: what of the state and the parameters can be moved by hand, in which range, and what follows.
+"""Sliders: what of the state and the parameters can be moved by hand, from where, in which range, and what follows.
 
 A quaternion is moved by roll, pitch and yaw: R = Rz(yaw) Ry(pitch) Rx(roll). In a mechanism with loops coordinates that
 follow have a number only.
@@ -9,17 +9,25 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any
 
 from symdyn.draw.lettering import from_latex
+from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.emit.escape import in_html
 from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.errors import SymdynError
 from symdyn.scene import JOINTS, Joint, Parameter, Scene, acceleration_name
 from symdyn.scene.joints.start import quaternion
 from symdyn.scene.units import velocity_units
 from symdyn.scene.values.value import value_of
+from symdyn.teach.balance import Balance
 from symdyn.teach.interactive.reduced import Held
 from symdyn.teach.mathml import inline
+from symdyn.teach.shown_motion import choose_motion
+from symdyn.teach.shown_state import shown_state, starting_rates
 
 RATES = {"rad": (8.0, 20.0), "m": (3.0, 10.0)}  # largest velocity and acceleration of a slider
 UNITS = {
@@ -33,13 +41,7 @@ Row = dict[str, Any]
 
 
 def controls(
-    scene: Scene,
-    values: Mapping[str, float],
-    start: Mapping[str, list[float]],
-    extent: float,
-    tied: Held | None,
-    led: Sequence[int] = (),
-    t: float = 0.0,
+    scene: Scene, begun: Start, extent: float, tied: Held | None, led: Sequence[int] = ()
 ) -> list[dict[str, Any]]:
     """Return groups of rows: time where motions are prescribed, positions, velocities, accelerations and parameters.
 
@@ -47,28 +49,26 @@ def controls(
 
     Args:
         scene: any scene.
-        values: of all parameters.
-        start: values of "q", "qd" and "qdd" where sliders begin.
+        begun: where sliders begin.
         extent: how far slides go, m.
         tied: what loops and rows leave free; None for a tree.
         led: velocities with a prescribed motion.
-        t: time at which they begin, s.
     """
-    symbols = latex_symbols(scene)
+    symbols, values, t = latex_symbols(scene), begun.parameters, begun.t
     groups: list[dict[str, Any]] = []
     if led:
-        fastest = max(abs(start["qd"][k]) for k in led)
+        fastest = max(abs(begun.qd[k]) for k in led)
         last = max(t, min(60.0, max(2.0, 4 * math.pi / fastest)) if fastest else 10.0)
         groups.append({"key": "t", "rows": [_row("t", 0, "t", "t", "s", (0.0, last), t)]})
-    groups.append({"key": "q", "rows": _positions(scene, symbols, values, start["q"], extent, tied, led)})
-    units = velocity_units(scene)
-    for k, names in ((1, scene.velocities), (2, tuple(acceleration_name(v) for v in scene.velocities))):
-        key, rows = ("qd", "qdd")[k - 1], []
-        for i, (name, unit) in enumerate(zip(names, units, strict=True)):
-            largest = max(RATES[unit][k - 1], 1.5 * abs(start[key][i]))
+    groups.append({"key": "q", "rows": _positions(scene, symbols, begun, extent, tied, led)})
+    accelerations = [acceleration_name(v) for v in scene.velocities]
+    for k, key, names, at in ((1, "qd", scene.velocities, begun.qd), (2, "qdd", accelerations, begun.qdd)):
+        rows = []
+        for i, (name, unit) in enumerate(zip(names, velocity_units(scene), strict=True)):
+            largest = max(RATES[unit][k - 1], 1.5 * abs(at[i]))
             free = i not in led and (tied is None or i in tied.velocities)
             span = (-largest, largest) if free else None
-            rows.append(_row(key, i, name, symbols[name], UNITS[unit][k], span, start[key][i], led=i in led))
+            rows.append(_row(key, i, name, symbols[name], UNITS[unit][k], span, at[i], led=i in led))
         groups.append({"key": key, "rows": rows})
     if scene.parameters:
         rows = [
@@ -80,13 +80,7 @@ def controls(
 
 
 def _positions(
-    scene: Scene,
-    symbols: Mapping[str, str],
-    values: Mapping[str, float],
-    q: list[float],
-    extent: float,
-    tied: Held | None,
-    led: Sequence[int],
+    scene: Scene, symbols: Mapping[str, str], begun: Start, extent: float, tied: Held | None, led: Sequence[int]
 ) -> list[Row]:
     rows: list[Row] = []
     first, turned = 0, 0
@@ -95,14 +89,14 @@ def _positions(
         ball, units = quaternion(joint), JOINTS[joint.type].coordinates(joint)
         prescribed = joint.rates[0] in [scene.velocities[k] for k in led]
         for k, (name, unit) in enumerate(zip(joint.coordinates, units, strict=True)):
-            at, free = q[first + k], not prescribed and (tied is None or first + k in tied.moved)
+            at, free = begun.q[first + k], not prescribed and (tied is None or first + k in tied.moved)
             if ball is not None and k >= ball and free:
                 break
-            span = _span(joint, wide[unit], at, values) if free else None
+            span = _span(joint, wide[unit], at, begun.parameters) if free else None
             rows.append(_row("q", first + k, name, symbols[name], UNITS[unit][0], span, at, led=prescribed))
         if ball is not None and (tied is None or first + ball in tied.moved):
             rows.append({"heading": in_html(joint.name)})
-            angles = roll_pitch_yaw(q[first + ball : first + ball + 4])
+            angles = roll_pitch_yaw(begun.q[first + ball : first + ball + 4])
             for k, ((word, size), angle) in enumerate(zip(TURNS, angles, strict=True)):
                 one = _row("turn", turned + k, word, "", "rad", (-size, size), angle)
                 rows.append({**one, "word": word, "joint": in_html(joint.name)})
@@ -159,3 +153,34 @@ def _range(parameter: Parameter, value: float) -> tuple[float, float]:
     if value == 0.0:
         return (0.1, 1.0) if parameter.positive else (-1.0, 1.0)
     return (value / 10, 3 * value) if parameter.positive else (-3 * abs(value), 3 * abs(value))
+
+
+@dataclass(frozen=True)
+class Start:
+    """A state: q, shape (nq,), qd and qdd, shape (nv,), values of all parameters, and the time, s."""
+
+    q: list[float]
+    qd: list[float]
+    qdd: list[float]
+    parameters: dict[str, float]
+    t: float
+
+
+def start(scene: Scene) -> Start:
+    """Return the state at which the scene's lesson shows numbers, with the velocities that the scene starts with.
+
+    Of closed mechanisms that is D'Alembert's lesson. There is none for quaternions: closed ones begin at rest where the
+    scene says nothing.
+    """
+    chosen, still = shown_state(scene), scene.is_closed
+    if still and not quaternions(scene):
+        with suppress(SymdynError):  # too large for a lesson
+            chosen, still = choose_motion(Balance(scene, "en")), False
+    numbers = {str(symbol.value): value for symbol, value in chosen.values.items()}
+    rates = [numbers.get(u, 0.0) for u in scene.velocities]
+    led = any(joint.motion is not None for joint in scene.joints)
+    declared = any(joint.start_rates for joint in scene.joints)
+    if still or (declared and not led and not scene.is_closed):
+        rates = starting_rates(scene, chosen.parameters)
+    accelerations = [numbers.get(acceleration_name(u), 0.0) for u in scene.velocities]
+    return Start(list(chosen.q), rates, accelerations, dict(chosen.parameters), numbers[TIME] if led else 0.0)

@@ -20,9 +20,8 @@ from symdyn.errors import DerivationError, TeachError
 from symdyn.program import Program, choose, lower
 from symdyn.scene import Scene
 from symdyn.scene.forces import elastic
-from symdyn.teach.interactive.function import function
 from symdyn.teach.interactive.marks import Mark, Sheet
-from symdyn.teach.interactive.reduced import ACTING, Held, held, reduced_functions
+from symdyn.teach.interactive.reduced import ACTING, Held, function, held, reduced_functions
 from symdyn.teach.interactive.words import WORDS
 from symdyn.teach.shown_state import shown_state
 from symdyn.verify.equality import DIFFERENT, UNDEFINED, Claim, prove

@@ -7,6 +7,7 @@ loops by Newton's method and integrates the motion by Runge and Kutta.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,10 +27,9 @@ from symdyn.emit.print.letters import Letters, head
 from symdyn.emit.render import render, verbatim
 from symdyn.errors import TeachError
 from symdyn.scene import Scene
-from symdyn.teach.interactive.controls import controls
+from symdyn.teach.interactive.controls import controls, start
 from symdyn.teach.interactive.live import Live, by_hand, live
 from symdyn.teach.interactive.marks import Mark
-from symdyn.teach.interactive.slider_start import start
 from symdyn.teach.interactive.tables import exerted, force_tables
 from symdyn.teach.interactive.words import WORDS
 from symdyn.teach.mathml import inline
@@ -64,23 +64,23 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
         raise TeachError(f"there is no language {language!r}; there are {', '.join(WORDS)}")
     begun, whole = start(scene), scene
     scene = by_hand(scene)
-    q, values = np.array(begun.q), begun.parameters
     if parameters:
-        q, values = pose(scene, parameters={**values, **parameters})
+        q, values = pose(scene, parameters={**begun.parameters, **parameters})
+        begun = replace(begun, q=[float(x) for x in q], parameters=values)
+    q, values = np.array(begun.q), begun.parameters
     computed = live(scene, values)
     name, sentences = stem(scene.name), WORDS[language]
     stuck = sentences["freed"] if scene != whole else f"{sentences['stuck']} {computed.stuck}" if computed.stuck else ""
     found = places(scene, q.reshape(1, -1), values)
     seen = watched(scene, found, values, q, None)
     extent = float(np.round(np.ptp(spread(scene, found), axis=0).max(), 2)) or 1.0
-    state = {"q": [float(x) for x in q], "qd": begun.qd, "qdd": begun.qdd}
     letters = Letters(scene)
     body = {
         "letters": {key: inline(head(letters[key])) for key in ("K", "P")},
         "name": name,
         "title": in_html(scene.name),
         "words": sentences,
-        "groups": controls(scene, values, state, extent, computed.held, [k for _, k in computed.led], begun.t),
+        "groups": controls(scene, begun, extent, computed.held, [k for _, k in computed.led]),
         "rows": force_tables(scene, computed, sentences),
         "exerted": exerted(scene, computed, sentences),
         "closed": computed.held is not None,
@@ -88,6 +88,7 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
         "stuck": in_html(stuck),
         "undriven": in_html(computed.held.undriven) if computed.held else "",
     }
+    state = {"q": begun.q, "qd": begun.qd, "qdd": begun.qdd}
     params = [values[p.name] for p in scene.parameters]
     data = {"start": {**state, "params": params, "t": begun.t}, **_data(scene, computed, seen, sentences)}
     command = f"symdyn walkthrough {scene.name}.toml --format html"

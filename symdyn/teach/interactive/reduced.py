@@ -18,13 +18,14 @@ from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.loops.partition import Block, driven_velocities
 from symdyn.dynamics.loops.reduction import Reduction, multipliers, solve_square
 from symdyn.dynamics.mechanism.ldl import solve
+from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.roads.derive import derive_one
+from symdyn.dynamics.roads.equations import arguments
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, substitute
+from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene.forces import elastic
 from symdyn.scene.joints.start import quaternion
-from symdyn.teach.interactive.function import function
 
 ACTING = "acting"
 
@@ -227,3 +228,17 @@ def _driving(w: Workspace, forces: list[Expr]) -> list[Function]:
         found = multipliers(w.loops.G(w.loops.recursive), decisions.partition, excess)
         functions.append(function(w, "multipliers", "what loops and rows exert", found, (*STATE, "tau")))
     return functions
+
+
+def function(
+    workspace: Workspace,
+    name: str,
+    text: str,
+    entries: Sequence[Expr],
+    takes: Sequence[str],
+    shape: tuple[int, ...] | None = None,
+) -> Function:
+    """Return entries as a function of what it takes, of time too where they depend on it."""
+    timed = any(node.op is Op.SYMBOL and node.value == TIME for node in reachable(entries))
+    given = arguments(workspace, (*takes, *((TIME,) if timed else ())))
+    return Function(name, text, given, name, (len(entries),) if shape is None else shape, tuple(entries), "", name)

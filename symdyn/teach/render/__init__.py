@@ -1,4 +1,4 @@
-"""Formats of a document: one file a format, `FORMATS` is the table."""
+"""Formats of a document, `FORMATS` is the table."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from symdyn.teach.document import Document
 FORMATS: Mapping[str, tuple[str, str]] = {  # name: module and function, imported when asked for
     "md": ("markdown", "markdown"),
     "latex": ("latex", "latex"),
-    "pdf": ("pdf", "pdf"),
+    "pdf": ("latex", "pdf"),
     "html": ("html", "html"),
     "notebook": ("notebook", "notebook"),
 }

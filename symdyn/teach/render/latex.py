@@ -1,14 +1,20 @@
-r"""A document in LaTeX for pdflatex, one file: pictures are drawn in it, long lines are broken at + and -."""
+r"""A document in LaTeX for pdflatex, one file, and as PDF: pictures are drawn in it, long lines broken at + and -."""
 
 from __future__ import annotations
 
+import os
+import shutil
+import subprocess
+import tempfile
 from collections.abc import Iterator, Sequence
 from itertools import groupby
+from pathlib import Path
 
 from symdyn.emit.code.identifiers import page_stem
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.breaking import latex_width
 from symdyn.emit.render import render
+from symdyn.errors import EmitError
 from symdyn.teach.document import (
     Blank,
     Block,
@@ -35,6 +41,9 @@ INSET = 24.0  # what a box takes from the line
 GAP = 16.0  # between columns of a table
 ROWS, TALL_ROWS = 40, 10  # of one table, and of one whose cells have several lines
 BAR = 150.0  # pt of a share of one
+
+SECONDS = 120  # of pdflatex
+TAIL = 15  # lines of what it says where it stops
 
 DISPLAYS = (r"\begin{align*}", r"\begin{equation*}")
 WITH_NEXT = r"\withnext"
@@ -173,3 +182,30 @@ def _columns(widths: Sequence[float], room: float) -> str:
     scale = left / sum(sizes.values())
     ragged = r">{\raggedright\arraybackslash}"
     return "".join(f"{ragged}p{{{scale * sizes[k]:.0f}pt}}" if k in sizes else "l" for k in range(len(widths)))
+
+
+def pdf(document: Document) -> dict[str, bytes]:
+    """Return the one file by name; the same document, the same bytes.
+
+    Raises:
+        EmitError: pdflatex is absent or stops.
+    """
+    program = shutil.which("pdflatex")
+    if program is None:
+        raise EmitError("pdflatex is not installed, so there is no PDF; --format latex writes the source")
+    ((name, source),) = latex(document).items()
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "lesson.tex").write_text(source, encoding="utf-8")
+        command = [program, "-interaction=nonstopmode", "-halt-on-error", "-no-shell-escape", "lesson.tex"]
+        environment = {**os.environ, "SOURCE_DATE_EPOCH": "0", "FORCE_SOURCE_DATE": "1", "openin_any": "p"}
+        try:
+            done = subprocess.run(
+                command, cwd=folder, env=environment, capture_output=True, timeout=SECONDS, check=False, text=True,
+                errors="replace",
+            )  # fmt: skip
+        except subprocess.TimeoutExpired:
+            raise EmitError(f"pdflatex takes more than {SECONDS} s; --format latex writes the source") from None
+        if done.returncode:
+            said = "\n".join(done.stdout.splitlines()[-TAIL:])
+            raise EmitError(f"pdflatex stops; --format latex writes the source. Its last words:\n{said}")
+        return {f"{Path(name).stem}.pdf": Path(folder, "lesson.pdf").read_bytes()}

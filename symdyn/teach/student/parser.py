@@ -28,14 +28,13 @@ from symdyn.algebra.form import (
 )
 from symdyn.graph import Op
 from symdyn.scene.values.table import shorten
-from symdyn.teach.student.bounds import too_large
-from symdyn.teach.student.cursor import Cursor
 from symdyn.teach.student.source import Source
-from symdyn.teach.student.tokens import OPENING, Token
+from symdyn.teach.student.tokens import OPENING, Cursor, Token
 from symdyn.teach.student.vocabulary import Names
 
 DEEPEST = 60
 LARGEST_POWER = 32
+LARGEST = 10**60  # a number, or one over it
 TOO_LARGE = "a number beyond 1e60, or below 1e-60, has no place in a formula"
 UNARY = {name: Op[name.upper()] for name in ("sin", "cos", "sqrt", "exp", "log", "tanh", "abs", "sign")}
 UNARY |= {"tan": Op.SIN}
@@ -54,7 +53,7 @@ def parse(source: Source, tokens: Sequence[Token], names: Names, end: int) -> Fo
         TeachError: it is none.
     """
     form = _Parser(source, tokens, names, end).run()
-    if any(map(too_large, numbers_of(form))):
+    if any(map(_too_large, numbers_of(form))):
         raise source.fault(tokens[0].at, TOO_LARGE)
     return form
 
@@ -296,7 +295,7 @@ class _Parser(Cursor):
         return Function(Op.SQRT, (base,))
 
     def checked(self, token: Token, number: Number) -> Number:
-        if too_large(number):
+        if _too_large(number):
             raise self.fault(token, TOO_LARGE)
         return number
 
@@ -324,6 +323,12 @@ class _Parser(Cursor):
         if token.kind == "number" and len(token.text) > 1 and not self.source.text.startswith("**", caret.at):
             raise self.fault(token, f"{token.text} without braces has two readings; write ^{{{token.text}}}")
         return sign * int(value.value)
+
+
+def _too_large(number: Number) -> bool:
+    """Whether a number is larger than anything that is measured, or smaller."""
+    size = abs(number.value)
+    return size > LARGEST or 0 < size < Fraction(1, LARGEST)
 
 
 def _inverse(form: Form) -> Form:

@@ -16,7 +16,7 @@ from symdyn.errors import TeachError
 from symdyn.scene import Scene
 from symdyn.teach.student.parser import parse
 from symdyn.teach.student.source import Source, source
-from symdyn.teach.student.times import without_time
+from symdyn.teach.student.time_derivatives import without_time
 from symdyn.teach.student.tokens import Token, plain_index, tokens
 from symdyn.teach.student.vocabulary import Names, Target
 
