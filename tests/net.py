@@ -1,4 +1,5 @@
-"""The net under the house: a hash of every file that can be generated from the examples.
+"""The net under the house: a hash of every file that can be generated from the examples, and from two scenes that hold
+what they lack: friction and dampers that act, springs at joints and at one that follows another, a part of a row.
 
     python tests/net.py                            prints the list that stands in tests/data/net.txt
     python tests/net.py two_link rssr              that of these examples
@@ -25,7 +26,9 @@ from symdyn.program import Program, at_rest, formulate, lower, prepare
 
 ROOT = Path(__file__).resolve().parent.parent
 NET = ROOT / "tests" / "data" / "net.txt"
-EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.toml"))
+EXTRA = ("sled", "struts")
+SCENES = {path.stem: path for path in sorted((ROOT / "examples").glob("*.toml"))}
+SCENES |= {name: ROOT / "tests" / "data" / f"{name}.toml" for name in EXTRA}
 FORMULATIONS = ("-", "rnea", "crba", "aba", "lagrange")
 REACTIONS = ("reactions", "forward_reactions")
 DIGITS = 12
@@ -34,7 +37,7 @@ SHOWN = 6
 
 def lines(example: str) -> Iterator[str]:
     """Yield the lines of an example."""
-    scene = read(ROOT / "examples" / f"{example}.toml")
+    scene = read(SCENES[example])
     for formulation in FORMULATIONS:
         for outputs, names in (("all", available(scene)[0]), ("reactions", REACTIONS)):
             try:
@@ -74,7 +77,7 @@ def main() -> int:
     """Print lines, or what differs from those that are known."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--compare", action="store_true")
-    options.add_argument("examples", nargs="*", default=EXAMPLES)
+    options.add_argument("examples", nargs="*", default=list(SCENES))
     asked = options.parse_args()
     differ = False
     for example in asked.examples:
