@@ -167,13 +167,16 @@ def free_motions(G: Array) -> Array:
     return np.asarray(Vt[rank_of(values) :])
 
 
-PLACES, STEPS = 2, 2
-"""How many positions, and in how many steps each is come to."""
+# Generic places
+
+PLACES, LEGS = 2, 2
+"""How many generic positions, and in how many legs each is come to."""
 
 WIDE = 0.4
-"""The largest part of a step, rad, or characteristic lengths."""
+"""The longest leg, rad, or characteristic lengths."""
 
-HALVINGS = 6
+SHORTER = 6
+"""How often a leg is halved until it leads to a closed position."""
 
 
 def generic_places(numbers: Numbers, q: Array, length: float) -> tuple[Array, ...]:
@@ -193,7 +196,7 @@ def _wandered(numbers: Numbers, q: Array, length: float, seed: int) -> Array:
     scales = np.full(numbers.state.n, length)
     scales[turns_of(numbers)] = 1.0
     way = np.array([rng.uniform(-1, 1) for _ in scales])
-    for _ in range(STEPS):
+    for _ in range(LEGS):
         G = dimensionless(numbers, q, length)
         way = way - np.linalg.lstsq(G, G @ way, rcond=1e-8)[0] if len(G) else way
         size = float(np.abs(way).max(initial=0.0))
@@ -207,7 +210,7 @@ def _wandered(numbers: Numbers, q: Array, length: float, seed: int) -> Array:
 def _stepped(numbers: Numbers, q: Array, way: Array) -> Array:
     """Return the closed position after the largest step that leads to one; q where none does."""
     step = WIDE
-    for _ in range(HALVINGS):
+    for _ in range(SHORTER):
         try:
             near = newton(numbers, numbers.moved(q, step * way), ())
             if seen_closed(numbers, near):
