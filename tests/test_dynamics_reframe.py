@@ -72,6 +72,21 @@ def test_frames_of_a_chain_turn_about_x_alone_before_the_joint():
             assert link.shift[2].is_zero
 
 
+def test_frames_of_parallel_axes_lie_beside_each_other_along_x():
+    shifts = ["3/5", "4/5", "1/3"]
+    origin = list(zip(("Tx", "Ty", "Tz"), shifts, strict=True))
+    bodies = [body(name, mass=1, com=["1/3", "1/5", "1/7"]) for name in "abc"]
+    joints = [
+        revolute("j1", "ground", "a"),
+        revolute("j2", "a", "b", origin=origin),
+        revolute("j3", "b", "c", origin=origin),
+    ]
+    lean = Workspace(scene("stairs", bodies=bodies, joints=joints)).lean
+
+    for link in lean.link[2:]:
+        assert [str(x) for x in link.shift] == ["1", "0", "0"]
+
+
 def leaning(turns, parameters=()):
     """Two revolute joints, the second one placed by a shift and `turns`."""
     return scene(

@@ -107,6 +107,12 @@ def test_square_root_of_a_square_is_not_its_base(g, x):
     assert g.sqrt(x * x) is not x
 
 
+def test_the_root_of_a_negative_fraction_stays(g):
+    root = g.sqrt(Fraction(-1, 2))
+
+    assert (root.op, root.args) == (Op.SQRT, (g.constant(Fraction(-1, 2)),))
+
+
 @pytest.mark.parametrize("denominator", [1, 2, 3, 4, 5, 6, 7, 8, 12, 180])
 def test_sines_of_multiples_of_pi_are_right_in_every_quadrant(g, denominator):
     for k in range(-2 * denominator, 4 * denominator + 1):
