@@ -23,7 +23,7 @@ from symdyn.dynamics.closed_forms.frames_and_parameters import (
 )
 from symdyn.dynamics.recursive.lean_tree import reframe
 from symdyn.dynamics.recursive.rnea import rnea
-from symdyn.emit.print.base_parameters_page import base_parameters_text
+from symdyn.emit.print.equations_text import base_parameters_text
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op, evaluate, reachable, substitute
 from symdyn.scene import body as rigid

@@ -27,7 +27,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import reachable
 from symdyn.program.formulation import candidates
 from symdyn.scene import Scene, bind, read, read_text
-from symdyn.verify import certify
+from symdyn.verify import PROVED, certify, laws, prove
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 DEFAULTS = {one.name: one.default for one in fields(Output) if one.default is not MISSING}
@@ -278,9 +278,30 @@ def solves(name: str) -> None:
     assert [len(linear(one, name)) for one in (two_link(), scene("four_bar"))] == [2, 4], name
 
 
+def multiplies(name: str) -> None:
+    """What all coefficients multiply adds up to what drives of the tree exert, springs and gravity included."""
+    w = Workspace(scene("governor"))
+    _, (finding,) = prove(laws(w, ("tree_forces", "k_z", "k_C", "k_D", "k_G")))
+    assert finding.verdict == PROVED, name
+
+
 CHECKS: dict[str, Callable[[str], None]] = {
     check.__name__: check
-    for check in (lacks, own, loops_only, place, exists, unasked, cubic, depends, prefer, compared, unique, solves)
+    for check in (
+        lacks,
+        own,
+        loops_only,
+        place,
+        exists,
+        unasked,
+        cubic,
+        depends,
+        prefer,
+        compared,
+        unique,
+        solves,
+        multiplies,
+    )
 }
 
 

@@ -13,49 +13,63 @@ if TYPE_CHECKING:
 
 def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the verb."""
-    verb = verbs.add_parser("equations", help="print the equations of motion", description=__doc__)
+    words = "print the equations of motion"
+    verb = verbs.add_parser("equations", help=words, description=__doc__, add_options=_add_options)
+    verb.set_defaults(run=run)
+
+
+def _add_options(verb: argparse.ArgumentParser) -> None:
+    from symdyn.emit.print.equations_text import ANGLES, FORMATS, GROUPS
+
     add_reading_options(verb)
-    verb.add_argument("--format", choices=("latex", "text", "sympy"), default="latex", help="default: latex")
+    verb.add_argument("--format", choices=tuple(FORMATS), default="latex", help="default: latex")
     verb.add_argument(
         "--as",
         dest="group",
-        choices=("equations", "coefficients", "textbook", "matrix", "base-parameters", "dalembert"),
+        choices=(*GROUPS, *OTHERS),
         default="equations",
         help="one equation a joint (default), coefficient by coefficient, under-braced as in a textbook, M and c; in "
         "place of them the regrouped inertias that they depend on, or D'Alembert's system (5.18) for all reactions",
     )
-    verb.add_argument("--angles", choices=("long", "short"), default="long", help="sin(q1 + q2) or s_{12}")
+    verb.add_argument("--angles", choices=ANGLES, default="long", help="sin(q1 + q2) or s_{12}")
     verb.add_argument("--document", action="store_true", help="a whole LaTeX document with a symbol table")
-    verb.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Print the equations."""
     from symdyn.cli.talk import Waiting
-    from symdyn.errors import EmitError
 
     scene = read_scene(options)
-    if options.group == "base-parameters" and options.document:
-        raise EmitError("a document holds equations; leave --document out, or --as base-parameters")
-    if options.group == "dalembert" and options.format != "latex":
-        raise EmitError(f"D'Alembert's system is written in LaTeX, not as {options.format}; leave --format out")
     with Waiting() as progress:
         progress("expanding")
-        text = _text(scene, options)
+        text = OTHERS.get(options.group, _equations)(scene, options)
     print(text)
     return 0
 
 
-def _text(scene: Scene, options: argparse.Namespace) -> str:
-    """Return what was asked for; each page imports what it needs."""
-    if options.group == "dalembert":
-        from symdyn.emit.print.dalembert_page import dalembert_text
-
-        return dalembert_text(scene, options.document)
-    if options.group == "base-parameters":
-        from symdyn.emit.print.base_parameters_page import base_parameters_text
-
-        return base_parameters_text(scene, options.format)
+def _equations(scene: Scene, options: argparse.Namespace) -> str:
     from symdyn.emit.print.equations_text import equations_text
 
     return equations_text(scene, options.format, options.group, options.angles, options.document)
+
+
+def _base_parameters(scene: Scene, options: argparse.Namespace) -> str:
+    from symdyn.emit.print.equations_text import base_parameters_text
+    from symdyn.errors import EmitError
+
+    if options.document:
+        raise EmitError("a document holds equations; leave --document out, or --as base-parameters")
+    return base_parameters_text(scene, options.format)
+
+
+def _dalembert(scene: Scene, options: argparse.Namespace) -> str:
+    from symdyn.emit.print.dalembert_page import dalembert_text
+    from symdyn.errors import EmitError
+
+    if options.format != "latex":
+        raise EmitError(f"D'Alembert's system is written in LaTeX, not as {options.format}; leave --format out")
+    return dalembert_text(scene, options.document)
+
+
+OTHERS = {"base-parameters": _base_parameters, "dalembert": _dalembert}
+"""What can be printed in place of equations."""

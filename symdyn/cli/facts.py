@@ -147,7 +147,7 @@ def _loose(scene: Scene, closing: LoopChoices) -> str:
 
 def parts(scene: Scene, frames: bool, base_parameters: bool) -> dict[str, Any]:
     """Return the chosen frames, the base parameters, or both."""
-    from symdyn.emit.print.base_parameters_page import base_parameter_texts
+    from symdyn.emit.print.equations_text import base_parameter_texts
     from symdyn.emit.print.frames_text import frame_texts
 
     found: dict[str, Any] = {"name": scene.name}

@@ -14,7 +14,7 @@ from symdyn.dynamics.roads.available import LARGE, LARGEST, available, available
 from symdyn.dynamics.roads.derive import derive, derive_one, expected, of_place, roads_of, row_of
 from symdyn.dynamics.roads.equations import Argument, Equations, Function
 from symdyn.dynamics.roads.output import Output, Own, Road, Unasked
-from symdyn.dynamics.roads.outputs import OUTPUTS
+from symdyn.dynamics.roads.outputs import OUTPUTS, coefficients
 from symdyn.dynamics.roads.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -49,6 +49,7 @@ __all__ = [
     "available",
     "available_on",
     "base_parameters",
+    "coefficients",
     "consistent",
     "derive",
     "derive_one",

@@ -7,11 +7,12 @@ from itertools import combinations
 
 from symdyn.algebra.form import MINUS_ONE, ZERO, Form, Symbol, power_of, product_of, sum_of, terms_of
 from symdyn.algebra.trigonometric import Polynomial
+from symdyn.dynamics import coefficients
 from symdyn.dynamics.lagrange.christoffel import christoffel
 from symdyn.dynamics.lagrange.second_kind import elastic_forces, gravity_forces, mass_matrix
 from symdyn.dynamics.mechanism.loads import generalized_forces
 from symdyn.emit.print.formula_text import text_of
-from symdyn.emit.print.printable import ALONE, Coefficient, Printable, printable
+from symdyn.emit.print.printable import Coefficient, Printable, printable
 from symdyn.graph import Expr
 from symdyn.scene.forces import elastic
 from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Step, Values, Words
@@ -154,7 +155,12 @@ def _slope(lesson: Lesson, i: int) -> Step:
             if slope:
                 shown = forms.compactor(slope / 2 if j == k else slope)
                 terms.append(_signed(shown, *_rates(lesson, j, k)))
-    terms += [_signed(MINUS_ONE, term) for kind in ALONE for term in _alone(lesson, kind, i)]
+    terms += [
+        _signed(MINUS_ONE, term)
+        for kind, rates in coefficients(n).items()
+        if rates == [()]
+        for term in _alone(lesson, kind, i)
+    ]
     number = lesson.number(f"slope:{i + 1}")
     block = folded(lesson, Formula(symbol.name, sum_of(terms), number))
     absent = not any(forms.ring.derivative(forms.M[j][k], q) for j in range(n) for k in range(n))

@@ -14,10 +14,10 @@ S·R = τ + Q                          along its joint's freedom a reaction is t
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from itertools import combinations
+from collections.abc import Callable, Collection
+from math import prod
 
-from symdyn.dynamics import Workspace, expected
+from symdyn.dynamics import Workspace, coefficients, expected
 from symdyn.graph import Expr, gradient, substitute, tangents
 from symdyn.scene.forces import elastic
 from symdyn.verify.equality import Claim
@@ -39,9 +39,16 @@ def laws(workspace: Workspace, outputs: Collection[str] | None = None) -> list[C
     return [claim for claim in claims if claim is not None]
 
 
+DRIVING, DRIVING_TREE = "inverse_dynamics", "tree_forces"
+"""What drives of a tree must exert, and those of the spanning tree where loops close."""
+
+
 def _driving(w: Workspace) -> tuple[Expr, ...]:
-    """Return what drives of the tree must exert."""
-    return entries(w, "tree_forces" if w.scene.is_closed else "inverse_dynamics")
+    return entries(w, DRIVING_TREE if w.scene.is_closed else DRIVING)
+
+
+def _of_driving(claim: Callable[[Workspace], Claim | None], *outputs: str) -> Law:
+    return Law((DRIVING, *outputs), (DRIVING_TREE, *outputs), claim)
 
 
 def _hessian(w: Workspace) -> Claim:
@@ -74,15 +81,13 @@ def _slope(w: Workspace) -> Claim:
 
 
 def _textbook(w: Workspace) -> Claim:
-    n, s = w.state.n, w.state
-    pairs = list(combinations(range(n), 2))
-    k_z, k_C, k_D, k_G, k_E = (entries(w, name) for name in ("k_z", "k_C", "k_D", "k_G", "k_E"))
-    sums = []
-    for i in range(n):
-        terms = [k_z[i * n + j] * s.qdd[j] for j in range(n)]
-        terms += [k_C[i * len(pairs) + m] * s.qd[j] * s.qd[k] for m, (j, k) in enumerate(pairs)]
-        terms += [k_D[i * n + j] * s.qd[j] * s.qd[j] for j in range(n)]
-        sums.append(w.graph.total(terms) + k_G[i] + k_E[i] - w.Q[i])
+    rate = {"qd": w.state.qd, "qdd": w.state.qdd}
+    terms: list[list[Expr]] = [[] for _ in w.state.qd]
+    for name, columns in coefficients(w.state.n).items():
+        k = iter(entries(w, name))
+        for row in terms:
+            row += [prod((rate[of][j] for of, j in rates), start=next(k)) for rates in columns]
+    sums = [w.graph.total(row) - Q for row, Q in zip(terms, w.Q, strict=True)]
     right = _driving(w)
     pulled = " + k_E" if elastic(w.scene) else ""
     return Claim("coefficients", f"k_z qdd + k_C qd qd + k_D qd^2 + k_G{pulled} - Q", "tau", tuple(sums), right)
@@ -103,15 +108,13 @@ def _inverse(w: Workspace) -> Claim:
     return Claim("forward dynamics", "FD(q, qd, ID(q, qd, qdd))", "qdd", tuple(back), tuple(qdd))
 
 
-COEFFICIENTS, ENERGIES = ("k_z", "k_C", "k_D", "k_G"), ("kinetic_energy", "potential_energy")
-
 LAWS: list[Law] = [
     everywhere(_hessian, "kinetic_energy", "mass_matrix"),
     everywhere(_skew, "mass_matrix", "coriolis_matrix"),
     everywhere(_product, "coriolis_matrix", "velocity_forces"),
     everywhere(_slope, "potential_energy", "gravity_forces"),
-    Law(("inverse_dynamics", *COEFFICIENTS), ("tree_forces", *COEFFICIENTS), _textbook),
-    Law(("inverse_dynamics", *ENERGIES), ("tree_forces", *ENERGIES), _power),
+    _of_driving(_textbook, "k_z", "k_C", "k_D", "k_G"),
+    _of_driving(_power, "kinetic_energy", "potential_energy"),
     Law(("inverse_dynamics", "forward_dynamics"), None, _inverse),
     *LAWS_OF_LOOPS,
     *LAWS_OF_REACTIONS,

@@ -24,6 +24,10 @@ InLoops = Literal["same", "own", "tree", "refuse"]
 spanning tree alone would have, nothing."""
 
 
+Rates = tuple[tuple[str, int], ...]
+"""What a coefficient multiplies: accelerations ("qdd", j) and velocities ("qd", j), j from 0; () for nothing."""
+
+
 class Unasked(IntEnum):
     """Who takes an output without being asked for it, at declared points if it is of one."""
 
@@ -104,6 +108,8 @@ class Output:
         compared: what of the result roads agree on, where it is one choice among many: in words, and from its entries.
         unique: which entries of the result rigid bodies determine, row by row, () for all; None where all always are.
         solves: outputs M, h and, where loops close, G, γ: the linear equations that it solves, if it solves such.
+        multiplies: what each of its columns multiplies in the sum of Lagrange's equations, by the number of velocities;
+            None for what is no coefficient there.
     """
 
     text: str
@@ -125,6 +131,7 @@ class Output:
     compared: tuple[str, Callable[[Workspace, Sequence[Expr]], Sequence[Expr]]] | None = None
     unique: Callable[[Workspace], tuple[bool, ...]] | None = None
     solves: tuple[str, ...] = ()
+    multiplies: Callable[[int], list[Rates]] | None = None
 
     def __post_init__(self) -> None:
         """Refuse a row that does not say what it is where loops close."""

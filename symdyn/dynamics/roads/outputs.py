@@ -7,6 +7,7 @@ the name of a body or point for kinematic outputs) and returns the entries of th
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 
 from symdyn.dynamics.lagrange import second_kind as lagrange
 from symdyn.dynamics.mechanism import kinematics
@@ -16,7 +17,7 @@ from symdyn.dynamics.recursive.crba import potential_energy
 from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads import tree_roads as roads
 from symdyn.dynamics.roads.closed_outputs import DRIVES_IN_LOOPS, FORWARD_IN_LOOPS, INVERSE_IN_LOOPS, OF_LOOPS
-from symdyn.dynamics.roads.output import FORCES, Output, Road, Unasked, by_differentiation, by_lagrange
+from symdyn.dynamics.roads.output import FORCES, Output, Rates, Road, Unasked, by_differentiation, by_lagrange
 from symdyn.dynamics.roads.reaction_outputs import REACTIONS
 from symdyn.scene import Scene
 from symdyn.scene.forces import elastic
@@ -25,6 +26,22 @@ from symdyn.scene.forces import elastic
 def has_springs(scene: Scene) -> bool:
     """Whether something in a scene stores energy by its position."""
     return bool(elastic(scene))
+
+
+def _accelerations(n: int) -> list[Rates]:
+    return [(("qdd", j),) for j in range(n)]
+
+
+def _pairs(n: int) -> list[Rates]:
+    return [(("qd", j), ("qd", k)) for j, k in combinations(range(n), 2)]
+
+
+def _squares(n: int) -> list[Rates]:
+    return [(("qd", j), ("qd", j)) for j in range(n)]
+
+
+def _alone(n: int) -> list[Rates]:
+    return [()]
 
 
 VECTOR, SQUARE, PAIRS = (labels.velocities,), (labels.velocities,) * 2, (labels.velocities, labels.pairs)
@@ -187,7 +204,11 @@ OUTPUTS: dict[str, Output] = {
         },
     ),
     "k_z": replace(
-        _MASS, text="inertia coefficients k_z of qdd_j, which is M(q)", result="k_z", unasked=Unasked.WRITTEN
+        _MASS,
+        text="inertia coefficients k_z of qdd_j, which is M(q)",
+        result="k_z",
+        unasked=Unasked.WRITTEN,
+        multiplies=_accelerations,
     ),
     "k_C": Output(
         "Coriolis coefficients k_C of qd_j qd_k, columns are the pairs j < k in lexicographic order",
@@ -203,6 +224,7 @@ OUTPUTS: dict[str, Output] = {
         },
         unasked=Unasked.WRITTEN,
         cubic=True,
+        multiplies=_pairs,
     ),
     "k_D": Output(
         "centrifugal coefficients k_D of qd_j^2",
@@ -218,9 +240,16 @@ OUTPUTS: dict[str, Output] = {
         },
         unasked=Unasked.WRITTEN,
         cubic=True,
+        multiplies=_squares,
     ),
-    "k_G": replace(_GRAVITY, text="gravity coefficients k_G, which is g(q)", result="k_G", unasked=Unasked.WRITTEN),
-    "k_E": replace(_ELASTIC, text="elastic coefficients k_E of springs", unasked=Unasked.WRITTEN),
+    "k_G": replace(
+        _GRAVITY,
+        text="gravity coefficients k_G, which is g(q)",
+        result="k_G",
+        unasked=Unasked.WRITTEN,
+        multiplies=_alone,
+    ),
+    "k_E": replace(_ELASTIC, text="elastic coefficients k_E of springs", unasked=Unasked.WRITTEN, multiplies=_alone),
     "coordinate_rates": Output(
         "rates qdot = H(q) qd of the coordinates; qd itself but for quaternions and positions of free joints",
         ("q", "qd"),
@@ -297,3 +326,11 @@ OUTPUTS: dict[str, Output] = {
     **OF_LOOPS,
     **REACTIONS,
 }
+
+
+def coefficients(n: int) -> dict[str, list[Rates]]:
+    """Return the coefficients of Lagrange's equations of n velocities, and what each column of them multiplies.
+
+    τ_i + Q_i = Σ k_z,ij q̈_j + Σ k_C,i,jk q̇_j q̇_k + Σ k_D,ij q̇_j² + k_G,i + k_E,i        sums over j, j < k, j
+    """
+    return {name: row.multiplies(n) for name, row in OUTPUTS.items() if row.multiplies is not None}

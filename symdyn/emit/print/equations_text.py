@@ -1,17 +1,45 @@
-"""The equations of motion in print: LaTeX, plain text, SymPy; per joint, per coefficient, grouped or as matrices."""
+"""The door of print: equations of motion, grouped one way or another, and base parameters, in every format."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+
+from symdyn.algebra.form import Form
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm
-from symdyn.emit.print.printable import printable
+from symdyn.dynamics.closed_forms.frames_and_parameters import base_parameter_forms
+from symdyn.emit.print.formula_text import Latex, text_of
+from symdyn.emit.print.latex_page import base_parameter_name, latex_definitions, latex_document, latex_fragment
+from symdyn.emit.print.printable import ENTRYWISE, Printable, printable
+from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.emit.print.sympy_page import sympy_definitions, sympy_page
+from symdyn.emit.print.text_page import text_definitions, text_page
 from symdyn.errors import EmitError
 from symdyn.scene import Scene
 
-GROUPS = ("equations", "coefficients", "textbook", "matrix")
-FORMATS = ("latex", "text", "sympy")
-ANGLES = ("long", "short")
 
-DIGITS = 15  # of decimals in plain text: what every double holds
+@dataclass(frozen=True)
+class Format:
+    """What equations are written in.
+
+    Attributes:
+        page: writes equations by group.
+        definitions: writes name = formula.
+        digits: most digits of a number; None leaves them exact, or to `page`.
+    """
+
+    page: Callable[[Printable, str], str]
+    definitions: Callable[[Scene, Sequence[tuple[str, Form]]], str]
+    digits: int | None = None
+
+
+FORMATS = {
+    "latex": Format(latex_fragment, latex_definitions),
+    "text": Format(text_page, text_definitions, digits=15),  # what every double holds
+    "sympy": Format(sympy_page, sympy_definitions),
+}
+GROUPS = tuple(ENTRYWISE)
+ANGLES = ("long", "short")
 
 
 def equations_text(
@@ -36,20 +64,41 @@ def equations_text(
         EmitError: an unknown choice, or a document in another format than LaTeX.
         DerivationError: the scene has no closed form, or its loops cannot be assembled.
     """
-    for name, value, known in (("format", format, FORMATS), ("group", group, GROUPS), ("angles", angles, ANGLES)):
-        if value not in known:
-            raise EmitError(f"{name} {value!r} is not known; give {', '.join(known[:-1])} or {known[-1]}")
+    _check("format", format, FORMATS)
+    _check("group", group, GROUPS)
+    _check("angles", angles, ANGLES)
     if document and format != "latex":
         raise EmitError(f"a document is written in LaTeX, not as {format}; leave the format out, or the document")
-    page = printable(scene, angles == "short", DIGITS if format == "text" else None)
-    if format == "latex":
-        from symdyn.emit.print.latex_page import latex_document, latex_fragment
+    page = printable(scene, angles == "short", FORMATS[format].digits)
+    return latex_document(page, group) if document else FORMATS[format].page(page, group)
 
-        return latex_document(page, group) if document else latex_fragment(page, group)
-    if format == "text":
-        from symdyn.emit.print.text_page import text_page
 
-        return text_page(page, group)
-    from symdyn.emit.print.sympy_page import sympy_page
+def base_parameters_text(scene: Scene, format: str = "latex") -> str:
+    """Return every base parameter as `name = formula`, the ground's side first; `format` as for `equations_text`.
 
-    return sympy_page(page, group)
+    Raises:
+        EmitError: an unknown format.
+        DerivationError: a formula has no closed form.
+    """
+    _check("format", format, FORMATS)
+    return FORMATS[format].definitions(scene, base_parameter_forms(scene))
+
+
+def _check(name: str, value: str, known: Collection[str]) -> None:
+    if value not in known:
+        *others, last = known
+        raise EmitError(f"{name} {value!r} is not known; give {', '.join(others)} or {last}")
+
+
+def base_parameter_texts(scene: Scene) -> list[dict[str, str]]:
+    """Return name, formula, LaTeX of both, and unit of every base parameter, numbers exact."""
+    write = Latex(latex_symbols(scene), digits=None)
+    return [
+        {
+            "name": name,
+            "formula": text_of(form),
+            "latex": f"{base_parameter_name(name)} = {write.unbroken(form)}",
+            "unit": "kg" if name[0] == "M" else "kg m" if name[0] == "m" else "kg m^2",
+        }
+        for name, form in base_parameter_forms(scene)
+    ]

@@ -7,8 +7,7 @@ from symdyn.emit.escape import in_latex
 from symdyn.emit.print.breaking import latex_width
 from symdyn.emit.print.formula_text import Latex
 from symdyn.emit.print.latex_layout import LINE, align, bmatrix, definition, entry_name, lines_of, matrix_width
-from symdyn.emit.print.printable import Printable
-from symdyn.emit.print.printed_constraints import PrintedConstraints
+from symdyn.emit.print.printable import ENTRYWISE, Printable, PrintedConstraints
 
 RATE = r"(\dot G\,\dot q)"
 
@@ -23,7 +22,7 @@ def constraint_page(page: Printable, group: str, write: Latex) -> str:
     lines = [f"Multipliers: {named}.\n"]
     if found.missing:
         lines.append(rf"$G$ has no closed form: {in_latex(found.missing)}.")
-    elif group in ("coefficients", "matrix"):
+    elif ENTRYWISE[group]:
         lines += _entries(found, write)
     else:
         lines += _in_full(found, write)

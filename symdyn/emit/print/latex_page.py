@@ -5,7 +5,7 @@ Lines fit an A4 page with 20 mm margins at 10 pt; they break at + and -, so brac
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from symdyn.algebra.form import MINUS_ONE, Form, Symbol, product_of, split_sign, sum_of, symbols_of, terms_of
 from symdyn.dynamics.mechanism.prescribed import TIME
@@ -26,7 +26,7 @@ from symdyn.emit.print.latex_layout import (
     together,
 )
 from symdyn.emit.print.letters import Letters, head
-from symdyn.emit.print.printable import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
+from symdyn.emit.print.printable import Coefficient, Printable
 from symdyn.emit.print.printed_names import latex_symbols, latex_unit
 from symdyn.scene import Scene, acceleration_name
 from symdyn.scene.forces import elastic
@@ -68,9 +68,16 @@ def latex_document(page: Printable, group: str) -> str:
 
 
 def latex_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
-    """Return `name = formula` as displays; names are LaTeX."""
+    """Return `name = formula` of base parameters as displays."""
     write = Latex(latex_symbols(scene), DIGITS)
-    return "\n".join(align([definition(name, write(form)) for name, form in named]))
+    return "\n".join(align([definition(base_parameter_name(name), write(form)) for name, form in named]))
+
+
+def base_parameter_name(name: str) -> str:
+    r"""Return \mathit{ZZ}_{R1} for ZZR1 and M_{R3} for MR3."""
+    letter, joint = name.split("R")
+    letter = letter if len(letter) == 1 else rf"\mathit{{{letter}}}"
+    return rf"{letter}_{{R{joint}}}"
 
 
 def _writer(page: Printable) -> Latex:
@@ -102,40 +109,23 @@ def _introduction(page: Printable, group: str) -> str:
 def _displays(page: Printable, group: str) -> list[str]:
     write = _writer(page)
     motions = [definition(write.symbols[name], write(form)) for name, form in page.motions]
-    return [*GROUPS[group](page, write), *align(motions)]
+    return [*DISPLAYS[group](page, write), *align(motions)]
 
 
 # Coefficients
 
 
-def coefficient_name(c: Coefficient) -> str:
+def coefficient_name(kind: str, indices: Sequence[int]) -> str:
     """Return k_{z,12}, k_{C,1,23}, k_{D,12} or k_{G,1}; indices of ten and more are set apart."""
-    kind = c.kind[-1]
-    first, *rest = [str(i) for i in c.indices]
-    if kind == "C":
-        return f"k_{{C,{first},{together(rest)}}}"
-    return f"k_{{{kind},{together([first, *rest])}}}"
+    first, *rest = map(str, indices)
+    if len(rest) > 1:
+        return f"k_{{{kind[-1]},{first},{together(rest)}}}"
+    return f"k_{{{kind[-1]},{together([first, *rest])}}}"
 
 
-def _coefficients(page: Printable, write: Latex, wanted: Callable[[Coefficient], bool] = lambda c: True) -> list[str]:
-    paragraphs = []
-    for c in page.coefficients:
-        if c.vanishes or not wanted(c) or (c.kind == "k_z" and c.indices[0] > c.indices[1]):
-            continue
-        name = coefficient_name(c)
-        if c.kind == "k_z" and c.indices[0] != c.indices[1]:
-            name += f" = {coefficient_name(Coefficient(c.kind, c.indices[::-1], c.form, c.rate))}"
-        paragraphs.append(definition(name, write(c.form)))
-    return list(align(paragraphs))
-
-
-def _vanishing(page: Printable) -> list[str]:
-    """Return one line that names the coefficients that vanish."""
-    names = [coefficient_name(c) for kind in KINDS for c in page.coefficients if c.kind == kind and c.vanishes]
-    if not names:
-        return []
-    text = f" = {BREAK}".join([*names, "0"])
-    return list(align([lines_of("", text)]))
+def _definitions(some: Sequence[Coefficient], write: Latex) -> list[str]:
+    names = (" = ".join(coefficient_name(c.kind, place) for place in c.places) for c in some)
+    return list(align([definition(name, write(c.form)) for name, c in zip(names, some, strict=True)]))
 
 
 # The four groupings
@@ -147,13 +137,16 @@ def _equations(page: Printable, write: Latex) -> list[str]:
     return [display for paragraph in paragraphs for display in align([paragraph])]
 
 
-def _all_coefficients(page: Printable, write: Latex) -> list[str]:
-    return [*_coefficients(page, write), *_vanishing(page)]
+def _coefficients(page: Printable, write: Latex) -> list[str]:
+    """Return the coefficients, and in one line those that vanish."""
+    zero = [coefficient_name(c.kind, c.indices) for some in page.vanishing for c in some]
+    last = align([lines_of("", f" = {BREAK}".join([*zero, "0"]))]) if zero else ()
+    return [*_definitions(page.written, write), *last]
 
 
 def _textbook(page: Printable, write: Latex) -> list[str]:
     """Return drive = k_z1 q̈_1 + …, every coefficient written above its name, as (5.40); long ones below."""
-    named: dict[tuple[str, tuple[int, ...]], None] = {}
+    named: set[tuple[str, tuple[int, ...]]] = set()
     paragraphs = []
     for i, row in enumerate(page.rows):
         right, text = page.driving(i), ""
@@ -162,22 +155,21 @@ def _textbook(page: Printable, write: Latex) -> list[str]:
                 continue
             sign, shown, short = _braced(c, write)
             if not short:
-                named[c.kind, tuple(sorted(c.indices)) if c.kind == "k_z" else c.indices] = None
-            rate = "" if c.kind in ALONE else rf"\, {write.unbroken(c.rate)}"
+                named.add((c.kind, min(c.places)))
+            rate = rf"\, {write.unbroken(c.rate)}" if c.of else ""
             text += (f" {BREAK}{sign} " if text else "-" if sign == "-" else "") + shown + rate
         drive, text = write(right), text or "0"
         wide = latex_width(drive) > BRACED
         paragraphs.append(lines_of("", drive, f"= {text}") if wide else definition(write.unbroken(right), text))
     displays = [display for paragraph in paragraphs for display in align([paragraph])]
     if named:
-        displays += ["where"]
-        displays += _coefficients(page, write, lambda c: (c.kind, c.indices) in named)
+        displays += ["where", *_definitions([c for c in page.written if (c.kind, c.indices) in named], write)]
     return displays
 
 
 def _braced(c: Coefficient, write: Latex) -> tuple[str, str, bool]:
     r"""Return (sign, \underbrace{value}_{name}, True), or the name alone and False where the value is long."""
-    name = coefficient_name(c)
+    name = coefficient_name(c.kind, c.indices)
     terms = terms_of(c.form)
     negative = all(split_sign(term)[0] < 0 for term in terms)
     value = sum_of(product_of((MINUS_ONE, term)) for term in terms) if negative else c.form
@@ -191,13 +183,13 @@ def _braced(c: Coefficient, write: Latex) -> tuple[str, str, bool]:
 def _matrix(page: Printable, write: Latex) -> list[str]:
     """Return M(q) q̈ + c + g = τ, with the entries in place if they fit, else named and written below."""
     n = range(len(page.rows))
-    M = [[c.form for c in row if c.kind == "k_z"] for row in page.rows]
+    M = [[c.form for c in page.inertia(i)] for i in n]
     acceleration = [write.symbols[acceleration_name(u)] for u in page.scene.velocities]
     columns = [
         [[write.unbroken(form) for form in row] for row in M],
         [[x] for x in acceleration],
-        [[write.unbroken(coriolis(page, i))] for i in n],
-        [[write.unbroken(gravity(page, i))] for i in n],
+        [[write.unbroken(page.coriolis(i))] for i in n],
+        [[write.unbroken(page.gravity(i))] for i in n],
         [[write.unbroken(right)] for right in page.right],
     ]
     closed = bool(page.constraints.rows)
@@ -214,8 +206,8 @@ def _matrix(page: Printable, write: Latex) -> list[str]:
     head = list(align([["& " + r" \qquad ".join(names)]]))
     upper = [(i, j) for i in n for j in n if i <= j]
     entries = [definition(_mirrored(i, j), write(M[i][j])) for i, j in upper if terms_of(M[i][j])]
-    entries += [definition(entry_name("c", i), write(coriolis(page, i))) for i in n]
-    entries += [definition(entry_name("g", i), write(gravity(page, i))) for i in n]
+    entries += [definition(entry_name("c", i), write(page.coriolis(i))) for i in n]
+    entries += [definition(entry_name("g", i), write(page.gravity(i))) for i in n]
     zero = [_mirrored(i, j) for i, j in upper if i < j and not terms_of(M[i][j])]
     if zero:
         entries.append(lines_of("", f" = {BREAK}".join([*zero, "0"])))
@@ -228,12 +220,7 @@ def _mirrored(i: int, j: int) -> str:
     return name if i == j else f"{name} = {entry_name('M', j, i)}"
 
 
-GROUPS: dict[str, Callable[[Printable, Latex], list[str]]] = {
-    "equations": _equations,
-    "coefficients": _all_coefficients,
-    "textbook": _textbook,
-    "matrix": _matrix,
-}
+DISPLAYS = {"equations": _equations, "coefficients": _coefficients, "textbook": _textbook, "matrix": _matrix}
 
 
 # The symbol table

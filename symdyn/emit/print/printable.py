@@ -2,27 +2,30 @@
 
     k_z,ij q̈_j + k_C,i,jk q̇_j q̇_k + k_D,ij q̇_j² + k_G,i + k_E,i = drive + Q_i + G_ki λ_k    sums over j, j < k, k
 
+    r(q) = 0,  G u = 0,  G u̇ + Ġ u = 0        rows of loops and contacts; λ_k is the size of wrench k on the child
+
 The coefficients carry their own sign (the textbook's (5.40) pulls the minus of k_C and k_D in front).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 from symdyn.algebra.form import Form, Power, Symbol, form_of, product_of, signed_product, sum_of, terms_of
+from symdyn.dynamics import coefficients
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form, coefficient_form, coefficient_names
 from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, too_long
+from symdyn.dynamics.closed_forms.constraint_forms import ClosedRow, closed_constraints
+from symdyn.dynamics.roads.output import Rates
 from symdyn.emit.print.formula_text import rounded, shortened
-from symdyn.emit.print.printed_constraints import PrintedConstraints, printed_constraints
 from symdyn.graph import Graph
 from symdyn.scene import Scene, acceleration_name, express
 from symdyn.scene.units import coordinate_units
 
-KINDS = ("k_z", "k_C", "k_D", "k_G", "k_E")
-
-ALONE = ("k_G", "k_E")
-"""Kinds that multiply no rate."""
+ENTRYWISE = {"equations": False, "coefficients": True, "textbook": False, "matrix": True}
+"""How equations are grouped: one a joint, coefficient by coefficient, under-braced, M and c; and whether loops and rows
+are then written entry by entry."""
 
 
 @dataclass(frozen=True)
@@ -30,16 +33,18 @@ class Coefficient:
     """One coefficient.
 
     Attributes:
-        kind: "k_z", "k_C", "k_D", "k_G" or "k_E".
-        indices: from 1: (i, j), (i, j, k), (i, j) or (i,).
+        kind: its output, such as "k_z".
+        indices: from 1: of the row, then those of what it multiplies.
         form: its value.
         rate: what it multiplies: q̈_j, q̇_j q̇_k, q̇_j² or 1.
+        of: "qdd" where that is an acceleration, "qd" where it is velocities; "" where it is nothing.
     """
 
     kind: str
     indices: tuple[int, ...]
     form: Form
     rate: Form
+    of: str = ""
 
     @property
     def vanishes(self) -> bool:
@@ -50,6 +55,67 @@ class Coefficient:
     def term(self) -> Form:
         """The product of form and rate; a sum of negative terms takes its sign in front."""
         return signed_product(self.form, self.rate)
+
+    @property
+    def places(self) -> list[tuple[int, ...]]:
+        """Indices of all that are the same one: M is symmetric."""
+        return list(dict.fromkeys((self.indices, self.indices[::-1]))) if self.of == "qdd" else [self.indices]
+
+
+@dataclass(frozen=True)
+class PrintedRow:
+    """One row of G.
+
+    Attributes:
+        multiplier: its name.
+        text: what the multiplier is, in words; "of" what it belongs to included.
+        unit: N or N m; "" for a row of the user.
+        G: entries by velocity; where there is no closed form names, and zero where an entry vanishes.
+        residual: what vanishes where the loop is closed; None where nothing does.
+        bias: Ġ u; None without a closed form.
+    """
+
+    multiplier: str
+    text: str
+    unit: str
+    G: tuple[Form, ...]
+    residual: Form | None
+    bias: Form | None
+
+
+@dataclass(frozen=True)
+class PrintedConstraints:
+    """All rows of a scene; none for a tree.
+
+    Attributes:
+        rows: one a multiplier.
+        velocities: names of the velocities.
+        missing: why there is no closed form, one line; "" if there is one.
+    """
+
+    rows: tuple[PrintedRow, ...]
+    velocities: tuple[str, ...]
+    missing: str = ""
+
+    def carried(self, i: int) -> Form:
+        """Return Σ_k G_ki λ_k, the generalized force of the constraints on velocity i."""
+        return sum_of(signed_product(row.G[i], Symbol(row.multiplier)) for row in self.rows)
+
+    def positions(self) -> list[Form]:
+        """Return r(q), rows without one left out."""
+        return [row.residual for row in self.rows if row.residual is not None]
+
+    def rates(self) -> list[Form]:
+        """Return G u."""
+        return [self._along(row, self.velocities) for row in self.rows if row.bias is not None]
+
+    def accelerations(self) -> list[Form]:
+        """Return G u̇ + Ġ u."""
+        names = [acceleration_name(u) for u in self.velocities]
+        return [sum_of((self._along(row, names), row.bias)) for row in self.rows if row.bias is not None]
+
+    def _along(self, row: PrintedRow, names: Sequence[str]) -> Form:
+        return sum_of(signed_product(entry, Symbol(name)) for entry, name in zip(row.G, names, strict=True))
 
 
 @dataclass(frozen=True)
@@ -77,8 +143,32 @@ class Printable:
 
     @property
     def coefficients(self) -> list[Coefficient]:
-        """All coefficients: k_z row by row, then k_C, k_D, k_G, k_E."""
-        return [c for kind in KINDS for row in self.rows for c in row if c.kind == kind]
+        """All coefficients, kind by kind: k_z row by row, then k_C, k_D, k_G, k_E."""
+        kinds = list(dict.fromkeys(c.kind for row in self.rows for c in row))
+        return sorted((c for row in self.rows for c in row), key=lambda c: kinds.index(c.kind))
+
+    @property
+    def written(self) -> list[Coefficient]:
+        """Those that are written out: none that vanishes, of two that are the same one the first."""
+        return [c for c in self.coefficients if not c.vanishes and c.indices == min(c.places)]
+
+    @property
+    def vanishing(self) -> list[list[Coefficient]]:
+        """Those that vanish, kind by kind."""
+        zero = [c for c in self.coefficients if c.vanishes]
+        return [[c for c in zero if c.kind == kind] for kind in dict.fromkeys(c.kind for c in zero)]
+
+    def inertia(self, joint: int) -> list[Coefficient]:
+        """Return row i of M."""
+        return [c for c in self.rows[joint] if c.of == "qdd"]
+
+    def coriolis(self, joint: int) -> Form:
+        """Return c_i = Σ k_C q̇_j q̇_k + Σ k_D q̇_j² of one joint."""
+        return sum_of(c.term for c in self.rows[joint] if c.of == "qd" and not c.vanishes)
+
+    def gravity(self, joint: int) -> Form:
+        """Return g_i = k_G,i + k_E,i of one joint."""
+        return sum_of(c.form for c in self.rows[joint] if not c.of)
 
     def left(self, joint: int) -> Form:
         """Return the left-hand side of one equation."""
@@ -109,38 +199,25 @@ def printable(scene: Scene | ClosedForm, short: bool = False, digits: int | None
     if (terms := sum(len(closed[key]) for key in keys if key[0] != "k_E")) > MOST_TERMS:
         one = "; symdyn.closed_form(scene).sympy('k_z', 0, 0) gives a single coefficient in Python"
         raise too_long(scene, f"its coefficients have {terms} terms", one)
-    rates = _rates(closed)
     rows: list[list[Coefficient]] = [[] for _ in scene.velocities]
-    for key in keys:
-        rows[key[1]].append(_coefficient(key, write(key), rates[key[0]]))
+    columns = coefficients(closed.n)
+    for kind, i, *place in keys:
+        rates = columns[kind][place[0] if place else 0]
+        indices = (i + 1, *dict.fromkeys(j + 1 for _, j in rates))
+        form = write((kind, i, *place))
+        rows[i].append(Coefficient(kind, indices, form, _rate(scene, rates), rates[0][0] if rates else ""))
     right = tuple(map(spelled, _right_hand_sides(closed)))
-    constraints = printed_constraints(scene, spelled, names | set(scene.velocities))
+    constraints = _constraints(scene, spelled, names | set(scene.velocities))
     graph = Graph()
     motions = [(j.coordinate, form_of(express(j.motion, graph))) for j in scene.moving if j.motion is not None]
     K, P = write(("K",)), write(("P",))
     return Printable(scene, tuple(map(tuple, rows)), right, constraints, tuple(motions), K, P, short)
 
 
-Rates = list[tuple[tuple[int, ...], Form]]  # indices from 1 and what the coefficient multiplies
-
-
-def _rates(closed: ClosedForm) -> dict[str, Rates]:
-    """Return what the coefficients of a row multiply, by kind."""
-    qd = [Symbol(str(rate.value)) for rate in closed.state.qd]
-    n = range(closed.n)
-    return {
-        "k_z": [((j + 1,), Symbol(acceleration_name(u))) for j, u in enumerate(closed.scene.velocities)],
-        "k_C": [((j + 1, k + 1), product_of((qd[j], qd[k]))) for j, k in combinations(n, 2)],
-        "k_D": [((j + 1,), Power(qd[j], 2)) for j in n],
-        "k_G": [((), product_of(()))],
-        "k_E": [((), product_of(()))],
-    }
-
-
-def _coefficient(key: Key, form: Form, rates: Rates) -> Coefficient:
-    kind, i, *place = key
-    indices, rate = rates[place[0] if place else 0]
-    return Coefficient(kind, (i + 1, *indices), form, rate)
+def _rate(scene: Scene, rates: Rates) -> Form:
+    """Return what a coefficient multiplies."""
+    names = [scene.velocities[j] if of == "qd" else acceleration_name(scene.velocities[j]) for of, j in rates]
+    return Power(Symbol(names[0]), 2) if len(set(names)) < len(names) else product_of(map(Symbol, names))
 
 
 def _right_hand_sides(closed: ClosedForm) -> tuple[Form, ...]:
@@ -150,11 +227,42 @@ def _right_hand_sides(closed: ClosedForm) -> tuple[Form, ...]:
     return tuple(sum_of([*drive, force]) for drive, force in zip(drives, acting, strict=True))
 
 
-def coriolis(page: Printable, joint: int) -> Form:
-    """Return c_i = Σ k_C q̇_j q̇_k + Σ k_D q̇_j² of one joint."""
-    return sum_of(c.term for c in page.rows[joint] if c.kind in ("k_C", "k_D") and not c.vanishes)
+def _constraints(scene: Scene, write: Callable[[Form], Form], taken: Container[str]) -> PrintedConstraints:
+    """Return the rows of a scene, every form as `write` makes it; names that are `taken` stand for something else."""
+    if not scene.is_closed:
+        return PrintedConstraints((), scene.velocities)
+    found = closed_constraints(scene)
+    rows = tuple(_row(scene, k, row, write, taken) for k, row in enumerate(found.rows, 1))
+    return PrintedConstraints(rows, scene.velocities, found.missing)
 
 
-def gravity(page: Printable, joint: int) -> Form:
-    """Return g_i = k_G,i + k_E,i of one joint."""
-    return sum_of(c.form for c in page.rows[joint] if c.kind in ALONE)
+def _row(scene: Scene, k: int, row: ClosedRow, write: Callable[[Form], Form], taken: Container[str]) -> PrintedRow:
+    unit = "N" if "force" in row.words else "N m" if "moment" in row.words else ""
+    name, text = _fresh(f"lambda{k}", taken), _text(scene, row)
+    if not row.G:
+        entries = (Symbol(_fresh(f"G{k}_{i}", taken)) if used else sum_of(()) for i, used in enumerate(row.uses, 1))
+        return PrintedRow(name, text, unit, tuple(entries), None, None)
+    residual = write(row.residual) if row.closes and row.residual is not None else None
+    rates = [Symbol(u) for u in scene.velocities]
+    bias = sum_of(
+        signed_product(write(form), Power(rates[j], 2) if j == k else product_of((rates[j], rates[k])))
+        for j, k, form in row.bias
+    )
+    return PrintedRow(name, text, unit, tuple(map(write, row.G)), residual, bias)
+
+
+def _text(scene: Scene, row: ClosedRow) -> str:
+    """Return what a multiplier is, such as "force along x of loop hinge, exerted by coupler on rocker"."""
+    if not row.loop:
+        one = next(one for one in scene.rows if one.name == row.owner)
+        pair = f", exerted by {one.plane.body} on {one.place.body}" if one.place else ""
+        return f"{row.words} of contact {row.owner}{pair}" if pair else f"of row {row.owner}"
+    loop = next(joint for joint in scene.loops if joint.name == row.owner)
+    return f"{row.words} of loop {row.owner}, exerted by {loop.parent} on {loop.child}"
+
+
+def _fresh(name: str, taken: Container[str]) -> str:
+    """Return a name, with underscores if it stands for something else."""
+    while name in taken:
+        name += "_"
+    return name

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from symdyn.algebra.form import Form, Symbol, symbols_of
-from symdyn.algebra.sympy_algebra import NAMES, form_to_sympy, sympy_text
-from symdyn.emit.print.printable import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
+from symdyn.emit.print.printable import Coefficient, Printable
 from symdyn.emit.print.text_page import coefficient_name
 from symdyn.scene import Scene, acceleration_name
 
-WORDS = ("symbols", "Eq", "Matrix", "Rational", "pi", *NAMES.values())
+WORDS = ("symbols", "Eq", "Matrix", "Rational", "pi")
+"""What the text takes from SymPy beside its functions."""
 
 Names = Mapping[tuple[str, tuple[int, ...]], str]  # variable of a coefficient, by kind and indices
 
@@ -24,11 +24,13 @@ class _Variables:
 
     def __init__(self, scene: Scene, used: Iterable[str]) -> None:
         """Name the symbols, those of the scene in its order, then the others."""
+        from symdyn.algebra.sympy_algebra import NAMES  # with NumPy, which other formats can do without
+
         order = [parameter.name for parameter in scene.parameters]
         order += [*scene.coordinates, *scene.velocities, *map(acceleration_name, scene.velocities)]
         needed = dict.fromkeys(used)
         self.positive = [parameter.name for parameter in scene.parameters if parameter.positive]
-        self._taken = {*WORDS}
+        self._taken = {*WORDS, *NAMES.values()}
         self.symbols: dict[str, str] = {}
         for name in [*(name for name in order if name in needed), *(name for name in needed if name not in order)]:
             self.symbols[name] = self.fresh(name)
@@ -51,6 +53,8 @@ class _Variables:
 
     def show(self, form: Form) -> str:
         """Return a form as Python."""
+        from symdyn.algebra.sympy_algebra import form_to_sympy, sympy_text
+
         return sympy_text(form_to_sympy(form, self.positive), self.symbols)
 
 
@@ -72,7 +76,7 @@ def sympy_page(page: Printable, group: str) -> str:
             for i, (left, right) in enumerate(zip(lefts, rights, strict=True), 1)
         ]
     else:
-        names = {(c.kind, c.indices): variables.fresh(coefficient_name(c)) for c in page.coefficients}
+        names = {(c.kind, c.indices): variables.fresh(coefficient_name(c.kind, c.indices)) for c in page.coefficients}
         lines += _coefficients(page, variables, names)
         if group == "textbook":
             lines += _named(page, rights, variables, names)
@@ -91,18 +95,11 @@ def sympy_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
     return "\n".join([*variables.declarations(), *lines])
 
 
-def _coefficients(
-    page: Printable, variables: _Variables, names: Mapping[tuple[str, tuple[int, ...]], str]
-) -> Iterator[str]:
-    for c in page.coefficients:
-        if c.vanishes or (c.kind == "k_z" and c.indices[0] > c.indices[1]):
-            continue
-        places = [c.indices, c.indices[::-1]] if c.kind == "k_z" and c.indices[0] != c.indices[1] else [c.indices]
-        yield f"{' = '.join(names[c.kind, place] for place in places)} = {variables.show(c.form)}"
-    for kind in KINDS:
-        zero = [names[c.kind, c.indices] for c in page.coefficients if c.kind == kind and c.vanishes]
-        if zero:
-            yield f"{' = '.join(zero)} = 0"
+def _coefficients(page: Printable, variables: _Variables, names: Names) -> Iterator[str]:
+    for c in page.written:
+        yield f"{' = '.join(names[c.kind, place] for place in c.places)} = {variables.show(c.form)}"
+    for zero in page.vanishing:
+        yield f"{' = '.join(names[c.kind, c.indices] for c in zero)} = 0"
 
 
 def _named(page: Printable, rights: Sequence[Form], variables: _Variables, names: Names) -> Iterator[str]:
@@ -110,7 +107,7 @@ def _named(page: Printable, rights: Sequence[Form], variables: _Variables, names
 
     def term(c: Coefficient) -> str:
         name = names[c.kind, c.indices]
-        return name if c.kind in ALONE else f"{name}*{variables.show(c.rate)}"
+        return f"{name}*{variables.show(c.rate)}" if c.of else name
 
     for i, (row, right) in enumerate(zip(page.rows, rights, strict=True), 1):
         left = " + ".join(term(c) for c in row if not c.vanishes) or "0"
@@ -119,11 +116,11 @@ def _named(page: Printable, rights: Sequence[Form], variables: _Variables, names
 
 def _matrix(page: Printable, variables: _Variables) -> Iterator[str]:
     n = range(len(page.rows))
-    rows = [[variables.show(c.form) for c in row if c.kind == "k_z"] for row in page.rows]
+    rows = [[variables.show(c.form) for c in page.inertia(i)] for i in n]
     columns = {
-        "qdd": [variables.show(c.rate) for c in page.rows[0] if c.kind == "k_z"],
-        "c": [variables.show(coriolis(page, i)) for i in n],
-        "g": [variables.show(gravity(page, i)) for i in n],
+        "qdd": [variables.show(c.rate) for c in page.inertia(0)],
+        "c": [variables.show(page.coriolis(i)) for i in n],
+        "g": [variables.show(page.gravity(i)) for i in n],
         "tau": [variables.show(right) for right in page.right],
     }
     shown = ",\n    ".join(f"[{', '.join(row)}]" for row in rows)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 
 from symdyn.algebra.form import Form
 from symdyn.emit.print.breaking import break_lines
 from symdyn.emit.print.formula_text import BREAK, broken_text, text_of
-from symdyn.emit.print.printable import ALONE, KINDS, Coefficient, Printable, coriolis, gravity
+from symdyn.emit.print.printable import ENTRYWISE, Printable
+from symdyn.scene import Scene
 
 WIDTH = 110
 INDENT = "    "
@@ -16,20 +17,20 @@ INDENT = "    "
 def text_page(page: Printable, group: str) -> str:
     """Return the equations in plain text; indices from 1."""
     motions = (_wrapped(name, broken_text(form)) for name, form in page.motions)
-    return "\n".join([*_paragraphs(page, group), *motions, *_constraints(page, group)])
+    return "\n".join([*PARAGRAPHS[group](page), *motions, *_constraints(page, group)])
 
 
-def text_definitions(named: Iterable[tuple[str, Form]]) -> str:
+def text_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
     """Return `name = formula`, one a paragraph."""
     return "\n".join(_wrapped(name, broken_text(form)) for name, form in named)
 
 
-def coefficient_name(c: Coefficient) -> str:
+def coefficient_name(kind: str, indices: Sequence[int]) -> str:
     """Return k_z12, k_C1_23, k_D12, k_G1, k_E1; with more than nine joints k_z1_12."""
-    first, *rest = [str(i) for i in c.indices]
-    if any(i > 9 for i in c.indices):
-        return f"{c.kind}{'_'.join([first, *rest])}"
-    return f"{c.kind}{first}{'_' if c.kind == 'k_C' else ''}{''.join(rest)}"
+    first, *rest = map(str, indices)
+    if any(i > 9 for i in indices):
+        return f"{kind}{'_'.join([first, *rest])}"
+    return f"{kind}{first}{'_' if len(rest) > 1 else ''}{''.join(rest)}"
 
 
 def _wrapped(left: str, right: str) -> str:
@@ -47,29 +48,30 @@ def _lines(text: str, first: int) -> str:
     return f"\n{INDENT}".join(break_lines(text, first, WIDTH - len(INDENT), len))
 
 
-def _paragraphs(page: Printable, group: str) -> Iterator[str]:
-    if group == "coefficients":
-        yield from _coefficients(page)
-    elif group == "textbook":
-        for i, row in enumerate(page.rows):
-            yield _wrapped(broken_text(page.driving(i)), f" {BREAK}".join(_named_terms(row)) or "0")
-        yield ""
-        yield from _coefficients(page)
-    elif group == "matrix":
-        n = len(page.rows)
-        yield f"M*qdd + c + g = tau{' + G^T*lambda' if page.constraints.rows else ''}"
-        yield ""
-        for i, row in enumerate(page.rows, 1):
-            for c in row:
-                if c.kind == "k_z" and c.indices[1] >= i:
-                    mirrored = "" if c.indices[1] == i else f" = M[{c.indices[1]},{i}]"
-                    yield _wrapped(f"M[{i},{c.indices[1]}]{mirrored}", broken_text(c.form))
-        for name, entry in (("c", coriolis), ("g", gravity)):
-            yield from (_wrapped(f"{name}[{i + 1}]", broken_text(entry(page, i))) for i in range(n))
-        yield from (_wrapped(f"tau[{i}]", broken_text(right)) for i, right in enumerate(page.right, 1))
-    else:
-        for i in range(len(page.rows)):
-            yield _wrapped(broken_text(page.left(i)), broken_text(page.driving(i)))
+def _equations(page: Printable) -> Iterator[str]:
+    for i in range(len(page.rows)):
+        yield _wrapped(broken_text(page.left(i)), broken_text(page.driving(i)))
+
+
+def _textbook(page: Printable) -> Iterator[str]:
+    for i, row in enumerate(page.rows):
+        names = [(coefficient_name(c.kind, c.indices), c) for c in row if not c.vanishes]
+        terms = (f"{name}*{text_of(c.rate)}" if c.of else name for name, c in names)
+        yield _wrapped(broken_text(page.driving(i)), f" {BREAK}+ ".join(terms) or "0")
+    yield ""
+    yield from _coefficients(page)
+
+
+def _matrix(page: Printable) -> Iterator[str]:
+    yield f"M*qdd + c + g = tau{' + G^T*lambda' if page.constraints.rows else ''}"
+    yield ""
+    n = range(len(page.rows))
+    for c in (c for i in n for c in page.inertia(i)):
+        if c.indices == min(c.places):
+            yield _wrapped(" = ".join(f"M[{i},{j}]" for i, j in c.places), broken_text(c.form))
+    for name, entry in (("c", page.coriolis), ("g", page.gravity)):
+        yield from (_wrapped(f"{name}[{i + 1}]", broken_text(entry(i))) for i in n)
+    yield from (_wrapped(f"tau[{i}]", broken_text(right)) for i, right in enumerate(page.right, 1))
 
 
 def _constraints(page: Printable, group: str) -> Iterator[str]:
@@ -83,7 +85,7 @@ def _constraints(page: Printable, group: str) -> Iterator[str]:
     if found.missing:
         yield f"# G has no closed form: {found.missing}"
         return
-    if group in ("coefficients", "matrix"):
+    if ENTRYWISE[group]:
         yield ""
         if group == "matrix":
             yield "r = 0, G*qd = 0, G*qdd + Gdot*qd = 0"
@@ -105,16 +107,10 @@ def _constraints(page: Printable, group: str) -> Iterator[str]:
 
 
 def _coefficients(page: Printable) -> Iterator[str]:
-    for c in page.coefficients:
-        if c.vanishes or (c.kind == "k_z" and c.indices[0] > c.indices[1]):
-            continue
-        mirrored = c.kind == "k_z" and c.indices[0] != c.indices[1]
-        twin = f" = {coefficient_name(Coefficient(c.kind, c.indices[::-1], c.form, c.rate))}" if mirrored else ""
-        yield _wrapped(coefficient_name(c) + twin, broken_text(c.form))
-    for kind in KINDS:
-        zero = [coefficient_name(c) for c in page.coefficients if c.kind == kind and c.vanishes]
-        if zero:
-            yield _zero_line(zero)
+    for c in page.written:
+        yield _wrapped(" = ".join(coefficient_name(c.kind, place) for place in c.places), broken_text(c.form))
+    for zero in page.vanishing:
+        yield _zero_line([coefficient_name(c.kind, c.indices) for c in zero])
 
 
 def _zero_line(names: list[str]) -> str:
@@ -127,8 +123,4 @@ def _zero_line(names: list[str]) -> str:
     return "\n".join([*lines, line])
 
 
-def _named_terms(row: tuple[Coefficient, ...]) -> Iterator[str]:
-    for k, c in enumerate(c for c in row if not c.vanishes):
-        name = coefficient_name(c)
-        rate = text_of(c.rate)
-        yield ("+ " if k else "") + (name if c.kind in ALONE else f"{name}*{rate}")
+PARAGRAPHS = {"equations": _equations, "coefficients": _coefficients, "textbook": _textbook, "matrix": _matrix}

@@ -12,20 +12,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
 
-from symdyn.dynamics import Equations, Function, Workspace
+from symdyn.dynamics import OUTPUTS, Equations, Function, Workspace, coefficients
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.errors import DerivationError, TeachError
 from symdyn.program import Program, choose, lower
 from symdyn.scene import Scene
-from symdyn.scene.forces import elastic
 from symdyn.teach.interactive.marks import Mark, Sheet
 from symdyn.teach.interactive.reduced import ACTING, Held, function, held, reduced_functions
 from symdyn.teach.interactive.words import WORDS
 from symdyn.teach.shown_state import shown_state
 from symdyn.verify.equality import DIFFERENT, UNDEFINED, Claim, prove
-from symdyn.verify.laws import COEFFICIENTS, ENERGIES
 
 MOST = 8
 """Velocities of the largest mechanism that is shown."""
@@ -36,7 +33,7 @@ class Term:
     """One term of row i.
 
     Attributes:
-        function: "k_z", "k_C", "k_D", "k_G", "k_E", "applied_forces" or, of a closed mechanism, "acting".
+        function: a coefficient, "applied_forces" or, of a closed mechanism, "acting".
         entry: of its result, row by row.
         row: i, from 0.
         indices: those of the coefficient's name after its letter, from 0.
@@ -105,7 +102,7 @@ def live(scene: Scene, parameters: Mapping[str, float] | None = None) -> Live:
         functions += choose(workspace, ("forward_dynamics",), "lagrange" if tied else None)  # with no partition
     except DerivationError as fault:
         stuck = str(fault)
-    functions += choose(workspace, ENERGIES)
+    functions += choose(workspace, ("kinetic_energy", "potential_energy"))
     if len(scene.coordinates) != len(scene.velocities):
         functions += choose(workspace, ("coordinate_rates",))
     if any(not force.is_zero for force in workspace.Q):
@@ -162,25 +159,22 @@ def _rows(workspace: Workspace) -> tuple[list[Function], Held | None]:
         if not tied.velocities:
             raise TeachError(f"{workspace.scene.name}: there is no interactive page, {WORDS['en']['still']}")
         return reduced_functions(workspace, tied), tied
-    names = (*COEFFICIENTS, *(["k_E"] if elastic(workspace.scene) else []), "inverse_dynamics")
-    return list(choose(workspace, names)), None
+    terms = [name for name in coefficients(workspace.state.n) if OUTPUTS[name].exists_in(workspace.scene)]
+    return list(choose(workspace, (*terms, "inverse_dynamics"))), None
 
 
 def _terms(equations: Equations, rows: Sequence[int]) -> list[Term]:
     """Return all terms of all rows, in the order of (5.40)."""
     names = [function.name for function in equations.functions]
     n = len(rows)
-    pairs, acting = list(combinations(range(n), 2)), ACTING if equations.scene.is_closed else "applied_forces"
+    acting = ACTING if equations.scene.is_closed else "applied_forces"
+    present = {name: columns for name, columns in coefficients(n).items() if name in names}
     terms = []
     for i in range(n):
-        terms += [Term("k_z", i * n + j, i, (i, j), (("qdd", rows[j]),)) for j in range(n)]
-        terms += [
-            Term("k_C", i * len(pairs) + p, i, (i, j, k), (("qd", rows[j]), ("qd", rows[k])))
-            for p, (j, k) in enumerate(pairs)
-        ]
-        terms += [Term("k_D", i * n + j, i, (i, j), (("qd", rows[j]), ("qd", rows[j]))) for j in range(n)]
-        terms.append(Term("k_G", i, i, (i,), ()))
-        terms += [Term("k_E", i, i, (i,), ())] if "k_E" in names else []
+        for name, columns in present.items():
+            for place, rates in enumerate(columns, i * len(columns)):
+                indices = (i, *dict.fromkeys(j for _, j in rates))
+                terms.append(Term(name, place, i, indices, tuple((rate, rows[j]) for rate, j in rates)))
         terms += [Term(name, i, i, (i,), (), -1) for name in names if name == acting]
     return terms
 
