@@ -7,14 +7,10 @@ compiled before. Printed are the size of the library and the median processor ti
 from __future__ import annotations
 
 import argparse
-import os
-import statistics
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent.parent
+from checkouts import HERE, summary, turns
 
 SCENES = ("two_link", "puma560", "quadruped")
 
@@ -44,26 +40,10 @@ def main() -> None:
     print(f"{'scene':12}{'kB':>8}{'here, ms':>12}{'there, ms':>12}{'more, ms':>12}")
     with tempfile.TemporaryDirectory() as folder:
         for name in SCENES:
-            for root in (HERE, given.other):  # compiles
-                _open(root, name, folder)
-            pairs = [(_open(HERE, name, folder), _open(given.other, name, folder)) for _ in range(given.runs)]
-            here, there = (statistics.median(seconds for seconds, _ in side) * 1e3 for side in zip(*pairs, strict=True))
+            pairs = turns(OPEN, [str(HERE / "examples" / f"{name}.toml")], given.other, given.runs, folder)
+            here, there, _ = (1e3 * one for one in summary(pairs))
             size = pairs[0][0][1] / 1024
             print(f"{name:12}{size:8.0f}{here:12.2f}{there:12.2f}{here - there:12.2f}", flush=True)
-
-
-def _open(root: Path, name: str, cache: str) -> tuple[float, int]:
-    """Return processor seconds and bytes of opening a scene's extension with the code of a checkout."""
-    ran = subprocess.run(
-        [sys.executable, "-c", OPEN, str(HERE / "examples" / f"{name}.toml")],
-        env=os.environ | {"PYTHONPATH": str(root), "SYMDYN_CACHE_DIR": cache},
-        cwd=cache,
-        stdout=subprocess.PIPE,
-        text=True,
-        check=True,
-    )
-    seconds, size = ran.stdout.split()
-    return float(seconds), int(size)
 
 
 if __name__ == "__main__":
