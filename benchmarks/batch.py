@@ -17,8 +17,8 @@ from statistics import median
 import numpy as np
 
 from symdyn.build import build
+from symdyn.build.c_module import run_rows
 from symdyn.build.compiler import find_compiler
-from symdyn.build.threads import run_rows
 from symdyn.dynamics import derive
 from symdyn.program import lower
 from symdyn.scene import read

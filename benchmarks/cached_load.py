@@ -18,7 +18,7 @@ OPEN = """
 import sys, time
 from symdyn.build.compiler import find_compiler
 from symdyn.build.extension import build_extension
-from symdyn.build.load import usual
+from symdyn.build.loaded import usual
 from symdyn.emit import emit
 from symdyn.program import formulate, lower
 from symdyn.scene import read

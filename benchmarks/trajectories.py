@@ -22,9 +22,10 @@ from scipy.integrate import solve_ivp
 
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation.equations.projection import Projection
-from symdyn.simulation.equations.state_equations import state_equations
+from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.integrate import METHODS, Problem
-from symdyn.simulation.integrate.taylor import integrator, size, translate
+from symdyn.simulation.integrate.heyoka_expressions import size, translate
+from symdyn.simulation.integrate.taylor import integrator
 
 EPS = float(np.finfo(np.float64).eps)
 START = (0.5, 0.5, 0.0, 0.0)

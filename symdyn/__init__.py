@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from symdyn.build import lambdify
-    from symdyn.build.load import load
+    from symdyn.build.loaded import load
     from symdyn.draw import animation, picture
     from symdyn.dynamics import derive
     from symdyn.dynamics.closed_forms.closed_form import closed_form
@@ -43,7 +43,7 @@ _DOORS = {
     "derive": "symdyn.dynamics",
     "inverse": "symdyn.simulation",
     "lambdify": "symdyn.build",
-    "load": "symdyn.build.load",
+    "load": "symdyn.build.loaded",
     "lower": "symdyn.program",
     "picture": "symdyn.draw",
     "read": "symdyn.scene",

@@ -7,12 +7,13 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from graphs import Fractions
 from running import random_fractions
 
 from symdyn.algebra.big import BigFloats
 from symdyn.algebra.degree import bound
 from symdyn.algebra.finite_field import FiniteField, Redraw, draw_prime, evaluate_over_field, needs
-from symdyn.algebra.numeric import Batches, Floats, Fractions
+from symdyn.algebra.numeric import Batches, Floats
 from symdyn.graph import FUNCTIONS, Graph, Op, evaluate
 
 

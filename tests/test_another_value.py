@@ -18,9 +18,10 @@ from symdyn.graph import reachable
 from symdyn.scene import Scene, bind, in_numbers, read, read_text
 from symdyn.scene.values.mapping import map_quantities, substituted
 from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, simulate
-from symdyn.simulation.equations.decisions import decided, hold
+from symdyn.simulation.equations.decisions import hold, written_decisions
 from symdyn.simulation.equations.opened import numbers_at
-from symdyn.simulation.equations.state_equations import StateEquations, state_equations
+from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS, importable
 
@@ -209,7 +210,7 @@ def test_a_value_that_spoils_a_decision_is_noticed_told_and_right() -> None:
 def test_decisions_that_may_not_hold_are_not_taken_over() -> None:
     """A parallelogram could have its coordinates in proportion: what was decided for another linkage is not enough."""
     scene = read_text(LINKAGE)
-    known = decided(bind(scene, {"c": 1.1}))
+    known = written_decisions(bind(scene, {"c": 1.1}))
     start = read_start(scene).q
 
     assert known.linear is None

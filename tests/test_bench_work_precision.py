@@ -17,7 +17,7 @@ from symdyn.bench.work_precision import UNTIL, Runs, lively, marked, motion
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
-from symdyn.simulation.equations.state_equations import state_equations
+from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
 
 pytestmark = pytest.mark.runs()

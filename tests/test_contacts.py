@@ -15,7 +15,7 @@ from symdyn.dynamics.loops.mobility import mobility
 from symdyn.errors import DerivationError, SceneError, SimulateError
 from symdyn.scene import Scene, read, read_text
 from symdyn.simulation import simulate
-from symdyn.simulation.equations.state_equations import state_equations
+from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.trajectory import Trajectory
 

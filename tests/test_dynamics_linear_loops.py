@@ -17,7 +17,7 @@ from symdyn.graph import evaluate, substitute
 from symdyn.scene import Scene, read_text
 from symdyn.scene.starters import starter
 from symdyn.simulation import simulate
-from symdyn.simulation.equations.state_equations import state_equations
+from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
 
 pytestmark = pytest.mark.runs()

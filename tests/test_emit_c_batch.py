@@ -17,7 +17,7 @@ from formulas import argument, every_op, function, one, states
 from mechanisms import random_tree
 
 from symdyn.build import build
-from symdyn.build.threads import run_rows, split
+from symdyn.build.c_module import run_rows, split
 from symdyn.cli import main
 from symdyn.dynamics.roads.derive import derive
 from symdyn.dynamics.roads.equations import Equations

@@ -5,13 +5,13 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
+from graphs import LEAVES
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from symdyn.algebra.big import BigFloats
 from symdyn.graph import ARITY, FUNCTIONS, Graph, Op, evaluate, gradient, substitute, tangents
 from symdyn.graph.differentiate import PARTIALS
-from symdyn.graph.ops import LEAVES
 
 BIG = BigFloats(60)
 STEP = BIG.number("1e-20")

@@ -5,10 +5,11 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
+from graphs import LEAVES
 from oracles import BIG
 
 from symdyn.graph import ARITY, Graph, LinearForm, Op, evaluate, linear_form, reachable
-from symdyn.graph.ops import FUNCTIONS, LEAVES
+from symdyn.graph.ops import FUNCTIONS
 
 
 @pytest.fixture

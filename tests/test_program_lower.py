@@ -8,9 +8,10 @@ import mpmath
 import numpy as np
 import pytest
 from formulas import QUARTER, every_op, one, states
+from graphs import Fractions
 from mechanisms import random_tree
 
-from symdyn.algebra.numeric import Batches, Fractions
+from symdyn.algebra.numeric import Batches
 from symdyn.dynamics.roads.derive import derive
 from symdyn.dynamics.roads.equations import Equations
 from symdyn.errors import DerivationError

@@ -14,7 +14,6 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, reachable
 from symdyn.program import PASSES, Counts, count, count_by_binding, lower, optimise
 from symdyn.program.passes.factor import factor
-from symdyn.program.passes.reciprocals import reciprocals
 from symdyn.program.passes.signs import signs
 from symdyn.program.passes.strength import strength
 from symdyn.scene import read
@@ -68,9 +67,7 @@ def test_lowering_costs_no_more_with_passes_than_without():
 
 
 def test_an_unknown_pass_is_refused():
-    with pytest.raises(
-        DerivationError, match="there is no pass 'inline'; there are strength, reciprocals, factor, signs"
-    ):
+    with pytest.raises(DerivationError, match="there is no pass 'inline'; there are strength, factor, signs"):
         lower(every_op(), ("inline",))
 
 
@@ -124,17 +121,6 @@ def test_a_product_that_is_used_twice_keeps_its_factor():
 )
 def test_constants_meet(build, counts):
     assert rewritten(strength, build)[1] == counts
-
-
-@pytest.mark.parametrize(
-    ("build", "counts"),
-    [
-        (lambda g, a, b, x, y, z: x / (a + 1) + y / (a + 1), Counts(0, 2, 2)),
-        (lambda g, a, b, x, y, z: x / a + y / a * (z / a), Counts(4, 1, 1)),
-    ],
-)
-def test_three_divisions_by_one_divisor_become_one(build, counts):
-    assert rewritten(reciprocals, build)[1] == counts
 
 
 def test_what_is_known_early_is_put_together():

@@ -7,9 +7,9 @@ from fractions import Fraction
 
 import pytest
 from arms import two_link
+from graphs import Fractions
 from running import call
 
-from symdyn.algebra.numeric import Fractions
 from symdyn.dynamics import available, derive
 from symdyn.errors import SceneError
 from symdyn.program import formulate, lower

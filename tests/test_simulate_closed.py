@@ -15,7 +15,7 @@ from symdyn.scene import Scene, read, read_text
 from symdyn.scene.values.formula import parse as formula
 from symdyn.simulation import Trajectory, inverse, read_forces, read_motion, simulate
 from symdyn.simulation.equations.implicit import Implicit
-from symdyn.simulation.equations.state_equations import state_equations
+from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.record import record
 

@@ -18,7 +18,7 @@ from symdyn.scene.values.formula import parse as formula
 from symdyn.scene.values.table import Faults
 from symdyn.simulation import METHODS, SceneMotion, Trajectory, inverse, read_forces, read_motion, simulate
 from symdyn.simulation.equations.slopes import differences
-from symdyn.simulation.equations.state_equations import state_equations
+from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import importable
 from symdyn.simulation.integrator import is_stiff

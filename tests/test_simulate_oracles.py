@@ -10,7 +10,7 @@ from scenes_in_time import double_pendulum, free_top, heavy_top, pendulum
 
 from symdyn.bench.stress.scenes import pinned
 from symdyn.simulation import Trajectory, inverse, read_motion, simulate
-from symdyn.simulation.equations.state_equations import state_equations
+from symdyn.simulation.equations.written import state_equations
 
 pytestmark = pytest.mark.runs()
 

@@ -6,6 +6,7 @@ import ast
 from pathlib import Path
 
 import pytest
+from graphs import LEAVES
 from mechanisms import jointed
 
 import symdyn
@@ -21,7 +22,6 @@ from symdyn.emit.code.operators import Spelling
 from symdyn.emit.code.real import REALS
 from symdyn.graph import ARITY, FUNCTIONS, Op
 from symdyn.graph.differentiate import PARTIALS
-from symdyn.graph.ops import LEAVES
 from symdyn.scene import FORCES, JOINTS
 from symdyn.scene.declaration.joint_table import freedoms
 from symdyn.scene.declaration.turning import turned

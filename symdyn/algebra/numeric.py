@@ -1,4 +1,4 @@
-"""Numbers to run a graph over: floats, NumPy batches, exact fractions.
+"""Numbers to run a graph over: floats and NumPy batches.
 
 Each is an `Algebra`. Constants are rounded here and nowhere earlier.
 """
@@ -105,29 +105,6 @@ class Batches(Arithmetic):
     def function(self, node: Expr, args: Sequence[Any]) -> Any:
         """Return node.op(args)."""
         return self.functions[node.op](*args)
-
-
-class Fractions(Arithmetic):
-    """Exact rationals; a graph with a sine, a root or π has no value here."""
-
-    functions: ClassVar[dict[Op, Callable[[Fraction], Fraction]]] = {
-        Op.ABS: abs,
-        Op.SIGN: lambda x: Fraction((x > 0) - (x < 0)),
-    }
-
-    def constant(self, value: Fraction) -> Fraction:
-        """Return the value itself."""
-        return value
-
-    def pi(self) -> Fraction:
-        """Raise ArithmeticError: π is not rational."""
-        raise ArithmeticError("pi is not rational; run the graph over mpmath or floats")
-
-    def function(self, node: Expr, args: Sequence[Fraction]) -> Fraction:
-        """Return |x| or sign x; raise ArithmeticError for any other function."""
-        if node.op not in self.functions:
-            raise ArithmeticError(f"{node.op.name.lower()} is not rational; run the graph over mpmath or floats")
-        return self.functions[node.op](args[0])
 
 
 NO_VALUE = (

@@ -21,9 +21,9 @@ import numpy.typing as npt
 from symdyn.algebra.big import BigFloats
 from symdyn.errors import SimulateError
 from symdyn.graph import evaluate
-from symdyn.simulation.equations.state_equations import StateEquations
+from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate import METHODS, importable
-from symdyn.simulation.integrate.taylor import library, refuses, translate
+from symdyn.simulation.integrate.heyoka_expressions import library, refuses, translate
 
 Array = npt.NDArray[np.float64]
 Long = npt.NDArray[np.longdouble]

@@ -19,7 +19,8 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Scene
 from symdyn.scene.units import coordinate_units
 from symdyn.simulation.equations.projection import Projection
-from symdyn.simulation.equations.state_equations import StateEquations, state_equations
+from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS, IntegrationError, Piece, Problem, importable, integrate
 from symdyn.simulation.monitors import observe

@@ -1,9 +1,7 @@
 """Builds: the only room that runs a compiler."""
 
-from symdyn.build.compiled import lambdify
-from symdyn.build.module import CFunction, Module
-from symdyn.build.run_c import build
-from symdyn.build.run_python import run_python
-from symdyn.build.runners import RUNNERS, Runner
+from symdyn.build.c_module import CFunction, Module, build
+from symdyn.build.loaded import lambdify
+from symdyn.build.runners import RUNNERS, Runner, run_python
 
 __all__ = ["RUNNERS", "CFunction", "Module", "Runner", "build", "lambdify", "run_python"]

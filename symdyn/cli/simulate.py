@@ -85,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
 
 def told(trajectory: Trajectory) -> list[str]:
     """Return what is said about a run: events, its end, errors."""
-    from symdyn.simulation.prescribed.columns import counted
+    from symdyn.simulation.prescribed.numbers_in_time import counted
     from symdyn.simulation.trajectory import END, INTERRUPTED
 
     lines = [f"event: {event.formula} = 0 at t = {event.t!r} s" for event in trajectory.events if not event.stops]

@@ -53,9 +53,8 @@ def collected(*parts: Callable[[], object]) -> tuple[object, ...]:
 def check_outputs(options: argparse.Namespace) -> None:
     """Raise SimulateError for files that could not be written in the end, before anything is computed."""
     from symdyn.errors import SimulateError
-    from symdyn.simulation.film import check_film
     from symdyn.simulation.plot import check_plot
-    from symdyn.simulation.record import writer_for
+    from symdyn.simulation.record import check_film, writer_for
 
     checks: list[Callable[[], object]] = [lambda: _axes(options.reactions)]
     if options.output:
@@ -90,9 +89,8 @@ def deliver(trajectory: Trajectory, options: argparse.Namespace) -> None:
     import sys
 
     from symdyn.cli.talk import print_paths
-    from symdyn.simulation.film import film
     from symdyn.simulation.plot import plot
-    from symdyn.simulation.record import csv_text, record
+    from symdyn.simulation.record import csv_text, film, record
 
     if options.output:
         record(trajectory, Path(options.output))

@@ -5,7 +5,6 @@ from symdyn.graph.evaluate import Algebra, arithmetic, evaluate, reachable
 from symdyn.graph.expression import Expr, Graph, Scalar
 from symdyn.graph.growing import growing
 from symdyn.graph.identities import LinearForm, linear_form
-from symdyn.graph.invariants import check
 from symdyn.graph.ops import ARITY, FUNCTIONS, Op
 
 __all__ = [
@@ -18,7 +17,6 @@ __all__ = [
     "Op",
     "Scalar",
     "arithmetic",
-    "check",
     "evaluate",
     "gradient",
     "growing",

@@ -37,8 +37,6 @@ class Op(IntEnum):
 CONSTANT, PI, SYMBOL, ADD, SUB, MUL, DIV, NEG = list(Op)[:8]
 """Plain names for loops over nodes: Python 3.11 takes 100 ns to look a member up in its class."""
 
-LEAVES = frozenset({Op.CONSTANT, Op.PI, Op.SYMBOL})
-
 ARITY: dict[Op, int] = {
     Op.CONSTANT: 0,
     Op.PI: 0,

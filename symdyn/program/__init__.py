@@ -3,12 +3,11 @@
 from symdyn.dynamics.roads.count import BINDING, Counts, count, count_by_binding, state_dependent_counts
 from symdyn.program.assemble import assemble, identifier
 from symdyn.program.formulation import cheapest, choose, formulate
-from symdyn.program.lower import count_derived, lower
+from symdyn.program.lower import at_rest, count_derived, lower
 from symdyn.program.passes import PASSES, optimise
 from symdyn.program.prepare import prepare
 from symdyn.program.routine import Program, Routine, Step, check
 from symdyn.program.skipped import Skipped, skipped
-from symdyn.program.static import at_rest
 
 __all__ = [
     "BINDING",

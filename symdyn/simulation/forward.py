@@ -12,19 +12,19 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene, bind
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
-from symdyn.simulation.contact_demands import needed
-from symdyn.simulation.equations.functions import point_names
-from symdyn.simulation.equations.limits import passed
+from symdyn.simulation.equations.compiled_routines import point_names
+from symdyn.simulation.equations.crossings import passed
 from symdyn.simulation.equations.opened import numbers_at
 from symdyn.simulation.equations.projection import Projection
-from symdyn.simulation.equations.state_equations import StateEquations, state_equations
+from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import Start, no_equations, read_start, singular
 from symdyn.simulation.integrate import METHODS, Hit, Problem
 from symdyn.simulation.integrator import Choice, choose
-from symdyn.simulation.monitors import observe
+from symdyn.simulation.monitors import needed, observe
 from symdyn.simulation.prescribed.forces import Forces, held, read_forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME, close, parameter_values, read_formula
-from symdyn.simulation.prescribed.times import sample_times
+from symdyn.simulation.prescribed.numbers_in_time import sample_times
 from symdyn.simulation.reaction_columns import axes_of, reaction_columns
 from symdyn.simulation.run import STOPPED, Run, integrated
 from symdyn.simulation.trajectory import END, INTERRUPTED, Event, Trajectory

@@ -19,7 +19,7 @@ from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.equations.conserved import values_on
 from symdyn.simulation.equations.opened import numbers_at
-from symdyn.simulation.equations.state_equations import StateEquations
+from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.given import CONSISTENT, closed_rates, closed_start
 from symdyn.simulation.prescribed.formulas_in_time import close, number_of, parameter_values, read_formula
 

@@ -15,9 +15,9 @@ import numpy.typing as npt
 from symdyn.errors import SimulateError
 from symdyn.scene.values.names import suggestion
 from symdyn.simulation.equations.slopes import differences
-from symdyn.simulation.equations.state_equations import StateEquations
+from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate import METHODS, Method, importable
-from symdyn.simulation.integrate.taylor import overlooks, refuses, size
+from symdyn.simulation.integrate.heyoka_expressions import overlooks, refuses, size
 
 Array = npt.NDArray[np.float64]
 

@@ -26,10 +26,8 @@ from symdyn.scene import Scene, spell, velocity_name
 from symdyn.scene.joints.start import starting_position
 from symdyn.scene.units import velocity_units
 from symdyn.scene.values.table import Faults
-from symdyn.simulation.equations.compiled_routines import Compiled, compiled
-from symdyn.simulation.equations.decisions import decided
-from symdyn.simulation.equations.functions import point_names, points
-from symdyn.simulation.equations.kept import Kept
+from symdyn.simulation.equations.compiled_routines import Compiled, Kept, compiled, point_names, points
+from symdyn.simulation.equations.decisions import written_decisions
 from symdyn.simulation.equations.opened import Opened, numbers_at, opened
 from symdyn.simulation.followed import Followed, Tied, followed
 from symdyn.simulation.initial import no_equations
@@ -212,7 +210,7 @@ class _Functions:
 
     def __init__(self, scene: Scene) -> None:
         found = opened(scene)
-        self._made = _KEPT.get((found.scene, decided(scene)), lambda: _compiled(found))
+        self._made = _KEPT.get((found.scene, written_decisions(scene)), lambda: _compiled(found))
         self._calls = self._made.at(found.values)
         functions = {routine.function.name: routine.function for routine in self._made.program.routines}
         self.closed = "constraint_jacobian" in functions

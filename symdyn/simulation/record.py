@@ -1,4 +1,4 @@
-"""Trajectories on disk: CSV and NumPy's .npz."""
+"""Trajectories on disk: CSV, NumPy's .npz, and moving pictures of the mechanism in one file."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import IO, Any
 
 import numpy as np
 
+from symdyn.draw import animation, moving_picture
 from symdyn.emit import files
 from symdyn.errors import EmitError, SimulateError
 from symdyn.simulation.trajectory import Trajectory
@@ -84,3 +85,28 @@ def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:
 
 
 WRITERS: Mapping[str, Callable[[Trajectory, IO[bytes]], None]] = {".csv": _write_csv, ".npz": write_npz}
+
+
+FILMS = {".html": animation, ".svg": moving_picture}
+
+
+def check_film(path: Path) -> None:
+    """Raise SimulateError for an ending that is not known."""
+    if path.suffix.lower() not in FILMS:
+        raise SimulateError(f"{path}: animations are written to {' or '.join(FILMS)} files")
+
+
+def film(trajectory: Trajectory, path: Path) -> None:
+    """Write the mechanism as it moves.
+
+    Raises:
+        SimulateError: an ending that is not known, or a file that cannot be written.
+        DrawError: a motion that ends where it is not finite, or no real value at a position.
+    """
+    check_film(path)
+    text = FILMS[path.suffix.lower()](trajectory.scene, trajectory.t, trajectory.q)
+
+    def write(file: IO[bytes]) -> None:
+        file.write(text.encode())
+
+    write_whole(path, write)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.build import RUNNERS
-from symdyn.build.load import is_large
+from symdyn.build.loaded import is_large
 from symdyn.dynamics import (
     Equations,
     Function,

@@ -61,10 +61,10 @@ PLANTS = (
     ),
     Plant(
         "a cell of a table of forces that is no number ends in a traceback",
-        "simulation/prescribed/columns.py",
+        "simulation/prescribed/numbers_in_time.py",
         "        except ValueError:",
         "        except NotImplementedError:",
-        r"ValueError: simulation/columns\.py",
+        r"ValueError: simulation/numbers_in_time\.py",
     ),
     Plant(
         "the reader of homework does not get past **",

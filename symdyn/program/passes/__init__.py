@@ -4,6 +4,9 @@ A pass takes the entries of a function, an empty graph and the names of the para
 that graph, or the same entries where it finds nothing. `optimise` applies passes function by function and keeps a
 result only where it costs no more than what it had, in all and in what depends on the state, so that no count ever
 rises.
+
+One division by a divisor in place of several is no pass: it rounds twice where a division rounds once, and forward
+dynamics of 6 and 7 axes took 1 % longer with it for one state, 1 % less in a batch of 512-bit vectors.
 """
 
 from __future__ import annotations
@@ -16,7 +19,6 @@ from symdyn.dynamics.roads.equations import Function
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.program.passes.factor import factor
-from symdyn.program.passes.reciprocals import reciprocals
 from symdyn.program.passes.signs import signs
 from symdyn.program.passes.strength import strength
 
@@ -24,14 +26,12 @@ Pass = Callable[[Sequence[Expr], Graph, Collection[str]], list[Expr]]
 
 PASSES: Mapping[str, Pass] = {
     "strength": strength,
-    "reciprocals": reciprocals,
     "factor": factor,
     "signs": signs,
 }
 """In the order in which they are applied."""
 
-DEFAULT = ("strength", "factor", "signs")
-"""Without reciprocals, which cost a rounding and were measured to win nothing."""
+DEFAULT = tuple(PASSES)
 
 PARAMS = "params"
 
@@ -77,4 +77,4 @@ def _costs(function: Function) -> tuple[int, int]:
     return total.cost, (total - binding[PARAMS]).cost
 
 
-__all__ = ["DEFAULT", "PASSES", "Pass", "factor", "optimise", "reciprocals", "signs", "strength"]
+__all__ = ["DEFAULT", "PASSES", "Pass", "factor", "optimise", "signs", "strength"]

@@ -18,7 +18,7 @@ from symdyn.dynamics.roads.linear_loops import LinearLoops, followers
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
-from symdyn.simulation.equations.functions import function_of
+from symdyn.simulation.equations.compiled_routines import function_of
 
 
 def row_rates(w: Workspace, G: Function) -> Function:

@@ -1,31 +1,71 @@
-"""Compiled functions with parameters free: what depends on parameters alone is computed once for a set of values.
+"""Functions of a scene, parameters free, compiled: what depends on these alone is computed once for their values.
 
 f(x, p) = h(x, P(p))        h is compiled, and called with the prepared values P(p)
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build.load import load_program
-from symdyn.dynamics.roads.equations import Equations, Function
+from symdyn.build.loaded import load_program
+from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.state import placement
+from symdyn.dynamics.roads.equations import Argument, Equations, Function, arguments
+from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
-from symdyn.graph import Graph
+from symdyn.graph import Expr, Graph
 from symdyn.program import Program, formulate, lower, prepare
 from symdyn.program.assemble import PARAMS
 from symdyn.program.prepare import PREPARE, is_prepared
-from symdyn.scene import Scene
-from symdyn.simulation.equations.kept import Kept
+from symdyn.scene import Scene, express
 from symdyn.simulation.equations.opened import Opened
+from symdyn.simulation.prescribed.forces import Forces
+from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 Array = npt.NDArray[np.float64]
 Calls = Mapping[str, Callable[..., Any]]
+T = TypeVar("T")
+
+
+EVERYTHING = ("q", "qd", "tau", TIME)
+
+
+def function_of(w: Workspace, name: str, entries: Sequence[Expr], takes: Sequence[str] = EVERYTHING) -> Function:
+    """Return entries as a function of everything, or of what it takes."""
+    return plain(name, entries, arguments(w, takes))
+
+
+def points(w: Workspace) -> Function:
+    """Return where the declared points of a scene are, ground axes, m, three entries each."""
+    placed = body_placements(w.scene, w.graph) if w.scene.points else {}
+    places = [placed[one.body] @ placement(one.at, w.graph) for one in w.scene.points]
+    return function_of(w, "points", [x for place in places for x in place.p], ("q",))
+
+
+def point_names(scene: Scene) -> list[str]:
+    """Return the names of the columns of `points`."""
+    return [f"point_{one.name}_{axis}" for one in scene.points for axis in "xyz"]
+
+
+def plain(name: str, entries: Sequence[Expr], takes: Sequence[Argument]) -> Function:
+    """Return entries as a function of its arguments."""
+    return Function(name, name, tuple(takes), "out", (len(entries),), tuple(entries), units="", formulation="")
+
+
+def argument(graph: Graph, name: str, count: int) -> Argument:
+    """Return an argument of so many numbers, such as a direction."""
+    return Argument(name, tuple(graph.symbol(f"{name}[{k}]") for k in range(count)), name, ())
+
+
+def drive(w: Workspace, forces: Forces, k: int) -> Expr:
+    """Return the driving force of a velocity: its formula, or the argument that a table fills."""
+    return w.state.tau[k] if k in forces.tables else express(forces.formula(k), w.graph)
 
 
 @dataclass(frozen=True)
@@ -82,6 +122,34 @@ def compiled(scene: Scene, graph: Graph, functions: Sequence[Function]) -> Compi
     return Compiled(program, prepared, load_program(prepared, lean=True)[0])
 
 
+class Kept(Generic[T]):
+    """What was made for the last few keys, of which the one that was longest not asked for goes first."""
+
+    def __init__(self, most: int = 16) -> None:
+        """Hold so many at most."""
+        self._most = most
+        self._things: dict[Any, T] = {}
+
+    def get(self, key: Any, make: Callable[[], T]) -> T:
+        """Return the thing of a key, made if there is none."""
+        found = self._things.pop(key, None)
+        self.put(key, make() if found is None else found)
+        return self._things[key]
+
+    def put(self, key: Any, thing: T) -> None:
+        """Hold a thing as the one that was asked for last."""
+        self._things.pop(key, None)
+        self._things[key] = thing
+        while len(self._things) > self._most:
+            del self._things[next(iter(self._things))]
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(tuple(self._things))
+
+
+_KEPT: Kept[Compiled] = Kept()
+
+
 def requested(scene: Opened, requests: tuple[str, ...], decisions: Hashable = None) -> Compiled:
     """Return outputs of a scene by name, compiled once for all values at which the same is decided."""
 
@@ -90,9 +158,6 @@ def requested(scene: Opened, requests: tuple[str, ...], decisions: Hashable = No
         return compiled(scene.scene, equations.graph, equations.functions)
 
     return _KEPT.get((scene.scene, requests, decisions), make)
-
-
-_KEPT: Kept[Compiled] = Kept()
 
 
 def _parameters_first(function: Function) -> Function:

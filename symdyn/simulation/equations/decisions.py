@@ -25,7 +25,7 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Decisions:
+class WrittenDecisions:
     """The decisions that are written into equations; a tree has none.
 
     Attributes:
@@ -45,7 +45,7 @@ class Decisions:
     linear: LinearLoops | None = None
     length: float = field(default=1.0, compare=False)
 
-    def instead_of(self, other: Decisions) -> str:
+    def instead_of(self, other: WrittenDecisions) -> str:
         """Return what is said where values before have led to other decisions."""
         changed = [WORDS[f.name] for f in fields(self) if f.compare and getattr(self, f.name) != getattr(other, f.name)]
         words = " and ".join(dict.fromkeys(changed))
@@ -65,7 +65,7 @@ WORDS = {
 
 
 @lru_cache(maxsize=16)
-def decisions_of(scene: Scene) -> tuple[LoopDecisions, Numbers]:
+def loop_decisions(scene: Scene) -> tuple[LoopDecisions, Numbers]:
     """Return what is decided about the loops and rows of a scene at its values, and the mechanism in numbers.
 
     Raises:
@@ -75,14 +75,14 @@ def decisions_of(scene: Scene) -> tuple[LoopDecisions, Numbers]:
 
 
 @lru_cache(maxsize=16)
-def decided(scene: Scene) -> Decisions:
-    """Return the decisions for a scene at its values; errors as of `decisions_of`."""
+def written_decisions(scene: Scene) -> WrittenDecisions:
+    """Return the decisions for a scene at its values; errors as of `loop_decisions`."""
     if not scene.is_closed:
-        return Decisions()
-    decisions, numbers = decisions_of(scene)
+        return WrittenDecisions()
+    decisions, numbers = loop_decisions(scene)
     found = {name: getattr(decisions, name) for name in ("kept", "empty", "redundant", "partition", "fails", "driven")}
     loose, linear = loose_rows(numbers, decisions.assembly), linear_loops(numbers, decisions)
-    return Decisions(**found, loose=loose, linear=linear, length=decisions.assembly.length)
+    return WrittenDecisions(**found, loose=loose, linear=linear, length=decisions.assembly.length)
 
 
 CLEAR = 0.03
@@ -92,7 +92,7 @@ AWAY, STEPS = 0.03, 4
 """Step, rad or characteristic lengths, after which redundant rows must still be redundant; Newton's steps there."""
 
 
-def hold(decisions: Decisions, numbers: Numbers, q: Array) -> bool:
+def hold(decisions: WrittenDecisions, numbers: Numbers, q: Array) -> bool:
     """Tell whether decisions made for other values hold for sure where a mechanism starts; False where they may not.
 
     Args:
@@ -124,7 +124,7 @@ def hold(decisions: Decisions, numbers: Numbers, q: Array) -> bool:
     return False
 
 
-def _fit(decisions: Decisions, G: Array, scene: Scene) -> bool:
+def _fit(decisions: WrittenDecisions, G: Array, scene: Scene) -> bool:
     """Tell whether the rows without effect have none, the kept ones are independent, and all others depend on them."""
     assert decisions.partition is not None, "it was looked"
     kept, dependent = G[list(decisions.kept)], list(decisions.partition.dependent)

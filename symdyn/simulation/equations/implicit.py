@@ -28,9 +28,8 @@ import numpy.typing as npt
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene import acceleration_name
-from symdyn.simulation.equations.compiled_routines import Compiled, compiled
-from symdyn.simulation.equations.functions import argument, drive, plain
-from symdyn.simulation.equations.state_equations import StateEquations
+from symdyn.simulation.equations.compiled_routines import Compiled, argument, compiled, drive, plain
+from symdyn.simulation.equations.system import StateEquations
 
 Array = npt.NDArray[np.float64]
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.graph import Graph
-from symdyn.simulation.equations.state_equations import StateEquations
+from symdyn.simulation.equations.system import StateEquations
 
 Array = npt.NDArray[np.float64]
 

@@ -12,17 +12,13 @@ nothing depends on, as of a shaft that turns freely, has a column of zeros.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from symdyn.graph import substitute, tangents
-from symdyn.simulation.equations.compiled_routines import Compiled, compiled
-from symdyn.simulation.equations.functions import argument, plain
-
-if TYPE_CHECKING:
-    from symdyn.simulation.equations.state_equations import StateEquations
+from symdyn.simulation.equations.compiled_routines import Compiled, argument, compiled, plain
+from symdyn.simulation.equations.system import StateEquations
 
 Array = npt.NDArray[np.float64]
 

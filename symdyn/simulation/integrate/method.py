@@ -15,7 +15,7 @@ import numpy.typing as npt
 from symdyn.errors import SimulateError
 from symdyn.graph import Op, reachable
 from symdyn.simulation.equations.projection import Projection
-from symdyn.simulation.equations.state_equations import StateEquations
+from symdyn.simulation.equations.system import StateEquations
 
 Array = npt.NDArray[np.float64]
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.simulation.equations.slopes import slopes
 from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem, Step, follow
 
 Array = npt.NDArray[np.float64]
@@ -38,7 +39,7 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
     share = SHARE if name in MULTISTEP else 1.0
     options: dict[str, Any] = {"rtol": max(share * problem.rtol, SMALLEST), "atol": share * problem.atol}
     if name in IMPLICIT:
-        options["jac"] = problem.system.slope
+        options["jac"] = slopes(problem.system)
     solver: Any = kind(problem.system.rates, 0.0, problem.x, problem.until, **options)
     spent = 0
 

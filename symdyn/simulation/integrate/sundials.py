@@ -18,7 +18,8 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.simulation.equations.implicit import Implicit
-from symdyn.simulation.equations.state_equations import StateEquations
+from symdyn.simulation.equations.slopes import slopes
+from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem, Step, follow
 
 Array = npt.NDArray[np.float64]
@@ -38,7 +39,7 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
     """
     from sksundae.cvode import CVODE
 
-    count = 0
+    count, derivative = 0, slopes(problem.system)
 
     def right(t: float, x: Array, out: Array) -> None:
         nonlocal count
@@ -46,7 +47,7 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
         out[:] = problem.system.rates(t, x)
 
     def slope(t: float, x: Array, rates: Array, out: Array) -> None:
-        out[:] = problem.system.slope(t, x)
+        out[:] = derivative(t, x)
 
     solver: Any = CVODE(right, method=name, jacfn=slope, **_options(problem, SMALLEST))
     return _followed(problem, solver, "CVODE", lambda t, x: (x,), lambda: count)

@@ -1,7 +1,5 @@
 """heyoka's adaptive Taylor method: the graph in its expressions, compiled by LLVM for steps of any order.
 
-Every operation of the graph has its row in `WORDS`; those that branch (abs, sign) have none, nor have tables.
-
 heyoka takes a step from the last two orders of the series, and believes it. Where tanh or exp is flat to the last
 digit, as smoothed friction is away from rest, no order of the series knows of the turn ahead; where a root comes to
 zero, as the length of a spring may, its series goes on below. Equations with these are followed step by step, and a
@@ -12,41 +10,28 @@ Reference: Biscani and Izzo, Revisiting high-order Taylor methods for astrodynam
 
 from __future__ import annotations
 
-import importlib
 import math
-import sys
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.numeric import Arithmetic
-from symdyn.dynamics.roads.equations import Function
-from symdyn.graph import Expr, Op, evaluate, reachable
-from symdyn.program.assemble import PREPARED
-from symdyn.simulation.equations.compiled_routines import Compiled
-from symdyn.simulation.equations.state_equations import StateEquations
-from symdyn.simulation.integrate.interrupts import interrupts_wait
+from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.integrate.heyoka_expressions import (
+    guarded,
+    interrupts_wait,
+    library,
+    parameters,
+    refuses,
+    size,
+    translate,
+)
 from symdyn.simulation.integrate.method import Hit, IntegrationError, Method, Piece, Problem
-from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 Array = npt.NDArray[np.float64]
-
-WORDS: Mapping[Op, str] = {
-    Op.SIN: "sin",
-    Op.COS: "cos",
-    Op.SQRT: "sqrt",
-    Op.EXP: "exp",
-    Op.LOG: "log",
-    Op.TANH: "tanh",
-    Op.ATAN2: "atan2",
-}
-"""heyoka's names of functions; sums, products and quotients are Python's operators."""
 
 COMPACT = 250
 """Operations from which on loops are compiled in place of straight code, which would take long."""
@@ -60,14 +45,6 @@ STRETCH = 200
 SAMPLES = 20_000
 """Samples of one stretch: of millions, only those near by are looked at."""
 
-UNSEEN = (Op.EXP, Op.TANH)
-"""Functions that are flat to the last digit of a double where they do not turn."""
-
-TURNING = (Op.SQRT, Op.ATAN2)
-"""Functions with branches: √x² is |x|, whose series on one side of zero says -x on the other."""
-
-PI = Fraction("3.14159265358979323846264338327950288419716939937510")
-
 PATIENT = 10.0
 """How many times its limit a projection waits for: it takes as long as a hundred steps."""
 
@@ -75,112 +52,6 @@ LOST = 1e3
 """How many times its limit a step that is right never misses: ten times the tolerance."""
 
 SMALLEST = float(np.finfo(np.float64).eps)
-
-
-def library() -> Any:
-    """Return heyoka."""
-    if "heyoka" not in sys.modules:
-        with interrupts_wait():
-            return importlib.import_module("heyoka")
-    return sys.modules["heyoka"]
-
-
-class Expressions(Arithmetic):
-    """heyoka's expressions as an algebra."""
-
-    def __init__(self, real: Callable[[Fraction], Any] = float) -> None:
-        """Import heyoka; constants are rounded by `real`."""
-        self.heyoka: Any = library()
-        self.real = real
-
-    def constant(self, value: Fraction) -> Any:
-        """Return a rounded constant as an expression."""
-        return self.heyoka.expression(self.real(value))
-
-    def pi(self) -> Any:
-        """Return π as an expression."""
-        return self.constant(PI)
-
-    def function(self, node: Expr, args: Sequence[Any]) -> Any:
-        """Return node.op(args)."""
-        return getattr(self.heyoka, WORDS[node.op])(*args)
-
-
-def refuses(system: StateEquations) -> str:
-    """Return why the Taylor method does not apply to a system, "" if it does."""
-    if system.forces.tables:
-        return "a force is a table, which has no derivatives of high order"
-    branches = sorted(op.name.lower() for op in system.once(_operations) if op in (Op.ABS, Op.SIGN))
-    return f"{' and '.join(branches)} in the equations branch" if branches else ""
-
-
-def overlooks(system: StateEquations) -> str:
-    """Return which functions of the equations a series may overlook, "" if there are none."""
-    return " and ".join(sorted(op.name.lower() for op in system.once(_operations) if op in UNSEEN))
-
-
-def guarded(system: StateEquations) -> bool:
-    """Tell whether steps are checked: a series may overlook a turn, or go on where a root or an angle turns back."""
-    return any(op in (*UNSEEN, *TURNING) for op in system.once(_operations))
-
-
-def size(system: StateEquations) -> int:
-    """Return how many operations are compiled."""
-    return system.once(_operations).total()
-
-
-def equations(system: StateEquations, name: str = "rates") -> Function:
-    """Return what series are made of: rates, of a closed mechanism by all rows at once, or events.
-
-    What fails where a choice of independent velocities does would end the series there.
-    """
-    made = _compiled(system, name)
-    return made.prepared["together" if made is not system.compiled else name].function
-
-
-def _compiled(system: StateEquations, name: str) -> Compiled:
-    closed = system.together if name == "rates" and system.closed and not system.linear else None
-    return system.compiled if closed is None else closed
-
-
-def _operations(system: StateEquations) -> Counter[Op]:
-    names = [name for name in ("rates", "events") if name in system.calls]
-    nodes = reachable([entry for name in names for entry in equations(system, name).entries])
-    return Counter(node.op for node in nodes if node.args)
-
-
-def translate(
-    system: StateEquations, name: str = "rates", real: Callable[[Fraction], Any] | None = None
-) -> tuple[list[Any], list[Any]]:
-    """Return the variables of the state and the entries of a function as heyoka's expressions.
-
-    W, the work, is a state that nothing depends on. Prepared values are heyoka's parameters, in the order of
-    `parameters`; or constants where `real` is given, which rounds all of them.
-    """
-    algebra = Expressions(real or float)
-    function = equations(system, name)
-    symbols = {argument.name: argument.symbols for argument in function.arguments}
-    states = [*symbols["q"], *symbols["qd"]]
-    names = [str(symbol.value) for symbol in states] + (["work of forces"] if system.works else [])
-    variables = [algebra.heyoka.expression(one) for one in names]
-    values: dict[Expr, Any] = dict(zip(states, variables, strict=False))
-    values[symbols[TIME][0]] = algebra.heyoka.time
-    made, rates = (_compiled(system, one) for one in (name, "rates"))
-    prepared = symbols.get(PREPARED, ())
-    if real is None:
-        first = 0 if made is rates else len(rates.values(system.opened.values))
-        values |= {symbol: algebra.heyoka.par[first + k] for k, symbol in enumerate(prepared)}
-    else:
-        known = made.values(system.opened.values)
-        values |= {symbol: algebra.constant(Fraction(float(x))) for symbol, x in zip(prepared, known, strict=True)}
-    entries = evaluate(function.entries, algebra, values)
-    return variables, entries
-
-
-def parameters(system: StateEquations) -> Array:
-    """Return the prepared values of the rates, and of the events where these have others."""
-    made = {id(one): one for one in (_compiled(system, name) for name in ("rates", "events"))}
-    return np.concatenate([one.values(system.opened.values) for one in made.values()])
 
 
 @dataclass

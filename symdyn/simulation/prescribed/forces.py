@@ -21,8 +21,8 @@ from symdyn.scene import Quantity, Scene, velocity_name
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import ZERO
 from symdyn.scene.values.table import Faults
-from symdyn.simulation.prescribed.columns import Columns
 from symdyn.simulation.prescribed.formulas_in_time import TIME, close, parameter_values, read_formula
+from symdyn.simulation.prescribed.numbers_in_time import Columns
 from symdyn.simulation.prescribed.scene_motion import listed, split_entries
 
 Array = npt.NDArray[np.float64]
@@ -41,6 +41,11 @@ class Forces:
     formulas: Mapping[int, Quantity] = field(default_factory=dict)
     tables: Mapping[int, Callable[[Array], Array]] = field(default_factory=dict)
     spans: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+
+    @property
+    def form(self) -> tuple[tuple[tuple[int, Quantity], ...], tuple[int, ...]]:
+        """What of them is written into equations: formulas, and which ones are tables."""
+        return tuple(self.formulas.items()), tuple(self.tables)
 
     def formula(self, k: int) -> Quantity:
         """Return the formula of a velocity's driving force, zero where it has none."""

@@ -30,8 +30,8 @@ from symdyn.scene import FormulaError, Quantity, express
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
-from symdyn.simulation.prescribed.columns import Columns
 from symdyn.simulation.prescribed.formulas_in_time import TIME, bound, number_of, read_formula
+from symdyn.simulation.prescribed.numbers_in_time import Columns
 
 Array = npt.NDArray[np.float64]
 Motion3 = tuple[Array, Array, Array]

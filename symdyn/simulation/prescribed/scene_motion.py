@@ -16,10 +16,9 @@ from symdyn.scene import Scene, acceleration_name, velocity_name
 from symdyn.scene.toml import tables_of
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults, show
-from symdyn.simulation.prescribed.columns import Columns, read_columns
 from symdyn.simulation.prescribed.formulas_in_time import close, parameter_values, read_file, words
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_law
-from symdyn.simulation.prescribed.times import sample_times
+from symdyn.simulation.prescribed.numbers_in_time import Columns, read_columns, sample_times
 
 Array = npt.NDArray[np.float64]
 

@@ -1,9 +1,13 @@
-"""Limits of joints in a run: told where they are passed, as nothing in the equations keeps them.
+"""What every run looks for: where equations of motion end, and where joints pass their limits.
 
-    position    (x - lower) (x - upper), or one of them alone
-    velocity    v² - limit²              effort    τ² - limit²
+    clearance      volume of the axes of three turns: it changes its sign where the angles are singular
+    w² - FLAT²     w the sine of the angle between the axis of a wheel and the normal of its plane, which vanishes
+                   where no point of the rim is the lowest; being |sin|, it does so without a change of sign
+    position       (x - lower) (x - upper), or one of them alone
+    velocity       v² - limit²              effort    τ² - limit²
 
-Each is negative inside and positive outside, so that its zeros are passages, by turns out and in.
+Limits are negative inside and positive outside, so that their zeros are passages, by turns out and in: told, as nothing
+in the equations keeps them.
 """
 
 from __future__ import annotations
@@ -12,6 +16,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from symdyn.dynamics.loops.cuts import gauges
+from symdyn.dynamics.loops.loop_numbers import FLAT
+from symdyn.dynamics.mechanism.angles import angles_of
 from symdyn.dynamics.mechanism.loads import joint_rates
 from symdyn.dynamics.mechanism.state import joint_position
 from symdyn.graph import Expr, Graph, Op, reachable
@@ -23,6 +30,15 @@ SLACK = Fraction(1, 10**9)
 """What a motion may be beyond a limit, rad or m, for one that rests on it rounds."""
 
 UNITS = {"position": ("rad", "m"), "velocity": ("rad/s", "m/s"), "effort": ("N m", "N")}
+
+
+def ends(scene: Scene, graph: Graph) -> list[tuple[Expr, str]]:
+    """Return what crosses zero at such places, and what is said there."""
+    found = [(one.clearance(graph), one.became_singular) for one in angles_of(scene)]
+    least = graph.constant(Fraction(FLAT).limit_denominator(10**6))
+    found += [(one.sine * one.sine - least * least, one.fell_flat) for one in gauges(scene, graph)]
+    moving = {graph.symbol(name) for name in scene.coordinates}
+    return [(formula, words) for formula, words in found if moving.intersection(reachable([formula]))]
 
 
 @dataclass(frozen=True)

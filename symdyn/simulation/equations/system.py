@@ -11,21 +11,12 @@ does. So a state is brought back before it is looked at, q_d by Newton steps -G_
 Where G_d is nearly singular and G is not, it is the choice of independent velocities that fails, as the height of a
 pendulum does at its lowest point. There the state is brought back by the shortest steps, -G⁺ r, and u̇ is solved for
 together with multipliers, see `closed`.
-
-All of it is one program: the formulas of the driving forces and of the events stand on the graph of the equations. Its
-parameters are free. What depends on them alone is prepared once for a set of values, so that the same equations, once
-compiled, serve all values of theirs. Numbers decide some things (which rows are independent, which velocities, whether
-loops hold coordinates in proportion, which momenta are conserved): these are decided at every set of values, and
-equations are taken only where they were written for the same decisions.
-
-A pickle holds the scene, what drives it, the events and a hash of what the equations are made of; who reads it compiles
-them, or has them.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeVar
@@ -33,26 +24,16 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build.warned import warn
 from symdyn.dynamics.mechanism.state import quaternions
-from symdyn.dynamics.roads.derive import derive_one
 from symdyn.dynamics.roads.equations import Function
-from symdyn.dynamics.roads.linear_loops import followers, forward_dynamics
-from symdyn.dynamics.roads.outputs import OUTPUTS
-from symdyn.dynamics.roads.workspace import Workspace
-from symdyn.errors import SimulateError
-from symdyn.graph import Expr, substitute
-from symdyn.program import Program, cheapest
-from symdyn.scene import Quantity, Scene, express
-from symdyn.simulation.equations.closed_system import corrections, reach, row_rates, together
+from symdyn.graph import Expr
+from symdyn.program import Program
+from symdyn.scene import Quantity, Scene
 from symdyn.simulation.equations.compiled_routines import Calls, Compiled, compiled
-from symdyn.simulation.equations.conserved import Candidates, candidates
-from symdyn.simulation.equations.decisions import Decisions, decided, hold
-from symdyn.simulation.equations.ends import ends
-from symdyn.simulation.equations.functions import drive, function_of, points
-from symdyn.simulation.equations.kept import Kept
-from symdyn.simulation.equations.limits import Limit, limits_of
-from symdyn.simulation.equations.opened import Opened, numbers_at, opened
+from symdyn.simulation.equations.conserved import Candidates
+from symdyn.simulation.equations.crossings import Limit
+from symdyn.simulation.equations.decisions import WrittenDecisions
+from symdyn.simulation.equations.opened import Opened, opened
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 
@@ -104,7 +85,7 @@ class StateEquations:
     scene: Scene
     forces: Forces
     opened: Opened
-    decisions: Decisions
+    decisions: WrittenDecisions
     events: tuple[Quantity, ...]
     compiled: Compiled = field(repr=False)
     calls: Calls = field(repr=False)
@@ -131,13 +112,10 @@ class StateEquations:
         calls = self.compiled.at(found.values)
         return replace(self, scene=scene, forces=forces, opened=found, calls=calls, notes=notes)
 
-    def __reduce__(self) -> tuple[Callable[..., StateEquations], tuple[Any, ...]]:
-        return _again, (self.scene, self.forces, self.events, self.key)
-
     @property
     def key(self) -> str:
         """A hash of what the equations are made of, values of parameters not among it."""
-        parts = (self.opened.scene, *_driven(self.forces), self.events, self.decisions)
+        parts = (self.opened.scene, *self.forces.form, self.events, self.decisions)
         return hashlib.sha256(repr(parts).encode()).hexdigest()
 
     def once(self, make: Callable[[StateEquations], T]) -> T:
@@ -255,13 +233,6 @@ class StateEquations:
         return self._rates if self.together is None else self.together.at(self.opened.values)["together"]
 
     @cached_property
-    def slope(self) -> Callable[[float, Array], Array]:
-        """∂f/∂x of one state as a function of t and x, shape (nx, nx); compiled when it is first asked for."""
-        from symdyn.simulation.equations.slopes import slopes
-
-        return slopes(self)
-
-    @cached_property
     def _rates(self) -> Callable[..., Array]:
         return self.calls["rates"]
 
@@ -288,117 +259,6 @@ class StateEquations:
         return G.reshape(*x.shape[:-1], self.rows, self.nv)
 
 
-def state_equations(
-    scene: Scene,
-    forces: Forces = Forces(),  # noqa: B008  frozen
-    events: Sequence[Quantity] = (),
-    start: Array | None = None,
-) -> StateEquations:
-    """Return the state equations of a scene under forces; those that were compiled for other values are taken again.
-
-    Args:
-        scene: the mechanism, its parameters bound.
-        forces: driving forces.
-        events: formulas in t, coordinates, velocities and parameters.
-        start: a position, shape (nq,), where it is known; a closed mechanism is assembled without.
-
-    Raises:
-        SimulateError: a parameter has no value, or nothing moves.
-        DerivationError: there is no forward dynamics, or the loops cannot be closed.
-    """
-    if not scene.velocities:
-        opened(scene)
-        raise SimulateError(f"{scene.name}: nothing moves: no joint has a coordinate")
-    asked = (opened(scene).scene, *_driven(forces), tuple(events))
-    others = [one for one in _KEPT if one[:-1] == asked]
-    decisions = _still(scene, others[-1][-1] if others else None, start) or decided(scene)
-    notes = () if not others or (*asked, decisions) in others else (decisions.instead_of(others[-1][-1]),)
-    made = _KEPT.get((*asked, decisions), lambda: _written(scene, forces, tuple(events), decisions, ()))
-    found = made.at(scene, forces, notes)
-    if not set(found.conserved) <= set(found.told):
-        made = _written(scene, forces, tuple(events), decisions, found.told)
-        _KEPT.put((*asked, decisions), made)
-        found = made.at(scene, forces, notes)
-    return found
-
-
-def _still(scene: Scene, decisions: Decisions | None, start: Array | None) -> Decisions | None:
-    """Return decisions about a closed mechanism that were made for other values, if they hold at its start."""
-    known = decisions is not None and start is not None and scene.is_closed
-    return decisions if known and hold(decisions, numbers_at(scene), start) else None  # type: ignore[arg-type]
-
-
-def _driven(forces: Forces) -> tuple[tuple[tuple[int, Quantity], ...], tuple[int, ...]]:
-    """Return what of forces is written into equations: formulas, and which ones are tables."""
-    return tuple(forces.formulas.items()), tuple(forces.tables)
-
-
-def _again(scene: Scene, forces: Forces, events: tuple[Quantity, ...], key: str) -> StateEquations:
-    """Return what was pickled: those that this process has, or written and compiled anew."""
-    found = state_equations(scene, forces, events)
-    if found.key != key:
-        warn(f"{scene.name}: its equations are written otherwise here than where they were pickled")
-    return found
-
-
-_KEPT: Kept[StateEquations] = Kept()
-"""By the open scene, formulas of forces, which forces are tables, events and decisions."""
-
-
-def _written(
-    scene: Scene, forces: Forces, events: tuple[Quantity, ...], decisions: Decisions, told: Sequence[int]
-) -> StateEquations:
-    """Return the equations derived and compiled; `told` are momenta that are told beside those conserved here."""
-    found = opened(scene)
-    w = Workspace(found.scene, found.closing)
-    scene, linear = w.scene, decisions.linear
-    tau = [drive(w, forces, k) for k in range(w.state.n)]
-    place = dict(zip(w.state.tau, tau, strict=True))
-    solved = forward_dynamics(w, linear) if linear else cheapest(w, "forward_dynamics").entries
-    accelerations = substitute(solved, place)
-    drives = list(substitute(derive_one(w, "drive_forces").entries, place)) if _moved(scene) else tau
-    powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in (drives, w.Q)]
-    power = powers[0] + powers[1]
-    momenta = candidates(w, accelerations, bool(forces.tables))
-    kept = tuple(sorted({*momenta.conserved(found.values), *told}))
-    rates = substitute(w.state.rates, followers(w, linear)) if linear else w.state.rates
-    functions = [
-        function_of(w, "rates", [*rates, *accelerations, *([] if power.is_zero else [power])]),
-        function_of(w, "drives", drives),
-        function_of(w, "power", powers),
-        function_of(w, "kinetic", cheapest(w, "kinetic_energy").entries),
-        function_of(w, "potential", cheapest(w, "potential_energy").entries),
-        points(w),
-    ]
-    last, limits = ends(scene, w.graph), limits_of(scene, w.graph, drives)
-    if events or last or limits:
-        looked_for = [express(event, w.graph) for event in events]
-        looked_for += [*(formula for formula, _ in last), *(limit.beyond for limit in limits)]
-        functions.append(function_of(w, "events", looked_for))
-    if kept:
-        functions.append(function_of(w, "momenta", [momenta.formulas[k] for k in kept]))
-    rows, filled, dependent = 0, (), ()  # type: int, tuple[int, ...], tuple[int, ...]
-    if scene.is_closed:
-        G = cheapest(w, "constraint_jacobian")
-        rows = G.shape[0]
-        filled = tuple(k for k, entry in enumerate(G.entries) if not entry.is_zero)
-        functions += [cheapest(w, "constraint_residual"), row_rates(w, G), *corrections(w, linear)]
-        if not linear:
-            functions.append(function_of(w, "slopes", [G.entries[k] for k in filled], ("q",)))
-            functions.append(function_of(w, "reach", reach(w), ("q",)))
-            dependent = tuple(w.loops.decisions.partition.dependent) if functions[-1].entries else ()
-    made = compiled(scene, w.graph, functions)
-    mass = () if rows else derive_one(w, "mass_matrix").entries
-    return StateEquations(
-        scene, forces, found, decisions, events, made, {}, not power.is_zero, momenta, kept, mass, dependent,
-        rows, filled, tuple(words for _, words in last), tuple(limits), (), lambda: together(w, tau, power),
-    )  # fmt: skip
-
-
 def _together(system: StateEquations) -> Compiled | None:
     function = system._by_rows()
     return None if function is None else compiled(system.opened.scene, function.entries[0].graph, (function,))
-
-
-def _moved(scene: Scene) -> bool:
-    return OUTPUTS["drive_forces"].exists(scene)

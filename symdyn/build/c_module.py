@@ -1,21 +1,76 @@
-"""Compiled functions as Python callables with the manners of the NumPy module: shapes checked, batches broadcast."""
+"""The C target, compiled and loaded: callables with the manners of the NumPy module, shapes checked, batches broadcast.
+
+Rows of a batch are split among Python's own threads, and the C code needs no thread library. A call through ctypes lets
+go of the interpreter's lock, so the parts run side by side. Threads live for one call: what is forked in between has
+nothing to inherit, and starting one costs far less than the states it is worth starting for.
+"""
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import prod
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build.threads import run_rows
+from symdyn.build.compiler import PATIENCE, find_compiler
+from symdyn.build.library import load
+from symdyn.build.warned import check_target
+from symdyn.emit import Sources, emit
+from symdyn.emit.code.c import BATCH, C
+from symdyn.emit.code.identifiers import stem
+from symdyn.emit.code.real import find_real
+from symdyn.program import Program
 from symdyn.program.assemble import shared
 
 Array = npt.NDArray[Any]
+
+
+def build(
+    what: Program | Sources,
+    compiler: str | None = None,
+    real: str = "double",
+    patience: float = PATIENCE,
+    machine: str = "native",
+    threads: int = 1,
+) -> Module:
+    """Return the compiled functions of a program, or of C sources that `emit` made.
+
+    Args:
+        what: a program, which gets code for batches, or sources of C, which carry their own real type.
+        compiler: command to compile with; None looks for $CC, cc, gcc, clang and the ziglang package.
+        real: "double" or "float", for a program.
+        patience: seconds until a compiler that hangs is stopped.
+        machine: "native" for code that runs on this machine, "portable" for any of its family.
+        threads: on how many threads a large batch is run.
+
+    Raises:
+        BuildError: no compiler, or its own words when it refuses.
+        EmitError: the program cannot be written in C.
+    """
+    sources = emit(what, C.name, real, option=BATCH) if isinstance(what, Program) else what
+    check_target(sources, C)
+    path, library = load(sources.texts, find_compiler(compiler, machine), patience)
+    opening, dtype = stem(sources.program.scene.name), find_real(sources.real).dtype
+    functions = tuple(
+        CFunction(
+            name=name,
+            arguments=tuple((a.name, a.shape) for a in routine.function.arguments),
+            shape=routine.function.shape,
+            dtype=dtype,
+            text=routine.function.text,
+            _call=bind(library, f"{opening}_{name}", [a.scalar for a in routine.function.arguments], dtype),
+            _rows=bind_rows(library, f"{opening}_{name}_rows", len(routine.function.arguments) + 1),
+            _threads=threads,
+        )
+        for name, routine in zip(sources.functions, sources.program.routines, strict=True)
+    )
+    return Module(sources.program.scene.name, sources.real, path, functions)
 
 
 @dataclass(frozen=True)
@@ -194,3 +249,57 @@ def bind_rows(library: ctypes.CDLL, symbol: str, arity: int) -> Any:
     call.argtypes = [ctypes.c_size_t, *[ctypes.c_void_p] * arity]
     call.restype = None
     return call
+
+
+WORTH = 8192
+"""States that a thread must have to be worth starting."""
+
+GRAIN = 64
+"""Parts start at multiples of so many states, as blocks do: the result does not depend on the number of threads."""
+
+
+def run_rows(
+    call: Callable[..., Any], places: Sequence[int], strides: Sequence[int], count: int, threads: int = 1
+) -> None:
+    """Call an entry for rows on `count` states, on several threads when there are enough states.
+
+    Args:
+        call: takes a number of states, then addresses.
+        places: address of each array's first state.
+        strides: bytes from one state to the next; 0 for params, which all states share.
+        count: number of states.
+        threads: at most so many; 1 for none but the caller's.
+    """
+    parts = split(count, threads)
+    if len(parts) == 1:
+        call(count, *places)
+        return
+
+    faults: list[BaseException] = []
+
+    def work(first: int, last: int) -> None:
+        try:
+            call(last - first, *(place + first * stride for place, stride in zip(places, strides, strict=True)))
+        except BaseException as fault:
+            faults.append(fault)
+
+    others = [Thread(target=work, args=part) for part in parts[1:]]
+    for one in others:
+        one.start()
+    work(*parts[0])
+    for one in others:
+        one.join()
+    if faults:
+        raise faults[0]
+
+
+def split(count: int, threads: int) -> list[tuple[int, int]]:
+    """Return (first, past the last) state of each part; one part where more are not worth their threads.
+
+    Example:
+        >>> split(30000, 2)
+        [(0, 15040), (15040, 30000)]
+    """
+    number = max(1, min(threads, count // WORTH))
+    grain = max(1, -(-count // (number * GRAIN))) * GRAIN
+    return [(first, min(first + grain, count)) for first in range(0, count, grain)] or [(0, 0)]

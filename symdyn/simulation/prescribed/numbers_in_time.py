@@ -1,9 +1,13 @@
-"""Tables of numbers over time in CSV: a header with the column t, then rows with rising times."""
+"""Numbers over time: tables in CSV, and the times of samples.
+
+A table has a header with the column t, then rows with rising times.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
+import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -91,3 +95,33 @@ def _numbers(row: list[str], names: list[str], number: int, faults: Faults) -> l
             faults.add(where, f'{name} = "{cell.strip()}" is not a finite number')
         found.append(value)
     return found
+
+
+SAMPLES = 200
+"""Samples after the first, if no spacing is given."""
+
+FINEST = 20_000_000
+"""Samples that are more than anybody reads."""
+
+
+def sample_times(until: float, every: float | None, faults: Faults) -> Array:
+    """Return 0, every, 2 every, ..., until."""
+    if not (math.isfinite(until) and until > 0):
+        faults.add("", f"until = {until:g} s is not a time after the start; give a positive one")
+        return np.zeros(1)
+    if every is None:
+        return np.linspace(0.0, until, SAMPLES + 1)
+    if not (math.isfinite(every) and every > 0):
+        faults.add("", f"every = {every:g} s is no spacing of samples; give a positive one")
+        return np.zeros(1)
+    if until / every > FINEST:
+        faults.add(
+            "", f"every = {every:g} s makes {until / every:.3g} samples of {until:g} s; {FINEST:.3g} are the most"
+        )
+        return np.zeros(1)
+    count = math.floor(until / every * (1 + 1e-12))
+    times: Array = every * np.arange(count + 1, dtype=np.float64)
+    if until - times[-1] > 1e-9 * every:
+        return np.append(times, until)
+    times[-1] = until
+    return times

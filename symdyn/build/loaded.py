@@ -1,4 +1,4 @@
-"""A scene's functions, compiled and ready to call: `symdyn.load("arm.toml").inverse_dynamics(q, qd, qdd)`."""
+"""A scene's functions, ready to call: `symdyn.load("arm.toml").inverse_dynamics(q, qd, qdd)`, and `lambdify`."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from os import PathLike
-from typing import Any
+from typing import Any, overload
 
 from symdyn.build.extension import build_extension
-from symdyn.build.runners import run_or_python
+from symdyn.build.runners import RUNNERS, Call, run_or_python
 from symdyn.dynamics import LoopChoices, Unasked, available, row_of
 from symdyn.emit import emit
+from symdyn.emit.code.python import NUMPY
 from symdyn.emit.code.ufunc import LEAN, UFUNC
+from symdyn.errors import EmitError
 from symdyn.program import Program, Routine, formulate, identifier, lower
 from symdyn.program import prepare as prepare_program
 from symdyn.program.prepare import is_prepared
@@ -152,3 +154,43 @@ def _signature(name: str, routine: Routine) -> str:
     lengths = ",".join(f"({','.join(map(str, argument.shape))})" for argument in function.arguments)
     shape = ",".join(map(str, function.shape))
     return f"{name}({names}) -> {function.result}: {lengths}->({shape})"
+
+
+@overload
+def lambdify(
+    scene: Scene, name: str, target: str = NUMPY.name, real: str = "double", closing: LoopChoices = ...
+) -> Call: ...
+@overload
+def lambdify(
+    scene: Scene, name: tuple[str, ...], target: str = NUMPY.name, real: str = "double", closing: LoopChoices = ...
+) -> tuple[Call, ...]: ...
+def lambdify(
+    scene: Scene,
+    name: str | tuple[str, ...],
+    target: str = NUMPY.name,
+    real: str = "double",
+    closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
+) -> Call | tuple[Call, ...]:
+    """Return one of the scene's functions, or several, as callables of arrays (n,) or (..., n).
+
+    Args:
+        scene: the mechanism.
+        name: a function such as "inverse_dynamics" or "pose:tool", or a tuple of them, which gives a tuple.
+        target: a key of `RUNNERS` that takes batches, such as "c", which is compiled; where what it takes is missing,
+            the functions are those of the NumPy module, and a warning says so, once.
+        real: "double" or "float".
+        closing: what to choose about closed loops.
+
+    Raises:
+        DerivationError: there is no such function.
+        EmitError: a target that is unknown or takes no batches, a real type that it does not have.
+        BuildError: a compiler that refuses, or that $CC names and is not there.
+    """
+    runners = {name: runner for name, runner in RUNNERS.items() if runner.batches}
+    if target not in runners:
+        raise EmitError(f"target {target!r} is not known; give {' or '.join(runners)}")
+    wanted = (name,) if isinstance(name, str) else tuple(name)
+    program = lower(formulate(scene, tuple(dict.fromkeys(wanted)), closing=closing))
+    sources = emit(program, target, real, option=runners[target].many)
+    calls = dict(zip(dict.fromkeys(wanted), run_or_python(sources, runners[target].run)[0].values(), strict=True))
+    return calls[name] if isinstance(name, str) else tuple(calls[one] for one in wanted)

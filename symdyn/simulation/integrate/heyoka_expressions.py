@@ -1,0 +1,172 @@
+"""Equations as heyoka's expressions, and whether its series can follow them.
+
+Every operation of the graph has its row in `WORDS`; those that branch (abs, sign) have none, nor have tables.
+"""
+
+from __future__ import annotations
+
+import importlib
+import signal
+import sys
+import threading
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.algebra.numeric import Arithmetic
+from symdyn.dynamics.roads.equations import Function
+from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.program.assemble import PREPARED
+from symdyn.simulation.equations.compiled_routines import Compiled
+from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.prescribed.formulas_in_time import TIME
+
+WORDS: Mapping[Op, str] = {
+    Op.SIN: "sin",
+    Op.COS: "cos",
+    Op.SQRT: "sqrt",
+    Op.EXP: "exp",
+    Op.LOG: "log",
+    Op.TANH: "tanh",
+    Op.ATAN2: "atan2",
+}
+"""heyoka's names of functions; sums, products and quotients are Python's operators."""
+
+UNSEEN = (Op.EXP, Op.TANH)
+"""Functions that are flat to the last digit of a double where they do not turn."""
+
+TURNING = (Op.SQRT, Op.ATAN2)
+"""Functions with branches: √x² is |x|, whose series on one side of zero says -x on the other."""
+
+PI = Fraction("3.14159265358979323846264338327950288419716939937510")
+
+
+@contextmanager
+def interrupts_wait() -> Iterator[None]:
+    """Let SIGINT wait until the block has ended; then it is a KeyboardInterrupt, as it is elsewhere.
+
+    Only the main thread hears signals; a handler other than Python's own is its owner's business, and stays.
+    """
+    ours = threading.current_thread() is threading.main_thread()
+    if not ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield
+        return
+    heard: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, _: heard.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        if heard:
+            raise KeyboardInterrupt
+
+
+def library() -> Any:
+    """Return heyoka."""
+    if "heyoka" not in sys.modules:
+        with interrupts_wait():
+            return importlib.import_module("heyoka")
+    return sys.modules["heyoka"]
+
+
+class Expressions(Arithmetic):
+    """heyoka's expressions as an algebra."""
+
+    def __init__(self, real: Callable[[Fraction], Any] = float) -> None:
+        """Import heyoka; constants are rounded by `real`."""
+        self.heyoka: Any = library()
+        self.real = real
+
+    def constant(self, value: Fraction) -> Any:
+        """Return a rounded constant as an expression."""
+        return self.heyoka.expression(self.real(value))
+
+    def pi(self) -> Any:
+        """Return π as an expression."""
+        return self.constant(PI)
+
+    def function(self, node: Expr, args: Sequence[Any]) -> Any:
+        """Return node.op(args)."""
+        return getattr(self.heyoka, WORDS[node.op])(*args)
+
+
+def refuses(system: StateEquations) -> str:
+    """Return why the Taylor method does not apply to a system, "" if it does."""
+    if system.forces.tables:
+        return "a force is a table, which has no derivatives of high order"
+    branches = sorted(op.name.lower() for op in system.once(_operations) if op in (Op.ABS, Op.SIGN))
+    return f"{' and '.join(branches)} in the equations branch" if branches else ""
+
+
+def overlooks(system: StateEquations) -> str:
+    """Return which functions of the equations a series may overlook, "" if there are none."""
+    return " and ".join(sorted(op.name.lower() for op in system.once(_operations) if op in UNSEEN))
+
+
+def guarded(system: StateEquations) -> bool:
+    """Tell whether steps are checked: a series may overlook a turn, or go on where a root or an angle turns back."""
+    return any(op in (*UNSEEN, *TURNING) for op in system.once(_operations))
+
+
+def size(system: StateEquations) -> int:
+    """Return how many operations are compiled."""
+    return system.once(_operations).total()
+
+
+def equations(system: StateEquations, name: str = "rates") -> Function:
+    """Return what series are made of: rates, of a closed mechanism by all rows at once, or events.
+
+    What fails where a choice of independent velocities does would end the series there.
+    """
+    made = _compiled(system, name)
+    return made.prepared["together" if made is not system.compiled else name].function
+
+
+def _compiled(system: StateEquations, name: str) -> Compiled:
+    closed = system.together if name == "rates" and system.closed and not system.linear else None
+    return system.compiled if closed is None else closed
+
+
+def _operations(system: StateEquations) -> Counter[Op]:
+    names = [name for name in ("rates", "events") if name in system.calls]
+    nodes = reachable([entry for name in names for entry in equations(system, name).entries])
+    return Counter(node.op for node in nodes if node.args)
+
+
+def translate(
+    system: StateEquations, name: str = "rates", real: Callable[[Fraction], Any] | None = None
+) -> tuple[list[Any], list[Any]]:
+    """Return the variables of the state and the entries of a function as heyoka's expressions.
+
+    W, the work, is a state that nothing depends on. Prepared values are heyoka's parameters, in the order of
+    `parameters`; or constants where `real` is given, which rounds all of them.
+    """
+    algebra = Expressions(real or float)
+    function = equations(system, name)
+    symbols = {argument.name: argument.symbols for argument in function.arguments}
+    states = [*symbols["q"], *symbols["qd"]]
+    names = [str(symbol.value) for symbol in states] + (["work of forces"] if system.works else [])
+    variables = [algebra.heyoka.expression(one) for one in names]
+    values: dict[Expr, Any] = dict(zip(states, variables, strict=False))
+    values[symbols[TIME][0]] = algebra.heyoka.time
+    made, rates = (_compiled(system, one) for one in (name, "rates"))
+    prepared = symbols.get(PREPARED, ())
+    if real is None:
+        first = 0 if made is rates else len(rates.values(system.opened.values))
+        values |= {symbol: algebra.heyoka.par[first + k] for k, symbol in enumerate(prepared)}
+    else:
+        known = made.values(system.opened.values)
+        values |= {symbol: algebra.constant(Fraction(float(x))) for symbol, x in zip(prepared, known, strict=True)}
+    entries = evaluate(function.entries, algebra, values)
+    return variables, entries
+
+
+def parameters(system: StateEquations) -> npt.NDArray[np.float64]:
+    """Return the prepared values of the rates, and of the events where these have others."""
+    made = {id(one): one for one in (_compiled(system, name) for name in ("rates", "events"))}
+    return np.concatenate([one.values(system.opened.values) for one in made.values()])
