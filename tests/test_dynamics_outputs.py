@@ -26,7 +26,8 @@ from symdyn.dynamics.mechanism.prescribed import has_motion
 from symdyn.errors import DerivationError
 from symdyn.graph import reachable
 from symdyn.program.formulation import candidates
-from symdyn.scene import Scene, bind, read, read_text
+from symdyn.scene import Scene, bind, number, read, read_text
+from symdyn.scene.starters import starter
 from symdyn.verify import PROVED, certify, laws, prove
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -354,6 +355,52 @@ def test_roads_that_grow_fast_are_not_tried_for_six_coordinates(name: str) -> No
     w = Workspace(one)
     size = len(reachable(derive_one(w, name, "lagrange").entries))
     assert ("lagrange" in candidates(w, name)) == (size < 750), (name, size)
+
+
+# Every field of a road is true
+
+SAYING = [
+    (field.name, name, way, closed)
+    for name, row in OUTPUTS.items()
+    for closed in ([False] if row.own is None else [False, True])
+    for way, road in (row.where_closed.roads if closed else row.roads).items()
+    for field in fields(Road)
+    if field.default is not MISSING and getattr(road, field.name) != field.default
+]
+
+
+def trees_only(name: str, way: str, closed: bool) -> None:
+    """What only trees have is no road of a scene with a prescribed motion, which it does not know."""
+    led = read_text(MASSLESS.replace("[bodies.ghost]", "[bodies.ghost]\nmass = 1\ncom = [1, 0, 0]"), "led.toml")
+    led = replace(led, joints=tuple(replace(joint, motion=number(0)) for joint in led.joints))
+    assert way not in roads_of(name, led), way
+
+
+def up_to(name: str, way: str, closed: bool) -> None:
+    """A road beyond what it pays for is not compared, and its formulas are no shorter."""
+    row = OUTPUTS[name].where_closed if closed else OUTPUTS[name]
+    most = min(8, row.roads[way].up_to)
+    one = read_text(starter("row", "n_four_bar", 5)) if closed or row.loops_only else chain(int(most) + 1)
+    w, asked = Workspace(one), request(name, one)
+    assert way not in candidates(w, asked), way
+    sizes = [len(reachable(derive_one(w, asked, road).entries)) for road in (next(iter(row.roads)), way)]
+    assert sizes[0] <= sizes[1], (way, sizes)
+
+
+@pytest.mark.parametrize(("field", "name", "way", "closed"), SAYING)
+def test_a_road_that_loses_a_field_fails_the_check_of_this_field(
+    field: str, name: str, way: str, closed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    check = {"trees_only": trees_only, "up_to": up_to}[field]
+    check(name, way, closed)
+    row = OUTPUTS[name]
+    default = next(one.default for one in fields(Road) if one.name == field)
+    roads = row.own.roads if closed else row.roads
+    lost = {**roads, way: replace(roads[way], **{field: default})}
+    other = replace(row, own=replace(row.own, roads=lost)) if closed else replace(row, roads=lost)
+    monkeypatch.setitem(OUTPUTS, name, other)
+    with pytest.raises(AssertionError, match=way):
+        check(name, way, closed)
 
 
 # Each road once, and none reads what another derived
