@@ -428,3 +428,15 @@ def test_every_colour_stands_out_from_the_paper(scheme: str) -> None:
         low, high = sorted([luminance(colour), luminance(colours["paper"])])
         if key not in ("paper", "shade"):
             assert (high + 0.05) / (low + 0.05) >= 4.5, (scheme, key)
+
+
+def test_a_spring_and_a_damper_of_one_name_act_each_at_its_own_ends() -> None:
+    low, high = (Place("ground", (number(0), number(end), number(0))) for end in (-1, 1))
+    spring = Spring("s", ends=(high, Place("pole")), stiffness=(number(1),))
+    damper = Damper("s", ends=(low, Place("pole")), damping=(number(1),))
+    one = replace(read(EXAMPLES / "cart_pole.toml"), elements=(spring, damper))
+
+    q, values = pose(one)
+    found = places(one, q[None, :], values)
+
+    assert [found.ends[element][0][0, 1] for element in one.elements] == [1.0, -1.0]

@@ -25,9 +25,8 @@ def spots(scene: Scene, found: Places, body: str) -> list[Array]:
     ends += [hinge.moved.p for hinge in found.hinges if hinge.joint.child == body and hinge.closes]
     ends += [at for _, at in found.body(body).particles]
     ends += [frame.p for owner, frame in found.points.values() if owner == body]
-    for one in scene.struts:
-        ends += [found.ends[one.name][k] for k, end in enumerate(one.ends) if end.body == body]
-    ends += [found.acting[load.name][0] for load in scene.loads if load.place.body == body]
+    for one, places in found.ends.items():
+        ends += [at for at, end in zip(places, one.ends, strict=True) if end.body == body]
     return ends
 
 

@@ -119,7 +119,7 @@ def mark_of(strut: Strut) -> Mark:
 
 def _link(one: Strut, scene: Scene, found: Places, view: View) -> tuple[tuple[Shape, ...], Array]:
     if one.ends:
-        a, b = (view.flat(end) for end in found.ends[one.name])
+        a, b = (view.flat(end) for end in found.ends[one])
         walls = [
             _wall(at, other, view.size) for at, other, end in ((a, b, 0), (b, a, 1)) if one.ends[end].body == GROUND
         ]

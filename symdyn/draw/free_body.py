@@ -23,7 +23,7 @@ from symdyn.draw.view import View
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.printed_names import print_name
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import JOINTS, Place, Row, Scene
+from symdyn.scene import JOINTS, Row, Scene, Strut
 from symdyn.scene.values.mapping import quantities_in
 from symdyn.spatial import Transform
 
@@ -112,9 +112,9 @@ def acting_on(
             acting.append(Wrench(_weight(name), _triple(at[0]), _triple(down)))
     for load in scene.loads:
         if load.place.body == body:
-            acting.append(load_wrench(load.name, found))
+            acting.append(load_wrench(load, found))
     for one in scene.struts:
-        acting += _pulls(one.name, one.ends, body, found)
+        acting += _pulls(one, body, found)
     for hinge in found.hinges:
         if body in (hinge.joint.parent, hinge.joint.child):
             acting += _transmitted(hinge, body)
@@ -183,13 +183,13 @@ def _triple(x: Array) -> tuple[float, float, float]:
     return float(x[0]), float(x[1]), float(x[2])
 
 
-def _pulls(name: str, ends: Sequence[Place], body: str, found: Places) -> list[Wrench]:
+def _pulls(one: Strut, body: str, found: Places) -> list[Wrench]:
     """Return the pull of a strut between points at each of its ends on the body."""
     pulls = []
-    for k, end in enumerate(ends):
-        here, there = found.ends[name][k][0], found.ends[name][1 - k][0]
+    for k, end in enumerate(one.ends):
+        here, there = found.ends[one][k][0], found.ends[one][1 - k][0]
         if end.body == body:
-            pulls.append(Wrench(rf"F_{{\mathrm{{{in_latex(name)}}}}}", _triple(here), _triple(unit(there - here))))
+            pulls.append(Wrench(rf"F_{{\mathrm{{{in_latex(one.name)}}}}}", _triple(here), _triple(unit(there - here))))
     return pulls
 
 

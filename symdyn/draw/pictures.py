@@ -21,7 +21,7 @@ from symdyn.draw.svg import Drawing, svg
 from symdyn.draw.view import View, look
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import DrawError
-from symdyn.scene import GROUND, Scene
+from symdyn.scene import GROUND, Load, Scene
 
 LABELS = ("coordinates", "bodies", "joints", "points")
 
@@ -107,7 +107,6 @@ def spread(scene: Scene, found: Places) -> Array:
     spots += [at for body in found.bodies for _, at in body.particles]
     spots += [frame.p for _, frame in found.points.values()]
     spots += [at for ends in found.ends.values() for at in ends]
-    spots += [at for at, _, _ in found.acting.values()]
     for centre, _, radius in found.wheels.values():
         spots += [centre + sign * radius * axis for axis in np.eye(3) for sign in (-1, 1)]
     spots += [corners[:, k] for _, corners in patches(scene, found) for k in range(4)]
@@ -144,17 +143,17 @@ def _acting(
     """Return the arrows of the scene's loads and of other wrenches, and their labels."""
     items: tuple[Item, ...] = ()
     labels: tuple[Label, ...] = ()
-    loads = [(f"load-{load.name}", load_wrench(load.name, found)) for load in scene.loads]
+    loads = [(f"load-{load.name}", load_wrench(load, found)) for load in scene.loads]
     for id, one in (*loads, *((f"wrench-{k + 1}", one) for k, one in enumerate(wrenches))):
         drawn, named = wrench(one, view, id)
         items, labels = items + drawn, labels + named
     return items, labels
 
 
-def load_wrench(name: str, found: Places) -> Wrench:
+def load_wrench(load: Load, found: Places) -> Wrench:
     """Return a load of the scene as it is now."""
-    at, force, couple = (tuple(x[0].tolist()) for x in found.acting[name])
-    return Wrench(name, at, force, couple)
+    (at,), (force, couple) = found.ends[load], found.acting[load]
+    return Wrench(load.name, at[0].tolist(), force[0].tolist(), couple[0].tolist())
 
 
 def _numbers(scene: Scene, q: Sequence[float] | Array) -> Array:

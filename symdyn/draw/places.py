@@ -18,11 +18,11 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import first_moment, joint_motion, placement, vector
 from symdyn.errors import DrawError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import FORCES, GROUND, JOINTS, Body, Joint, Load, Place, Scene, express
+from symdyn.scene import FORCES, GROUND, JOINTS, Body, Element, Joint, Load, Row, Scene, express
 from symdyn.scene.forces.contact import in_plane
 from symdyn.scene.forces.kind import Rim
 from symdyn.scene.joints import JointMotion, blocks
-from symdyn.spatial import Transform, Vec, unit_transform
+from symdyn.spatial import Transform, Vec, apply, unit_transform
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -117,7 +117,7 @@ class Touch:
 
 @dataclass(frozen=True)
 class Places:
-    """A scene in place; `acting` holds loads (point, force, couple), `ends` those of struts.
+    """A scene in place; `ends` holds the points that struts and loads act at, `acting` force and couple of loads.
 
     `wheels` holds the rims of what rolls: centre, unit axis (None for a ball) and radius in m, by the name of the row.
     `touches` holds what wheels, balls and blades touch, likewise.
@@ -128,8 +128,8 @@ class Places:
     bodies: tuple[Placed, ...]
     hinges: tuple[Hinge, ...]
     points: dict[str, tuple[str, Frame]]
-    ends: dict[str, tuple[Array, Array]]
-    acting: dict[str, tuple[Array, Array, Array]]
+    ends: dict[Element, tuple[Array, ...]]
+    acting: dict[Element, tuple[Array, Array]]
     wheels: dict[str, tuple[Array, Array | None, float]]
     touches: dict[str, Touch]
     gravity: Array
@@ -175,7 +175,7 @@ def places(scene: Scene, q: Array, parameters: Mapping[str, float]) -> Places:
     return _gathered(scene, graph, arrays, len(q))
 
 
-Key = tuple[str, ...]
+Key = tuple[Any, ...]  # what, then whose: names, numbers, elements
 
 
 def drawn(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
@@ -189,22 +189,28 @@ def drawn(scene: Scene, graph: Graph) -> dict[Key, tuple[Expr, ...]]:
         wanted |= _joint(joint, joint in scene.loops, placed, graph)
     for point in scene.points:
         wanted["point", point.name] = _flat(placed[point.body] @ placement(point.at, graph))
-    for link in scene.struts:
-        for k, end in enumerate(link.ends):
-            wanted["end", link.name, str(k)] = _point(end, placed, graph)
-    for row in scene.rows:
-        if row.place is not None and isinstance(FORCES[row.kind].mark, Rim):
-            axis = _turned(placed[row.place.body], vector(row.axis, graph)) if row.axis else ()
-            wanted["wheel", row.name] = (*_point(row.place, placed, graph), express(row.radius, graph), *axis)
-        if row.place is not None:
-            T = placed[row.plane.body]
-            normal = blocks.unit(row.plane.normal, graph)
-            ways = (*_turned(T, normal), *_point(row.place, placed, graph), *_turned(T, in_plane(normal)))
-            blade = None if isinstance(FORCES[row.kind].mark, Rim) else row.axis
-            across = _turned(placed[row.place.body], vector(blade, graph)) if blade else ()
-            wanted["touch", row.name] = (*T.point(vector(row.plane.at, graph)), *ways, *across)
-    for load in scene.loads:
-        wanted |= _load(load, placed, graph)
+    for one in scene.elements:
+        wanted |= _element(one, placed, graph)
+    return wanted
+
+
+def _element(one: Element, placed: Mapping[str, Transform], graph: Graph) -> dict[Key, tuple[Expr, ...]]:
+    """Return where an element acts, the wrench of a load, and the plane that a wheel or a blade touches."""
+    wanted: dict[Key, tuple[Expr, ...]] = {
+        ("end", one, k): placed[end.body].point(vector(end.at, graph)) for k, end in enumerate(one.ends)
+    }
+    if isinstance(one, Load):
+        R = placed[one.place.body].R if one.frame == "body" else unit_transform(graph).R
+        force, couple = load_vectors(one, graph)
+        wanted |= {("force", one): apply(R, force), ("couple", one): apply(R, couple)}
+    elif isinstance(one, Row) and one.place is not None:
+        if isinstance(FORCES[one.kind].mark, Rim):
+            wanted["radius", one] = (express(one.radius, graph),)
+        if one.axis:
+            wanted["axis", one] = _turned(placed[one.place.body], vector(one.axis, graph))
+        T, normal = placed[one.plane.body], blocks.unit(one.plane.normal, graph)
+        wanted |= {("normal", one): _turned(T, normal), ("along", one): _turned(T, in_plane(normal))}
+        wanted["plane", one] = T.point(vector(one.plane.at, graph))
     return wanted
 
 
@@ -219,7 +225,7 @@ def _masses(body: Body, T: Transform, graph: Graph) -> dict[Key, tuple[Expr, ...
             wanted["com", body.name] = T.point((x / mass, y / mass, z / mass))
     for k, particle in enumerate(body.particles):
         at = T.point(vector(particle.at, graph))
-        wanted["particle", body.name, str(k)] = (express(particle.mass, graph), *at)
+        wanted["particle", body.name, k] = (express(particle.mass, graph), *at)
     return wanted
 
 
@@ -230,15 +236,13 @@ def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: G
     wanted: dict[Key, tuple[Expr, ...]] = {("fixed", name): _flat(fixed), ("moved", name): _flat(moved)}
     for own, way in JOINTS[joint.type].directions(joint):
         wanted["way", name, own.name] = vector(way, graph)
-    at, count = fixed, 0
+    at = fixed
     for k, move in enumerate((_anywhere if closes else joint_motion)(joint, graph).moves):
         at = at @ move.before
-        wanted["move", name, str(k), "slides" if move.slides else "turns"] = _turned(at, move.axis)
+        wanted["move", name, k, move.slides] = _turned(at, move.axis)
         if joint.coordinates and not move.amount.is_zero:
             named = str(move.amount.value) if move.amount.op is Op.SYMBOL else ""
-            key = ("slide" if move.slides else "turn", name, str(count), named)
-            wanted[key] = (move.amount, *at.p, *_turned(at, move.axis))
-            count += 1
+            wanted["step", name, k, move.slides, named] = (move.amount, *at.p, *_turned(at, move.axis))
         at = at @ move.placement
     return wanted
 
@@ -253,17 +257,6 @@ def _anywhere(joint: Joint, graph: Graph) -> JointMotion:
 def _turned(T: Transform, axis: Vec) -> Vec:
     end = T.point(axis)
     return (end[0] - T.p[0], end[1] - T.p[1], end[2] - T.p[2])
-
-
-def _point(place: Place, placed: Mapping[str, Transform], graph: Graph) -> Vec:
-    return placed[place.body].point(vector(place.at, graph))
-
-
-def _load(load: Load, placed: Mapping[str, Transform], graph: Graph) -> dict[Key, tuple[Expr, ...]]:
-    T = placed[load.place.body]
-    R = Transform(T.R if load.frame == "body" else unit_transform(graph).R, unit_transform(graph).p)
-    force, couple = load_vectors(load, graph)
-    return {("load", load.name): (*_point(load.place, placed, graph), *R.point(force), *R.point(couple))}
 
 
 def _flat(T: Transform) -> tuple[Expr, ...]:
@@ -284,55 +277,50 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
 
     bodies = []
     for body in scene.bodies:
-        grains = [arrays["particle", body.name, str(k)] for k in range(len(body.particles))]
+        grains = [arrays["particle", body.name, k] for k in range(len(body.particles))]
         particles = tuple((float(grain[0, 0]), grain[:, 1:]) for grain in grains)
         bodies.append(Placed(body.name, frame("frame", body.name), arrays.get(("com", body.name)), particles))
     hinges = []
     for joint in (*scene.joints, *scene.loops):
         fixed, moved = frame("fixed", joint.name), frame("moved", joint.name)
-        steps = tuple(
-            Step(key[0] == "slide", x[:, 1:4], x[:, 4:7], x[:, 0], key[3])
-            for key, x in arrays.items()
-            if key[0] in ("slide", "turn") and key[1] == joint.name
-        )
+        own = [(key, x) for key, x in arrays.items() if key[0] in ("step", "move") and key[1] == joint.name]
+        steps = [Step(key[3], x[:, 1:4], x[:, 4:7], x[:, 0], key[4]) for key, x in own if key[0] == "step"]
         ways = {
             key.name: unit((moved if key.turned else fixed).direction(arrays["way", joint.name, key.name]))
             for key, _ in JOINTS[joint.type].directions(joint)
         }
-        free = [
-            tuple(unit(x) for key, x in arrays.items() if key[0] == "move" and key[1] == joint.name and key[3] == what)
-            for what in ("turns", "slides")
-        ]
-        hinges.append(Hinge(joint, fixed, moved, ways, steps, joint in scene.loops, *free))
+        moves = [(key[3], unit(x)) for key, x in own if key[0] == "move"]
+        free = (tuple(x for slides, x in moves if slides is kind) for kind in (False, True))
+        hinges.append(Hinge(joint, fixed, moved, ways, tuple(steps), joint in scene.loops, *free))
     return Places(
         count,
         frame("frame", GROUND),
         tuple(bodies),
         tuple(hinges),
         {point.name: (point.body, frame("point", point.name)) for point in scene.points},
-        {one.name: (arrays["end", one.name, "0"], arrays["end", one.name, "1"]) for one in scene.struts if one.ends},
-        {load.name: _split(arrays["load", load.name]) for load in scene.loads},
         {
-            row.name: (x[:, :3], unit(x[:, 4:]) if row.axis else None, float(x[0, 3]))
-            for row in scene.rows
-            if (x := arrays.get(("wheel", row.name))) is not None
+            one: tuple(arrays["end", one, k] for k in range(len(one.ends)))
+            for one in (*scene.struts, *scene.loads)
+            if one.ends
         },
-        {
-            row.name: _touch(x, ("wheel", row.name) in arrays or row.plane.declared)
-            for row in scene.rows
-            if (x := arrays.get(("touch", row.name))) is not None
-        },
+        {load: (arrays["force", load], arrays["couple", load]) for load in scene.loads},
+        {row.name: wheel for row in scene.rows if (wheel := _wheel(row, arrays)) is not None},
+        {row.name: _touch(row, arrays) for row in scene.rows if row.ends},
         arrays["gravity",][0],
     )
 
 
-def _touch(x: Array, drawn: bool) -> Touch:
-    across = unit(x[:, 12:]) if x.shape[1] > 12 else None
-    return Touch(x[:, :3], unit(x[:, 3:6]), unit(x[:, 9:12]), x[:, 6:9], across, drawn)
+def _wheel(row: Row, arrays: Mapping[Key, Array]) -> tuple[Array, Array | None, float] | None:
+    if ("radius", row) not in arrays:
+        return None
+    return arrays["end", row, 0], unit(arrays["axis", row]) if row.axis else None, float(arrays["radius", row][0, 0])
 
 
-def _split(load: Array) -> tuple[Array, Array, Array]:
-    return load[:, :3], load[:, 3:6], load[:, 6:]
+def _touch(row: Row, arrays: Mapping[Key, Array]) -> Touch:
+    rolls = ("radius", row) in arrays
+    across = unit(arrays["axis", row]) if row.axis and not rolls else None
+    normal, along = unit(arrays["normal", row]), unit(arrays["along", row])
+    return Touch(arrays["plane", row], normal, along, arrays["end", row, 0], across, rolls or row.plane.declared)
 
 
 def unit(vectors: Array) -> Array:

@@ -12,12 +12,12 @@ from symdyn.draw.places import Array, places
 from symdyn.dynamics.loops.assembly import closed_position, witness
 from symdyn.dynamics.loops.loop_numbers import numbers_of
 from symdyn.errors import DerivationError, DrawError
-from symdyn.scene import JOINTS, Joint, Scene, velocity_name
+from symdyn.scene import Joint, Scene, velocity_name
 from symdyn.scene.forces import touches
-from symdyn.scene.joints.start import quaternion, starting_position
-from symdyn.scene.units import coordinate_units
+from symdyn.scene.joints.start import starting_position
+from symdyn.scene.units import coordinate_units, coordinates_with_units
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.value import value_of
+from symdyn.scene.values.value import Value, value_of
 
 ANGLE = 0.6  # rad: what a picture turns a joint by that says nothing else, so that its angle can be seen
 CURL = 4.2  # rad: what all of them may add up to
@@ -69,10 +69,10 @@ def pose(
     declared = any(joint.start for joint in scene.joints)
     q = _start(scene, values)
     if not declared:
-        size = _extent(scene, q, values)
-        turns = coordinate_units(scene).count("rad")
-        angle = min(ANGLE, CURL / max(1, turns))
-        q = np.array([x for joint in scene.moving for x in _shown(joint, angle, size, values)])
+        angle = min(ANGLE, CURL / max(1, coordinate_units(scene).count("rad")))
+        seen = {"rad": angle, "m": SHARE * _extent(scene, q, values)}
+        moved = zip(coordinates_with_units(scene), q, strict=True)
+        q = np.array([_within(joint, seen.get(unit, x), values) for (joint, _, unit), x in moved])
     return _with(scene, q, given), values
 
 
@@ -117,17 +117,17 @@ def _extent(scene: Scene, q: Array, values: Mapping[str, float]) -> float:
     return float(np.ptp(np.array(spots), axis=0).max()) or 1.0
 
 
-def _shown(joint: Joint, angle: float, size: float, values: Mapping[str, float]) -> list[float]:
-    """Return coordinates that can be seen, within the limits of a joint that has them."""
-    seen = {"rad": angle, "m": SHARE * size, "1": 0.0}
-    shown = [seen[unit] for unit in JOINTS[joint.type].coordinates(joint)]
-    first = quaternion(joint)
-    if first is not None:
-        shown[first] = 1.0
-    known = {name: Fraction(value) for name, value in values.items()}
-    bounds = [None if one is None else value_of(one, known) for one in (joint.limits.lower, joint.limits.upper)]
-    low, high = (float(one) if one is not None else sign * math.inf for one, sign in zip(bounds, (-1, 1), strict=True))
-    if len(shown) == 1 and low < high:
-        inner = 0.1 * (high - low) if math.isfinite(high - low) else 0.0
-        shown = [min(max(shown[0], low + inner), high - inner)]
-    return shown
+def _within(joint: Joint, at: float, values: Mapping[str, float]) -> float:
+    """Return a coordinate well within the limits of its joint."""
+    low, high = limits_of(joint, {name: Fraction(value) for name, value in values.items()})
+    if not low < high:
+        return at
+    inner = 0.1 * (high - low) if math.isfinite(high - low) else 0.0
+    return min(max(at, low + inner), high - inner)
+
+
+def limits_of(joint: Joint, values: Mapping[str, Value]) -> tuple[float, float]:
+    """Return the limits of a joint's coordinate, infinite where it has none; a joint of several has none."""
+    given = (joint.limits.lower, joint.limits.upper) if len(joint.coordinates) == 1 else (None, None)
+    low, high = (None if x is None else value_of(x, values) for x in given)
+    return -math.inf if low is None else float(low), math.inf if high is None else float(high)

@@ -6,7 +6,7 @@ from symdyn.algebra.form import Form, Symbol, form_of
 from symdyn.dynamics.mechanism.state import joint_position
 from symdyn.emit.print.formula_text import value_text
 from symdyn.graph import Graph
-from symdyn.scene import FORCES, GROUND, Element, Joint, Scene, express
+from symdyn.scene import FORCES, GROUND, Joint, Scene, express
 from symdyn.scene.forces import friction
 from symdyn.scene.units import coordinates_with_units, drives_with_units
 from symdyn.scene.values.quantity import ZERO
@@ -56,20 +56,15 @@ def acting_steps(lesson: Prose) -> list[Step]:
             rows.append((Words((friction.WORDS[lesson.language],)), Words((where,))))
         if any(x != ZERO for x in joint.forces):
             rows.append((lesson.say("acting.force"), Words((where,))))
-    for strut in scene.struts:
-        ends = " – ".join(lesson.text("ground") if end.body == GROUND else end.body for end in strut.ends)
-        where = ends or lesson.text("acting.joint", joint=strut.joint)
-        rows.append((_kind(lesson, strut), Words((f"{strut.name}: {where}",))))
-    rows += [(_kind(lesson, load), Words((f"{load.name}: {load.place.body}",))) for load in scene.loads]
+    for one in (*scene.struts, *scene.loads):
+        ends = " – ".join(lesson.text("ground") if end.body == GROUND else end.body for end in one.ends)
+        where = ends or lesson.text("acting.joint", joint=getattr(one, "joint", ""))
+        rows.append((Words((FORCES[one.kind].words[lesson.language],)), Words((f"{one.name}: {where}",))))
     if not rows:
         return []
     head = (lesson.say("table.kind"), lesson.say("table.where"))
     reason = lesson.say("acting.reason") if any(joint.motion is not None for joint in scene.joints) else Words(())
     return [Step("acting", lesson.say("acting"), (Values(head, tuple(rows)),), reason)]
-
-
-def _kind(lesson: Prose, one: Element) -> Words:
-    return Words((FORCES[one.kind].words[lesson.language],))
 
 
 def leader(scene: Scene, joint: Joint) -> str:

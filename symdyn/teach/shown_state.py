@@ -13,11 +13,12 @@ from fractions import Fraction
 
 from symdyn.algebra.numeric import Floats
 from symdyn.draw import pose
+from symdyn.draw.pose import limits_of
 from symdyn.dynamics.mechanism.prescribed import TIME, prescribed
 from symdyn.dynamics.mechanism.state import State, state_symbols
 from symdyn.errors import DrawError, NoValueError
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import Joint, Scene
+from symdyn.scene import Scene
 from symdyn.scene.joints.start import starting_velocity
 from symdyn.scene.units import coordinates_with_units
 from symdyn.scene.values.value import value_of
@@ -153,7 +154,7 @@ def _distinct(
     for joint, name, unit in coordinates_with_units(scene):
         if name in held or unit == "1" or (tied and not any(joint.drives)):
             continue
-        low, high = _limits(joint, parameters)
+        low, high = limits_of(joint, {name: Fraction(value) for name, value in parameters.items()})
         for value in (q[name], *_others(q[name], unit)):
             if low < value < high and not _hides(value, unit, seen):
                 found[name] = value
@@ -174,12 +175,3 @@ def _hides(value: float, unit: str, seen: list[float]) -> bool:
     """Tell whether a coordinate is zero, an eighth of a turn, or as large as another one."""
     special = abs(math.remainder(value, math.pi / 4)) if unit == "rad" else abs(value)
     return special < NEAR or any(abs(abs(value) - abs(other)) < NEAR for other in seen)
-
-
-def _limits(joint: Joint, parameters: Mapping[str, float]) -> tuple[float, float]:
-    known = {name: Fraction(value) for name, value in parameters.items()}
-    bounds = [None if x is None else value_of(x, known) for x in (joint.limits.lower, joint.limits.upper)]
-    if len(joint.coordinates) > 1:
-        bounds = [None, None]
-    low, high = (sign * math.inf if x is None else float(x) for x, sign in zip(bounds, (-1, 1), strict=True))
-    return low, high

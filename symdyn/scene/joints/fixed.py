@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from symdyn.scene.joints.forbidden import forbidding
-from symdyn.scene.joints.joint_mark import JointMark, MarkPart
+from symdyn.scene.joints.joint_mark import WELD, JointMark, MarkPart
 from symdyn.scene.joints.kind import JointKind
 
 FIXED = JointKind(
@@ -11,6 +11,6 @@ FIXED = JointKind(
     blocks=lambda joint: (),
     forbids=forbidding("all", "all"),
     words={"en": "fixed", "sk": "pevné"},
-    mark=JointMark((MarkPart("square", 0.6),), sign="weld"),
+    mark=JointMark((MarkPart("square", 0.6),), sign=WELD),
     turned=lambda joint: joint,
 )

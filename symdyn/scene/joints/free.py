@@ -5,7 +5,7 @@ from __future__ import annotations
 from symdyn.scene.joints.blocks import AXES, FLIGHT, gimbals, orientation, slide
 from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.joint_key import ORIENTATION
-from symdyn.scene.joints.joint_mark import JointMark, MarkPart
+from symdyn.scene.joints.joint_mark import JointMark, MarkPart, PageSign
 from symdyn.scene.joints.kind import Block, JointKind
 from symdyn.scene.values.model import Joint
 
@@ -21,6 +21,6 @@ FREE = JointKind(
     blocks=_blocks,
     forbids=forbidding("none"),
     words={"en": "free", "sk": "voľné"},
-    mark=JointMark((MarkPart("flight"), MarkPart("frames", 3)), sign=""),
+    mark=JointMark((MarkPart("flight"), MarkPart("frames", 3)), sign=PageSign()),
     gimbals=gimbals(3),
 )

@@ -21,15 +21,33 @@ class MarkPart:
 
 
 @dataclass(frozen=True)
+class PageSign:
+    """How pages of lessons draw a joint.
+
+    Attributes:
+        shape: what their script draws; "" for nothing.
+        slides: whether it slides on a rail, along which a spring in it lies.
+        line: whether a line joins its ends.
+    """
+
+    shape: str = ""
+    slides: bool = False
+    line: bool = False
+
+
+TURN, SLIDE, WELD, LINE = PageSign("turn"), PageSign("slide", slides=True), PageSign("weld"), PageSign(line=True)
+
+
+@dataclass(frozen=True)
 class JointMark:
     """The symbol of a joint: what it leaves free.
 
     Attributes:
         parts: of the symbol, from below.
         flat: of the symbol face-on in a planar picture; () for the same ones.
-        sign: on pages of lessons "turn", "slide" or "weld", or "link" for a line between its ends; "" for none.
+        sign: on pages of lessons.
     """
 
     parts: tuple[MarkPart, ...]
     flat: tuple[MarkPart, ...] = ()
-    sign: str = "turn"
+    sign: PageSign = TURN

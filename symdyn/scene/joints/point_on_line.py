@@ -5,7 +5,7 @@ from __future__ import annotations
 from symdyn.scene.joints.blocks import gimbals, orientation, slide
 from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.joint_key import AXIS, ORIENTATION
-from symdyn.scene.joints.joint_mark import JointMark, MarkPart
+from symdyn.scene.joints.joint_mark import SLIDE, JointMark, MarkPart
 from symdyn.scene.joints.kind import JointKind
 
 POINT_ON_LINE = JointKind(
@@ -13,6 +13,6 @@ POINT_ON_LINE = JointKind(
     blocks=lambda joint: (slide(joint.axis), *orientation(joint)),
     forbids=forbidding("across"),
     words={"en": "point on a line", "sk": "bod na priamke"},
-    mark=JointMark((MarkPart("rail"), MarkPart("ball", 1)), sign="slide"),
+    mark=JointMark((MarkPart("rail"), MarkPart("ball", 1)), sign=SLIDE),
     gimbals=gimbals(1),
 )

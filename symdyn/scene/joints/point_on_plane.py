@@ -5,7 +5,7 @@ from __future__ import annotations
 from symdyn.scene.joints.blocks import AXES, along, gimbals, orientation, slide
 from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.joint_key import AXIS, ORIENTATION
-from symdyn.scene.joints.joint_mark import JointMark, MarkPart
+from symdyn.scene.joints.joint_mark import SLIDE, JointMark, MarkPart
 from symdyn.scene.joints.kind import Block, JointKind
 from symdyn.scene.values.model import Joint
 
@@ -19,6 +19,6 @@ POINT_ON_PLANE = JointKind(
     blocks=_blocks,
     forbids=forbidding("along"),
     words={"en": "point on a plane", "sk": "bod v rovine"},
-    mark=JointMark((MarkPart("plate", 3.5), MarkPart("ball", 1)), sign="slide"),
+    mark=JointMark((MarkPart("plate", 3.5), MarkPart("ball", 1)), sign=SLIDE),
     gimbals=gimbals(2),
 )

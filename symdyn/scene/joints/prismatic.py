@@ -6,7 +6,7 @@ from symdyn.scene.joints.blocks import slide
 from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.held import shifted_by
 from symdyn.scene.joints.joint_key import AXIS
-from symdyn.scene.joints.joint_mark import JointMark, MarkPart
+from symdyn.scene.joints.joint_mark import SLIDE, JointMark, MarkPart
 from symdyn.scene.joints.kind import JointKind
 from symdyn.scene.joints.reversed import about_opposite
 
@@ -18,7 +18,7 @@ PRISMATIC = JointKind(
     mark=JointMark(
         (MarkPart("rail"), MarkPart("arrow", 4), MarkPart("box", 1.7)),
         flat=(MarkPart("rail"), MarkPart("slider", 2)),
-        sign="slide",
+        sign=SLIDE,
     ),
     turned=about_opposite,
     held=shifted_by,

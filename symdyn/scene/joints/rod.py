@@ -11,7 +11,7 @@ from symdyn.scene.joints.blocks import AXES, gimbals, orientation, shift, turn
 from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.joints.held import Steps
 from symdyn.scene.joints.joint_key import ORIENTATION, JointKey
-from symdyn.scene.joints.joint_mark import JointMark, MarkPart
+from symdyn.scene.joints.joint_mark import LINE, JointMark, MarkPart
 from symdyn.scene.joints.kind import Block, Forbids, Gimbal, JointKind
 from symdyn.scene.values.model import Joint
 from symdyn.scene.values.quantity import ZERO, Quantity, express
@@ -59,7 +59,7 @@ ROD = JointKind(
     blocks=_blocks,
     forbids=Forbids(_wrenches, _residual),
     words={"en": "rod between two points", "sk": "tyč medzi dvoma bodmi"},
-    mark=JointMark((MarkPart("rod", 0.7),), sign="link"),
+    mark=JointMark((MarkPart("rod", 0.7),), sign=LINE),
     held=_held,
     gimbals=_gimbals,
 )

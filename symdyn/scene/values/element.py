@@ -52,6 +52,11 @@ class Element:
         """The row of `FORCES` that tells about it."""
         raise NotImplementedError
 
+    @property
+    def ends(self) -> tuple[Place, ...]:
+        """The points of bodies that it acts at."""
+        raise NotImplementedError
+
 
 @dataclass(frozen=True)
 class Strut(Element):
@@ -82,6 +87,11 @@ class Load(Element):
     frame: str = "ground"
 
     kind = "load"
+
+    @property
+    def ends(self) -> tuple[Place, ...]:
+        """The point that the force acts at."""
+        return (self.place,)
 
 
 @dataclass(frozen=True)
@@ -141,3 +151,8 @@ class Row(Element):
     def kind(self) -> str:
         """The row of `FORCES` that tells about it."""
         return self.type
+
+    @property
+    def ends(self) -> tuple[Place, ...]:
+        """The point of the blade, or the centre of the wheel; () of a formula."""
+        return () if self.place is None else (self.place,)

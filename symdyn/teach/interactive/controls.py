@@ -14,15 +14,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from symdyn.draw.lettering import from_latex
+from symdyn.draw.pose import limits_of
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.emit.escape import in_html
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import SymdynError
-from symdyn.scene import JOINTS, Joint, Parameter, Scene, acceleration_name
+from symdyn.scene import Joint, Parameter, Scene, acceleration_name
 from symdyn.scene.joints.start import quaternion
-from symdyn.scene.units import velocity_units
-from symdyn.scene.values.value import value_of
+from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.teach.balance import Balance
 from symdyn.teach.interactive.reduced import Held
 from symdyn.teach.mathml import inline
@@ -83,12 +83,13 @@ def _positions(
     scene: Scene, symbols: Mapping[str, str], begun: Start, extent: float, tied: Held | None, led: Sequence[int]
 ) -> list[Row]:
     rows: list[Row] = []
-    first, turned = 0, 0
+    first, turned, units = 0, 0, coordinate_units(scene)
     wide = {"rad": math.pi, "m": extent, "1": 1.0}
     for joint in scene.moving:
-        ball, units = quaternion(joint), JOINTS[joint.type].coordinates(joint)
+        ball = quaternion(joint)
         prescribed = joint.rates[0] in [scene.velocities[k] for k in led]
-        for k, (name, unit) in enumerate(zip(joint.coordinates, units, strict=True)):
+        for k, name in enumerate(joint.coordinates):
+            unit = units[first + k]
             at, free = begun.q[first + k], not prescribed and (tied is None or first + k in tied.moved)
             if ball is not None and k >= ball and free:
                 break
@@ -140,12 +141,8 @@ def _row(
 
 def _span(joint: Joint, wide: float, at: float, values: Mapping[str, float]) -> tuple[float, float]:
     """Return the range of a coordinate: the joint's limits where it has them, else `wide` each way."""
-    low, high = min(-wide, at), max(wide, at)
-    if len(joint.coordinates) == 1:
-        bounds = [None if x is None else value_of(x, values) for x in (joint.limits.lower, joint.limits.upper)]
-        low = low if bounds[0] is None or not math.isfinite(bounds[0]) else min(float(bounds[0]), at)
-        high = high if bounds[1] is None or not math.isfinite(bounds[1]) else max(float(bounds[1]), at)
-    return low, high
+    low, high = limits_of(joint, values)
+    return min(low if math.isfinite(low) else -wide, at), max(high if math.isfinite(high) else wide, at)
 
 
 def _range(parameter: Parameter, value: float) -> tuple[float, float]:

@@ -9,7 +9,7 @@ from symdyn.draw.force_arrows import from_zero, mark_of
 from symdyn.draw.places import drawn
 from symdyn.dynamics.mechanism.state import vector
 from symdyn.graph import Expr, Graph
-from symdyn.scene import GROUND, JOINTS, Scene
+from symdyn.scene import GROUND, JOINTS, Load, Scene, Strut
 from symdyn.scene.joints.blocks import AXES, unit
 from symdyn.spatial import Vec, cross, scale
 
@@ -95,14 +95,14 @@ class Sheet:
                 tips[joint.child].append(place)
             else:
                 place = starts[joint.child]
-            kind = JOINTS[joint.type].mark.sign
-            self._hinges[joint.name] = ((at, place, way), kind not in ("turn", "weld"), joint.child)
-            if kind == "link":
+            sign = JOINTS[joint.type].mark.sign
+            self._hinges[joint.name] = ((at, place, way), sign.slides, joint.child)
+            if sign.line:
                 self._mark("link", (at, place), GROUND, joint.name)
-            elif kind:
-                if joint.parent == GROUND:
-                    self._mark("rail" if kind == "slide" else "support", (at, way), GROUND, "")
-                marks.append(self._made(kind, (place, way, at), joint.child, ", ".join(joint.coordinates)))
+            if sign.shape and joint.parent == GROUND:
+                self._mark("rail" if sign.slides else "support", (at, way), GROUND, "")
+            if sign.shape:
+                marks.append(self._made(sign.shape, (place, way, at), joint.child, ", ".join(joint.coordinates)))
             if not closes:
                 marks.append(self._made("frame", (place, *self._axes(moved)), joint.child, joint.child))
         return marks
@@ -111,16 +111,16 @@ class Sheet:
         """Return what wheels and blades touch: a point of it, what touches it, and two ways as long as is drawn."""
         marks = []
         for row in scene.rows:
-            found, wheel = self._found.get(("touch", row.name)), self._found.get(("wheel", row.name))
-            if found is None or not (wheel or row.plane.declared):
+            radius = self._found.get(("radius", row))
+            if not row.ends or not (radius or row.plane.declared):
                 continue
-            graph = found[0].graph
             frame = self._found["frame", row.plane.body]
+            graph = frame[0].graph
             normal = unit(row.plane.normal, graph)
             first = _across(normal)
-            reach = AROUND * wheel[3] if wheel else graph.constant(BLADE)
+            reach = AROUND * radius[0] if radius else graph.constant(BLADE)
             ways = [self._direction(_turned(frame, scale(reach, way))) for way in (first, cross(normal, first))]
-            rows = (self._direction(found[:3]), self._direction(found[6:9]), *ways)
+            rows = (self._direction(self._found["plane", row]), self._direction(self._found["end", row, 0]), *ways)
             marks.append(self._made("plane", rows, row.plane.body, row.name))
         return marks
 
@@ -128,16 +128,15 @@ class Sheet:
         """Return the rims of what rolls: the centre, and two points a quarter turn apart that turn with the body."""
         marks = []
         for row in scene.rows:
-            found = self._found.get(("wheel", row.name))
-            if found is None or row.place is None:
+            if ("radius", row) not in self._found or row.place is None:
                 continue
-            radius, graph = found[3], found[3].graph
-            centre, frame = self._point(found[:3]), self._found["frame", row.place.body]
-            axes = [unit(axis, graph) for axis in ([row.axis] if row.axis else [AXES["z"], AXES["x"]])]
+            (radius,), at = self._found["radius", row], self._found["end", row, 0]
+            centre, frame = self._point(at), self._found["frame", row.place.body]
+            axes = [unit(axis, radius.graph) for axis in ([row.axis] if row.axis else [AXES["z"], AXES["x"]])]
             for axis in axes:
                 first = _across(axis)
                 rim = [_turned(frame, scale(radius, way)) for way in (first, cross(axis, first))]
-                ends = [self._point([a + b for a, b in zip(found[:3], way, strict=True)]) for way in rim]
+                ends = [self._point([a + b for a, b in zip(at, way, strict=True)]) for way in rim]
                 marks.append(self._made("wheel", (centre, *ends), row.place.body, row.name))
             if row.axis is None:
                 marks.append(self._made("ball", (centre, marks[-1].rows[1]), row.place.body, row.name))
@@ -148,7 +147,7 @@ class Sheet:
         marks = []
         for body in scene.bodies:
             for k in range(len(body.particles)):
-                at = self._point(self._found["particle", body.name, str(k)][1:])
+                at = self._point(self._found["particle", body.name, k][1:])
                 tips[body.name].append(at)
                 marks.append(self._made("particle", (at,), body.name, body.name))
             if ("com", body.name) in self._found:
@@ -164,24 +163,22 @@ class Sheet:
     def _acting(self, scene: Scene, tips: dict[str, list[int]]) -> list[Mark]:
         """Return struts and loads."""
         marks = []
-        for one in scene.struts:
-            kind = mark_of(one).page
-            if not one.ends:
-                assert one.joint is not None, "what has no ends is in a joint"
+        acting: tuple[Strut | Load, ...] = (*scene.struts, *scene.loads)
+        for one in acting:
+            rows = tuple(self._point(self._found["end", one, k]) for k in range(len(one.ends)))
+            for end, row in zip(one.ends, rows, strict=True):
+                tips[end.body].append(row)
+            if isinstance(one, Load):
+                marks.append(
+                    self._made("load", (*rows, self._direction(self._found["force", one])), one.place.body, one.name)
+                )
+            elif rows:
+                marks.append(self._made(mark_of(one).page, rows, GROUND, one.name))
+            else:
                 rows, slides, child = self._hinges[one.joint]
                 joint = next(joint for joint in scene.joints if joint.name == one.joint)
                 where = "turn" if not slides else "zero" if from_zero(scene, joint) else "slide"
-                marks.append(self._made(f"{kind}_{where}", rows, child, one.name))
-                continue
-            rows = tuple(self._point(self._found["end", one.name, str(k)]) for k in range(2))
-            for end, row in zip(one.ends, rows, strict=True):
-                tips[end.body].append(row)
-            marks.append(self._made(kind, rows, GROUND, one.name))
-        for load in scene.loads:
-            found = self._found["load", load.name]
-            at = self._point(found[:3])
-            tips[load.place.body].append(at)
-            marks.append(self._made("load", (at, self._direction(found[3:6])), load.place.body, load.name))
+                marks.append(self._made(f"{mark_of(one).page}_{where}", rows, child, one.name))
         return marks
 
 

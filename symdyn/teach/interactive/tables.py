@@ -9,8 +9,8 @@ from symdyn.emit.escape import in_html
 from symdyn.emit.print.latex_layout import together
 from symdyn.emit.print.letters import Letters, head
 from symdyn.emit.print.printed_names import latex_symbols
-from symdyn.scene import JOINTS, Scene, acceleration_name
-from symdyn.scene.units import velocity_units
+from symdyn.scene import Scene, acceleration_name
+from symdyn.scene.units import drives_with_units, velocity_units
 from symdyn.teach.equation_steps import coefficient_unit
 from symdyn.teach.interactive.controls import UNITS
 from symdyn.teach.interactive.live import Live, Term
@@ -75,14 +75,12 @@ def exerted(scene: Scene, computed: Live, words: Mapping[str, str]) -> list[dict
     if computed.held is None:
         return []
     symbols, multiplier = latex_symbols(scene), head(Letters(scene)["lambda"])
-    owners = [(joint, unit) for joint in scene.moving for unit in JOINTS[joint.type].velocities(joint)]
     rows = []
-    for k in computed.held.drives:
-        joint, unit = owners[k]
-        drive = scene.drives[k]
-        assert drive, "what has a drive is driven, for motions are not prescribed here"
-        text = words["drive"].format(joint=joint.name)
-        rows.append(_exerted(inline(symbols[drive]), text, UNITS[unit][3], "inverse_dynamics", k))
+    driven = [k for k, drive in enumerate(scene.drives) if drive]
+    for k, (joint, drive, unit) in zip(driven, drives_with_units(scene), strict=True):
+        if k in computed.held.drives:
+            text = words["drive"].format(joint=joint.name)
+            rows.append(_exerted(inline(symbols[drive]), text, unit.replace(" ", "\u202f"), "inverse_dynamics", k))
     for k, (owner, wrench) in enumerate(computed.held.multipliers):
         text = wrench.partition(" along (")[0].partition(" about (")[0]
         for phrase in ("force along", "moment about", "with its moment", "row"):
