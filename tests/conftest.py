@@ -94,6 +94,14 @@ def update_golden(request: pytest.FixtureRequest) -> bool:
     return bool(request.config.getoption("--update-golden"))
 
 
+@pytest.fixture
+def numpy_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let certificates measure the NumPy module alone: for tests of what is proved, since compiling takes longest."""
+    from symdyn.verify import certificate
+
+    monkeypatch.setattr(certificate, "RUNNERS", {"numpy": certificate.RUNNERS["numpy"]})
+
+
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
     """Return a Chromium; the test is skipped where there is none."""

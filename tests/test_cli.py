@@ -128,7 +128,7 @@ def test_verify_reports_the_certificate_as_json(capsys: Capture) -> None:
     assert {f["verdict"] for f in certificate["findings"]} == {"proved", "checked numerically"}
 
 
-@pytest.mark.runs
+@pytest.mark.usefixtures("numpy_alone")
 def test_verify_for_people_ends_with_the_verdict(capsys: Capture) -> None:
     assert main(["verify", str(EXAMPLES / "cart_pole.toml"), "--functions", "mass_matrix"]) == 0
     out = capsys.readouterr().out
@@ -156,7 +156,7 @@ def test_an_interrupted_run_leaves_one_line(monkeypatch: pytest.MonkeyPatch, cap
     assert capsys.readouterr().err == "symdyn: interrupted\n"
 
 
-@pytest.mark.runs
+@pytest.mark.usefixtures("numpy_alone")
 def test_a_body_called_b_is_no_emoji(tmp_path: Path, capsys: Capture) -> None:
     scene = tmp_path / "one.toml"
     scene.write_text(

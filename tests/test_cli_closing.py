@@ -45,7 +45,7 @@ def test_the_choice_reaches_the_functions(door: str) -> None:
     assert np.abs(found).max() > 0.1
 
 
-@pytest.mark.runs
+@pytest.mark.usefixtures("numpy_alone")
 def test_the_certificate_names_the_choice() -> None:
     found = certify(read(FOUR_BAR), ("forward_dynamics",), closing=CHOICE)
 

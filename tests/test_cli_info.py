@@ -165,7 +165,7 @@ def test_info_and_generate_take_the_road_that_is_asked_for(tmp_path: Path, capsy
     assert "aba;" in text
 
 
-@pytest.mark.runs
+@pytest.mark.usefixtures("numpy_alone")
 def test_verify_proves_the_road_that_is_asked_for(capsys: Capture) -> None:
     words = ["verify", str(EXAMPLES / "two_link.toml"), "--formulation", "aba", "--functions"]
     assert main([*words, "forward_dynamics"]) == 0
@@ -187,7 +187,7 @@ def test_generate_binds_and_stands_still(tmp_path: Path, capsys: Capture) -> Non
     assert "def inverse_dynamics(q, qdd, params" in text
 
 
-@pytest.mark.runs
+@pytest.mark.usefixtures("numpy_alone")
 def test_verify_proves_a_bound_scene(capsys: Capture) -> None:
     words = ["--bind", "m1=2,m2=1,h1=1,h2=1/2,g=0", "--functions", "inverse_dynamics"]
 

@@ -19,7 +19,6 @@ from arms import chain, two_link
 
 import symdyn
 from symdyn.bench.backward import linear
-from symdyn.build import RUNNERS
 from symdyn.dynamics import OUTPUTS, LoopChoices, Output, Road, Unasked, Workspace, derive_one, roads_of
 from symdyn.dynamics.loops import loop_decisions
 from symdyn.dynamics.mechanism.prescribed import has_motion
@@ -406,9 +405,9 @@ def test_a_road_that_loses_a_field_fails_the_check_of_this_field(
 # Each road once, and none reads what another derived
 
 
+@pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.long(0)
 def test_each_road_is_derived_once_and_loops_are_closed_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("symdyn.verify.certificate.RUNNERS", {"numpy": RUNNERS["numpy"]})
     derived: Counter[tuple[str, str, int]] = Counter()
     closed: Counter[str] = Counter()
     close = loop_decisions.close
@@ -447,10 +446,10 @@ def faulty(road: Road) -> Road:
     return replace(road, derive=derive)
 
 
+@pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.long
 @pytest.mark.parametrize("name", [name for name, row in OUTPUTS.items() if len(row.roads) > 1])
 def test_a_fault_in_any_one_road_fails_the_certificate(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("symdyn.verify.certificate.RUNNERS", {"numpy": RUNNERS["numpy"]})
     row = OUTPUTS[name]
     some = (two_link(), scene("four_bar"), led_four_bar(), scene("heavy_top"), scene("governor"))
     one = next(one for one in some if row.exists_in(one))

@@ -282,6 +282,7 @@ def lower_again() -> Program:
     return lower(formulate(two_link(), ("mass_matrix",)))
 
 
+@pytest.mark.usefixtures("numpy_alone")
 def test_a_certificate_says_where_there_is_nothing_to_prepare():
     certificate = certify(random_tree(1, 1, False), ("mass_matrix",), prepare=True)
     assert certificate.passed

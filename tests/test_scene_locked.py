@@ -66,7 +66,7 @@ def test_a_locked_joint_stands_where_it_is_told_along_its_axis():
     assert arm(locked=True, position="p") == by_hand
 
 
-@pytest.mark.runs
+@pytest.mark.usefixtures("numpy_alone")
 def test_locking_costs_less_and_both_derivations_see_it():
     moving, locked = arm(), arm(locked=True, position="1/2")
     counts = [lower(derive(one, ("inverse_dynamics",)))["inverse_dynamics"].counts for one in (moving, locked)]

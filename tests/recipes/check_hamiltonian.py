@@ -39,6 +39,7 @@ def states(one: symdyn.Scene) -> tuple[np.ndarray, np.ndarray]:
     return drawn.uniform(-1, 1, len(one.coordinates)), drawn.uniform(-1, 1, len(one.velocities))
 
 
+@pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.parametrize("name", SCENES)
 def test_a_scene_has_it_unasked_and_it_is_proved(name: str) -> None:
     assert NAME in available(scene(name))[0]
@@ -122,6 +123,7 @@ def test_a_road_that_grows_fast_is_not_tried_for_many_coordinates() -> None:
     assert candidates(Workspace(scene("puma560")), NAME) == ("recursive",)
 
 
+@pytest.mark.usefixtures("numpy_alone")
 def test_a_fault_in_one_road_fails_the_certificate(monkeypatch: pytest.MonkeyPatch) -> None:
     wrong = Road(lambda w: [2 * x for x in hamiltonian.by_definition(w)])
     row = OUTPUTS[NAME]

@@ -16,7 +16,7 @@ from symdyn.cli import main
 from symdyn.dynamics import OUTPUTS, Road, Workspace
 from symdyn.verify import PROVED, certify, laws
 
-pytestmark = pytest.mark.runs
+pytestmark = pytest.mark.usefixtures("numpy_alone")
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 CLAIM = f"{momentum_law.__name__}: dK/dqd = p"

@@ -161,11 +161,13 @@ GONE = {
 }  # fmt: skip
 
 
+@pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.parametrize("field", CHECKS)
 def test_the_new_type_does_what_its_row_says(field: str) -> None:
     CHECKS[field]()
 
 
+@pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.parametrize("field", CHECKS)
 def test_a_row_without_a_field_fails_the_check_of_that_field(field: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(JOINTS, NAME, replace(JOINTS[NAME], **{field: GONE[field]}))
