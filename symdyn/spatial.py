@@ -6,6 +6,7 @@ T_AC = T_AB @ T_BC      inner letters match
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symdyn.graph import Expr, Graph, Scalar
@@ -132,9 +133,53 @@ def rotation(axis: Vec, angle: Expr) -> Mat:
     return add_matrices(add_matrices(turned, scale_matrix(s, skew(axis))), scale_matrix(one - c, outer(axis, axis)))
 
 
+def spin(rates: Sequence[Sequence[Expr]], R: Mat) -> Vec:
+    """Return ω in fixed axes from ω̃ = Ṙ Rᵀ, for the rates Ṙ of a rotation R."""
+    x, y, z = ((row[0], row[1], row[2]) for row in rates)
+    return (dot(z, R[1]), dot(x, R[2]), dot(y, R[0]))
+
+
 def symmetric(xx: Expr, yy: Expr, zz: Expr, xy: Expr, xz: Expr, yz: Expr) -> Mat:
     """Return the symmetric matrix with these entries."""
     return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+
+
+def mirrored(m: Mat) -> Mat:
+    """Return m with the lower triangle taken from the upper, so that equal entries are one node."""
+    return symmetric(m[0][0], m[1][1], m[2][2], m[0][1], m[0][2], m[1][2])
+
+
+# Wrenches, and twists (velocity, angular velocity) that they do work on
+
+
+def nothing(graph: Graph) -> Wrench:
+    """Return the wrench of nothing."""
+    return zero_vector(graph), zero_vector(graph)
+
+
+def plus(a: Wrench, b: Wrench) -> Wrench:
+    """Return a + b."""
+    return add(a[0], b[0]), add(a[1], b[1])
+
+
+def times(factor: Scalar, wrench: Wrench) -> Wrench:
+    """Return factor · wrench."""
+    return scale(factor, wrench[0]), scale(factor, wrench[1])
+
+
+def power(wrench: Wrench, twist: Wrench) -> Expr:
+    """Return F·v + M·ω."""
+    return dot(wrench[0], twist[0]) + dot(wrench[1], twist[1])
+
+
+def rotated(R: Mat, wrench: Wrench) -> Wrench:
+    """Return a wrench in other axes: R F and R M."""
+    return apply(R, wrench[0]), apply(R, wrench[1])
+
+
+def about(wrench: Wrench, way: Vec) -> Wrench:
+    """Return a wrench about a point that lies at -way from where it acts: the shift R̄ of (5.3)."""
+    return wrench[0], add(wrench[1], cross(way, wrench[0]))
 
 
 # Placements of frames
@@ -217,8 +262,7 @@ class Inertia:
         mixed = outer(p, add(h, scale(m, p)))
         off = add_matrices(mixed, outer(h, p))
         shifted = add_matrices(turned, add_matrices(scale_matrix(spread, identity(m.graph)), scale_matrix(-1, off)))
-        (xx, xy, xz), (_, yy, yz), (_, _, zz) = shifted
-        return Inertia(m, add(h, scale(m, p)), symmetric(xx, yy, zz, xy, xz, yz))
+        return Inertia(m, add(h, scale(m, p)), mirrored(shifted))
 
     def momentum(self, w: Vec, v: Vec) -> tuple[Vec, Vec]:
         """Return (angular, linear) momentum about the origin for angular velocity w and velocity v of the origin."""

@@ -11,11 +11,11 @@ from typing import Any
 from symdyn.algebra.elimination import eliminate
 from symdyn.dynamics import Equations, Workspace
 from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
-from symdyn.dynamics.reactions.hinges import plus, times
 from symdyn.dynamics.reactions.least import elements, equations
 from symdyn.dynamics.reactions.recursion import as_rows
 from symdyn.graph import Algebra, Expr, evaluate
 from symdyn.scene import Scene, express
+from symdyn.spatial import plus, times
 
 
 @lru_cache(maxsize=64)

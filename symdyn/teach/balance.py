@@ -26,10 +26,10 @@ from symdyn.dynamics.loops.reduction import solve_normal
 from symdyn.dynamics.mechanism.kinematics import centre_of_mass
 from symdyn.dynamics.reactions.bivectors import frames, inertia_bivector
 from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, REACTION, Equilibrium, Unknown, equilibrium
-from symdyn.dynamics.reactions.hinges import PLACES, TINY, drives, plus, power, times
+from symdyn.dynamics.reactions.hinges import PLACES, TINY, drives
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate, tangents
-from symdyn.spatial import Mat, Vec, Wrench, apply_transposed, neg, scale, skew, sub
+from symdyn.spatial import Mat, Vec, Wrench, apply_transposed, neg, plus, power, scale, skew, sub, times
 from symdyn.teach.lesson import Prose, refuse_quaternions
 from symdyn.teach.looks import Name
 

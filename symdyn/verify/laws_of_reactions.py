@@ -18,7 +18,7 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import vector
 from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
-from symdyn.dynamics.reactions.hinges import Hinge, about, nothing, plus, power, relative_twists, times
+from symdyn.dynamics.reactions.hinges import Hinge, relative_twists
 from symdyn.dynamics.reactions.least import equations, wrench_rows
 from symdyn.dynamics.reactions.members import acting, own_forces
 from symdyn.dynamics.reactions.ties import Tie, sizes, ties, undriven
@@ -28,6 +28,7 @@ from symdyn.spatial import (
     Inertia,
     Transform,
     Wrench,
+    about,
     add,
     add_matrices,
     apply,
@@ -35,9 +36,13 @@ from symdyn.spatial import (
     identity,
     multiply,
     neg,
+    nothing,
     outer,
+    plus,
+    power,
     scale,
     scale_matrix,
+    times,
 )
 from symdyn.spatial import transpose as transposed
 from symdyn.verify.equality import Claim

@@ -28,7 +28,7 @@ from symdyn.dynamics.mechanism.state import (
 )
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import JOINTS, Body, Joint, Scene, express
-from symdyn.spatial import Mat, Transform, Vec, apply_transposed, cross, dot, symmetric
+from symdyn.spatial import Mat, Transform, Vec, apply_transposed, cross, dot, spin, symmetric
 from symdyn.spatial import apply as matvec
 
 
@@ -112,17 +112,8 @@ def _weighted_place(body: Body, T: Transform, graph: Graph) -> Vec:
 
 
 def _angular_velocity(R: Mat, rates: dict[Expr, Expr]) -> Vec:
-    """Return ω in the ground frame from ω̃ = Ṙ Rᵀ."""
-    rows = [tangents(row, rates) for row in R]
-    return (
-        _dot(rows[2], R[1]),
-        _dot(rows[0], R[2]),
-        _dot(rows[1], R[0]),
-    )
-
-
-def _dot(a: list[Expr], b: Vec) -> Expr:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    """Return ω in the ground frame."""
+    return spin([tangents(row, rates) for row in R], R)
 
 
 def _rate(place: Vec, rates: dict[Expr, Expr]) -> Vec:

@@ -28,7 +28,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, reachable, substitute, tangents
 from symdyn.scene import Quantity, Scene, express
 from symdyn.scene.forces import formula_of
-from symdyn.spatial import Transform, Vec, add, apply, cross, dot, multiply, neg, scale, sub, zero_vector
+from symdyn.spatial import Transform, Vec, add, apply, cross, dot, multiply, neg, scale, spin, sub, zero_vector
 
 Twist = tuple[Vec, Vec]  # angular, linear
 
@@ -296,12 +296,10 @@ def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
     for cut in cuts(scene, graph):
         X = (placed[cut.parent] @ cut.before).inverse() @ placed[cut.child] @ cut.behind
         velocity = tangents(X.p, state.velocity)
-        turned = [tangents(row, state.velocity) for row in X.R]
-        pairs = ((turned[2], X.R[1]), (turned[0], X.R[2]), (turned[1], X.R[0]))  # ω̃ = Ṙ Rᵀ
-        spin = [graph.total(a * b for a, b in zip(x, y, strict=True)) for x, y in pairs]
+        turning = spin([tangents(row, state.velocity) for row in X.R], X.R)
         residual = cut.residual(X)
         for k, (F, N) in enumerate(cut.wrenches(X)):
-            power = graph.total(a * b for a, b in zip((*F, *N), (*velocity, *spin), strict=True))
+            power = graph.total(a * b for a, b in zip((*F, *N), (*velocity, *turning), strict=True))
             entries.append((_label(cut, k, (F, N)), residual[k], *_slopes(power, state)))
     for name, left in _formulas(scene):
         label = Label(name, 0, None, False, False)

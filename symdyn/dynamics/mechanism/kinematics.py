@@ -24,7 +24,19 @@ from symdyn.dynamics.mechanism.tree import Tree, body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene
-from symdyn.spatial import Transform, Vec, add, apply, apply_transposed, cross, scale, sub, unit_transform, zero_vector
+from symdyn.spatial import (
+    Transform,
+    Vec,
+    add,
+    apply,
+    apply_transposed,
+    cross,
+    scale,
+    spin,
+    sub,
+    unit_transform,
+    zero_vector,
+)
 
 
 def locate(scene: Scene, name: str, graph: Graph) -> tuple[str, Transform]:
@@ -80,12 +92,8 @@ def differentiated_acceleration(scene: Scene, name: str, graph: Graph) -> list[E
 
 def _twist(T: Transform, rates: dict[Expr, Expr]) -> list[Expr]:
     """Return [ṗ; ω] of a placement along given rates, ground frame."""
-    (R0, R1, R2), rows = T.R, [tangents(row, rates) for row in T.R]
-    zero = T.p[0].graph.zero
-    spin = [
-        sum((a * b for a, b in zip(x, y, strict=True)), zero) for x, y in ((rows[2], R1), (rows[0], R2), (rows[1], R0))
-    ]
-    return tangents(T.p, rates) + spin
+    turning = spin([tangents(row, rates) for row in T.R], T.R)
+    return [*tangents(T.p, rates), *turning]
 
 
 # Recursive
@@ -128,7 +136,7 @@ def velocity_product(scene: Scene, tree: Tree, name: str, qd: Sequence[Expr]) ->
     carrier, home = tree.home[body]
     motion = body_motion(tree, qd, still, zero_vector(tree.graph))[carrier]
     R = tree_placements(tree)[carrier].R
-    return [*apply(R, _acceleration(motion, (home @ local).p)), *apply(R, motion.dw)]
+    return [*apply(R, motion.at((home @ local).p)), *apply(R, motion.dw)]
 
 
 def acceleration(scene: Scene, tree: Tree, name: str, qd: Sequence[Expr], qdd: Sequence[Expr]) -> list[Expr]:
@@ -136,12 +144,7 @@ def acceleration(scene: Scene, tree: Tree, name: str, qd: Sequence[Expr], qdd: S
     centre = centre_of_mass(scene, name, tree.graph)
     carrier, home = tree.home[name]
     motion = body_motion(tree, qd, qdd, zero_vector(tree.graph))[carrier]
-    return list(apply(tree_placements(tree)[carrier].R, _acceleration(motion, home.point(centre))))
-
-
-def _acceleration(motion: TreeMotion, r: Vec) -> Vec:
-    """Return a + ω̇ × r + ω × (ω × r)."""
-    return add(motion.a, add(cross(motion.dw, r), cross(motion.w, cross(motion.w, r))))
+    return list(apply(tree_placements(tree)[carrier].R, motion.at(home.point(centre))))
 
 
 def centre_of_mass(scene: Scene, name: str, graph: Graph) -> Vec:
@@ -170,6 +173,10 @@ class TreeMotion:
     dw: Vec
     a: Vec
 
+    def at(self, r: Vec) -> Vec:
+        """Return the acceleration of a point at r: a + ω̇ × r + ω × (ω × r)."""
+        return add(self.a, add(cross(self.dw, r), cross(self.w, cross(self.w, r))))
+
 
 def body_motion(tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], ground: Vec) -> list[TreeMotion]:
     """Return the motion of every frame, the ground first.
@@ -190,7 +197,6 @@ def body_motion(tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], ground: Vec
         spin, slide = scale(rate[i], z), scale(rate[i], s)
         w = add(wp, spin)
         dw = add(add(apply_transposed(E, parent.dw), cross(wp, spin)), scale(acceleration[i], z))
-        carried = add(parent.a, add(cross(parent.dw, r), cross(parent.w, cross(parent.w, r))))
-        a = add(add(apply_transposed(E, carried), scale(2, cross(wp, slide))), scale(acceleration[i], s))
+        a = add(add(apply_transposed(E, parent.at(r)), scale(2, cross(wp, slide))), scale(acceleration[i], s))
         motion.append(TreeMotion(w, dw, a))
     return motion

@@ -11,7 +11,7 @@ Reference: the textbook, eq. (5.22), Q^A.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import State, joint_position, state_symbols, vector
@@ -21,7 +21,7 @@ from symdyn.scene import FORCES, Joint, Load, Place, Push, Scene, Strut, express
 from symdyn.scene.forces import elastic, resisting
 from symdyn.scene.forces.friction import rubbing
 from symdyn.scene.values.quantity import ZERO
-from symdyn.spatial import Transform, Vec, Wrench, apply, dot, sub
+from symdyn.spatial import Transform, Vec, Wrench, dot, power, rotated, spin, sub
 
 # Laws of force
 
@@ -187,11 +187,11 @@ def joint_rates(joint: Joint, graph: Graph) -> list[Expr]:
 
 def _work(load: Load, T: Transform, scene: Scene, graph: Graph) -> list[Expr]:
     """Return F·∂ṗ/∂u_i + C·∂ω/∂u_i for every velocity; F and C do no work of their own on the way."""
-    force, couple = load_vectors(load, graph)
+    wrench = load_vectors(load, graph)
     if load.frame == "body":
-        force, couple = apply(T.R, force), apply(T.R, couple)
+        wrench = rotated(T.R, wrench)
     columns = placement_rates(Transform(T.R, T.point(vector(load.place.at, graph))), scene, graph)
-    return [dot(force, p) + dot(couple, w) for p, w in columns]
+    return [power(wrench, twist) for twist in columns]
 
 
 def load_vectors(load: Load, graph: Graph) -> Wrench:
@@ -204,12 +204,9 @@ def load_vectors(load: Load, graph: Graph) -> Wrench:
 def placement_rates(T: Transform, scene: Scene, graph: Graph) -> list[Wrench]:
     """Return (∂ṗ/∂u_i, ∂ω/∂u_i) of a placement for every velocity, ground frame, from ω̃ = Ṙ Rᵀ."""
     state = state_symbols(scene, graph)
-    entries: Sequence[Expr] = (*T.p, *T.R[0], *T.R[1], *T.R[2])
-    rates = tangents(entries, state.velocity)
+    rates = tangents((*T.p, *T.R[0], *T.R[1], *T.R[2]), state.velocity)
     columns = []
     for u in state.qd:
         x = tangents(rates, {u: graph.one})
-        rows = [x[3:6], x[6:9], x[9:12]]
-        spin = [graph.total(a * b for a, b in zip(rows[i], T.R[j], strict=True)) for i, j in ((2, 1), (0, 2), (1, 0))]
-        columns.append(((x[0], x[1], x[2]), (spin[0], spin[1], spin[2])))
+        columns.append(((x[0], x[1], x[2]), spin((x[3:6], x[6:9], x[9:12]), T.R)))
     return columns

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from symdyn.dynamics.mechanism.kinematics import TreeMotion
 from symdyn.dynamics.mechanism.state import vector
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import Hinge, about, drives, plus, times
+from symdyn.dynamics.reactions.hinges import Hinge, drives
 from symdyn.dynamics.reactions.members import acting, inertias, motions, placements
 from symdyn.graph import Expr
 from symdyn.spatial import (
@@ -24,14 +24,17 @@ from symdyn.spatial import (
     Transform,
     Vec,
     Wrench,
+    about,
     add,
     apply,
     apply_transposed,
     cross,
     identity,
     neg,
+    plus,
     scale,
     skew,
+    times,
     zero_vector,
 )
 
@@ -88,8 +91,7 @@ def known_bivectors(hanging: Hanging, own: Sequence[Sequence[Expr]]) -> tuple[Bi
         g = apply_transposed(T.R, gravity)
         weight = (scale(body.m, g), cross(body.h, g))
         actions.append(about(plus(weight, load), neg(r)))
-        a = add(motion.a, add(cross(motion.dw, r), cross(motion.w, cross(motion.w, r))))
-        about_origin.append(TreeMotion(motion.w, motion.dw, a))
+        about_origin.append(TreeMotion(motion.w, motion.dw, motion.at(r)))
         bodies.append(body.seen_from(Transform(identity(graph), neg(r))))
     for hinge, forces in zip(hanging.joints, own, strict=True):
         for force, D in zip(forces, drives(hinge, hanging.samples), strict=True):

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 
 from symdyn.dynamics.reactions.bivectors import Bivectors, exerted_on, known_bivectors
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import Hinge, drives, nothing, plus, reactions_of, relative_twists, times
+from symdyn.dynamics.reactions.hinges import Hinge, drives, reactions_of, relative_twists
 from symdyn.dynamics.reactions.members import own_forces
 from symdyn.dynamics.reactions.ties import (
     flattened,
@@ -43,6 +43,9 @@ from symdyn.spatial import (
     apply,
     cross,
     dot,
+    nothing,
+    plus,
+    times,
 )
 
 REACTION, DRIVE, COUPLING, ROW = "reaction", "drive", "coupling", "row"

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 
 from symdyn.dynamics.mechanism.state import State
 from symdyn.dynamics.mechanism.tree import Tree
-from symdyn.dynamics.reactions.hinges import Hinge, about, hinges, plus, power, times
+from symdyn.dynamics.reactions.hinges import Hinge, hinges
 from symdyn.dynamics.reactions.members import acting, inertias, motions, needed, own_forces
 from symdyn.dynamics.reactions.probes import Samples
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
-from symdyn.spatial import Wrench, apply, neg
+from symdyn.spatial import Wrench, about, neg, plus, power, rotated, times
 
 if TYPE_CHECKING:
     from symdyn.dynamics.loops.loop_decisions import LoopDecisions
@@ -87,22 +87,18 @@ class Hanging:
             hinge = self.joints[k]
             if hinge.parent >= 0:
                 T = hinge.placement
-                turned = (apply(T.R, f[k][0]), apply(T.R, f[k][1]))
-                f[hinge.parent] = plus(f[hinge.parent], about(turned, T.p))
+                f[hinge.parent] = plus(f[hinge.parent], about(rotated(T.R, f[k]), T.p))
         return f
 
     def carry(self, f: list[Wrench], loop: Hinge, wrench: Wrench) -> None:
         """Add to f what joints of the tree transmit when a joint that closes a loop exerts W."""
-        ends = (
-            about(loop.on_parent(wrench), loop.place_on_parent),
-            about(loop.on_child(wrench), loop.place_on_child),
-        )
+        ends = (about(loop.on_parent(wrench), loop.place_on_parent), about(loop.on_child(wrench), loop.place_on_child))
         for path, (force, moment) in zip(loop.paths, ends, strict=True):
             need = (neg(force), neg(moment))
             for k in path:
                 f[k] = plus(f[k], need)
                 T = self.joints[k].placement
-                need = about((apply(T.R, need[0]), apply(T.R, need[1])), T.p)
+                need = about(rotated(T.R, need), T.p)
 
     def at_joints(self, f: Sequence[Wrench]) -> list[Wrench]:
         """Return f of every joint of the tree about the origin of its moved joint frame, axes of the body."""

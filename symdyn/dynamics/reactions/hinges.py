@@ -37,12 +37,14 @@ from symdyn.spatial import (
     Wrench,
     add,
     apply,
-    apply_transposed,
     cross,
-    dot,
     neg,
-    scale,
+    plus,
+    power,
+    rotated,
     sub,
+    times,
+    transpose,
     unit_transform,
     zero_vector,
 )
@@ -91,17 +93,16 @@ class Hinge:
 
     def on_child(self, wrench: Wrench) -> Wrench:
         """Return W in the axes of C, about P."""
-        R = (self.X @ self.tip).R
-        return apply_transposed(R, wrench[0]), apply_transposed(R, wrench[1])
+        return rotated(transpose((self.X @ self.tip).R), wrench)
 
     def in_joint_axes(self, wrench: Wrench) -> Wrench:
         """Return a wrench about P from the axes of C in those of J."""
-        R = (self.X @ self.tip).R
-        return apply(R, wrench[0]), apply(R, wrench[1])
+        return rotated((self.X @ self.tip).R, wrench)
 
     def on_parent(self, wrench: Wrench) -> Wrench:
         """Return what the child exerts on the parent, -W, in the axes of B, about P: action = reaction."""
-        return neg(apply(self.origin.R, wrench[0])), neg(apply(self.origin.R, wrench[1]))
+        force, moment = rotated(self.origin.R, wrench)
+        return neg(force), neg(moment)
 
     @property
     def place_on_child(self) -> Vec:
@@ -112,31 +113,6 @@ class Hinge:
     def place_on_parent(self) -> Vec:
         """P in B."""
         return (self.origin @ self.X).p
-
-
-def about(wrench: Wrench, way: Vec) -> Wrench:
-    """Return a wrench about a point that lies at -way from where it acts: the shift R̄ of (5.3)."""
-    return wrench[0], add(wrench[1], cross(way, wrench[0]))
-
-
-def plus(a: Wrench, b: Wrench) -> Wrench:
-    """Return a + b."""
-    return add(a[0], b[0]), add(a[1], b[1])
-
-
-def times(factor: Expr, wrench: Wrench) -> Wrench:
-    """Return factor · wrench."""
-    return scale(factor, wrench[0]), scale(factor, wrench[1])
-
-
-def power(wrench: Wrench, twist: Wrench) -> Expr:
-    """Return F·v + M·ω."""
-    return dot(wrench[0], twist[0]) + dot(wrench[1], twist[1])
-
-
-def nothing(graph: Graph) -> Wrench:
-    """Return the wrench of nothing."""
-    return zero_vector(graph), zero_vector(graph)
 
 
 def hinges(scene: Scene, graph: Graph) -> tuple[Hinge, ...]:

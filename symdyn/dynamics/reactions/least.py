@@ -20,10 +20,10 @@ import numpy as np
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.reactions.dalembert import Equilibrium
-from symdyn.dynamics.reactions.hinges import Hinge, drives, nothing, plus, times
+from symdyn.dynamics.reactions.hinges import Hinge, drives
 from symdyn.dynamics.reactions.probes import Array
 from symdyn.graph import Expr, evaluate
-from symdyn.spatial import Wrench
+from symdyn.spatial import Wrench, nothing, plus, times
 
 RANK = 1e-9
 """Singular values this much below the largest are zero, at positions that close the loops to the last digits."""

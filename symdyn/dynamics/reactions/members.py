@@ -14,7 +14,7 @@ from symdyn.dynamics.mechanism.loads import joint_resistance, load_vectors, pull
 from symdyn.dynamics.mechanism.rotors import ball_rotor
 from symdyn.dynamics.mechanism.state import State, joint_motion, joint_position, vector
 from symdyn.dynamics.mechanism.tree import Tree, body_inertia
-from symdyn.dynamics.reactions.hinges import Hinge, about, nothing, plus
+from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.graph import Expr, tangents
 from symdyn.scene import GROUND, Place, Scene, express, pull_of
 from symdyn.spatial import (
@@ -22,14 +22,19 @@ from symdyn.spatial import (
     Transform,
     Vec,
     Wrench,
+    about,
     add,
     apply,
     apply_transposed,
     cross,
     dot,
     neg,
+    nothing,
+    plus,
+    rotated,
     scale,
     sub,
+    transpose,
     unit_transform,
     zero_vector,
 )
@@ -41,9 +46,8 @@ def motions(scene: Scene, tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], g
     result = []
     for body in scene.bodies:
         i, home = tree.home[body.name]
-        moved, R = carried[i], home.R
-        a = add(moved.a, add(cross(moved.dw, home.p), cross(moved.w, cross(moved.w, home.p))))
-        result.append(TreeMotion(apply_transposed(R, moved.w), apply_transposed(R, moved.dw), apply_transposed(R, a)))
+        moved = carried[i]
+        result.append(TreeMotion(*(apply_transposed(home.R, x) for x in (moved.w, moved.dw, moved.at(home.p)))))
     return result
 
 
@@ -77,18 +81,16 @@ def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
     total = [nothing(graph)] * len(tree)
     placed = placements(tree) if scene.loads or apart else []
 
-    def act(k: int, place: Place, force: Vec, couple: Vec) -> None:
-        """Add a force at a place and a couple, ground axes, to what acts on body k."""
+    def act(k: int, place: Place, wrench: Wrench) -> None:
+        """Add a wrench at a place, ground axes, to what acts on body k."""
         if k >= 0:
-            turned = (apply_transposed(placed[k].R, force), apply_transposed(placed[k].R, couple))
-            total[k] = plus(total[k], about(turned, vector(place.at, graph)))
+            here = rotated(transpose(placed[k].R), wrench)
+            total[k] = plus(total[k], about(here, vector(place.at, graph)))
 
     for load in scene.loads:
         k = number[load.place.body]
-        force, couple = load_vectors(load, graph)
-        if load.frame == "body" and k >= 0:
-            force, couple = apply(placed[k].R, force), apply(placed[k].R, couple)
-        act(k, load.place, force, couple)
+        wrench = load_vectors(load, graph)
+        act(k, load.place, rotated(placed[k].R, wrench) if load.frame == "body" and k >= 0 else wrench)
     for strut in apart:
         ends = [(number[end.body], end) for end in strut.ends]
         a, b = (placed[k].point(vector(end.at, graph)) if k >= 0 else vector(end.at, graph) for k, end in ends)
@@ -98,9 +100,9 @@ def acting(scene: Scene, tree: Sequence[Hinge], state: State) -> list[Wrench]:
             continue
         stores = pull_of(strut).energy is not None
         (rate,) = [graph.zero] if stores else tangents([graph.sqrt(square)], state.velocity)
-        force = scale(pull(strut, square, rate), way)
-        act(*ends[0], force, zero_vector(graph))
-        act(*ends[1], neg(force), zero_vector(graph))
+        force, couple = scale(pull(strut, square, rate), way), zero_vector(graph)
+        act(*ends[0], (force, couple))
+        act(*ends[1], (neg(force), couple))
     return total
 
 

@@ -19,11 +19,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import nothing, plus, times
 from symdyn.dynamics.reactions.members import placements
 from symdyn.dynamics.reactions.ties import Tie, sizes, ties
 from symdyn.graph import Expr
-from symdyn.spatial import Wrench, apply
+from symdyn.spatial import Wrench, nothing, plus, rotated, times
 
 
 def reactions(hanging: Hanging, axes: str = "body", multipliers: Sequence[Expr] | None = None) -> list[Expr]:
@@ -70,8 +69,6 @@ def as_rows(hanging: Hanging, wrenches: Sequence[Wrench], axes: str) -> list[Exp
     for hinge, wrench in zip((*hanging.joints, *hanging.loops), wrenches, strict=True):
         force, moment = hinge.in_joint_axes(wrench) if axes == "joint" else wrench
         if axes == "ground" and hinge.child >= 0:
-            R = placed[hinge.child].R
-            entries += [*apply(R, force), *apply(R, moment)]
-        else:
-            entries += [*force, *moment]
+            force, moment = rotated(placed[hinge.child].R, wrench)
+        entries += [*force, *moment]
     return entries

@@ -25,7 +25,7 @@ from symdyn.dynamics.loops.constraint_rows import recursive
 from symdyn.dynamics.loops.partition import Partition, blocks, driven_velocities
 from symdyn.dynamics.loops.reduction import solve_transposed
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import Hinge, power, relative_twists
+from symdyn.dynamics.reactions.hinges import Hinge, relative_twists
 from symdyn.dynamics.reactions.probes import Array
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable
@@ -34,7 +34,7 @@ from symdyn.scene.forces import touch_of
 from symdyn.scene.joints import AXIS
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.forbidden import everywhere
-from symdyn.spatial import Vec, Wrench, dot, scale, sub
+from symdyn.spatial import Vec, Wrench, dot, power, scale, sub
 
 FLAT = 1e-9  # how far a twist may leave a plane, relative to the largest
 

@@ -29,16 +29,18 @@ from symdyn.spatial import (
     apply,
     apply_transposed,
     cross,
-    dot,
     identity,
+    mirrored,
     multiply,
     neg,
     outer,
-    scale,
+    plus,
+    power,
     scale_matrix,
     skew,
     sub,
     symmetric,
+    times,
     transpose,
     zero_vector,
 )
@@ -61,7 +63,7 @@ class Articulated:
             add_matrices(self.J, other.J),
             add_matrices(self.H, other.H),
             add_matrices(self.M, other.M),
-            _add(self.bias, other.bias),
+            plus(self.bias, other.bias),
         )
 
     def times(self, motion: Pair) -> Pair:
@@ -78,9 +80,9 @@ class Articulated:
         share: Pair = ((n[0], n[1], n[2]), (f[0], f[1], f[2]))
         coupled = outer(U[0], share[1]) if slides else outer(share[0], U[1])
         return Articulated(
-            _symmetric(_minus(self.J, outer(U[0], share[0]))),
+            mirrored(_minus(self.J, outer(U[0], share[0]))),
             _minus(self.H, coupled),
-            _symmetric(_minus(self.M, outer(U[1], share[1]))),
+            mirrored(_minus(self.M, outer(U[1], share[1]))),
             self.bias,
         )
 
@@ -90,7 +92,7 @@ class Articulated:
         rM, Hr = multiply(r, self.M), multiply(self.H, r)
         J = _minus(_minus(self.J, add_matrices(Hr, transpose(Hr))), multiply(rM, r))
         n, f = self.bias
-        return Articulated(_symmetric(J), add_matrices(self.H, rM), self.M, (add(n, cross(p, f)), f))
+        return Articulated(mirrored(J), add_matrices(self.H, rM), self.M, (add(n, cross(p, f)), f))
 
     def seen_from(self, link: Link) -> Articulated:
         """Return it in the parent's frame."""
@@ -151,17 +153,17 @@ def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequenc
         u[i] = tau[i - 1] - A[i].bias[slides][2]
         if p:
             rest = A[i].without(U[i], D[i], slides)
-            push = _add(rest.times(c[i]), (scale(u[i] / D[i], U[i][0]), scale(u[i] / D[i], U[i][1])))
-            A[p] = A[p] + replace(rest, bias=_add(rest.bias, push)).seen_from(tree.link[i])
+            push = plus(rest.times(c[i]), times(u[i] / D[i], U[i]))
+            A[p] = A[p] + replace(rest, bias=plus(rest.bias, push)).seen_from(tree.link[i])
     acceleration: list[Pair] = [(still, neg(tree.gravity))]
     qdd: list[Expr] = []
     for i in tree.outward():  # accelerations, ground to tips
         (dw, a), link = acceleration[tree.parent[i]], tree.link[i]
         turned, moved = link.out(dw), link.out(add(a, cross(dw, link.shift)))
         lifted = cross(turned, (graph.zero, graph.zero, link.rise))
-        given = _add((turned, add(moved, lifted)), c[i])
-        qdd.append((u[i] - _dot(U[i], given)) / D[i])
-        acceleration.append(_add(given, _along_z(qdd[-1], tree.slides[i])))
+        given = plus((turned, add(moved, lifted)), c[i])
+        qdd.append((u[i] - power(U[i], given)) / D[i])
+        acceleration.append(plus(given, _along_z(qdd[-1], tree.slides[i])))
     return [a - b for a, b in zip(qdd, tree.bias(qd)[1:], strict=True)]
 
 
@@ -180,14 +182,6 @@ def _along_z(amount: Expr, slides: bool) -> Pair:
     return (still, along) if slides else (along, still)
 
 
-def _add(x: Pair, y: Pair) -> Pair:
-    return add(x[0], y[0]), add(x[1], y[1])
-
-
-def _dot(x: Pair, y: Pair) -> Expr:
-    return dot(x[0], y[0]) + dot(x[1], y[1])
-
-
 def _minus(a: Mat, b: Mat) -> Mat:
     return (sub(a[0], b[0]), sub(a[1], b[1]), sub(a[2], b[2]))
 
@@ -197,8 +191,3 @@ def _turn(turn: Turn, block: Mat) -> Mat:
     rows = (turn.back(block[0]), turn.back(block[1]), turn.back(block[2]))
     columns = transpose(rows)
     return transpose((turn.back(columns[0]), turn.back(columns[1]), turn.back(columns[2])))
-
-
-def _symmetric(m: Mat) -> Mat:
-    """Return m with the lower triangle taken from the upper, so that equal entries are one node."""
-    return symmetric(m[0][0], m[1][1], m[2][2], m[0][1], m[0][2], m[1][2])

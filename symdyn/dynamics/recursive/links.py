@@ -22,7 +22,18 @@ from typing import Protocol
 
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.graph import Expr
-from symdyn.spatial import Mat, Transform, Vec, apply, apply_transposed, multiply, symmetric, transpose, zero_vector
+from symdyn.spatial import (
+    Mat,
+    Transform,
+    Vec,
+    apply,
+    apply_transposed,
+    mirrored,
+    multiply,
+    symmetric,
+    transpose,
+    zero_vector,
+)
 
 
 class Turn(Protocol):
@@ -90,8 +101,7 @@ class GeneralTurn:
 
     def tensor_back(self, J: Mat) -> Mat:
         """Return R J Rᵀ for a symmetric J."""
-        (xx, xy, xz), (_, yy, yz), (_, _, zz) = multiply(multiply(self.R, J), transpose(self.R))
-        return symmetric(xx, yy, zz, xy, xz, yz)
+        return mirrored(multiply(multiply(self.R, J), transpose(self.R)))
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,18 @@ from symdyn.graph import Expr
 from symdyn.scene import Load, Place, Scene, Strut, express, pull_of, velocity_name
 from symdyn.scene.forces import elastic as struts
 from symdyn.scene.forces import resisting
-from symdyn.spatial import Transform, Vec, Wrench, add, apply, apply_transposed, cross, dot, sub, zero_vector
+from symdyn.spatial import (
+    Transform,
+    Vec,
+    Wrench,
+    about,
+    add,
+    dot,
+    nothing,
+    rotated,
+    sub,
+    transpose,
+)
 
 
 @dataclass(frozen=True)
@@ -105,11 +116,10 @@ def joint_forces(scene: Scene, tree: Tree, lean: LeanTree) -> list[Expr]:
 
 def body_wrenches(scene: Scene, tree: Tree, lean: LeanTree) -> list[Wrench]:
     """Return the wrench of the loads on the ground and every body, each in its frame."""
-    still = (zero_vector(tree.graph), zero_vector(tree.graph))
-    wrench = [still] * len(lean.parent)
+    wrench = [nothing(tree.graph)] * len(lean.parent)
     for load in scene.loads:
         i, (f, n) = _on_body(load, tree, lean)
-        moment = add(wrench[i][1], n)
+        moment = add(wrench[i][1], n)  # before the force: programs are written in the order of birth
         wrench[i] = (add(wrench[i][0], f), moment)
     return wrench
 
@@ -199,14 +209,13 @@ def _out(link: Link, point: Vec) -> Vec:
 
 def _on_body(load: Load, tree: Tree, lean: LeanTree) -> tuple[int, Wrench]:
     """Return the moving body that a load acts on, and its wrench about the origin of that body's frame."""
-    graph = tree.graph
     i, home = _home(load.place.body, tree, lean)
     _, point = _seated(load.place, tree, lean)
-    force, couple = load_vectors(load, graph)
+    wrench = load_vectors(load, tree.graph)
     if load.frame == "body":
-        force, couple = apply(home.R, force), apply(home.R, couple)
+        wrench = rotated(home.R, wrench)
     else:
-        force, couple = apply_transposed(lean.moved[0].R, force), apply_transposed(lean.moved[0].R, couple)
+        wrench = rotated(transpose(lean.moved[0].R), wrench)
         for k in reversed(_path(lean, i)[:-1]):
-            force, couple = lean.link[k].out(force), lean.link[k].out(couple)
-    return i, (force, add(couple, cross(point, force)))
+            wrench = lean.link[k].out(wrench[0]), lean.link[k].out(wrench[1])
+    return i, about(wrench, point)

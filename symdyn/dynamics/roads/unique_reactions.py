@@ -38,7 +38,6 @@ from symdyn.dynamics.reactions.dalembert import (
     equilibrium,
 )
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import nothing
 from symdyn.dynamics.reactions.least import Flags, InNumbers
 from symdyn.dynamics.reactions.probes import Array
 from symdyn.dynamics.reactions.recursion import with_loops
@@ -47,6 +46,7 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
 from symdyn.scene import Scene, express
+from symdyn.spatial import nothing
 
 NEAR = 1e-3
 """Largest residual, over the largest lever, of a position that was written with few digits."""
