@@ -24,6 +24,7 @@ from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import METHODS, importable
+from symdyn.simulation.reaction_columns import choices
 
 pytestmark = pytest.mark.runs
 
@@ -306,17 +307,65 @@ def test_inverse_dynamics_and_reactions_compile_nothing_for_another_value(
     scene, t = read(EXAMPLES / f"{name}.toml"), np.linspace(0.0, 0.2, 3)
     first = scene.coordinates[0]
     law = [f"{first}={float(read_start(scene).q[0])!r} + 0.3*t**2"]
-    reactions = not scene.is_closed
-    inverse(scene, read_motion(scene, law), t, reactions)
+    inverse(scene, read_motion(scene, law), t, reactions=True)
     with monkeypatch.context() as patch:
         patch.setattr("symdyn.simulation.equations.compiled_routines.load_program", None)
         other = another(scene, CASES[name])
-        found = inverse(other, read_motion(other, law), t, reactions)
+        found = inverse(other, read_motion(other, law), t, reactions=True)
     numbers = of_numbers(other)
-    fresh = inverse(numbers, read_motion(numbers, law), t, reactions)
+    fresh = inverse(numbers, read_motion(numbers, law), t, reactions=True)
 
     assert found.names == fresh.names
     assert found.table()[1] == pytest.approx(fresh.table()[1], rel=1e-9, abs=1e-9)
+
+
+def test_values_are_given_with_the_call_of_inverse_dynamics() -> None:
+    scene, t, law = read(EXAMPLES / "cart_pole.toml"), np.linspace(0.0, 0.2, 3), {"x": "0.1*t**2", "theta": "l*t"}
+    inverse(scene, law, t)
+    given, bound = inverse(scene, law, t, values={"l": "0.7", "g": 1.62}), bind(scene, {"l": "0.7", "g": 1.62})
+
+    assert np.array_equal(given.table()[1], inverse(bound, read_motion(bound, law), t).table()[1])
+
+
+@pytest.mark.parametrize("name", ["four_bar", "governor"])
+def test_reactions_of_a_run_compile_nothing_for_another_value(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, asked = read(EXAMPLES / f"{name}.toml"), {"until": 0.1, "method": "dop853", "reactions": "joint"}
+    simulate(scene, **asked)  # type: ignore[arg-type]
+    other = another(scene, {"four_bar": "m2", "governor": "k"}[name])
+    with monkeypatch.context() as patch:
+        patch.setattr("symdyn.simulation.equations.compiled_routines.load_program", None)
+        found = simulate(other, **asked)  # type: ignore[arg-type]
+    fresh = simulate(of_numbers(other), **asked)  # type: ignore[arg-type]
+
+    assert found.names == fresh.names
+    assert found.table()[1] == pytest.approx(fresh.table()[1], rel=1e-7, abs=1e-7)
+
+
+def test_what_numbers_choose_otherwise_is_another_function_of_reactions() -> None:
+    scene = read_text(LINKAGE)
+    one, other, same = (choices(bind(scene, {"c": value}), "body") for value in (1.1, 1, "1.1"))
+
+    assert one == same
+    assert one != other
+
+
+def test_reactions_are_right_however_the_plane_of_a_loop_leans() -> None:
+    scene = read_text(LEANING)
+    t, law = np.array([0.0, 0.1]), {"alpha": "-1 + 0.1*t"}
+    inverse(scene, law, t, reactions="joint")
+    for value in ("0.3", "0.7", "0"):
+        other = bind(scene, {"lean": value})
+        found, fresh = (inverse(one, law, t, reactions="joint") for one in (other, of_numbers(other)))
+
+        assert found.names == fresh.names
+        assert found.table()[1] == pytest.approx(fresh.table()[1], rel=1e-9, abs=1e-9)
+
+
+LEANING = (
+    LINKAGE.replace("c = { value = 1, positive = true }", "c = { value = 1.1, positive = true }\nlean = { value = 0 }")
+    .replace("drive = false\nstart = -1", 'start = -1\norigin = [["Rz", "lean"]]', 1)
+    .replace('origin = [2, 0, 0]\ncoordinate = "delta"', 'origin = [["Rz", "lean"], ["Tx", 2]]\ncoordinate = "delta"')
+)
 
 
 def test_what_the_command_line_binds_is_folded() -> None:

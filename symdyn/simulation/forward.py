@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -125,11 +126,12 @@ def simulate(
         columns, monitors = observe(system, run.t, run.x)
         qdd = system.tell("rates", run.t, run.x)[:, system.nq : system.nq + system.nv]
         tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
+        found = Trajectory(scene, run.t, q, u, qdd, tau)
         if scene.points:
             columns |= dict(zip(point_names(scene), system.tell("points", run.t, run.x).T, strict=True))
         if axes := axes_of(reactions, Faults("")):
-            columns |= reaction_columns(scene, run.t, q, u, qdd, tau, given=True, axes=axes)
-        contacts, seen = needed(system, run.t, q, u, qdd, tau)
+            columns |= reaction_columns(found, given=True, axes=axes)
+        contacts, seen = needed(system, found)
     for one in contacts:
         monitors[f"normal_force {one.row.name}"] = float(one.normal.min())
         monitors[f"friction_coefficient {one.row.name}"] = float(one.friction.max())
@@ -137,9 +139,10 @@ def simulate(
     for note in seen:
         _tell(say, note)
     notes = (*notes, *seen)
-    found = Trajectory(
-        scene, run.t, q, u, qdd, tau, columns, monitors, events, stopped, choice.name, problem.rtol, problem.atol,
-        run.steps, run.evaluations, run.preparing, run.wall, notes,
+    found = replace(
+        found, extra=columns, monitors=monitors, events=events, stopped=stopped, method=choice.name, rtol=problem.rtol,
+        atol=problem.atol, steps=run.steps, evaluations=run.evaluations, preparing=run.preparing, wall=run.wall,
+        notes=notes,
     )  # fmt: skip
     if say is None and not found.complete and stopped != INTERRUPTED:
         warnings.warn(f"{scene.name}: {stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)

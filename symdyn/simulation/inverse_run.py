@@ -22,11 +22,11 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, tangents
 from symdyn.program import cheapest
-from symdyn.scene import Scene, spell, velocity_name
+from symdyn.scene import Scene, bind, spell, velocity_name
 from symdyn.scene.joints.start import starting_position
 from symdyn.scene.units import velocity_units
 from symdyn.scene.values.table import Faults
-from symdyn.simulation.equations.compiled_routines import Compiled, Kept, compiled, point_names, points
+from symdyn.simulation.equations.compiled_routines import Compiled, compiled, compiled_once, point_names, points
 from symdyn.simulation.equations.decisions import written_decisions
 from symdyn.simulation.equations.opened import Opened, numbers_at, opened
 from symdyn.simulation.followed import Followed, Tied, followed
@@ -34,7 +34,7 @@ from symdyn.simulation.initial import no_equations
 from symdyn.simulation.prescribed.forces import Forces, drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME, bound, close, number_of, parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, constant, formula_law
-from symdyn.simulation.prescribed.scene_motion import SceneMotion
+from symdyn.simulation.prescribed.scene_motion import SceneMotion, read_motion
 from symdyn.simulation.reaction_columns import axes_of, reaction_columns
 from symdyn.simulation.trajectory import END, Trajectory
 from symdyn.simulation.valueless import valueless
@@ -50,10 +50,11 @@ NOTHING = 1e-7
 
 def inverse(
     scene: Scene,
-    motion: SceneMotion,
+    motion: SceneMotion | str | Sequence[str] | Mapping[str, str],
     times: npt.ArrayLike,
     reactions: bool | str = False,
     say: Callable[[str], None] | None = None,
+    values: Mapping[str, object] | None = None,
 ) -> Trajectory:
     """Return the driving forces, and on request all joint reactions, of a prescribed motion.
 
@@ -62,16 +63,21 @@ def inverse(
 
     Args:
         scene: the mechanism, its parameters bound.
-        motion: laws of its coordinates; those without one rest at their start, or follow through the loops.
+        motion: laws of its coordinates, from `read_motion`, which takes parameters as they are then, or what that
+            takes; coordinates without one rest at their start, or follow through the loops.
         times: s, shape (N,), ascending.
         reactions: add the columns of all joint reactions and multipliers, in axes "body", "joint" or "ground"; True is
             "body".
         say: takes what a user should know.
+        values: of parameters, in place of those that the scene gives: numbers or formulas by name.
 
     Raises:
         SimulateError: with every fault, one line each; and where there is not even a first row.
+        SceneError: a value that the scene cannot have, or of no parameter.
         DerivationError: the drives do not fit the loops.
     """
+    scene = bind(scene, values) if values else scene
+    motion = motion if isinstance(motion, SceneMotion) else read_motion(scene, motion)
     t = np.atleast_1d(np.asarray(times, dtype=np.float64))
     axes = _check(scene, motion, t, reactions)
     functions = _Functions(scene)
@@ -102,7 +108,7 @@ def inverse(
     if scene.points:
         columns |= dict(zip(point_names(scene), functions("points", t, q, u).T, strict=True))
     if axes:
-        columns |= reaction_columns(scene, t, q, u, a, tau, given=False, axes=axes)
+        columns |= reaction_columns(Trajectory(scene, t, q, u, a, tau), given=False, axes=axes)
     notes += _impossible(scene, tau)
     if say is not None:
         for note in notes:
@@ -210,7 +216,7 @@ class _Functions:
 
     def __init__(self, scene: Scene) -> None:
         found = opened(scene)
-        self._made = _KEPT.get((found.scene, written_decisions(scene)), lambda: _compiled(found))
+        self._made = compiled_once(("inverse", found.scene, written_decisions(scene)), lambda: _compiled(found))
         self._calls = self._made.at(found.values)
         functions = {routine.function.name: routine.function for routine in self._made.program.routines}
         self.closed = "constraint_jacobian" in functions
@@ -223,9 +229,6 @@ class _Functions:
         with np.errstate(all="ignore"):  # where there is no force, the rows end, and words say so
             found = np.asarray(self._calls[name](*(known[one] for one in self._made.takes(name))), dtype=np.float64)
         return np.broadcast_to(found, (*q.shape[:-1], *self._made.program[name].function.shape))
-
-
-_KEPT: Kept[Compiled] = Kept()
 
 
 def _compiled(scene: Opened) -> Compiled:

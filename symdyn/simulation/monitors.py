@@ -17,6 +17,7 @@ from symdyn.scene.forces import touches
 from symdyn.simulation.equations.opened import numbers_at
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.reaction_columns import multipliers
+from symdyn.simulation.trajectory import Trajectory
 
 Array = npt.NDArray[np.float64]
 
@@ -69,19 +70,8 @@ class Needed:
     friction: Array
 
 
-def needed(
-    system: StateEquations, t: Array, q: Array, u: Array, a: Array, tau: Array
-) -> tuple[list[Needed], list[str]]:
-    """Return what contacts that hold a height need over a motion, and what is to be said of it.
-
-    Args:
-        system: the mechanism.
-        t: times, s, shape (N,).
-        q: positions, shape (N, nq).
-        u: velocities, shape (N, nv).
-        a: their rates, shape (N, nv).
-        tau: driving forces, those of prescribed motions included, shape (N, nv).
-    """
+def needed(system: StateEquations, motion: Trajectory) -> tuple[list[Needed], list[str]]:
+    """Return what contacts that hold a height need over a motion, and what is to be said of it."""
     contacts = [row for row in system.scene.rows if touches(row)]
     if not contacts:
         return [], []
@@ -89,7 +79,7 @@ def needed(
     owners = {k: (label.owner, label.number) for k, label in enumerate(labels) if not label.loop}
     places = {owners[k]: place for place, k in enumerate(decisions.kept) if k in owners}
     shared = {owners[k] for k in decisions.loose if k in owners}
-    sizes = multipliers(system.scene, decisions, t, q, u, a, tau)
+    sizes = multipliers(motion, decisions)
     found, notes = [], []
     for row in contacts:
         mine = {row.components[number]: k for (name, number), k in places.items() if name == row.name}
@@ -104,7 +94,7 @@ def needed(
         pushes = normal > NOTHING * size
         one = Needed(row, normal, np.where(pushes, plane / np.where(pushes, normal, 1.0), 0.0))
         found.append(one)
-        notes += _told(one, t, size)
+        notes += _told(one, motion.t, size)
     return found, notes
 
 

@@ -11,65 +11,74 @@ body.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Hashable
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
 from symdyn.dynamics.loops.loop_decisions import LoopDecisions
 from symdyn.dynamics.loops.loop_numbers import Numbers
+from symdyn.dynamics.reactions.ties import ties
+from symdyn.dynamics.roads.equations import Function
+from symdyn.dynamics.roads.unique_reactions import unique_entries
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.graph import reachable
+from symdyn.program import cheapest, formulate
 from symdyn.scene import Scene
 from symdyn.scene.values.table import Faults
-from symdyn.simulation.equations.compiled_routines import requested
+from symdyn.simulation.equations.compiled_routines import Compiled, compiled, compiled_once, function_of
 from symdyn.simulation.equations.decisions import WrittenDecisions, loop_decisions, written_decisions
 from symdyn.simulation.equations.opened import Opened, opened
 from symdyn.simulation.prescribed.formulas_in_time import TIME
+from symdyn.simulation.trajectory import Trajectory
 
 Array = npt.NDArray[np.float64]
 
 LOOSE = "_not_unique"
 """Ends the names of columns that rigid bodies do not determine; their numbers are one choice among many."""
 
-REQUESTS = ("tree_forces", "constraint_jacobian")
-
 AXES = {"force along": "f", "moment about": "m"}
 
-
-def multipliers(scene: Scene, decisions: WrittenDecisions, t: Array, q: Array, u: Array, a: Array, tau: Array) -> Array:
-    """Return λ of the kept rows, N and N m, shape (N, rows).
-
-    Args:
-        scene: the mechanism, its parameters bound.
-        decisions: which rows are kept.
-        t: times, s, shape (N,).
-        q: positions, shape (N, nq).
-        u: velocities, shape (N, nv).
-        a: their rates, shape (N, nv).
-        tau: driving forces, those of prescribed motions included, shape (N, nv).
-    """
-    open_scene = opened(scene)
-    made = requested(open_scene, REQUESTS, decisions)
-    calls, known, found = made.at(open_scene.values), {"q": q, "qd": u, "qdd": a, TIME: t}, {}
-    for name in REQUESTS:
-        values = calls[name](*(known[argument] for argument in made.takes(name)))
-        found[name] = np.broadcast_to(values, (len(t), *made.program[name].function.shape))
-    excess = found["tree_forces"] - tau
-    back = np.linalg.pinv(found["constraint_jacobian"].transpose(0, 2, 1))
-    return np.asarray(np.einsum("nrk,nk->nr", back, excess))
+FRAMES = ("body", "joint", "ground")
+"""What reactions are written in: axes of the child's body, of the joint frame on the parent, of the ground."""
 
 
-def multiplier_columns(scene: Scene, t: Array, q: Array, u: Array, a: Array, tau: Array) -> dict[str, Array]:
-    """Return the multipliers of the kept rows as columns; arguments as for `multipliers`, which decides by itself.
+def multipliers(motion: Trajectory, decisions: WrittenDecisions) -> Array:
+    """Return λ of the kept rows, N and N m, shape (N, rows), of a motion and all forces that drive it."""
+    found = opened(motion.scene)
+
+    def make() -> Compiled:
+        w = Workspace(found.scene, found.closing)
+        forces = function_of(w, "forces", w.forces(list(w.state.qdd)), ("q", "qd", "qdd", TIME))
+        return compiled(w.scene, w.graph, (forces, cheapest(w, "constraint_jacobian")))
+
+    made = compiled_once(("multipliers", found.scene, decisions), make)
+    f, G = (_over(motion, made, found, routine.function) for routine in made.program.routines)
+    return np.asarray(np.einsum("nrk,nk->nr", np.linalg.pinv(G.transpose(0, 2, 1)), f - motion.tau))
+
+
+def _over(motion: Trajectory, made: Compiled, found: Opened, function: Function) -> Array:
+    """Return a compiled function at all samples of a motion, shape (N, ...)."""
+    known = {"q": motion.q, "qd": motion.qd, "qdd": motion.qdd, "tau": motion.tau, TIME: motion.t}
+    values = made.at(found.values)[function.name](*(known[one] for one in made.takes(function.name)))
+    return np.broadcast_to(values, (len(motion.t), *function.shape))
+
+
+def multiplier_columns(motion: Trajectory) -> dict[str, Array]:
+    """Return the multipliers of the kept rows as columns.
 
     They are called `multiplier_LOOP_fx_joint`, along x of the joint frame on the parent; `multiplier_LOOP_force` along
     a direction of its own, such as a rod's; `multiplier_CONTACT_normal`; `multiplier_ROW` of a formula.
     """
+    scene = motion.scene
     if not scene.is_closed:
         return {}
     decisions, numbers = loop_decisions(scene)
     if not decisions.kept:
         return {}
     loose = written_decisions(scene).loose
-    values = multipliers(scene, written_decisions(scene), t, q, u, a, tau)
+    values = multipliers(motion, written_decisions(scene))
     names = [_name(scene, decisions, numbers, k) for k in decisions.kept]
     many, seen = Counter(names), Counter[str]()
     columns = {}
@@ -92,47 +101,53 @@ def _name(scene: Scene, decisions: LoopDecisions, numbers: Numbers, k: int) -> s
     return f"{label.owner}_{words.partition(' ')[0]}"
 
 
-FRAMES = ("body", "joint", "ground")
-"""What reactions are written in: axes of the child's body, of the joint frame on the parent, of the ground."""
-
-
-def reaction_columns(
-    scene: Scene, t: Array, q: Array, qd: Array, qdd: Array, tau: Array, given: bool, axes: str = "body"
-) -> dict[str, Array]:
+def reaction_columns(motion: Trajectory, given: bool, axes: str = "body") -> dict[str, Array]:
     """Return force and moment of every joint and loop at the origin of its moved frame, drives included; N and N m.
 
     They are called `reaction_JOINT_fx`, and in other axes than the body's `reaction_JOINT_fx_joint`, `.._fx_ground`.
     The multipliers of a closed mechanism follow them.
 
     Args:
-        scene: the mechanism.
-        t: times, shape (N,).
-        q: coordinates, shape (N, nq).
-        qd: velocities, shape (N, nv).
-        qdd: their rates, shape (N, nv).
-        tau: driving forces, shape (N, nv).
+        motion: with its driving forces.
         given: whether these give the motion, and more of them may be than it needs; else they are those it takes.
-        axes: "body" (of the child), "joint" (of the joint frame on the parent) or "ground".
+        axes: one of `FRAMES`.
     """
+    scene = motion.scene
     name = "forward_reactions" if scene.is_closed and (given or not any(scene.drives)) else "reactions"
-    request = name if axes == "body" else f"{name}:{axes}"
-    # of a closed mechanism pivots are chosen by numbers, which are not looked at again for other values
-    which = Opened(scene, {}) if scene.is_closed else opened(scene)
-    made = requested(which, (request,))
-    (call,) = made.at(which.values).values()
+    request, found = name if axes == "body" else f"{name}:{axes}", opened(scene)
+
+    def make() -> Compiled:
+        equations = formulate(found.scene, (request,), closing=found.closing)
+        return compiled(found.scene, equations.graph, equations.functions)
+
+    made = compiled_once((request, found.scene, choices(scene, axes)), make)
     function = made.program.routines[0].function
-    known = {"q": q, "qd": qd, "qdd": qdd, "tau": tau, TIME: t}
-    found = np.asarray(call(*(known[one] for one in made.takes(function.name))))
-    found = np.broadcast_to(found, (len(t), *found.shape[-2:]))
-    names, components = function.labels
+    values, (names, components) = _over(motion, made, found, function), function.labels
     unique = function.unique or (True,) * (len(names) * len(components))
     ending = "" if axes == "body" else f"_{axes}"
     columns = {
-        f"reaction_{name}_{component}{ending}{'' if unique[len(components) * i + k] else LOOSE}": found[:, i, k]
+        f"reaction_{name}_{component}{ending}{'' if unique[len(components) * i + k] else LOOSE}": values[:, i, k]
         for i, name in enumerate(names)
         for k, component in enumerate(components)
     }
-    return columns | multiplier_columns(scene, t, q, qd, qdd, tau)
+    return columns | multiplier_columns(motion)
+
+
+@lru_cache(maxsize=16)
+def choices(scene: Scene, axes: str) -> Hashable:
+    """Return what numbers choose for reactions of a closed mechanism: reactions of the same choices are one function.
+
+    Beside rows and velocities these are the wrenches that close loops, node by node, which in a plane have nothing
+    across it, and the entries that rigid bodies determine.
+    """
+    if not scene.is_closed:
+        return None
+    found = opened(scene)
+    w = Workspace(found.scene, found.closing)
+    closing = [x for one in ties(w.hanging) for part in one.wrench or () for x in part]
+    place = {node: k for k, node in enumerate(reachable(closing))}
+    nodes = tuple((node.op, node.value, *(place[arg] for arg in node.args)) for node in place)
+    return written_decisions(scene), unique_entries(w, axes), nodes, tuple(place[x] for x in closing)
 
 
 def axes_of(reactions: bool | str, faults: Faults) -> str:

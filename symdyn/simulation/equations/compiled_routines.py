@@ -20,11 +20,10 @@ from symdyn.dynamics.roads.equations import Argument, Equations, Function, argum
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
-from symdyn.program import Program, formulate, lower, prepare
+from symdyn.program import Program, lower, prepare
 from symdyn.program.assemble import PARAMS
 from symdyn.program.prepare import PREPARE, is_prepared
 from symdyn.scene import Scene, express
-from symdyn.simulation.equations.opened import Opened
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 
@@ -150,14 +149,9 @@ class Kept(Generic[T]):
 _KEPT: Kept[Compiled] = Kept()
 
 
-def requested(scene: Opened, requests: tuple[str, ...], decisions: Hashable = None) -> Compiled:
-    """Return outputs of a scene by name, compiled once for all values at which the same is decided."""
-
-    def make() -> Compiled:
-        equations = formulate(scene.scene, requests, closing=scene.closing)
-        return compiled(scene.scene, equations.graph, equations.functions)
-
-    return _KEPT.get((scene.scene, requests, decisions), make)
+def compiled_once(key: Hashable, make: Callable[[], Compiled]) -> Compiled:
+    """Return what was compiled for a key: functions of an open scene, and what was decided at values of it."""
+    return _KEPT.get(key, make)
 
 
 def _parameters_first(function: Function) -> Function:
