@@ -209,7 +209,9 @@ def with_loads(tree: Scene, seed: int) -> Scene:
     joints = list(tree.joints)
     for i, joint in enumerate(joints):
         if joint.moves and rng.random() < 0.6:
-            joints[i] = replace(joint, dry=Friction(number(1), number(2), number(3), tenths(rng) + number(1)))
+            joints[i] = replace(
+                joint, dry=Friction(joint.name, number(1), number(2), number(3), tenths(rng) + number(1))
+            )
     u, v = symbol(tree.velocities[0]), symbol(tree.velocities[-1])
     loads = (
         Load("tool", place(names[-1]), (u, t, small()), (small(), f, v), "body"),

@@ -143,7 +143,7 @@ def test_load_in_either_frame(frame):
 
 
 def test_stribeck_friction_smoothed_and_ideal():
-    rough = Friction(number(2), number(5), parse("0.1"), parse("0.01"))
+    rough = Friction("hinge", number(2), number(5), parse("0.1"), parse("0.01"))
     smooth = pendulum(dry=rough)
     ideal = pendulum(dry=replace(rough, smoothing=number(0)))
 
@@ -276,7 +276,7 @@ def test_a_load_rides_the_recursion_and_costs_little():
 
 
 def test_ideal_friction_is_refused_in_forward_dynamics_with_the_reason_and_what_to_do():
-    one = pendulum(dry=Friction(number(1)))
+    one = pendulum(dry=Friction("hinge", number(1)))
 
     for road in roads_of("forward_dynamics", one):
         with pytest.raises(DerivationError, match=r"joint hinge is an ideal sign .* at rest .* smoothing .* inverse"):
@@ -295,7 +295,7 @@ def linkage(**changes):
 
 def test_closed_scenes_refuse_ideal_friction_too():
     with pytest.raises(DerivationError, match=r"hinge is an ideal sign"):
-        derive(linkage(dry=Friction(number(1))), ["forward_dynamics"])
+        derive(linkage(dry=Friction("hinge", number(1))), ["forward_dynamics"])
 
 
 # Prescribed motions
@@ -430,7 +430,7 @@ def test_a_long_scalar_function_hands_time_to_its_parts():
 @pytest.mark.runs
 def test_the_certificate_of_a_loaded_scene_proves_and_measures_everything():
     spring, damper = Spring("s", "", (ABOVE, TIP), vec("k"), parse("s0")), Damper("d", "", (ABOVE, TIP), vec("c"))
-    load, dry = Load("w", TIP, vec("F*sin(t)", 0, 0)), Friction(number(1), None, number(1), parse("0.1"))
+    load, dry = Load("w", TIP, vec("F*sin(t)", 0, 0)), Friction("hinge", number(1), None, number(1), parse("0.1"))
     found = certify(pendulum(elements=(spring, damper, load), dry=dry))
 
     assert found.passed
@@ -447,7 +447,10 @@ def test_every_load_is_printed():
         Spring("s", "", (ABOVE, TIP), vec("k"), parse("s0")),
         Spring("e", "hinge", (), vec("c"), parse("s0")),
     )
-    load, dry = Load("w", TIP, vec("F*sin(t)", 0, 0), frame="body"), Friction(parse("F"), None, number(1), parse("c"))
+    load, dry = (
+        Load("w", TIP, vec("F*sin(t)", 0, 0), frame="body"),
+        Friction("hinge", parse("F"), None, number(1), parse("c")),
+    )
     across = Load("v", TIP, vec("F*sin(t)", 0, 0))
     one = pendulum(elements=(spring, twist, load, across), dry=dry, motion=parse("sin(t)"))
     text, page = equations_text(one, "text", "coefficients"), equations_text(one, "latex", document=True)

@@ -44,8 +44,9 @@ from symdyn.graph import Op, substitute, tangents
 from symdyn.program import lower
 from symdyn.scene import JOINTS, Body, Joint, Pose, Scene, number, read_text, symbol
 from symdyn.scene.forces.spring import Spring
+from symdyn.scene.forces.velocity_row import Formula
 from symdyn.scene.values import folding
-from symdyn.scene.values.element import Place, Row
+from symdyn.scene.values.element import Contact, Place
 from symdyn.scene.values.quantity import ONE, ZERO
 from symdyn.scene.values.table import compose
 from symdyn.spatial import Transform, elementary, unit_transform
@@ -85,8 +86,8 @@ def with_loops(seed: int) -> Scene:
         )  # fmt: skip
     at = (exact("1/10"), ZERO, exact("1/5"))
     rows = (
-        Row("blade", "knife_edge", place=Place("end", at), axis=(ONE, exact(2), ZERO)),
-        Row("slow", formula=folding.add(symbol("wx"), folding.mul(symbol("e1"), symbol("wy")))),
+        Contact("blade", "knife_edge", Place("end", at), axis=(ONE, exact(2), ZERO)),
+        Formula("slow", folding.add(symbol("wx"), folding.mul(symbol("e1"), symbol("wy")))),
     )
     return replace(
         tree, bodies=(*tree.bodies, Body("end", ONE)), joints=(*tree.joints, ball), loops=tuple(loops), elements=rows
@@ -123,7 +124,7 @@ def rolling(component: tuple[str, ...], lean: str = "Rx") -> Scene:
         "flight", "custom", "ground", "disc", shape("custom", steps=steps, units=("m",) * 3 + ("rad",) * 3),
         coordinates=names, drives=(None,) * 6,
     )  # fmt: skip
-    row = Row("wheel", "rolling", place=Place("disc"), radius=exact("1/2"), components=component)
+    row = Contact("wheel", "rolling", Place("disc"), radius=exact("1/2"), components=component)
     disc = Body("disc", ONE, inertia=(exact("1/8"), exact("1/4"), exact("1/8"), ZERO, ZERO, ZERO))
     return Scene("disc", (), bodies=(disc,), joints=(free,), elements=(row,))
 
@@ -160,7 +161,7 @@ def test_an_upright_wheel_has_rows_without_a_root() -> None:
 
 
 def test_a_row_that_is_not_linear_in_the_velocities_is_refused() -> None:
-    scene = replace(random_tree(1), elements=(Row("odd", formula=folding.mul(symbol("x0_dot"), symbol("x0_dot"))),))
+    scene = replace(random_tree(1), elements=(Formula("odd", folding.mul(symbol("x0_dot"), symbol("x0_dot"))),))
 
     with pytest.raises(DerivationError, match=r"rows\.odd: the formula is not linear in the velocities"):
         derive(scene, ("constraint_jacobian",))

@@ -69,7 +69,7 @@ def loaded() -> Scene:
     moving = [joint.name for joint in tree.joints if joint.moves]
     ends = (Place("b0", vector("1/10", "1/5", "3/10")), Place("b3", vector("2/5", 0, "1/3")))
     hook = (Place("ground", vector(1, 2, 3)), Place("b2", vector("1/2", 0, 0)))
-    dry = Friction(number(2), smoothing=number(Fraction(1, 10)))
+    dry = Friction(moving[-1], number(2), smoothing=number(Fraction(1, 10)))
     return replace(
         tree,
         name="loaded",

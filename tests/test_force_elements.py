@@ -12,7 +12,7 @@ from symdyn.algebra.numeric import Floats
 from symdyn.graph import Expr, Graph, Op, evaluate, gradient, reachable
 from symdyn.scene import FORCES, Strut, pull_of
 from symdyn.scene.forces import elastic, resisting
-from symdyn.scene.forces.kind import Mark, Pull
+from symdyn.scene.forces.force_kind import Mark, Pull
 from symdyn.teach.languages import LANGUAGES
 
 WIDE = everything()

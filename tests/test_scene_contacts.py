@@ -149,7 +149,7 @@ def test_words_of_python_declare_the_same_contacts() -> None:
     )  # fmt: skip
 
     assert read_text(write_text(one, "toml").text, "again.toml") == one
-    assert [touches(row) for row in one.rows] == [True, False, False]
+    assert [touches(row) for row in one.contacts] == [True, False, False]
     assert one.rows[0].axis is None
 
 
@@ -167,7 +167,7 @@ def test_info_tells_contacts(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_contact_that_holds_a_height_is_printed_as_a_position() -> None:
-    one = wheel(more='components = ["along", "across", "normal"]\n').rows[0]
+    one = wheel(more='components = ["along", "across", "normal"]\n').contacts[0]
     text = HEAD.replace("GRAVITY", "[0, 0, -9.81]").replace("PARAMETER", "0.1").replace("axis = [0, 1, 0]\n", "")
     shown = equations_text(read_text(text, "ball.toml"), "text")
 

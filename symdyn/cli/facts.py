@@ -185,7 +185,6 @@ def _beside(joint: Joint) -> dict[str, Any]:
 def acting(scene: Scene) -> list[dict[str, str]]:
     """Return what acts beside gravity, drives and damping: what it is, its name, where it acts, its law."""
     from symdyn.scene import FORCES, Place, Quantity, spell
-    from symdyn.scene.forces import friction
 
     def row(kind: str, name: str, where: str, law: str) -> dict[str, str]:
         return {"kind": kind, "name": name, "where": where, "law": law}
@@ -201,7 +200,7 @@ def acting(scene: Scene) -> list[dict[str, str]]:
         rows.append(row(strut.kind, strut.name, at(strut.joint, strut.ends), FORCES[strut.kind].says(strut)))
     for joint in scene.joints:
         if joint.dry is not None:
-            rows.append(row("friction", joint.name, at(joint.name, ()), friction.says(joint.dry)))
+            rows.append(row(joint.dry.kind, joint.name, at(joint.name, ()), FORCES[joint.dry.kind].says(joint.dry)))
         if joint.motion is not None:
             rows.append(row("motion", joint.name, at(joint.name, ()), f"{joint.coordinate} = {spell(joint.motion)}"))
     for load in scene.loads:

@@ -51,8 +51,8 @@ def link(scene: Scene, found: Places, body: Placed, view: View, colour: int) -> 
         limbs = [np.stack([view.flat(start), view.flat(tip)], axis=1) for tip in tips]
         width = view.size * 0.7
         shapes += [path("halo", *limbs, size=width + 3), path(f"link body{colour}", *limbs, size=width)]
-    for row in scene.rows:
-        if row.name in found.wheels and row.place is not None and row.place.body == body.name:
+    for row in scene.contacts:
+        if row.name in found.wheels and row.place.body == body.name:
             centre, axis, radius = found.wheels[row.name]
             rims = [axis] if axis is not None else [np.broadcast_to(view.toward, centre.shape), body.frame.R[:, :, 2]]
             shapes += [disc(f"link body{colour}", view, centre, rim, radius * view.scale) for rim in rims]

@@ -17,7 +17,7 @@ from symdyn.draw.places import Array, Hinge, Places, unit
 from symdyn.draw.shapes import Item, Shape, arc_arrow, arrow, circle_points, dot, path
 from symdyn.draw.view import View
 from symdyn.scene import FORCES, GROUND, Joint, Scene, Strut
-from symdyn.scene.forces.kind import Mark
+from symdyn.scene.forces.force_kind import Mark
 
 ARROW = 46.0  # length of a force, units of the picture
 BESIDE = 6.0  # how far a couple's arrow is beside its point, units of the picture

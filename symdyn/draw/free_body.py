@@ -23,7 +23,7 @@ from symdyn.draw.view import View
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.printed_names import print_name
 from symdyn.graph import Graph, evaluate
-from symdyn.scene import JOINTS, Row, Scene, Strut
+from symdyn.scene import JOINTS, Contact, Scene, Strut
 from symdyn.scene.values.mapping import quantities_in
 from symdyn.spatial import Transform
 
@@ -67,8 +67,8 @@ def free_body(
         title = f"cut at joint {hinge.joint.name}"
         drawn.append(Item(f"cut-{hinge.joint.name}", title, 2, np.zeros(1), (dot("joint", at, seen.size * 0.6),)))
         labels.append(Label(f"label-joint-{hinge.joint.name}", words(hinge.joint.name), at, seen.size))
-    for row in scene.rows:
-        if row.name in found.touches and body in (row.plane.body, row.place.body if row.place else ""):
+    for row in scene.contacts:
+        if row.name in found.touches and body in (row.plane.body, row.place.body):
             at = seen.flat(pushes(row, found)[0][None])
             spot = dot("joint", at, seen.size * 0.6)
             drawn.append(Item(f"cut-{row.name}", f"contact {row.name}", 2, np.zeros(1), (spot,)))
@@ -118,7 +118,7 @@ def acting_on(
     for hinge in found.hinges:
         if body in (hinge.joint.parent, hinge.joint.child):
             acting += _transmitted(hinge, body)
-    for row in scene.rows:
+    for row in scene.contacts:
         if row.name in found.touches:
             acting += _pushed(row, body, found)
     return tuple(acting)
@@ -153,10 +153,10 @@ def _closer(view: View, alone: Places, scene: Scene, body: str) -> View:
     placed = alone.body(body)
     ends = [_cut(hinge, body)[0] for hinge in alone.hinges] + ([] if placed.com is None else [placed.com[0]])
     ends += [at[0] for at in spots(scene, alone, body)]
-    for row in scene.rows:
-        if row.name in alone.touches and body in (row.plane.body, row.place.body if row.place else ""):
+    for row in scene.contacts:
+        if row.name in alone.touches and body in (row.plane.body, row.place.body):
             ends.append(pushes(row, alone)[0])
-        if row.name in alone.wheels and row.place is not None and row.place.body == body:
+        if row.name in alone.wheels and row.place.body == body:
             centre, _, radius = alone.wheels[row.name]
             ends += [centre[0] + sign * radius * way for way in (view.right, view.up) for sign in (-1, 1)]
     flat = view.lean(np.array(ends))
@@ -193,11 +193,11 @@ def _pulls(one: Strut, body: str, found: Places) -> list[Wrench]:
     return pulls
 
 
-def _pushed(row: Row, body: str, found: Places) -> list[Wrench]:
+def _pushed(row: Contact, body: str, found: Places) -> list[Wrench]:
     """Return the forces of a contact on a body, positive on what touches the plane, opposite on what carries it."""
     at, forces = pushes(row, found)
     acting = []
-    for own, sense in ((row.place.body if row.place else "", 1.0), (row.plane.body, -1.0)):
+    for own, sense in ((row.place.body, 1.0), (row.plane.body, -1.0)):
         for k, force in enumerate(forces, 1) if own == body else ():
             index = f",{k}" if len(forces) > 1 else ""
             name = rf"{'' if sense > 0 else '-'}F_{{\mathrm{{{in_latex(row.name)}}}{index}}}"

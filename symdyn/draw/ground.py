@@ -12,7 +12,7 @@ from symdyn.draw.joint_symbols import parts, rail_ends
 from symdyn.draw.places import Array, Hinge, Places, across, unit
 from symdyn.draw.shapes import Item, Shape, circle_points, line, path
 from symdyn.draw.view import View
-from symdyn.scene import GROUND, JOINTS, Row, Scene
+from symdyn.scene import GROUND, JOINTS, Contact, Scene
 from symdyn.scene.joints import MarkPart
 
 AROUND, SHARE = 1.5, 0.3
@@ -115,10 +115,10 @@ def planes(scene: Scene, found: Places, view: View) -> tuple[Item, ...]:
     return tuple(items)
 
 
-def patches(scene: Scene, found: Places) -> list[tuple[Row, Array]]:
+def patches(scene: Scene, found: Places) -> list[tuple[Contact, Array]]:
     """Return every plane by the first row that is about it, with the corners of what is drawn, shape (N, 4, 3)."""
-    rows_of: dict[object, list[Row]] = {}
-    for row in scene.rows:
+    rows_of: dict[object, list[Contact]] = {}
+    for row in scene.contacts:
         if row.name in found.touches and found.touches[row.name].drawn:
             rows_of.setdefault(row.plane, []).append(row)
     corners = []
@@ -160,7 +160,7 @@ def _shown(corners: Array, normal: Array, view: View) -> tuple[Shape, ...]:
     return (path("stand", corners, closed=True), path("hatch", *strokes, size=0.8))
 
 
-def pushes(row: Row, found: Places) -> tuple[Array, list[Array]]:
+def pushes(row: Contact, found: Places) -> tuple[Array, list[Array]]:
     """Return where a contact acts at the first position that is found, and its unit forces, as its multipliers go."""
     touch = found.touches[row.name]
     n, spot = touch.normal[0], touch.spot[0]

@@ -18,9 +18,9 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import first_moment, joint_motion, placement, vector
 from symdyn.errors import DrawError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
-from symdyn.scene import FORCES, GROUND, JOINTS, Body, Element, Joint, Load, Row, Scene, express
+from symdyn.scene import FORCES, GROUND, JOINTS, Body, Contact, Element, Joint, Load, Scene, express
 from symdyn.scene.forces.contact import in_plane
-from symdyn.scene.forces.kind import Rim
+from symdyn.scene.forces.force_kind import Rim
 from symdyn.scene.joints import JointMotion, blocks
 from symdyn.spatial import Transform, Vec, apply, unit_transform
 
@@ -203,7 +203,7 @@ def _element(one: Element, placed: Mapping[str, Transform], graph: Graph) -> dic
         R = placed[one.place.body].R if one.frame == "body" else unit_transform(graph).R
         force, couple = load_vectors(one, graph)
         wanted |= {("force", one): apply(R, force), ("couple", one): apply(R, couple)}
-    elif isinstance(one, Row) and one.place is not None:
+    elif isinstance(one, Contact):
         if isinstance(FORCES[one.kind].mark, Rim):
             wanted["radius", one] = (express(one.radius, graph),)
         if one.axis:
@@ -304,19 +304,19 @@ def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: in
             if one.ends
         },
         {load: (arrays["force", load], arrays["couple", load]) for load in scene.loads},
-        {row.name: wheel for row in scene.rows if (wheel := _wheel(row, arrays)) is not None},
-        {row.name: _touch(row, arrays) for row in scene.rows if row.ends},
+        {row.name: wheel for row in scene.contacts if (wheel := _wheel(row, arrays)) is not None},
+        {row.name: _touch(row, arrays) for row in scene.contacts},
         arrays["gravity",][0],
     )
 
 
-def _wheel(row: Row, arrays: Mapping[Key, Array]) -> tuple[Array, Array | None, float] | None:
+def _wheel(row: Contact, arrays: Mapping[Key, Array]) -> tuple[Array, Array | None, float] | None:
     if ("radius", row) not in arrays:
         return None
     return arrays["end", row, 0], unit(arrays["axis", row]) if row.axis else None, float(arrays["radius", row][0, 0])
 
 
-def _touch(row: Row, arrays: Mapping[Key, Array]) -> Touch:
+def _touch(row: Contact, arrays: Mapping[Key, Array]) -> Touch:
     rolls = ("radius", row) in arrays
     across = unit(arrays["axis", row]) if row.axis and not rolls else None
     normal, along = unit(arrays["normal", row]), unit(arrays["along", row])

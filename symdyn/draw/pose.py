@@ -64,7 +64,7 @@ def pose(
         if name not in scene.coordinates:
             raise DrawError(f'{scene.name}: "{name}" is not a coordinate; {suggestion(name, scene.coordinates)}')
     values = values_of(scene, parameters)
-    if scene.loops or any(touches(row) for row in scene.rows):
+    if scene.loops or any(map(touches, scene.contacts)):
         return _closed(scene, given, values, parameters)
     declared = any(joint.start for joint in scene.joints)
     q = _start(scene, values)

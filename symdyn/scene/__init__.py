@@ -22,19 +22,20 @@ from symdyn.scene.build_joints import (
 from symdyn.scene.declaration.locking import lock
 from symdyn.scene.declaration.reader import Reading, ReadOptions, Written
 from symdyn.scene.forces import FORCES, pull_of
+from symdyn.scene.forces.body_load import load
 from symdyn.scene.forces.contact import knife_edge, rolling
 from symdyn.scene.forces.damper import Damper, damper
-from symdyn.scene.forces.kind import Forbid, ForceKind, Pull, Push, Touch
-from symdyn.scene.forces.load import load
+from symdyn.scene.forces.force_kind import Forbid, ForceKind, Pull, Push, Touch
+from symdyn.scene.forces.friction import Friction
 from symdyn.scene.forces.spring import Spring, spring
-from symdyn.scene.forces.velocity_row import row
+from symdyn.scene.forces.velocity_row import Formula, row
 from symdyn.scene.joints import JOINTS, JointKind, JointMotion, Move
 from symdyn.scene.joints.start import starting_position, starting_velocity
 from symdyn.scene.scene_files import read, read_noting, write_text
 from symdyn.scene.symbolic import with_symbols
 from symdyn.scene.ten_parameters import with_symbolic_inertia
 from symdyn.scene.toml import read_text
-from symdyn.scene.values.element import Element, Friction, Load, Place, Plane, Row, Strut
+from symdyn.scene.values.element import Contact, Element, Load, Place, Plane, Row, Strut
 from symdyn.scene.values.formula import FormulaError, parse
 from symdyn.scene.values.model import (
     GROUND,
@@ -59,11 +60,13 @@ __all__ = [
     "GROUND",
     "JOINTS",
     "Body",
+    "Contact",
     "Coupling",
     "Damper",
     "Element",
     "Forbid",
     "ForceKind",
+    "Formula",
     "FormulaError",
     "Friction",
     "Joint",

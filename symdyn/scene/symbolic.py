@@ -22,12 +22,12 @@ from dataclasses import replace
 from fractions import Fraction
 
 from symdyn.errors import SceneError
-from symdyn.scene.forces import FORCES, friction, sections
-from symdyn.scene.forces.keys import Key
+from symdyn.scene.forces import FORCES, sections
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.ten_parameters import named_body
 from symdyn.scene.values.element import Element
 from symdyn.scene.values.folding import mul
+from symdyn.scene.values.key import Key
 from symdyn.scene.values.made_names import Names, moving_names
 from symdyn.scene.values.model import Joint, Pose, Scene
 from symdyn.scene.values.names import suggestion
@@ -83,12 +83,10 @@ def _placed(scene: Scene, names: Names) -> Scene:
 
     def joint(one: Joint, place: str) -> Joint:
         origin, tip = (_pose(pose, place, one.name, names) for pose in (one.origin, one.tip))
-        sizes = {
-            key.name: names.of(value, f"{key.letter}{place}", key.unit, f"{key.text} of {one.name}", True)
-            for key, value in JOINTS[one.type].values(one)
-            if key.letter
-        }
-        return replace(one, origin=origin, tip=tip).shaped(**sizes)
+        placed = replace(one, origin=origin, tip=tip)
+        for key in JOINTS[one.type].keys:
+            placed = key.named(placed, "geometry", "", place, names)
+        return placed
 
     return replace(
         scene,
@@ -134,8 +132,8 @@ def _damper(joint: Joint, k: int, names: Names) -> Joint:
     if joint.dry is None:
         return replace(joint, damping=damping)
     dry = joint.dry
-    for key in friction.KEYS:
-        dry = key.called(dry, joint.name, k, names, slides)
+    for key in FORCES[dry.kind].parts:
+        dry = key.named(dry, "forces", "", k, names, slides)
     return replace(joint, damping=damping, dry=dry)
 
 

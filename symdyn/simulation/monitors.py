@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.scene import Row
+from symdyn.scene import Contact
 from symdyn.scene.forces import touches
 from symdyn.simulation.equations.opened import numbers_at
 from symdyn.simulation.equations.system import StateEquations
@@ -65,14 +65,14 @@ class Needed:
         friction: |F| / N at least, where the contact pushes; 0 elsewhere, shape (N,).
     """
 
-    row: Row
+    row: Contact
     normal: Array
     friction: Array
 
 
 def needed(system: StateEquations, motion: Trajectory) -> tuple[list[Needed], list[str]]:
     """Return what contacts that hold a height need over a motion, and what is to be said of it."""
-    contacts = [row for row in system.scene.rows if touches(row)]
+    contacts = [row for row in system.scene.contacts if touches(row)]
     if not contacts:
         return [], []
     labels, decisions = numbers_at(system.scene).constraints.labels, system.decisions
@@ -106,7 +106,7 @@ def _told(one: Needed, t: Array, size: float) -> list[str]:
         worst = int(one.normal.argmin())
         notes.append(
             f"{where}: its normal force would pull at t = {t[pulls[0]]:.6g} s, by up to {-one.normal[worst]:.3g} N at "
-            f"t = {t[worst]:.6g} s; {one.row.place.body if one.row.place else ''} would lift off there, which this "
+            f"t = {t[worst]:.6g} s; {one.row.place.body} would lift off there, which this "
             "model does not know"
         )
     if float(one.friction.max(initial=0.0)) > NOTHING:

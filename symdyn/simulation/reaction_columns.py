@@ -92,8 +92,8 @@ def multiplier_columns(motion: Trajectory) -> dict[str, Array]:
 def _name(scene: Scene, decisions: LoopDecisions, numbers: Numbers, k: int) -> str:
     label = numbers.constraints.labels[k]
     if not label.loop:
-        row = next(row for row in scene.rows if row.name == label.owner)
-        return f"{label.owner}_{row.components[label.number]}" if row.place else label.owner
+        row = next((row for row in scene.contacts if row.name == label.owner), None)
+        return f"{label.owner}_{row.components[label.number]}" if row else label.owner
     words = decisions.names[k].removeprefix(f"{label.owner}: ")
     kind, _, axis = words.rpartition(" ")
     if kind in AXES and axis in ("x", "y", "z"):

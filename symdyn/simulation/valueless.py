@@ -16,7 +16,7 @@ from symdyn.dynamics.mechanism.loads import pull
 from symdyn.dynamics.mechanism.placements import ends_apart
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import FORCES, Quantity, Scene, express, pull_of, spell
-from symdyn.scene.forces.kind import TIME as CLOCK
+from symdyn.scene.values.key import TIME as CLOCK
 from symdyn.simulation.prescribed.forces import Forces, drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 from symdyn.spatial import dot

@@ -7,7 +7,6 @@ from symdyn.dynamics.mechanism.state import joint_position
 from symdyn.emit.print.formula_text import value_text
 from symdyn.graph import Graph
 from symdyn.scene import FORCES, GROUND, Joint, Scene, express
-from symdyn.scene.forces import friction
 from symdyn.scene.units import coordinates_with_units, drives_with_units
 from symdyn.scene.values.quantity import ZERO
 from symdyn.teach.document import Picture, Step, Values, Words
@@ -53,7 +52,7 @@ def acting_steps(lesson: Prose) -> list[Step]:
         if joint.damping != ZERO:
             rows.append((lesson.say("acting.damping"), Words((where,))))
         if joint.dry is not None:
-            rows.append((Words((friction.WORDS[lesson.language],)), Words((where,))))
+            rows.append((Words((FORCES[joint.dry.kind].words[lesson.language],)), Words((where,))))
         if any(x != ZERO for x in joint.forces):
             rows.append((lesson.say("acting.force"), Words((where,))))
     for one in (*scene.struts, *scene.loads):

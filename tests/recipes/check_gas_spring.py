@@ -18,7 +18,7 @@ from symdyn.errors import SymdynError
 from symdyn.scene import FORCES, Place, Pull, Spring, lock, number, parse, read_text, with_symbols, write_text
 from symdyn.scene.build import body, scene
 from symdyn.scene.build_joints import prismatic
-from symdyn.scene.forces.kind import ForceKind
+from symdyn.scene.forces.force_kind import ForceKind
 from symdyn.scene.values.python_values import entry
 from symdyn.simulation import simulate
 from symdyn.teach import walkthrough
@@ -108,6 +108,7 @@ def check_parts() -> None:
     assert "uses the undefined symbol s" in refusal(ARM.replace('charge = "n"', 'charge = "s"'))
     assert "charge = phi uses phi, which moves" in refusal(ARM.replace('charge = "n"', 'charge = "phi"'))
     assert "charge = [1] is a list; give a number" in refusal(ARM.replace('charge = "n"', "charge = [1]"))
+    assert "charge = -3 is that of no gas; give one above zero" in refusal(ARM.replace("charge = 3", "charge = -3"))
     assert 'unknown key "charg"; did you mean charge?' in refusal(
         ARM.replace('charge = "n"', 'charge = 1\ncharg = "n"')
     )
@@ -177,7 +178,7 @@ def check_mark() -> None:
 
 
 def check_check() -> None:
-    assert "charge = -3 is that of no gas; give one above zero" in refusal(ARM.replace("charge = 3", "charge = -3"))
+    assert "dead = -1 is a length below zero" in refusal(ARM.replace("charge = 3", "charge = 3\ndead = -1"))
 
 
 CHECKS = {

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 from symdyn.graph import Expr, Op
 from symdyn.scene import FORCES, ForceKind, Pull, Quantity, Strut, express, spell
-from symdyn.scene.forces.ends import Ends
-from symdyn.scene.forces.keys import NUMBER, Key
-from symdyn.scene.forces.kind import Mark, Stand
+from symdyn.scene.forces.attachments import Ends
+from symdyn.scene.forces.force_kind import Mark
+from symdyn.scene.values.key import Key, Stand
 from symdyn.scene.values.quantity import ZERO
-from symdyn.scene.values.value import value_of
+from symdyn.scene.values.table import Table
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,9 @@ def _energy(spring: GasSpring, x: Expr) -> Expr:
 
 
 def _check(spring: GasSpring, stand: Stand) -> None:
-    charge = value_of(spring.charge, stand.values)
-    if charge is not None and charge <= 0:
-        stand.fault(f"charge = {spell(spring.charge)} is that of no gas; give one above zero")
+    dead = stand.value(spring.dead)
+    if dead is not None and dead < 0:
+        stand.fault(f"dead = {spell(spring.dead)} is a length below zero; give zero or more")
 
 
 FORCES["gas_spring"] = ForceKind(
@@ -50,8 +50,17 @@ FORCES["gas_spring"] = ForceKind(
     letter="gs",
     parts=(
         Ends(),
-        Key("charge", NUMBER, letters=("pv",), unit="J", text="charge of {}", positive=True),
-        Key("dead", NUMBER, ZERO, letters=("dl",), unit="m", text="dead length of {}"),
+        Key(
+            "charge",
+            Table.quantity,
+            ZERO,
+            above_zero="is that of no gas; give one above zero",
+            letters=("pv",),
+            unit="J",
+            text="charge of {}",
+            positive=True,
+        ),
+        Key("dead", Table.quantity, ZERO, letters=("dl",), unit="m", text="dead length of {}"),
     ),
     needs=("charge",),
     missing="charge is missing; write charge = 20, pressure times volume in joules",

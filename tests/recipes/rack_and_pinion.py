@@ -7,21 +7,24 @@ from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Joint, Quantity, express, number
-from symdyn.scene.joints import JOINTS, Block, Forbids, JointKey, JointKind, JointMark, JointMotion, MarkPart, Move
+from symdyn.scene.joints import JOINTS, Block, Forbids, JointKind, JointMark, JointMotion, MarkPart, Move
 from symdyn.scene.joints.forbidden import everywhere, forces, leaning, moments, offsets
 from symdyn.scene.values import folding
+from symdyn.scene.values.key import Key
 from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, dot, scale, unit_transform
 
-RADIUS = JointKey(
+RADIUS = Key(
     "radius",
     Table.quantity,
     number(0),
     example="radius = 0.1, that of the pitch circle in metres",
     above_zero="is that of no pinion; give that of the pitch circle",
-    letter="rp",
+    letters=("rp",),
     unit="m",
-    text="pitch radius",
+    text="pitch radius of {}",
+    positive=True,
+    geometry=True,
 )
 
 

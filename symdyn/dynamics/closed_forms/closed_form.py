@@ -177,7 +177,7 @@ def _rotors(scene: Scene, graph: Graph) -> list[tuple[int, Expr]]:
     rotors = []
     for joint in scene.joints:
         inertia = express(joint.armature, graph)
-        if joint.moves and not inertia.is_zero and not JOINTS[joint.type].ball:
+        if joint.moves and not inertia.is_zero and not JOINTS[joint.type].ball(joint):
             leader = joint.coupling.coordinate if joint.coupling else joint.coordinate
             ratio = express(joint.coupling.ratio, graph) if joint.coupling else graph.one
             rotors.append((number[leader], ratio * ratio * inertia))
@@ -190,7 +190,7 @@ def _balls(scene: Scene, graph: Graph) -> list[tuple[Inertia, list[tuple[int, Tr
     found = []
     for joint in scene.joints:
         a, zero = express(joint.armature, graph), graph.zero
-        if JOINTS[joint.type].ball and not a.is_zero:
+        if not a.is_zero and JOINTS[joint.type].ball(joint):
             X = joint_motion(joint, graph).placement
             inertia = Inertia(zero, zero_vector(graph), symmetric(a, a, a, zero, zero, zero))
             found.append((inertia, [(number[q], X) for q in joint.coordinates]))

@@ -95,7 +95,7 @@ def rotor_energy(joint: Joint, rates: dict[Expr, Expr], graph: Graph) -> Expr:
     inertia = express(joint.armature, graph)
     if inertia.is_zero:
         return graph.zero
-    if JOINTS[joint.type].ball:
+    if JOINTS[joint.type].ball(joint):
         return _half(graph) * inertia * _square(_angular_velocity(joint_motion(joint, graph).placement.R, rates))
     (rate,) = tangents([joint_position(joint, graph)], rates)
     return _half(graph) * inertia * rate * rate

@@ -210,7 +210,7 @@ def off_planes(numbers: Numbers, q: Array) -> list[str]:
     """Return which contacts are off the plane that their scene declares, and do not hold it."""
     heights = numbers.at([one.height for one in numbers.gauges], q).tolist()
     return [
-        f"contact {one.row.name}: {one.row.place.body if one.row.place else ''} is {abs(h):.3g} m "
+        f"contact {one.row.name}: {one.row.place.body} is {abs(h):.3g} m "
         f"{'above' if h > 0 else 'below'} its plane, and no component of the contact holds it there"
         for one, h in zip(numbers.gauges, heights, strict=True)
         if one.row.plane.declared and not touches(one.row) and abs(h) > CLOSED * max(1.0, lever_of(numbers, q))

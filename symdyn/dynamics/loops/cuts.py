@@ -16,9 +16,9 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import placement, vector
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import JOINTS, Joint, Row, Scene
+from symdyn.scene import JOINTS, Contact, Joint, Scene
 from symdyn.scene.forces import touch_of
-from symdyn.scene.forces.kind import Touch
+from symdyn.scene.forces.force_kind import Touch
 from symdyn.spatial import Transform, Wrench, dot, identity
 
 
@@ -52,8 +52,7 @@ class Cut:
 
 def cuts(scene: Scene, graph: Graph) -> list[Cut]:
     """Return the cut joints of a scene, and its contacts."""
-    contacts = (contact(row, graph) for row in scene.rows)
-    return [*(_joint(joint, graph) for joint in scene.loops), *(cut for cut in contacts if cut)]
+    return [*(_joint(joint, graph) for joint in scene.loops), *(contact(row, graph) for row in scene.contacts)]
 
 
 def _joint(joint: Joint, graph: Graph) -> Cut:
@@ -73,12 +72,9 @@ def _joint(joint: Joint, graph: Graph) -> Cut:
     )
 
 
-def contact(row: Row, graph: Graph) -> Cut | None:
-    """Return the cut that a contact makes; None for a row that is none."""
+def contact(row: Contact, graph: Graph) -> Cut:
+    """Return the cut that a contact makes."""
     law = touch_of(row)
-    if law is None:
-        return None
-    assert row.place is not None, "a contact is at a place"
     closes = law.closes(row)
     return Cut(
         row.name,
@@ -94,7 +90,7 @@ def contact(row: Row, graph: Graph) -> Cut | None:
     )
 
 
-def sine(law: Touch, row: Row, X: Transform) -> Expr:
+def sine(law: Touch, row: Contact, X: Transform) -> Expr:
     """Return w of a contact; 1 where a wheel stands upright whatever it does, which the ring decides exactly."""
     graph, lean = X.p[0].graph, law.lean(row, X)
     if lean is None:
@@ -118,7 +114,7 @@ class Gauge:
         sine: of the angle between the axis of a wheel and the normal; 1 for a ball or a blade.
     """
 
-    row: Row
+    row: Contact
     height: Expr
     sine: Expr
 
@@ -134,18 +130,16 @@ class Gauge:
 
     @property
     def _parallel(self) -> str:
-        body = self.row.place.body if self.row.place else ""
+        body = self.row.place.body
         return f"{body} lies flat on its plane, its axis along the normal, so that no point of its rim is the lowest"
 
 
 def gauges(scene: Scene, graph: Graph) -> tuple[Gauge, ...]:
     """Return the gauges of all contacts of a scene."""
-    touching = [(row, law) for row in scene.rows if (law := touch_of(row)) is not None]
-    placed = body_placements(scene, graph) if touching else {}
+    placed = body_placements(scene, graph) if scene.contacts else {}
     found = []
-    for row, law in touching:
-        cut = contact(row, graph)
-        assert cut is not None, "what touches is cut"
+    for row in scene.contacts:
+        cut, law = contact(row, graph), touch_of(row)
         X = (placed[cut.parent] @ cut.before).inverse() @ placed[cut.child] @ cut.behind
         w = sine(law, row, X)
         found.append(Gauge(row, law.height(row, X, w), w))

@@ -28,7 +28,7 @@ from dataclasses import dataclass
 from symdyn.dynamics.mechanism.state import joint_motion, state_symbols
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import JOINTS, Scene
-from symdyn.scene.joints.kind import Block
+from symdyn.scene.joints.joint_kind import Block
 from symdyn.spatial import apply, multiply, skew
 
 Brackets = Mapping[tuple[int, int], tuple[tuple[int, int], ...]]

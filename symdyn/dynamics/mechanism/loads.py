@@ -18,8 +18,7 @@ from symdyn.dynamics.mechanism.state import State, joint_position, state_symbols
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, gradient, tangents
 from symdyn.scene import FORCES, Joint, Load, Place, Push, Scene, Strut, express, pull_of
-from symdyn.scene.forces import elastic, resisting
-from symdyn.scene.forces.friction import rubbing
+from symdyn.scene.forces import elastic, resisting, rub_of
 from symdyn.scene.values.quantity import ZERO
 from symdyn.spatial import Transform, Vec, Wrench, dot, power, rotated, spin, sub
 
@@ -61,7 +60,7 @@ def stored_between(strut: Strut, square: Expr) -> Expr:
 def joint_resistance(joint: Joint, rate: Expr) -> Expr:
     """Return viscous damping and dry friction of a joint against one of its rates, N or N m."""
     viscous = express(joint.damping, rate.graph) * rate
-    return viscous if joint.dry is None else viscous + rubbing(joint.dry, rate)
+    return viscous if joint.dry is None else viscous + rub_of(joint.dry).force(joint.dry, rate)
 
 
 def refuse_ideal_friction(scene: Scene) -> None:
@@ -70,7 +69,7 @@ def refuse_ideal_friction(scene: Scene) -> None:
     Raises:
         DerivationError: a joint has dry friction without smoothing.
     """
-    ideal = [joint.name for joint in scene.joints if joint.dry is not None and joint.dry.smoothing == ZERO]
+    ideal = [joint.name for joint in scene.joints if joint.dry is not None and rub_of(joint.dry).jumps(joint.dry)]
     if ideal:
         plural = "s" * (len(ideal) > 1)
         raise DerivationError(

@@ -55,7 +55,7 @@ class BallRotor:
 def ball_rotor(joint: Joint, velocities: Sequence[int], graph: Graph) -> BallRotor | None:
     """Return the rotor of a ball whose velocities have these numbers; None where there is none, or it is no ball."""
     inertia = express(joint.armature, graph)
-    if inertia.is_zero or not JOINTS[joint.type].ball:
+    if inertia.is_zero or not JOINTS[joint.type].ball(joint):
         return None
     place, S = unit_transform(graph), []
     for k, move in enumerate(joint_motion(joint, graph).moves):

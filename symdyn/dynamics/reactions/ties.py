@@ -30,7 +30,7 @@ from symdyn.dynamics.reactions.probes import Array
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable
 from symdyn.scene import JOINTS, Scene
-from symdyn.scene.forces import touch_of
+from symdyn.scene.forces import formula_of
 from symdyn.scene.joints import AXIS
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.forbidden import everywhere
@@ -97,7 +97,7 @@ def _key(closes: bool, name: str) -> str:
 
 def rows_of(hanging: Hanging) -> list[Tie]:
     """Return the unknowns of the rows that are formulas: forces on the velocities, whatever exerts them."""
-    names = {row.name for row in hanging.scene.rows if touch_of(row) is None}
+    names = {row.name for row in hanging.scene.rows if formula_of(row) is not None}
     if not names:
         return []
     every = recursive(hanging.scene, hanging.tree, hanging.state)

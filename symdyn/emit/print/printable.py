@@ -254,9 +254,10 @@ def _row(scene: Scene, k: int, row: ClosedRow, write: Callable[[Form], Form], ta
 def _text(scene: Scene, row: ClosedRow) -> str:
     """Return what a multiplier is, such as "force along x of loop hinge, exerted by coupler on rocker"."""
     if not row.loop:
-        one = next(one for one in scene.rows if one.name == row.owner)
-        pair = f", exerted by {one.plane.body} on {one.place.body}" if one.place else ""
-        return f"{row.words} of contact {row.owner}{pair}" if pair else f"of row {row.owner}"
+        one = next((one for one in scene.contacts if one.name == row.owner), None)
+        if one is None:
+            return f"of row {row.owner}"
+        return f"{row.words} of contact {row.owner}, exerted by {one.plane.body} on {one.place.body}"
     loop = next(joint for joint in scene.loops if joint.name == row.owner)
     return f"{row.words} of loop {row.owner}, exerted by {loop.parent} on {loop.child}"
 

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import NamedTuple
 
-from symdyn.scene.forces import FORCES, friction
-from symdyn.scene.forces.kind import MOTION, PARAMETERS, TIME
+from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
+from symdyn.scene.values.key import MOTION, PARAMETERS, TIME
 from symdyn.scene.values.model import Body, Joint, Limits, Pose, Scene
 from symdyn.scene.values.quantity import Quantity
 
@@ -64,13 +64,13 @@ def joint_numbers(joint: Joint) -> Iterator[tuple[str, Quantity]]:
     if joint.coupling is not None:
         yield from (("mimic.ratio", joint.coupling.ratio), ("mimic.offset", joint.coupling.offset))
     yield from (("armature", joint.armature), ("damping", joint.damping), ("friction", joint.friction))
-    for key in friction.KEYS if joint.dry else ():
-        yield from ((f"friction.{name}", quantity) for name, quantity, _ in key.numbers(joint.dry))
+    for part in FORCES[joint.dry.kind].parts if joint.dry else ():
+        yield from ((f"friction.{name}", quantity) for name, quantity, _ in part.numbers(joint.dry))
     for field in fields(Limits):
         quantity = getattr(joint.limits, field.name)
         if quantity is not None:
             yield f"limits.{field.name}", quantity
-    yield from ((key.name, x) for key, x in JOINTS[joint.type].values(joint) if isinstance(x, Quantity))
+    yield from ((name, x) for key in JOINTS[joint.type].keys for name, x, _ in key.numbers(joint))
     yield from ((f"start[{k}]", x) for k, x in enumerate(joint.start))
     yield from ((f"start_rates[{k}]", x) for k, x in enumerate(joint.start_rates))
 

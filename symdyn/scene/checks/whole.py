@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping
 from symdyn.graph import Graph, Op
 from symdyn.scene.checks.declared_names import check_names, check_symbols
 from symdyn.scene.checks.draft import Draft, uses
-from symdyn.scene.checks.elements import check_elements
-from symdyn.scene.checks.joints import check_joints
+from symdyn.scene.checks.joints_and_elements import check_elements, check_joints
 from symdyn.scene.checks.topology import check_loops, check_tree
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.physical import inertia_fault, mass_faults

@@ -14,7 +14,7 @@ from symdyn.scene.declaration.locking import lock, read_locks
 from symdyn.scene.declaration.spanning import span
 from symdyn.scene.declaration.turning import turned
 from symdyn.scene.forces import read_elements
-from symdyn.scene.forces.kind import Scope
+from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.values.model import STANDARD_GRAVITY, Parameter, Point, Scene
 from symdyn.scene.values.quantity import NULL, ZERO, Vector
 from symdyn.scene.values.table import Entry, Faults, Table, show

@@ -12,9 +12,9 @@ from fractions import Fraction
 from typing import Any
 
 from symdyn.scene.declaration.coupling import Mimic, couple, read_mimic
-from symdyn.scene.forces import friction
+from symdyn.scene.forces import read_rubbing
 from symdyn.scene.joints import JOINTS, own_keys
-from symdyn.scene.values.element import Friction
+from symdyn.scene.values.element import Element
 from symdyn.scene.values.folding import FormulaError, mul
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.model import Joint, Limits, velocity_name
@@ -127,7 +127,7 @@ def _joint(table: Table, joint: Joint, nq: int, nv: int, follows: bool) -> Joint
     if follows:
         _refuse(table, (*OWN_KEYS, *LOCK_KEYS), "a joint that follows another one")
     if len(speeds) != 1:
-        keys = [key for key in SINGLE_KEYS if key != "armature" or not JOINTS[kind].ball]
+        keys = [key for key in SINGLE_KEYS if key != "armature" or not JOINTS[kind].ball(joint)]
         _refuse(table, keys, f"a {kind} joint, which has {len(speeds)} velocities")
     if JOINTS[kind].names_coordinates:
         _refuse(table, ("mimic",), f"a {kind} joint")
@@ -274,16 +274,15 @@ def _not_negative(table: Table, key: str, inertia: Quantity) -> None:
         table.fault(f"{key} = {spell(inertia)} is negative; give an inertia of zero or more")
 
 
-def _friction(table: Table, kind: str, n: int) -> tuple[Quantity, Friction | None]:
+def _friction(table: Table, kind: str, n: int) -> tuple[Quantity, Element | None]:
     """Return dry friction as data, and as it enters the equations."""
-    if not isinstance(table.raw.get("friction"), Mapping):
+    raw = table.raw.get("friction")
+    if not isinstance(raw, Mapping):
         return table.quantity("friction"), None
     if n != 1:
         table.fault(f"friction is a table, which has no meaning for a {kind} joint; give loads instead")
-    inner = table.inner("friction", [key.name for key in friction.KEYS], friction.ADVICE)
-    if "coulomb" not in inner:
-        inner.fault(f"coulomb is missing; {friction.ADVICE}")
-    return ZERO, Friction(**{name: value for key in friction.KEYS for name, value in key.read(inner).items()})
+    entry = Entry(table.entry.name, raw, f"{table.entry.where}: friction")
+    return ZERO, read_rubbing(entry, "friction", table.faults)
 
 
 def _limits(table: Table) -> Limits:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from symdyn.scene.declaration.joint_table import freedoms, loop_keys
 from symdyn.scene.declaration.turning import turnable
 from symdyn.scene.forces import FORCES
-from symdyn.scene.forces.kind import Pull
+from symdyn.scene.forces.force_kind import Pull
 from symdyn.scene.values.model import GROUND
 from symdyn.scene.values.names import listed, suggestion
 from symdyn.scene.values.table import Entry, Faults, plain, show

@@ -4,32 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from symdyn.scene.forces.body_load import LOAD
 from symdyn.scene.forces.contact import KNIFE_EDGE, ROLLING
 from symdyn.scene.forces.damper import DAMPER
-from symdyn.scene.forces.kind import Forbid, ForceKind, Pull, Scope, Touch
-from symdyn.scene.forces.load import LOAD
+from symdyn.scene.forces.force_kind import Forbid, ForceKind, Pull, Rub, Scope, Touch
+from symdyn.scene.forces.friction import FRICTION
 from symdyn.scene.forces.spring import SPRING
 from symdyn.scene.forces.velocity_row import FORMULA
-from symdyn.scene.values.element import Element, Row, Strut
+from symdyn.scene.values.element import Contact, Element, Row, Strut
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.quantity import NULL, Quantity
 from symdyn.scene.values.table import Entry, Faults, Table, show
 
 FORCES: dict[str, ForceKind] = {
     "spring": SPRING,
     "damper": DAMPER,
+    "friction": FRICTION,
     "load": LOAD,
     "formula": FORMULA,
     "knife_edge": KNIFE_EDGE,
     "rolling": ROLLING,
 }
-"""Every kind of element; scenes hold elements in this order."""
+"""Every kind of element; scenes hold elements in this order, and joints what stands in their own tables."""
 
 
 def sections() -> tuple[str, ...]:
     """Return the tables of a file that declare elements."""
-    return tuple(dict.fromkeys(kind.section for kind in FORCES.values()))
+    return tuple(dict.fromkeys(kind.section for kind in FORCES.values() if not isinstance(kind.law, Rub)))
 
 
 def kinds_of(section: str) -> dict[str, ForceKind]:
@@ -48,6 +50,11 @@ def read_elements(entries: Mapping[str, Iterable[Entry]], scope: Scope, faults: 
     return found
 
 
+def read_rubbing(entry: Entry, key: str, faults: Faults) -> Element | None:
+    """Return what stands under a key in the table of a joint, whose name the entry has."""
+    return _read(entry, kinds_of(key), Scope({}, NULL, ()), faults)
+
+
 def _read(entry: Entry, kinds: Mapping[str, ForceKind], scope: Scope, faults: Faults) -> Element | None:
     own = ("type",) if len(kinds) > 1 else ()
     type_ = entry.table.get("type", next(iter(kinds))) if own else next(iter(kinds))
@@ -58,7 +65,7 @@ def _read(entry: Entry, kinds: Mapping[str, ForceKind], scope: Scope, faults: Fa
     table = Table(entry, faults, (*own, *(key for part in kind.parts for key in part.keys)))
     if not any(key in table for key in kind.needs):
         table.fault(kind.missing)
-    fields = {name: value for part in kind.parts for name, value in part.read(table, scope).items()}
+    fields = {name: value for part in kind.parts for name, value in part.fields(table, scope).items()}
     return kind.noun(name=entry.name, **fields)
 
 
@@ -86,22 +93,29 @@ def resisting(scene: Scene) -> tuple[Strut, ...]:
     return tuple(one for one in scene.struts if pull_of(one).energy is None)
 
 
-def touch_of(row: Row) -> Touch | None:
-    """Return the law of a contact; None for a row that is a formula."""
-    law = FORCES[row.kind].law
-    return law if isinstance(law, Touch) else None
+def touch_of(contact: Contact) -> Touch:
+    """Return the law of a contact."""
+    law = FORCES[contact.kind].law
+    assert isinstance(law, Touch), "a contact touches"
+    return law
 
 
-def touches(row: Row) -> bool:
-    """Tell whether a row holds a position too: that of a wheel or a ball on its plane."""
-    law = touch_of(row)
-    return law is not None and any(law.closes(row))
+def touches(contact: Contact) -> bool:
+    """Tell whether a contact holds a position too: that of a wheel or a ball on its plane."""
+    return any(touch_of(contact).closes(contact))
 
 
 def formula_of(row: Row) -> Quantity | None:
     """Return the left side of a row that is a formula, which vanishes; None for a contact."""
     law = FORCES[row.kind].law
     return law.formula(row) if isinstance(law, Forbid) else None
+
+
+def rub_of(dry: Element) -> Rub:
+    """Return the law of what stands in the table of a joint."""
+    law = FORCES[dry.kind].law
+    assert isinstance(law, Rub), "it resists a joint"
+    return law
 
 
 def pull_of(strut: Strut) -> Pull:

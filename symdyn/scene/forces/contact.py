@@ -18,19 +18,16 @@ from functools import partial
 
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
-from symdyn.scene.forces.ends import AtBody
-from symdyn.scene.forces.keys import NUMBER, Form, Key
-from symdyn.scene.forces.kind import ForceKind, Rim, Stand, Touch
-from symdyn.scene.forces.touched_plane import OnPlane
+from symdyn.scene.forces.attachments import AtBody, OnPlane
+from symdyn.scene.forces.force_kind import ForceKind, Rim, Touch
 from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.forbidden import forces
-from symdyn.scene.values.element import Plane, Row
-from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.element import Contact, Plane
+from symdyn.scene.values.key import Key, always_said
 from symdyn.scene.values.python_values import Number, Three, entry
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Vector, express
 from symdyn.scene.values.spelling import spell
-from symdyn.scene.values.table import Entry, Table, plain, show, shown
-from symdyn.scene.values.value import value_of
+from symdyn.scene.values.table import Entry, Table, plain, show
 from symdyn.spatial import Transform, Vec, Wrench, apply, cross, dot, scale, sub
 
 ACROSS: Vector = (ZERO, ONE, ZERO)
@@ -38,16 +35,16 @@ ACROSS: Vector = (ZERO, ONE, ZERO)
 COMPONENTS = ("along", "across", "normal")
 
 
-def _axis(table: Table, key: str, _: object, absent: Vector | None) -> Vector | None:
-    return table.vector(key, ACROSS) if key in table else absent
+def _axis(table: Table, key: str, ball: Vector | None) -> Vector | None:
+    return table.vector(key, ACROSS) if key in table else ball
 
 
 def _usual(ball: bool) -> tuple[str, ...]:
     """Return the components that vanish where nothing is said."""
-    return COMPONENTS if ball else Row("").components
+    return COMPONENTS if ball else COMPONENTS[:2]
 
 
-def _components(table: Table, key: str, _: object) -> tuple[str, ...]:
+def _components(table: Table, key: str, _: tuple[str, ...]) -> tuple[str, ...]:
     usual = _usual("axis" not in table)
     raw = plain(table.raw.get(key, usual))
     some = isinstance(raw, (list, tuple)) and raw and all(one in COMPONENTS for one in raw)
@@ -63,12 +60,12 @@ def _components(table: Table, key: str, _: object) -> tuple[str, ...]:
 # Wrenches
 
 
-def _blade(row: Row, X: Transform, w: Expr) -> tuple[Wrench, ...]:
+def _blade(row: Contact, X: Transform, w: Expr) -> tuple[Wrench, ...]:
     assert row.axis is not None, "a blade has a direction across it"
     return forces(apply(X.R, unit(row.axis, w.graph)))
 
 
-def _rolling(row: Row, X: Transform, w: Expr) -> tuple[Wrench, ...]:
+def _rolling(row: Contact, X: Transform, w: Expr) -> tuple[Wrench, ...]:
     graph = w.graph
     n, r = unit(row.plane.normal, graph), express(row.radius, graph)
     if row.axis is None:
@@ -78,7 +75,7 @@ def _rolling(row: Row, X: Transform, w: Expr) -> tuple[Wrench, ...]:
     a = apply(X.R, unit(row.axis, graph))
     if w.is_zero:
         raise DerivationError(
-            f"rows.{row.name}: {row.place.body if row.place else ''} lies flat on its plane wherever the joints stand, "
+            f"rows.{row.name}: {row.place.body} lies flat on its plane wherever the joints stand, "
             "its axis along the normal, so that no point of its rim is the lowest; turn the axis of the wheel"
         )
     d = scale(-r / w, sub(n, scale(dot(n, a), a)))
@@ -94,17 +91,17 @@ def _at_rim(force: Vec, d: Vec) -> Wrench:
     return force, cross(d, force)
 
 
-def _rise(row: Row, X: Transform, w: Expr) -> Expr:
+def _rise(row: Contact, X: Transform, w: Expr) -> Expr:
     """Return how far the point of a blade is off its plane, m."""
     return dot(unit(row.plane.normal, w.graph), X.p)
 
 
-def _height(row: Row, X: Transform, w: Expr) -> Expr:
+def _height(row: Contact, X: Transform, w: Expr) -> Expr:
     """Return how far the lowest point of a wheel or a ball is off its plane, m."""
     return _rise(row, X, w) - express(row.radius, w.graph) * w
 
 
-def _lean(row: Row, X: Transform) -> Vec | None:
+def _lean(row: Contact, X: Transform) -> Vec | None:
     graph = X.p[0].graph
     return cross(apply(X.R, unit(row.axis, graph)), unit(row.plane.normal, graph)) if row.axis else None
 
@@ -118,21 +115,12 @@ def in_plane(n: Vec) -> Vec:
     return scale(graph.one / graph.sqrt(dot(way, way)), way)
 
 
-def _words(row: Row) -> tuple[str, ...]:
+def _words(row: Contact) -> tuple[str, ...]:
     track = {way: "" if row.axis is None else f"force {way} the track" for way in ("along", "across")}
     return tuple((track | {"normal": "normal force"})[component] for component in row.components)
 
 
 # The kinds
-
-
-def _check_radius(row: Row, stand: Stand) -> None:
-    try:
-        radius = value_of(row.radius, stand.values)
-    except FormulaError:
-        return  # reported as a formula without a value
-    if radius is not None and radius <= 0:
-        stand.fault(f"radius = {shown(row.radius)} is that of no wheel; give one above zero")
 
 
 def _three(vector: Vector) -> str:
@@ -143,14 +131,12 @@ def _where(plane: Plane) -> str:
     return f"the plane of {plane.body} through {_three(plane.at)}, normal {_three(plane.normal)}"
 
 
-def _says_blade(row: Row) -> str:
-    assert row.place is not None, "a blade is at a place"
+def _says_blade(row: Contact) -> str:
     on = f" on {_where(row.plane)}" if row.plane.declared else ""
     return f"{row.place.body} does not slide along its {_three(row.axis or NULL)} at {_three(row.place.at)}{on}"
 
 
-def _says_rolling(row: Row) -> str:
-    assert row.place is not None, "a wheel is at a place"
+def _says_rolling(row: Contact) -> str:
     kind = f"ball of radius {spell(row.radius)}"
     if row.axis is not None:
         kind = f"wheel of radius {spell(row.radius)} about its {_three(row.axis)}"
@@ -162,9 +148,9 @@ LOST = "a constraint on velocities"
 
 KNIFE_EDGE = ForceKind(
     section="rows",
-    noun=partial(Row, type="knife_edge"),
+    noun=partial(Contact, type="knife_edge"),
     letter="r",
-    parts=(AtBody(), Key("axis", Form(partial(_axis, absent=ACROSS), ACROSS), names=None), OnPlane(needs_normal=False)),
+    parts=(AtBody(), Key("axis", Table.vector, ACROSS, silent=always_said, names=None), OnPlane(needs_normal=False)),
     needs=("axis",),
     missing="axis is missing; write axis = [0, 1, 0]",
     law=Touch(lambda _, X: None, _blade, _rise, lambda _: (False,), lambda _: ("force across the blade",)),
@@ -175,14 +161,26 @@ KNIFE_EDGE = ForceKind(
 
 ROLLING = ForceKind(
     section="rows",
-    noun=partial(Row, type="rolling"),
+    noun=partial(Contact, type="rolling"),
     letter="r",
     parts=(
         AtBody(),
-        Key("axis", Form(partial(_axis, absent=None), None), silent=lambda row: row.axis is None, names=None),
-        Key("radius", NUMBER, letters=("r",), unit="m", text="radius of {}", positive=True, geometry=True),
+        Key("axis", _axis, None, names=None),
+        Key(
+            "radius",
+            Table.quantity,
+            ZERO,
+            above_zero="is that of no wheel; give one above zero",
+            letters=("r",),
+            unit="m",
+            text="radius of {}",
+            positive=True,
+            geometry=True,
+        ),
         OnPlane(needs_normal=True),
-        Key("components", Form(_components, None), silent=lambda row: row.components == _usual(row.axis is None)),
+        Key[tuple[str, ...]](
+            "components", _components, (), silent=lambda row: row.components == _usual(row.axis is None)
+        ),
     ),
     needs=("radius",),
     missing="radius is missing; write radius = 0.1",
@@ -191,7 +189,6 @@ ROLLING = ForceKind(
     words={"en": "rolling contact", "sk": "valenie"},
     lost=LOST,
     mark=Rim(),
-    check=_check_radius,
 )
 
 

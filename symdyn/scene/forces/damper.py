@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from math import pi
 
 from symdyn.graph import Expr
-from symdyn.scene.forces.ends import End, Ends, as_keys
-from symdyn.scene.forces.keys import COEFFICIENTS, Key
-from symdyn.scene.forces.kind import ForceKind, Mark, Pull, Stand
+from symdyn.scene.forces.attachments import End, Ends, as_keys
+from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull
 from symdyn.scene.values.element import Strut
-from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.key import Key, Stand, coefficients
 from symdyn.scene.values.python_values import Number, entry
 from symdyn.scene.values.quantity import Quantity, express
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Entry, shown
-from symdyn.scene.values.value import value_of
 
 
 @dataclass(frozen=True)
@@ -43,12 +41,7 @@ def _force(damper: Damper, x: Expr, v: Expr) -> Expr:
 
 def _check(damper: Damper, stand: Stand) -> None:
     """Report a negative coefficient where it is the only one."""
-    if len(damper.damping) != 1:
-        return
-    try:
-        value = value_of(damper.damping[0], stand.values)
-    except FormulaError:
-        return  # reported as a formula without a value
+    value = stand.value(damper.damping[0]) if len(damper.damping) == 1 else None
     if value is not None and value < 0:
         stand.fault(f"damping = {shown(damper.damping[0])} is negative; give zero or more")
 
@@ -61,7 +54,10 @@ DAMPER = ForceKind(
     section="dampers",
     noun=Damper,
     letter="v",
-    parts=(Ends(), Key("damping", COEFFICIENTS, letters=("c",), text="damping of {}", positive=True)),
+    parts=(
+        Ends(),
+        Key[tuple[Quantity, ...]]("damping", coefficients, (), letters=("c",), text="damping of {}", positive=True),
+    ),
     needs=("damping",),
     missing="damping is missing; write damping = 10, or a list of coefficients of v, v**3, ...",
     law=Pull(_force),

@@ -5,41 +5,43 @@ Reference: Olsson et al., Friction models and friction compensation, European Jo
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from symdyn.graph import Expr, Op
-from symdyn.scene.forces.keys import NUMBER, Form, Key
-from symdyn.scene.values.element import Friction
-from symdyn.scene.values.quantity import ONE, ZERO, express
+from symdyn.scene.forces.force_kind import ForceKind, Rub
+from symdyn.scene.values.element import Element
+from symdyn.scene.values.key import Key, Stand, always_said
+from symdyn.scene.values.quantity import ONE, ZERO, Quantity, express
 from symdyn.scene.values.spelling import spell
-
-FORCE, RATE = ("N m", "N"), ("rad/s", "m/s")
-"""Units at a joint that turns, and at one that slides."""
-
-OPTIONAL = Form(lambda table, key, usual: table.quantity(key) if key in table else usual, None)
-
-KEYS = (
-    Key("coulomb", NUMBER, letters=("fc",), unit=FORCE, text="sliding friction of {}", positive=True),
-    Key(
-        "static",
-        OPTIONAL,
-        silent=lambda dry: dry.static is None,
-        letters=("fs",),
-        unit=FORCE,
-        text="friction of {} at rest",
-        positive=True,
-    ),
-    Key("stribeck", NUMBER, ONE, letters=("vs",), unit=RATE, text="Stribeck rate of {}", positive=True),
-    Key("smoothing", NUMBER, ZERO, letters=("ve",), unit=RATE, text="smoothing of the friction of {}", positive=True),
-)
-
-ADVICE = "write friction = { coulomb = 0.5, static = 0.7, stribeck = 0.1, smoothing = 0.01 }"
-
-WORDS = {"en": "dry friction, smoothed", "sk": "suché trenie, vyhladené"}
-
-LOST = "friction that enters the equations"
+from symdyn.scene.values.table import Table
 
 
-def rubbing(dry: Friction, rate: Expr) -> Expr:
-    """Return the force against a rate v, N or N m; see `Friction`."""
+@dataclass(frozen=True)
+class Friction(Element):
+    """Dry friction of the joint of this name, opposed to its rate v; N m or N, rad/s or m/s.
+
+        force = (coulomb + (static - coulomb) exp(-(v / stribeck)^2)) · tanh(v / smoothing)
+
+    Attributes:
+        coulomb: size of the force when sliding.
+        static: size of the force at the onset of motion; None: as `coulomb`.
+        stribeck: rate at which the force falls from one to the other.
+        smoothing: rate over which the sign is smoothed; zero is the ideal sign, for inverse dynamics only.
+    """
+
+    coulomb: Quantity
+    static: Quantity | None = None
+    stribeck: Quantity = ONE
+    smoothing: Quantity = ZERO
+
+    kind = "friction"
+
+
+def _optional(table: Table, key: str, usual: Quantity | None) -> Quantity | None:
+    return table.quantity(key) if key in table else usual
+
+
+def _force(dry: Friction, rate: Expr) -> Expr:
     graph = rate.graph
     size = express(dry.coulomb, graph)
     if dry.static is not None:
@@ -51,8 +53,57 @@ def rubbing(dry: Friction, rate: Expr) -> Expr:
     return size * graph.function(Op.TANH, rate / smoothing)
 
 
-def says(dry: Friction) -> str:
-    """Return its law in words."""
+def _says(dry: Friction) -> str:
     law = [f"Coulomb {spell(dry.coulomb)}"]
     law += [f"static {spell(dry.static)}, Stribeck {spell(dry.stribeck)}"] if dry.static is not None else []
     return ", ".join([*law, f"smoothing {spell(dry.smoothing)}" if dry.smoothing != ZERO else "ideal sign"])
+
+
+def _check(dry: Friction, stand: Stand) -> None:
+    """Report what is negative, and a rate that is none."""
+    known = {key: stand.value(x) for part in FRICTION.parts for key, x, _ in part.numbers(dry)}
+    for key in ("coulomb", "static", "smoothing"):
+        if (value := known.get(key)) is not None and value < 0:
+            stand.fault(f"friction.{key} = {float(value):.6g} is negative; give zero or more")
+    if (value := known["stribeck"]) is not None and value <= 0:
+        stand.fault(f"friction.stribeck = {float(value):.6g} is no rate; give one above zero")
+
+
+FORCE, RATE = ("N m", "N"), ("rad/s", "m/s")
+"""Units at a joint that turns, and at one that slides."""
+
+FRICTION = ForceKind(
+    section="friction",
+    noun=Friction,
+    letter="",
+    parts=(
+        Key(
+            "coulomb",
+            Table.quantity,
+            ZERO,
+            silent=always_said,
+            letters=("fc",),
+            unit=FORCE,
+            text="sliding friction of {}",
+            positive=True,
+        ),
+        Key("static", _optional, None, letters=("fs",), unit=FORCE, text="friction of {} at rest", positive=True),
+        Key("stribeck", Table.quantity, ONE, letters=("vs",), unit=RATE, text="Stribeck rate of {}", positive=True),
+        Key(
+            "smoothing",
+            Table.quantity,
+            ZERO,
+            letters=("ve",),
+            unit=RATE,
+            text="smoothing of the friction of {}",
+            positive=True,
+        ),
+    ),
+    needs=("coulomb",),
+    missing="coulomb is missing; write friction = { coulomb = 0.5, static = 0.7, stribeck = 0.1, smoothing = 0.01 }",
+    law=Rub(_force, jumps=lambda dry: dry.smoothing == ZERO),
+    says=_says,
+    words={"en": "dry friction, smoothed", "sk": "suché trenie, vyhladené"},
+    lost="friction that enters the equations",
+    check=_check,
+)

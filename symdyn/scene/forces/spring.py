@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from math import comb, pi
 
 from symdyn.graph import Expr, Graph
-from symdyn.scene.forces.ends import End, Ends, as_keys
-from symdyn.scene.forces.keys import COEFFICIENTS, NUMBER, Key
-from symdyn.scene.forces.kind import ForceKind, Mark, Pull
+from symdyn.scene.forces.attachments import End, Ends, as_keys
+from symdyn.scene.forces.force_kind import ForceKind, Mark, Pull
 from symdyn.scene.values.element import Strut
+from symdyn.scene.values.key import Key, coefficients
 from symdyn.scene.values.python_values import Number, entry
 from symdyn.scene.values.quantity import ZERO, Quantity, express
 from symdyn.scene.values.spelling import spell
-from symdyn.scene.values.table import Entry
+from symdyn.scene.values.table import Entry, Table
 
 
 @dataclass(frozen=True)
@@ -118,11 +118,12 @@ SPRING = ForceKind(
     letter="s",
     parts=(
         Ends(),
-        Key("stiffness", COEFFICIENTS, (), letters=("k",), text="stiffness of {}", positive=True),
-        Key("free", NUMBER, ZERO, letters=("s",), text="free position of {}"),
+        Key[tuple[Quantity, ...]]("stiffness", coefficients, (), letters=("k",), text="stiffness of {}", positive=True),
+        Key("free", Table.quantity, ZERO, letters=("s",), text="free position of {}"),
         Key(
             "preload",
-            NUMBER,
+            Table.quantity,
+            ZERO,
             silent=lambda spring: spring.preload == ZERO and spring.stiffness,
             letters=("p",),
             text="preload of {}",

@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from symdyn.graph import Graph, Op
-from symdyn.scene.forces.keys import NUMBER, Key
-from symdyn.scene.forces.kind import MOTION, Forbid, ForceKind, Stand
+from symdyn.scene.forces.force_kind import Forbid, ForceKind
 from symdyn.scene.values.element import Row
 from symdyn.scene.values.folding import FormulaError, add, div, mul, neg, sub
+from symdyn.scene.values.key import MOTION, Key, Stand, always_said
 from symdyn.scene.values.python_values import entry
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity, express
 from symdyn.scene.values.spelling import spell
-from symdyn.scene.values.table import Entry, shown
+from symdyn.scene.values.table import Entry, Table, shown
 
 
-def _check(row: Row, stand: Stand) -> None:
+@dataclass(frozen=True)
+class Formula(Row):
+    """Σ a_k(q) u_k = 0; the formula is its left side, linear in the velocities."""
+
+    formula: Quantity
+
+    kind = "formula"
+
+
+def _check(row: Formula, stand: Stand) -> None:
     """Report a formula that is not linear in the velocities, or holds none."""
     text = f"formula = {shown(row.formula)}"
     try:
@@ -62,9 +72,9 @@ def linear_parts(formula: Quantity, velocities: Sequence[str]) -> tuple[dict[str
 
 FORMULA = ForceKind(
     section="rows",
-    noun=Row,
+    noun=Formula,
     letter="r",
-    parts=(Key("formula", NUMBER, names=MOTION),),
+    parts=(Key("formula", Table.quantity, ZERO, silent=always_said, names=MOTION),),
     needs=("formula",),
     missing='formula is missing; write what vanishes, such as formula = "x_dot - r*phi_dot"',
     law=Forbid(lambda row: row.formula),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from symdyn.scene.declaration.joint_table import freedoms
 from symdyn.scene.values.model import GROUND
 from symdyn.scene.values.names import check_name
 from symdyn.scene.values.table import Entry, Faults, show
@@ -38,7 +39,7 @@ def free_base(name: str, root: str, joints: Sequence[Entry], faults: Faults, sta
     if any(joint.name == name for joint in joints):
         faults.add(WHERE, f"there is a joint {name} already; give the base another name, such as {name}_joint")
     for joint in joints:
-        if joint.table["type"] == "free" and joint.table["parent"] == root:
+        if freedoms(joint) == 6 and joint.table["parent"] == root:
             faults.add(WHERE, f"the joint {joint.name} sets the robot free already; leave the floating base out")
     table: dict[str, object] = {"type": "free", "parent": GROUND, "child": root, "drive": False}
     return Entry(name, table if start is None else table | {"start": start}, WHERE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from symdyn.scene.forces import FORCES, friction, place_of
+from symdyn.scene.forces import FORCES, place_of
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.quantity import ZERO
 from symdyn.scene.values.spelling import spell
@@ -20,7 +20,7 @@ def lost_words(scene: Scene) -> Iterator[str]:
             shown = ", ".join(spell(force) for force in joint.forces)
             yield f"{where}: force = {shown}: there are no forces in formulas"
         if joint.dry is not None:
-            yield f"{where}: {friction.LOST}"
+            yield f"{where}: {FORCES[joint.dry.kind].lost}"
         if joint.motion is not None:
             yield f"{where}: motion = {spell(joint.motion)}"
         if any(x != ZERO for x in (*joint.start, *joint.start_rates)):

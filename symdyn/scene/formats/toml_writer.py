@@ -12,8 +12,8 @@ from fractions import Fraction
 from symdyn.scene.declaration.body_table import INERTIA_KEYS
 from symdyn.scene.declaration.joint_table import LIMIT_KEYS
 from symdyn.scene.declaration.reader import Written
-from symdyn.scene.forces import friction, place_of, table_of
-from symdyn.scene.forces.kind import Scope
+from symdyn.scene.forces import place_of, table_of
+from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values.model import STANDARD_GRAVITY, Body, Coupling, Joint, Parameter, Point, Pose, Scene
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector
@@ -111,7 +111,7 @@ def _joint(joint: Joint, nq: int, nv: int, leaders: dict[str, str]) -> Iterator[
         if amount != ZERO:
             yield key, _number(amount)
     if joint.dry is not None:
-        yield "friction", _value({name: said for key in friction.KEYS for name, said in key.raw(joint.dry).items()})
+        yield "friction", _value(table_of(joint.dry, Scope({}, NULL, ())))
     limits = [(key, getattr(joint.limits, key)) for key in LIMIT_KEYS]
     if any(limit is not None for _, limit in limits):
         yield "limits", _inline([(key, _number(limit)) for key, limit in limits if limit is not None])

@@ -19,7 +19,7 @@ from typing import Any
 
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.declare import Declaration, assemble
-from symdyn.scene.declaration.joint_table import STAND_IN
+from symdyn.scene.declaration.joint_table import STAND_IN, freedoms
 from symdyn.scene.declaration.reader import Reading, ReadOptions
 from symdyn.scene.formats.attributes import Attributes
 from symdyn.scene.formats.floating import free_base
@@ -220,7 +220,7 @@ class _Robot:
         }
         dynamics = joint.first("dynamics")
         losses = {} if dynamics is None else self._losses(where, dynamics)
-        if kind == "fixed":
+        if not freedoms(Entry(name, table, where)):
             for key in ("damping", "friction"):
                 if losses.get(key, ZERO) != ZERO:
                     self._note(f"{key} of a fixed joint is left out", name)

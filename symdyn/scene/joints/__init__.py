@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from symdyn.scene.joints.blocks import AXIS, ORIENTATION
 from symdyn.scene.joints.custom import CUSTOM
 from symdyn.scene.joints.cylindrical import CYLINDRICAL
 from symdyn.scene.joints.fixed import FIXED
 from symdyn.scene.joints.free import FREE
 from symdyn.scene.joints.helical import HELICAL
-from symdyn.scene.joints.joint_key import AXIS, ORIENTATION, JointKey
+from symdyn.scene.joints.joint_kind import Block, Forbids, Gimbal, JointKind, JointMotion, Move
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
-from symdyn.scene.joints.kind import Block, Forbids, Gimbal, JointKind, JointMotion, Move
 from symdyn.scene.joints.planar import PLANAR
 from symdyn.scene.joints.point_on_line import POINT_ON_LINE
 from symdyn.scene.joints.point_on_plane import POINT_ON_PLANE
@@ -48,7 +48,6 @@ __all__ = [
     "Block",
     "Forbids",
     "Gimbal",
-    "JointKey",
     "JointKind",
     "JointMark",
     "JointMotion",

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from symdyn.graph import Expr, Graph, gradient
-from symdyn.scene.joints.joint_key import ORIENTATION
-from symdyn.scene.joints.kind import Block, Gimbal, JointMotion, Move
+from symdyn.scene.joints.joint_kind import Block, Gimbal, JointMotion, Move
+from symdyn.scene.values.key import Key
 from symdyn.scene.values.model import Joint, Pose
 from symdyn.scene.values.quantity import ONE, PI, ZERO, Quantity, Vector, express
+from symdyn.scene.values.table import Table, show
 from symdyn.spatial import (
     Mat,
     Transform,
@@ -28,6 +29,30 @@ from symdyn.spatial import (
 )
 
 AXES: dict[str, Vector] = {"x": (ONE, ZERO, ZERO), "y": (ZERO, ONE, ZERO), "z": (ZERO, ZERO, ONE)}
+
+
+# Keys of more than one type
+
+
+def _orientation(table: Table, name: str, default: str) -> str:
+    raw = table.text(name, default)
+    axes = len(raw) == 3 and all(letter in "xyz" for letter in raw) and raw[0] != raw[1] != raw[2]
+    if raw != "quaternion" and not axes:
+        table.fault(
+            f'{name} = {show(raw)} is neither "quaternion" nor three axes of which no two neighbours are equal; '
+            'write one such as "zyx" or "zxz"'
+        )
+        return default
+    return raw
+
+
+AXIS: Key[Vector] = Key("axis", Table.vector, AXES["z"], names=None)
+
+ORIENTATION = Key("orientation", _orientation, "quaternion")
+"""How any rotation is described: "quaternion", or three axes such as "zyx"."""
+
+
+# Parts
 
 
 def unit(axis: Vector, graph: Graph) -> Vec:

@@ -7,10 +7,10 @@ body of the tree; it closes no loop, since what it forbids has no closed form.
 from __future__ import annotations
 
 from symdyn.scene.joints.blocks import path
-from symdyn.scene.joints.joint_key import JointKey
+from symdyn.scene.joints.joint_kind import Block, JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
-from symdyn.scene.joints.kind import Block, JointKind
 from symdyn.scene.joints.reversed import inverse
+from symdyn.scene.values.key import Key
 from symdyn.scene.values.model import Joint, Pose
 from symdyn.scene.values.table import Table, as_list, plain, show
 
@@ -24,14 +24,14 @@ def _units(table: Table, name: str, default: tuple[str, ...]) -> tuple[str, ...]
     return default * (len(as_list(table.raw.get("coordinates"))) or 1)
 
 
-STEPS = JointKey(
+STEPS = Key(
     "steps",
     lambda table, name, default: table.pose(name),
     Pose(),
     example='the motion as steps such as [["Rz", "u"], ["Tx", "0.1*u"]]',
 )
 
-UNITS: JointKey[tuple[str, ...]] = JointKey(
+UNITS: Key[tuple[str, ...]] = Key(
     "units", _units, ("rad",), example='"rad" or "m" for each coordinate, such as units = ["rad"]'
 )
 

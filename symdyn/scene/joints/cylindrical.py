@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from symdyn.scene.joints.blocks import slide, turn
+from symdyn.scene.joints.blocks import AXIS, slide, turn
 from symdyn.scene.joints.forbidden import forbidding
-from symdyn.scene.joints.joint_key import AXIS
+from symdyn.scene.joints.joint_kind import JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
-from symdyn.scene.joints.kind import JointKind
 from symdyn.scene.joints.reversed import about_opposite
 
 CYLINDRICAL = JointKind(

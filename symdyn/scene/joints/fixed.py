@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from symdyn.scene.joints.forbidden import forbidding
+from symdyn.scene.joints.joint_kind import JointKind
 from symdyn.scene.joints.joint_mark import WELD, JointMark, MarkPart
-from symdyn.scene.joints.kind import JointKind
 
 FIXED = JointKind(
     keys=(),

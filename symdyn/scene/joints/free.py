@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from symdyn.scene.joints.blocks import AXES, FLIGHT, gimbals, orientation, slide
+from symdyn.scene.joints.blocks import AXES, FLIGHT, ORIENTATION, gimbals, orientation, slide
 from symdyn.scene.joints.forbidden import forbidding
-from symdyn.scene.joints.joint_key import ORIENTATION
+from symdyn.scene.joints.joint_kind import Block, JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart, PageSign
-from symdyn.scene.joints.kind import Block, JointKind
 from symdyn.scene.values.model import Joint
 
 

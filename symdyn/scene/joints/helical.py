@@ -6,27 +6,29 @@ What a nut exerts on its screw without working: a force f along the axis goes wi
 from __future__ import annotations
 
 from symdyn.graph import Expr, Graph, Op
-from symdyn.scene.joints.blocks import screw
+from symdyn.scene.joints.blocks import AXIS, screw
 from symdyn.scene.joints.forbidden import directions, forces, leaning, moments, offsets
 from symdyn.scene.joints.held import Steps, held
-from symdyn.scene.joints.joint_key import AXIS, JointKey
+from symdyn.scene.joints.joint_kind import Block, Forbids, JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
-from symdyn.scene.joints.kind import Block, Forbids, JointKind
 from symdyn.scene.joints.reversed import about_opposite
 from symdyn.scene.values import folding
+from symdyn.scene.values.key import Key
 from symdyn.scene.values.model import Joint
 from symdyn.scene.values.quantity import PI, ZERO, Quantity, express, number
 from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, apply, dot, scale
 
-PITCH = JointKey(
+PITCH = Key(
     "pitch",
     Table.quantity,
     ZERO,
     example="pitch = 0.01, the advance a turn in metres",
-    letter="h",
+    letters=("h",),
     unit="m",
-    text="advance a turn",
+    text="advance a turn of {}",
+    positive=True,
+    geometry=True,
 )
 
 

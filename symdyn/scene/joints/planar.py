@@ -5,11 +5,10 @@ The translations are along the x and y that the shortest rotation of z to the ax
 
 from __future__ import annotations
 
-from symdyn.scene.joints.blocks import AXES, along, slide, turn
+from symdyn.scene.joints.blocks import AXES, AXIS, along, slide, turn
 from symdyn.scene.joints.forbidden import forbidding
-from symdyn.scene.joints.joint_key import AXIS
+from symdyn.scene.joints.joint_kind import JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
-from symdyn.scene.joints.kind import JointKind
 
 PLANAR = JointKind(
     keys=(AXIS,),

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from symdyn.scene.joints.blocks import gimbals, orientation, slide
+from symdyn.scene.joints.blocks import AXIS, ORIENTATION, gimbals, orientation, slide
 from symdyn.scene.joints.forbidden import forbidding
-from symdyn.scene.joints.joint_key import AXIS, ORIENTATION
+from symdyn.scene.joints.joint_kind import JointKind
 from symdyn.scene.joints.joint_mark import SLIDE, JointMark, MarkPart
-from symdyn.scene.joints.kind import JointKind
 
 POINT_ON_LINE = JointKind(
     keys=(AXIS, ORIENTATION),

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from symdyn.scene.joints.blocks import slide
+from symdyn.scene.joints.blocks import AXIS, slide
 from symdyn.scene.joints.forbidden import forbidding
 from symdyn.scene.joints.held import shifted_by
-from symdyn.scene.joints.joint_key import AXIS
+from symdyn.scene.joints.joint_kind import JointKind
 from symdyn.scene.joints.joint_mark import SLIDE, JointMark, MarkPart
-from symdyn.scene.joints.kind import JointKind
 from symdyn.scene.joints.reversed import about_opposite
 
 PRISMATIC = JointKind(

@@ -7,26 +7,28 @@ end. Two angles describe no rod that lies along x: there the description is sing
 from __future__ import annotations
 
 from symdyn.graph import Expr
-from symdyn.scene.joints.blocks import AXES, gimbals, orientation, shift, turn
+from symdyn.scene.joints.blocks import AXES, ORIENTATION, gimbals, orientation, shift, turn
 from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.joints.held import Steps
-from symdyn.scene.joints.joint_key import ORIENTATION, JointKey
+from symdyn.scene.joints.joint_kind import Block, Forbids, Gimbal, JointKind
 from symdyn.scene.joints.joint_mark import LINE, JointMark, MarkPart
-from symdyn.scene.joints.kind import Block, Forbids, Gimbal, JointKind
+from symdyn.scene.values.key import Key
 from symdyn.scene.values.model import Joint
 from symdyn.scene.values.quantity import ZERO, Quantity, express
 from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Wrench, dot, scale
 
-LENGTH = JointKey(
+LENGTH = Key(
     "length",
     Table.quantity,
     ZERO,
     example="length = 0.5, the distance of its ends in metres",
     above_zero="is that of no rod; give the distance of its ends, or write a spherical joint",
-    letter="l",
+    letters=("l",),
     unit="m",
-    text="length",
+    text="length of {}",
+    positive=True,
+    geometry=True,
 )
 
 

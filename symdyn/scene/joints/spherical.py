@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from symdyn.scene.joints.blocks import gimbals, orientation
+from symdyn.scene.joints.blocks import ORIENTATION, gimbals, orientation
 from symdyn.scene.joints.forbidden import forbidding
-from symdyn.scene.joints.joint_key import ORIENTATION
+from symdyn.scene.joints.joint_kind import JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
-from symdyn.scene.joints.kind import JointKind
 
 SPHERICAL = JointKind(
     keys=(ORIENTATION,),
@@ -14,6 +13,5 @@ SPHERICAL = JointKind(
     forbids=forbidding("all"),
     words={"en": "spherical", "sk": "sférické"},
     mark=JointMark((MarkPart("socket"), MarkPart("ball", 1))),
-    ball=True,
     gimbals=gimbals(0),
 )

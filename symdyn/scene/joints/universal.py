@@ -6,13 +6,13 @@ import math
 from dataclasses import replace
 
 from symdyn.graph import Expr
-from symdyn.scene.joints.blocks import turn, unit
+from symdyn.scene.joints.blocks import AXIS, turn, unit
 from symdyn.scene.joints.forbidden import everywhere, forces, moments
-from symdyn.scene.joints.joint_key import AXIS, JointKey
+from symdyn.scene.joints.joint_kind import Block, Forbids, JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
-from symdyn.scene.joints.kind import Block, Forbids, JointKind
 from symdyn.scene.joints.reversed import opposite
 from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.key import Key
 from symdyn.scene.values.model import Joint
 from symdyn.scene.values.quantity import ONE, ZERO, Vector
 from symdyn.scene.values.spelling import spell
@@ -20,7 +20,7 @@ from symdyn.scene.values.table import Table, shorten
 from symdyn.scene.values.value import value_of
 from symdyn.spatial import Transform, Wrench, apply, cross, dot
 
-SECOND: JointKey[Vector] = JointKey("second_axis", Table.vector, (ONE, ZERO, ZERO), turned=True)
+SECOND: Key[Vector] = Key("second_axis", Table.vector, (ONE, ZERO, ZERO), names=None, turned=True)
 
 ROUNDING = 1e-12
 """Sine of an angle between directions that are parallel."""

@@ -15,25 +15,6 @@ from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector
 
 
 @dataclass(frozen=True)
-class Friction:
-    """Dry friction of a joint, opposed to its rate v; N m or N, rad/s or m/s.
-
-        force = (coulomb + (static - coulomb) exp(-(v / stribeck)^2)) · tanh(v / smoothing)
-
-    Attributes:
-        coulomb: size of the force when sliding.
-        static: size of the force at the onset of motion; None: as `coulomb`.
-        stribeck: rate at which the force falls from one to the other.
-        smoothing: rate over which the sign is smoothed; zero is the ideal sign, for inverse dynamics only.
-    """
-
-    coulomb: Quantity
-    static: Quantity | None = None
-    stribeck: Quantity = ONE
-    smoothing: Quantity = ZERO
-
-
-@dataclass(frozen=True)
 class Place:
     """A point of a body (or of the ground): body name and place in body coordinates, m."""
 
@@ -55,7 +36,7 @@ class Element:
     @property
     def ends(self) -> tuple[Place, ...]:
         """The points of bodies that it acts at."""
-        raise NotImplementedError
+        return ()
 
 
 @dataclass(frozen=True)
@@ -113,9 +94,13 @@ class Plane:
 
 @dataclass(frozen=True)
 class Row(Element):
-    """A constraint on velocities, which may hold a position too.
+    """A constraint on velocities, which may hold a position too."""
 
-        formula     Σ a_k(q) u_k = 0, one row
+
+@dataclass(frozen=True)
+class Contact(Row):
+    """A place of a body that touches a plane: the point of a blade, or the centre of a wheel or a ball.
+
         knife_edge  a point of a body has no velocity along an axis of the body, the one across the blade: one row
         rolling     the point C of a wheel or a ball that is lowest has no velocity: one row a component
 
@@ -129,8 +114,7 @@ class Row(Element):
     body is a ball, C = O - r n, and "along" and "across" are two directions of the plane.
 
     Attributes:
-        type: "formula", "knife_edge" or "rolling".
-        formula: its left side, linear in the velocities; of a formula.
+        type: "knife_edge" or "rolling".
         place: the point of the blade, or the centre of the wheel.
         axis: the direction across the blade, or the wheel's axis; body axes, any length but zero, free of symbols.
             None for a ball.
@@ -139,9 +123,8 @@ class Row(Element):
         components: of the velocity of C, those that vanish: of "along", "across", "normal".
     """
 
-    type: str = "formula"
-    formula: Quantity = ZERO
-    place: Place | None = None
+    type: str
+    place: Place
     axis: Vector | None = (ZERO, ONE, ZERO)
     radius: Quantity = ZERO
     plane: Plane = Plane()
@@ -154,5 +137,5 @@ class Row(Element):
 
     @property
     def ends(self) -> tuple[Place, ...]:
-        """The point of the blade, or the centre of the wheel; () of a formula."""
-        return () if self.place is None else (self.place,)
+        """The point of the blade, or the centre of the wheel."""
+        return (self.place,)

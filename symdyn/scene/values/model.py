@@ -15,7 +15,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from symdyn.scene.values.element import Element, Friction, Load, Row, Strut
+from symdyn.scene.values.element import Contact, Element, Load, Row, Strut
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector, number
 
 GROUND = "ground"
@@ -141,7 +141,7 @@ class Joint:
             armature ω² of its angular velocity relative to the parent; kg m^2 or kg.
         damping: viscous damping, adds -damping · rate to Q^A; N m s/rad or N s/m.
         friction: dry friction as robot files give it, N m or N; data, no part of the equations.
-        dry: dry friction that enters the equations.
+        dry: dry friction that enters the equations: what stands under `friction`, a row of `FORCES`.
         limits: data, no part of the equations.
         start: position at the start, or a guess of it where loops close; one a coordinate, () for zeros.
         start_rates: velocities at the start; one a velocity, () for zeros.
@@ -164,7 +164,7 @@ class Joint:
     armature: Quantity = ZERO
     damping: Quantity = ZERO
     friction: Quantity = ZERO
-    dry: Friction | None = None
+    dry: Element | None = None
     limits: Limits = Limits()
     start: tuple[Quantity, ...] = ()
     start_rates: tuple[Quantity, ...] = ()
@@ -286,6 +286,11 @@ class Scene:
     def rows(self) -> tuple[Row, ...]:
         """The constraints on velocities."""
         return tuple(one for one in self.elements if isinstance(one, Row))
+
+    @cached_property
+    def contacts(self) -> tuple[Contact, ...]:
+        """The rows that are contacts with planes."""
+        return tuple(one for one in self.rows if isinstance(one, Contact))
 
     @property
     def is_closed(self) -> bool:

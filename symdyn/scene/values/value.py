@@ -48,6 +48,14 @@ def value_of(quantity: Quantity, values: Mapping[str, Value]) -> Value | None:
         raise FormulaError("is beyond the largest double, 1.8e308") from None
 
 
+def known_value(quantity: Quantity, values: Mapping[str, Value]) -> Value | None:
+    """Return the value of a quantity, None where it is not known, or does not exist, which is reported apart."""
+    try:
+        return value_of(quantity, values)
+    except FormulaError:
+        return None
+
+
 def _value(q: Quantity, values: Mapping[str, Value]) -> Value | None:
     if isinstance(q.value, Fraction):
         return q.value

@@ -110,9 +110,9 @@ class Sheet:
     def _planes(self, scene: Scene) -> list[Mark]:
         """Return what wheels and blades touch: a point of it, what touches it, and two ways as long as is drawn."""
         marks = []
-        for row in scene.rows:
+        for row in scene.contacts:
             radius = self._found.get(("radius", row))
-            if not row.ends or not (radius or row.plane.declared):
+            if not (radius or row.plane.declared):
                 continue
             frame = self._found["frame", row.plane.body]
             graph = frame[0].graph
@@ -127,8 +127,8 @@ class Sheet:
     def _wheels(self, scene: Scene) -> list[Mark]:
         """Return the rims of what rolls: the centre, and two points a quarter turn apart that turn with the body."""
         marks = []
-        for row in scene.rows:
-            if ("radius", row) not in self._found or row.place is None:
+        for row in scene.contacts:
+            if ("radius", row) not in self._found:
                 continue
             (radius,), at = self._found["radius", row], self._found["end", row, 0]
             centre, frame = self._point(at), self._found["frame", row.place.body]

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from symdyn.graph import Graph
-from symdyn.scene.forces.ends import AtBody
-from symdyn.scene.forces.keys import VECTOR, Key, choice
-from symdyn.scene.forces.kind import TIME, ForceKind, Push, Stand
+from symdyn.scene.forces.attachments import AtBody
+from symdyn.scene.forces.force_kind import ForceKind, Push
 from symdyn.scene.values.element import Load
+from symdyn.scene.values.key import TIME, Key, Stand, choice
 from symdyn.scene.values.model import GROUND
 from symdyn.scene.values.python_values import Three, entry
 from symdyn.scene.values.quantity import NULL, Vector, express
 from symdyn.scene.values.spelling import spell
-from symdyn.scene.values.table import Entry
+from symdyn.scene.values.table import Entry, Table
 from symdyn.spatial import Vec, Wrench
 
 
@@ -42,14 +42,15 @@ LOAD = ForceKind(
         AtBody(),
         Key(
             "force",
-            VECTOR,
+            Table.vector,
+            NULL,
             silent=lambda load: load.force == NULL and load.couple != NULL,
             letters=("Fx", "Fy", "Fz"),
             unit="N",
             text="force of {}",
             names=TIME,
         ),
-        Key("couple", VECTOR, NULL, letters=("Cx", "Cy", "Cz"), unit="N m", text="couple of {}", names=TIME),
+        Key("couple", Table.vector, NULL, letters=("Cx", "Cy", "Cz"), unit="N m", text="couple of {}", names=TIME),
         Key("frame", choice("ground", "body"), "ground"),
     ),
     needs=("force", "couple"),

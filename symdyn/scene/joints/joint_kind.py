@@ -21,8 +21,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from symdyn.graph import Expr, Graph
-from symdyn.scene.joints.joint_key import JointKey
 from symdyn.scene.joints.joint_mark import JointMark
+from symdyn.scene.values.key import Key
 from symdyn.scene.values.model import Joint, Pose
 from symdyn.scene.values.quantity import Quantity, Vector
 from symdyn.scene.values.turns import Step
@@ -145,7 +145,6 @@ class JointKind:
         forbids: what it takes away; None where that has no formula, so that joints of the type close no loop.
         words: what it is called, by language.
         mark: what it looks like.
-        ball: whether it is any rotation about a point, at which a rotor may be alike about all axes.
         turned: the joint from its child to its parent, frames swapped already, with the coordinates and velocities that
             it had; None where that is no joint of the type, since velocities are measured in the child.
         held: what it does at a position, rad or m, as elementary steps; of one with several coordinates, or with none,
@@ -154,13 +153,12 @@ class JointKind:
         amiss: what is wrong with keys that are right one by one; "" for nothing.
     """
 
-    keys: tuple[JointKey[Any], ...]
+    keys: tuple[Key[Any], ...]
     blocks: Callable[[Joint], tuple[Block, ...]]
     forbids: Forbids | None
     words: Mapping[str, str]
     mark: JointMark
     turned: Callable[[Joint], Joint] | None = None
-    ball: bool = False
     held: Callable[[Joint, Quantity], tuple[Step, ...]] = lambda joint, position: ()
     gimbals: Callable[[Joint], tuple[Gimbal, ...]] = lambda joint: ()
     amiss: Callable[[Joint], str] = lambda joint: ""
@@ -170,11 +168,11 @@ class JointKind:
         """Whether its keys hold formulas in its coordinates, which scenes must name then."""
         return any(isinstance(key.default, Pose) for key in self.keys)
 
-    def values(self, joint: Joint) -> Iterator[tuple[JointKey[Any], Any]]:
+    def values(self, joint: Joint) -> Iterator[tuple[Key[Any], Any]]:
         """Yield what a joint says, by key."""
         yield from ((key, key.of(joint)) for key in self.keys)
 
-    def directions(self, joint: Joint) -> Iterator[tuple[JointKey[Vector], Vector]]:
+    def directions(self, joint: Joint) -> Iterator[tuple[Key[Vector], Vector]]:
         """Yield the directions among what a joint says, by key."""
         for key, value in self.values(joint):
             if isinstance(value, tuple) and all(isinstance(x, Quantity) for x in value):
@@ -201,6 +199,10 @@ class JointKind:
         """Tell whether a joint keeps two points together: among what it transmits are forces in every direction."""
         wrenches = self.forbids.wrenches(joint, unit_transform(Graph())) if self.forbids else ()
         return sum(all(x.is_zero for x in moment) for _, moment in wrenches) == 3
+
+    def ball(self, joint: Joint) -> bool:
+        """Tell whether a joint is any rotation about a point, at which a rotor may be alike about all axes."""
+        return len(self.velocities(joint)) == 3 and self.pins(joint)
 
     def class_t(self, joint: Joint) -> int:
         """Return how many of the six relative freedoms the joint takes away (the textbook's connection of class t)."""

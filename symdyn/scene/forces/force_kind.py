@@ -13,20 +13,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 from symdyn.graph import Expr, Graph
 from symdyn.scene.forces.level import level_normal
 from symdyn.scene.values.element import Element
+from symdyn.scene.values.key import Stand
 from symdyn.scene.values.made_names import Names
-from symdyn.scene.values.model import Parameter, Point, Scene
+from symdyn.scene.values.model import Parameter, Point
 from symdyn.scene.values.quantity import Quantity, Vector
-from symdyn.scene.values.table import Faults, Table
-from symdyn.scene.values.value import Value
+from symdyn.scene.values.table import Table
 from symdyn.spatial import Transform, Vec, Wrench
-
-PARAMETERS, MOTION, TIME = range(3)
-"""What a formula may name: parameters alone, coordinates and velocities too, and t too."""
 
 
 @dataclass(frozen=True)
@@ -48,47 +45,24 @@ class Scope:
         return level_normal(self.gravity, self.parameters)
 
 
-@dataclass(frozen=True)
-class Stand:
-    """Where an element stands while it is checked.
+class Part(Protocol):
+    """A part of a kind's table: some keys, and the fields of its noun that they fill. A `Key` is one."""
 
-    Attributes:
-        where: for messages.
-        scene: in declared order, not yet checked.
-        values: of its parameters.
-        faults: takes what is wrong.
-    """
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The keys."""
 
-    where: str
-    scene: Scene
-    values: Mapping[str, Value]
-    faults: Faults
-
-    def fault(self, what: str) -> None:
-        """Report a fault of this element."""
-        self.faults.add(self.where, what)
-
-
-class Part:
-    """A part of a kind's table: some keys, and the fields of its noun that they fill."""
-
-    keys: tuple[str, ...]
-
-    def read(self, table: Table, scope: Scope) -> dict[str, Any]:
+    def fields(self, table: Table, scope: Scope) -> dict[str, Any]:
         """Return the fields that a table says, every fault collected."""
-        raise NotImplementedError
 
     def raw(self, one: Any, scope: Scope) -> dict[str, object]:
         """Return what a table says of a noun; what has its default value is left out."""
-        raise NotImplementedError
 
     def numbers(self, one: Any) -> Iterator[tuple[str, Quantity, int]]:
         """Return every quantity with its key, and what it may name."""
-        yield from ()
 
-    def named(self, one: Any, what: str, letter: str, k: int, names: Names) -> Any:
+    def named(self, one: Any, what: str, letter: str, k: int, names: Names, slides: bool = False) -> Any:
         """Return the k-th noun of its section with names in place of its numbers; `what` is "geometry" or "forces"."""
-        return one
 
     def check(self, one: Any, stand: Stand) -> None:
         """Report what is wrong in a noun."""
@@ -109,6 +83,19 @@ class Push:
     """The law of a load: its force and couple along the axes of its frame, N and N m."""
 
     wrench: Callable[[Any, Graph], Wrench]
+
+
+@dataclass(frozen=True)
+class Rub:
+    """The law of what stands in the table of a joint and acts against each of its rates v, with its damping.
+
+    Attributes:
+        force: F(v), N m or N.
+        jumps: whether it has no value at rest, so that no motion can be integrated with it.
+    """
+
+    force: Callable[[Any, Expr], Expr]
+    jumps: Callable[[Any], bool]
 
 
 @dataclass(frozen=True)
@@ -164,7 +151,7 @@ class Rim:
     """How a contact is drawn that rolls: the circle of its radius about its axis, a ball's from everywhere."""
 
 
-Law = Pull | Push | Forbid | Touch
+Law = Pull | Push | Rub | Forbid | Touch
 
 
 @dataclass(frozen=True)
@@ -172,8 +159,8 @@ class ForceKind:
     """One kind of element.
 
     Attributes:
-        section: the tables of a file that declare it, such as "springs"; kinds that share one are told apart by `type`,
-            and the first of them needs none.
+        section: the tables of a file that declare it, such as "springs", or the key in the table of a joint; kinds that
+            share one are told apart by `type`, and the first of them needs none.
         noun: makes an element of its name and of the fields that its parts read.
         letter: in names that are made up for its places.
         parts: its ends and its keys, as they are written.

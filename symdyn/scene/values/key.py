@@ -1,0 +1,190 @@
+"""Keys of joint types and of elements as data: how they are read and written, checked, and called as parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Generic, TypeVar
+
+from symdyn.scene.values.folding import FormulaError
+from symdyn.scene.values.formula import quantity
+from symdyn.scene.values.made_names import Names
+from symdyn.scene.values.model import Joint, Scene
+from symdyn.scene.values.quantity import Quantity, Vector
+from symdyn.scene.values.table import Faults, Table, plain, shown
+from symdyn.scene.values.value import Value, known_value
+
+T = TypeVar("T")
+
+PARAMETERS, MOTION, TIME = range(3)
+"""What a formula may name: parameters alone, coordinates and velocities too, and t too."""
+
+
+@dataclass(frozen=True)
+class Stand:
+    """Where a joint or an element stands while it is checked.
+
+    Attributes:
+        where: for messages.
+        scene: in declared order, not yet checked.
+        values: of its parameters.
+        faults: takes what is wrong.
+    """
+
+    where: str
+    scene: Scene
+    values: Mapping[str, Value]
+    faults: Faults
+
+    def fault(self, what: str) -> None:
+        """Report a fault of this joint or element."""
+        self.faults.add(self.where, what)
+
+    def value(self, quantity: Quantity) -> Value | None:
+        """Return a value as far as it is known; a formula without one is reported as such."""
+        return known_value(quantity, self.values)
+
+
+@dataclass(frozen=True)
+class Key(Generic[T]):
+    """One thing that joints of a type, or elements of a kind, say beside what all of them say.
+
+    Its value is a number, several of them, a direction, text, a tuple of texts, or steps in a joint's coordinates.
+
+    Attributes:
+        name: as scenes write it; an element has a field of that name.
+        read: its value from a table, its name, and what stands in where nothing is said, or after a fault.
+        default: its value where it is left out.
+        example: what to write where it must be given; "" where it may be left out, or the kind tells.
+        silent: whether a noun has its value without saying so, where the default does not decide.
+        above_zero: what a number of zero or less is, and what to give instead; "" where it may be any.
+        letters: of the parameters that stand for its numbers, one, or one an axis; () for none.
+        unit: of those parameters; two of them at a joint that turns, and at one that slides.
+        text: what they are, the name of what has them in place of {}.
+        positive: whether such a parameter is the size of a number and the sign stands in front.
+        geometry: whether it is a length of the mechanism, not a force.
+        names: what its formulas may name; None of a direction, which is checked with what it directs.
+        turned: of a direction, whether it is in the moved joint frame.
+    """
+
+    name: str
+    read: Callable[[Table, str, T], T]
+    default: T
+    example: str = ""
+    silent: Callable[[Any], bool] | None = None
+    above_zero: str = ""
+    letters: tuple[str, ...] = ()
+    unit: str | tuple[str, str] = ""
+    text: str = ""
+    positive: bool = False
+    geometry: bool = False
+    names: int | None = PARAMETERS
+    turned: bool = False
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The key, as a part of the table of an element."""
+        return (self.name,)
+
+    def of(self, one: Any) -> T:
+        """Return what a joint or an element says."""
+        value: T = (dict(one.shape) if isinstance(one, Joint) else vars(one)).get(self.name, self.default)
+        return value
+
+    def declared(self, table: Table) -> T:
+        """Return what a table says; a key that must be given and is not is a fault."""
+        if self.example and self.name not in table:
+            table.fault(f"{self.name} is missing; write {self.example}")
+        return self.read(table, self.name, self.default)
+
+    def fields(self, table: Table, scope: object) -> dict[str, Any]:
+        """Return the field of an element."""
+        return {self.name: self.declared(table)}
+
+    def raw(self, one: Any, scope: object) -> dict[str, object]:
+        """Return what the table of an element says, nothing where the default says it; of one number no list."""
+        value: Any = self.of(one)
+        if self.silent(one) if self.silent else value == self.default:
+            return {}
+        alone = isinstance(value, tuple) and len(value) == 1 and isinstance(value[0], Quantity)
+        return {self.name: value[0] if alone else value}
+
+    def numbers(self, one: Any) -> Iterator[tuple[str, Quantity, int]]:
+        """Return its quantities, and what they may name."""
+        if self.names is not None:
+            yield from ((f"{self.name}{index}", x, self.names) for index, x in indexed(self.of(one)))
+
+    def named(self, one: Any, what: str, letter: str, k: int | str, names: Names, slides: bool = False) -> Any:
+        """Return the k-th noun of its like with names in place of the numbers of this key; see `Part.named`."""
+        if not self.letters or (what == "geometry") != self.geometry:
+            return one
+        value: Any = self.of(one)
+        text = self.text.format(one.name)
+        unit = self.unit if isinstance(self.unit, str) else self.unit[slides]
+        if len(self.letters) > 1:
+            value = along(value, self.letters, str(k), unit, text, names)
+        else:
+            called = [names.of(x, f"{self.letters[0]}{k}", unit, text, self.positive) for _, x in indexed(value)]
+            value = tuple(called) if isinstance(value, tuple) else next(iter(called), value)
+        said = {self.name: value}
+        return one.shaped(**said) if isinstance(one, Joint) else replace(one, **said)
+
+    def check(self, one: Any, stand: Stand) -> None:
+        """Report a number that has to be above zero and is not."""
+        value: Any = self.of(one)
+        if self.above_zero and (size := stand.value(value)) is not None and size <= 0:
+            stand.fault(f"{self.name} = {shown(value)} {self.above_zero}")
+
+
+def indexed(value: Any) -> Iterator[tuple[str, Quantity]]:
+    """Return the quantities of a value, each with its index: "" alone, "[0]" and so on of several."""
+    if isinstance(value, Quantity):
+        yield "", value
+    elif isinstance(value, tuple):
+        yield from ((f"[{i}]", x) for i, x in enumerate(value) if isinstance(x, Quantity))
+
+
+def along(vector: Vector, letters: tuple[str, ...], place: str, unit: str, text: str, names: Names) -> Vector:
+    """Return a vector with its components named."""
+    x, y, z = (
+        names.of(entry, f"{letter}{place}", unit, f"{text}, along {axis}")
+        for letter, axis, entry in zip(letters, "xyz", vector, strict=True)
+    )
+    return (x, y, z)
+
+
+def always_said(one: Any) -> bool:
+    """Tell that no noun has the value of a key without saying so, as of one that must be given."""
+    return False
+
+
+# Readers
+
+
+def coefficients(table: Table, key: str, usual: tuple[Quantity, ...]) -> tuple[Quantity, ...]:
+    """Return one number or a list of them."""
+    if key not in table:
+        return usual
+    raw = plain(table.raw[key])
+    given = list(raw) if isinstance(raw, (list, tuple)) else [raw]
+    if not given:
+        table.fault(f"{key} = [] holds no number; give one, or a list of coefficients")
+    try:
+        return tuple(quantity(plain(one)) for one in given)
+    except FormulaError as error:
+        table.refuse(key, error)
+        return usual
+
+
+def choice(*words: str) -> Callable[[Table, str, str], str]:
+    """Return the reader of one of some words, the first of which stands in."""
+
+    def read(table: Table, key: str, usual: str) -> str:
+        word = table.text(key, usual)
+        if word in words:
+            return word
+        listed = " or ".join(f'"{one}"' for one in words)
+        table.fault(f'{key} = "{word}" is not known; write {listed}')
+        return words[0]
+
+    return read
