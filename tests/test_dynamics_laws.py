@@ -23,9 +23,9 @@ from symdyn.verify.laws import laws
 from symdyn.verify.quaternions import on_unit_sphere
 
 SEEDS = range(8)
-TREES = [random_tree(seed) for seed in SEEDS]
+TREES = [random_tree(seed, 5 if seed < 4 else 4) for seed in SEEDS]
 ARMS = [two_link(), cart_pole(), spatial_arm(), chain(3)]
-COUPLED = [coupled_tree(seed) for seed in range(5)]
+COUPLED = [coupled_tree(seed, 5 if seed < 2 else 4) for seed in range(5)]
 SCENES = [*ARMS, *TREES, *COUPLED]
 
 

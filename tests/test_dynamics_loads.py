@@ -231,8 +231,8 @@ def floating():
 
 
 LOADED = [
-    *(with_loads(random_tree(seed, 4), seed) for seed in range(6)),
-    *(with_loads(coupled_tree(seed, 4), seed) for seed in range(4)),
+    *(with_loads(random_tree(seed, 4 if seed < 2 else 3), seed) for seed in range(6)),
+    *(with_loads(coupled_tree(seed, 4 if seed < 2 else 3), seed) for seed in range(4)),
     floating(),
 ]
 
