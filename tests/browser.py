@@ -28,20 +28,29 @@ def chromium() -> Iterator[Any]:
 def opened(browser: Any, path: Path, width: int = 1280, scheme: str = "light") -> Iterator[Any]:
     """Yield a page that shows a file; afterwards the console must have been silent and nothing fetched.
 
-    All are pages of one window, which starts once.
+    All files are shown by one page of one window, one after the other, since a new page starts processes.
     """
-    page = (browser.contexts[0] if browser.contexts else browser.new_context()).new_page()
+    context = browser.contexts[0] if browser.contexts else browser.new_context()
+    page = context.pages[0] if context.pages else context.new_page()
     page.set_viewport_size({"width": width, "height": 800})
-    page.emulate_media(color_scheme=scheme)
+    page.emulate_media(media="screen", color_scheme=scheme)
     said: list[str] = []
-    page.on("console", lambda message: said.append(message.text))
-    page.on("pageerror", lambda fault: said.append(str(fault)))
-    page.on("request", lambda request: said.append(request.url) if request.url != path.as_uri() else None)
-    page.goto(path.as_uri())
+    listeners = {
+        "console": lambda message: said.append(message.text),
+        "pageerror": lambda fault: said.append(str(fault)),
+        "request": lambda request: said.append(request.url) if request.url != path.as_uri() else None,
+    }
+    for event, listener in listeners.items():
+        page.on(event, listener)
     try:
+        page.goto(path.as_uri())
         yield page
-    finally:
-        page.close()
+    except BaseException:
+        page.close()  # whatever it is busy with
+        raise
+    for event, listener in listeners.items():
+        page.remove_listener(event, listener)
+    page.goto("about:blank")  # the file's scripts end
     assert not said, said
 
 

@@ -12,9 +12,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from engine.trials.options import PAIRED
 
 ROOT = Path(__file__).resolve().parent.parent
-TRIALS = 100
 
 FLIPS = (  # file seen from dynamics/, what stands there, what is planted
     ("recursive/rnea.py", "a = (a[0] + w[1] * twice,", "a = (a[0] - w[1] * twice,"),
@@ -50,7 +50,7 @@ def test_a_sign_turned_round_is_found(tmp_path: Path, file: str, right: str, wro
     path.write_text(text.replace(right, wrong), encoding="utf-8")
 
     run = subprocess.run(
-        [sys.executable, "-m", "engine", "--until", str(TRIALS)],
+        [sys.executable, "-m", "engine", "--until", str(PAIRED)],
         cwd=ROOT / "tests",
         env=os.environ | {"PYTHONPATH": str(tmp_path)},
         capture_output=True,

@@ -37,6 +37,14 @@ def lesson() -> Document:
     return with_exercises(walkthrough(read(EXAMPLES / "two_link.toml")))
 
 
+@pytest.fixture(scope="module")
+def shown(lesson: Document, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the page of the lesson."""
+    path = tmp_path_factory.mktemp("shown") / "lesson.html"
+    path.write_text(html_page(lesson), encoding="utf-8")
+    return path
+
+
 def blanks(document: Document) -> list[Blank]:
     return [block for _, block in document.blocks() if isinstance(block, Blank)]
 
@@ -236,13 +244,9 @@ def test_a_walkthrough_without_such_results_says_so() -> None:
 @pytest.mark.runs
 @pytest.mark.parametrize("width", [1280, 390])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_a_page_is_quiet_and_nothing_overlaps(
-    lesson: Document, browser: Any, tmp_path: Path, width: int, scheme: str
-) -> None:
-    path = tmp_path / "lesson.html"
-    path.write_text(html_page(lesson), encoding="utf-8")
+def test_a_page_is_quiet_and_nothing_overlaps(browser: Any, shown: Path, width: int, scheme: str) -> None:
 
-    with opened(browser, path, width, scheme) as page:
+    with opened(browser, shown, width, scheme) as page:
         assert page.evaluate(OVERLAPS) == []
         assert page.evaluate("getComputedStyle(document.body).backgroundColor") == (
             "rgb(255, 255, 255)" if scheme == "light" else "rgb(18, 23, 29)"
@@ -252,13 +256,11 @@ def test_a_page_is_quiet_and_nothing_overlaps(
 
 
 def test_every_right_answer_is_accepted_and_every_changed_one_refused(
-    lesson: Document, browser: Any, tmp_path: Path
+    lesson: Document, browser: Any, shown: Path
 ) -> None:
-    path = tmp_path / "lesson.html"
-    path.write_text(html_page(lesson), encoding="utf-8")
     spell = Spelling(lesson)
 
-    with opened(browser, path) as page:
+    with opened(browser, shown) as page:
         for blank in blanks(lesson):
             for text in (text_of(blank.answer), spell.inline(blank.answer)):
                 judge = "([key, text]) => Answers.judge(key, text)"
@@ -297,11 +299,9 @@ def test_every_right_answer_is_accepted_and_every_changed_one_refused(
         ("(" * 4000, "This is too long or nests too deep."),
     ],
 )
-def test_a_typed_answer_is_judged(text: str, says: str, browser: Any, lesson: Document, tmp_path: Path) -> None:
-    path = tmp_path / "lesson.html"
-    path.write_text(html_page(lesson), encoding="utf-8")
+def test_a_typed_answer_is_judged(text: str, says: str, browser: Any, shown: Path) -> None:
 
-    with opened(browser, path) as page:
+    with opened(browser, shown) as page:
         form = page.locator('form[data-key="coefficients:k_z:k_z:1,2"]')
         form.locator("input").fill(text)
         form.locator("input").press("Enter")
@@ -312,9 +312,7 @@ def test_a_typed_answer_is_judged(text: str, says: str, browser: Any, lesson: Do
 GARBAGE = "m1h2q_^{}()[]\\+-*/=.,;:'\"<>&|!?@#$%~`0123456789 \t\n\0\u0307\u202e\ud83d\ude00αθ½²₁∫∞−·\u200b"
 
 
-def test_garbage_is_answered_in_words(lesson: Document, browser: Any, tmp_path: Path) -> None:
-    path = tmp_path / "lesson.html"
-    path.write_text(html_page(lesson), encoding="utf-8")
+def test_garbage_is_answered_in_words(lesson: Document, browser: Any, shown: Path) -> None:
     rng = random.Random(3)
     texts = ["".join(rng.choices(GARBAGE, k=rng.randint(0, 30))) for _ in range(3000)]
     texts += [
@@ -327,7 +325,7 @@ def test_garbage_is_answered_in_words(lesson: Document, browser: Any, tmp_path: 
         "{" * 99,
         "constructor.x",
     ]
-    with opened(browser, path) as page:
+    with opened(browser, shown) as page:
         told = page.evaluate("([key, texts]) => texts.map(x => Answers.judge(key, x))", [blanks(lesson)[0].key, texts])
 
     assert all(isinstance(one["text"], str) and one["text"] for one in told)
@@ -361,9 +359,7 @@ def read_or_none(text: str, lesson: Document) -> Expr | None:
 
 
 @pytest.mark.long
-def test_page_and_command_line_read_the_same_formulas(lesson: Document, browser: Any, tmp_path: Path) -> None:
-    path = tmp_path / "lesson.html"
-    path.write_text(html_page(lesson), encoding="utf-8")
+def test_page_and_command_line_read_the_same_formulas(lesson: Document, browser: Any, shown: Path) -> None:
     pieces = r"m1 m_2 h1 h_2^2 q_1 q_{2} q1' \dot q_1 \ddot{q}_2 \frac {2} { }"
     pieces += r" ( ) ( ) \left[ \right] \sin cos cos^2 c_{12} s"
     signs = "^ ** * * / + - + 2 0,5 1.5 ½ ² q̇₁ · m2h2 g sqrt x q̇1 (t) q_1(t) d/dt dq2/dt"
@@ -376,7 +372,7 @@ def test_page_and_command_line_read_the_same_formulas(lesson: Document, browser:
         catch (fault) { return String(fault.key); }
     })"""
 
-    with opened(browser, path) as page:
+    with opened(browser, shown) as page:
         there = page.evaluate(read_there, texts)
 
     accepted = 0
@@ -468,10 +464,8 @@ def agree(found: str, says: str) -> bool:
 
 
 @pytest.mark.mends("5.7")
-def test_a_page_reads_answers_as_the_command_line_does(lesson: Document, browser: Any, tmp_path: Path) -> None:
-    path = tmp_path / "lesson.html"
-    path.write_text(html_page(lesson), encoding="utf-8")
-    with opened(browser, path) as page:
+def test_a_page_reads_answers_as_the_command_line_does(browser: Any, shown: Path) -> None:
+    with opened(browser, shown) as page:
         asked = [[key, text] for key, text, _ in OTHER_WAYS]
         told = page.evaluate("asked => asked.map(([key, text]) => Answers.judge(key, text).text)", asked)
 

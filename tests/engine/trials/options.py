@@ -30,13 +30,13 @@ OPTIONS: Mapping[str, tuple[str, ...]] = {  # what stands there more than once c
     "hung": ("", "", "turned"),  # some joints are declared from the child towards the ground
 }
 
-PAIRED, CANDIDATES = 100, 40
+PAIRED, CANDIDATES = 75, 40
 
 Choice = dict[str, str]
 
 
 def choice(seed: int) -> Choice:
-    """Return the options of a case, the same every time; the first hundred hold every pair of values."""
+    """Return the options of a case, the same every time; the first `PAIRED` hold every pair of values."""
     if seed < PAIRED:
         return covering()[seed]
     rng = random.Random(f"choice {seed}")
