@@ -150,7 +150,7 @@ def test_an_interrupted_run_leaves_one_line(monkeypatch: pytest.MonkeyPatch, cap
     def interrupt(path: str, options: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("symdyn.scene.read_noting", interrupt)
+    monkeypatch.setattr("symdyn.cli.scene_options.read_noting", interrupt)
 
     assert main(["info", "x.toml"]) == 130
     assert capsys.readouterr().err == "symdyn: interrupted\n"

@@ -20,10 +20,9 @@ from symdyn.dynamics.reactions import ties as ties_room
 from symdyn.verify import DIFFERENT, NUMERICAL
 from symdyn.verify.equality import prove
 from symdyn.verify.laws import laws
-from symdyn.verify.natural import natural_findings, natural_places
+from symdyn.verify.natural import forward_findings, natural_places, reaction_findings
 
 DATA = Path(__file__).parent / "data"
-OUTPUTS = ("forward_dynamics", "multipliers", "reactions")
 
 
 def scene_of(name):
@@ -31,7 +30,12 @@ def scene_of(name):
 
 
 def found_naturally(scene):
-    return natural_findings(Workspace(scene), OUTPUTS)
+    return findings_of(Workspace(scene))
+
+
+def findings_of(w):
+    forward, notes = forward_findings(w)
+    return [*forward, *reaction_findings(w)[0]], notes
 
 
 # Natural positions
@@ -108,7 +112,7 @@ def test_a_position_without_forward_dynamics_is_told():
     """At its dead centre a slider says nothing of the crank."""
     scene = slider_crank()
     w = Workspace(scene, symdyn.dynamics.LoopChoices(("x",)))
-    findings, notes = natural_findings(w, OUTPUTS)
+    findings, notes = findings_of(w)
 
     assert {one.verdict for one in findings} == {NUMERICAL}
     assert len(notes) == 1

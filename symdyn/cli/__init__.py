@@ -7,60 +7,42 @@ import sys
 import warnings
 from collections.abc import Callable, Sequence
 from functools import partial
+from importlib import import_module
 from typing import Any, NoReturn
 
-from symdyn.cli import (
-    bench,
-    check_derivation,
-    convert,
-    draw,
-    equations,
-    generate,
-    info,
-    inverse,
-    new,
-    simulate,
-    stress,
-    verify,
-    walkthrough,
-)
 from symdyn.cli.streams import prepare_streams, silence_stdout
 from symdyn.errors import SymdynError, SymdynWarning, printable
 
-VERBS = (
-    equations,
-    walkthrough,
-    check_derivation,
-    generate,
-    verify,
-    simulate,
-    inverse,
-    bench,
-    stress,
-    info,
-    draw,
-    convert,
-    new,
-)
+VERBS = {
+    "equations": "print the equations of motion",
+    "walkthrough": "write the derivation as a lesson",
+    "check-derivation": "compare a student's result with the scene's",
+    "generate": "write a NumPy module, C or JavaScript",
+    "verify": "prove the equations, measure the code",
+    "simulate": "compute the motion that forces give",
+    "inverse": "compute the forces that a motion takes",
+    "bench": "measure run time against error",
+    "stress": "hard cases for the numerics",
+    "info": "show the mechanism and what its functions cost",
+    "draw": "draw the mechanism as SVG",
+    "convert": "write a scene in another format",
+    "new": "write a commented scene to start from",
+}
+"""What each verb does; it is a file here, read once it is chosen."""
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose messages are printable, whatever an argument holds.
+    """A parser whose messages are printable, whatever an argument holds; that of a verb reads the verb's file late."""
 
-    Where what it takes stands in a table that is slow to import, `add_options` adds it once the verb is chosen.
-    """
-
-    def __init__(
-        self, *words: Any, add_options: Callable[[argparse.ArgumentParser], None] | None = None, **named: Any
-    ) -> None:
-        super().__init__(*words, **named)
-        self._add_options = add_options
+    verb = ""
 
     def complete(self) -> Parser:
         """Return this parser with all that it takes."""
-        if self._add_options is not None:
-            self._add_options(self)
-            self._add_options = None
+        if self.verb:
+            module = import_module(f"symdyn.cli.{self.verb.replace('-', '_')}")
+            self.verb, self.description = "", module.__doc__
+            module.add_options(self)
+            self.set_defaults(run=module.run, parser=self)
         return self
 
     def parse_known_args(self, *words: Any, **named: Any) -> Any:
@@ -82,8 +64,8 @@ def parser() -> argparse.ArgumentParser:
     )
     top.add_argument("--version", action="version", version=f"symdyn {version()}")
     verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for verb in VERBS:
-        verb.register(verbs)
+    for verb, does in VERBS.items():
+        verbs.add_parser(verb, help=does).verb = verb
     return top
 
 

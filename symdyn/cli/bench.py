@@ -6,14 +6,12 @@ Writes bench.html (one page, pictures inside), bench.md and bench.json; prints t
 from __future__ import annotations
 
 import argparse
-import shlex
-from typing import TYPE_CHECKING
 
-from symdyn.cli.scene_options import add_reading_options, read_scene, reading_words
-
-if TYPE_CHECKING:
-    from symdyn.bench import Bench
-
+from symdyn.bench import Bench, bench
+from symdyn.bench.report import as_json, best, choices_of, html, markdown, nanoseconds
+from symdyn.cli.scene_options import add_reading_options, again, read_scene, split
+from symdyn.cli.talk import Waiting, print_table, say
+from symdyn.emit.files import write
 
 LONG = (
     "every function is derived, compiled and measured in every implementation, at 800 states: a minute or more "
@@ -22,9 +20,8 @@ LONG = (
 """Said where all is measured."""
 
 
-def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the verb."""
-    verb = verbs.add_parser("bench", help="measure run time against error", description=__doc__)
+def add_options(verb: argparse.ArgumentParser) -> None:
+    """Add what the verb takes."""
     add_reading_options(verb)
     verb.add_argument("--functions", metavar="LIST", help="comma-separated; default: all, with --quick the main ones")
     verb.add_argument("--quick", action="store_true", help="few states, native code, few tolerances: under 20 s")
@@ -34,23 +31,17 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     verb.add_argument("--seed", type=int, default=1, help="of the states (default: 1)")
     verb.add_argument("-o", "--output", metavar="DIR", help="write bench.html, bench.md and bench.json there")
     verb.add_argument("--json", action="store_true", help="print JSON")
-    verb.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Measure, write, print."""
-    from symdyn.bench import bench
-    from symdyn.bench.report import as_json, html, markdown
-    from symdyn.cli.generate import split
-    from symdyn.cli.talk import Waiting, say
-    from symdyn.emit.files import write
-
     scene = read_scene(options)
-    functions = split(options.functions) if options.functions is not None else None
     if not options.quick:
         say(f"symdyn: {LONG}")
     with Waiting() as progress:
-        found = bench(scene, functions, options.quick, options.trajectories, options.seed, _command(options), progress)
+        command = again(options) + (" -o DIR" if options.output is not None else "")
+        functions = split(options.functions)
+        found = bench(scene, functions, options.quick, options.trajectories, options.seed, command, progress)
     if options.output is not None:
         files = {"bench.html": html(found), "bench.md": markdown(found), "bench.json": as_json(found.as_dict())}
         paths = write(files, options.output)
@@ -64,21 +55,8 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _command(options: argparse.Namespace) -> str:
-    words = ["symdyn", "bench", *reading_words(options)]
-    words += ["--functions", shlex.quote(options.functions.replace(" ", ""))] if options.functions else []
-    words += ["--quick"] if options.quick else []
-    words += [] if options.trajectories else ["--no-trajectories"]
-    words += ["--seed", str(options.seed)] if options.seed != 1 else []
-    words += ["-o", "DIR"] if options.output is not None else []
-    return " ".join(words)
-
-
 def show(found: Bench) -> None:
     """Print the best choices of every function."""
-    from symdyn.bench.report import best, choices_of, nanoseconds
-    from symdyn.cli.talk import print_table
-
     lines = [
         (one.function, one.label, nanoseconds(one.call), f"{one.relative:.1e}", _worst(one.errors))
         for function in found.functions

@@ -8,15 +8,19 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 
 from symdyn.cli.scene_options import add_reading_options, read_scene
+from symdyn.cli.talk import Waiting, say
+from symdyn.errors import SymdynError, TeachError, printable
+from symdyn.teach import check_derivation, in_words
+from symdyn.teach.student.statements import find_target
 
 LARGEST = 1_000_000  # bytes of a file that is opened at all
 
 
-def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the verb."""
-    verb = verbs.add_parser("check-derivation", help="compare a student's result with the scene's", description=__doc__)
+def add_options(verb: argparse.ArgumentParser) -> None:
+    """Add what the verb takes."""
     verb.add_argument("file", metavar="FILE", help="LaTeX or plain text; - reads standard input")
     add_reading_options(verb)
     verb.add_argument("--what", metavar="NAME", help="what a formula without = is: k_z12, tau1, K, P, L")
@@ -24,16 +28,10 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
         "--book", action="store_true", help="k_C and k_D as the textbook prints them, with the minus in front taken out"
     )
     verb.add_argument("--language", choices=("en", "sk"), default="en", help="of the answer (default: en)")
-    verb.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Print an answer to every statement."""
-    from symdyn.cli.talk import Waiting, say
-    from symdyn.errors import SymdynError, printable
-    from symdyn.teach import check_derivation, in_words
-    from symdyn.teach.student.statements import find_target
-
     try:
         scene = read_scene(options)
         text, name = _text(options.file)
@@ -51,10 +49,6 @@ def run(options: argparse.Namespace) -> int:
 
 def _text(file: str) -> tuple[str, str]:
     """Return the student's text and its name for messages."""
-    from pathlib import Path
-
-    from symdyn.errors import TeachError
-
     name = "standard input" if file == "-" else Path(file).name
     try:
         if file == "-":

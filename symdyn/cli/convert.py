@@ -6,26 +6,23 @@ import argparse
 from pathlib import Path
 
 from symdyn.cli.scene_options import add_reading_options, read_scene
+from symdyn.cli.talk import print_paths, say
+from symdyn.emit import write
+from symdyn.errors import EmitError
+from symdyn.scene import write_text
+from symdyn.scene.scene_files import format_to_write
 
 
-def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the verb."""
-    verb = verbs.add_parser("convert", help="write a scene in another format", description=__doc__)
+def add_options(verb: argparse.ArgumentParser) -> None:
+    """Add what the verb takes."""
     add_reading_options(verb)
     verb.add_argument("output", metavar="OUT", help="file to write; its extension, .toml, .urdf or .par, is the format")
     verb.add_argument("--lossy", action="store_true", help="list what the format cannot hold and leave it out")
     verb.add_argument("--force", action="store_true", help="overwrite an existing file")
-    verb.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Write the scene and print its path."""
-    from symdyn.cli.talk import print_paths, say
-    from symdyn.emit import write
-    from symdyn.errors import EmitError
-    from symdyn.scene import write_text
-    from symdyn.scene.scene_files import format_to_write
-
     path = Path(options.output)
     format = format_to_write(path)
     if path.exists() and not options.force:

@@ -11,11 +11,17 @@ import math
 from pathlib import Path
 
 from symdyn.cli.scene_options import add_reading_options, read_scene
+from symdyn.cli.talk import Waiting, print_paths
+from symdyn.draw import free_body, picture, pose
+from symdyn.emit import write
+from symdyn.errors import DrawError
+from symdyn.scene import FormulaError, parse
+from symdyn.scene.values.formula import split_commas
+from symdyn.scene.values.value import value_of
 
 
-def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the verb."""
-    verb = verbs.add_parser("draw", help="draw the mechanism as SVG", description=__doc__)
+def add_options(verb: argparse.ArgumentParser) -> None:
+    """Add what the verb takes."""
     add_reading_options(verb)
     verb.add_argument("-o", "--output", metavar="FILE", help="SVG file to write (default: standard output)")
     verb.add_argument("--at", metavar="LIST", help='values of coordinates, e.g. "q1=0.3, q2=90 deg"')
@@ -32,16 +38,10 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
         "--body", metavar="NAME", help="the free-body diagram of one body: every force and couple that acts on it"
     )
     verb.add_argument("--scheme", choices=("auto", "light", "dark"), default="auto", help="colours (default: auto)")
-    verb.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Draw the scene."""
-    from symdyn.cli.talk import Waiting, print_paths
-    from symdyn.draw import free_body, picture, pose
-    from symdyn.emit import write
-    from symdyn.errors import DrawError
-
     view = None if options.view is None else _view(options.view)
     if options.output and Path(options.output).suffix.lower() != ".svg":
         raise DrawError(f"{options.output}: pictures are SVG; give a name that ends with .svg")
@@ -65,8 +65,6 @@ def run(options: argparse.Namespace) -> int:
 
 def _view(text: str) -> tuple[float, float]:
     """Return azimuth and elevation."""
-    from symdyn.errors import DrawError
-
     parts = text.split(",")
     try:
         azimuth, elevation = (float(part) for part in parts)
@@ -79,11 +77,6 @@ def _view(text: str) -> tuple[float, float]:
 
 def _at(text: str) -> dict[str, float]:
     """Return the coordinates of `q1=0.3, q2=90 deg`."""
-    from symdyn.errors import DrawError
-    from symdyn.scene import FormulaError, parse
-    from symdyn.scene.values.formula import split_commas
-    from symdyn.scene.values.value import value_of
-
     values: dict[str, float] = {}
     for part in split_commas(text):
         name, equals, formula = (piece.strip() for piece in part.partition("="))

@@ -3,24 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
 
 from symdyn.cli.scene_options import add_reading_options, read_scene
-
-if TYPE_CHECKING:
-    from symdyn.scene import Scene
-
-
-def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the verb."""
-    words = "print the equations of motion"
-    verb = verbs.add_parser("equations", help=words, description=__doc__, add_options=_add_options)
-    verb.set_defaults(run=run)
+from symdyn.cli.talk import Waiting
+from symdyn.emit.print.equations_text import ANGLES, FORMATS, GROUPS, base_parameters_text, equations_text
+from symdyn.errors import EmitError
+from symdyn.scene import Scene
 
 
-def _add_options(verb: argparse.ArgumentParser) -> None:
-    from symdyn.emit.print.equations_text import ANGLES, FORMATS, GROUPS
-
+def add_options(verb: argparse.ArgumentParser) -> None:
+    """Add what the verb takes."""
     add_reading_options(verb)
     verb.add_argument("--format", choices=tuple(FORMATS), default="latex", help="default: latex")
     verb.add_argument(
@@ -37,8 +29,6 @@ def _add_options(verb: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print the equations."""
-    from symdyn.cli.talk import Waiting
-
     scene = read_scene(options)
     with Waiting() as progress:
         progress("expanding")
@@ -48,15 +38,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _equations(scene: Scene, options: argparse.Namespace) -> str:
-    from symdyn.emit.print.equations_text import equations_text
-
     return equations_text(scene, options.format, options.group, options.angles, options.document)
 
 
 def _base_parameters(scene: Scene, options: argparse.Namespace) -> str:
-    from symdyn.emit.print.equations_text import base_parameters_text
-    from symdyn.errors import EmitError
-
     if options.document:
         raise EmitError("a document holds equations; leave --document out, or --as base-parameters")
     return base_parameters_text(scene, options.format)
@@ -64,7 +49,6 @@ def _base_parameters(scene: Scene, options: argparse.Namespace) -> str:
 
 def _dalembert(scene: Scene, options: argparse.Namespace) -> str:
     from symdyn.emit.print.dalembert_page import dalembert_text
-    from symdyn.errors import EmitError
 
     if options.format != "latex":
         raise EmitError(f"D'Alembert's system is written in LaTeX, not as {options.format}; leave --format out")

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict
+from typing import Any
 
+from symdyn.dynamics import LARGEST, Equations, LoopChoices, Workspace, available_on, unique_reactions
+from symdyn.dynamics.loops.mobility import mobility
+from symdyn.dynamics.roads.result_labels import COMPONENTS, joints_of, told
+from symdyn.emit.print.equations_text import base_parameter_texts
+from symdyn.emit.print.frames_text import frame_texts
+from symdyn.errors import DerivationError
 from symdyn.graph import growing
-
-if TYPE_CHECKING:
-    from symdyn.dynamics import Equations, LoopChoices
-    from symdyn.scene import Joint, Scene
+from symdyn.program import Counts, choose, count_derived, formulate, lower, prepare, skipped
+from symdyn.program.prepare import is_prepared
+from symdyn.scene import FORCES, JOINTS, Joint, Place, Quantity, Scene, spell
+from symdyn.scene.robot_words import leaves
 
 MEASURED = 50
 """Velocities up to which it is measured what every step saves: that takes all functions ten times over."""
@@ -18,11 +25,6 @@ MEASURED = 50
 @growing()
 def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[str, Any], list[str]]:
     """Return the facts for JSON, and why some functions are missing."""
-    from symdyn.dynamics import LARGEST, Equations, Workspace, available_on
-    from symdyn.program import choose, formulate
-    from symdyn.scene import FORCES, JOINTS, spell
-    from symdyn.scene.robot_words import leaves
-
     workspace = Workspace(scene, closing)
     outputs, left_out = available_on(workspace)
     if workspace.state.n > LARGEST:  # deriving is most of the work, and the order of the nodes counts for nothing
@@ -75,12 +77,6 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
 
 def _counted(equations: Equations, outputs: Sequence[str]) -> tuple[dict[str, Any], list[str]]:
     """Return what the functions cost, what can be prepared, and what was left out; and what many velocities forbid."""
-    from dataclasses import asdict
-
-    from symdyn.dynamics import LARGEST
-    from symdyn.program import Counts, count_derived, lower, prepare, skipped
-    from symdyn.program.prepare import is_prepared
-
     n, said, first, program = len(equations.scene.velocities), [], None, None
     if n > LARGEST:
         said.append(
@@ -119,11 +115,6 @@ def _counted(equations: Equations, outputs: Sequence[str]) -> tuple[dict[str, An
 
 def _mobility(scene: Scene, closing: LoopChoices) -> dict[str, Any] | None:
     """Return the mobility of a scene with loops or rows; None for a tree, and where the loops cannot be closed."""
-    from dataclasses import asdict
-
-    from symdyn.dynamics.loops.mobility import mobility
-    from symdyn.errors import DerivationError
-
     if not scene.is_closed:
         return None
     try:
@@ -134,10 +125,6 @@ def _mobility(scene: Scene, closing: LoopChoices) -> dict[str, Any] | None:
 
 def _loose(scene: Scene, closing: LoopChoices) -> str:
     """Return which entries of reactions, axes of the children, rigid bodies do not tell, in words; "" for none."""
-    from symdyn.dynamics import unique_reactions
-    from symdyn.dynamics.roads.result_labels import COMPONENTS, joints_of, told
-    from symdyn.errors import DerivationError
-
     try:
         loose = ~unique_reactions(scene, closing=closing)
         return told(joints_of(scene), COMPONENTS, loose.ravel().tolist())
@@ -147,9 +134,6 @@ def _loose(scene: Scene, closing: LoopChoices) -> str:
 
 def parts(scene: Scene, frames: bool, base_parameters: bool) -> dict[str, Any]:
     """Return the chosen frames, the base parameters, or both."""
-    from symdyn.emit.print.equations_text import base_parameter_texts
-    from symdyn.emit.print.frames_text import frame_texts
-
     found: dict[str, Any] = {"name": scene.name}
     if frames:
         found["frames"] = frame_texts(scene)
@@ -166,10 +150,6 @@ def _with_units(names: tuple[str, ...], units: Sequence[str], per: str = "") -> 
 
 def _beside(joint: Joint) -> dict[str, Any]:
     """Return what a joint says beside its place and its motion."""
-    from dataclasses import asdict
-
-    from symdyn.scene import spell
-
     follows = joint.coupling
     limits = {key: getattr(joint.limits, key) for key in asdict(joint.limits)}
     return {
@@ -184,7 +164,6 @@ def _beside(joint: Joint) -> dict[str, Any]:
 
 def acting(scene: Scene) -> list[dict[str, str]]:
     """Return what acts beside gravity, drives and damping: what it is, its name, where it acts, its law."""
-    from symdyn.scene import FORCES, Place, Quantity, spell
 
     def row(kind: str, name: str, where: str, law: str) -> dict[str, str]:
         return {"kind": kind, "name": name, "where": where, "law": law}

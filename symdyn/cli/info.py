@@ -10,15 +10,18 @@ from itertools import groupby
 from operator import itemgetter
 from typing import Any
 
+from symdyn.cli.facts import gather, parts
 from symdyn.cli.scene_options import add_closing, add_formulation, add_reading_options, closing_of, read_scene
+from symdyn.cli.talk import Waiting, asking, print_json, print_rich, print_table, say, short
+from symdyn.graph import growing
+from symdyn.program import Counts
 
 MOST_NESTED = 200
 """Joints up to which the tree is drawn with its branches; a longer chain would leave the page."""
 
 
-def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the verb."""
-    verb = verbs.add_parser("info", help="show the mechanism and what its functions cost", description=__doc__)
+def add_options(verb: argparse.ArgumentParser) -> None:
+    """Add what the verb takes."""
     add_reading_options(verb)
     add_formulation(verb)
     add_closing(verb)
@@ -26,21 +29,15 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     alone = verb.add_argument_group("one thing alone")
     alone.add_argument("--frames", action="store_true", help="the link frames that the generator chose")
     alone.add_argument("--base-parameters", action="store_true", help="the regrouped inertias, as formulas")
-    verb.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Print what is known about the scene."""
-    from symdyn.graph import growing
-
     with growing():  # once over all of it: each time that the collector wakes it walks every node
         return _shown(options)
 
 
 def _shown(options: argparse.Namespace) -> int:
-    from symdyn.cli.facts import gather, parts
-    from symdyn.cli.talk import Waiting, print_json, say
-
     scene = read_scene(options)
     closing = closing_of(options, scene)
     if options.frames or options.base_parameters:
@@ -66,8 +63,6 @@ def _shown(options: argparse.Namespace) -> int:
 
 def show_parts(found: dict[str, Any]) -> None:
     """Print chosen frames and base parameters for people."""
-    from symdyn.cli.talk import print_table, short
-
     if "frames" in found:
         columns = ("joint", "as declared", "in the frame of", "link", "moved, in the declared frame")
         rows = [(f["joint"], f["declared"], f["parent"], f["link"], f["moved"] or "-") for f in found["frames"]]
@@ -80,8 +75,6 @@ def show_parts(found: dict[str, Any]) -> None:
 def show(facts: dict[str, Any]) -> None:
     """Print the facts for people."""
     from rich.tree import Tree
-
-    from symdyn.cli.talk import asking, print_rich, print_table, short
 
     free = facts["degrees_of_freedom"]
     freedom = f"{free} degree{'s' * (free != 1)} of freedom"
@@ -137,9 +130,6 @@ def show_loops(facts: dict[str, Any]) -> None:
 
 def show_skipped(facts: dict[str, Any]) -> None:
     """Print what depends on parameters alone, what was left out, and how much that saved, function by function."""
-    from symdyn.cli.talk import print_table
-    from symdyn.program import Counts
-
     moved = [(f["name"], str(Counts(**f["prepare"]))) for f in facts["functions"] if any(f["prepare"].values())]
     if moved:
         once = facts["prepare"]
@@ -180,8 +170,6 @@ def _several(named: list[dict[str, str]]) -> str:
 
 def _label(joint: dict[str, Any]) -> str:
     """Return one line about a joint and the body that it carries."""
-    from symdyn.cli.talk import short
-
     words = [f"{joint['name']}: {joint['type']}"]
     if joint["coordinate"]:
         words.append(f"{joint['coordinate']} in {joint['unit']}")

@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
+from symdyn.cli.talk import Waiting, say
 from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened
+from symdyn.simulation import inverse, read_motion
+from symdyn.simulation.prescribed.scene_motion import motion_times
 
 
-def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the verb."""
-    verb = verbs.add_parser("inverse", help="compute the forces that a motion takes", description=__doc__)
+def add_options(verb: argparse.ArgumentParser) -> None:
+    """Add what the verb takes."""
     add_reading_options(verb)
     verb.add_argument(
         "--motion",
@@ -23,15 +25,10 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     )
     verb.add_argument("--until", type=float, metavar="T", help="time of the end, s (default: the times of a .csv file)")
     add_output_options(verb)
-    verb.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Compute and write."""
-    from symdyn.cli.talk import Waiting, say
-    from symdyn.simulation import inverse, read_motion
-    from symdyn.simulation.prescribed.scene_motion import motion_times
-
     scene = read_scene_to_move(options)
     entries = flattened(options.motion)
     motion, _, times = collected(

@@ -5,10 +5,15 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from symdyn.cli.talk import print_paths
+from symdyn.emit import write
+from symdyn.emit.code.identifiers import is_device
+from symdyn.errors import EmitError
+from symdyn.scene.starters import STARTERS, starter
 
-def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the verb."""
-    verb = verbs.add_parser("new", help="write a commented scene to start from", description=__doc__)
+
+def add_options(verb: argparse.ArgumentParser) -> None:
+    """Add what the verb takes."""
     verb.add_argument("name", help="name of the scene; NAME.toml is written here")
     verb.add_argument(
         "--template",
@@ -16,17 +21,10 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     )
     verb.add_argument("--n", type=int, help="number of links of a chain, of four-bars in a row")
     verb.add_argument("--force", action="store_true", help="overwrite an existing file")
-    verb.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Write the scene and print its path."""
-    from symdyn.cli.talk import print_paths
-    from symdyn.emit import write
-    from symdyn.emit.code.identifiers import is_device
-    from symdyn.errors import EmitError
-    from symdyn.scene.starters import STARTERS, starter
-
     name = options.name.replace("-", "_")
     template = (options.template or (name if name in STARTERS else "rr")).replace("-", "_")
     text = starter(name, template, options.n)

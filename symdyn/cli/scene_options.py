@@ -5,14 +5,13 @@ from __future__ import annotations
 import argparse
 import shlex
 from fractions import Fraction
+from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from symdyn.errors import printable
-
-if TYPE_CHECKING:
-    from symdyn.dynamics import LoopChoices
-    from symdyn.scene import Scene
+from symdyn.cli.talk import say
+from symdyn.dynamics import OUTPUTS, LoopChoices, Unasked
+from symdyn.errors import DerivationError, printable
+from symdyn.scene import ReadOptions, Scene, bind, in_numbers, read_bindings, read_noting, with_symbols
 
 MOST_NOTES = 20
 
@@ -51,10 +50,13 @@ def add_reading_options(verb: argparse.ArgumentParser, optional: bool = False) -
 
 
 def add_formulation(verb: argparse.ArgumentParser) -> None:
-    """Add the choice of the derivation that becomes code."""
+    """Add the choice of the derivation that becomes code: those that a first look at a scene can be had by."""
+    looked_at = [row.roads.items() for row in OUTPUTS.values() if row.unasked is Unasked.AT_A_LOOK]
+    roads = [road for some in looked_at for road in some]
+    growing = {name for name, road in roads if road.up_to < inf}
     verb.add_argument(
         "--formulation",
-        choices=("rnea", "crba", "aba", "lagrange"),
+        choices=sorted(dict.fromkeys(name for name, _ in roads), key=growing.__contains__),
         help="take this derivation where a function has it; without this, the one with the fewest operations",
     )
 
@@ -90,9 +92,6 @@ def closing_of(options: argparse.Namespace, scene: Scene) -> LoopChoices:
     Raises:
         DerivationError: a choice that means nothing, or a scene without loops and rows.
     """
-    from symdyn.dynamics import LoopChoices
-    from symdyn.errors import DerivationError
-
     given = [f"--{name}" for name in ("independent", "baumgarte") if getattr(options, name) is not None]
     if given and not scene.is_closed:
         raise DerivationError(
@@ -108,8 +107,6 @@ def closing_of(options: argparse.Namespace, scene: Scene) -> LoopChoices:
 
 def _rates(text: str) -> tuple[Fraction, Fraction]:
     """Return alpha and beta."""
-    from symdyn.errors import DerivationError
-
     try:
         alpha, beta = (Fraction(part.strip()) for part in text.split(","))
     except (ValueError, ZeroDivisionError) as fault:
@@ -123,17 +120,8 @@ def _rates(text: str) -> tuple[Fraction, Fraction]:
     return alpha, beta
 
 
-def closing_words(options: argparse.Namespace) -> list[str]:
-    """Return the words of a command that choose the same."""
-    words = ["--independent", options.independent.replace(" ", "")] if options.independent else []
-    return words + (["--baumgarte", options.baumgarte.replace(" ", "")] if options.baumgarte else [])
-
-
 def read_scene(options: argparse.Namespace) -> Scene:
     """Return the scene that the options name; what the reader notes goes to stderr."""
-    from symdyn.cli.talk import say
-    from symdyn.scene import ReadOptions, bind, read_bindings, read_noting, with_symbols
-
     cuts = options.spanning_tree and tuple(name.strip() for name in options.spanning_tree.split(","))
     how = ReadOptions(options.snap, options.allow_invalid_inertia, cuts, options.floating_base)
     reading = read_noting(options.scene, how)
@@ -150,22 +138,29 @@ def read_scene_to_move(options: argparse.Namespace) -> Scene:
 
     What the reader notes goes to stderr.
     """
-    from symdyn.scene import in_numbers, read_bindings
-
     scene = read_scene(options)
     return in_numbers(scene, read_bindings(options.bind)) if options.bind is not None else scene
 
 
-def reading_words(options: argparse.Namespace) -> list[str]:
-    """Return the words of a command that read the same scene in the same way, free of folders.
+def again(options: argparse.Namespace, always: str = "") -> str:
+    """Return the command that does the same again, free of folders: what is not as usual, and what is told `always`.
 
-    They stand in files that are written, so that a file's name may be no more than a word of a shell, in one line.
+    It stands in files that are written, so that a file's name may be no more than a word of a shell, in one line.
     """
-    words = [shlex.quote(printable(Path(options.scene).name, keep=""))]
-    words += ["--symbolic", options.symbolic] if options.symbolic else []
-    words += ["--no-snap"] if not options.snap else []
-    words += ["--allow-invalid-inertia"] if options.allow_invalid_inertia else []
-    words += ["--spanning-tree", shlex.quote(options.spanning_tree.replace(" ", ""))] if options.spanning_tree else []
-    words += ["--floating-base", shlex.quote(options.floating_base)] if options.floating_base else []
-    words += ["--bind", shlex.quote(options.bind.replace(" ", ""))] if options.bind else []
-    return words
+    words = ["symdyn", options.verb]
+    for action in options.parser._actions:
+        value = getattr(options, action.dest, None)
+        if value in (None, "") or action.dest in ("json", "output"):
+            continue
+        if not action.option_strings:
+            words.append(shlex.quote(printable(Path(value).name, keep="")))
+        elif action.nargs == 0 and value == action.const != action.default:
+            words.append(action.option_strings[0])
+        elif action.nargs != 0 and (value != action.default or action.dest == always):
+            words += [action.option_strings[0], shlex.quote(str(value).replace(" ", ""))]
+    return " ".join(words)
+
+
+def split(names: str | None) -> tuple[str, ...] | None:
+    """Return the names of a comma-separated list, each once; None for no list."""
+    return None if names is None else tuple(dict.fromkeys(name.strip() for name in names.split(",") if name.strip()))

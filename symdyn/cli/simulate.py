@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
 
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
+from symdyn.cli.talk import Bar, say
 from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened, pairs
-
-if TYPE_CHECKING:
-    from symdyn.simulation import Trajectory
+from symdyn.simulation import Trajectory, read_forces, simulate
+from symdyn.simulation.forward import check_run
+from symdyn.simulation.initial import read_start
+from symdyn.simulation.prescribed.numbers_in_time import counted
+from symdyn.simulation.trajectory import END, INTERRUPTED
 
 CTRL_C = 130
 
@@ -17,9 +19,8 @@ COARSE, NOTHING = 1e-3, 1e-12
 """Part of the energy by which a balance may be off and still holds, and what is rounding, J."""
 
 
-def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the verb."""
-    verb = verbs.add_parser("simulate", help="compute the motion that forces give", description=__doc__)
+def add_options(verb: argparse.ArgumentParser) -> None:
+    """Add what the verb takes."""
     add_reading_options(verb)
     verb.add_argument("--until", type=float, required=True, metavar="T", help="time of the end, s")
     verb.add_argument(
@@ -42,16 +43,10 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     verb.add_argument("--rtol", type=float, metavar="TOL", help="relative tolerance of a step")
     verb.add_argument("--atol", type=float, metavar="TOL", help="absolute tolerance of a step (default: as --rtol)")
     add_output_options(verb)
-    verb.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Compute, write, and tell how well the laws were kept."""
-    from symdyn.cli.talk import Bar, say
-    from symdyn.simulation import read_forces, simulate
-    from symdyn.simulation.forward import check_run
-    from symdyn.simulation.initial import read_start
-
     scene = read_scene_to_move(options)
     formulas = (*options.stop, *options.report)
     forces, start, _, _ = collected(
@@ -85,9 +80,6 @@ def run(options: argparse.Namespace) -> int:
 
 def told(trajectory: Trajectory) -> list[str]:
     """Return what is said about a run: events, its end, errors."""
-    from symdyn.simulation.prescribed.numbers_in_time import counted
-    from symdyn.simulation.trajectory import END, INTERRUPTED
-
     lines = [f"event: {event.formula} = 0 at t = {event.t!r} s" for event in trajectory.events if not event.stops]
     end = float(trajectory.t[-1])
     if trajectory.stopped == INTERRUPTED:
@@ -116,8 +108,6 @@ def errors(trajectory: Trajectory) -> str:
 
 def status(trajectory: Trajectory) -> int:
     """Return the exit status: 130 after Ctrl-C, 1 where the integrator gave up."""
-    from symdyn.simulation.trajectory import INTERRUPTED
-
     if trajectory.stopped == INTERRUPTED:
         return CTRL_C
     return 0 if trajectory.complete else 1

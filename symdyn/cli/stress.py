@@ -7,40 +7,32 @@ points, chaos. With one, the cases that make sense for it.
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
 
-from symdyn.cli.scene_options import add_reading_options, read_scene, reading_words
+from symdyn.bench.report import as_json, stress_html, stress_markdown, stress_rows
+from symdyn.bench.stress import FAMILIES, Stress, stress
+from symdyn.cli.scene_options import add_reading_options, again, read_scene, split
+from symdyn.cli.talk import Waiting, print_table, say
+from symdyn.emit.files import write
 
-if TYPE_CHECKING:
-    from symdyn.bench.stress import Stress
 
-
-def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the verb."""
-    verb = verbs.add_parser("stress", help="hard cases for the numerics", description=__doc__)
+def add_options(verb: argparse.ArgumentParser) -> None:
+    """Add what the verb takes."""
     add_reading_options(verb, optional=True)
     verb.add_argument("--families", metavar="LIST", help="comma-separated; default: all; --families '' lists them")
     verb.add_argument("-o", "--output", metavar="DIR", help="write stress.html, stress.md and stress.json there")
     verb.add_argument("--json", action="store_true", help="print JSON")
-    verb.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the cases, write, print."""
-    from symdyn.bench.report import as_json, stress_html, stress_markdown
-    from symdyn.bench.stress import FAMILIES, stress
-    from symdyn.cli.generate import split
-    from symdyn.cli.talk import Waiting, say
-    from symdyn.emit.files import write
-
     if options.families is not None and not options.families.strip():
         for name, family in FAMILIES.items():
             print(f"{name:10s}{family.text}")
         return 0
     scene = None if options.scene is None else read_scene(options)
-    families = split(options.families) if options.families is not None else None
     with Waiting() as progress:
-        found = stress(scene, families, _command(options), progress)
+        command = again(options) + (" -o DIR" if options.output is not None else "")
+        found = stress(scene, split(options.families), command, progress)
     if options.json:
         print(as_json(found.as_dict()), end="")
     else:
@@ -56,18 +48,8 @@ def run(options: argparse.Namespace) -> int:
     return 0 if found.passed else 1
 
 
-def _command(options: argparse.Namespace) -> str:
-    words = ["symdyn", "stress", *(reading_words(options) if options.scene is not None else ())]
-    words += ["--families", options.families.replace(" ", "")] if options.families else []
-    words += ["-o", "DIR"] if options.output is not None else []
-    return " ".join(words)
-
-
 def show(found: Stress) -> None:
     """Print the table."""
-    from symdyn.bench.report import stress_rows
-    from symdyn.cli.talk import print_table
-
     columns = ("family", "case", "metric", "bound ", "measured ", "", "worst")
     print_table(f"{found.scene or 'built-in scenes'}: hard cases", columns, stress_rows(found))
     for note in found.notes:

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
 
-if TYPE_CHECKING:
-    from symdyn.simulation import Trajectory
-
-T = TypeVar("T")
+from symdyn.cli.talk import print_paths
+from symdyn.errors import SimulateError
+from symdyn.scene.values.formula import split_commas
+from symdyn.scene.values.table import Faults
+from symdyn.simulation import Trajectory
+from symdyn.simulation.plot import check_plot, plot
+from symdyn.simulation.prescribed.formulas_in_time import close, words
+from symdyn.simulation.reaction_columns import axes_of
+from symdyn.simulation.record import check_film, csv_text, film, record, writer_for
 
 
 def add_output_options(verb: argparse.ArgumentParser) -> None:
@@ -36,8 +42,6 @@ def collected(*parts: Callable[[], object]) -> tuple[object, ...]:
     Raises:
         SimulateError: with every fault, one line each.
     """
-    from symdyn.errors import SimulateError
-
     found: list[object] = []
     faults: list[str] = []
     for part in parts:
@@ -50,35 +54,26 @@ def collected(*parts: Callable[[], object]) -> tuple[object, ...]:
     return tuple(found)
 
 
+OUTPUTS = {"output": (writer_for, record), "plot": (check_plot, plot), "animate": (check_film, film)}
+"""Options that name a file: what raises SimulateError where it cannot be one, and what writes a trajectory there."""
+
+
 def check_outputs(options: argparse.Namespace) -> None:
     """Raise SimulateError for files that could not be written in the end, before anything is computed."""
-    from symdyn.errors import SimulateError
-    from symdyn.simulation.plot import check_plot
-    from symdyn.simulation.record import check_film, writer_for
+    files = {key: Path(name) for key in OUTPUTS if (name := getattr(options, key))}
+    collected(
+        lambda: _axes(options.reactions),
+        *(partial(OUTPUTS[key][0], path) for key, path in files.items()),
+        *(partial(_check_folder, path) for path in files.values()),
+    )
 
-    checks: list[Callable[[], object]] = [lambda: _axes(options.reactions)]
-    if options.output:
-        checks.append(lambda: writer_for(Path(options.output)))
-    if options.plot:
-        checks.append(lambda: check_plot(Path(options.plot)))
-    if options.animate:
-        checks.append(lambda: check_film(Path(options.animate)))
-    for name in (options.output, options.plot, options.animate):
-        if name and not Path(name).parent.is_dir():
-            folder = str(Path(name).parent)
 
-            def missing(folder: str = folder, name: str = name) -> None:
-                raise SimulateError(f"{name}: there is no folder {folder}")
-
-            checks.append(missing)
-    collected(*checks)
+def _check_folder(path: Path) -> None:
+    if not path.parent.is_dir():
+        raise SimulateError(f"{path}: there is no folder {path.parent}")
 
 
 def _axes(named: str) -> None:
-    from symdyn.scene.values.table import Faults
-    from symdyn.simulation.prescribed.formulas_in_time import close
-    from symdyn.simulation.reaction_columns import axes_of
-
     faults = Faults("")
     axes_of(named, faults)
     close(faults)
@@ -86,23 +81,12 @@ def _axes(named: str) -> None:
 
 def deliver(trajectory: Trajectory, options: argparse.Namespace) -> None:
     """Write the trajectory, or print it as CSV; the paths of files that were written go to stdout."""
-    import sys
-
-    from symdyn.cli.talk import print_paths
-    from symdyn.simulation.plot import plot
-    from symdyn.simulation.record import csv_text, film, record
-
-    if options.output:
-        record(trajectory, Path(options.output))
-        print_paths(options.output)
-    elif not (options.plot or options.animate):
+    if not (options.output or options.plot or options.animate):
         sys.stdout.write(csv_text(trajectory))
-    if options.plot:
-        plot(trajectory, Path(options.plot))
-        print_paths(options.plot)
-    if options.animate:
-        film(trajectory, Path(options.animate))
-        print_paths(options.animate)
+    for key, (_, write) in OUTPUTS.items():
+        if name := getattr(options, key):
+            write(trajectory, Path(name))
+            print_paths(name)
 
 
 def pairs(text: str | None, option: str) -> dict[str, str]:
@@ -111,10 +95,6 @@ def pairs(text: str | None, option: str) -> dict[str, str]:
     Raises:
         SimulateError: a part that is no name=formula.
     """
-    from symdyn.scene.values.formula import split_commas
-    from symdyn.scene.values.table import Faults
-    from symdyn.simulation.prescribed.formulas_in_time import close, words
-
     faults = Faults("")
     found = words(split_commas(text or ""), option, faults)
     close(faults)

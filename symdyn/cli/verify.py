@@ -6,8 +6,8 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
 
+from symdyn.algebra.big import BigFloats
 from symdyn.cli.scene_options import (
     add_closing,
     add_formulation,
@@ -15,23 +15,27 @@ from symdyn.cli.scene_options import (
     add_reading_options,
     closing_of,
     read_scene,
+    split,
 )
-
-if TYPE_CHECKING:
-    from symdyn.verify import Certificate, Rigorous
+from symdyn.cli.talk import Waiting, print_json, print_table
+from symdyn.emit.code.real import REALS
+from symdyn.errors import SceneError, VerifyError
+from symdyn.graph import Graph, evaluate
+from symdyn.scene import express, read_bindings
+from symdyn.scene.values.formula import parse
+from symdyn.verify import DIFFERENT, PROVED, Certificate, Rigorous, certify, rigorous
 
 STATES = 4
 
 
-def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the verb."""
-    verb = verbs.add_parser("verify", help="prove the equations, measure the code", description=__doc__)
+def add_options(verb: argparse.ArgumentParser) -> None:
+    """Add what the verb takes."""
     add_reading_options(verb)
     verb.add_argument("--functions", metavar="LIST", help="comma-separated; default: all")
     add_formulation(verb)
     add_closing(verb)
     add_prepare(verb)
-    verb.add_argument("--real", choices=("double", "float"), default="double", help="number type of the measured code")
+    verb.add_argument("--real", choices=tuple(REALS), default="double", help="number type of the measured code")
     verb.add_argument("--seed", type=int, default=1, help="of primes, points and states (default: 1)")
     verb.add_argument("--json", action="store_true", help="print the certificate as JSON")
     bounds = verb.add_argument_group("guaranteed bounds")
@@ -48,16 +52,10 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
     bounds.add_argument(
         "--states", type=int, metavar="N", default=STATES, help=f"or so many sampled states (default: {STATES})"
     )
-    verb.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Print the certificate, or the bounds."""
-    from symdyn.cli.generate import split
-    from symdyn.cli.talk import Waiting, print_json
-    from symdyn.errors import VerifyError
-    from symdyn.verify import certify, rigorous
-
     if options.at is not None and not options.rigorous:
         raise VerifyError("--at goes with --rigorous: proofs hold everywhere")
     if options.rigorous and options.prepare:
@@ -66,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
         raise VerifyError(f"--states {options.states}: give one state at least")
     scene = read_scene(options)
     closing = closing_of(options, scene)
-    outputs = split(options.functions) if options.functions is not None else None
+    outputs = split(options.functions)
     if options.rigorous:
         at = None if options.at is None else numbers(options.at)
         with Waiting() as progress:
@@ -95,12 +93,6 @@ def numbers(text: str) -> dict[str, float]:
     Raises:
         SceneError: a part that is no name = number, or a name that comes twice.
     """
-    from symdyn.algebra.big import BigFloats
-    from symdyn.errors import SceneError
-    from symdyn.graph import Graph, evaluate
-    from symdyn.scene import express, read_bindings
-    from symdyn.scene.values.formula import parse
-
     values = {}
     for name, formula in read_bindings(text).items():
         try:
@@ -112,8 +104,6 @@ def numbers(text: str) -> dict[str, float]:
 
 def show_bounds(found: Rigorous) -> None:
     """Print guaranteed bounds for people: a row an entry, a column a module."""
-    from symdyn.cli.talk import print_table
-
     modules = list(dict.fromkeys(bound.module for bound in found.bounds))
     rows: dict[tuple[str, tuple[int, ...]], dict[str, str]] = {}
     exact: dict[str, int] = {}
@@ -143,9 +133,6 @@ def show_bounds(found: Rigorous) -> None:
 
 def show(certificate: Certificate) -> None:
     """Print the certificate for people."""
-    from symdyn.cli.talk import print_table
-    from symdyn.verify import DIFFERENT, PROVED
-
     rows = []
     for finding in certificate.findings:
         sure = f"1e{finding.error_log10:.0f}" if finding.verdict == PROVED else ""

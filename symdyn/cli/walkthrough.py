@@ -6,13 +6,19 @@ import argparse
 from pathlib import Path
 
 from symdyn.cli.scene_options import add_reading_options, read_scene
+from symdyn.cli.talk import Waiting, print_paths
+from symdyn.emit import write
+from symdyn.emit.code.identifiers import page_stem
+from symdyn.errors import EmitError
+from symdyn.teach import rendered, walkthrough
+from symdyn.teach.exercises import with_exercises
+from symdyn.teach.interactive import interactive_page
 
 ENDINGS = {".md": "md", ".tex": "latex", ".pdf": "pdf", ".html": "html", ".ipynb": "notebook"}
 
 
-def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the verb."""
-    verb = verbs.add_parser("walkthrough", help="write the derivation as a lesson", description=__doc__)
+def add_options(verb: argparse.ArgumentParser) -> None:
+    """Add what the verb takes."""
     add_reading_options(verb)
     verb.add_argument(
         "--format",
@@ -41,17 +47,10 @@ def register(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None
         help="leave results out, with hints and solutions; the HTML page checks answers",
     )
     verb.add_argument("-o", "--output", metavar="DIR|FILE", default=".", help="folder or file (default: here)")
-    verb.set_defaults(run=run)
 
 
 def run(options: argparse.Namespace) -> int:
     """Write the files and print their paths."""
-    from symdyn.cli.talk import Waiting, print_paths
-    from symdyn.emit.code.identifiers import page_stem
-    from symdyn.teach import rendered, walkthrough
-    from symdyn.teach.exercises import with_exercises
-    from symdyn.teach.interactive import interactive_page
-
     check_ending(options)
     scene = read_scene(options)
     with Waiting() as progress:
@@ -70,8 +69,6 @@ def run(options: argparse.Namespace) -> int:
 
 def check_ending(options: argparse.Namespace) -> None:
     """Raise EmitError for a file whose ending is that of no format."""
-    from symdyn.errors import EmitError
-
     target = Path(options.output)
     if target.suffix and target.suffix.lower() not in ENDINGS and not options.format and not target.is_dir():
         raise EmitError(f"{target.name}: {target.suffix} is no format; end with {', '.join(ENDINGS)}, or give --format")
@@ -79,8 +76,6 @@ def check_ending(options: argparse.Namespace) -> None:
 
 def placed(files: dict[str, str | bytes], output: str) -> tuple[Path, ...]:
     """Write files to a folder, or the first of them to the file that `output` names, the others beside it."""
-    from symdyn.emit import write
-
     target = Path(output)
     if not target.suffix or target.is_dir():
         return write(files, target)

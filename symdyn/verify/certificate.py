@@ -36,7 +36,7 @@ from symdyn.verify.accuracy import Accuracy, measure
 from symdyn.verify.equality import DIFFERENT, Claim, Fields, Finding, prove
 from symdyn.verify.law import Seen
 from symdyn.verify.laws import laws
-from symdyn.verify.looks import LOOKS
+from symdyn.verify.laws_in_numbers import LOOKS
 from symdyn.verify.quaternions import on_unit_sphere
 
 Progress = Callable[[str], None]

@@ -63,19 +63,12 @@ class _State:
     pulled: Array
 
 
-def natural_findings(w: Workspace, outputs: Sequence[str]) -> tuple[list[Finding], list[str]]:
-    """Return how derived functions of a closed mechanism stand at natural positions, and where some do not exist.
-
-    Args:
-        w: the workspace of a scene with loops or rows.
-        outputs: what the scene has, forward dynamics and multipliers at least; what is not among them is not looked at.
-    """
-    findings: list[Finding] = []
+def forward_findings(w: Workspace) -> tuple[list[Finding], list[str]]:
+    """Return how forward dynamics and its reactions stand at natural positions, and where they do not exist."""
     notes: list[str] = []
-    places = natural_places(w)
-    states = list(_states(w, places, {}))
+    states = list(_states(w, {}))
     finding, undefined = _forward(w, states)
-    findings.append(finding)
+    findings = [finding]
     if undefined:
         names = ", ".join(w.scene.velocities[k] for k in w.loops.decisions.partition.independent)
         notes.append(
@@ -84,10 +77,14 @@ def natural_findings(w: Workspace, outputs: Sequence[str]) -> tuple[list[Finding
         )
     if w.hanging.cuts:
         findings.append(_reactions(w, "forward_reactions", [one for one in states if one.where not in undefined]))
-        if "reactions" in outputs:
-            passive = dict.fromkeys(undriven(w.scene), 0.0)
-            findings.append(_reactions(w, "reactions", list(_states(w, places, passive))))
     return findings, notes
+
+
+def reaction_findings(w: Workspace) -> tuple[list[Finding], list[str]]:
+    """Return how reactions of a motion that is given stand there."""
+    if not w.hanging.cuts:
+        return [], []
+    return [_reactions(w, "reactions", list(_states(w, dict.fromkeys(undriven(w.scene), 0.0))))], []
 
 
 # Positions
@@ -138,18 +135,15 @@ def _guesses(w: Workspace) -> Iterator[tuple[str, Array, list[int]]]:
 # States
 
 
-def _states(w: Workspace, places: Sequence[tuple[str, Array]], forces: Mapping[int, float]) -> Iterator[_State]:
-    """Yield a state at every position where the equations of motion have one solution.
+def _states(w: Workspace, forces: Mapping[int, float]) -> Iterator[_State]:
+    """Yield a state at every natural position where the equations of motion have one solution.
 
-    Args:
-        w: the workspace.
-        places: closed positions with their names.
-        forces: driving forces by velocity; others are random.
+    `forces` are driving forces by velocity; others are random.
     """
     numbers, kept, n = w.loops.numbers, list(w.loops.decisions.kept), w.state.n
     entries = _entries(w)
     led, m = list(w.prescribed.place), len(kept)
-    for number, (where, q) in enumerate(places):
+    for number, (where, q) in enumerate(w.once(natural_places)):
         rng = random.Random(f"{w.scene.name}:{where}")
         G = numbers.jacobian(q)[kept].reshape(m, n)
         u = np.array([rng.uniform(-1, 1) for _ in range(n)]) if number % 2 else np.zeros(n)  # at rest, too
@@ -217,10 +211,10 @@ def _forward(w: Workspace, states: Sequence[_State]) -> tuple[Finding, list[str]
 
 def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> Finding:
     """Return how reactions stand: whether they meet (5.18), and exist where it has the rank that it has in general."""
-    R = derive_one(w, name).entries
+    derived = derive_one(w, name)
     length, decisions = w.loops.decisions.assembly.length, w.loops.decisions
-    forward = name == "forward_reactions"
-    system = InNumbers(equilibrium(w.hanging, tau=w.state.tau if forward else None, whole=True))
+    given = any(argument.name == "tau" for argument in derived.arguments)
+    system = InNumbers(equilibrium(w.hanging, tau=w.state.tau if given else None, whole=True))
     compared: list[str] = []
     wrong, general = [], 0
     for place in decisions.assembly.places if states else ():
@@ -229,7 +223,7 @@ def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> Finding:
     for state in states:
         if system.least(state.values, length).rank < general:
             continue  # a change point
-        found = _at(R, state.values)
+        found = _at(derived.entries, state.values)
         compared.append(state.where)
         off = found is None or system.missed(state.values, found, length) > SAME
         wrong += [state.where] if off else []

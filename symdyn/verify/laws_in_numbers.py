@@ -10,7 +10,7 @@ import numpy as np
 from symdyn.verify.accuracy import sample
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, UNDEFINED, Finding
 from symdyn.verify.law import Look, Seen
-from symdyn.verify.natural import natural_findings
+from symdyn.verify.natural import forward_findings, reaction_findings
 
 STATES = 50  # at which positive definiteness is looked at
 
@@ -42,7 +42,13 @@ LOOKS: list[Look] = [
         None,
         ("forward_dynamics", "multipliers"),
         "looking at natural positions",
-        lambda seen: natural_findings(seen.workspace, seen.outputs),
+        lambda seen: forward_findings(seen.workspace),
+    ),
+    Look(
+        None,
+        ("forward_dynamics", "multipliers", "reactions"),
+        "looking at reactions there",
+        lambda seen: reaction_findings(seen.workspace),
     ),
     Look(
         ("mass_matrix", "forward_dynamics"),
