@@ -18,12 +18,13 @@ from symdyn.bench.backward import Solve, linear
 from symdyn.bench.implementations import implementations
 from symdyn.bench.plots import Dot, Series, log_log
 from symdyn.bench.reference import reference
-from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of, quaternions
+from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of
 from symdyn.bench.time_and_error import marked
 from symdyn.cli import main
 from symdyn.graph import evaluate
 from symdyn.program import formulate, lower
 from symdyn.scene import read
+from symdyn.verify.accuracy import quaternion_places
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 ARM = Positions(("rad",) * 6, np.empty((0, 6)))
@@ -107,7 +108,7 @@ def test_quaternions_have_unit_length():
     units = ("m", "m", "m", "1", "1", "1", "1", "rad")
     positions = Positions(units, np.empty((0, 8)))
 
-    assert quaternions(units) == [3]
+    assert quaternion_places(units) == [3]
     for region in REGIONS:
         q = positions.draw(region, 20, np.random.default_rng(1))
         assert np.linalg.norm(q[:, 3:7], axis=1) == pytest.approx(np.ones(20))
@@ -250,7 +251,7 @@ def test_a_measurement_that_takes_minutes_says_so_and_what_is_shorter(monkeypatc
     def begins(*_):
         raise BegunError
 
-    monkeypatch.setattr("symdyn.bench.bench", begins)
+    monkeypatch.setattr("symdyn.cli.bench.bench", begins)
     with pytest.raises(BegunError):
         main(["bench", str(EXAMPLES / "double_pendulum.toml")])
     assert "a minute or more" in capsys.readouterr().err

@@ -63,31 +63,33 @@ class Solve:
         if not np.isfinite(computed).all():
             return float("inf")
         n = len(computed)
-        M, h, *rows = (arb_mat(len(one.balls[k]) // width, width, one.balls[k]) for one, width in self._shaped(n))
-        qdd, given = (arb_mat(n, 1, [algebra.number(float(x)) for x in values]) for values in (computed, tau))
+        shaped = zip((one.balls[k] for one in self.references), (n, 1, n, 1), strict=False)
+        M, h, *rows = (arb_mat(len(balls) // width, width, balls) for balls, width in shaped)
+        qdd, given = column(computed, algebra), column(tau, algebra)
         left = M * qdd + h - given
-        size = _norm(M) * _norm(qdd) + _norm(h) + _norm(given)
+        size = norm(M) * norm(qdd) + norm(h) + norm(given)
         if not rows or not rows[0].nrows():
             return _share(left, size)
         G, gamma = rows
         across = G.transpose()
+        of_rows = _share(G * qdd + gamma, norm(G) * norm(qdd) + norm(gamma))
         try:
             multipliers = (G * across).solve(G * left)
         except ZeroDivisionError:  # a change point, or a row too many: any λ may do
-            return _share(G * qdd + gamma, _norm(G) * _norm(qdd) + _norm(gamma))
-        return max(
-            _share(left - across * multipliers, size + _norm(across) * _norm(multipliers)),
-            _share(G * qdd + gamma, _norm(G) * _norm(qdd) + _norm(gamma)),
-        )
-
-    def _shaped(self, n: int) -> list[tuple[Reference, int]]:
-        return list(zip(self.references, (n, 1, n, 1), strict=False))
+            return of_rows
+        return max(_share(left - across * multipliers, size + norm(across) * norm(multipliers)), of_rows)
 
 
-def _norm(matrix: Any) -> float:
+def column(values: Array, algebra: Balls) -> Any:
+    """Return doubles as a column of balls."""
+    return arb_mat(len(values), 1, [algebra.number(x) for x in values.tolist()])
+
+
+def norm(matrix: Any) -> float:
+    """Return the infinity norm."""
     return max((sum(float(abs(x)) for x in row) for row in matrix.tolist()), default=0.0)
 
 
 def _share(residual: Any, size: float) -> float:
-    found = _norm(residual)
+    found = norm(residual)
     return found / size if size else found

@@ -24,6 +24,7 @@ from symdyn.graph import evaluate
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate import METHODS, importable
 from symdyn.simulation.integrate.heyoka_expressions import library, refuses, translate
+from symdyn.verify.accuracy import values_of
 
 Array = npt.NDArray[np.float64]
 Long = npt.NDArray[np.longdouble]
@@ -140,12 +141,7 @@ def _on_loops(system: StateEquations, x: Array) -> Long:
 
     def call(name: str, *given: list[Any]) -> list[Any]:
         function = system.compiled.prepared[name].function
-        values = {
-            symbol: value
-            for argument, part in zip(function.arguments, (*prepared, *given), strict=True)
-            for symbol, value in zip(argument.symbols, part, strict=True)
-        }
-        return evaluate(function.entries, big, values)
+        return evaluate(function.entries, big, values_of(function, (*prepared, *given), lambda value: value))
 
     for _ in range(NEWTON):
         moved = call("movement", q, call("correction", q, u))

@@ -6,14 +6,17 @@ import ctypes
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from functools import partial
+from itertools import groupby
+from operator import attrgetter
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.build import RUNNERS, build
+from symdyn.bench.reference import state_of
+from symdyn.build import RUNNERS, Runner, build
 from symdyn.build.extension import build_extension
 from symdyn.dynamics import Equations
 from symdyn.emit import TARGETS, Sources, emit
@@ -29,6 +32,7 @@ from symdyn.program.assemble import shared
 Array = npt.NDArray[Any]
 States = Mapping[str, Array]
 Call = Callable[[], object]
+Prepare = Callable[[States], tuple[Call, Callable[[], Array]]]
 
 
 @dataclass(frozen=True)
@@ -52,35 +56,48 @@ class Implementation:
     machine: str
     generate: float
     compile: float | None
-    prepare: Callable[[States], tuple[Call, Callable[[], Array]]]
+    prepare: Prepare
     single: bool = False
 
     def results(self, states: States) -> Array:
         """Return the results at all states, shape (N, size)."""
         if self.single:
             rows = range(len(next(iter(states.values()))) if states else 1)
-            return np.array([self._at({name: _row(value, k) for name, value in states.items()}) for k in rows])
+            return np.array([self._results(state_of(states, k)).ravel() for k in rows])
+        return self._results(states)
+
+    def _results(self, states: States) -> Array:
         call, read = self.prepare(states)
         call()
         return read()
 
-    def _at(self, state: States) -> Array:
-        call, read = self.prepare(state)
-        call()
-        return read().ravel()
 
+@dataclass(frozen=True)
+class Built:
+    """How the code of a target is built here and called.
 
-def _row(value: Array, k: int) -> Array:
-    return value[k] if value.ndim == 2 else value
+    Attributes:
+        target: key in `TARGETS`.
+        option: one of its own; "" for none.
+        build: takes sources and a machine; returns what has the functions.
+        bind: takes that, its sources and a number type; yields the ways with how each is prepared, and whether a call
+            computes one state.
+        machines: whether it is compiled for one machine or another.
+        together: whether it takes every number type at once.
+        extra: 0 for what is measured of every derivation and for every machine, 2 for what a quick look leaves out.
+    """
+
+    target: str
+    option: str
+    build: Callable[[Sources, str], Any]
+    bind: Callable[[Any, Sources, str], Iterator[tuple[str, Prepare, bool]]]
+    machines: bool = True
+    together: bool = False
+    extra: int = 1
 
 
 def implementations(
-    equations: Equations,
-    derived: float,
-    machines: Sequence[str],
-    reals: Sequence[str],
-    everything: bool = True,
-    plain: bool = True,
+    equations: Equations, derived: float, machines: Sequence[str], reals: Sequence[str], extra: int = 2
 ) -> Iterator[Implementation]:
     """Yield every implementation of the one function of `equations`.
 
@@ -89,8 +106,7 @@ def implementations(
         derived: seconds that they took.
         machines: "native", "portable", or both; () where there is no compiler.
         reals: "double", "float", or both.
-        everything: whether to add what is no other way than C, such as the NumPy module.
-        plain: whether to add C files without batch code.
+        extra: how much is measured, see `Built`.
 
     Raises:
         BuildError: the compiler refuses.
@@ -98,56 +114,56 @@ def implementations(
     start = time.perf_counter()
     program = lower(equations)
     derived += time.perf_counter() - start
-    if everything:
-        for name, runner in RUNNERS.items():
-            if runner.batches and name not in ON_MACHINES:
-                for real in reals:
-                    yield from _module(program, name, real, derived)
-    for machine in machines:
-        for real in reals if machine == "native" else reals[:1]:
-            yield from _c(program, real, machine, derived, ENTRIES, BATCH)
-            if everything and plain and machine == "native":
-                yield from _c(program, real, machine, derived, ALONE)
-        if everything and machine == "native":
-            yield from _ufunc(program, reals, machine, derived)
+    for machine in ("", *machines):
+        most, some = (0, reals[:1]) if machine == "portable" else (extra, reals)
+        here = [one for one in _every() if one.machines == bool(machine) and one.extra <= most]
+        for _, rows in groupby(here, key=attrgetter("target")):
+            every = tuple(rows)
+            for given in [some] if every[0].together else [[real] for real in some]:
+                for one in every:
+                    yield from _of(one, program, given, machine, derived)
 
 
-ON_MACHINES = (C.name, UFUNC.name)
-"""Targets that are compiled for one machine or another, each with ways of its own."""
+def _every() -> list[Built]:
+    """Return how every target that takes many states at once is measured: in ways of its own, or as its runner runs."""
+    own = {one.target for one in BUILT}
+    modules = [
+        Built(name, runner.many, partial(_run, runner), partial(_called, f"{TARGETS[name].title} module"), False)
+        for name, runner in RUNNERS.items()
+        if runner.batches and name not in own
+    ]
+    return [*modules, *BUILT]
 
 
-def _module(program: Program, target: str, real: str, derived: float) -> Iterator[Implementation]:
-    (routine,) = program.routines
-    if real not in TARGETS[target].reals:
+def _run(runner: Runner, sources: Sources, machine: str) -> Any:
+    return runner.run(sources)
+
+
+def _of(one: Built, program: Program, reals: Sequence[str], machine: str, derived: float) -> Iterator[Implementation]:
+    if reals[0] not in TARGETS[one.target].reals:
         return
     start = time.perf_counter()
-    sources = emit(program, target, real, option=RUNNERS[target].many)
-    generate = derived + time.perf_counter() - start
-    call = getattr(RUNNERS[target].run(sources), sources.functions[0])
-    for states, single in (("one state", True), ("many states", False)):
-        way = f"{TARGETS[target].title} module, {states}"
-        yield Implementation(routine, way, real, "", generate, None, _python(routine, call, real), single)
-
-
-def _ufunc(program: Program, reals: Sequence[str], machine: str, derived: float) -> Iterator[Implementation]:
-    (routine,) = program.routines
-    start = time.perf_counter()
-    sources = emit(program, UFUNC.name)
+    sources = emit(program, one.target, reals[0], option=one.option)
     generate = derived + time.perf_counter() - start
     start = time.perf_counter()
     try:
-        module = build_extension(sources, machine=machine)[1]
+        module = one.build(sources, machine)
     except MissingCompiler:  # there is one, but no headers of Python; the report says so
         return
-    compiled = time.perf_counter() - start
+    compiled = time.perf_counter() - start if machine else None
+    for real in reals:
+        for way, prepare, single in one.bind(module, sources, real):
+            yield Implementation(program.routines[0], way, real, machine, generate, compiled, prepare, single)
+
+
+def _called(title: str, module: Any, sources: Sources, real: str) -> Iterator[tuple[str, Prepare, bool]]:
+    """Yield both ways to call a function of Python, if there is one."""
     call = getattr(module, sources.functions[0], None)
-    for real in reals if call is not None else ():
-        for way, single in (("ufunc, one state", True), ("ufunc, many states", False)):
-            prepare = _python(routine, call, real)
-            yield Implementation(routine, way, real, machine, generate, compiled, prepare, single)
+    for states, single in (("one state", True), ("many states", False)) if call is not None else ():
+        yield f"{title}, {states}", _python(sources.program.routines[0], call, real), single
 
 
-def _python(routine: Routine, function: Any, real: str) -> Callable[[States], tuple[Call, Callable[[], Array]]]:
+def _python(routine: Routine, function: Any, real: str) -> Prepare:
     """Return how a Python callable is prepared for states."""
     dtype = REALS[real].dtype
 
@@ -166,35 +182,25 @@ def _python(routine: Routine, function: Any, real: str) -> Callable[[States], tu
     return prepare
 
 
-ENTRIES = {"each": "C scalar", BATCH: "C batch", "rows": "C rows"}
-
-ALONE = {"each": "C scalar, plain file"}
-"""Without batch code, sines are those of the C library."""
-
-
-def _c(
-    program: Program, real: str, machine: str, derived: float, entries: Mapping[str, str], option: str = ""
-) -> Iterator[Implementation]:
-    """Yield entries of a C file: its scalar function, and with batch code those for many states."""
-    (routine,) = program.routines
-    start = time.perf_counter()
-    sources = emit(program, C.name, real, option=option)
-    generate = derived + time.perf_counter() - start
-    library, compiled = _compiled(_with_loop(sources, routine), machine)
+def _addressed_in(
+    entries: Mapping[str, str], library: ctypes.CDLL, sources: Sources, real: str
+) -> Iterator[tuple[str, Prepare, bool]]:
+    """Yield entries of a C file: a loop over its scalar function, and with batch code those for many states."""
+    (routine,) = sources.program.routines
     for entry, way in entries.items():
-        call = _bound(library, sources, routine, entry)
-        prepare = _addressed(routine, call, real, columns=entry == BATCH)
-        yield Implementation(routine, way, real, machine, generate, compiled, prepare)
+        call = getattr(library, f"{stem(sources.program.scene.name)}_{sources.functions[0]}_{entry}")
+        call.argtypes = [ctypes.c_size_t, *[ctypes.c_void_p] * (len(routine.function.arguments) + 1)]
+        call.restype = None
+        yield way, _addressed(routine, call, real, columns=entry == BATCH), False
 
 
-def _compiled(sources: Sources, machine: str) -> tuple[ctypes.CDLL, float]:
-    start = time.perf_counter()
-    path: Path = build(sources, machine=machine).path
-    return ctypes.CDLL(str(path)), time.perf_counter() - start
+def _compiled(sources: Sources, machine: str) -> ctypes.CDLL:
+    return ctypes.CDLL(str(build(_with_loop(sources), machine=machine).path))
 
 
-def _with_loop(sources: Sources, routine: Routine) -> Sources:
+def _with_loop(sources: Sources) -> Sources:
     """Return sources whose C file ends with a loop over states that calls the scalar function."""
+    (routine,) = sources.program.routines
     function = routine.function
     common = shared([argument.name for argument in function.arguments])
 
@@ -214,16 +220,7 @@ def _with_loop(sources: Sources, routine: Routine) -> Sources:
     return replace(sources, files=((file, text + render("bench/each.c.jinja", values)), *others))
 
 
-def _bound(library: ctypes.CDLL, sources: Sources, routine: Routine, entry: str) -> Any:
-    call = getattr(library, f"{stem(sources.program.scene.name)}_{sources.functions[0]}_{entry}")
-    call.argtypes = [ctypes.c_size_t, *[ctypes.c_void_p] * (len(routine.function.arguments) + 1)]
-    call.restype = None
-    return call
-
-
-def _addressed(
-    routine: Routine, function: Any, real: str, columns: bool
-) -> Callable[[States], tuple[Call, Callable[[], Array]]]:
+def _addressed(routine: Routine, function: Any, real: str, columns: bool) -> Prepare:
     """Return how an entry for many states is prepared: rows of states, or columns of entries."""
     names = [argument.name for argument in routine.function.arguments]
     common, dtype, size = shared(names), REALS[real].dtype, len(routine.function.entries)
@@ -242,3 +239,22 @@ def _addressed(
         return call, lambda: out.T if columns else out
 
     return prepare
+
+
+ENTRIES = {"each": "C scalar", BATCH: "C batch", "rows": "C rows"}
+
+ALONE = {"each": "C scalar, plain file"}
+"""Without batch code, sines are those of the C library."""
+
+BUILT = (
+    Built(C.name, BATCH, _compiled, partial(_addressed_in, ENTRIES), extra=0),
+    Built(C.name, "", _compiled, partial(_addressed_in, ALONE), extra=2),
+    Built(
+        UFUNC.name,
+        "",
+        lambda sources, machine: build_extension(sources, machine=machine)[1],
+        partial(_called, UFUNC.title),
+        together=True,
+    ),
+)
+"""Targets that are compiled for one machine or another, each with ways of its own."""

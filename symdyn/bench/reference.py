@@ -7,7 +7,7 @@ them are enough. mpmath would give the same digits and take several times as lon
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from types import SimpleNamespace
@@ -21,7 +21,7 @@ from symdyn.algebra.numeric import Floats
 from symdyn.algebra.running_error import Bounded, RunningErrors
 from symdyn.dynamics import Function
 from symdyn.graph import evaluate, reachable
-from symdyn.verify.accuracy import FUNCTION_ULPS, ROUNDOFF
+from symdyn.verify.accuracy import FUNCTION_ULPS, ROUNDOFF, values_of
 
 Array = npt.NDArray[np.float64]
 
@@ -70,11 +70,8 @@ def reference(function: Function, states: Mapping[str, Array], count: int) -> Re
     order = reachable(function.entries)
     with Balls(BITS) as algebra:
         for k in range(count):
-            given = {
-                symbol: float(value)
-                for argument in function.arguments
-                for symbol, value in zip(argument.symbols, _row(argument.name, states, k), strict=True)
-            }
+            state = state_of(states, k)
+            given = values_of(function, [state[argument.name] for argument in function.arguments])
             try:
                 rough = evaluate(function.entries, doubles, {s: Bounded(v, 0.0) for s, v in given.items()}, order)
             except (ValueError, ZeroDivisionError, OverflowError):
@@ -99,7 +96,6 @@ def reference(function: Function, states: Mapping[str, Array], count: int) -> Re
     )
 
 
-def _row(name: str, states: Mapping[str, Array], k: int) -> Sequence[float]:
-    values = states[name]
-    row: Sequence[float] = (values[k] if values.ndim == 2 else values).tolist()
-    return row
+def state_of(states: Mapping[str, Array], k: int) -> dict[str, Array]:
+    """Return one of many states; what all have in common is in each."""
+    return {name: value[k] if value.ndim == 2 else value for name, value in states.items()}

@@ -19,6 +19,7 @@ from symdyn.dynamics.loops.loop_numbers import Numbers, numbers_of
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 from symdyn.scene.units import coordinate_units
+from symdyn.verify.accuracy import quaternion_places
 
 Array = npt.NDArray[np.float64]
 
@@ -76,7 +77,7 @@ class Positions:
 
         Quaternions of nearly no length are drawn again; positions from which loops cannot be closed give way to others.
         """
-        for k in quaternions(self.units):
+        for k in quaternion_places(self.units):
             e = q[:, k : k + 4]
             e = np.where(np.linalg.norm(e, axis=1, keepdims=True) < 0.1, rng.normal(size=e.shape), e)
             q[:, k : k + 4] = e / np.linalg.norm(e, axis=1, keepdims=True)
@@ -129,15 +130,6 @@ class Loops:
             G = self.numbers.jacobian(row)
             found.append(u - np.linalg.lstsq(G, G @ u, rcond=NEGLIGIBLE)[0])
         return np.array(found).reshape(len(q), -1)
-
-
-def quaternions(units: Sequence[str]) -> list[int]:
-    """Return where quaternions begin: four numbers without a unit."""
-    found, k = [], 0
-    while k < len(units):
-        found += [k] if units[k] == "1" else []
-        k += 4 if units[k] == "1" else 1
-    return found
 
 
 def draw(

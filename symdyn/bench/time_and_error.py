@@ -16,7 +16,7 @@ import numpy.typing as npt
 from symdyn.bench.backward import Solve, linear
 from symdyn.bench.implementations import Implementation, implementations
 from symdyn.bench.measurements import Bench, Errors, Measured, unbeaten
-from symdyn.bench.reference import Reference, reference
+from symdyn.bench.reference import Reference, reference, state_of
 from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of
 from symdyn.bench.timing import Timed, nanoseconds
 from symdyn.bench.work_precision import motion
@@ -165,14 +165,14 @@ def _function(
         return []
     equations = Equations(scene, workspace.graph, (chosen,))
     reals = ("double", "float")
-    made = list(implementations(equations, derived, machines, reals, plain=not quick))
+    made = list(implementations(equations, derived, machines, reals, extra=1 if quick else 2))
     for road in () if machines == () else candidates(workspace, name):
         if road != chosen.formulation:
             start = time.perf_counter()
             other = Workspace(scene)
             rival = Equations(scene, other.graph, (derive_one(other, name, road),))
             took = time.perf_counter() - start
-            made += implementations(rival, took, ("native",), ("double",), everything=False)
+            made += implementations(rival, took, ("native",), ("double",), extra=0)
     times = _times(made, positions, quick, seed)
     references: dict[tuple[str, str], dict[str, _Region]] = {}
     for one in made:  # every road has error bounds of its own
@@ -192,7 +192,7 @@ def _times(made: Sequence[Implementation], positions: Positions, quick: bool, se
         count = 1 if one.single else MANY
         states = draw(one.routine.function.arguments, positions, "range", count, seed, one.real)
         if one.single:
-            states = {name: value[0] if value.ndim == 2 else value for name, value in states.items()}
+            states = state_of(states, 0)
         timed.append(Timed(one.prepare(states)[0], count))
     with np.errstate(all="ignore"):
         return nanoseconds(timed, 3 if quick else 7, 1e-3 if quick else 5e-3)

@@ -60,17 +60,17 @@ OUTPUTS = {"output": (writer_for, record), "plot": (check_plot, plot), "animate"
 
 def check_outputs(options: argparse.Namespace) -> None:
     """Raise SimulateError for files that could not be written in the end, before anything is computed."""
-    files = {key: Path(name) for key in OUTPUTS if (name := getattr(options, key))}
+    files = {key: name for key in OUTPUTS if (name := getattr(options, key))}
     collected(
         lambda: _axes(options.reactions),
-        *(partial(OUTPUTS[key][0], path) for key, path in files.items()),
-        *(partial(_check_folder, path) for path in files.values()),
+        *(partial(OUTPUTS[key][0], Path(name)) for key, name in files.items()),
+        *(partial(_check_folder, name) for name in files.values()),
     )
 
 
-def _check_folder(path: Path) -> None:
-    if not path.parent.is_dir():
-        raise SimulateError(f"{path}: there is no folder {path.parent}")
+def _check_folder(name: str) -> None:
+    if not Path(name).parent.is_dir():
+        raise SimulateError(f"{name}: there is no folder {Path(name).parent}")
 
 
 def _axes(named: str) -> None:

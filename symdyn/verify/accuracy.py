@@ -8,7 +8,7 @@ each entry stays within a small multiple of its bound.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
 from typing import Any
@@ -18,7 +18,7 @@ import numpy as np
 from symdyn.algebra.big import BigFloats
 from symdyn.algebra.running_error import Bounded, RunningErrors
 from symdyn.dynamics import Argument, Function
-from symdyn.graph import evaluate
+from symdyn.graph import Expr, evaluate
 from symdyn.program import Program
 
 DIGITS = 50
@@ -66,23 +66,25 @@ def sample(arguments: Sequence[Argument], rng: random.Random, real: str = "doubl
         wide = RANGES.get(argument.name)
         low, high = (-wide * widen, wide * widen) if wide else (0.5, 1.5 * widen)
         state = np.array([rng.uniform(low, high) for _ in argument.symbols])
-        for k in _quaternions(argument):
+        for k in quaternion_places(argument.units) if argument.name == "q" else ():
             state[k : k + 4] /= np.linalg.norm(state[k : k + 4])
         state = state.reshape(argument.shape)
         drawn.append(state.astype(np.float32).astype(np.float64) if real == "float" else state)
     return drawn
 
 
-def _quaternions(argument: Argument) -> list[int]:
-    """Return where the quaternions of a position begin: four numbers without a unit."""
-    return [k for k in range(0, len(argument.units)) if argument.name == "q" and _starts(argument.units, k)]
+def quaternion_places(units: Sequence[str]) -> list[int]:
+    """Return where quaternions begin among coordinates: four numbers without a unit."""
+    return [k for k, unit in enumerate(units) if unit == "1"][::4]
 
 
-def _starts(units: tuple[str, ...], k: int) -> bool:
-    bare = 0
-    while bare < k and units[k - 1 - bare] == "1":
-        bare += 1
-    return units[k] == "1" and bare % 4 == 0
+def values_of(function: Function, given: Iterable[Any], number: Callable[[Any], Any] = float) -> dict[Expr, Any]:
+    """Return the value of every symbol of a function's arguments, given in calling order, each as `number` makes it."""
+    return {
+        symbol: number(value)
+        for argument, values in zip(function.arguments, given, strict=True)
+        for symbol, value in zip(argument.symbols, np.ravel(values).tolist(), strict=True)
+    }
 
 
 def measure(
@@ -127,11 +129,7 @@ def _case(function: Function, rng: random.Random, analysis: RunningErrors, real:
     """Return a case at the next state where the function is real, trying ever wider ranges; None if there is none."""
     for draw in range(DRAWS):
         inputs = sample(function.arguments, rng, real, WIDER[draw * len(WIDER) // DRAWS])
-        values = {
-            symbol: analysis.exact(analysis.numbers.number(float(value)))
-            for argument, given in zip(function.arguments, inputs, strict=True)
-            for symbol, value in zip(argument.symbols, np.ravel(given), strict=True)
-        }
+        values = values_of(function, inputs, lambda value: analysis.exact(analysis.numbers.number(value)))
         try:
             return _Case(inputs, evaluate(function.entries, analysis, values))
         except (ValueError, ZeroDivisionError, OverflowError):

@@ -28,7 +28,7 @@ from symdyn.program import lower
 from symdyn.scene import Quantity, Scene, express
 from symdyn.scene.joints.start import starting_position, starting_velocity
 from symdyn.scene.values.names import suggestion
-from symdyn.verify.accuracy import ROUNDOFF, TINIEST, Array, sample
+from symdyn.verify.accuracy import ROUNDOFF, TINIEST, Array, sample, values_of
 from symdyn.verify.certificate import finite, modules_of, taken
 
 MOST_BITS = 4096
@@ -198,11 +198,7 @@ def _balls(
     while True:
         algebra = Balls(bits)
         with algebra:
-            values = {
-                symbol: algebra.number(float(value))
-                for argument, numbers in zip(function.arguments, point, strict=True)
-                for symbol, value in zip(argument.symbols, np.ravel(numbers), strict=True)
-            }
+            values = values_of(function, point, algebra.number)
             graph = function.entries[0].graph
             values |= {graph.symbol(name): evaluate([node], algebra, {})[0] for name, node in parameters.items()}
             held = evaluate(function.entries, algebra, values)

@@ -13,6 +13,7 @@ from flint import arb_mat
 
 from symdyn.algebra.balls import Balls
 from symdyn.algebra.numeric import Floats
+from symdyn.bench.backward import column, norm
 from symdyn.bench.reference import Reference, reference
 from symdyn.build import build, run_python
 from symdyn.dynamics import Equations, Function, Workspace, derive_one
@@ -22,6 +23,7 @@ from symdyn.errors import MissingCompiler
 from symdyn.graph import evaluate
 from symdyn.program import Program, choose, lower
 from symdyn.scene import Scene
+from symdyn.verify.accuracy import values_of
 
 Array = npt.NDArray[np.float64]
 
@@ -86,12 +88,7 @@ class Interpreted:
         def call(*given: Array) -> Array:
             if given[0].ndim > len(function.arguments[0].shape):
                 return np.array([call(*one) for one in zip(*given, strict=True)])
-            values = {
-                symbol: value
-                for argument, one in zip(function.arguments, given, strict=True)
-                for symbol, value in zip(argument.symbols, np.ravel(one).tolist(), strict=True)
-            }
-            return np.array(evaluate(function.entries, Floats(), values)).reshape(function.shape)
+            return np.array(evaluate(function.entries, Floats(), values_of(function, given))).reshape(function.shape)
 
         return call
 
@@ -161,27 +158,17 @@ def solved(made: Calls, states: Mapping[str, Array], epsilon: float = EPSILON) -
     found = []
     with Balls(SINGULAR_BITS) as algebra:
         for k in range(count):
-            matrix = arb_mat(n, n, M[k])
-            inverse = _norm(matrix.inv().tolist())
-            rows = matrix.tolist()
-            tau = [algebra.number(float(x)) for x in states["tau"][k]]
+            matrix, force = arb_mat(n, n, M[k]), arb_mat(n, 1, h[k])
+            inverse = norm(matrix.inv())
+            tau = column(states["tau"][k], algebra)
             for way, values in results.items():
                 if not np.isfinite(values[k]).all():
                     found.append(Solved(np.inf, np.inf, f"{way}, state {k}"))
                     continue
-                qdd = [algebra.number(float(x)) for x in values[k]]
-                residual = [
-                    sum((m * x for m, x in zip(row, qdd, strict=True)), b - t)
-                    for row, b, t in zip(rows, h[k], tau, strict=True)
-                ]
-                size = _norm(rows) * _size(qdd) + _size(h[k]) + _size(tau)
-                error = _size([x - y for x, y in zip(qdd, exact[k], strict=True)])
-                size = size if size > 0 else 1.0
-                found.append(
-                    Solved(
-                        error / (n * epsilon * inverse * size), _size(residual) / (epsilon * size), f"{way}, state {k}"
-                    )
-                )
+                qdd = column(values[k], algebra)
+                size = epsilon * (norm(matrix) * norm(qdd) + norm(force) + norm(tau) or 1.0)
+                error, residual = norm(qdd - arb_mat(n, 1, exact[k])), norm(matrix * qdd + force - tau)
+                found.append(Solved(error / (n * inverse * size), residual / size, f"{way}, state {k}"))
     return found
 
 
@@ -189,18 +176,6 @@ def _exact(function: Function, states: Mapping[str, Array], count: int) -> list[
     found = []
     with Balls(SINGULAR_BITS) as algebra:
         for k in range(count):
-            values = {
-                symbol: algebra.number(value)
-                for argument in function.arguments
-                for symbol, value in zip(argument.symbols, states[argument.name][k].tolist(), strict=True)
-            }
-            found.append(evaluate(function.entries, algebra, values))
+            given = [states[argument.name][k] for argument in function.arguments]
+            found.append(evaluate(function.entries, algebra, values_of(function, given, algebra.number)))
     return found
-
-
-def _size(values: Sequence[Any]) -> float:
-    return max((float(abs(value)) for value in values), default=0.0)
-
-
-def _norm(rows: Sequence[Sequence[Any]]) -> float:
-    return max((sum(float(abs(x)) for x in row) for row in rows), default=0.0)
