@@ -6,8 +6,7 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import ClassVar
 
-from symdyn.algebra.numeric import Arithmetic
-from symdyn.graph import ARITY, Expr, Graph, Op
+from symdyn.graph import ARITY, Arithmetic, Expr, Graph, Op
 
 LEAVES = frozenset({Op.CONSTANT, Op.PI, Op.SYMBOL})
 

@@ -9,7 +9,7 @@ import pytest
 
 from symdyn.algebra.elimination import eliminate
 from symdyn.algebra.finite_field import FiniteField, draw_prime, needs
-from symdyn.algebra.numeric import Arithmetic
+from symdyn.graph import Arithmetic
 
 
 def sparse(A, b):

@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from symdyn.algebra.addition import with_added_angles
 from symdyn.algebra.form import Form, express_form
+from symdyn.algebra.joined_terms import with_added_angles, with_squares
 from symdyn.algebra.numeric import Floats
-from symdyn.algebra.squares import with_squares
 from symdyn.emit.print.formula_text import text_of
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.scene import read, read_text

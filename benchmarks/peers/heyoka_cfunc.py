@@ -17,8 +17,7 @@ from harness import Timed, moved, python_sweep
 from native import MissingError
 
 from peers.ours_c import BATCH
-from symdyn.algebra.numeric import Arithmetic
-from symdyn.graph import Expr, evaluate
+from symdyn.graph import Arithmetic, Expr, evaluate
 
 NAME = "heyoka, our graph"
 

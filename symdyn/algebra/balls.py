@@ -21,8 +21,7 @@ from typing import Any
 
 from flint import arb, ctx, fmpq
 
-from symdyn.algebra.numeric import Arithmetic
-from symdyn.graph import Expr, Op
+from symdyn.graph import Arithmetic, Expr, Op
 
 BITS = 128
 

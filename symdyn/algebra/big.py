@@ -8,8 +8,7 @@ from typing import Any
 
 from mpmath import MPContext
 
-from symdyn.algebra.numeric import Arithmetic
-from symdyn.graph import Expr, Op
+from symdyn.graph import Arithmetic, Expr, Op
 
 LARGEST = 1_000_000  # bits
 

@@ -22,6 +22,10 @@ class _Hashed:
     Hashes of words differ between processes, so a pickle leaves them out.
     """
 
+    def __init_subclass__(cls) -> None:
+        """Hold on to this hash, in whose place a dataclass would put its own."""
+        cls.__hash__ = cls.__hash__  # type: ignore[method-assign]
+
     def __hash__(self) -> int:
         """Return the hash of what the form consists of."""
         known = self.__dict__.get("_hash")
@@ -49,16 +53,12 @@ class Number(_Hashed):
 class Pi(_Hashed):
     """The constant π."""
 
-    __hash__ = _Hashed.__hash__
-
 
 @dataclass(frozen=True)
 class Symbol(_Hashed):
     """A named coordinate, velocity or parameter."""
 
     name: str
-
-    __hash__ = _Hashed.__hash__
 
 
 @dataclass(frozen=True)
@@ -67,16 +67,12 @@ class Sum(_Hashed):
 
     terms: tuple[Form, ...]
 
-    __hash__ = _Hashed.__hash__
-
 
 @dataclass(frozen=True)
 class Product(_Hashed):
     """Two factors or more, in order; a number comes first."""
 
     factors: tuple[Form, ...]
-
-    __hash__ = _Hashed.__hash__
 
 
 @dataclass(frozen=True)
@@ -86,8 +82,6 @@ class Power(_Hashed):
     base: Form
     exponent: int
 
-    __hash__ = _Hashed.__hash__
-
 
 @dataclass(frozen=True)
 class Function(_Hashed):
@@ -95,8 +89,6 @@ class Function(_Hashed):
 
     op: Op
     args: tuple[Form, ...]
-
-    __hash__ = _Hashed.__hash__
 
 
 ZERO = Number(Fraction(0))
@@ -166,24 +158,42 @@ def signed_product(form: Form, rate: Form) -> Form:
     return product_of((form, rate))
 
 
+def parts_of(form: Form) -> tuple[Form, ...]:
+    """Return terms, factors, the base or the arguments that a form is made of."""
+    if isinstance(form, Sum):
+        return form.terms
+    if isinstance(form, Product):
+        return form.factors
+    return (form.base,) if isinstance(form, Power) else form.args if isinstance(form, Function) else ()
+
+
+def with_parts(form: Form, parts: Iterable[Form]) -> Form:
+    """Return a form with others in place of its parts."""
+    if isinstance(form, Sum):
+        return sum_of(parts)
+    if isinstance(form, Product):
+        return product_of(parts)
+    if isinstance(form, Power):
+        (base,) = parts
+        return power_of(base, form.exponent)
+    return Function(form.op, tuple(parts)) if isinstance(form, Function) else form
+
+
+def forms_in(form: Form) -> Iterator[Form]:
+    """Yield a form and all that it is made of, as they are read."""
+    yield form
+    for part in parts_of(form):
+        yield from forms_in(part)
+
+
 def symbols_of(form: Form) -> list[str]:
     """Return the names of the symbols in a form, in order of appearance, repeats included."""
-    if isinstance(form, Symbol):
-        return [form.name]
-    if isinstance(form, (Sum, Product, Function)):
-        parts = form.terms if isinstance(form, Sum) else form.factors if isinstance(form, Product) else form.args
-        return [name for part in parts for name in symbols_of(part)]
-    return symbols_of(form.base) if isinstance(form, Power) else []
+    return [one.name for one in forms_in(form) if isinstance(one, Symbol)]
 
 
 def numbers_of(form: Form) -> Iterator[Number]:
-    """Yield the numbers that stand in a form, exponents left out."""
-    if isinstance(form, Number):
-        yield form
-    parts = form.terms if isinstance(form, Sum) else form.factors if isinstance(form, Product) else ()
-    parts = (form.base,) if isinstance(form, Power) else form.args if isinstance(form, Function) else parts
-    for part in parts:
-        yield from numbers_of(part)
+    """Return the numbers that stand in a form, exponents left out."""
+    return (one for one in forms_in(form) if isinstance(one, Number))
 
 
 class Forms:
@@ -254,10 +264,4 @@ def in_place(form: Form, known: Mapping[str, Form]) -> Form:
     """Return a form with other forms in place of symbols."""
     if isinstance(form, Symbol):
         return known.get(form.name, form)
-    if isinstance(form, Sum):
-        return sum_of(in_place(term, known) for term in form.terms)
-    if isinstance(form, Product):
-        return product_of(in_place(factor, known) for factor in form.factors)
-    if isinstance(form, Power):
-        return power_of(in_place(form.base, known), form.exponent)
-    return Function(form.op, tuple(in_place(x, known) for x in form.args)) if isinstance(form, Function) else form
+    return with_parts(form, (in_place(part, known) for part in parts_of(form)))

@@ -11,33 +11,12 @@ from fractions import Fraction
 from typing import Any, ClassVar
 
 import numpy as np
+import numpy.typing as npt
 
 from symdyn.errors import NoValueError
-from symdyn.graph import Expr, Op
+from symdyn.graph import Arithmetic, Expr, Op
 
-
-class Arithmetic:
-    """Field arithmetic by Python's operators; the numeric algebras share it."""
-
-    def add(self, a: Any, b: Any) -> Any:
-        """Return a + b."""
-        return a + b
-
-    def sub(self, a: Any, b: Any) -> Any:
-        """Return a - b."""
-        return a - b
-
-    def mul(self, a: Any, b: Any) -> Any:
-        """Return a b."""
-        return a * b
-
-    def div(self, a: Any, b: Any) -> Any:
-        """Return a / b."""
-        return a / b
-
-    def neg(self, a: Any) -> Any:
-        """Return -a."""
-        return -a
+Array = npt.NDArray[np.float64]
 
 
 class Floats(Arithmetic):

@@ -7,8 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from symdyn.algebra.form import Form, express_form
-from symdyn.algebra.numeric import Arithmetic
-from symdyn.graph import Expr, Graph, Op, evaluate, reachable
+from symdyn.graph import Arithmetic, Expr, Graph, Op, evaluate, reachable
 
 NAMES: Mapping[Op, str] = {
     Op.SIN: "sin",

@@ -35,7 +35,7 @@ from symdyn.algebra.generators import (
     split_by_units,
 )
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, reachable
+from symdyn.graph import Arithmetic, Expr, Op, reachable
 
 MOST_PRODUCTS = 3_000_000  # a 7-axis arm with ten symbolic inertial parameters a link takes 16 thousand
 TINY = Fraction(1, 10**60)
@@ -53,7 +53,7 @@ class _Relation:
     polynomial: Polynomial
 
 
-class TrigonometricRing:
+class TrigonometricRing(Arithmetic):
     """A ring wide enough for given outputs, and an `Algebra` that graphs are run over with `ring.values(outputs)`."""
 
     def __init__(
@@ -116,18 +116,6 @@ class TrigonometricRing:
     def pi(self) -> Polynomial:
         """Return π, a generator: outside angles it is transcendental."""
         return self._gens[self._index["pi", None, 0]]
-
-    def add(self, a: Polynomial, b: Polynomial) -> Polynomial:
-        """Return a + b."""
-        return a + b
-
-    def sub(self, a: Polynomial, b: Polynomial) -> Polynomial:
-        """Return a - b."""
-        return a - b
-
-    def neg(self, a: Polynomial) -> Polynomial:
-        """Return -a."""
-        return -a
 
     def mul(self, a: Polynomial, b: Polynomial) -> Polynomial:
         """Return a b in normal form."""

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
 
+from flint import fmpz_mat
+
 Angle = tuple[tuple[int, int], ...]  # ((atom, multiple), …), in the order of the group
 Factor = tuple[str, Angle]  # ("c" or "s", angle)
 Monomial = tuple[tuple[Factor, int], ...]  # ((factor, power), …), in ascending order
@@ -147,19 +149,7 @@ def _multiple(n: int) -> tuple[dict[tuple[int, int], int], dict[tuple[int, int],
 
 def integer_inverse(rows: Sequence[Frequency]) -> Basis | None:
     """Return the inverse of a unimodular matrix, None if it is not unimodular."""
-    n = len(rows)
-    work = [[Fraction(x) for x in row] + [Fraction(int(i == k)) for k in range(n)] for i, row in enumerate(rows)]
-    for column in range(n):
-        pivot = next((i for i in range(column, n) if work[i][column]), None)
-        if pivot is None:
-            return None
-        work[column], work[pivot] = work[pivot], work[column]
-        work[column] = [x / work[column][column] for x in work[column]]
-        for i in range(n):
-            if i != column and work[i][column]:
-                factor = work[i][column]
-                work[i] = [x - factor * y for x, y in zip(work[i], work[column], strict=True)]
-    inverse = [row[n:] for row in work]
-    if any(x.denominator != 1 for row in inverse for x in row):
+    matrix = fmpz_mat([list(row) for row in rows])
+    if abs(int(matrix.det())) != 1:
         return None
-    return tuple(tuple(int(x) for x in row) for row in inverse)
+    return tuple(tuple(int(x.p) for x in row) for row in matrix.inv().tolist())

@@ -22,8 +22,6 @@ from symdyn.errors import BuildError, MissingNode
 
 CANDIDATES = ("node", "nodejs")
 
-Array = npt.NDArray[np.float64]
-
 
 def find_node() -> str:
     """Return the path of Node.js.

@@ -1,7 +1,7 @@
 """The expression graph: operations, hash-consed nodes, evaluation, differentiation. Knows no mechanics."""
 
 from symdyn.graph.differentiate import gradient, substitute, tangents
-from symdyn.graph.evaluate import Algebra, arithmetic, evaluate, reachable
+from symdyn.graph.evaluate import Algebra, Arithmetic, arithmetic, evaluate, reachable
 from symdyn.graph.expression import Expr, Graph, Scalar
 from symdyn.graph.growing import growing
 from symdyn.graph.identities import LinearForm, linear_form
@@ -11,6 +11,7 @@ __all__ = [
     "ARITY",
     "FUNCTIONS",
     "Algebra",
+    "Arithmetic",
     "Expr",
     "Graph",
     "LinearForm",

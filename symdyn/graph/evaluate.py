@@ -41,6 +41,30 @@ class Algebra(Protocol[T]):
         """Return node.op(args) for an operation of `FUNCTIONS`; the node itself tells an exact algebra its angle."""
 
 
+class Arithmetic:
+    """Field arithmetic by Python's operators; the numeric algebras share it."""
+
+    def add(self, a: Any, b: Any) -> Any:
+        """Return a + b."""
+        return a + b
+
+    def sub(self, a: Any, b: Any) -> Any:
+        """Return a - b."""
+        return a - b
+
+    def mul(self, a: Any, b: Any) -> Any:
+        """Return a b."""
+        return a * b
+
+    def div(self, a: Any, b: Any) -> Any:
+        """Return a / b."""
+        return a / b
+
+    def neg(self, a: Any) -> Any:
+        """Return -a."""
+        return -a
+
+
 def reachable(outputs: Iterable[Expr], known: Container[Expr] = ()) -> list[Expr]:
     """Return every node that `outputs` need, arguments first; nothing below those that are `known`."""
     seen = set(outputs)

@@ -89,20 +89,9 @@ def _exact(midpoint: Any) -> Fraction:
 
 
 def _simplest(value: Fraction) -> Fraction:
-    """Return the simple fraction that the value is to 80 digits, or else the value.
-
-    Such a fraction is a convergent p/q of the value's continued fraction.
-    """
-    n, d = value.numerator, value.denominator
-    p, q, before_p, before_q = 1, 0, 0, 1
-    while d:
-        whole = n // d
-        n, d = d, n - whole * d
-        if before_q + whole * q > SIMPLE:
-            break
-        p, q, before_p, before_q = before_p + whole * p, before_q + whole * q, p, q
-    gap = abs(value.numerator * q - p * value.denominator)
-    return Fraction(p, q) if gap * SAME <= abs(value.numerator) * q else value
+    """Return the simple fraction that the value is to 80 digits, or else the value."""
+    near = value.limit_denominator(SIMPLE)
+    return near if abs(near - value) * SAME <= abs(value) else value
 
 
 NOT_REAL = "a constant of the scene is not a finite real number; look for 1/0, sqrt or log of a negative number"

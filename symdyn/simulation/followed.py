@@ -18,8 +18,8 @@ from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.dynamics.loops.loop_numbers import FLAT, Numbers
 from symdyn.dynamics.loops.mobility import idle_motions
 from symdyn.dynamics.loops.newton import free_motions
@@ -28,7 +28,6 @@ from symdyn.scene import Joint, Scene, velocity_name
 from symdyn.simulation.initial import no_equations
 from symdyn.simulation.trajectory import END
 
-Array = npt.NDArray[np.float64]
 Known = Callable[[Array], tuple[Array, Array, Array]]
 
 CLOSED = 1e-10

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene, bind
 from symdyn.scene.values.names import suggestion
@@ -30,8 +30,6 @@ from symdyn.simulation.reaction_columns import axes_of, reaction_columns
 from symdyn.simulation.run import STOPPED, Run, integrated
 from symdyn.simulation.trajectory import END, INTERRUPTED, Event, Trajectory
 from symdyn.simulation.valueless import valueless
-
-Array = npt.NDArray[np.float64]
 
 DRIFT = 1e-2
 """Constraints may be missed by this part of the tolerance before a state is projected, and by rounding at least."""

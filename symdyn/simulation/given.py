@@ -12,16 +12,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.dynamics.loops.assembly import Assembly, closed_position
 from symdyn.dynamics.loops.continuation import declared_rates, fitting
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.newton import dimensionless, free_motions, newton, seen_closed
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.scene import velocity_name
-
-Array = npt.NDArray[np.float64]
 
 CONSISTENT = 1e-9
 """Largest coordinate by which a start is moved without a note, rad or m; and velocity, rad/s or m/s."""

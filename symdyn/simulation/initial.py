@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra.numeric import Array, Floats
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.mechanism.prescribed import TIME, prescribed
 from symdyn.errors import DerivationError, SimulateError
@@ -22,8 +21,6 @@ from symdyn.simulation.equations.opened import numbers_at
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.given import CONSISTENT, closed_rates, closed_start
 from symdyn.simulation.prescribed.formulas_in_time import close, number_of, parameter_values, read_formula
-
-Array = npt.NDArray[np.float64]
 
 SINGULAR = 1e-14
 """Smallest eigenvalue of the mass matrix with unit diagonal that is not zero."""

@@ -10,16 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.errors import SimulateError
 from symdyn.scene.values.names import suggestion
 from symdyn.simulation.equations.slopes import differences
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate import METHODS, Method, importable
 from symdyn.simulation.integrate.heyoka_expressions import overlooks, refuses, size
-
-Array = npt.NDArray[np.float64]
 
 STIFF_STEPS, STIFF_RATIO = 3000.0, 50.0
 """Beyond both a system is stiff: steps that stability asks of an explicit method, decay over oscillation or growth."""

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.dynamics.loops.assembly import off_planes
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.dynamics.mechanism.state import quaternions
@@ -38,8 +39,6 @@ from symdyn.simulation.prescribed.scene_motion import SceneMotion, read_motion
 from symdyn.simulation.reaction_columns import axes_of, reaction_columns
 from symdyn.simulation.trajectory import END, Trajectory
 from symdyn.simulation.valueless import valueless
-
-Array = npt.NDArray[np.float64]
 
 UNIT = 1e-9
 """How far the length of a prescribed quaternion may be from one."""

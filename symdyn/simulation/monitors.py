@@ -10,16 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.scene import Contact
 from symdyn.scene.forces import touches
 from symdyn.simulation.equations.opened import numbers_at
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.reaction_columns import multipliers
 from symdyn.simulation.trajectory import Trajectory
-
-Array = npt.NDArray[np.float64]
 
 
 def observe(system: StateEquations, t: Array, x: Array) -> tuple[dict[str, Array], dict[str, float]]:

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.emit.escape import in_html
 from symdyn.emit.render import render
@@ -20,8 +20,6 @@ from symdyn.simulation.integrate import importable
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.record import write_whole
 from symdyn.simulation.trajectory import Trajectory
-
-Array = npt.NDArray[np.float64]
 
 ENDINGS = (".svg", ".png", ".html")
 

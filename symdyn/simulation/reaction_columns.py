@@ -15,8 +15,8 @@ from collections.abc import Hashable
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.dynamics.loops.loop_decisions import LoopDecisions
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.reactions.ties import ties
@@ -32,8 +32,6 @@ from symdyn.simulation.equations.decisions import WrittenDecisions, loop_decisio
 from symdyn.simulation.equations.opened import Opened, opened
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 from symdyn.simulation.trajectory import Trajectory
-
-Array = npt.NDArray[np.float64]
 
 LOOSE = "_not_unique"
 """Ends the names of columns that rigid bodies do not determine; their numbers are one choice among many."""

@@ -12,12 +12,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.simulation.integrate import Hit, IntegrationError, Method, Piece, Problem, integrate
 from symdyn.simulation.trajectory import END, INTERRUPTED
-
-Array = npt.NDArray[np.float64]
 
 STOPPED = "stopped by an event"
 

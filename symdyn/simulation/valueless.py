@@ -8,10 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-import numpy as np
-import numpy.typing as npt
-
-from symdyn.algebra.numeric import Floats
+from symdyn.algebra.numeric import Array, Floats
 from symdyn.dynamics.mechanism.loads import pull
 from symdyn.dynamics.mechanism.placements import ends_apart
 from symdyn.graph import Expr, Graph, evaluate
@@ -20,8 +17,6 @@ from symdyn.scene.values.key import TIME as CLOCK
 from symdyn.simulation.prescribed.forces import Forces, drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 from symdyn.spatial import dot
-
-Array = npt.NDArray[np.float64]
 
 
 def valueless(scene: Scene, forces: Forces, t: float, q: Array, u: Array) -> str:

@@ -13,10 +13,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from symdyn.algebra.addition import with_added_angles
 from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Symbol, form_of
-from symdyn.algebra.squares import with_squares
+from symdyn.algebra.joined_terms import with_added_angles, with_squares
 from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics import Workspace, derive_one

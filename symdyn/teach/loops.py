@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from symdyn.algebra.addition import with_added_angles
 from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import ZERO, Form, Symbol, form_of, signed_product, sum_of
+from symdyn.algebra.joined_terms import with_added_angles
 from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics.closed_forms.constraint_forms import closed_constraints

@@ -11,8 +11,8 @@ from functools import partial
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.build.loaded import load_program
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import placement
@@ -27,7 +27,6 @@ from symdyn.scene import Scene, express
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 
-Array = npt.NDArray[np.float64]
 Calls = Mapping[str, Callable[..., Any]]
 T = TypeVar("T")
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field, fields
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.dynamics.loops.loop_decisions import NOTHING, LoopDecisions, close, loose_rows
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.newton import CLOSED, dimensionless, free_motions, rank_of, seen_closed, turns_of
@@ -20,8 +20,6 @@ from symdyn.dynamics.roads.linear_loops import LinearLoops, linear_loops
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 from symdyn.simulation.equations.opened import numbers_at, opened
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -23,15 +23,13 @@ import itertools
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene import acceleration_name
 from symdyn.simulation.equations.compiled_routines import Compiled, argument, compiled, drive, plain
 from symdyn.simulation.equations.system import StateEquations
-
-Array = npt.NDArray[np.float64]
 
 
 class Implicit:

@@ -12,13 +12,11 @@ Reference: Eich, Convergence results for a coordinate projection method applied 
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.graph import Graph
 from symdyn.simulation.equations.system import StateEquations
-
-Array = npt.NDArray[np.float64]
 
 STEPS = 8
 NEGLIGIBLE = 1e-9

@@ -14,13 +14,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.graph import substitute, tangents
 from symdyn.simulation.equations.compiled_routines import Compiled, argument, compiled, plain
 from symdyn.simulation.equations.system import StateEquations
-
-Array = npt.NDArray[np.float64]
 
 RELATIVE = 1e-6
 """Size of a difference, over that of the coordinate or 1: where the graph has no value."""

@@ -24,6 +24,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.dynamics.roads.equations import Function
 from symdyn.graph import Expr
@@ -36,8 +37,6 @@ from symdyn.simulation.equations.decisions import WrittenDecisions
 from symdyn.simulation.equations.opened import Opened, opened
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME
-
-Array = npt.NDArray[np.float64]
 
 CORRECTIONS = 2
 """Newton steps before a closed mechanism's accelerations; they converge quadratically."""

@@ -16,9 +16,7 @@ import copyreg
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from symdyn.algebra.numeric import Array
 from symdyn.build.warned import warn
 from symdyn.dynamics.roads.derive import derive_one
 from symdyn.dynamics.roads.linear_loops import followers, forward_dynamics
@@ -36,8 +34,6 @@ from symdyn.simulation.equations.decisions import WrittenDecisions, hold, writte
 from symdyn.simulation.equations.opened import numbers_at, opened
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.prescribed.forces import Forces
-
-Array = npt.NDArray[np.float64]
 
 
 def state_equations(

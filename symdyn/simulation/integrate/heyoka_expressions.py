@@ -18,9 +18,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.numeric import Arithmetic
 from symdyn.dynamics.roads.equations import Function
-from symdyn.graph import Expr, Op, evaluate, reachable
+from symdyn.graph import Arithmetic, Expr, Op, evaluate, reachable
 from symdyn.program.assemble import PREPARED
 from symdyn.simulation.equations.compiled_routines import Compiled
 from symdyn.simulation.equations.system import StateEquations

@@ -10,14 +10,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.errors import SimulateError
 from symdyn.graph import Op, reachable
 from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.system import StateEquations
-
-Array = npt.NDArray[np.float64]
 
 
 class IntegrationError(SimulateError):

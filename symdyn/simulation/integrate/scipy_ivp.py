@@ -11,12 +11,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.simulation.equations.slopes import slopes
 from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem, Step, follow
-
-Array = npt.NDArray[np.float64]
 
 MULTISTEP = ("BDF", "LSODA")
 

@@ -15,14 +15,12 @@ from io import StringIO
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.simulation.equations.implicit import Implicit
 from symdyn.simulation.equations.slopes import slopes
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem, Step, follow
-
-Array = npt.NDArray[np.float64]
 
 SMALLEST, SMALLEST_IDA = 1e-15, 1e-12
 """The finest tolerances that the methods get along with; below, IDA's equations are not solved to it."""

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.heyoka_expressions import (
     guarded,
@@ -30,8 +30,6 @@ from symdyn.simulation.integrate.heyoka_expressions import (
     translate,
 )
 from symdyn.simulation.integrate.method import Hit, IntegrationError, Method, Piece, Problem
-
-Array = npt.NDArray[np.float64]
 
 COMPACT = 250
 """Operations from which on loops are compiled in place of straight code, which would take long."""

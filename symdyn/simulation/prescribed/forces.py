@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.graph import Graph
 from symdyn.scene import Quantity, Scene, velocity_name
@@ -24,8 +24,6 @@ from symdyn.scene.values.table import Faults
 from symdyn.simulation.prescribed.formulas_in_time import TIME, close, parameter_values, read_formula
 from symdyn.simulation.prescribed.numbers_in_time import Columns
 from symdyn.simulation.prescribed.scene_motion import listed, split_entries
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.algebra.numeric import Batches
+from symdyn.algebra.numeric import Array, Batches
 from symdyn.graph import Graph, evaluate, tangents
 from symdyn.scene import FormulaError, Quantity, express
 from symdyn.scene.values.formula import split_commas
@@ -33,7 +33,6 @@ from symdyn.scene.values.table import Faults
 from symdyn.simulation.prescribed.formulas_in_time import TIME, bound, number_of, read_formula
 from symdyn.simulation.prescribed.numbers_in_time import Columns
 
-Array = npt.NDArray[np.float64]
 Motion3 = tuple[Array, Array, Array]
 Profile = Callable[[Array], Motion3]
 

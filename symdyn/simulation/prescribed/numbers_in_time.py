@@ -15,13 +15,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.prescribed.formulas_in_time import TIME, close, read_file
-
-Array = npt.NDArray[np.float64]
 
 MOST = 10
 """Faults of one file that are told; the rest is counted."""

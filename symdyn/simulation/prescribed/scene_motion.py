@@ -8,8 +8,8 @@ from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
+from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import Scene, acceleration_name, velocity_name
@@ -19,8 +19,6 @@ from symdyn.scene.values.table import Faults, show
 from symdyn.simulation.prescribed.formulas_in_time import close, parameter_values, read_file, words
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_law
 from symdyn.simulation.prescribed.numbers_in_time import Columns, read_columns, sample_times
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
