@@ -19,7 +19,7 @@ from symdyn.graph import Graph, evaluate
 from symdyn.scene import Pose, Scene, spell, velocity_name
 from symdyn.scene.declaration.reader import Reading, ReadOptions
 from symdyn.scene.formats import mjcf
-from symdyn.scene.joints.reversed import inverse as inverse_pose
+from symdyn.scene.joints.held_or_reversed import inverse as inverse_pose
 from symdyn.scene.values.quantity import number
 from symdyn.scene.values.value import value_of
 

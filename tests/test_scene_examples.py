@@ -23,7 +23,7 @@ from symdyn.scene import (
     starting_velocity,
     with_symbolic_inertia,
 )
-from symdyn.scene.joints.reversed import inverse
+from symdyn.scene.joints.held_or_reversed import inverse
 from symdyn.scene.starters import starter
 from symdyn.scene.values.quantity import symbol
 from symdyn.scene.values.value import value_of

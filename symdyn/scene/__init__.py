@@ -1,6 +1,6 @@
 """Scenes: what a user declares, from TOML, Denavit-Hartenberg tables or Python."""
 
-from symdyn.scene.binding import bind, in_numbers, read_bindings, without_hidden_zeros, without_zeros
+from symdyn.scene.binding import bind, read_bindings, without_hidden_zeros, without_zeros
 from symdyn.scene.build import body, dh_table, parameter, point, scene
 from symdyn.scene.build_joints import (
     custom,
@@ -37,6 +37,7 @@ from symdyn.scene.ten_parameters import with_symbolic_inertia
 from symdyn.scene.toml import read_text
 from symdyn.scene.values.element import Contact, Element, Load, Place, Plane, Row, Strut
 from symdyn.scene.values.formula import FormulaError, parse
+from symdyn.scene.values.mapping import in_numbers
 from symdyn.scene.values.model import (
     GROUND,
     Body,

@@ -7,7 +7,7 @@ longer assumed to be positive then.
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 from symdyn.errors import SceneError
@@ -51,12 +51,6 @@ def bind(scene: Scene, values: Mapping[str, object]) -> Scene:
     check(Draft(bound, _places(bound)), faults)
     faults.close()
     return bound
-
-
-def in_numbers(scene: Scene, names: Container[str]) -> Scene:
-    """Return the scene with the values of these parameters in place of their names in every formula."""
-    values = {p.name: p.value for p in scene.parameters if p.value is not None and p.name in names}
-    return map_quantities(scene, lambda one: substituted(one, values))
 
 
 def without_zeros(scene: Scene, faults: Faults | None = None) -> Scene:

@@ -3,48 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TypedDict, Unpack
+from typing import Protocol, TypedDict, Unpack
 
 from symdyn.scene.values.python_values import Number, Placement, Three, entry
 from symdyn.scene.values.table import Entry
 
 
-class PlacedKeys(TypedDict, total=False):
-    """The keywords of a joint without motion."""
+class JointKeys(TypedDict, total=False):
+    """The keywords of `joint`; which of them a type takes, its row in `JOINTS` says."""
 
     origin: Placement | None
     tip: Placement | None
-
-
-class JointKeys(PlacedKeys, total=False):
-    """The keywords of `joint` that every maker of a joint with coordinates takes."""
-
     coordinate: str | None
     coordinates: Sequence[str] | None
     drive: str | bool | Sequence[str | bool]
     force: Number | Sequence[Number] | None
-    damping: Number | None
-    friction: Number | Mapping[str, Number] | None
-    start: Number | Sequence[Number] | None
-    start_rates: Number | Sequence[Number] | None
-    locked: bool
-    position: Number | None
-
-
-class SingleKeys(JointKeys, total=False):
-    """The keywords of `joint` that the makers of joints with one velocity take."""
-
     mimic: Mapping[str, Number] | None
     armature: Number | None
     rotor: Mapping[str, Number] | None
+    damping: Number | None
+    friction: Number | Mapping[str, Number] | None
     limits: Mapping[str, Number | None] | None
+    start: Number | Sequence[Number] | None
+    start_rates: Number | Sequence[Number] | None
     motion: Number | None
-
-
-class AxisKeys(SingleKeys, total=False):
-    """The keywords of `revolute` and `prismatic`."""
-
+    locked: bool
+    position: Number | None
     axis: Three | None
+    second_axis: Three | None
+    pitch: Number
+    length: Number
+    orientation: str | None
+    steps: Placement
+    units: Sequence[str]
+
+
+class Maker(Protocol):
+    """A function that declares joints of one type."""
+
+    def __call__(self, name: str, parent: str, child: str, **keys: Unpack[JointKeys]) -> Entry:
+        """Declare a joint; the arguments are those of `joint`."""
 
 
 def joint(name: str, type: str, parent: str, child: str, **keys: object) -> Entry:
@@ -96,107 +94,27 @@ def joint(name: str, type: str, parent: str, child: str, **keys: object) -> Entr
     return entry("joints", name, type=type, parent=parent, child=child, **said)
 
 
-def revolute(name: str, parent: str, child: str, **keys: Unpack[AxisKeys]) -> Entry:
-    """Declare a revolute joint; the arguments are those of `joint`."""
-    return joint(name, "revolute", parent, child, **keys)
+def _maker(type: str) -> Maker:
+    def made(name: str, parent: str, child: str, **keys: Unpack[JointKeys]) -> Entry:
+        return joint(name, type, parent, child, **keys)
+
+    made.__name__, made.__doc__ = type, f"Declare a {type} joint; the arguments are those of `joint`."
+    return made
 
 
-def prismatic(name: str, parent: str, child: str, **keys: Unpack[AxisKeys]) -> Entry:
-    """Declare a prismatic joint; the arguments are those of `joint`."""
-    return joint(name, "prismatic", parent, child, **keys)
-
-
-def helical(
-    name: str, parent: str, child: str, *, pitch: Number, axis: Three | None = None, **keys: Unpack[SingleKeys]
-) -> Entry:
-    """Declare a screw; the arguments are those of `joint`."""
-    return joint(name, "helical", parent, child, pitch=pitch, axis=axis, **keys)
-
-
-def cylindrical(name: str, parent: str, child: str, *, axis: Three | None = None, **keys: Unpack[JointKeys]) -> Entry:
-    """Declare a joint that turns about its axis and slides along it; the arguments are those of `joint`."""
-    return joint(name, "cylindrical", parent, child, axis=axis, **keys)
-
-
-def universal(
-    name: str,
-    parent: str,
-    child: str,
-    *,
-    axis: Three | None = None,
-    second_axis: Three | None = None,
-    **keys: Unpack[JointKeys],
-) -> Entry:
-    """Declare a universal (Cardan) joint; the arguments are those of `joint`."""
-    return joint(name, "universal", parent, child, axis=axis, second_axis=second_axis, **keys)
-
-
-def spherical(
-    name: str,
-    parent: str,
-    child: str,
-    *,
-    orientation: str | None = None,
-    armature: Number | None = None,
-    **keys: Unpack[JointKeys],
-) -> Entry:
-    """Declare a ball and socket; the arguments are those of `joint`."""
-    return joint(name, "spherical", parent, child, orientation=orientation, armature=armature, **keys)
-
-
-def planar(name: str, parent: str, child: str, *, axis: Three | None = None, **keys: Unpack[JointKeys]) -> Entry:
-    """Declare two translations across the axis and a rotation about it; the arguments are those of `joint`."""
-    return joint(name, "planar", parent, child, axis=axis, **keys)
-
-
-def point_on_line(
-    name: str,
-    parent: str,
-    child: str,
-    *,
-    axis: Three | None = None,
-    orientation: str | None = None,
-    **keys: Unpack[JointKeys],
-) -> Entry:
-    """Declare a point that slides along the axis, the child turning about it; the arguments are those of `joint`."""
-    return joint(name, "point_on_line", parent, child, axis=axis, orientation=orientation, **keys)
-
-
-def point_on_plane(
-    name: str,
-    parent: str,
-    child: str,
-    *,
-    axis: Three | None = None,
-    orientation: str | None = None,
-    **keys: Unpack[JointKeys],
-) -> Entry:
-    """Declare a point in the plane across the axis, the child turning about it; the arguments are those of `joint`."""
-    return joint(name, "point_on_plane", parent, child, axis=axis, orientation=orientation, **keys)
-
-
-def rod(
-    name: str, parent: str, child: str, *, length: Number, orientation: str | None = None, **keys: Unpack[JointKeys]
-) -> Entry:
-    """Declare a massless rod between two points; the arguments are those of `joint`."""
-    return joint(name, "rod", parent, child, length=length, orientation=orientation, **keys)
-
-
-def free(name: str, parent: str, child: str, *, orientation: str | None = None, **keys: Unpack[JointKeys]) -> Entry:
-    """Declare a body without contact, in six coordinates or seven; the arguments are those of `joint`."""
-    return joint(name, "free", parent, child, orientation=orientation, **keys)
-
-
-def custom(
-    name: str, parent: str, child: str, *, steps: Placement, units: Sequence[str], **keys: Unpack[JointKeys]
-) -> Entry:
-    """Declare a joint by the steps of its motion; the arguments are those of `joint`."""
-    return joint(name, "custom", parent, child, steps=steps, units=units, **keys)
-
-
-def fixed(name: str, parent: str, child: str, **keys: Unpack[PlacedKeys]) -> Entry:
-    """Declare a weld of two bodies; the arguments are those of `joint`."""
-    return joint(name, "fixed", parent, child, **keys)
+revolute = _maker("revolute")
+prismatic = _maker("prismatic")
+fixed = _maker("fixed")
+helical = _maker("helical")
+cylindrical = _maker("cylindrical")
+universal = _maker("universal")
+spherical = _maker("spherical")
+planar = _maker("planar")
+point_on_line = _maker("point_on_line")
+point_on_plane = _maker("point_on_plane")
+rod = _maker("rod")
+free = _maker("free")
+custom = _maker("custom")
 
 
 def loop(name: str, type: str, parent: str, child: str, **keys: object) -> Entry:

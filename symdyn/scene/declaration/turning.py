@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.joints.reversed import inverse
+from symdyn.scene.joints.held_or_reversed import inverse
 from symdyn.scene.values.model import Joint
 
 

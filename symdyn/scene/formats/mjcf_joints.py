@@ -8,12 +8,13 @@ from typing import Any
 from symdyn.scene.formats.doubles import Doubles
 from symdyn.scene.formats.mjcf_tendon import NoCouplingError, tied
 from symdyn.scene.formats.naming import printable_names
+from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import folding
 from symdyn.scene.values.formula import quantity
-from symdyn.scene.values.model import GROUND, Pose
+from symdyn.scene.values.model import GROUND, Joint, Pose
 from symdyn.scene.values.quantity import NULL, ZERO, Quantity, Vector
 from symdyn.scene.values.table import Entry, Faults, compose
-from symdyn.scene.values.turns import Step, inverse, plus, towards
+from symdyn.scene.values.turns import Step, inverse, plus
 
 REFUSED = {
     "armature": "a free body has no rotor; add it to the body's own mass and inertia, or set it to 0",
@@ -223,16 +224,8 @@ class Joints:
 
     def back(self, j: int, axis: Vector) -> tuple[Step, ...]:
         """Return the motion that takes the joint from position ref, where the file draws it, to position 0."""
-        reference = self.reference(j)
-        if reference == ZERO:
-            return ()
-        kind, back = "R" if self.hinge(j) else "T", folding.neg(reference)
-        along = [(letter, x) for letter, x in zip("xyz", axis, strict=True) if x != ZERO]
-        if len(along) == 1:
-            letter, x = along[0]
-            return ((f"{kind}{letter}", back if (folding.fraction(x) or 0) > 0 else reference),)
-        turn = towards(axis)
-        return (*turn, (f"{kind}z", back), *inverse(turn))
+        kind = "revolute" if self.hinge(j) else "prismatic"
+        return JOINTS[kind].held(Joint("", kind, "", "", (("axis", axis),)), folding.neg(self.reference(j)))
 
     def reference(self, j: int) -> Quantity:
         """Return the position of the joint in the file."""

@@ -22,7 +22,7 @@ from symdyn.scene.declaration.reader import ReadOptions
 from symdyn.scene.formats.doubles import Doubles
 from symdyn.scene.formats.floating import WHERE as FLOATING
 from symdyn.scene.formats.floating import free_base
-from symdyn.scene.formats.mjcf_inertia import entries
+from symdyn.scene.formats.inertias import from_principal
 from symdyn.scene.formats.mjcf_joints import Joints, merged, shift
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.values.formula import quantity
@@ -181,7 +181,7 @@ class Tree:
         return {
             "mass": quantity(float(model.body_mass[i])),
             "com": self.doubles.vector(model.body_ipos[i]),
-            "inertia": entries(model.body_inertia[i], model.body_iquat[i], self.declared.get(i), self.doubles),
+            "inertia": from_principal(model.body_inertia[i], model.body_iquat[i], self.declared.get(i), self.doubles),
             "inertia_about": "com",
         }
 

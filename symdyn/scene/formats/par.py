@@ -28,7 +28,7 @@ from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.par_checks import count_frames, is_zero, refuse_motion_of_base
 from symdyn.scene.formats.par_text import SCALAR_KEYS, WRENCH, Sheet, parse_sheet
 from symdyn.scene.formats.snap import snap_angle
-from symdyn.scene.joints.reversed import inverse
+from symdyn.scene.joints.held_or_reversed import inverse
 from symdyn.scene.values.folding import FormulaError, neg
 from symdyn.scene.values.formula import parse
 from symdyn.scene.values.model import GROUND, Pose

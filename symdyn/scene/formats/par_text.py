@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from symdyn.scene.values.formula import UNARY_FUNCTIONS
+from symdyn.scene.values.formula import UNARY_FUNCTIONS, split_commas
 from symdyn.scene.values.table import Faults, shorten, show
 
 ROW_KEYS = ("ant", "sigma", "b", "d", "r", "gamma", "alpha", "mu", "theta")
@@ -99,10 +99,4 @@ def _items(raw: str) -> tuple[str, ...]:
     text = " ".join(raw.strip().removeprefix("{").removesuffix("}").split())
     text = re.sub(r"[A-Za-z_]\w*", lambda word: _WORDS.get(word[0], word[0]), text)
     text = text.replace("[", "(").replace("]", ")").replace("^", "**")
-    items, depth, start = [], 0, 0
-    for k, character in enumerate(text):
-        depth += (character == "(") - (character == ")")
-        if character == "," and depth <= 0:
-            items.append(text[start:k].strip())
-            start = k + 1
-    return (*items, text[start:].strip())
+    return tuple(split_commas(text)) or ("",)

@@ -8,8 +8,8 @@ symbols and numbers but no symbols with a value.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.errors import SceneError
@@ -21,9 +21,9 @@ from symdyn.scene.formats.par_links import INERTIAL, NOTHING, Link, link
 from symdyn.scene.formats.placing import angle_text
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values import folding
-from symdyn.scene.values.mapping import substituted
-from symdyn.scene.values.model import GROUND, Joint, Limits, Parameter, Pose, Scene
-from symdyn.scene.values.quantity import ZERO, Quantity, Vector, symbol
+from symdyn.scene.values.mapping import in_numbers
+from symdyn.scene.values.model import GROUND, Joint, Limits, Parameter, Scene
+from symdyn.scene.values.quantity import ZERO, symbol
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.turns import Step, inverse, towards
 
@@ -60,7 +60,7 @@ def write_text(scene: Scene) -> Written:
         SceneError: a joint that the format has no type for; the file would be another mechanism.
     """
     _refuse(scene)
-    filled = with_values(scene)
+    filled = in_numbers(scene, [parameter.name for parameter in scene.parameters])
     return Written(_page(filled, _frames(filled)), tuple(_lost(scene)))
 
 
@@ -196,41 +196,3 @@ def _turned(frame: Frame, key: str, value: Fraction) -> str:
         return angle_text(value)
     name = frame.carrier.coordinate
     return f"{name} {'-' if value < 0 else '+'} {angle_text(abs(value))}" if value else name
-
-
-def with_values(scene: Scene) -> Scene:
-    """Return the scene with the values of its parameters in their places."""
-    values = {p.name: p.value for p in scene.parameters if p.value is not None}
-
-    def fill(quantity: Quantity) -> Quantity:
-        return substituted(quantity, values)
-
-    if not values:
-        return scene
-    bodies = [
-        replace(
-            body,
-            mass=fill(body.mass),
-            com=body.com and _three(fill, body.com),
-            first_moment=body.first_moment and _three(fill, body.first_moment),
-            inertia=(*_three(fill, body.inertia[:3]), *_three(fill, body.inertia[3:])),
-            particles=tuple(replace(p, mass=fill(p.mass), at=_three(fill, p.at)) for p in body.particles),
-        )
-        for body in scene.bodies
-    ]
-    joints = [
-        replace(
-            joint,
-            origin=Pose(tuple((kind, fill(x)) for kind, x in joint.origin.steps)),
-            tip=Pose(tuple((kind, fill(x)) for kind, x in joint.tip.steps)),
-            armature=fill(joint.armature),
-            damping=fill(joint.damping),
-            friction=fill(joint.friction),
-        )
-        for joint in scene.joints
-    ]
-    return replace(scene, bodies=tuple(bodies), joints=tuple(joints), gravity=_three(fill, scene.gravity))
-
-
-def _three(fill: Callable[[Quantity], Quantity], vector: Vector) -> Vector:
-    return (fill(vector[0]), fill(vector[1]), fill(vector[2]))

@@ -23,8 +23,8 @@ from symdyn.scene.declaration.joint_table import STAND_IN, freedoms
 from symdyn.scene.declaration.reader import Reading, ReadOptions
 from symdyn.scene.formats.attributes import Attributes
 from symdyn.scene.formats.floating import free_base
+from symdyn.scene.formats.inertias import Entries, turned
 from symdyn.scene.formats.naming import printable_names
-from symdyn.scene.formats.turned_inertia import Entries, turned
 from symdyn.scene.formats.xml import Element, read_xml
 from symdyn.scene.joints import AXIS, JOINTS
 from symdyn.scene.values import folding

@@ -1,22 +1,24 @@
-"""Joint types: one file and one row each."""
+"""Joint types: one row each, in a file of its own where it has code."""
 
 from __future__ import annotations
 
 from symdyn.scene.joints.blocks import AXIS, ORIENTATION
 from symdyn.scene.joints.custom import CUSTOM
-from symdyn.scene.joints.cylindrical import CYLINDRICAL
-from symdyn.scene.joints.fixed import FIXED
-from symdyn.scene.joints.free import FREE
 from symdyn.scene.joints.helical import HELICAL
 from symdyn.scene.joints.joint_kind import Block, Forbids, Gimbal, JointKind, JointMotion, Move
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
-from symdyn.scene.joints.planar import PLANAR
-from symdyn.scene.joints.point_on_line import POINT_ON_LINE
-from symdyn.scene.joints.point_on_plane import POINT_ON_PLANE
-from symdyn.scene.joints.prismatic import PRISMATIC
-from symdyn.scene.joints.revolute import REVOLUTE
+from symdyn.scene.joints.plain_types import (
+    CYLINDRICAL,
+    FIXED,
+    FREE,
+    PLANAR,
+    POINT_ON_LINE,
+    POINT_ON_PLANE,
+    PRISMATIC,
+    REVOLUTE,
+    SPHERICAL,
+)
 from symdyn.scene.joints.rod import ROD
-from symdyn.scene.joints.spherical import SPHERICAL
 from symdyn.scene.joints.universal import UNIVERSAL
 
 JOINTS: dict[str, JointKind] = {

@@ -7,9 +7,9 @@ body of the tree; it closes no loop, since what it forbids has no closed form.
 from __future__ import annotations
 
 from symdyn.scene.joints.blocks import path
+from symdyn.scene.joints.held_or_reversed import inverse
 from symdyn.scene.joints.joint_kind import Block, JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
-from symdyn.scene.joints.reversed import inverse
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.model import Joint, Pose
 from symdyn.scene.values.table import Table, as_list, plain, show

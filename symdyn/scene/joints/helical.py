@@ -8,10 +8,9 @@ from __future__ import annotations
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene.joints.blocks import AXIS, screw
 from symdyn.scene.joints.forbidden import directions, forces, leaning, moments, offsets
-from symdyn.scene.joints.held import Steps, held
+from symdyn.scene.joints.held_or_reversed import Steps, about_opposite, held
 from symdyn.scene.joints.joint_kind import Block, Forbids, JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
-from symdyn.scene.joints.reversed import about_opposite
 from symdyn.scene.values import folding
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.model import Joint

@@ -9,7 +9,7 @@ from __future__ import annotations
 from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import AXES, ORIENTATION, gimbals, orientation, shift, turn
 from symdyn.scene.joints.forbidden import forces
-from symdyn.scene.joints.held import Steps
+from symdyn.scene.joints.held_or_reversed import Steps
 from symdyn.scene.joints.joint_kind import Block, Forbids, Gimbal, JointKind
 from symdyn.scene.joints.joint_mark import LINE, JointMark, MarkPart
 from symdyn.scene.values.key import Key

@@ -8,9 +8,9 @@ from dataclasses import replace
 from symdyn.graph import Expr
 from symdyn.scene.joints.blocks import AXIS, turn, unit
 from symdyn.scene.joints.forbidden import everywhere, forces, moments
+from symdyn.scene.joints.held_or_reversed import opposite
 from symdyn.scene.joints.joint_kind import Block, Forbids, JointKind
 from symdyn.scene.joints.joint_mark import JointMark, MarkPart
-from symdyn.scene.joints.reversed import opposite
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.key import Key
 from symdyn.scene.values.model import Joint

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
-from symdyn.graph import Op
+from symdyn.graph import Graph, Op
 from symdyn.scene.values import folding
-from symdyn.scene.values.quantity import PI, ZERO, Quantity, Vector, number
+from symdyn.scene.values.quantity import PI, ZERO, Quantity, Vector, express, number
 from symdyn.scene.values.value import value_of
 
 Step = tuple[str, Quantity]
@@ -63,3 +63,9 @@ def _negative(x: Quantity) -> bool:
     value = value_of(x, {})
     assert value is not None, "an axis is free of symbols"
     return value < 0
+
+
+def circular(op: Op, angle: Quantity) -> Quantity:
+    """Return sin or cos (the operation) of an angle, as a number where it is rational."""
+    value = express(folding.function(op, angle), Graph())
+    return number(value.value) if value.op is Op.CONSTANT else folding.function(op, angle)  # type: ignore[arg-type]
