@@ -114,8 +114,7 @@ def closed_form(scene: Scene) -> ClosedForm:
     """Return the closed forms of a scene.
 
     Raises:
-        DerivationError: a coordinate stands in a function or a denominator, so there is no trigonometric polynomial;
-            or there are more terms than anyone reads.
+        DerivationError: there is no trigonometric polynomial, or one with more terms than anyone reads.
     """
     for joint in scene.joints:
         if joint.velocities:

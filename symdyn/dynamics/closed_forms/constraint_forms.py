@@ -66,11 +66,7 @@ class ClosedConstraints:
 
 
 def closed_constraints(scene: Scene) -> ClosedConstraints:
-    """Return the rows of a closed scene.
-
-    Raises:
-        DerivationError: its loops cannot be assembled, so that nobody knows which rows are independent.
-    """
+    """Return the rows of a closed scene; DerivationError where nobody knows which are independent."""
     decisions = Workspace(scene).loops.decisions
     graph = Graph()
     for parameter in scene.parameters:

@@ -133,12 +133,9 @@ def _unsigned(node: Expr) -> tuple[bool, Expr]:
 
 
 def formulas(values: Sequence[Expr], digits: int) -> list[Form]:
-    """Return the values as formulas; zero is `Number(0)`.
+    """Return the values as formulas; zero is `Number(0)`. DerivationError where a root has no place in their ring.
 
     Numbers are exact, unless an angle among them has no exact sine (0.3 rad): then all are rounded to so many digits.
-
-    Raises:
-        DerivationError: a root has no place in that ring.
     """
     from symdyn.algebra.compact import Compactor
     from symdyn.algebra.trigonometric import TrigonometricRing
@@ -183,13 +180,7 @@ def base_parameters(scene: Scene) -> tuple[tuple[str, Expr], ...]:
 
 
 def base_parameter_forms(scene: Scene) -> tuple[tuple[str, Form], ...]:
-    """Return the base parameters as formulas to read, collected over the ring of closed forms.
-
-    Numbers are exact, unless an angle of the scene has no exact sine (0.3 rad): then they have 12 digits.
-
-    Raises:
-        DerivationError: a function in a formula has no place in that ring.
-    """
+    """Return the base parameters as `formulas` to read."""
     named = base_parameters(scene)
     forms = formulas([value for _, value in named], DIGITS)
     return tuple((name, form) for (name, _), form in zip(named, forms, strict=True) if form != ZERO)

@@ -156,15 +156,7 @@ class ClosedLoads:
 def closed_loads(
     scene: Scene, state: State, ring: TrigonometricRing, nodes: LoadNodes, found: Mapping[Expr, Polynomial]
 ) -> ClosedLoads:
-    """Return the closed forms of what acts on a scene.
-
-    Args:
-        scene: the mechanism.
-        state: its symbols on the ring's graph.
-        ring: where the polynomials live.
-        nodes: from `load_nodes` on that graph.
-        found: normal forms of `nodes.needed`.
-    """
+    """Return the closed forms of what acts on a scene; `found` are normal forms of `nodes.needed`."""
     squares = {strut: found[square] for strut, square in nodes.squares.items()}
     slopes = {e: tuple(ring.derivative(D, q) / 2 for q in state.q) for e, D in squares.items()}
     arms = []

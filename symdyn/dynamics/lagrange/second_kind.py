@@ -18,14 +18,7 @@ from dataclasses import dataclass
 from symdyn.dynamics.mechanism.directions import Directions, directions
 from symdyn.dynamics.mechanism.loads import elastic_energy, elastic_slopes, generalized_forces
 from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import (
-    State,
-    first_moment,
-    joint_motion,
-    joint_position,
-    state_symbols,
-    vector,
-)
+from symdyn.dynamics.mechanism.state import State, first_moment, joint_motion, joint_position, state_symbols, vector
 from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 from symdyn.scene import JOINTS, Body, Joint, Scene, express
 from symdyn.spatial import Mat, Transform, Vec, apply_transposed, cross, dot, spin, symmetric

@@ -116,12 +116,7 @@ def closed_position(
 def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers, Assembly]:
     """Return the mechanism with values of its free parameters, and a closed position.
 
-    Args:
-        make: values of free parameters; those that are not given are drawn until the loops close.
-        numbers: the mechanism without them.
-
-    Raises:
-        DerivationError: the loops cannot be closed.
+    Values that `make` does not give are drawn until the loops close; DerivationError where they never do.
     """
     scene, known = numbers.scene, dict(make or {})
     entries = [*numbers.constraints.residual, *(entry for row in numbers.constraints.G for entry in row)]

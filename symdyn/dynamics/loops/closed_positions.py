@@ -54,11 +54,7 @@ class _Unknown:
 
 
 def positions(w: Workspace) -> list[Expr]:
-    """Return q, shape (nq,), in terms of the independent coordinates.
-
-    Raises:
-        DerivationError: a loop is not of a kind that has a closed form here.
-    """
+    """Return q, shape (nq,), by independent coordinates; DerivationError where a loop has no closed form."""
     values: dict[Expr, Expr] = {}
     kept, labels = w.loops.decisions.kept, w.loops.recursive.labels
     by_name = {cut.owner: cut for cut in cuts(w.scene, w.graph) if cut.joint}
@@ -185,10 +181,7 @@ def _turned(a: Vec, angle: Expr, z: Vec) -> Vec:
 
 
 def _branch(w: Workspace, unknowns: Sequence[_Unknown], candidates: Sequence[tuple[Expr, ...]]) -> tuple[Expr, ...]:
-    """Return the candidate that is at the assembled position.
-
-    Neither is where what moves leaves the plane, by a slide along the normal or on a line that is oblique.
-    """
+    """Return the candidate that is at the assembled position; none is where what moves leaves the plane of the loop."""
     known = w.loops.values(w.loops.decisions.assembly.typical)
     there = np.array([known[w.loops.coordinates[one.velocity]] for one in unknowns])
     slides = np.array([one.slides for one in unknowns])

@@ -268,11 +268,7 @@ def _formulas(scene: Scene) -> list[tuple[str, Quantity]]:
 
 
 def _polarised(name: str, left: Quantity, scene: Scene, state: State, graph: Graph) -> Entry:
-    """Return a row of the scene: its entries are the formula at unit velocities.
-
-    Raises:
-        DerivationError: the formula is not linear in the velocities.
-    """
+    """Return a row of the scene, whose entries are the formula at unit velocities; it must be linear in them."""
     formula = express(left, graph)
     units = [{qd: graph.one if qd is one else graph.zero for qd in state.qd} for one in state.qd]
     entries = tuple(substitute([formula], unit)[0] for unit in units)

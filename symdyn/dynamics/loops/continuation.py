@@ -146,13 +146,7 @@ def declared_rates(numbers: Numbers) -> dict[int, float]:
 
 
 def fitting(numbers: Numbers, q: Array, rates: Mapping[int, float]) -> Array:
-    """Return velocities that the loops and rows allow at a closed position; see `consistent`.
-
-    Args:
-        numbers: the mechanism.
-        q: the position, shape (nq,).
-        rates: given velocities by index; rad/s or m/s.
-    """
+    """Return velocities that the loops and rows allow at q, given some by index, rad/s or m/s; see `consistent`."""
     scene, given = numbers.scene, list(rates)
     u = np.zeros(numbers.state.n)
     u[given] = list(rates.values())

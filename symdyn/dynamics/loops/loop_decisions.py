@@ -87,11 +87,7 @@ class LoopDecisions:
 
 
 def close(numbers: Numbers, closing: LoopChoices) -> tuple[LoopDecisions, Numbers]:
-    """Return the decisions about a scene's loops, and the mechanism with values of all parameters.
-
-    Raises:
-        DerivationError: the loops cannot be assembled, or the user's independent coordinates do not fit.
-    """
+    """Return the decisions about a scene's loops, and the mechanism with values of all parameters."""
     numbers, assembly = witness(dict(closing.parameters), numbers)
     return loop_decisions_at(numbers, assembly, closing), numbers
 
@@ -124,9 +120,7 @@ def loop_decisions_at(numbers: Numbers, assembly: Assembly, closing: LoopChoices
 def loose_rows(numbers: Numbers, assembly: Assembly) -> tuple[int, ...]:
     """Return the rows whose multipliers rigid bodies do not tell: those that a λ with Gᵀ λ = 0 changes somewhere.
 
-    Args:
-        numbers: the mechanism.
-        assembly: its positions; generic ones decide, since at a start a relation may leave a row out.
+    Generic positions decide, since at a start a relation may leave a row out.
     """
     loose = np.zeros(len(numbers.constraints.labels), dtype=bool)
     for q in map(np.array, (assembly.typical, *assembly.places)):
@@ -136,12 +130,9 @@ def loose_rows(numbers: Numbers, assembly: Assembly) -> tuple[int, ...]:
 
 
 def pivots(rows: Array, stages: Sequence[Sequence[int]], count: int) -> tuple[list[int], float]:
-    """Return `count` rows that are as independent as possible, and the smallest pivot over the largest.
+    """Return `count` rows, of shape (k, n), as independent as can be, and the smallest pivot over the largest.
 
-    Args:
-        rows: to choose from, shape (k, n).
-        stages: which ones to prefer; the next stage comes when a stage has only weak ones left.
-        count: how many.
+    The next stage of those to choose from comes when a stage has only weak ones left.
     """
     left = rows.copy()
     chosen: list[int] = []
@@ -177,12 +168,7 @@ def _partition(
 ) -> Partition:
     """Return the user's partition, or the one that conditioning chooses, driven velocities independent if they can.
 
-    Args:
-        numbers: the mechanism.
-        kept: its independent rows.
-        choices: the kept rows where the choice is made, and at generic positions; dimensionless, shape (m, n) each.
-        wanted: names of the independent coordinates or velocities; () for none.
-        length: the characteristic length, m.
+    The `choices` are the kept rows where it is made, and at generic positions; dimensionless, shape (m, n) each.
     """
     scene, n, m = numbers.scene, numbers.state.n, len(kept)
     if wanted:

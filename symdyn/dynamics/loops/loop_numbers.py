@@ -102,22 +102,14 @@ class Numbers:
         return values
 
     def value(self, quantity: Quantity) -> float:
-        """Return the value of a quantity in parameters.
-
-        Raises:
-            DerivationError: it has no real value with these parameters.
-        """
+        """Return the value of a quantity in parameters; DerivationError where it has none."""
         try:
             return float(evaluate([express(quantity, self.graph)], Floats(), self.parameters)[0])
         except (ArithmeticError, ValueError) as fault:
             raise DerivationError(f"{self.scene.name}: {quantity} has no real value with these parameters") from fault
 
     def at(self, entries: Sequence[Expr], q: Array, others: Mapping[Expr, float] | None = None) -> Array:
-        """Return the values of entries at q, and at values of other symbols.
-
-        Raises:
-            DerivationError: a formula has no real value there.
-        """
+        """Return the values of entries at q, and at values of other symbols; DerivationError where one has none."""
         values = self.parameters | dict(zip(self.state.q, q.tolist(), strict=True)) | dict(others or {})
         wanted = tuple(entries)
         order = self._orders.get(wanted) or self._orders.setdefault(wanted, reachable(wanted))

@@ -48,11 +48,7 @@ class LoopWorkspace:
 
     @property
     def decisions(self) -> LoopDecisions:
-        """Kept rows and partitions.
-
-        Raises:
-            DerivationError: the loops cannot be assembled.
-        """
+        """Kept rows and partitions; DerivationError where loops cannot be assembled, or a choice does not fit them."""
         return self._decided[0]
 
     def check(self) -> None:
@@ -71,11 +67,7 @@ class LoopWorkspace:
 
     @property
     def driven(self) -> Partition:
-        """The partition of inverse dynamics.
-
-        Raises:
-            DerivationError: the drives do not fit.
-        """
+        """The partition of inverse dynamics; DerivationError where the drives do not fit."""
         partition = self.decisions.driven
         if partition is None:
             raise DerivationError(f"{self.w.scene.name}: inverse dynamics is not unique: {self.decisions.fault}")

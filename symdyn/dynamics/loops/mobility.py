@@ -71,11 +71,7 @@ class Mobility:
 
 
 def mobility(scene: Scene, closing: LoopChoices = LoopChoices()) -> Mobility:  # noqa: B008  frozen
-    """Return the mobility of a scene with loops or rows.
-
-    Raises:
-        DerivationError: the loops cannot be assembled.
-    """
+    """Return the mobility of a scene with loops or rows; DerivationError where they cannot be assembled."""
     whole, assembly = witness(dict(closing.parameters), numbers_of(scene))
     held = whole.singular_angles(np.array(assembly.typical), held=True)
     numbers, seen = whole.plain, seen_plain(whole, assembly)
@@ -142,13 +138,7 @@ def _idle(numbers: Numbers, seen: Assembly, empty: Container[int]) -> list[str]:
 
 
 def idle_motions(numbers: Numbers, G: Array, q: Array) -> list[tuple[str, Array]]:
-    """Return the motions of bodies on loops while everything else and every drive rests: words, and velocities (nv,).
-
-    Args:
-        numbers: the mechanism.
-        G: the rows there, shape (rows, nv).
-        q: a closed position.
-    """
+    """Return motions of bodies on loops while all else and every drive rests: words, and velocities (nv,); G of q."""
     scene, jacobians = numbers.scene, _body_jacobians(numbers, q)
     on_loops = {name: None for joint in scene.loops for name in _between(numbers, joint)}
     driven = [k for k, drive in enumerate(scene.drives) if drive]

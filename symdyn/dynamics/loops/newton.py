@@ -91,11 +91,7 @@ def _rows_of_forces(numbers: Numbers) -> list[int]:
 
 
 def dimensionless(numbers: Numbers, q: Array, length: float) -> Array:
-    """Return G with rows that forbid velocities divided by a length, and columns of slides multiplied by it.
-
-    Raises:
-        DerivationError: its entries are beyond what doubles hold.
-    """
+    """Return G with rows that forbid velocities divided by a length, and columns of slides multiplied by it."""
     G, turns = numbers.jacobian(q), set(turns_of(numbers))
     G[_rows_of_forces(numbers)] /= length
     for k in range(numbers.state.n):
@@ -182,10 +178,7 @@ SHORTER = 6
 def generic_places(numbers: Numbers, q: Array, length: float) -> tuple[Array, ...]:
     """Return closed positions that are come to from a closed one along motions that the loops leave free.
 
-    Args:
-        numbers: the mechanism, without angles, which would hinder where they are singular.
-        q: a closed position.
-        length: the characteristic length, m.
+    The mechanism is the one without angles, which would hinder where they are singular.
     """
     return tuple(_wandered(numbers, q, length, seed) for seed in range(PLACES))
 

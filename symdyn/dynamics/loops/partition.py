@@ -95,10 +95,7 @@ def blocks(uses: Sequence[Sequence[int]]) -> list[Block]:
 
     Square ones are strongly connected rows of a perfect matching. Velocities that it leaves over, and all rows and
     velocities that can be matched in place of others because of them, are the overdetermined part of Dulmage and
-    Mendelsohn's decomposition.
-
-    Args:
-        uses: the velocities that each row uses.
+    Mendelsohn's decomposition. The pattern is the velocities that each row uses.
     """
     matched = _matching(uses)
     users: dict[int, list[int]] = {}

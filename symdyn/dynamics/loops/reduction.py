@@ -104,11 +104,7 @@ def reduction(G: Matrix, gamma: Sequence[Expr], partition: Partition, n: int, gr
 
 
 def accelerations(reduced: Reduction, M: Matrix, rest: Sequence[Expr]) -> list[Expr]:
-    """Return u̇, shape (nv,), for `rest` = τ - h - M s.
-
-    Raises:
-        DerivationError: nothing that an independent velocity moves has inertia.
-    """
+    """Return u̇, shape (nv,), for `rest` = τ - h - M s; DerivationError where what moves has no inertia."""
     if not reduced.independent:
         return list(reduced.s)
     chain = range(-1, len(reduced.independent))

@@ -26,11 +26,7 @@ SAME = Fraction(1, 10**60)
 
 
 def settle(nodes: Sequence[Expr]) -> list[Expr]:
-    """Return the nodes, hidden fractions replaced by what they are.
-
-    Raises:
-        DerivationError: a constant is no finite real number.
-    """
+    """Return the nodes, hidden fractions replaced by what they are."""
     hidden = [node for node in nodes if _is_compound(node) and not has_symbols(node)]
     if not hidden:
         return list(nodes)
@@ -44,7 +40,7 @@ def values_of(nodes: Sequence[Expr]) -> list[Fraction]:
     """Return the values of nodes without symbols, to 100 digits where they are no fractions.
 
     Raises:
-        DerivationError: a constant is no finite real number.
+        DerivationError: a constant is no finite real number; so of all in this file.
     """
     known = [rational(node) for node in nodes]
     if None not in known:
@@ -59,11 +55,7 @@ def values_of(nodes: Sequence[Expr]) -> list[Fraction]:
 
 
 def in_fractions(nodes: Sequence[Expr]) -> list[Expr]:
-    """Return the nodes with every constant as a fraction: those that are none are rounded.
-
-    Raises:
-        DerivationError: a constant is no finite real number.
-    """
+    """Return the nodes with every constant as a fraction: those that are none are rounded."""
     every = reachable(nodes)
     varying: set[Expr] = set()
     for node in every:
@@ -78,11 +70,7 @@ def in_fractions(nodes: Sequence[Expr]) -> list[Expr]:
 
 
 def turns_of(cosine: Expr, sine: Expr) -> Fraction | None:
-    """Return the angle with this cosine and sine, both numbers, in turns within ±1/2; None if it is no simple part.
-
-    Raises:
-        DerivationError: a constant is no finite real number.
-    """
+    """Return the angle with this cosine and sine, both numbers, in turns within ±1/2; None if it is no simple part."""
     context = _numbers().context
     c, s = (context.mpf(x.numerator) / x.denominator for x in values_of([cosine, sine]))
     turns = _fraction(context.atan2(s, c) / (2 * context.pi))

@@ -40,11 +40,7 @@ from symdyn.spatial import (
 
 
 def locate(scene: Scene, name: str, graph: Graph) -> tuple[str, Transform]:
-    """Return the body that carries the body or point called `name`, and its placement there.
-
-    Raises:
-        DerivationError: there is no such body or point.
-    """
+    """Return the body that carries the body or point called `name`, and its placement there."""
     for point in scene.points:
         if point.name == name:
             return point.body, placement(point.at, graph)
@@ -148,11 +144,7 @@ def acceleration(scene: Scene, tree: Tree, name: str, qd: Sequence[Expr], qdd: S
 
 
 def centre_of_mass(scene: Scene, name: str, graph: Graph) -> Vec:
-    """Return the centre of mass of a body in its own frame, m.
-
-    Raises:
-        DerivationError: the name is not a body's, or the body has no mass.
-    """
+    """Return the centre of mass of a body in its own frame, m; DerivationError where it is no body, or has no mass."""
     bodies = {body.name: body for body in scene.bodies}
     if name not in bodies:
         raise DerivationError(f"{scene.name}: there is no body {name!r}; there are {', '.join(bodies)}")
@@ -179,14 +171,7 @@ class TreeMotion:
 
 
 def body_motion(tree: Tree, qd: Sequence[Expr], qdd: Sequence[Expr], ground: Vec) -> list[TreeMotion]:
-    """Return the motion of every frame, the ground first.
-
-    Args:
-        tree: the mechanism.
-        qd: rates of the coordinates, shape (n,).
-        qdd: their accelerations, shape (n,).
-        ground: acceleration of the ground, m/s^2; -g puts gravity into every body at once.
-    """
+    """Return the motion of every frame, the ground first: its acceleration -g puts gravity into every body."""
     still = zero_vector(tree.graph)
     rate, acceleration = tree.rates(qd), tree.accelerations(qd, qdd)
     motion = [TreeMotion(still, still, ground)]

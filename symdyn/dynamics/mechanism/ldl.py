@@ -15,16 +15,10 @@ from symdyn.scene import Scene
 
 
 def solve(parent: Sequence[int], M: list[list[Expr]], b: Sequence[Expr]) -> list[Expr]:
-    """Return M⁻¹ b, shape (n,).
+    """Return M⁻¹ b, shape (n,), of a symmetric M, shape (n, n); Singular where a massless body ends a branch.
 
-    Args:
-        parent: parent[i] < i of the moving bodies 1..n, entry 0 unused; M[i-1][j-1] is zero unless one of i, j is
-            an ancestor of the other. A chain (0, 0, 1, 2, …) promises nothing.
-        M: symmetric matrix, shape (n, n).
-        b: right-hand side, shape (n,).
-
-    Raises:
-        Singular: a pivot is zero: a massless body ends a branch.
+    Of the moving bodies 1..n parent[i] < i, entry 0 unused: M[i-1][j-1] is zero unless one of i, j is an ancestor of
+    the other. A chain (0, 0, 1, 2, …) promises nothing.
     """
     n = len(b)
     H = [list(row) for row in M]

@@ -26,15 +26,10 @@ from symdyn.spatial import Transform, Vec, Wrench, dot, power, rotated, spin, su
 
 
 def pull(strut: Strut, square: Expr, rate: Expr) -> Expr:
-    """Return the force of a strut between two points over their distance, F / s, N/m.
+    """Return the force of a strut between points over their distance, F / s, N/m, by s² (m²) and the rate of s (m/s).
 
     What does not pull where the points meet may have a value there; what pulls has no direction. Points that never
-    part pull at nothing.
-
-    Args:
-        strut: between points.
-        square: s², m².
-        rate: of s, m/s; zero will do for what stores energy.
+    part pull at nothing. The rate may be zero for what stores energy.
     """
     law, graph = pull_of(strut), square.graph
     if square.is_zero:
@@ -64,11 +59,7 @@ def joint_resistance(joint: Joint, rate: Expr) -> Expr:
 
 
 def refuse_ideal_friction(scene: Scene) -> None:
-    """Raise where friction cannot be integrated: with an ideal sign it has no value at rest.
-
-    Raises:
-        DerivationError: a joint has dry friction without smoothing.
-    """
+    """Raise DerivationError where dry friction has no smoothing: at rest an ideal sign has no value to integrate."""
     ideal = [joint.name for joint in scene.joints if joint.dry is not None and rub_of(joint.dry).jumps(joint.dry)]
     if ideal:
         plural = "s" * (len(ideal) > 1)

@@ -70,17 +70,9 @@ def prescribed(scene: Scene, graph: Graph) -> Prescribed:
 def accelerations(
     given: Prescribed, parents: Sequence[int], M: list[list[Expr]], tau: Sequence[Expr], bias: Sequence[Expr]
 ) -> list[Expr]:
-    """Return u̇, shape (n,): prescribed where it is, else from M_ff u̇_f = τ_f - bias_f.
+    """Return u̇, shape (n,): prescribed where it is, else from M_ff u̇_f = τ_f - bias_f; Singular where M_ff is.
 
-    Args:
-        given: prescribed motions.
-        parents: tree of the free velocities for `solve`.
-        M: mass matrix of all velocities, shape (n, n).
-        tau: driving forces, shape (n,); those of prescribed velocities are not read.
-        bias: M u̇ + h for the prescribed accelerations alone, shape (n,).
-
-    Raises:
-        Singular: M_ff is.
+    The bias is M u̇ + h for the prescribed accelerations alone; `parents` is the tree of the free velocities.
     """
     free = given.free
     own = [[M[i][j] for j in free] for i in free]

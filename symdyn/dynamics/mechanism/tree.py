@@ -99,9 +99,7 @@ class Topology:
     def velocity_parents(self, kept: Sequence[int] | None = None) -> list[int]:
         """Return the tree of velocities 1..n for `ldl.solve`: that of the moves, or a chain where moves share.
 
-        Args:
-            kept: numbers from 0 of the velocities to solve for, ascending; each hangs on its nearest ancestor among
-                them. None keeps all.
+        Of `kept` velocities, ascending from 0, each hangs on its nearest ancestor among them.
         """
         parent = list(range(-1, self.n)) if self.coupled else list(self.parent)
         if kept is None:

@@ -27,26 +27,10 @@ from symdyn.dynamics.reactions.bivectors import Bivectors, exerted_on, known_biv
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.hinges import Hinge, drives, reactions_of, relative_twists
 from symdyn.dynamics.reactions.members import own_forces
-from symdyn.dynamics.reactions.ties import (
-    flattened,
-    independent_in_plane,
-    plane,
-    rows_of,
-    taken_wrenches,
-    undriven,
-)
+from symdyn.dynamics.reactions.ties import flattened, independent_in_plane, plane, rows_of, taken_wrenches, undriven
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
-from symdyn.spatial import (
-    Vec,
-    Wrench,
-    apply,
-    cross,
-    dot,
-    nothing,
-    plus,
-    times,
-)
+from symdyn.spatial import Vec, Wrench, apply, cross, dot, nothing, plus, times
 
 REACTION, DRIVE, COUPLING, ROW = "reaction", "drive", "coupling", "row"
 
@@ -229,11 +213,7 @@ def _axis(graph: Graph, k: int) -> Vec:
 
 
 def coordinate_normal(hanging: Hanging) -> int:
-    """Return which axis of all frames is the normal of the plane that a mechanism moves in: 0, 1 or 2.
-
-    Raises:
-        DerivationError: there is none.
-    """
+    """Return which axis of all frames, 0, 1 or 2, is the normal of the plane that a mechanism moves in."""
     for k in (2, 1, 0):
         n = _axis(hanging.graph, k)
         if all(_stays(hanging, hinge, n) for hinge in hanging.hinges):

@@ -89,13 +89,7 @@ class InNumbers:
         return acts, np.where(found > 0, found, 1.0)
 
     def missed(self, values: Mapping[Expr, float], R: Array, length: float) -> float:
-        """Return by how much reactions are no solution, whatever sizes the unknowns have, over the largest load.
-
-        Args:
-            values: of all symbols.
-            R: the reactions, row by row, shape (6 joints,).
-            length: a characteristic length, m.
-        """
+        """Return by how much reactions, shape (6 joints,), miss, whatever the unknowns, over the largest load."""
         A, b, T, still = self.matrices(values)
         _, scales = self.sizes(values, length)
         rows = _as_forces(len(b) + len(R), length)
@@ -150,12 +144,7 @@ def equations(system: Equilibrium) -> Rows:
 
 
 def wrench_rows(system: Equilibrium, R: Sequence[Expr]) -> Rows:
-    """Return rows which say that the unknowns are the reactions R of a tree's joints and those of loops.
-
-    Args:
-        system: from `equilibrium`.
-        R: as of the output `reactions`, row by row.
-    """
+    """Return rows which say that the unknowns are the output R = `reactions` of a tree's joints and those of loops."""
     hanging, last = system.hanging, len(system.unknowns)
     shown = (*hanging.joints, *hanging.loops)
     known = [x for hinge, wrench in zip(shown, elements(system), strict=False) for x in _entries(hinge, wrench)]

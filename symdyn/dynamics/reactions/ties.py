@@ -66,12 +66,7 @@ def ties(hanging: Hanging) -> list[Tie]:
 
 
 def all_ties(hanging: Hanging, whole: bool = False) -> list[Tie]:
-    """Return the unknowns of all loops, contacts and rows, in the order of the rows of G.
-
-    Args:
-        hanging: the mechanism.
-        whole: nothing across a plane is taken off.
-    """
+    """Return the unknowns of all loops, contacts and rows, in the order of G; `whole` with what goes across planes."""
     found: dict[str, list[Tie]] = {}
     for number, loop in enumerate(hanging.cuts):
         twists = relative_twists(loop, hanging.joints)
@@ -108,12 +103,8 @@ def rows_of(hanging: Hanging) -> list[Tie]:
 def sizes(hanging: Hanging, unknown: Sequence[Tie], forces: Sequence[Expr]) -> list[Expr]:
     """Return λ with Gᵀ λ = forces in the velocities without a drive, block by block.
 
-    Where these are more than the unknowns, the motion is one that the drives can give if their equations agree.
-
-    Args:
-        hanging: the mechanism.
-        unknown: from `ties`.
-        forces: what drives and loops must exert together, M u̇ + h of the tree, shape (nv,).
+    The forces are what drives and loops must exert together, M u̇ + h of the tree, shape (nv,). Where the equations are
+    more than the unknowns, the motion is one that the drives can give if they agree.
 
     Raises:
         DerivationError: these velocities do not determine λ.
@@ -140,13 +131,7 @@ def undriven(scene: Scene) -> list[int]:
 
 
 def taken_wrenches(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> tuple[Wrench, ...]:
-    """Return what a closing joint's wrenches are taken to be: without what goes across the plane, where it can be so.
-
-    Args:
-        hanging: the mechanism.
-        loop: the joint, or a contact.
-        twists: from `relative_twists`.
-    """
+    """Return what a closing joint's wrenches are taken to be: without what goes across the plane, where they can."""
     normal = plane(hanging, loop, twists)
     if normal is None or not loop.wrenches:
         return loop.wrenches

@@ -108,11 +108,7 @@ class Articulated:
 def aba(tree: LeanTree, qd: Sequence[Expr], tau: Sequence[Expr], acting: Sequence[Wrench] = ()) -> list[Expr]:
     """Return q̈ for the joint forces τ, shape (n,); rad/s^2 or m/s^2.
 
-    Args:
-        tree: the mechanism.
-        qd: joint velocities, shape (n,).
-        tau: forces at the joints, shape (n,).
-        acting: wrenches (f, n) from outside on the ground and every body, each in its frame; () for none.
+    Outside wrenches (f, n) act on the ground and every body, each in its frame.
 
     Raises:
         Singular: a joint has no inertia beyond it.

@@ -38,17 +38,15 @@ from symdyn.spatial import Vec, add, dot, zero_vector
 
 
 def crba(tree: LeanTree, leaping: bool = False, keeping: bool = False) -> list[list[Expr]]:
-    """Return the mass matrix M(q), so that K = q̇ᵀ M q̇ / 2.
+    """Return the mass matrix M(q), shape (n, n), symmetric, so that K = q̇ᵀ M q̇ / 2; kg m^2, kg m or kg.
+
+    It is positive definite unless a massless body ends a branch; entries of joints on different branches are zero.
 
     Args:
         tree: the mechanism.
         leaping: pass runs of parallel axes in one turn by the sum of their angles.
         keeping: add polar moments up where all axes beyond a joint are parallel to its own, in place of adding up
             the entries of a turned J.
-
-    Returns:
-        M, shape (n, n), symmetric; positive definite unless a massless body ends a branch; kg m^2, kg m or kg.
-        Entries of joints on different branches are zero.
     """
     C = list(tree.body)
     polar: list[Expr | None] = [body.J[0][0] + body.J[1][1] if keeping else None for body in C]

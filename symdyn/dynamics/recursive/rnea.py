@@ -46,17 +46,10 @@ def rnea(
     gravity: bool = True,
     acting: Sequence[Wrench] = (),
 ) -> list[Expr]:
-    """Return τ = M(q) q̈ + c(q, q̇) + g(q), less what acts on the bodies.
+    """Return τ = M(q) q̈ + c(q, q̇) + g(q) less what acts on the bodies; N m or N; positive accelerates.
 
-    Args:
-        tree: the mechanism; q enters through its links.
-        qd: joint velocities, shape (n,); pass zeros for what is not wanted, and its terms vanish from the graph.
-        qdd: joint accelerations, shape (n,).
-        gravity: whether g(q) is included.
-        acting: wrenches (f, n) from outside on the ground and every body, each in its frame; () for none.
-
-    Returns:
-        Driving torques (N m) and forces (N), shape (n,); positive accelerates the joint.
+    Zeros for q̇ or q̈ leave their terms out of the graph. Wrenches (f, n) from outside act on the ground and every body,
+    each in its frame.
     """
     still = zero_vector(tree.graph)
     rate, acceleration = tree.rates(qd), tree.accelerations(qd, qdd)
@@ -96,14 +89,9 @@ def moving(w: Vec, dw: Vec, a: Vec) -> LinkMotion:
 
 
 def turning(w: Vec, dz: Expr, a: Vec, column: Vec, ends: bool) -> LinkMotion:
-    """Return a motion with its U from U z: that gives ωy² and the other entries of ω̇ without a multiplication.
+    """Return a motion with its U from U z, the `column`: that gives ωy² and the rest of ω̇ without a multiplication.
 
-    Args:
-        w: angular velocity.
-        a: acceleration of the origin.
-        dz: last entry of ω̇.
-        column: U z.
-        ends: whether nobody needs the other entries of ω̇.
+    The last entry of ω̇ is dz; `ends` tells that nobody needs the others.
     """
     x, y, z = w
     xx, zz, xy, xz, yz = x * x, z * z, x * y, x * z, y * z

@@ -32,18 +32,7 @@ from symdyn.graph import Expr
 from symdyn.scene import Load, Place, Scene, Strut, express, pull_of, velocity_name
 from symdyn.scene.forces import elastic as struts
 from symdyn.scene.forces import resisting
-from symdyn.spatial import (
-    Transform,
-    Vec,
-    Wrench,
-    about,
-    add,
-    dot,
-    nothing,
-    rotated,
-    sub,
-    transpose,
-)
+from symdyn.spatial import Transform, Vec, Wrench, about, add, dot, nothing, rotated, sub, transpose
 
 
 @dataclass(frozen=True)

@@ -95,11 +95,7 @@ def followers(w: Workspace, loops: LinearLoops) -> dict[Expr, Expr]:
 
 
 def forward_dynamics(w: Workspace, loops: LinearLoops) -> list[Expr]:
-    """Return u̇, shape (nv,), in terms of the independent coordinates and velocities: no division by what may vanish.
-
-    Raises:
-        DerivationError: nothing that an independent velocity moves has inertia.
-    """
+    """Return u̇, shape (nv,), by independent coordinates and velocities: no division by what may vanish."""
     graph, n = w.graph, w.state.n
     T: list[dict[int, Expr]] = [{} for _ in range(n)]
     for j in loops.independent:

@@ -59,13 +59,7 @@ def joints_of(scene: Scene) -> tuple[str, ...]:
 
 
 def told(rows: Sequence[str], columns: Sequence[str], flags: Sequence[bool]) -> str:
-    """Return entries of a matrix by their labels, such as "fz, mx, my of A, B and C"; "" for none.
-
-    Args:
-        rows: labels of the rows.
-        columns: labels of the columns.
-        flags: which entries, row by row.
-    """
+    """Return the flagged entries of a matrix, row by row, such as "fz, mx, my of A, B and C"; "" for none."""
     groups: dict[tuple[str, ...], list[str]] = {}
     for k, row in enumerate(rows):
         here = flags[len(columns) * k : len(columns) * (k + 1)]

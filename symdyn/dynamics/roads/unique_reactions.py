@@ -30,13 +30,7 @@ from symdyn.dynamics.loops.loop_numbers import in_words, numbers_of
 from symdyn.dynamics.loops.newton import generic_places, lever_of, newton, seen_closed
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.reactions.bivectors import frames
-from symdyn.dynamics.reactions.dalembert import (
-    COUPLING,
-    DRIVE,
-    ROW,
-    Unknown,
-    equilibrium,
-)
+from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, ROW, Unknown, equilibrium
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.least import Flags, InNumbers
 from symdyn.dynamics.reactions.probes import Array
@@ -256,13 +250,7 @@ def unique_reactions(
 ) -> Flags:
     """Return which entries of `reactions` rigid bodies determine, shape (joints + loops, 6), [force; moment] by joint.
 
-    Args:
-        scene: the mechanism.
-        axes: "body", "joint" or "ground"; in other axes other entries are.
-        closing: what to choose about closed loops.
-
-    Raises:
-        DerivationError: the loops cannot be assembled.
+    In other `axes` ("body", "joint", "ground") other entries are; DerivationError where loops cannot be assembled.
     """
     count = len(scene.joints) + len(scene.loops)
     found = unique_entries(Workspace(scene, closing), axes) or (True,) * (6 * count)
@@ -270,15 +258,7 @@ def unique_reactions(
 
 
 def unique_entries(w: Workspace, axes: str = "body") -> tuple[bool, ...]:
-    """Return which entries of the reactions are unique, row by row; () where all are.
-
-    Args:
-        w: the workspace of the scene.
-        axes: as of `reactions`; in other axes other entries are.
-
-    Raises:
-        DerivationError: the loops cannot be assembled.
-    """
+    """Return which entries of the reactions in some axes are unique, row by row; () where all are."""
     if not w.hanging.cuts:
         return ()
     decisions, numbers = w.loops.decisions, w.loops.numbers
