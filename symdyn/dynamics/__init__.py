@@ -10,20 +10,18 @@ from typing import TYPE_CHECKING, Any
 
 from symdyn.dynamics.closed_forms.frames_and_parameters import base_parameters
 from symdyn.dynamics.loops.partition import LoopChoices
-from symdyn.dynamics.roads.available import LARGE, LARGEST, available, available_on, there, wanted_on
+from symdyn.dynamics.roads.available import LARGEST, available, available_on, there, wanted_on
 from symdyn.dynamics.roads.derive import derive, derive_one, expected, of_place, roads_of, row_of
 from symdyn.dynamics.roads.equations import Argument, Equations, Function
-from symdyn.dynamics.roads.output import Output, Own, Road, Unasked
+from symdyn.dynamics.roads.output import Output, Road, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS, coefficients
 from symdyn.dynamics.roads.workspace import Workspace
 
 if TYPE_CHECKING:
-    from symdyn.dynamics.loops.assembly import Assembly
     from symdyn.dynamics.loops.continuation import assemble, consistent, follow
     from symdyn.dynamics.roads.unique_reactions import reactions_at, unique_reactions
 
 _NUMERIC = {
-    "Assembly": "symdyn.dynamics.loops.assembly",
     "assemble": "symdyn.dynamics.loops.continuation",
     "consistent": "symdyn.dynamics.loops.continuation",
     "follow": "symdyn.dynamics.loops.continuation",
@@ -32,16 +30,13 @@ _NUMERIC = {
 }
 
 __all__ = [
-    "LARGE",
     "LARGEST",
     "OUTPUTS",
     "Argument",
-    "Assembly",
     "Equations",
     "Function",
     "LoopChoices",
     "Output",
-    "Own",
     "Road",
     "Unasked",
     "Workspace",

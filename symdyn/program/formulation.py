@@ -46,7 +46,7 @@ def formulate(
     """
     workspace = Workspace(scene, closing)
     if closing.independent:
-        workspace.loops.check()
+        _ = workspace.loops.decisions
     return Equations(scene, workspace.graph, choose(workspace, outputs, road), closing)
 
 

@@ -92,8 +92,24 @@ class ClosedForm:
         return closed_form, (self.scene,)  # polynomials of FLINT have no bytes to keep
 
     def form(self, *key: Any) -> Form:
-        """Return one coefficient as short as the ring can write it; key as in `closed["k_z", 0, 1]`."""
-        return coefficient_form(self, key)
+        """Return one coefficient as short as the ring can write it; P with springs; K as Σ k_z,ij q̇_i q̇_j / 2."""
+        if key[:1] == ("k_E",):
+            check_key(key, self.n)
+            return self.loads.elastic(self.compactor, key[1])
+        value = self[key]
+        if key[0] == "P":
+            return sum_of((self.compactor(value), self.loads.energy(self.compactor)))
+        if key[0] != "K":
+            return self.compactor(value)
+        terms = []
+        for i in range(self.n):
+            for j in range(i, self.n):
+                rates = [Symbol(str(self.state.qd[k].value)) for k in (i, j)]
+                speeds = [power_of(rates[0], 2)] if i == j else rates
+                form = self.compactor(self.M[i][j] / 2 if i == j else self.M[i][j])
+                if terms_of(form):
+                    terms.append(product_of((form, *speeds)))
+        return sum_of(terms)
 
     def sympy(self, *key: Any) -> Any:
         """Return one coefficient as a compact SymPy expression; key as in `closed["k_z", 0, 1]`.
@@ -133,7 +149,7 @@ def closed_form(scene: Scene) -> ClosedForm:
     massive = [
         (inertia, list(dict(moved_placements(scene, joint, graph)).items()))
         for joint, body in zip(scene.joints, scene.bodies, strict=True)
-        if not _is_nothing(inertia := body_inertia(body, graph))
+        if (inertia := body_inertia(body, graph)) != no_inertia(graph)
     ]
     massive += _balls(scene, graph)
     potential = _potential(scene, graph)
@@ -164,10 +180,6 @@ def closed_form(scene: Scene) -> ClosedForm:
 
 def _square(n: int) -> list[tuple[int, int]]:
     return [(i, j) for i in range(n) for j in range(n)]
-
-
-def _is_nothing(inertia: Inertia) -> bool:
-    return inertia == no_inertia(inertia.m.graph)
 
 
 def _rotors(scene: Scene, graph: Graph) -> list[tuple[int, Expr]]:
@@ -267,25 +279,3 @@ def coefficient_names(closed: ClosedForm) -> list[Key]:
     keys += [("k_D", i, j) for i in n for j in n]
     keys += [("k_G", i) for i in n]
     return [*keys, *(("k_E", i) for i in n if elastic(closed.scene))]
-
-
-def coefficient_form(closed: ClosedForm, key: Key) -> Form:
-    """Return one coefficient as short as the ring can write it; P with springs; K as Σ k_z,ij q̇_i q̇_j / 2."""
-    if key[:1] == ("k_E",):
-        check_key(key, closed.n)
-        return closed.loads.elastic(closed.compactor, key[1])
-    value = closed[key]
-    if key[0] == "P":
-        return sum_of((closed.compactor(value), closed.loads.energy(closed.compactor)))
-    if key[0] != "K":
-        return closed.compactor(value)
-    terms = []
-    for i in range(closed.n):
-        for j in range(i, closed.n):
-            rates = [Symbol(str(closed.state.qd[k].value)) for k in (i, j)]
-            speeds = [power_of(rates[0], 2)] if i == j else rates
-            share = closed.M[i][j] / 2 if i == j else closed.M[i][j]
-            form = closed.compactor(share)
-            if terms_of(form):
-                terms.append(product_of((form, *speeds)))
-    return sum_of(terms)

@@ -96,7 +96,8 @@ def closed_position(
     for fixed in attempts if not fault else ():
         q = newton(numbers, first, fixed)
         if not seen_closed(numbers, q) and not fixed:
-            q = _without_angles(numbers, first)
+            # where angles are singular they hold a body
+            q = numbers.turned_back(newton(numbers.plain, numbers.turned(first), ()), first)
         if seen_closed(numbers, q):
             if fixed != attempts[0]:
                 names = ", ".join(scene.velocities[k].removesuffix("_dot") for k in attempts[0])
@@ -139,12 +140,6 @@ def witness(make: Mapping[str, float] | None, numbers: Numbers) -> tuple[Numbers
     raise DerivationError(
         f"{last}; random values of {', '.join(missing)} were tried, {draw + 1} times: give values with which it closes"
     )
-
-
-def _without_angles(numbers: Numbers, q: Array) -> Array:
-    """Return where Newton's method ends that angles do not hinder: where they are singular, they hold a body."""
-    plain = numbers.plain
-    return numbers.turned_back(newton(plain, numbers.turned(q), ()), q)
 
 
 # What was found

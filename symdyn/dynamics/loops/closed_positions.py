@@ -103,6 +103,12 @@ def _way_round(w: Workspace, tree: Tree, cut: Cut, block: Block) -> tuple[list[_
     unknowns: list[_Unknown] = []
     ways = [T.p]
     normal: Vec | None = None
+
+    def step(T: Transform) -> Transform:
+        """Add a way to the last one; what is left is a turn."""
+        ways[-1] = add(ways[-1], T.p)
+        return Transform(T.R, still)
+
     T = Transform(T.R, still)
     for b, sense in walk:
         turns, slides = tree.S[b]
@@ -113,25 +119,18 @@ def _way_round(w: Workspace, tree: Tree, cut: Cut, block: Block) -> tuple[list[_
             if axis != normal and axis != neg(normal):
                 raise _none(w, f"the axes of the loop {cut.owner} are not written as parallel")
         if not any(k in block.velocities for k, _ in tree.A[b]):
-            step = tree.T[b].inverse() if sense < 0 else tree.T[b]
-            T = T @ step
-            ways[-1] = add(ways[-1], T.p)
-            T = Transform(T.R, still)
+            T = step(T @ (tree.T[b].inverse() if sense < 0 else tree.T[b]))
             continue
         if len(tree.A[b]) != 1 or tree.A[b][0][1] is not graph.one:
             raise _none(w, f"unknown joints of the loop {cut.owner} are coupled")
         is_slide = all(x.is_zero for x in turns)
         if sense > 0:  # the constant part, then the move itself is left out
-            T = T @ tree.base[b]
-            ways[-1] = add(ways[-1], T.p)
-            T = Transform(T.R, still)
+            T = step(T @ tree.base[b])
         axis = apply(T.R, slides if is_slide else turns)
         unknowns.append(_Unknown(tree.A[b][0][0], is_slide, sense, axis))
         ways.append(still)
         if sense < 0:
-            T = T @ tree.base[b].inverse()
-            ways[-1] = add(ways[-1], T.p)
-            T = Transform(T.R, still)
+            T = step(T @ tree.base[b].inverse())
     ways[-1] = add(ways[-1], apply(T.R, last.p))
     if len(unknowns) != 2 or normal is None or all(one.slides for one in unknowns):
         raise _none(w, f"the loop {cut.owner} has no two unknowns of which one turns")

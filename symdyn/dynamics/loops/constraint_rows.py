@@ -127,12 +127,8 @@ def recursive(scene: Scene, tree: Tree, state: State) -> Constraints:
 
 def _in_order(scene: Scene, entries: Sequence[Entry]) -> list[Entry]:
     """Return the entries in the order of the scene: loops, then rows."""
-    order = {owner: k for k, owner in enumerate(_owners(scene))}
-    return sorted(entries, key=lambda entry: order[entry[0].owner, entry[0].loop])
-
-
-def _owners(scene: Scene) -> list[tuple[str, bool]]:
-    return [(joint.name, True) for joint in scene.loops] + [(row.name, False) for row in scene.rows]
+    owners = [*((joint.name, True) for joint in scene.loops), *((row.name, False) for row in scene.rows)]
+    return sorted(entries, key=lambda entry: owners.index((entry[0].owner, entry[0].loop)))
 
 
 def _walk(tree: Tree, cut: Cut, u: Sequence[Expr]) -> _Relative:

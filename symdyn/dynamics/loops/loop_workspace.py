@@ -51,10 +51,6 @@ class LoopWorkspace:
         """Kept rows and partitions; DerivationError where loops cannot be assembled, or a choice does not fit them."""
         return self._decided[0]
 
-    def check(self) -> None:
-        """Raise DerivationError where the loops cannot be assembled, or the user's choice does not fit them."""
-        _ = self._decided
-
     @property
     def numbers(self) -> Numbers:
         """The mechanism in numbers, on a graph of its own, with values of all parameters."""

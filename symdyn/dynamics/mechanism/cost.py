@@ -5,7 +5,7 @@ A sine and a cosine of one angle count as one pair. Negations are free: a sign m
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 
 from symdyn.graph import Expr, Op, reachable
 
@@ -39,15 +39,22 @@ WEIGHTS = {"multiplications": 1, "additions": 1, "divisions": 4, "sincos": 20, "
 
 def cost(entries: Iterable[Expr], state: Collection[Expr]) -> int:
     """Return the price of `entries`; what depends on parameters alone is free."""
+    return sum(WEIGHTS[category] for category in operations(entries, state))
+
+
+def operations(entries: Iterable[Expr], state: Collection[Expr]) -> Iterator[str]:
+    """Yield the category of every operation that depends on the state; twice a number is an addition."""
     varying, angles = set(state), set[Expr]()
-    total = 0
     for node in reachable(entries):
         if node in varying or varying.isdisjoint(node.args):
             continue
         varying.add(node)
         category = CATEGORY[node.op]
-        if category and not (category == "sincos" and node.args[0] in angles):
-            total += WEIGHTS[category]
         if category == "sincos":
+            if node.args[0] in angles:
+                continue
             angles.add(node.args[0])
-    return total
+        elif node.op is Op.MUL and node.args[0].value == 2:
+            category = "additions"
+        if category:
+            yield category

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
@@ -219,7 +220,7 @@ def drives(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
         return tuple(S)
     one = hinge.graph.one
     columns = [solve(range(-1, n), gram, [one if i == k else zero for i in range(n)]) for k in range(n)]
-    return tuple(_combined(S, column) for column in columns)
+    return tuple(reduce(plus, map(times, column, S)) for column in columns)
 
 
 def reactions_of(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
@@ -235,19 +236,7 @@ def reactions_of(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:
     units, D = forces(*axes) + moments(*axes), drives(hinge, samples)
     numbers = samples.at([x for force, moment in D for x in (*force, *moment)], PLACES[0]).reshape(len(D), 6)
     taken, _ = pivots(numbers.T, [range(6)], len(D))
-    return tuple(_remainder(e, hinge, D) for k, e in enumerate(units) if k not in taken)
-
-
-def _remainder(e: Wrench, hinge: Hinge, D: tuple[Wrench, ...]) -> Wrench:
-    """Return e - D Sᵀ e."""
-    for twist, drive in zip(hinge.S, D, strict=True):
-        e = plus(e, times(-power(e, twist), drive))
-    return e
-
-
-def _combined(S: list[Wrench], shares: list[Expr]) -> Wrench:
-    """Return Σ share · S."""
-    total = times(shares[0], S[0])
-    for share, twist in zip(shares[1:], S[1:], strict=True):
-        total = plus(total, times(share, twist))
-    return total
+    left = [e for k, e in enumerate(units) if k not in taken]
+    for twist, drive in zip(hinge.S, D, strict=True):  # e - D Sᵀ e
+        left = [plus(e, times(-power(e, twist), drive)) for e in left]
+    return tuple(left)

@@ -131,13 +131,7 @@ Rows = list[dict[int, Expr]]
 
 def equations(system: Equilibrium) -> Rows:
     """Return the rows of A x = -b, entries by column, what is zero left out; -b is the column behind the unknowns."""
-    size = len(system.kept)
-    rows: Rows = [{} for _ in range(system.equations)]
-    for (j, u), (force, moment) in system.blocks.items():
-        entries = (*force, *moment)
-        for k, component in enumerate(system.kept):
-            if not entries[component].is_zero:
-                rows[size * j + k][u] = entries[component]
+    rows = [{u: entry for u, entry in enumerate(row) if not entry.is_zero} for row in system.matrix()]
     for row, right in zip(rows, system.right(), strict=True):
         row[len(system.unknowns)] = -right
     return rows

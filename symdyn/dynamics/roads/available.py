@@ -51,7 +51,7 @@ def wanted_on(workspace: Workspace) -> tuple[list[str], list[str]]:
     """
     scene, n = workspace.scene, workspace.state.n
     if workspace.closing.independent:
-        workspace.loops.check()  # a wrong choice is a mistake, not an output that the scene lacks
+        _ = workspace.loops.decisions  # a wrong choice is a mistake, not an output that the scene lacks
     wanted = [*expected(scene), *(one for point in scene.points for one in of_place(point.name))]
     left_out = []
     if n > LARGE:

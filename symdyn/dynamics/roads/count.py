@@ -9,13 +9,13 @@ work on q once for a configuration, and so on.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
 from dataclasses import dataclass
 
-from symdyn.dynamics.mechanism.cost import CATEGORY, WEIGHTS
+from symdyn.dynamics.mechanism.cost import CATEGORY, WEIGHTS, operations
 from symdyn.dynamics.roads.equations import Function
-from symdyn.graph import Expr, Op, reachable
-from symdyn.graph.ops import MUL, SYMBOL
+from symdyn.graph import Expr, reachable
+from symdyn.graph.ops import SYMBOL
 
 BINDING: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("params", ("params", "prepared")),
@@ -69,7 +69,7 @@ def count_by_binding(function: Function) -> dict[str, Counts]:
     """
     known = {symbol.value: _time(argument.name) for argument in function.arguments for symbol in argument.symbols}
     times: dict[Expr, int] = {}  # -1 for what has no symbol below it
-    tallies = [dict.fromkeys(Op, 0) for _ in BINDING]
+    tallies = [Counter[str]() for _ in BINDING]
     angles: set[Expr] = set()
     for node in reachable(function.entries):
         op = node.op
@@ -80,16 +80,12 @@ def count_by_binding(function: Function) -> dict[str, Counts]:
         for arg in node.args:
             time = max(time, times[arg])
         times[node] = time
-        if time >= 0 and not (CATEGORY[op] == "sincos" and node.args[0] in angles):
-            tallies[time][op] += 1
-            if CATEGORY[op] == "sincos":
+        category = CATEGORY[op]
+        if time >= 0 and category and not (category == "sincos" and node.args[0] in angles):
+            tallies[time][category] += 1
+            if category == "sincos":
                 angles.add(node.args[0])
-    return {name: _counts(tally) for (name, _), tally in zip(BINDING, tallies, strict=True)}
-
-
-def _counts(tally: Mapping[Op, int]) -> Counts:
-    """Return the counts of operations, by category."""
-    return Counts(**{name: sum(n for op, n in tally.items() if CATEGORY[op] == name) for name in WEIGHTS})
+    return {name: Counts(**tally) for (name, _), tally in zip(BINDING, tallies, strict=True)}
 
 
 def _time(argument: str) -> int:
@@ -102,18 +98,5 @@ def state_dependent_counts(function: Function) -> Counts:
 
     What depends on parameters alone is worked out once for a robot and left out. Twice a number is an addition.
     """
-    varying = {symbol for a in function.arguments if a.name not in BINDING[0][1] for symbol in a.symbols}
-    tally = dict.fromkeys(WEIGHTS, 0)
-    angles: set[Expr] = set()
-    for node in reachable(function.entries):
-        if node in varying or varying.isdisjoint(node.args):
-            continue
-        varying.add(node)
-        category = CATEGORY[node.op]
-        if category == "sincos":
-            angles.add(node.args[0])
-        elif node.op is MUL and node.args[0].value == 2:
-            tally["additions"] += 1
-        elif category:
-            tally[category] += 1
-    return Counts(**{**tally, "sincos": len(angles)})
+    state = {symbol for a in function.arguments if a.name not in BINDING[0][1] for symbol in a.symbols}
+    return Counts(**Counter(operations(function.entries, state)))

@@ -16,12 +16,13 @@ from symdyn.dynamics.mechanism.prescribed import TIME, has_motion
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.roads.equations import DRIVES, Equations, Function, arguments
 from symdyn.dynamics.roads.output import TREE_NAME, Output, Unasked
-from symdyn.dynamics.roads.outputs import OUTPUTS, has_springs
+from symdyn.dynamics.roads.outputs import OUTPUTS
 from symdyn.dynamics.roads.result_labels import told
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, growing, reachable
 from symdyn.scene import Scene
+from symdyn.scene.forces import elastic
 
 TREE_TEXT = "; of the spanning tree, as if nothing closed it"
 """What the name and the text of an output say, where loops close a scene and it is what the tree alone would have."""
@@ -113,7 +114,7 @@ def _chosen(workspace: Workspace, row: Output) -> str:
 
 def _terms(scene: Scene) -> dict[str, str]:
     """Return what springs and prescribed motions add to the texts of outputs."""
-    springs = has_springs(scene)
+    springs = elastic(scene)
     return {
         "pulls": " + k_E(q)" if springs else "",
         "less_pulls": " - k_E(q)" if springs else "",

@@ -19,13 +19,7 @@ from symdyn.dynamics.roads import tree_roads as roads
 from symdyn.dynamics.roads.closed_outputs import DRIVES_IN_LOOPS, FORWARD_IN_LOOPS, INVERSE_IN_LOOPS, OF_LOOPS
 from symdyn.dynamics.roads.output import FORCES, Output, Rates, Road, Unasked, by_differentiation, by_lagrange
 from symdyn.dynamics.roads.reaction_outputs import REACTIONS
-from symdyn.scene import Scene
 from symdyn.scene.forces import elastic
-
-
-def has_springs(scene: Scene) -> bool:
-    """Whether something in a scene stores energy by its position."""
-    return bool(elastic(scene))
 
 
 def _accelerations(n: int) -> list[Rates]:
@@ -84,7 +78,7 @@ _ELASTIC = Output(
         "recursive": Road(lambda w: w.elastic.forces),
         "lagrange": by_lagrange(lambda w: lagrange.elastic_forces(w.energy)),
     },
-    exists=has_springs,
+    exists=lambda scene: bool(elastic(scene)),
 )
 
 OUTPUTS: dict[str, Output] = {
@@ -95,7 +89,10 @@ OUTPUTS: dict[str, Output] = {
         VECTOR,
         FORCES,
         "own",
-        {"rnea": Road(roads.inverse), "lagrange": by_lagrange(lambda w: lagrange.driving_forces(w.energy))},
+        {
+            "rnea": Road(lambda w: w.forces(list(w.state.qdd))),
+            "lagrange": by_lagrange(lambda w: lagrange.driving_forces(w.energy)),
+        },
         own=INVERSE_IN_LOOPS,
         unasked=Unasked.AT_A_LOOK,
         lacks="told",
@@ -155,7 +152,7 @@ OUTPUTS: dict[str, Output] = {
         (labels.fixed("position", "velocity", "acceleration"), labels.prescribed),
         "rad or m, and per s, and per s^2",
         "same",
-        {"formula": Road(roads.motion)},
+        {"formula": Road(lambda w: [*w.prescribed.position, *w.prescribed.velocity, *w.prescribed.acceleration])},
         exists=has_motion,
     ),
     "coriolis_matrix": Output(
@@ -189,7 +186,10 @@ OUTPUTS: dict[str, Output] = {
         (),
         "J",
         "same",
-        {"rnea": Road(roads.kinetic), "lagrange": Road(lambda w: [w.energy.K])},
+        {
+            "rnea": Road(lambda w: [w.graph.total(p * u for p, u in zip(w.momentum, w.state.qd, strict=True)) / 2]),
+            "lagrange": Road(lambda w: [w.energy.K]),
+        },
     ),
     "potential_energy": Output(
         "potential energy P(q) = -sum m g.r, zero at the origin of the ground frame{stored}",

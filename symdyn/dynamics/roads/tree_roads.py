@@ -29,11 +29,6 @@ def _minus(a: list[Expr], b: list[Expr]) -> list[Expr]:
 # Recursive roads
 
 
-def inverse(w: Workspace) -> list[Expr]:
-    """Return τ by the recursive Newton-Euler algorithm."""
-    return w.forces(list(w.state.qdd))
-
-
 def forward_aba(w: Workspace) -> list[Expr]:
     """Return q̈ by the articulated-body algorithm."""
     given = zip(w.state.tau, w.pushes, w.elastic.forces, strict=True)
@@ -96,12 +91,6 @@ def quicker_gravity(w: Workspace) -> str:
     return "rnea" if w.state.n > LONGEST else "lagrange"
 
 
-def kinetic(w: Workspace) -> list[Expr]:
-    """Return K = p·q̇ / 2."""
-    total = w.graph.total(p * qd for p, qd in zip(w.momentum, w.state.qd, strict=True))
-    return [total / 2]
-
-
 def _unit(w: Workspace, *moving: int) -> list[Expr]:
     return [w.graph.one if i in moving else w.graph.zero for i in range(w.state.n)]
 
@@ -162,11 +151,6 @@ def drives_lagrange(w: Workspace) -> list[Expr]:
     moving = dict(zip(w.state.qdd, w.once(lagrange_forward), strict=True))
     forces = substitute(lagrange.driving_forces(w.energy), moving)
     return [forces[k] if k in w.prescribed.place else tau for k, tau in enumerate(w.state.tau)]
-
-
-def motion(w: Workspace) -> list[Expr]:
-    """Return positions, velocities and accelerations of prescribed motions."""
-    return [*w.prescribed.position, *w.prescribed.velocity, *w.prescribed.acceleration]
 
 
 def lagrange_velocity_forces(w: Workspace) -> list[Expr]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from symdyn.algebra.form import Form, Power, Symbol, form_of, product_of, signed_product, sum_of, terms_of
 from symdyn.dynamics import coefficients
-from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form, coefficient_form, coefficient_names
+from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form, coefficient_names
 from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, too_long
 from symdyn.dynamics.closed_forms.constraint_forms import ClosedRow, closed_constraints
 from symdyn.dynamics.roads.output import Rates
@@ -193,7 +193,7 @@ def printable(scene: Scene | ClosedForm, short: bool = False, digits: int | None
         return form if digits is None else rounded(form, digits)
 
     def write(key: Key) -> Form:
-        return spelled(coefficient_form(closed, key))
+        return spelled(closed.form(*key))
 
     keys = coefficient_names(closed)
     if (terms := sum(len(closed[key]) for key in keys if key[0] != "k_E")) > MOST_TERMS:
