@@ -24,7 +24,7 @@ from symdyn.graph import ARITY, FUNCTIONS, Op
 from symdyn.graph.differentiate import PARTIALS
 from symdyn.scene import FORCES, JOINTS
 from symdyn.scene.declaration.joint_table import freedoms
-from symdyn.scene.declaration.turning import turned
+from symdyn.scene.declaration.spanning import turned
 from symdyn.scene.values.table import Entry
 from symdyn.teach.languages import LANGUAGES
 

@@ -19,8 +19,7 @@ from symdyn.scene.declaration.declare import Declaration, assemble
 from symdyn.scene.forces import sections
 from symdyn.scene.values.model import Particle, Scene
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.python_values import Number, Placement, Three, entry
-from symdyn.scene.values.table import Entry, Faults, show
+from symdyn.scene.values.table import Entry, Faults, Number, Placement, Three, entry, show
 
 Inertia = Three | Sequence[Three] | Mapping[str, Number]
 

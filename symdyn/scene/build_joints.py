@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol, TypedDict, Unpack
 
-from symdyn.scene.values.python_values import Number, Placement, Three, entry
-from symdyn.scene.values.table import Entry
+from symdyn.scene.values.table import Entry, Number, Placement, Three, entry
 
 
 class JointKeys(TypedDict, total=False):

@@ -19,7 +19,7 @@ from symdyn.scene import FORCES, Place, Pull, Spring, lock, number, parse, read_
 from symdyn.scene.build import body, scene
 from symdyn.scene.build_joints import prismatic
 from symdyn.scene.forces.force_kind import ForceKind
-from symdyn.scene.values.python_values import entry
+from symdyn.scene.values.table import entry
 from symdyn.simulation import simulate
 from symdyn.teach import walkthrough
 from symdyn.teach.interactive.page import interactive_page

@@ -11,8 +11,7 @@ from symdyn.scene.declaration.body_table import read_body
 from symdyn.scene.declaration.dh import expand
 from symdyn.scene.declaration.joint_table import read_joints, read_loops
 from symdyn.scene.declaration.locking import lock, read_locks
-from symdyn.scene.declaration.spanning import span
-from symdyn.scene.declaration.turning import turned
+from symdyn.scene.declaration.spanning import span, turned
 from symdyn.scene.forces import read_elements
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.values.model import STANDARD_GRAVITY, Parameter, Point, Scene

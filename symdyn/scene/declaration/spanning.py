@@ -4,20 +4,23 @@ Joints whose children are as many bodies, all hanging on ground, are a tree as t
 those that say what a cut joint cannot (a drive that is asked for, a rotor, damping, ...) come before the others, few
 freedoms before many, those that a search breadth-first from ground meets first before those that close its rings, and
 declared order last; and each is kept unless it closes a loop with those before it (Kruskal 1956). A joint that then
-points towards ground is turned round (see `turning`), which leaves its coordinates what they were. A ball and the like
-cannot be turned round, since their velocities are measured in the child; they are cut instead.
+points towards ground is turned round, which leaves its coordinates what they were. A ball and the like cannot be turned
+round, since their velocities are measured in the child; they are cut instead.
+
+    pose of parent in child  =  tip⁻¹ · X(q)⁻¹ · origin⁻¹        X(q)⁻¹ is the same motion about the opposite axis
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from symdyn.scene.declaration.joint_table import freedoms, loop_keys
-from symdyn.scene.declaration.turning import turnable
 from symdyn.scene.forces import FORCES
 from symdyn.scene.forces.force_kind import Pull
-from symdyn.scene.values.model import GROUND
+from symdyn.scene.joints import JOINTS
+from symdyn.scene.joints.held_or_reversed import inverse
+from symdyn.scene.values.model import GROUND, Joint
 from symdyn.scene.values.names import listed, suggestion
 from symdyn.scene.values.table import Entry, Faults, plain, show
 
@@ -128,7 +131,7 @@ def _parents_first(edges: Sequence[_Edge]) -> list[_Edge]:
 
 def _chosen(edges: Sequence[_Edge], held: set[str], faults: Faults) -> Span:
     """Return the tree that the module's rules choose."""
-    met = _breadth_first(edges)
+    met = {edge.index: k for k, (_, edge) in enumerate(_walk(edges, GROUND))}
     order = sorted(
         edges,
         key=lambda e: (e.entry.name not in held and not _kept(e.entry), e.freedoms, met.get(e.index, len(edges))),
@@ -207,17 +210,15 @@ def _says(raw: object) -> bool:
     return any(map(_says, raw)) if isinstance(raw, (list, tuple)) else raw is not None and raw is not False
 
 
-def _breadth_first(edges: Sequence[_Edge]) -> dict[int, int]:
-    """Return the joints by which a search from ground meets bodies, each with the number of the meeting."""
-    met: dict[int, int] = {}
-    seen, queue = {GROUND}, [GROUND]
+def _walk(edges: Sequence[_Edge], start: str) -> Iterator[tuple[str, _Edge]]:
+    """Yield the joints by which a search breadth-first meets bodies, each with the body that it comes from."""
+    seen, queue = {start}, [start]
     for body in queue:
         for edge in edges:
             if body in (edge.parent, edge.child) and edge.other(body) not in seen:
                 seen.add(edge.other(body))
                 queue.append(edge.other(body))
-                met[edge.index] = len(met)
-    return met
+                yield body, edge
 
 
 def _forest(order: Sequence[_Edge]) -> list[_Edge]:
@@ -240,26 +241,14 @@ def _forest(order: Sequence[_Edge]) -> list[_Edge]:
 
 def _backwards(tree: Sequence[_Edge]) -> set[int]:
     """Return the joints of a tree whose child is the end nearer to ground."""
-    back: set[int] = set()
-    seen, queue = {GROUND}, [GROUND]
-    for body in queue:
-        for edge in tree:
-            if body in (edge.parent, edge.child) and edge.other(body) not in seen:
-                seen.add(edge.other(body))
-                queue.append(edge.other(body))
-                back |= {edge.index} if edge.child == body else set()
-    return back
+    return {edge.index for body, edge in _walk(tree, GROUND) if edge.child == body}
 
 
 def _ring(tree: Sequence[_Edge], closing: _Edge) -> list[str]:
     """Return the joints of the loop that one more joint closes in a tree, that joint last."""
     path: dict[str, list[str]] = {closing.parent: []}
-    queue = [closing.parent]
-    for body in queue:
-        for edge in tree:
-            if body in (edge.parent, edge.child) and edge.other(body) not in path:
-                path[edge.other(body)] = [*path[body], edge.entry.name]
-                queue.append(edge.other(body))
+    for body, edge in _walk(tree, closing.parent):
+        path[edge.other(body)] = [*path[body], edge.entry.name]
     return [*path.get(closing.child, []), closing.entry.name]
 
 
@@ -278,7 +267,22 @@ def _span(edges: Sequence[_Edge], tree: Sequence[_Edge], back: set[int]) -> Span
 def _note_turned(tree: Sequence[_Edge], back: set[int], faults: Faults) -> None:
     for edge in tree:
         if edge.index in back:
-            what = (
-                f"is turned round: {show(edge.child)} carries {show(edge.parent)}; its coordinates stay what they are"
-            )
-            faults.note(edge.entry.where, what)
+            way = f"{show(edge.child)} carries {show(edge.parent)}; its coordinates stay what they are"
+            faults.note(edge.entry.where, f"is turned round: {way}")
+
+
+def turnable(kind: str) -> bool:
+    """Tell whether joints of a type can be turned round; a type that is none stands for a revolute joint."""
+    return kind not in JOINTS or JOINTS[kind].turned is not None
+
+
+def turned(joint: Joint) -> Joint:
+    """Return a joint from its child to its parent, coordinates and velocities unchanged; its type must be turnable.
+
+    Of one that is not, a fault of the scene by then, only the frames are swapped.
+    """
+    frames = replace(
+        joint, parent=joint.child, child=joint.parent, origin=inverse(joint.tip), tip=inverse(joint.origin)
+    )
+    turn = JOINTS[joint.type].turned
+    return turn(frames) if turn else frames

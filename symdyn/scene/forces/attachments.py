@@ -16,7 +16,7 @@ from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import NULL, Quantity, Vector
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import Table, plain, show
-from symdyn.scene.values.translation import translation
+from symdyn.scene.values.turns import translation
 
 End = str | Place | Mapping[str, object]
 """What a user writes for an end in Python."""

@@ -8,10 +8,9 @@ from symdyn.scene.forces.force_kind import ForceKind, Push
 from symdyn.scene.values.element import Load
 from symdyn.scene.values.key import TIME, Key, Stand, choice
 from symdyn.scene.values.model import GROUND
-from symdyn.scene.values.python_values import Three, entry
 from symdyn.scene.values.quantity import NULL, Vector, express
 from symdyn.scene.values.spelling import spell
-from symdyn.scene.values.table import Entry, Table
+from symdyn.scene.values.table import Entry, Table, Three, entry
 from symdyn.spatial import Vec, Wrench
 
 

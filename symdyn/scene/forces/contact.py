@@ -24,10 +24,9 @@ from symdyn.scene.joints.blocks import unit
 from symdyn.scene.joints.forbidden import forces
 from symdyn.scene.values.element import Contact, Plane
 from symdyn.scene.values.key import Key, always_said
-from symdyn.scene.values.python_values import Number, Three, entry
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Vector, express
 from symdyn.scene.values.spelling import spell
-from symdyn.scene.values.table import Entry, Table, plain, show
+from symdyn.scene.values.table import Entry, Number, Table, Three, entry, plain, show
 from symdyn.spatial import Transform, Vec, Wrench, apply, cross, dot, scale, sub
 
 ACROSS: Vector = (ZERO, ONE, ZERO)

@@ -10,10 +10,9 @@ from symdyn.scene.forces.force_kind import Forbid, ForceKind
 from symdyn.scene.values.element import Row
 from symdyn.scene.values.folding import FormulaError, add, div, mul, neg, sub
 from symdyn.scene.values.key import MOTION, Key, Stand, always_said
-from symdyn.scene.values.python_values import entry
 from symdyn.scene.values.quantity import ONE, ZERO, Quantity, express
 from symdyn.scene.values.spelling import spell
-from symdyn.scene.values.table import Entry, Table, shown
+from symdyn.scene.values.table import Entry, Table, entry, shown
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from symdyn.graph import Op
 from symdyn.scene.values import folding
 from symdyn.scene.values.model import Body
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector, number
-from symdyn.scene.values.turns import Step, quarter_turns
+from symdyn.scene.values.turns import Step, cosine_and_sine
 
 INERTIAL = ("XX", "XY", "XZ", "YY", "YZ", "ZZ", "MX", "MY", "MZ", "M")
 
@@ -89,11 +88,7 @@ def _turned(axis: int, angle: Quantity, moment: Vector, inertia: Matrix) -> tupl
 
 
 def _rotation(axis: int, angle: Quantity) -> Matrix:
-    quarters = quarter_turns(angle)
-    if quarters is None:
-        c, s = folding.function(Op.COS, angle), folding.function(Op.SIN, angle)
-    else:
-        c, s = number((1, 0, -1, 0)[quarters]), number((0, 1, 0, -1)[quarters])
+    c, s = cosine_and_sine(angle)
     j, k = (axis + 1) % 3, (axis + 2) % 3
     matrix = [[ONE if a == b else ZERO for b in range(3)] for a in range(3)]
     matrix[j][j], matrix[j][k], matrix[k][j], matrix[k][k] = c, folding.neg(s), s, c

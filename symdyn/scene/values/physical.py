@@ -7,7 +7,6 @@ sum of the other two (Wensing, Kim & Slotine 2018). Principal minors decide it, 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import combinations
@@ -91,7 +90,9 @@ def impossible(matrix: Matrix) -> str | None:
     if _semidefinite(scaled) and _semidefinite(moments):
         return None
     if any(matrix[i][j] for i, j in combinations(range(3), 2)):
-        small, middle, large = sorted(_principal(matrix))
+        import numpy as np
+
+        small, middle, large = np.linalg.eigvalsh(np.array(matrix, dtype=float)).tolist()
         names, kind = ("I1", "I2", "I3"), "principal moments"
     else:
         ordered = sorted(range(3), key=lambda k: matrix[k][k])
@@ -123,23 +124,6 @@ def _semidefinite(m: Matrix) -> bool:
     )
     minors = [m[i][i] * m[j][j] - m[i][j] * m[i][j] for i, j in combinations(range(3), 2)]
     return all(minor >= -slack for minor in (m[0][0], m[1][1], m[2][2], *minors, determinant))
-
-
-def _principal(m: Matrix) -> tuple[float, float, float]:
-    """Return the eigenvalues of a symmetric matrix (Smith 1961), for messages."""
-    a = [[float(x) for x in row] for row in m]
-    mean = (a[0][0] + a[1][1] + a[2][2]) / 3
-    shifted = [[a[i][j] - (mean if i == j else 0.0) for j in range(3)] for i in range(3)]
-    spread = math.sqrt(sum(x * x for row in shifted for x in row) / 6)
-    b = [[x / spread for x in row] for row in shifted]
-    half_determinant = (
-        b[0][0] * (b[1][1] * b[2][2] - b[1][2] ** 2)
-        - b[0][1] * (b[0][1] * b[2][2] - b[1][2] * b[0][2])
-        + b[0][2] * (b[0][1] * b[1][2] - b[1][1] * b[0][2])
-    ) / 2
-    angle = math.acos(min(1.0, max(-1.0, half_determinant))) / 3
-    first, last = (mean + 2 * spread * math.cos(angle + turn) for turn in (0.0, 2 * math.pi / 3))
-    return first, 3 * mean - first - last, last
 
 
 def _first_moment(body: Body, values: Mapping[str, Value]) -> list[Value] | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import TypeVar
 
@@ -256,3 +257,17 @@ def pose(value: object) -> Pose:
 def compose(*steps: tuple[str, Quantity]) -> Pose:
     """Return the product of elementary motions, without those that do nothing."""
     return Pose(tuple(step for step in steps if step[1] != ZERO))
+
+
+# In Python
+
+Number = int | float | Fraction | str | Quantity
+Three = Sequence[Number]
+Placement = Pose | Mapping[str, Three] | Sequence[object]
+"""What a user writes in Python wherever a scene wants a number, a direction or a placement."""
+
+
+def entry(kind: str, name: str, **table: object) -> Entry:
+    """Return a table of what was given; what is None or at its default was not."""
+    given = {key: value for key, value in table.items() if value is not None}
+    return Entry(str(name), given, f"{kind}.{name}")

@@ -1,4 +1,4 @@
-"""Turns: which multiples of π an angle is, and the rotation that brings the z axis to a direction."""
+"""Turns: which multiples of π an angle is, what brings the z axis to a direction, and where a placement leads."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from fractions import Fraction
 
 from symdyn.graph import Graph, Op
 from symdyn.scene.values import folding
-from symdyn.scene.values.quantity import PI, ZERO, Quantity, Vector, express, number
+from symdyn.scene.values.model import Pose
+from symdyn.scene.values.quantity import NULL, PI, ZERO, Quantity, Vector, express, number
 from symdyn.scene.values.value import value_of
 
 Step = tuple[str, Quantity]
@@ -69,3 +70,30 @@ def circular(op: Op, angle: Quantity) -> Quantity:
     """Return sin or cos (the operation) of an angle, as a number where it is rational."""
     value = express(folding.function(op, angle), Graph())
     return number(value.value) if value.op is Op.CONSTANT else folding.function(op, angle)  # type: ignore[arg-type]
+
+
+def cosine_and_sine(angle: Quantity) -> tuple[Quantity, Quantity]:
+    """Return cosine and sine of an angle, whole numbers at right angles."""
+    k = quarter_turns(angle)
+    if k is None:
+        return folding.function(Op.COS, angle), folding.function(Op.SIN, angle)
+    return number((1, 0, -1, 0)[k]), number((0, 1, 0, -1)[k])
+
+
+def translation(pose: Pose) -> Vector:
+    """Return where a placement puts the origin, m."""
+    r = list(NULL)
+    for kind, amount in reversed(pose.steps):
+        k = "xyz".index(kind[1])
+        if kind[0] == "T":
+            r[k] = folding.add(r[k], amount)
+            continue
+        i, j = (k + 1) % 3, (k + 2) % 3
+        if r[i] == r[j] == ZERO:
+            continue
+        c, s = cosine_and_sine(amount)
+        r[i], r[j] = (
+            folding.add(folding.mul(c, r[i]), folding.neg(folding.mul(s, r[j]))),
+            folding.add(folding.mul(s, r[i]), folding.mul(c, r[j])),
+        )
+    return (r[0], r[1], r[2])
