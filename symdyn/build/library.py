@@ -138,24 +138,18 @@ def _compile_aside(files: Mapping[str, str], compiler: Compiler, library: Path, 
         BuildError: it cannot be compiled.
         OSError: it cannot be written, or the compiler had no room to.
     """
-    try:
-        _compile_sealed(files, compiler, library, patience, kind)
-    except BuildError as fault:
-        if shutil.disk_usage(library.parent).free < ROOM:
-            raise OSError(ENOSPC, os.strerror(ENOSPC)) from fault
-        raise
-
-
-def _compile_sealed(files: Mapping[str, str], compiler: Compiler, library: Path, patience: float, kind: Kind) -> None:
     with folder_aside(library.parent) as folder:
         for name, text in files.items():
             (folder / name).write_text(text, encoding="utf-8")
         fresh = folder / library.name
         parts = [folder / name for name in files if name.endswith(".c")]
-        if len(parts) > 1:
-            parts = _compile_parts(compiler, parts, patience, kind)
-        first, *others = parts
-        compile_library(compiler, first, fresh, patience, (*map(str, others), *kind.words))
+        try:
+            first, *others = _compile_parts(compiler, parts, patience, kind) if len(parts) > 1 else parts
+            compile_library(compiler, first, fresh, patience, (*map(str, others), *kind.words))
+        except BuildError as fault:
+            if shutil.disk_usage(library.parent).free < ROOM:
+                raise OSError(ENOSPC, os.strerror(ENOSPC)) from fault
+            raise
         seal(fresh)
         os.replace(fresh, library)
 

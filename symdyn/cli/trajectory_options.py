@@ -16,7 +16,7 @@ from symdyn.simulation import Trajectory
 from symdyn.simulation.plot import check_plot, plot
 from symdyn.simulation.prescribed.formulas_in_time import close, words
 from symdyn.simulation.reaction_columns import axes_of
-from symdyn.simulation.record import check_film, csv_text, film, record, writer_for
+from symdyn.simulation.record import check_film, check_record, csv_text, film, record
 
 
 def add_output_options(verb: argparse.ArgumentParser) -> None:
@@ -54,7 +54,7 @@ def collected(*parts: Callable[[], object]) -> tuple[object, ...]:
     return tuple(found)
 
 
-OUTPUTS = {"output": (writer_for, record), "plot": (check_plot, plot), "animate": (check_film, film)}
+OUTPUTS = {"output": (check_record, record), "plot": (check_plot, plot), "animate": (check_film, film)}
 """Options that name a file: what raises SimulateError where it cannot be one, and what writes a trajectory there."""
 
 

@@ -1,6 +1,6 @@
 """The expression graph: operations, hash-consed nodes, evaluation, differentiation. Knows no mechanics."""
 
-from symdyn.graph.differentiate import gradient, substitute, tangents
+from symdyn.graph.differentiate import copy_node, gradient, substitute, tangents
 from symdyn.graph.evaluate import Algebra, Arithmetic, arithmetic, evaluate, reachable
 from symdyn.graph.expression import Expr, Graph, Scalar
 from symdyn.graph.growing import growing
@@ -18,6 +18,7 @@ __all__ = [
     "Op",
     "Scalar",
     "arithmetic",
+    "copy_node",
     "evaluate",
     "gradient",
     "growing",

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from symdyn.graph.evaluate import arithmetic, reachable
+from symdyn.graph.evaluate import reachable
 from symdyn.graph.expression import Expr, Graph
-from symdyn.graph.ops import Op
+from symdyn.graph.ops import ADD, CONSTANT, DIV, MUL, NEG, PI, SUB, SYMBOL, Op
 
 Partials = Callable[..., tuple[Expr, ...]]
 
@@ -84,6 +84,26 @@ def gradient(output: Expr, inputs: Sequence[Expr]) -> list[Expr]:
     return [adjoint.get(node, graph.zero) for node in inputs]
 
 
+def copy_node(node: Expr, args: Sequence[Expr], graph: Graph) -> Expr:
+    """Return the operation of `node` on `graph`, with other operands; it simplifies as at birth."""
+    op = node.op
+    if op is MUL:
+        return graph.mul(*args)
+    if op is ADD:
+        return graph.add(*args)
+    if op is SUB:
+        return graph.sub(*args)
+    if op is NEG:
+        return graph.neg(*args)
+    if op is DIV:
+        return graph.div(*args)
+    if op is CONSTANT:
+        return graph.constant(node.value)  # type: ignore[arg-type]
+    if op is SYMBOL:
+        return graph.symbol(str(node.value))
+    return graph.pi if op is PI else graph.function(op, *args)
+
+
 def substitute(outputs: Sequence[Expr], values: Mapping[Expr, Expr], graph: Graph | None = None) -> list[Expr]:
     """Return `outputs` with nodes replaced by others, rebuilt (and simplified at birth) in `graph`.
 
@@ -95,7 +115,6 @@ def substitute(outputs: Sequence[Expr], values: Mapping[Expr, Expr], graph: Grap
     if not outputs:
         return []
     target = graph or outputs[0].graph
-    apply = arithmetic(target)
     known: dict[Expr, Expr] = {}
     for node in reachable(outputs):
         args = [known[arg] for arg in node.args]
@@ -103,14 +122,6 @@ def substitute(outputs: Sequence[Expr], values: Mapping[Expr, Expr], graph: Grap
             known[node] = values[node]
         elif target is node.graph and all(new is old for new, old in zip(args, node.args, strict=True)):
             known[node] = node
-        elif node.op in apply:
-            known[node] = apply[node.op](*args)
-        elif node.op is Op.CONSTANT:
-            known[node] = target.constant(node.value)  # type: ignore[arg-type]
-        elif node.op is Op.PI:
-            known[node] = target.pi
-        elif node.op is Op.SYMBOL:
-            known[node] = target.symbol(str(node.value))
         else:
-            known[node] = target.function(node.op, *args)
+            known[node] = copy_node(node, args, target)
     return [known[node] for node in outputs]

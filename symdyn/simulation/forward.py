@@ -15,16 +15,15 @@ from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.equations.compiled_routines import point_names
 from symdyn.simulation.equations.crossings import passed
-from symdyn.simulation.equations.opened import numbers_at
 from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.initial import Start, no_equations, read_start, singular
+from symdyn.simulation.initial import Start, read_start, singular
 from symdyn.simulation.integrate import METHODS, Hit, Problem
 from symdyn.simulation.integrator import Choice, choose
 from symdyn.simulation.monitors import needed, observe
 from symdyn.simulation.prescribed.forces import Forces, held, read_forces
-from symdyn.simulation.prescribed.formulas_in_time import TIME, close, parameter_values, read_formula
+from symdyn.simulation.prescribed.formulas_in_time import TIME, close, noted, parameter_values, read_formula
 from symdyn.simulation.prescribed.numbers_in_time import sample_times
 from symdyn.simulation.reaction_columns import axes_of, reaction_columns
 from symdyn.simulation.run import STOPPED, Run, integrated
@@ -93,8 +92,13 @@ def simulate(
     """
     scene = bind(scene, values) if values else scene
     forces = forces if isinstance(forces, Forces) else read_forces(scene, forces)
-    formulas = (*stops, *reports)
-    zeros, times, initial = _checked(scene, until, every, rtol, atol, formulas, method, start, start_rates, reactions)
+    formulas, faults = (*stops, *reports), Faults("")
+    with noted(faults):
+        initial = read_start(scene, start, start_rates)
+    with noted(faults):
+        zeros, times = check_run(scene, until, every, rtol, atol, formulas, method, reactions)
+    faults.lines[:] = dict.fromkeys(faults.lines)
+    close(faults)
     system = state_equations(scene, forces, zeros, initial.q if isinstance(start, Start) else None)
     notes = (*initial.notes, *held(scene, forces, until), *system.notes)
     for note in notes:
@@ -145,39 +149,6 @@ def simulate(
     if say is None and not found.complete and stopped != INTERRUPTED:
         warnings.warn(f"{scene.name}: {stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)
     return found
-
-
-def _checked(
-    scene: Scene,
-    until: float,
-    every: float | None,
-    rtol: float | None,
-    atol: float | None,
-    formulas: Sequence[str],
-    method: str | None,
-    start: Mapping[str, str] | Start | None,
-    start_rates: Mapping[str, str] | None,
-    reactions: bool | str,
-) -> tuple[tuple[Quantity, ...], Array, Start]:
-    """Return formulas of events, times of samples and the start; all faults together."""
-    faults: list[str] = []
-    initial = None
-    try:
-        if isinstance(start, Start):
-            no_equations(numbers_at(scene), start.q)
-            initial = start
-        else:
-            initial = read_start(scene, start, start_rates)
-    except SimulateError as error:
-        faults += error.faults
-    try:
-        events, times = check_run(scene, until, every, rtol, atol, formulas, method, reactions)
-    except SimulateError as error:
-        faults += error.faults
-    if faults:
-        raise SimulateError(tuple(dict.fromkeys(faults)))
-    assert initial is not None, "without faults there is a start"
-    return events, times, initial
 
 
 def check_run(

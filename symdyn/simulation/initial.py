@@ -44,17 +44,22 @@ class Start:
     notes: tuple[str, ...] = ()
 
 
-def read_start(scene: Scene, start: Mapping[str, str] | None = None, rates: Mapping[str, str] | None = None) -> Start:
+def read_start(
+    scene: Scene, start: Mapping[str, str] | Start | None = None, rates: Mapping[str, str] | None = None
+) -> Start:
     """Return the state at t = 0, consistent with loops and prescribed motions.
 
     Args:
         scene: the mechanism, its parameters bound.
-        start: formulas in parameters by coordinate, in place of what the scene says.
+        start: formulas in parameters by coordinate, in place of what the scene says; or a whole state, which stays.
         rates: likewise by velocity, or by coordinate where the velocity is its rate.
 
     Raises:
         SimulateError: with every fault, one line each; also where angles are singular there, or a wheel lies flat.
     """
+    if isinstance(start, Start):
+        no_equations(numbers_at(scene), start.q)
+        return start
     values = parameter_values(scene)
     faults = Faults("")
     q = np.array([number_of(x, values, "start", faults) or 0.0 for x in starting_position(scene)])

@@ -7,7 +7,7 @@ import importlib.util
 import io
 import sys
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
@@ -54,11 +54,7 @@ def plot(trajectory: Trajectory, path: Path) -> None:
     check_plot(path)
     kind = path.suffix.lower()
     picture = draw(trajectory, "png" if kind == ".png" else "svg")
-    write_whole(path, lambda file: _write(file, _page(trajectory, picture) if kind == ".html" else picture))
-
-
-def _write(file: IO[bytes], data: bytes) -> None:
-    file.write(data)
+    write_whole(path, _page(trajectory, picture) if kind == ".html" else picture)
 
 
 def panels(trajectory: Trajectory) -> list[tuple[str, list[tuple[str, Array]]]]:
@@ -126,7 +122,7 @@ def _matplotlib() -> Any:
     return sys.modules["matplotlib"]
 
 
-def _page(trajectory: Trajectory, svg: bytes) -> bytes:
+def _page(trajectory: Trajectory, svg: bytes) -> str:
     """Return a page that shows the plot and what is known of the run, without anything from elsewhere."""
     picture = svg.decode()
     picture = picture[picture.index("<svg") :]
@@ -141,4 +137,4 @@ def _page(trajectory: Trajectory, svg: bytes) -> bytes:
     facts += [(f"event {event.formula}", f"t = {event.t!r} s") for event in trajectory.events]
     safe = [(in_html(name), in_html(text)) for name, text in facts]
     title = in_html(trajectory.scene.name)
-    return render("plot/page.html.jinja", {"title": title, "picture": picture, "facts": safe}).encode()
+    return render("plot/page.html.jinja", {"title": title, "picture": picture, "facts": safe})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
@@ -47,53 +48,34 @@ def about(trajectory: Trajectory) -> dict[str, Any]:
     }
 
 
+WRITERS: Mapping[str, Callable[[Trajectory], files.Contents]] = {
+    ".csv": csv_text,
+    ".npz": lambda trajectory: partial(write_npz, trajectory),
+}
+
+FILMS: Mapping[str, Callable[..., str]] = {".html": animation, ".svg": moving_picture}
+
+
+def check_record(path: Path) -> None:
+    """Raise SimulateError for an ending that no table has."""
+    if path.suffix.lower() not in WRITERS:
+        raise SimulateError(f"{path}: trajectories are written to {' or '.join(WRITERS)} files")
+
+
+def check_film(path: Path) -> None:
+    """Raise SimulateError for an ending that no moving picture has."""
+    if path.suffix.lower() not in FILMS:
+        raise SimulateError(f"{path}: animations are written to {' or '.join(FILMS)} files")
+
+
 def record(trajectory: Trajectory, path: Path) -> None:
     """Write a trajectory to a .csv or .npz file.
 
     Raises:
         SimulateError: another ending, or a file that cannot be written.
     """
-    writer = writer_for(path)
-    write_whole(path, lambda file: writer(trajectory, file))
-
-
-def writer_for(path: Path) -> Callable[[Trajectory, IO[bytes]], None]:
-    """Return what writes files of this ending.
-
-    Raises:
-        SimulateError: an ending that is not known.
-    """
-    if path.suffix.lower() not in WRITERS:
-        raise SimulateError(f"{path}: trajectories are written to {' or '.join(WRITERS)} files")
-    return WRITERS[path.suffix.lower()]
-
-
-def write_whole(path: Path, write: Callable[[IO[bytes]], None]) -> None:
-    """Write a file that `write` fills, all of it or nothing.
-
-    Raises:
-        SimulateError: it cannot be written, and why.
-    """
-    try:
-        files.write({path.name: write}, path.parent)
-    except EmitError as fault:
-        raise SimulateError(str(fault)) from None
-
-
-def _write_csv(trajectory: Trajectory, file: IO[bytes]) -> None:
-    file.write(csv_text(trajectory).encode())
-
-
-WRITERS: Mapping[str, Callable[[Trajectory, IO[bytes]], None]] = {".csv": _write_csv, ".npz": write_npz}
-
-
-FILMS = {".html": animation, ".svg": moving_picture}
-
-
-def check_film(path: Path) -> None:
-    """Raise SimulateError for an ending that is not known."""
-    if path.suffix.lower() not in FILMS:
-        raise SimulateError(f"{path}: animations are written to {' or '.join(FILMS)} files")
+    check_record(path)
+    write_whole(path, WRITERS[path.suffix.lower()](trajectory))
 
 
 def film(trajectory: Trajectory, path: Path) -> None:
@@ -104,9 +86,16 @@ def film(trajectory: Trajectory, path: Path) -> None:
         DrawError: a motion that ends where it is not finite, or no real value at a position.
     """
     check_film(path)
-    text = FILMS[path.suffix.lower()](trajectory.scene, trajectory.t, trajectory.q)
+    write_whole(path, FILMS[path.suffix.lower()](trajectory.scene, trajectory.t, trajectory.q))
 
-    def write(file: IO[bytes]) -> None:
-        file.write(text.encode())
 
-    write_whole(path, write)
+def write_whole(path: Path, contents: files.Contents) -> None:
+    """Write a file, all of it or nothing.
+
+    Raises:
+        SimulateError: it cannot be written, and why.
+    """
+    try:
+        files.write({path.name: contents}, path.parent)
+    except EmitError as fault:
+        raise SimulateError(str(fault)) from None

@@ -17,9 +17,9 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from symdyn.graph import Expr, Graph
+from symdyn.graph import Expr, Graph, copy_node
 from symdyn.graph.ops import ADD, MUL, NEG, SUB, SYMBOL
-from symdyn.program.passes.rebuild import Early, copy_node, use_counts
+from symdyn.program.passes.rebuild import Early, use_counts
 
 Term = tuple[bool, tuple[Expr, ...]]
 """Whether it is subtracted, and its factors."""

@@ -1,11 +1,11 @@
-"""What every pass needs: how often a node is used, what is constant, and a node's copy on another graph."""
+"""What every pass needs: how often a node is used, what is constant, and what is known early."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
 from symdyn.graph import Expr, Graph, reachable
-from symdyn.graph.ops import ADD, CONSTANT, DIV, MUL, NEG, PI, SUB, SYMBOL
+from symdyn.graph.ops import NEG, SYMBOL
 
 
 def use_counts(entries: Sequence[Expr]) -> dict[Expr, int]:
@@ -31,26 +31,6 @@ def fixed(needed: Sequence[Expr]) -> set[Expr]:
         if node.op is not SYMBOL and all(arg in found for arg in node.args):
             found.add(node)
     return found
-
-
-def copy_node(node: Expr, args: Sequence[Expr], graph: Graph) -> Expr:
-    """Return the operation of `node` on `graph`, with other operands; it simplifies as at birth."""
-    op = node.op
-    if op is MUL:
-        return graph.mul(*args)
-    if op is ADD:
-        return graph.add(*args)
-    if op is SUB:
-        return graph.sub(*args)
-    if op is NEG:
-        return graph.neg(*args)
-    if op is DIV:
-        return graph.div(*args)
-    if op is CONSTANT:
-        return graph.constant(node.value)  # type: ignore[arg-type]
-    if op is SYMBOL:
-        return graph.symbol(str(node.value))
-    return graph.pi if op is PI else graph.function(op, *args)
 
 
 class Early:

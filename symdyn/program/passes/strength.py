@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
-from symdyn.graph import Expr, Graph
+from symdyn.graph import Expr, Graph, copy_node
 from symdyn.graph.ops import DIV, MUL
-from symdyn.program.passes.rebuild import copy_node, fixed, use_counts
+from symdyn.program.passes.rebuild import fixed, use_counts
 
 
 def strength(entries: Sequence[Expr], graph: Graph, parameters: Collection[str] = ()) -> list[Expr]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 from symdyn.errors import SceneError, SimulateError
@@ -65,6 +66,15 @@ def number_of(formula: Quantity, values: Mapping[str, Quantity], where: str, fau
         return None
     assert value is not None, "all symbols were checked"
     return float(value)
+
+
+@contextmanager
+def noted(faults: Faults) -> Iterator[None]:
+    """Take the faults that a block ends with to the others."""
+    try:
+        yield
+    except (SceneError, SimulateError) as error:
+        faults.lines += error.faults
 
 
 def close(faults: Faults) -> None:

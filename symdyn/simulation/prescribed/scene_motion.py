@@ -11,12 +11,12 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.state import quaternions
-from symdyn.errors import SceneError, SimulateError
+from symdyn.errors import SimulateError
 from symdyn.scene import Scene, acceleration_name, velocity_name
 from symdyn.scene.toml import tables_of
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults, show
-from symdyn.simulation.prescribed.formulas_in_time import close, parameter_values, read_file, words
+from symdyn.simulation.prescribed.formulas_in_time import close, noted, parameter_values, read_file, words
 from symdyn.simulation.prescribed.motion_laws import Law, column_law, read_law
 from symdyn.simulation.prescribed.numbers_in_time import Columns, read_columns, sample_times
 
@@ -148,26 +148,20 @@ def split_entries(
     plain: list[str] = []
     for entry in entries:
         suffix = "" if "=" in entry else Path(entry).suffix.lower()
-        try:
+        with noted(faults):
             if suffix == ".csv":
                 tables.append(read_columns(Path(entry)))
             elif suffix == ".toml":
                 texts += [(entry, name, text) for name, text in _toml(Path(entry), table, faults)]
             else:
                 plain.append(entry)
-        except SimulateError as error:
-            faults.lines += error.faults
     texts += [(table, name, text) for name, text in words(plain, table, faults).items()]
     return texts, tables
 
 
 def _toml(path: Path, table: str, faults: Faults) -> list[tuple[str, str]]:
     """Return name and text of every entry of a TOML file, under [table] or without it."""
-    try:
-        root = tables_of(read_file(path), str(path))
-    except SceneError as error:
-        faults.lines += error.faults
-        return []
+    root = tables_of(read_file(path), str(path))
     inner = root.get(table, root)
     if not isinstance(inner, Mapping):
         faults.add(str(path), f"{table} = {show(inner)} is not a table; write [{table}] and name = law below")
