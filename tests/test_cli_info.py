@@ -12,7 +12,7 @@ from arms import EXAMPLES, two_link
 from symdyn.cli import main
 from symdyn.dynamics import Workspace, available, derive_one
 from symdyn.dynamics.loops.assembly import witness
-from symdyn.dynamics.loops.loop_numbers import numbers_of
+from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.errors import DerivationError
 from symdyn.graph import Op, reachable
 from symdyn.program import Counts, formulate, lower, prepare, skipped
@@ -222,7 +222,7 @@ def test_a_start_without_a_real_value_costs_a_draw_of_free_parameters_and_no_mor
     """With r = 1.4 and l = 0.6, which a draw may give, sqrt(l**2 - (r*sin(pi/3))**2) is not real."""
     free = read_text(starter("slider_crank", "slider_crank"))
     free = replace(free, parameters=tuple(replace(one, value=None) for one in free.parameters))
-    numbers = numbers_of(free)
+    numbers = Numbers(free)
     draw = dict.fromkeys([one.name for one in free.parameters], 1.0)
 
     with pytest.raises(DerivationError, match="has no real value with these parameters"):

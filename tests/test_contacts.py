@@ -10,7 +10,7 @@ import pytest
 
 from symdyn.dynamics.loops.assembly import closed_position
 from symdyn.dynamics.loops.continuation import fitting
-from symdyn.dynamics.loops.loop_numbers import numbers_of
+from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.loops.mobility import mobility
 from symdyn.errors import DerivationError, SceneError, SimulateError
 from symdyn.scene import Scene, read, read_text
@@ -111,7 +111,7 @@ def test_a_blade_has_no_height_and_the_distance_from_a_declared_plane_is_told() 
     text = (DATA / "contacts" / "skate.toml").read_text(encoding="utf-8")
     scene = read_text(text.replace("normal = [0, 0, 1] }", "at = [0, 0, 0.2], normal = [0, 0, 1] }"), "skate.toml")
 
-    assert [label.closes for label in numbers_of(scene).constraints.labels] == [False]
+    assert [label.closes for label in Numbers(scene).constraints.labels] == [False]
     assert any("sled is 0.2 m below its plane" in note for note in read_start(scene).notes)
 
 
@@ -120,7 +120,7 @@ def test_the_rate_of_the_height_is_the_row_of_the_normal_off_the_plane_too() -> 
     disc = BALL.replace("radius = 0.1", "radius = 0.1\naxis = [1, 2, 2]\ncomponents = ['normal']")
     disc += "plane = { at = [0.1, 0.2, 0.3], normal = [1, -2, 2] }\n"
     for one in (scene, read_text(disc, "disc.toml")):
-        numbers = numbers_of(one)
+        numbers = Numbers(one)
         held = [k for k, label in enumerate(numbers.constraints.labels) if label.closes]
         for seed in range(5):
             q = numbers.drawn(seed)
@@ -150,7 +150,7 @@ def test_a_wheel_whose_axis_is_always_along_the_normal_is_refused_with_its_row()
     text = text.replace('coordinates = ["x", "y", "z", "e0", "e1", "e2", "e3"]\nstart = [0, 0, 0.1, 1, 0, 0, 0]\n', "")
 
     with pytest.raises(DerivationError, match=r"rows.touch: ball lies flat on its plane wherever the joints stand"):
-        numbers_of(read_text(text, "disc.toml"))
+        Numbers(read_text(text, "disc.toml"))
 
 
 @pytest.mark.runs
@@ -264,7 +264,7 @@ def test_a_disc_rolls_round_steadily_at_the_rates_of_neimark_and_fufaev() -> Non
 
 def eigenvalues(scene: Scene, speed: float) -> np.ndarray:
     """Return those of the linearised motion of lean and steer about going straight ahead."""
-    system, numbers = state_equations(scene), numbers_of(scene)
+    system, numbers = state_equations(scene), Numbers(scene)
     q, u = list(scene.coordinates), list(scene.velocities)
     held = [u.index(f"{name}_dot") for name in ("x", "y", "yaw", "lean", "steer", "rear_turn", "front_turn")]
     moving = [len(q) + u.index(f"{name}_dot") for name in ("lean", "steer")]

@@ -13,8 +13,8 @@ from symdyn.algebra.form import express_form
 from symdyn.algebra.numeric import Floats
 from symdyn.algebra.trigonometric import TrigonometricRing
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form, coefficient_names
-from symdyn.dynamics.lagrange.christoffel import christoffel
 from symdyn.dynamics.lagrange.second_kind import energies, gravity_forces, mass_matrix
+from symdyn.dynamics.mechanism.directions import christoffel
 from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable

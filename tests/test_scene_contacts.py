@@ -14,7 +14,7 @@ from symdyn.draw.ground import pushes
 from symdyn.draw.pictures import drawing
 from symdyn.draw.places import places
 from symdyn.draw.pose import pose
-from symdyn.dynamics.loops.loop_numbers import numbers_of
+from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.emit.print.equations_text import equations_text
 from symdyn.errors import SceneError
@@ -234,7 +234,7 @@ def test_a_ball_has_an_outline() -> None:
 @pytest.mark.parametrize("name", ["turntable", "skate", "bicycle"])
 def test_forces_of_contacts_in_free_body_figures_are_those_of_their_multipliers(name: str) -> None:
     one = read(DATA / "contacts" / f"{name}.toml")
-    numbers = numbers_of(one)
+    numbers = Numbers(one)
     q = numbers.drawn(3)
     found = places(one, q[None, :], pose(one)[1])
     labels = numbers.constraints.labels

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.dynamics import Argument
-from symdyn.dynamics.loops.loop_numbers import Numbers, numbers_of
+from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 from symdyn.scene.units import coordinate_units
@@ -89,7 +89,7 @@ def positions_of(scene: Scene, seed: int = 1) -> Positions:
     units = coordinate_units(scene)
     loops = None
     if scene.is_closed:
-        numbers = numbers_of(scene)
+        numbers = Numbers(scene)
         numbers.free = {p.name: float(x) for p, x in zip(scene.free_parameters, parameters(seed), strict=False)}
         loops = Loops(numbers)
     return Positions(units, np.empty((0, len(units))), loops)

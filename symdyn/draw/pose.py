@@ -10,7 +10,7 @@ import numpy as np
 
 from symdyn.draw.places import Array, places
 from symdyn.dynamics.loops.assembly import closed_position, witness
-from symdyn.dynamics.loops.loop_numbers import numbers_of
+from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.errors import DerivationError, DrawError
 from symdyn.scene import Joint, Scene, velocity_name
 from symdyn.scene.forces import touches
@@ -79,7 +79,7 @@ def pose(
 def _closed(
     scene: Scene, given: Mapping[str, float], values: dict[str, float], parameters: Mapping[str, float] | None
 ) -> tuple[Array, dict[str, float]]:
-    numbers = numbers_of(scene)
+    numbers = Numbers(scene)
     known = {p.name: values[p.name] for p in scene.free_parameters if parameters and p.name in parameters}
     try:
         numbers, assembly = witness(known, numbers)

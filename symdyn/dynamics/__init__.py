@@ -10,8 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 from symdyn.dynamics.closed_forms.frames_and_parameters import base_parameters
 from symdyn.dynamics.loops.partition import LoopChoices
-from symdyn.dynamics.roads.available import LARGEST, available, available_on, there, wanted_on
-from symdyn.dynamics.roads.derive import derive, derive_one, expected, of_place, roads_of, row_of
+from symdyn.dynamics.roads.derive import (
+    LARGEST,
+    available,
+    available_on,
+    derive,
+    derive_one,
+    expected,
+    of_place,
+    roads_of,
+    row_of,
+    there,
+    wanted_on,
+)
 from symdyn.dynamics.roads.equations import Argument, Equations, Function
 from symdyn.dynamics.roads.output import Output, Road, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS, coefficients

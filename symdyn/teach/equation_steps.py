@@ -8,8 +8,8 @@ from itertools import combinations
 from symdyn.algebra.form import MINUS_ONE, ZERO, Form, Symbol, power_of, product_of, sum_of, terms_of
 from symdyn.algebra.trigonometric import Polynomial
 from symdyn.dynamics import coefficients
-from symdyn.dynamics.lagrange.christoffel import christoffel
 from symdyn.dynamics.lagrange.second_kind import elastic_forces, gravity_forces, mass_matrix
+from symdyn.dynamics.mechanism.directions import christoffel
 from symdyn.dynamics.mechanism.loads import generalized_forces
 from symdyn.emit.print.formula_text import text_of
 from symdyn.emit.print.printable import Coefficient, Printable, printable

@@ -18,7 +18,7 @@ import numpy as np
 from symdyn.algebra.form import Form, express_form, form_of, symbols_of
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.loops.assembly import closed_position, witness
-from symdyn.dynamics.loops.loop_numbers import Array, Numbers, numbers_of
+from symdyn.dynamics.loops.loop_numbers import Array, Numbers
 from symdyn.dynamics.loops.newton import free_motions
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.reactions.hinges import Hinge
@@ -132,12 +132,12 @@ def holds(form: Form, scene: Scene) -> bool:
 def _assembled(scene: Scene, seed: int) -> tuple[Numbers, Array]:
     """Return the mechanism with parameters near the scene's, no two related, and a closed position near its start."""
     rng = random.Random(f"{scene.name}:{seed}")
-    plain = numbers_of(scene)
+    plain = Numbers(scene)
     values = {p.name: plain.value(p.value) for p in scene.parameters if p.value is not None}
     near = {name: value * (1 + SPREAD * rng.uniform(-1, 1)) for name, value in values.items()}
     freed = replace(scene, parameters=tuple(replace(p, value=None) for p in scene.parameters))
     try:
-        numbers, assembly = witness(near, numbers_of(freed))
+        numbers, assembly = witness(near, Numbers(freed))
     except DerivationError:  # a loop that closes for these values alone
         numbers, assembly = witness({}, plain)
     q = np.array(assembly.q)

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.linalg import null_space
 
 from symdyn.algebra.numeric import Floats
+from symdyn.dynamics.loops.loop_numbers import Array
 from symdyn.dynamics.mechanism.angles import angles_of
-from symdyn.dynamics.reactions.probes import Array
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate
 from symdyn.teach.balance import Balance

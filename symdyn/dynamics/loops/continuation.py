@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from symdyn.dynamics.loops.assembly import Assembly, closed_position
-from symdyn.dynamics.loops.loop_numbers import Array, Numbers, numbers_of
+from symdyn.dynamics.loops.loop_numbers import Array, Numbers
 from symdyn.dynamics.loops.newton import NEGLIGIBLE, dimensionless, newton, seen_closed
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
@@ -172,7 +172,7 @@ def _numbers(scene: Scene, parameters: Mapping[str, float] | None) -> Numbers:
         raise DerivationError(
             f"{scene.name}: {', '.join(missing)} {'has' if len(missing) == 1 else 'have'} no value; give parameters"
         )
-    return numbers_of(scene).bound_to(known)
+    return Numbers(scene).bound_to(known)
 
 
 def _velocity(scene: Scene, coordinate: str) -> int:

@@ -21,12 +21,12 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.loops.constraint_rows import Constraints, Label, recursive
+from symdyn.dynamics.loops.constraint_rows import Label, recursive
 from symdyn.dynamics.loops.cuts import Gauge, gauges
 from symdyn.dynamics.mechanism.angles import Angles, angles_of, with_angles, with_quaternions, without_angles
-from symdyn.dynamics.mechanism.directions import Directions, directions
-from symdyn.dynamics.mechanism.state import State, quaternions, state_symbols
-from symdyn.dynamics.mechanism.tree import Tree, build_tree
+from symdyn.dynamics.mechanism.directions import directions
+from symdyn.dynamics.mechanism.state import quaternions, state_symbols
+from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable, tangents
 from symdyn.scene import Quantity, Scene, express
@@ -47,20 +47,13 @@ AT_LEAST = 100
 class Numbers:
     """Functions of q as numbers, at values of the parameters."""
 
-    def __init__(
-        self,
-        scene: Scene,
-        graph: Graph,
-        state: State,
-        tree: Tree,
-        directions: Directions,
-        constraints: Constraints,
-        free: Mapping[str, float],
-    ) -> None:
-        """Prepare a scene; `free` are values of its free parameters."""
-        self.scene, self.graph, self.state, self.tree = scene, graph, state, tree
-        self.constraints, self.directions = constraints, directions
-        self.free = dict(free)
+    def __init__(self, scene: Scene) -> None:
+        """Write a scene on a graph of its own, without values of its free parameters."""
+        self.scene, self.graph = scene, Graph()
+        self.state, self.tree = state_symbols(scene, self.graph), build_tree(scene, self.graph)
+        self.directions = directions(scene, self.graph)
+        self.constraints = recursive(scene, self.tree, self.state)
+        self.free: dict[str, float] = {}
         self._orders: dict[tuple[Expr, ...], list[Expr]] = {}  # Newton's method asks for the same entries many times
         self._spent = [0]
 
@@ -168,7 +161,7 @@ class Numbers:
         scene = without_angles(self.scene)
         if scene is self.scene:
             return self
-        found = numbers_of(scene)
+        found = Numbers(scene)
         found.free, found._spent = self.free, self._spent
         return found
 
@@ -222,14 +215,6 @@ class Numbers:
         """Return random coordinates, about one turn or one metre wide; the same seed, the same ones."""
         rng = random.Random(f"{self.scene.name}:{seed}")
         return self.normalised(np.array([rng.uniform(-2.0, 2.0) for _ in self.state.q]))
-
-
-def numbers_of(scene: Scene) -> Numbers:
-    """Return a scene on a graph of its own, without values of its free parameters."""
-    graph = Graph()
-    state = state_symbols(scene, graph)
-    tree = build_tree(scene, graph)
-    return Numbers(scene, graph, state, tree, directions(scene, graph), recursive(scene, tree, state), {})
 
 
 def unbound(scene: Scene, entries: Sequence[Expr]) -> list[str]:

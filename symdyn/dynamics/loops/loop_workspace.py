@@ -39,10 +39,10 @@ class LoopWorkspace:
     @cached_property
     def _outcome(self) -> tuple[LoopDecisions, Numbers] | DerivationError:
         from symdyn.dynamics.loops.loop_decisions import close  # with NumPy, which trees can do without
-        from symdyn.dynamics.loops.loop_numbers import numbers_of
+        from symdyn.dynamics.loops.loop_numbers import Numbers
 
         try:
-            return close(numbers_of(self.w.scene), self.w.closing)
+            return close(Numbers(self.w.scene), self.w.closing)
         except DerivationError as fault:  # every output would try again, and all in vain
             return fault
 

@@ -25,7 +25,7 @@ from symdyn.dynamics.loops.assembly import Assembly, seen_plain, witness
 from symdyn.dynamics.loops.constraint_rows import paths
 from symdyn.dynamics.loops.continuation import declared_rates, fitting
 from symdyn.dynamics.loops.loop_decisions import LoopDecisions, loop_decisions_at, loose_rows
-from symdyn.dynamics.loops.loop_numbers import Array, Numbers, numbers_of
+from symdyn.dynamics.loops.loop_numbers import Array, Numbers
 from symdyn.dynamics.loops.newton import dimensionless, free_motions
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.kinematics import tree_placements
@@ -72,7 +72,7 @@ class Mobility:
 
 def mobility(scene: Scene, closing: LoopChoices = LoopChoices()) -> Mobility:  # noqa: B008  frozen
     """Return the mobility of a scene with loops or rows; DerivationError where they cannot be assembled."""
-    whole, assembly = witness(dict(closing.parameters), numbers_of(scene))
+    whole, assembly = witness(dict(closing.parameters), Numbers(scene))
     held = whole.singular_angles(np.array(assembly.typical), held=True)
     numbers, seen = whole.plain, seen_plain(whole, assembly)
     decisions = loop_decisions_at(numbers, seen, LoopChoices()) if held else loop_decisions_at(whole, assembly, closing)

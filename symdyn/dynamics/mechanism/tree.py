@@ -32,6 +32,7 @@ from symdyn.spatial import (
     Vec,
     add_matrices,
     no_inertia,
+    nothing,
     point_inertia,
     symmetric,
     unit_transform,
@@ -139,12 +140,8 @@ class Tree(Topology):
 def build_tree(scene: Scene, graph: Graph) -> Tree:
     """Return the scene's kinematic tree."""
     still = unit_transform(graph)
-    parent, base, T, inertia = [-1], [still], [still], [no_inertia(graph)]
-    S: list[tuple[Vec, Vec]] = [(zero_vector(graph), zero_vector(graph))]
-    armature, position = [graph.zero], [graph.zero]
-    balls: list[BallRotor] = []
-    A: list[tuple[tuple[int, Expr], ...]] = [()]
-    b: list[tuple[tuple[int, int, Expr], ...]] = [()]
+    moves: list[tuple[object, ...]] = [(-1, still, still, nothing(graph), graph.zero, (), (), graph.zero)]
+    inertia, balls = [no_inertia(graph)], list[BallRotor]()
     velocities = {name: k for k, name in enumerate(scene.velocities)}
     home: dict[str, tuple[int, Transform]] = {GROUND: (0, still)}
     ends: dict[str, tuple[tuple[int, Transform], tuple[int, Transform]]] = {}
@@ -161,38 +158,28 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         rotor = express(joint.armature, graph) if ball is None else graph.zero
         for move in motion.moves:
             here = place @ move.before
-            parent.append(carrier)
-            base.append(here)
-            T.append(here @ move.placement)
-            S.append(_subspace(move))
-            position.append(move.amount)
-            A.append(tuple((velocities[names[k]], factor * x) for k, x in move.rate))
-            b.append(tuple((velocities[names[j]], velocities[names[k]], factor * factor * x) for j, k, x in move.bias))
-            armature.append(rotor)
+            T, S = here @ move.placement, _subspace(move)
+            A = tuple((velocities[names[k]], factor * x) for k, x in move.rate)
+            b = tuple((velocities[names[j]], velocities[names[k]], factor * factor * x) for j, k, x in move.bias)
+            moves.append((carrier, here, T, S, move.amount, A, b, rotor))
             rotor = graph.zero
             inertia.append(no_inertia(graph))
-            carrier, place = len(parent) - 1, still
+            carrier, place = len(moves) - 1, still
         place = place @ motion.tail
         ends[joint.name] = (start, (carrier, place))
         place = place @ placement(joint.tip, graph)
         home[body.name] = (carrier, place)
         inertia[carrier] = inertia[carrier] + body_inertia(body, graph).seen_from(place)
+    columns = zip(("parent", "base", "T", "S", "position", "A", "b", "armature"), zip(*moves, strict=True), strict=True)
     return Tree(
         graph=graph,
         gravity=vector(scene.gravity, graph),
-        parent=tuple(parent),
-        A=tuple(A),
-        b=tuple(b),
-        armature=tuple(armature),
         balls=tuple(balls),
         n=len(velocities),
-        base=tuple(base),
-        T=tuple(T),
-        S=tuple(S),
         inertia=tuple(inertia),
-        position=tuple(position),
         home=home,
         joint=ends,
+        **dict(columns),
     )
 
 

@@ -21,6 +21,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,7 +29,6 @@ from symdyn.dynamics.loops.cuts import Cut, cuts
 from symdyn.dynamics.loops.loop_decisions import pivots
 from symdyn.dynamics.mechanism.ldl import solve
 from symdyn.dynamics.mechanism.state import joint_motion, placement
-from symdyn.dynamics.reactions.probes import Samples
 from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, JOINTS, Joint, Scene, express, velocity_name
 from symdyn.scene.joints.forbidden import everywhere, forces, moments
@@ -49,6 +49,9 @@ from symdyn.spatial import (
     unit_transform,
     zero_vector,
 )
+
+if TYPE_CHECKING:
+    from symdyn.dynamics.reactions.hanging import Samples
 
 CONTACT = "contact"
 """Type of the joint that stands for a wheel, a ball or a blade on its plane."""

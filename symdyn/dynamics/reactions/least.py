@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
+from symdyn.dynamics.loops.loop_numbers import Array
 from symdyn.dynamics.reactions.dalembert import Equilibrium
 from symdyn.dynamics.reactions.hinges import Hinge, drives
-from symdyn.dynamics.reactions.probes import Array
 from symdyn.graph import Expr, evaluate
 from symdyn.spatial import Wrench, nothing, plus, times
 

@@ -22,11 +22,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.dynamics.loops.constraint_rows import recursive
+from symdyn.dynamics.loops.loop_numbers import Array
 from symdyn.dynamics.loops.partition import Partition, blocks, driven_velocities
 from symdyn.dynamics.loops.reduction import solve_transposed
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.hinges import Hinge, relative_twists
-from symdyn.dynamics.reactions.probes import Array
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable
 from symdyn.scene import JOINTS, Scene

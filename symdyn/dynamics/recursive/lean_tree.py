@@ -36,7 +36,7 @@ Transactions on Robotics and Automation 6 (1990); here by second moments J in pl
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 
 from symdyn.dynamics.mechanism.exact import has_symbols, rational, settle, values_of
@@ -111,14 +111,7 @@ def reframe(tree: Tree) -> LeanTree:
         assert found is not None, "every joint has been placed"
         links.append(_link(tree, i, found, upright, moved))
     return LeanTree(
-        graph=graph,
-        gravity=tree.gravity,
-        parent=tree.parent,
-        A=tree.A,
-        b=tree.b,
-        armature=tree.armature,
-        balls=tree.balls,
-        n=tree.n,
+        **{one.name: getattr(tree, one.name) for one in fields(Topology)},
         link=tuple(links),
         slides=(False, *(_slides(tree, i) for i in tree.outward())),
         body=tuple(

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from functools import partial
+
 from symdyn.dynamics.loops import reduction
+from symdyn.dynamics.loops.constraint_rows import Constraints
+from symdyn.dynamics.loops.loop_workspace import LoopWorkspace
 from symdyn.dynamics.loops.partition import driven_velocities
 from symdyn.dynamics.mechanism.ldl import moves_no_mass
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
@@ -149,98 +154,86 @@ INVERSE_IN_LOOPS = Own(
 )
 DRIVES_IN_LOOPS = Own({"crba": Road(_drives), "lagrange": by_lagrange(_lagrange_drives)})
 
+_of_loops = partial(Output, in_loops="same", loops_only=True)
+
+
+def _both(of: Callable[[LoopWorkspace, Constraints], Sequence[Expr]]) -> dict[str, Road]:
+    """Return the two roads to what follows from the rows."""
+    return {
+        "recursive": Road(lambda w: of(w.loops, w.loops.recursive)),
+        "differentiation": by_differentiation(lambda w: of(w.loops, w.loops.differentiated)),
+    }
+
+
 OF_LOOPS: dict[str, Output] = {
-    "constraint_residual": Output(
+    "constraint_residual": _of_loops(
         "residuals of the loops, which vanish where they are closed",
         ("q",),
         "r",
         (labels.kept_rows,),
         "m or 1",
-        "same",
-        {
-            "recursive": Road(lambda w: w.loops.residual(w.loops.recursive)),
-            "differentiation": by_differentiation(lambda w: w.loops.residual(w.loops.differentiated)),
-        },
-        loops_only=True,
+        roads=_both(LoopWorkspace.residual),
         lacks="told",
     ),
-    "constraint_jacobian": Output(
+    "constraint_jacobian": _of_loops(
         "rows G(q) of the loops: G qd = 0, and the multipliers do the power lambda.G qd",
         ("q",),
         "G",
         (labels.kept_rows, labels.velocities),
         "m or 1",
-        "same",
-        {
-            "recursive": Road(lambda w: flat(w.loops.G(w.loops.recursive))),
-            "differentiation": by_differentiation(lambda w: flat(w.loops.G(w.loops.differentiated))),
-        },
-        loops_only=True,
+        roads=_both(lambda loops, rows: flat(loops.G(rows))),
         lacks="told",
     ),
-    "constraint_bias": Output(
+    "constraint_bias": _of_loops(
         "velocity products Gdot qd of the loops: G qdd + Gdot qd = 0",
         ("q", "qd"),
         "gamma",
         (labels.kept_rows,),
         "m/s^2 or 1/s^2",
-        "same",
-        {
-            "recursive": Road(lambda w: w.loops.bias(w.loops.recursive)),
-            "differentiation": by_differentiation(lambda w: w.loops.bias(w.loops.differentiated)),
-        },
-        loops_only=True,
+        roads=_both(LoopWorkspace.bias),
         lacks="told",
     ),
-    "multipliers": Output(
+    "multipliers": _of_loops(
         "multipliers lambda of M qdd + h = tau + G^T lambda: wrenches that parents exert on children at the cuts, at "
         "the origin of the moved joint frame, axes of the joint frame on the parent; of contacts along, across, normal",
         ("q", "qd", "tau"),
         "lambda",
         (labels.kept_rows,),
         "N or N m",
-        "same",
-        {"crba": Road(multipliers), "lagrange": by_lagrange(_lagrange_multipliers)},
+        roads={"crba": Road(multipliers), "lagrange": by_lagrange(_lagrange_multipliers)},
         depends=("independent", "alpha", "beta"),
         compared=("G^T multipliers", lambda w, found: w.loops.constraint_forces(found)),
-        loops_only=True,
         lacks="told",
     ),
-    "tree_forces": Output(
+    "tree_forces": _of_loops(
         "forces M(q) qdd + c(q, qd) + g(q) - Q of the spanning tree, as if nothing closed it",
         ("q", "qd", "qdd"),
         "f",
         (labels.velocities,),
         FORCES,
-        "same",
-        {
+        roads={
             "rnea": Road(lambda w: w.forces(list(w.state.qdd))),
             "lagrange": by_lagrange(lambda w: w.loops.lagrange_forces),
         },
-        loops_only=True,
     ),
-    "velocities": Output(
+    "velocities": _of_loops(
         "velocities qd that the loops allow, from independent ones",
         ("q", "ui"),
         "qd",
         (labels.velocities,),
         "rad/s or m/s",
-        "same",
-        {"partition": Road(_velocities), "normal": Road(_normal_velocities)},
+        roads={"partition": Road(_velocities), "normal": Road(_normal_velocities)},
         depends=("independent",),
-        loops_only=True,
         lacks="told",
     ),
-    "positions": Output(
+    "positions": _of_loops(
         "positions q at which the loop is closed, from the independent one, on the branch of the start",
         ("qi",),
         "q",
         (labels.coordinates,),
         "rad or m",
-        "same",
-        {"closed form": Road(_positions)},
+        roads={"closed form": Road(_positions)},
         depends=("independent",),
-        loops_only=True,
         lacks="silently",
     ),
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import partial
 
 from symdyn.dynamics.roads import closed_outputs as loops
 from symdyn.dynamics.roads import result_labels as labels
@@ -49,31 +49,28 @@ def _rows(axes: str) -> dict[str, Output]:
         "reactions [force; moment] that parents exert on children, a row a joint and then a loop, drives included, at "
         f"the origin of the moved joint frame, axes of {WORDS[axes]}"
     )
-    units = "N and N m"
-    known: dict[str, Any] = {"lacks": "told", "unique": lambda w: w.once(_unique, axes)}
+    usual = partial(
+        Output,
+        result="R",
+        axes=(labels.joints, labels.fixed(*labels.COMPONENTS)),
+        units="N and N m",
+        in_loops="same",
+        lacks="told",
+        unique=lambda w: w.once(_unique, axes),
+    )
     return {
-        f"reactions{suffix}": Output(
+        f"reactions{suffix}": usual(
             text,
             ("q", "qd", "qdd"),
-            "R",
-            (labels.joints, labels.fixed(*labels.COMPONENTS)),
-            units,
-            "same",
-            {"recursive": Road(lambda w: _inverse(w, axes))},
+            roads={"recursive": Road(lambda w: _inverse(w, axes))},
             unasked=Unasked.NEVER if suffix else Unasked.PROVED,
-            **known,
         ),
-        f"forward_reactions{suffix}": Output(
+        f"forward_reactions{suffix}": usual(
             f"{text}, during forward dynamics",
             ("q", "qd", "tau"),
-            "R",
-            (labels.joints, labels.fixed(*labels.COMPONENTS)),
-            units,
-            "same",
-            {"recursive": Road(lambda w: _forward(w, axes))},
+            roads={"recursive": Road(lambda w: _forward(w, axes))},
             unasked=Unasked.NEVER,
             depends=("independent", "alpha", "beta"),
-            **known,
         ),
     }
 

@@ -26,14 +26,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.loops.loop_numbers import in_words, numbers_of
+from symdyn.dynamics.loops.loop_numbers import Array, Numbers, in_words
 from symdyn.dynamics.loops.newton import generic_places, lever_of, newton, seen_closed
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.reactions.bivectors import frames
 from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, ROW, Unknown, equilibrium
 from symdyn.dynamics.reactions.hanging import Hanging
 from symdyn.dynamics.reactions.least import Flags, InNumbers
-from symdyn.dynamics.reactions.probes import Array
 from symdyn.dynamics.reactions.recursion import with_loops
 from symdyn.dynamics.reactions.ties import all_ties
 from symdyn.dynamics.roads.workspace import Workspace
@@ -179,7 +178,7 @@ def _closed(scene: Scene, q: Array, parameters: Mapping[str, float]) -> tuple[Ar
     """Return q with its loops closed to the last digits, generic positions, and the residual where they are open."""
     if not scene.is_closed:
         return q, (), 0.0
-    numbers = numbers_of(scene).bound_to(parameters)
+    numbers = Numbers(scene).bound_to(parameters)
     fault = numbers.lying_flat(q)
     if fault:
         raise DerivationError(f"{scene.name}: {fault}")

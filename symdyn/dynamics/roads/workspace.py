@@ -8,12 +8,11 @@ from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from symdyn.dynamics.lagrange import second_kind as lagrange
-from symdyn.dynamics.lagrange.christoffel import Christoffel, christoffel
 from symdyn.dynamics.lagrange.second_kind import Energies, energies
 from symdyn.dynamics.loops.loop_workspace import LoopWorkspace
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.cost import cost
-from symdyn.dynamics.mechanism.directions import Directions, directions
+from symdyn.dynamics.mechanism.directions import Christoffel, Directions, christoffel, directions
 from symdyn.dynamics.mechanism.loads import generalized_forces
 from symdyn.dynamics.mechanism.prescribed import Prescribed, prescribed
 from symdyn.dynamics.mechanism.state import State, state_symbols

@@ -13,7 +13,7 @@ from functools import lru_cache
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import LoopChoices
-from symdyn.dynamics.loops.loop_numbers import Numbers, numbers_of
+from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.errors import SimulateError
 from symdyn.graph import Expr, Graph, evaluate, reachable
 from symdyn.scene import FormulaError, Parameter, Quantity, Scene, express, without_hidden_zeros
@@ -108,7 +108,7 @@ SMALL = 1e-9
 
 @lru_cache(maxsize=16)
 def _open_numbers(scene: Scene) -> Numbers:
-    found = numbers_of(scene)
+    found = Numbers(scene)
     for one in (found, found.plain):  # copies share what was derived
         one.derive()
     return found
