@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from symdyn.bench.case import Case, Stress
 from symdyn.bench.stress import chains, chaos, solving, spin, stiff, traps
@@ -74,14 +74,14 @@ def stress(
         family = FAMILIES[name]
         progress(family.text)
         if scene is None:
-            cases += family.builtin()
+            cases += (replace(case, family=name) for case in family.builtin())
             continue
         try:
             found = list(family.of_scene(scene)) if family.of_scene is not None else []
         except (DerivationError, SimulateError) as fault:
             notes.append(f"{name}: {fault}")
             continue
-        cases += found
+        cases += (replace(case, family=name) for case in found)
         if family.of_scene is not None and not found:
             notes.append(f"{name}: no case is about such a scene")
     of_built_in = [name for name in wanted if scene is not None and FAMILIES[name].of_scene is None]

@@ -16,7 +16,7 @@ from symdyn.algebra.numeric import Floats
 from symdyn.bench.backward import column, norm
 from symdyn.bench.reference import Reference, reference
 from symdyn.build import build, run_python
-from symdyn.dynamics import Equations, Function, Workspace, derive_one
+from symdyn.dynamics import Equations, Function, Unasked, Workspace, available, derive_one, row_of
 from symdyn.emit import emit
 from symdyn.emit.code.identifiers import function_names
 from symdyn.errors import MissingCompiler
@@ -70,6 +70,11 @@ class Calls:
         """Return exact results with running error bounds."""
         count = max(len(value) for value in states.values())
         return reference(self.function(name), states, count)
+
+
+def looked_at(scene: Scene) -> tuple[str, ...]:
+    """Return the outputs that a first look at a scene shows, as far as it has them."""
+    return tuple(name for name in available(scene)[0] if row_of(name)[0].unasked is Unasked.AT_A_LOOK)
 
 
 class Interpreted:

@@ -22,11 +22,10 @@ from symdyn.bench.stress.calls import EPSILON, Calls, calls
 from symdyn.bench.stress.scenes import chain
 from symdyn.bench.stress.solving import BESIDE, cases
 from symdyn.graph import evaluate
-from symdyn.verify.accuracy import ROUNDOFF
+from symdyn.verify.accuracy import ROUNDOFF, values_of
 
 Array = npt.NDArray[np.float64]
 
-FAMILY = "chains"
 INVERSE, FORWARD = (2, 10, 100), {False: (2, 10, 100), True: (2, 10, 30, 100)}
 """Links. M is not tree-sparse in absolute angles, and its elimination grows with the cube of their number."""
 
@@ -45,9 +44,8 @@ def builtin() -> Iterator[Case]:
             compiled = not absolute or n <= COMPILED
             made = calls(chain(n, absolute), ("forward_dynamics",), beside=BESIDE, compiled=compiled)
             forward, backward = cases(f"{n} links, {kind} angles", made, _states(n, ("q", "qd", "tau")))
-            yield replace(forward, family=FAMILY)
-            metric = "backward error / (n eps)"
-            yield replace(backward, family=FAMILY, metric=metric, bound=1.0, measured=backward.measured / n)
+            yield forward
+            yield replace(backward, metric="backward error / (n eps)", bound=1.0, measured=backward.measured / n)
 
 
 def _states(n: int, names: tuple[str, ...]) -> dict[str, Array]:
@@ -67,15 +65,13 @@ def _inverse(name: str, n: int, absolute: bool) -> Case:
     for way, computed in made.results("inverse_dynamics", given).items():
         share = known.errors(computed).max(axis=1) / (n * EPSILON * scale)
         found.append((float(share.max()), way))
-    return Case(FAMILY, name, "error of inverse_dynamics / (n eps (|M||qdd| + |M||qd|^2 + |g|))", 1.0, *worst(found))
+    return Case(name, "error of inverse_dynamics / (n eps (|M||qdd| + |M||qd|^2 + |g|))", 1.0, *worst(found))
 
 
 def _doubles(made: Calls, name: str, q: Array) -> Array:
     """Return a function of q in plain doubles, shape (N, size)."""
     function = made.function(name)
-    (argument,) = function.arguments
-    rows = [evaluate(function.entries, Floats(), dict(zip(argument.symbols, row, strict=True))) for row in q.tolist()]
-    return np.array(rows, float)
+    return np.array([evaluate(function.entries, Floats(), values_of(function, [row])) for row in q], float)
 
 
 def shares(

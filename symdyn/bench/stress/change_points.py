@@ -8,18 +8,15 @@ chosen as independent fails somewhere on its way.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
 
-from symdyn.bench.case import Case
+from symdyn.bench.case import Case, energy_drift, of_motion
 from symdyn.bench.stress.scenes import parallelogram, pinned
 from symdyn.scene import read_text
 from symdyn.scene.starters import starter
 from symdyn.simulation import Trajectory, simulate
-
-FAMILY = "loops"
 
 TURNED = {2: (10.0, 31.750597186986102), 40: (10.0, 31.59743374398574)}
 """Number of loops: a time, and the angle then."""
@@ -30,28 +27,20 @@ A01 = (0.2750874625761600854173914492541662579534, -0.96141920509912506426513506
 
 def builtin() -> Iterator[Case]:
     """Yield parallelograms through their change point, alone, in a row, and with a coupler too many."""
-    made = simulate(parallelogram(), until=5.0)
-    yield from _kept("four-bar through its change point, 5 s", made)
-    made = simulate(parallelogram(second=True), until=5.0)
-    yield from _kept("two couplers, one of them redundant, 5 s", made)
+    yield from _kept("four-bar through its change point, 5 s", simulate(parallelogram(), until=5.0))
+    yield from _kept("two couplers, one of them redundant, 5 s", simulate(parallelogram(second=True), until=5.0))
     made = simulate(pinned(), until=10.0, method="dop853", rtol=1e-12)
     name = "pendulum as a free body and a pin, A01, 10 s"
-    gap = float(np.abs(made.q[-1, :2] - A01).max()) if made.stopped == "end" else math.inf
-    yield Case(FAMILY, name, "error of the place, m", 1e-9, gap, made.method if made.stopped == "end" else made.stopped)
+    yield of_motion(name, "error of the place, m", 1e-9, np.abs(made.q[-1, :2] - A01).max(), made)
     yield from _kept(name, made)
     for loops, (until, angle) in TURNED.items():
         made = simulate(read_text(starter("row", "n_four_bar", loops)), until=until)
         name = f"{loops} four-bars in a row, A02, {until:g} s"
-        ended = made.stopped == "end"
-        gap = abs(float(made.q[-1, 0]) / angle - 1) if ended else math.inf
-        yield Case(FAMILY, name, "relative error of the angle", 1e-9, gap, made.method if ended else made.stopped)
+        yield of_motion(name, "relative error of the angle", 1e-9, abs(made.q[-1, 0] / angle - 1), made)
         yield from _kept(name, made)
 
 
 def _kept(name: str, made: Trajectory) -> Iterator[Case]:
-    ended = made.stopped == "end"
-    energy = made.monitors["energy"] / made.monitors["energy_scale"]
     loops = max(made.monitors["loops"], made.monitors["loop_rates"])
-    where = made.method if ended else made.stopped
-    yield Case(FAMILY, name, "drift of the energy over its size", 1e-9, energy if ended else math.inf, where)
-    yield Case(FAMILY, name, "residual of the loops, m and m/s", 1e-10, loops if ended else math.inf, where)
+    yield of_motion(name, "drift of the energy over its size", 1e-9, energy_drift(made), made)
+    yield of_motion(name, "residual of the loops, m and m/s", 1e-10, loops, made)

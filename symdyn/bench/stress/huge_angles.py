@@ -9,17 +9,16 @@ import numpy.typing as npt
 
 from symdyn.bench.case import Case, worst
 from symdyn.bench.states import Positions, positions_of
-from symdyn.bench.stress.calls import calls
+from symdyn.bench.stress.calls import calls, looked_at
 from symdyn.bench.stress.chains import shares
 from symdyn.bench.stress.scenes import chain, offset_pendulum, one_body, two_link
-from symdyn.dynamics import available
+from symdyn.dynamics import row_of
 from symdyn.scene import Scene
 from symdyn.simulation.prescribed.formulas_in_time import parameter_values
 from symdyn.verify.accuracy import ALLOWED
 
 Array = npt.NDArray[np.float64]
 
-FAMILY = "angles"
 EPSILON = 2.0**-52
 TINY = (1e-3, 1e-6, 1e-9, 1e-12, 1e-100, 1e-154, 1e-160, 1e-300, 1e-310, 5e-324)
 
@@ -38,7 +37,7 @@ def of_scene(scene: Scene) -> Iterator[Case]:
     parameter_values(scene)
     anywhere = Positions(positions_of(scene).units, np.empty((0, len(scene.coordinates))))
     units = anywhere.units
-    names = [name for name in ("mass_matrix", "gravity_forces") if name in available(scene)[0]]
+    names = [name for name in looked_at(scene) if row_of(name)[0].arguments == ("q",)]
     if "rad" not in units or not names:
         return
     rng = np.random.default_rng(1)
@@ -47,7 +46,7 @@ def of_scene(scene: Scene) -> Iterator[Case]:
     made = calls(scene, names)
     for name in names:
         metric = f"error of {name} / running error bound"
-        yield Case(FAMILY, "turns of 1e6 … 1e15 rad", metric, ALLOWED, *shares(made, name, {"q": q}))
+        yield Case("turns of 1e6 … 1e15 rad", metric, ALLOWED, *shares(made, name, {"q": q}))
 
 
 def _sums(power: int) -> Case:
@@ -56,7 +55,7 @@ def _sums(power: int) -> Case:
     q = np.array([[10.0**power, 1.0], [10.0**power, -(10.0**power) + 2.0], [1.0, -(10.0**power)]])
     known = made.truth("pose_tool", {"q": q})
     found = [(float(np.max(known.errors(x))) / EPSILON, way) for way, x in made.results("pose_tool", {"q": q}).items()]
-    return Case(FAMILY, f"sums of angles of 1e{power} rad", "error of the tip, ulps of a link", 8.0, *worst(found))
+    return Case(f"sums of angles of 1e{power} rad", "error of the tip, ulps of a link", 8.0, *worst(found))
 
 
 def _huge_chain() -> Case:
@@ -65,9 +64,7 @@ def _huge_chain() -> Case:
     q = rng.choice([-1.0, 1.0], (12, 4)) * 10 ** rng.uniform(6, 16, (12, 4))
     given = {"q": q, "qd": rng.uniform(-2, 2, q.shape), "qdd": rng.uniform(-2, 2, q.shape)}
     metric = "error of inverse_dynamics / running error bound"
-    return Case(
-        FAMILY, "chain of 4, angles of 1e6 … 1e16 rad", metric, ALLOWED, *shares(made, "inverse_dynamics", given)
-    )
+    return Case("chain of 4, angles of 1e6 … 1e16 rad", metric, ALLOWED, *shares(made, "inverse_dynamics", given))
 
 
 def _tiny() -> Case:
@@ -79,7 +76,7 @@ def _tiny() -> Case:
     for way, computed in made.results("gravity_forces", {"q": q}).items():
         size = np.maximum(np.abs(known.high), 2.0**-1022)
         found.append((float(np.max(known.errors(computed) / size)) / EPSILON, way))
-    return Case(FAMILY, "pendulum at 1e-3 … 5e-324 rad", "relative error of gravity_forces, ulps", 2.0, *worst(found))
+    return Case("pendulum at 1e-3 … 5e-324 rad", "relative error of gravity_forces, ulps", 2.0, *worst(found))
 
 
 def _cancelled() -> Case:
@@ -88,6 +85,4 @@ def _cancelled() -> Case:
     q = np.array([(x,) for x in TINY])
     known = made.truth("pose_bob", {"q": q})
     found = [(float(np.max(known.errors(x))) / EPSILON, way) for way, x in made.results("pose_bob", {"q": q}).items()]
-    return Case(
-        FAMILY, "height 1 - cos q at 1e-3 … 5e-324 rad", "error of the height, ulps of a link", 1.0, *worst(found)
-    )
+    return Case("height 1 - cos q at 1e-3 … 5e-324 rad", "error of the height, ulps of a link", 1.0, *worst(found))

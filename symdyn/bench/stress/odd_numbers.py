@@ -9,10 +9,10 @@ import numpy.typing as npt
 
 from symdyn.bench.case import Case, worst
 from symdyn.bench.states import positions_of
-from symdyn.bench.stress.calls import Calls, calls
+from symdyn.bench.stress.calls import Calls, calls, looked_at
 from symdyn.bench.stress.chains import shares
 from symdyn.bench.stress.scenes import arm, one_body, rubbing
-from symdyn.dynamics import Function, available
+from symdyn.dynamics import Function
 from symdyn.errors import SceneError
 from symdyn.graph import reachable
 from symdyn.scene import Scene, body, fixed, revolute, scene
@@ -20,8 +20,6 @@ from symdyn.verify.accuracy import ALLOWED, ROUNDOFF
 
 Array = npt.NDArray[np.float64]
 
-FAMILY = "numbers"
-OUTPUTS = ("inverse_dynamics", "forward_dynamics", "mass_matrix")
 STATES = 4
 
 
@@ -42,31 +40,28 @@ def of_scene(one: Scene) -> Iterator[Case]:
 
 
 def _of(kind: str, one: Scene) -> Iterator[Case]:
-    names = tuple(name for name in OUTPUTS if name in available(one)[0])
+    names = looked_at(one)
     made = calls(one, names)
     given = _states(one, made, names)
     yield Case(
-        FAMILY,
         f"NaN in one entry, {kind}",
         "results that hide a NaN they depend on",
         0.0,
         *_hidden(made, given, np.nan),
     )
     infinite = worst([_hidden(made, given, np.inf), _hidden(made, given, -np.inf)])
-    yield Case(FAMILY, f"±infinity in one entry, {kind}", "finite results of a sine of infinity", 0.0, *infinite)
-    yield Case(
-        FAMILY, f"-0 for 0, {kind}", "results that differ, ulps of the largest entry", 4.0, *_minus_zero(made, given)
-    )
+    yield Case(f"±infinity in one entry, {kind}", "finite results of a sine of infinity", 0.0, *infinite)
+    yield Case(f"-0 for 0, {kind}", "results that differ, ulps of the largest entry", 4.0, *_minus_zero(made, given))
     tiny = {name: value * 1e-310 if name != "params" else value for name, value in given.items()}
     tiny["q"] = given["q"]
     metric = "error / running error bound"
-    yield Case(FAMILY, f"denormal rates and forces, {kind}", metric, ALLOWED, *_worst_share(made, names, tiny))
+    yield Case(f"denormal rates and forces, {kind}", metric, ALLOWED, *_worst_share(made, names, tiny))
     if not one.is_closed and "1" not in positions_of(one).units:
         tiny["q"] = given["q"] * 1e-310
-        yield Case(FAMILY, f"denormal states, {kind}", metric, ALLOWED, *_worst_share(made, names, tiny))
+        yield Case(f"denormal states, {kind}", metric, ALLOWED, *_worst_share(made, names, tiny))
     singles = calls(one, names, real="float")
     rounded = {name: value.astype(np.float32).astype(float) for name, value in given.items()}
-    yield Case(FAMILY, f"float, {kind}", metric, ALLOWED, *_worst_share(singles, names, rounded, ROUNDOFF["float"]))
+    yield Case(f"float, {kind}", metric, ALLOWED, *_worst_share(singles, names, rounded, ROUNDOFF["float"]))
 
 
 def _states(one: Scene, made: Calls, names: tuple[str, ...]) -> dict[str, Array]:
@@ -152,7 +147,7 @@ def _nothing() -> Case:
             found.append((float(len(fault.faults) - 1), kind))
         else:
             found.append((1.0, kind))
-    return Case(FAMILY, "no bodies, or none that moves", "scenes that are taken without a word", 0.0, *worst(found))
+    return Case("no bodies, or none that moves", "scenes that are taken without a word", 0.0, *worst(found))
 
 
 def _weightless() -> Case:
@@ -164,4 +159,4 @@ def _weightless() -> Case:
     for name in ("inverse_dynamics", "mass_matrix", "gravity_forces"):
         for way, computed in made.results(name, given).items():
             found.append((float(np.count_nonzero(computed)), f"{name}, {way}"))
-    return Case(FAMILY, "a body without mass", "entries that are not zero", 0.0, *worst(found))
+    return Case("a body without mass", "entries that are not zero", 0.0, *worst(found))

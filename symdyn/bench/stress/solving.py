@@ -21,14 +21,13 @@ from symdyn.bench.case import Case, worst
 from symdyn.bench.states import Positions, positions_of
 from symdyn.bench.stress.calls import EPSILON, Calls, calls, solved
 from symdyn.bench.stress.scenes import arm, gimbal, heavier, two_link
-from symdyn.dynamics import roads_of
+from symdyn.dynamics import roads_of, row_of
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
 from symdyn.simulation.prescribed.formulas_in_time import parameter_values
 
 Array = npt.NDArray[np.float64]
 
-FAMILY = "solving"
 C = 10.0
 FORWARD = ("forward_dynamics",)
 BESIDE = ("mass_matrix", "inverse_dynamics")
@@ -38,7 +37,7 @@ SMALL, LARGE = Fraction(1, 10**12), 10**12
 
 def builtin() -> Iterator[Case]:
     """Yield the cases of the built-in scenes."""
-    for road in ("crba", "aba"):
+    for road in _roads(two_link(0)):
         made = calls(two_link(0), FORWARD, road=road, beside=BESIDE)
         bent = {
             name: value[1:] for name, value in states(positions_of(two_link(0)), 2).items()
@@ -53,7 +52,7 @@ def builtin() -> Iterator[Case]:
         ("6 axes, last link 1e-12 times as heavy", heavier(arm(), (1,) * 5 + (SMALL,))),
         ("6 axes, links 1 and 1e-12 by turns", heavier(arm(), (1, SMALL) * 3)),
     ):
-        for road in ("crba", "aba"):
+        for road in _roads(one):
             made = calls(one, FORWARD, road=road, beside=BESIDE)
             yield from cases(f"{name}, {road}", made, states(positions_of(one), len(one.velocities)))
     made = calls(gimbal(), (*FORWARD, *BESIDE))
@@ -68,15 +67,21 @@ def of_scene(scene: Scene) -> Iterator[Case]:
     given = states(positions_of(scene), len(scene.velocities))
     for name, factor in (("as it is", 1), ("last body 1e12 times as heavy", LARGE), ("last body 1e-12 times", SMALL)):
         one = heavier(scene, (*(1,) * (len(scene.bodies) - 1), factor))
-        for road in roads_of("forward_dynamics", one):
+        for road in _roads(one):
             try:
-                if scene.is_closed and road == "crba":
+                if scene.is_closed:
                     yield _closed(f"{name}, {road}", one, calls(one, FORWARD, road=road), given)
-                elif road in ("crba", "aba"):
+                else:
                     yield from cases(f"{name}, {road}", calls(one, FORWARD, road=road, beside=BESIDE), given)
             except DerivationError:
                 if factor == 1:
                     raise  # else the last body alone moves something, of which too little mass is left
+
+
+def _roads(scene: Scene) -> list[str]:
+    """Return the derivations of forward dynamics that pay for any number of coordinates."""
+    row, _ = row_of(*FORWARD, scene)
+    return [road for road in roads_of(*FORWARD, scene) if row.roads[road].up_to == math.inf]
 
 
 def cases(name: str, made: Calls, given: Mapping[str, Array], epsilon: float = EPSILON) -> Iterator[Case]:
@@ -84,8 +89,8 @@ def cases(name: str, made: Calls, given: Mapping[str, Array], epsilon: float = E
     found = solved(made, given, epsilon)
     forward = worst([(one.forward, one.where) for one in found])
     backward = worst([(one.backward, one.where) for one in found])
-    yield Case(FAMILY, name, "forward error / (n eps |M^-1| (|M||qdd| + |h| + |tau|))", C, *forward)
-    yield Case(FAMILY, name, "backward error / eps", 10.0, *backward)
+    yield Case(name, "forward error / (n eps |M^-1| (|M||qdd| + |h| + |tau|))", C, *forward)
+    yield Case(name, "backward error / eps", 10.0, *backward)
 
 
 def _closed(name: str, one: Scene, made: Calls, given: Mapping[str, Array]) -> Case:
@@ -97,7 +102,7 @@ def _closed(name: str, one: Scene, made: Calls, given: Mapping[str, Array]) -> C
             errors = solve.backward(computed, given["tau"], np.arange(STATES), EPSILON)
             found += [(error, f"{way}, state {k}") for k, error in enumerate(errors)]
     metric = "backward error of accelerations and of loops / eps"
-    return Case(FAMILY, name, metric, 10.0, *worst(found or [(math.nan, "the equations are not finite")]))
+    return Case(name, metric, 10.0, *worst(found or [(math.nan, "the equations are not finite")]))
 
 
 def states(positions: Positions, n: int, seed: int = 1) -> dict[str, Array]:

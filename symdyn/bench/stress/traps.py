@@ -16,14 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from symdyn.bench.case import Case, worst
-from symdyn.bench.stress.calls import Calls, calls
+from symdyn.bench.stress.calls import Calls, calls, looked_at
 from symdyn.bench.stress.scenes import arm, one_body, rubbing
-from symdyn.dynamics import available
 from symdyn.scene import Scene
 
 Array = npt.NDArray[np.float64]
 
-FAMILY = "traps"
 
 FLAGS = {  # invalid, division by zero, overflow, underflow
     "x86_64": (1, 4, 8, 16),
@@ -47,8 +45,7 @@ def of_scene(scene: Scene) -> Iterator[Case]:
 
 
 def _of(kind: str, one: Scene) -> Iterator[Case]:
-    names = tuple(n for n in ("inverse_dynamics", "forward_dynamics", "mass_matrix") if n in available(one)[0])
-    made = calls(one, names)
+    made = calls(one, looked_at(one))
     mathematics = ctypes.util.find_library("m")
     masks = FLAGS.get(platform.machine())
     if "C" not in made.modules or mathematics is None or masks is None:
@@ -73,8 +70,8 @@ def _of(kind: str, one: Scene) -> Iterator[Case]:
                 raised = library.fetestexcept(sum(masks))
                 words = [name for name, mask in zip(NAMES, masks, strict=True) if raised & mask and name not in allowed]
                 found.append((float(len(words)), f"{function.name}, {count} states: {', '.join(words) or 'none'}"))
-        yield Case(FAMILY, f"{text}, {kind}", "exceptions that C functions raise", 0.0, *worst(found))
-    yield Case(FAMILY, f"a NaN and ordinary states, {kind}", "exceptions in NumPy", 0.0, *worst(_in_numpy(made)))
+        yield Case(f"{text}, {kind}", "exceptions that C functions raise", 0.0, *worst(found))
+    yield Case(f"a NaN and ordinary states, {kind}", "exceptions in NumPy", 0.0, *worst(_in_numpy(made)))
 
 
 def _in_numpy(made: Calls) -> list[tuple[float, str]]:
