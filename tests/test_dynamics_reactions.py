@@ -35,8 +35,8 @@ from symdyn.scene.toml import read_text
 from symdyn.teach import walkthrough
 from symdyn.verify.equality import DIFFERENT, NUMERICAL, PROVED, Claim, prove
 from symdyn.verify.laws import laws
+from symdyn.verify.laws_of_reactions import solvable
 from symdyn.verify.quaternions import on_unit_sphere
-from symdyn.verify.solvable import solvable
 
 
 def driven(one: Scene) -> Scene:

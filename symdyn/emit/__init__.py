@@ -1,8 +1,7 @@
 """Emitters: the only room that knows syntax."""
 
 from symdyn.emit.code.door import TARGETS, emit
-from symdyn.emit.code.sources import Sources
-from symdyn.emit.code.target import Draft, Target
+from symdyn.emit.code.target import Draft, Sources, Target
 from symdyn.emit.files import write
 
 __all__ = ["TARGETS", "Draft", "Sources", "Target", "emit", "write"]

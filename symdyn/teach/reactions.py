@@ -27,8 +27,7 @@ from symdyn.teach.shown_motion import determined, solved_at
 from symdyn.teach.shown_state import Chosen
 from symdyn.teach.velocities import PAGE, length
 from symdyn.verify.equality import DIFFERENT, PROVED, Claim, prove
-from symdyn.verify.laws_of_reactions import drives_in_reactions, momentum, power_of_reactions
-from symdyn.verify.solvable import solvable
+from symdyn.verify.laws_of_reactions import drives_in_reactions, momentum, power_of_reactions, solvable
 
 
 def solved_steps(lesson: Balance) -> list[Step]:

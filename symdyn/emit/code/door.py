@@ -8,8 +8,7 @@ from symdyn.emit.code.c import C
 from symdyn.emit.code.javascript import JS
 from symdyn.emit.code.python import NUMPY
 from symdyn.emit.code.real import find_real
-from symdyn.emit.code.sources import Sources
-from symdyn.emit.code.target import Target
+from symdyn.emit.code.target import Sources, Target
 from symdyn.emit.code.ufunc import UFUNC
 from symdyn.errors import EmitError
 from symdyn.program import Program

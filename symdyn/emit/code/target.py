@@ -1,8 +1,8 @@
-"""A target: all that is known of one language, or of one way to be called; and what its writer is given."""
+"""A target: all that is known of one language, or one way to be called; what its writer is given, and what it makes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 from symdyn.emit.code.identifiers import stem
@@ -78,3 +78,41 @@ class Target:
         page = compose(program, printer, command, self.first, self.keywords)
         about = render("common/about.txt.jinja", {"page": page}).rstrip("\n")
         return Draft(program, real, option, printer, page, stem(program.scene.name), self.comment(about))
+
+
+@dataclass(frozen=True)
+class Sources(Mapping[str, Contents]):
+    """Generated files by name.
+
+    Attributes:
+        program: what they compute.
+        target: a key of `TARGETS`.
+        real: "double" or "float".
+        option: which of the target's options was chosen; "" for none.
+        functions: what the program's functions are called there, in order.
+        files: pairs of file name and contents, the file to compile or to import first.
+    """
+
+    program: Program
+    target: str
+    real: str
+    option: str
+    functions: tuple[str, ...]
+    files: tuple[tuple[str, Contents], ...]
+
+    def __getitem__(self, name: str) -> Contents:
+        """Return the contents of one file."""
+        return dict(self.files)[name]
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the file names."""
+        return (name for name, _ in self.files)
+
+    def __len__(self) -> int:
+        """Return the number of files."""
+        return len(self.files)
+
+    @property
+    def texts(self) -> dict[str, str]:
+        """The files that are text."""
+        return {name: contents for name, contents in self.files if isinstance(contents, str)}

@@ -1,9 +1,12 @@
-"""Breaking long formulas into lines: at + and -, outside brackets where there is a choice."""
+"""Long formulas in lines, broken at + and -, outside brackets where there is a choice; displays of LaTeX from them.
+
+Lines of LaTeX fit an A4 page with 20 mm margins at 10 pt.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 
 from symdyn.emit.print.formula_text import BREAK
 
@@ -108,3 +111,60 @@ def break_lines(text: str, first: float, rest: float, width: Callable[[str], flo
         lines.append("".join(pieces[start:end]).strip())
         start, room = end, rest
     return lines
+
+
+LINE = 470.0  # pt: 170 mm less a little for what the estimate misses
+INDENT = 20.0
+DIGITS = 6
+MOST_LINES = 60  # of one align, which TeX reads whole
+
+Lines = list[str]
+
+
+def lines_of(left: str, text: str, right: str = "") -> Lines:
+    """Return the lines of `left text right`, aligned at the start of `text`."""
+    room = LINE - latex_width(left)
+    lines = break_lines(text, room, room - INDENT, latex_width)
+    if right and latex_width(lines[-1] + right) > room - INDENT * (len(lines) > 1):
+        lines += break_lines(right, room - INDENT, room - INDENT, latex_width)
+    else:
+        lines[-1] = f"{lines[-1]} {right.replace(BREAK, '')}".rstrip()
+    first, *others = lines
+    return [f"{left} &{first}" if left else f"& {first}", *(rf"&\quad {{}}{line}" for line in others)]
+
+
+def definition(left: str, text: str) -> Lines:
+    """Return `left = text`; a long left-hand side does not push the lines to the right."""
+    return lines_of(left, f"= {text}")
+
+
+def align(paragraphs: Sequence[Lines]) -> Iterator[str]:
+    """Yield align* displays, a few paragraphs each."""
+    chunk: list[Lines] = []
+    for i, paragraph in enumerate(paragraphs):
+        chunk.append(paragraph)
+        full = sum(map(len, chunk)) + (len(paragraphs[i + 1]) if i + 1 < len(paragraphs) else MOST_LINES) > MOST_LINES
+        if full:
+            body = " \\\\\n".join("  " + " \\\\\n  ".join(lines) for lines in chunk)
+            yield f"\\begin{{align*}}\n{body}\n\\end{{align*}}"
+            chunk = []
+
+
+def together(indices: Sequence[str]) -> str:
+    """Return indices side by side, set apart where one has two digits."""
+    return (r"\," if any(len(i) > 1 for i in indices) else "").join(indices)
+
+
+def entry_name(letter: str, *index: int) -> str:
+    """Return M_{12} or g_{1}; `index` counts from 0."""
+    return f"{letter}_{{{together([str(i + 1) for i in index])}}}"
+
+
+def bmatrix(rows: Sequence[Sequence[str]]) -> str:
+    """Return a matrix."""
+    return r"\begin{bmatrix} " + r" \\ ".join(" & ".join(row) for row in rows) + r" \end{bmatrix}"
+
+
+def matrix_width(rows: Sequence[Sequence[str]]) -> float:
+    """Return how wide a matrix is printed, pt."""
+    return sum(max(latex_width(row[j]) for row in rows) + 10 for j in range(len(rows[0])))

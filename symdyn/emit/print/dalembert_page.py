@@ -18,8 +18,8 @@ from symdyn.dynamics.loops.loop_numbers import in_words
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.reactions.dalembert import DRIVE, REACTION, Equilibrium, Unknown, equilibrium
 from symdyn.emit.escape import in_latex
+from symdyn.emit.print.breaking import DIGITS, LINE, align, bmatrix, definition, matrix_width
 from symdyn.emit.print.formula_text import Latex
-from symdyn.emit.print.latex_layout import DIGITS, LINE, align, bmatrix, definition, matrix_width
 from symdyn.emit.print.latex_page import symbol_row, symbol_table
 from symdyn.emit.print.letters import body_number
 from symdyn.emit.print.printed_names import latex_symbols

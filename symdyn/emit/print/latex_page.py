@@ -10,23 +10,23 @@ from collections.abc import Sequence
 from symdyn.algebra.form import MINUS_ONE, Form, Symbol, product_of, split_sign, sum_of, symbols_of, terms_of
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.emit.escape import in_latex
-from symdyn.emit.print.breaking import break_lines, latex_width
-from symdyn.emit.print.formula_text import BREAK, Latex, value_text
-from symdyn.emit.print.latex_constraints import constraint_page
-from symdyn.emit.print.latex_layout import (
+from symdyn.emit.print.breaking import (
     DIGITS,
     INDENT,
     LINE,
     align,
     bmatrix,
+    break_lines,
     definition,
     entry_name,
+    latex_width,
     lines_of,
     matrix_width,
     together,
 )
+from symdyn.emit.print.formula_text import BREAK, Latex, value_text
 from symdyn.emit.print.letters import Letters, head
-from symdyn.emit.print.printable import Coefficient, Printable
+from symdyn.emit.print.printable import ENTRYWISE, Coefficient, Printable, PrintedConstraints
 from symdyn.emit.print.printed_names import latex_symbols, latex_unit
 from symdyn.scene import Scene, acceleration_name
 from symdyn.scene.forces import elastic
@@ -53,6 +53,9 @@ def latex_document(page: Printable, group: str) -> str:
     sections = [{"title": title, "text": _introduction(page, group), "body": "\n".join(_displays(page, group))}]
     if page.constraints.rows:
         sections.append({"title": "Loops and rows", "text": "", "body": constraint_page(page, group, write)})
+    timed = any(TIME in symbols_of(form) for form in (*page.right, *(form for _, form in page.motions)))
+    symbols = symbol_table(page.scene, write, timed)
+    symbols += [symbol_row(write.symbols[row.multiplier], row.text, row.unit) for row in page.constraints.rows]
     energies = [definition(head(letters[name]), write(form)) for name, form in (("K", page.K), ("P", page.P))]
     sections.append({"title": "Energies", "text": "", "body": "\n".join(align(energies))})
     return render(
@@ -61,7 +64,7 @@ def latex_document(page: Printable, group: str) -> str:
             "title": in_latex(page.scene.name),
             "comment": page.scene.name,
             "sections": sections,
-            "symbols": (symbols := [*symbol_table(page.scene, write, _has_time(page)), *_multipliers(page, write)]),
+            "symbols": symbols,
             "values": any(row["value"] for row in symbols),
         },
     )
@@ -226,10 +229,6 @@ DISPLAYS = {"equations": _equations, "coefficients": _coefficients, "textbook": 
 # The symbol table
 
 
-def _has_time(page: Printable) -> bool:
-    return any(TIME in symbols_of(form) for form in (*page.right, *(form for _, form in page.motions)))
-
-
 def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]]:
     """Return the rows: coordinates, drives, time, parameters."""
     rows = []
@@ -246,11 +245,53 @@ def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]
     return rows
 
 
-def _multipliers(page: Printable, write: Latex) -> list[dict[str, str]]:
-    return [symbol_row(write.symbols[row.multiplier], row.text, row.unit) for row in page.constraints.rows]
-
-
 def symbol_row(symbol: str, text: str, unit: str, value: str = "") -> dict[str, str]:
     """Return one row of the table."""
     shown = latex_unit(unit)
     return {"symbol": symbol, "text": in_latex(text), "unit": f"${shown}$" if shown else "", "value": value}
+
+
+RATE = r"(\dot G\,\dot q)"
+
+
+def constraint_page(page: Printable, group: str, write: Latex) -> str:
+    """Return what every multiplier is, and r = 0, G q̇ = 0, G q̈ + Ġ q̇ = 0."""
+    found = page.constraints
+    named = "; ".join(
+        f"${write.symbols[row.multiplier]}$ {in_latex(row.text)}{f', {in_latex(row.unit)}' if row.unit else ''}"
+        for row in found.rows
+    )
+    lines = [f"Multipliers: {named}.\n"]
+    if found.missing:
+        lines.append(rf"$G$ has no closed form: {in_latex(found.missing)}.")
+    elif ENTRYWISE[group]:
+        lines += _entries(found, write)
+    else:
+        blocks = {"Positions": found.positions(), "Velocities": found.rates(), "Accelerations": found.accelerations()}
+        for name, forms in blocks.items():
+            if forms:
+                lines += [f"{name}:", *align([lines_of("", write(form), "= 0") for form in forms])]
+    return "\n".join(lines)
+
+
+def _entries(found: PrintedConstraints, write: Latex) -> list[str]:
+    """Return the laws with names, and below the entries: G as a matrix where it fits."""
+    laws = [r"G\,\dot q = 0,", r"G\,\ddot q + \dot G\,\dot q = 0"]
+    laws = [*(["r(q) = 0,"] if found.positions() else []), *laws]
+    lines = list(align([["& " + r" \qquad ".join(laws)]]))
+    paragraphs = []
+    for k, row in enumerate(found.rows):
+        if row.residual is not None:
+            paragraphs.append(definition(entry_name("r", k), write(row.residual)))
+    entries = [[write.unbroken(form) for form in row.G] for row in found.rows]
+    whole = matrix_width(entries) + latex_width("G = ") + 30 < LINE
+    if whole:
+        paragraphs.append([f"G &= {bmatrix(entries)}"])
+    for k, row in enumerate(found.rows):
+        forms: list[tuple[str, Form]] = []
+        if not whole:
+            forms += [(entry_name("G", k, i), form) for i, form in enumerate(row.G)]
+        if row.bias is not None:
+            forms.append((entry_name(RATE, k), row.bias))
+        paragraphs += [definition(name, write(form)) for name, form in forms]
+    return [*lines, *align(paragraphs)]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from symdyn.emit.escape import in_html
-from symdyn.emit.print.latex_layout import together
+from symdyn.emit.print.breaking import together
 from symdyn.emit.print.letters import Letters, head
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.scene import Scene, acceleration_name
