@@ -11,9 +11,6 @@ from symdyn.algebra.form import (
     Form,
     Function,
     Number,
-    Power,
-    Product,
-    Sum,
     Symbol,
     express_form,
     factors_of,
@@ -28,10 +25,10 @@ from symdyn.dynamics.mechanism.state import vector
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Joint, express
 from symdyn.scene.forces import elastic
-from symdyn.spatial import cross, dot
+from symdyn.spatial import apply, cross, dot
 from symdyn.teach.document import Block, Fold, Formula, Step, Words
-from symdyn.teach.forms import expanded_squares, rate_of
-from symdyn.teach.lesson import Lesson
+from symdyn.teach.forms import expanded_squares, is_rate, rate_of
+from symdyn.teach.lesson import Lesson, named
 from symdyn.teach.student.masses import AXES, Mass
 from symdyn.teach.velocities import MOST_TERMS, angular_velocity, folded, length
 
@@ -70,14 +67,15 @@ def _kinetic(lesson: Lesson, mass: Mass, kinetic: list[str]) -> list[Step]:
         parts.append(product_of((HALF, lesson.short(mass.m), Symbol(f"v2:{tag}"))))
         values.append(mass.m * square / 2)
     if mass.h is not None:
-        omega = _ground_omega(lesson, mass)
+        omega = apply(lesson.placed[mass.body.name].R, angular_velocity(lesson, mass.body))
         term = dot((velocity[0], velocity[1], velocity[2]), cross(omega, mass.h))
         if not lesson.vanishes(term):
             symbol = lesson.name(f"Kh:{tag}", "K", tag, "h", node=term)
             steps.append(_offset(lesson, mass, term))
             parts.append(symbol)
             values.append(term)
-    if mass.spins and not lesson.vanishes(spin := _spin(lesson, mass)):
+    w = angular_velocity(lesson, mass.body)
+    if mass.spins and not lesson.vanishes(spin := dot(w, apply(mass.inertia, w)) / 2):
         symbol = lesson.name(f"Kw:{tag}", "K", tag, "omega", node=spin)
         steps.append(_spinning(lesson, mass, spin))
         parts.append(symbol)
@@ -99,7 +97,7 @@ def _square(lesson: Lesson, mass: Mass) -> Step:
     """Return v² as a sum of squares, multiplied out, each identity named, simplified."""
     tag, key = mass.tag, f"v2:{mass.tag}"
     state = lesson.state
-    rates: dict[str, Form] = {str(q.value): Symbol(str(u.value)) for q, u in zip(state.q, state.rates, strict=True)}
+    rates: dict[str, Form] = {str(q.value): named(u) for q, u in zip(state.q, state.rates, strict=True)}
     components = {axis: rate_of(lesson.short(node), rates) for axis, node in zip(AXES, mass.place, strict=True)}
     components = {axis: form for axis, form in components.items() if terms_of(form)}
     squares = sum_of(power_of(Symbol(f"d{axis}:{tag}"), 2) for axis in components)
@@ -131,18 +129,8 @@ def _square(lesson: Lesson, mass: Mass) -> Step:
 def _rates_last(term: Form) -> Form:
     """Return a product with rates behind sines."""
     factors = factors_of(term)
-    moving = [f for f in factors if _is_rate(f)]
-    return product_of([*(f for f in factors if not _is_rate(f)), *moving])
-
-
-def _is_rate(form: Form) -> bool:
-    if isinstance(form, Power):
-        return _is_rate(form.base)
-    if isinstance(form, Sum):
-        return all(map(_is_rate, form.terms))
-    if isinstance(form, Product):
-        return any(map(_is_rate, form.factors))
-    return isinstance(form, Symbol) and form.name.endswith("_dot")
+    moving = [f for f in factors if is_rate(f)]
+    return product_of([*(f for f in factors if not is_rate(f)), *moving])
 
 
 def _identity(lesson: Lesson, sines: Form, short: Form) -> Words:
@@ -158,18 +146,6 @@ def _angles(form: Form) -> set[Form]:
     parts = getattr(form, "terms", None) or getattr(form, "factors", None) or ()
     base = getattr(form, "base", None)
     return {angle for part in (*parts, *((base,) if base is not None else ())) for angle in _angles(part)}
-
-
-def _ground_omega(lesson: Lesson, mass: Mass) -> tuple[Expr, Expr, Expr]:
-    R, w = lesson.placed[mass.body.name].R, angular_velocity(lesson, mass.body)
-    x, y, z = (lesson.graph.total(R[k][a] * w[a] for a in range(3)) for k in range(3))
-    return x, y, z
-
-
-def _spin(lesson: Lesson, mass: Mass) -> Expr:
-    w = angular_velocity(lesson, mass.body)
-    graph = lesson.graph
-    return graph.total(w[a] * mass.inertia[a][b] * w[b] for a in range(3) for b in range(3)) / 2
 
 
 def _spinning(lesson: Lesson, mass: Mass, spin: Expr) -> Step:
@@ -211,7 +187,7 @@ def kinetic_form(lesson: Lesson, node: Expr) -> Form:
             second = tangents([slope], {qd[j]: lesson.graph.one})[0]
             short = lesson.short(second / 2 if i == j else second)
             if terms_of(short):
-                a, b = Symbol(str(u.value)), Symbol(str(qd[j].value))
+                a, b = named(u), named(qd[j])
                 terms.append(product_of((short, power_of(a, 2)) if i == j else (short, a, b)))
     return sum_of(terms)
 
@@ -284,6 +260,4 @@ def _negated(term: Form) -> Form:
 
 
 def _reference(lesson: Lesson, key: str) -> str:
-    kind, _, tag = key.partition(":")
-    found = [lesson.number(f"{kind}.definition:{tag}"), lesson.number(key)]
-    return ", ".join(f"({number})" for number in dict.fromkeys(found) if number)
+    return lesson.reference(key.replace(":", ".definition:", 1), key)

@@ -15,8 +15,8 @@ from symdyn.emit.print.formula_text import text_of
 from symdyn.emit.print.printable import Coefficient, Printable, printable
 from symdyn.graph import Expr
 from symdyn.scene.forces import elastic
-from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Step, Values, Words
-from symdyn.teach.lesson import SMALL_SCENE, Lesson, together
+from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Step, Values
+from symdyn.teach.lesson import SMALL_SCENE, Lesson, named, together
 from symdyn.teach.looks import Name
 from symdyn.teach.velocities import MOST_TERMS, folded, length
 
@@ -70,9 +70,9 @@ def name_coefficients(lesson: Lesson) -> Printable:
     acting = generalized_forces(lesson.scene, lesson.graph)
     for i, (drive, force) in enumerate(zip(lesson.drives, acting, strict=True)):
         lesson.name(f"tau:{i + 1}", "tau" if force.is_zero else "S", str(i + 1), node=drive + force)  # a sum
-        named = lesson.scene.drives[i]
-        if named:
-            lesson.names[named] = Name(None, drive)
+        own = lesson.scene.drives[i]
+        if own:
+            lesson.names[own] = Name(None, drive)
     return page
 
 
@@ -91,10 +91,8 @@ def _momentum(lesson: Lesson, i: int) -> Step:
     terms = [product_of((_M(lesson, i, j), _qd(lesson, j))) for j in range(lesson.state.n)]
     form = sum_of(term for term in terms if term != ZERO)
     block = folded(lesson, Formula(symbol.name, form, lesson.number(f"momentum:{i + 1}")))
-    number = lesson.number(f"momentum:{i + 1}")
-    claim = lesson.say("momentum", slope=symbol)
-    reason = lesson.say("momentum.reason", rate=_qd(lesson, i))
-    return Step(f"momentum:{i + 1}", claim, (block,), reason, f"({number})" if number else "")
+    claim, key = lesson.say("momentum", slope=symbol), f"momentum:{i + 1}"
+    return Step(key, claim, (block,), lesson.say("momentum.reason", rate=_qd(lesson, i)), lesson.reference(key))
 
 
 def _rate(lesson: Lesson, i: int) -> Step:
@@ -113,30 +111,29 @@ def _rate(lesson: Lesson, i: int) -> Step:
         total = slopes.get((j, k), zero) + (slopes.get((k, j), zero) if j != k else zero)
         if total:
             terms.append(_signed(forms.compactor(total), *_rates(lesson, j, k)))
-    number = lesson.number(f"rate:{i + 1}")
-    formula = folded(lesson, Formula(symbol.name, sum_of(terms), number))
+    key = f"rate:{i + 1}"
+    formula = folded(lesson, Formula(symbol.name, sum_of(terms), lesson.number(key)))
     table = _origins(lesson, i, slopes)
     shown: Block = table if n <= SMALL_SCENE else Fold(lesson.say("rate.fold"), (table,))
     claim, reason = lesson.say("rate", rate=symbol), lesson.say("rate.reason")
-    return Step(f"rate:{i + 1}", claim, (shown, formula), reason, f"({number})" if number else "")
+    return Step(key, claim, (shown, formula), reason, lesson.reference(key))
 
 
 def _origins(lesson: Lesson, i: int, slopes: Mapping[tuple[int, int], Polynomial]) -> Values:
     """Return a table: each term of ∂L/∂q̇_i, by its coefficient's name, and what each rate makes of it."""
-    forms, rows = lesson.forms, []
+    forms = lesson.forms
+    rows: list[tuple[Form, Form, Form]] = []
     for j in range(lesson.state.n):
         if not forms.M[i][j]:
             continue
         name = Symbol(f"k_z:{i + 1},{j + 1}")
-        term = Words((product_of((name, _qd(lesson, j))),))
-        accelerated = Words((product_of((name, _qdd(lesson, j))),))
-        rows.append((term, Words((_qdd(lesson, j),)), accelerated))
+        term = product_of((name, _qd(lesson, j)))
+        rows.append((term, _qdd(lesson, j), product_of((name, _qdd(lesson, j)))))
         for k in range(lesson.state.n):
             if slopes[j, k]:
                 given = _signed(forms.compactor(slopes[j, k]), *_rates(lesson, j, k))
-                rows.append((term, Words((_qd(lesson, k),)), Words((given,))))
-    head = (lesson.say("rate.term"), lesson.say("rate.from"), lesson.say("rate.gives"))
-    return Values(head, tuple(rows))
+                rows.append((term, _qd(lesson, k), given))
+    return lesson.table(("rate.term", "rate.from", "rate.gives"), rows)
 
 
 def _rates(lesson: Lesson, j: int, k: int) -> list[Form]:
@@ -161,12 +158,11 @@ def _slope(lesson: Lesson, i: int) -> Step:
         if rates == [()]
         for term in _alone(lesson, kind, i)
     ]
-    number = lesson.number(f"slope:{i + 1}")
-    block = folded(lesson, Formula(symbol.name, sum_of(terms), number))
+    key = f"slope:{i + 1}"
+    block = folded(lesson, Formula(symbol.name, sum_of(terms), lesson.number(key)))
     absent = not any(forms.ring.derivative(forms.M[j][k], q) for j in range(n) for k in range(n))
-    reason = lesson.say("slope.absent" if absent else "slope.reason", q=Symbol(str(q.value)))
-    claim = lesson.say("slope", slope=symbol)
-    return Step(f"slope:{i + 1}", claim, (block,), reason, f"({number})" if number else "")
+    reason = lesson.say("slope.absent" if absent else "slope.reason", q=named(q))
+    return Step(key, lesson.say("slope", slope=symbol), (block,), reason, lesson.reference(key))
 
 
 def _equation(lesson: Lesson, page: Printable, i: int) -> Step:
@@ -178,20 +174,18 @@ def _equation(lesson: Lesson, page: Printable, i: int) -> Step:
         short = length(c.form) <= MOST_TERMS // 3 and len(text_of(c.form)) <= WIDEST
         form = c.form if short else Symbol(coefficient_key(c))
         terms.append(Brace(form, coefficient_key(c) if short else "", c.rate))
-    number = lesson.number(f"equation:{i + 1}")
     q, qd = lesson.state.q[i].value, lesson.state.qd[i].value
     left = sum_of((Symbol(f"d/dt dL:/d{qd}"), _signed(MINUS_ONE, Symbol(f"dL:/d{q}"))))
     claim = lesson.say("equation", left=left, right=page.right[i])
     passive = lesson.scene.drives[i] is None
-    blocks: list[Block] = [Braced(page.right[i], tuple(terms), f"tau:{i + 1}", number)]
-    motion = lesson.number(f"motion:{i + 1}")
-    if motion:
-        blocks.insert(0, Formula("", left, motion, page.right[i]))
+    key, motion = f"equation:{i + 1}", f"motion:{i + 1}"
+    blocks: list[Block] = [Braced(page.right[i], tuple(terms), f"tau:{i + 1}", lesson.number(key))]
+    if lesson.number(motion):
+        blocks.insert(0, Formula("", left, lesson.number(motion), page.right[i]))
     if any(not brace.under for brace in terms):
         blocks.append(lesson.say("equation.named"))
     reason = lesson.say("equation.passive" if passive else "equation.reason", q=Symbol(str(q)))
-    numbers = [x for x in (motion, number) if x]
-    return Step(f"equation:{i + 1}", claim, tuple(blocks), reason, ", ".join(f"({x})" for x in numbers))
+    return Step(key, claim, tuple(blocks), reason, lesson.reference(motion, key))
 
 
 def _M(lesson: Lesson, i: int, j: int) -> Form:
@@ -199,11 +193,11 @@ def _M(lesson: Lesson, i: int, j: int) -> Form:
 
 
 def _qd(lesson: Lesson, j: int) -> Symbol:
-    return Symbol(str(lesson.state.qd[j].value))
+    return named(lesson.state.qd[j])
 
 
 def _qdd(lesson: Lesson, j: int) -> Symbol:
-    return Symbol(str(lesson.state.qdd[j].value))
+    return named(lesson.state.qdd[j])
 
 
 def _alone(lesson: Lesson, kind: str, i: int) -> tuple[Form, ...]:

@@ -171,15 +171,18 @@ def _times(a: Monomial, b: Monomial) -> Monomial:
 
 def _place(item: tuple[Form, int]) -> tuple[int, str]:
     """Sort key: parameters, sines, rates and their sums, each by its text."""
-    kind = 1 if has_sine(item[0]) else 2 if _is_rate(item[0]) else 0
+    kind = 1 if has_sine(item[0]) else 2 if is_rate(item[0]) else 0
     return kind, repr(item[0])
 
 
-def _is_rate(form: Form) -> bool:
+def is_rate(form: Form) -> bool:
+    """Tell whether a form is a velocity, or a power, a product or a sum of such."""
+    if isinstance(form, Power):
+        return is_rate(form.base)
     if isinstance(form, Sum):
-        return all(map(_is_rate, form.terms))
+        return all(map(is_rate, form.terms))
     if isinstance(form, Product):
-        return any(map(_is_rate, form.factors))
+        return any(map(is_rate, form.factors))
     return isinstance(form, Symbol) and form.name.endswith("_dot")
 
 

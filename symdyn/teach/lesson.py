@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -20,7 +20,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
 from symdyn.scene import JOINTS, Joint, Scene
 from symdyn.spatial import Transform
-from symdyn.teach.document import Section, Step, Words
+from symdyn.teach.document import Section, Step, Values, Words
 from symdyn.teach.languages import LANGUAGES, fill
 from symdyn.teach.looks import Letter, Name, Rate, Slope
 from symdyn.teach.student.masses import Mass, masses
@@ -103,6 +103,15 @@ class Prose:
     def section(self, key: str, steps: Sequence[Step]) -> Section:
         """Return steps under their heading."""
         return Section(key, self.text(f"section.{key}"), tuple(steps))
+
+    def table(self, heads: Sequence[str | Symbol], rows: Iterable[Sequence[str | Form | Words]]) -> Values:
+        """Return a table; heads are symbols or keys of words, without "table." before those of all lessons."""
+        shown = [
+            Words((head,)) if isinstance(head, Symbol) else self.say(head if "." in head else f"table.{head}")
+            for head in heads
+        ]
+        cells = (tuple(cell if isinstance(cell, Words) else Words((cell,)) for cell in row) for row in rows)
+        return Values(tuple(shown), tuple(cells))
 
 
 @dataclass
@@ -219,6 +228,15 @@ class Lesson(Prose):
     def number(self, key: str) -> str:
         """Return the equation number of a formula, "" without one."""
         return self.numbers.get(key, "")
+
+    def reference(self, *keys: str) -> str:
+        """Return the equation numbers of formulas that have one: "(5.28), (5.29)"."""
+        return ", ".join(dict.fromkeys(f"({self.number(key)})" for key in keys if self.number(key)))
+
+
+def named(node: Expr) -> Symbol:
+    """Return a symbol of the graph as a form."""
+    return Symbol(str(node.value))
 
 
 def together(forms: list[Form]) -> Words:

@@ -10,7 +10,7 @@ from symdyn.errors import EmitError
 from symdyn.scene import Scene, without_hidden_zeros
 from symdyn.teach.balance import Balance
 from symdyn.teach.bodies import body_steps
-from symdyn.teach.document import ERRATA, Block, Document, Section, Step, Values, Words
+from symdyn.teach.document import ERRATA, Block, Document, Section, Step, Words
 from symdyn.teach.energies import energy_steps
 from symdyn.teach.equation_steps import coefficient_steps, equation_steps, name_coefficients
 from symdyn.teach.equilibria import equilibrium_step
@@ -163,20 +163,16 @@ def _unknown_table(lesson: Balance) -> Step:
         if one.kind == COUPLING:
             joint = next(joint for joint in lesson.scene.joints if joint.name == one.joint)
             kind, places["leader"] = "unknown.coupling", leader(lesson.scene, joint)
-        rows.append((Words((symbol,)), lesson.say(kind, **places)))
-    head = (lesson.say("table.symbol"), lesson.say("table.meaning"))
-    reason = lesson.say("unknowns.reason")
-    return Step("unknowns", lesson.say("unknowns"), (Values(head, tuple(rows)),), reason, "(5.6), (5.7)")
+        rows.append((symbol, lesson.say(kind, **places)))
+    table, reason = lesson.table(("symbol", "meaning"), rows), lesson.say("unknowns.reason")
+    return Step("unknowns", lesson.say("unknowns"), (table,), reason, "(5.6), (5.7)")
 
 
 def _count(lesson: Balance) -> Step:
     """Return (5.18)-(5.20) in numbers."""
-    system, rows = lesson.system, []
+    system, joints = lesson.system, (*lesson.scene.joints, *lesson.scene.loops)
     counts = [one.joint for one in system.unknowns if one.kind != DRIVE]
-    for joint in (*lesson.scene.joints, *lesson.scene.loops):
-        kind = lesson.kind(joint)
-        rows.append((Words((joint.name,)), kind, Words((str(counts.count(joint.name)),))))
-    head = (lesson.say("table.joint"), lesson.say("table.kind"), lesson.say("table.class"))
+    rows = [(joint.name, lesson.kind(joint), str(counts.count(joint.name))) for joint in joints]
     classes = [counts.count(name) for name in dict.fromkeys(counts)]
     places: dict[str, str | Form] = {
         "equations": str(system.equations),
@@ -188,7 +184,7 @@ def _count(lesson: Balance) -> Step:
         "m": lesson.name("m:R", "m", "R", node=None),
     }
     correct = system.equations == len(system.unknowns)
-    blocks: list[Block] = [Values(head, tuple(rows)), lesson.say("count.sum", **places)]
+    blocks: list[Block] = [lesson.table(("joint", "kind", "class"), rows), lesson.say("count.sum", **places)]
     coupled = ", ".join(one.joint for one in system.unknowns if one.kind == COUPLING)
     if coupled:
         blocks.append(lesson.say("count.coupled", joints=coupled))

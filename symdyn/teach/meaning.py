@@ -19,7 +19,7 @@ from symdyn.scene.joints.blocks import unit
 from symdyn.spatial import Vec, apply, apply_transposed, cross, dot, sub, zero_vector
 from symdyn.teach.document import Block, Box, Formula, Step
 from symdyn.teach.equation_steps import node_of
-from symdyn.teach.lesson import Lesson
+from symdyn.teach.lesson import Lesson, named
 from symdyn.teach.rates import rates_step
 from symdyn.teach.student.masses import AXES, Mass
 from symdyn.teach.velocities import folded, length
@@ -83,8 +83,8 @@ def meaning_steps(lesson: Lesson, page: Printable, found: list[Mass]) -> list[St
             continue
         key = f"k_z:{i + 1},{j + 1}"
         if lesson.vanishes(node_of(lesson, key)):
-            rate, way = Symbol(str(lesson.state.qdd[j].value)), "induced.none.slide" if first.slides else "induced.none"
-            said = lesson.say(way, name=Symbol(key), rate=rate, joint=first.joint.name)
+            way = "induced.none.slide" if first.slides else "induced.none"
+            said = lesson.say(way, name=Symbol(key), rate=named(lesson.state.qdd[j]), joint=first.joint.name)
             steps.append(Step(f"meaning:{key}", said, ()))
         else:
             steps.append(_induced(lesson, (i, j), (first, second), found))
@@ -94,15 +94,11 @@ def meaning_steps(lesson: Lesson, page: Printable, found: list[Mass]) -> list[St
     for i, axis in enumerate(axes):
         if axis is not None and not lesson.vanishes(node_of(lesson, f"k_G:{i + 1}")):
             steps.append(_weights(lesson, i, axis, found))
-    others = dict.fromkeys(j.name for j, axis in zip(_carriers(lesson), axes, strict=True) if axis is None)
+    carriers = [joint.name for joint in lesson.scene.moving for _ in joint.coordinates]
+    others = dict.fromkeys(name for name, axis in zip(carriers, axes, strict=True) if axis is None)
     if others:
         steps.append(Step("meaning:others", lesson.say("meaning.others", joints=", ".join(others)), ()))
     return steps
-
-
-def _carriers(lesson: Lesson) -> list[Joint]:
-    """Return the joint of every coordinate."""
-    return [joint for joint in lesson.scene.moving for _ in joint.coordinates]
 
 
 # k_z
@@ -125,23 +121,21 @@ def _own_inertia(lesson: Lesson, i: int, axis: Axis, found: list[Mass]) -> Step:
         node, terms = node + rotor, [*terms, lesson.short(rotor)]
     lesson.name(key, "m" if axis.slides else "I", here, node=node)
     number = lesson.number(f"J:{here}")
-    named, written_out = sum_of(terms), lesson.short(node)
-    blocks.append(Formula(key, named, number))
-    if named != written_out:
+    in_names, written_out = sum_of(terms), lesson.short(node)
+    blocks.append(Formula(key, in_names, number))
+    if in_names != written_out:
         blocks.append(folded(lesson, Formula(key, written_out)))
     blocks.append(_check(lesson, k_z, key))
     torque = f"Mz:{here},{here}"
     qdd = lesson.state.qdd[i]
     lesson.name(torque, "F" if axis.slides else "M", "z", here + here, node=node_of(lesson, k_z) * qdd)
-    moved = lesson.say("inertia.torque", rate=Symbol(str(qdd.value)))
-    product = product_of((Symbol(k_z), Symbol(str(qdd.value))))
+    moved, product = lesson.say("inertia.torque", rate=named(qdd)), product_of((Symbol(k_z), named(qdd)))
     blocks += [moved, Formula(torque, product, lesson.number(torque))]
     kind = "mass" if axis.slides else "inertia"
     tags = ", ".join(mass.tag for mass in carried)
     claim = lesson.say(f"{kind}", name=Symbol(k_z), joint=axis.joint.name, tags=tags)
-    numbers = [lesson.number(x) for x in (k_z, f"J:{here}", torque)]
-    reference = ", ".join(f"({x})" for x in numbers if x)
-    return Step(f"meaning:{k_z}", claim, tuple(blocks), lesson.say(f"{kind}.reason"), reference)
+    reason, reference = lesson.say(f"{kind}.reason"), lesson.reference(k_z, f"J:{here}", torque)
+    return Step(f"meaning:{k_z}", claim, tuple(blocks), reason, reference)
 
 
 def _inertia_about(lesson: Lesson, axis: Axis, mass: Mass, here: str) -> tuple[Expr, list[Form], list[Block]]:
@@ -221,8 +215,7 @@ def _induced(lesson: Lesson, at: tuple[int, int], axes: tuple[Axis, Axis], found
     blocks.append(Formula(back, product_of((Symbol(twin), Symbol(str(other.value)))), lesson.number(back)))
     blocks += [lesson.say("induced.twin"), Formula(twin, Symbol(k_z), lesson.number(twin))]
     claim = lesson.say("induced", name=Symbol(k_z), rate=Symbol(str(qdd.value)), joint=first.joint.name)
-    numbers = [lesson.number(x) for x in (torque, k_z, f"split:{here},{there}", back, twin)]
-    reference = ", ".join(f"({x})" for x in numbers if x)
+    reference = lesson.reference(torque, k_z, f"split:{here},{there}", back, twin)
     return Step(f"meaning:{k_z}", claim, tuple(blocks), lesson.say("induced.reason"), reference)
 
 

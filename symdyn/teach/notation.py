@@ -9,7 +9,7 @@ from symdyn.graph import Graph
 from symdyn.scene import FORCES, GROUND, Joint, Scene, express
 from symdyn.scene.units import coordinates_with_units, drives_with_units
 from symdyn.scene.values.quantity import ZERO
-from symdyn.teach.document import Picture, Step, Values, Words
+from symdyn.teach.document import Picture, Step, Words
 from symdyn.teach.lesson import Prose, together
 
 
@@ -18,27 +18,21 @@ def scene_step(lesson: Prose, shown: Picture) -> Step:
     scene = lesson.scene
     rows = []
     for joint in (*scene.joints, *scene.loops):
-        parent = lesson.text("ground") if joint.parent == "ground" else joint.parent
+        parent = lesson.text("ground") if joint.parent == GROUND else joint.parent
         places: list[Form] = [Symbol(q) for q in joint.coordinates]
         if joint.coupling:
             places = [form_of(joint_position(joint, Graph()))]
-        kind = lesson.kind(joint)
-        rows.append((Words((joint.name,)), kind, Words((parent,)), Words((joint.child,)), together(places)))
-    keys = ("joint", "kind", "parent", "child", "coordinate")
-    head = tuple(lesson.say(f"table.{key}") for key in keys)
-    closed = "scene.closed" if scene.is_closed else "scene"
-    claim = lesson.say(closed, scene=scene.name, bodies=str(len(scene.bodies)), freedoms=str(len(scene.velocities)))
-    return Step(
-        "scene",
-        claim,
-        (shown, Values(head, tuple(rows))),
-        lesson.say("scene.closed.reason" if closed != "scene" else "scene.reason"),
-    )
+        rows.append((joint.name, lesson.kind(joint), parent, joint.child, together(places)))
+    key = "scene.closed" if scene.is_closed else "scene"
+    claim = lesson.say(key, scene=scene.name, bodies=str(len(scene.bodies)), freedoms=str(len(scene.velocities)))
+    joints = lesson.table(("joint", "kind", "parent", "child", "coordinate"), rows)
+    return Step("scene", claim, (shown, joints), lesson.say(f"{key}.reason"))
 
 
 def acting_steps(lesson: Prose) -> list[Step]:
     """Return the step that lists motions that are prescribed and what acts beside drives and weights; none without."""
-    scene, rows = lesson.scene, []
+    scene = lesson.scene
+    rows: list[tuple[str | Words, str | Words]] = []
     for joint in scene.joints:
         where = lesson.text("acting.joint", joint=joint.name)
         if joint.motion is not None:
@@ -50,20 +44,19 @@ def acting_steps(lesson: Prose) -> list[Step]:
             said = lesson.say("acting.follows", joint=joint.name, leader=leader(scene, joint), position=position)
             rows.append((lesson.say("acting.coupling"), said))
         if joint.damping != ZERO:
-            rows.append((lesson.say("acting.damping"), Words((where,))))
+            rows.append((lesson.say("acting.damping"), where))
         if joint.dry is not None:
-            rows.append((Words((FORCES[joint.dry.kind].words[lesson.language],)), Words((where,))))
+            rows.append((FORCES[joint.dry.kind].words[lesson.language], where))
         if any(x != ZERO for x in joint.forces):
-            rows.append((lesson.say("acting.force"), Words((where,))))
+            rows.append((lesson.say("acting.force"), where))
     for one in (*scene.struts, *scene.loads):
         ends = " – ".join(lesson.text("ground") if end.body == GROUND else end.body for end in one.ends)
         where = ends or lesson.text("acting.joint", joint=getattr(one, "joint", ""))
-        rows.append((Words((FORCES[one.kind].words[lesson.language],)), Words((f"{one.name}: {where}",))))
+        rows.append((FORCES[one.kind].words[lesson.language], f"{one.name}: {where}"))
     if not rows:
         return []
-    head = (lesson.say("table.kind"), lesson.say("table.where"))
     reason = lesson.say("acting.reason") if any(joint.motion is not None for joint in scene.joints) else Words(())
-    return [Step("acting", lesson.say("acting"), (Values(head, tuple(rows)),), reason)]
+    return [Step("acting", lesson.say("acting"), (lesson.table(("kind", "where"), rows),), reason)]
 
 
 def leader(scene: Scene, joint: Joint) -> str:
@@ -74,21 +67,18 @@ def leader(scene: Scene, joint: Joint) -> str:
 
 def notation_step(lesson: Prose) -> Step:
     """Return the table of symbols."""
-    scene, rows = lesson.scene, []
+    scene = lesson.scene
+    rows: list[tuple[Symbol, str | Words, str, str]] = []
     for (joint, q, unit), rate in zip(coordinates_with_units(scene), scene.velocities, strict=True):
         kind = lesson.say("notation.angle" if unit == "rad" else "notation.way", joint=joint.name)
-        rows.append(_row(Symbol(q), kind, unit))
-        rows.append(_row(Symbol(rate), lesson.say("notation.rate", q=Symbol(q)), f"{unit}/s"))
+        rows.append((Symbol(q), kind, unit, ""))
+        rows.append((Symbol(rate), lesson.say("notation.rate", q=Symbol(q)), f"{unit}/s", ""))
     for joint, drive, unit in drives_with_units(scene):
         key = "notation.force" if unit == "N" else "notation.torque"
-        rows.append(_row(Symbol(drive), lesson.say(key, joint=joint.name), unit))
+        rows.append((Symbol(drive), lesson.say(key, joint=joint.name), unit, ""))
     for parameter in scene.parameters:
         value = value_text(parameter.value) if parameter.value is not None else ""
         text = parameter.text or lesson.text("notation.parameter")
-        rows.append(_row(Symbol(parameter.name), Words((text,)), parameter.unit, value))
-    head = tuple(lesson.say(f"table.{key}") for key in ("symbol", "meaning", "unit", "value"))
-    return Step("notation", lesson.say("notation"), (Values(head, tuple(rows)),), level="full")
-
-
-def _row(symbol: Symbol, text: Words, unit: str, value: str = "") -> tuple[Words, ...]:
-    return Words((symbol,)), text, Words((unit.replace("^2", "²"),)), Words((value,))
+        rows.append((Symbol(parameter.name), text, parameter.unit.replace("^2", "²"), value))
+    table = lesson.table(("symbol", "meaning", "unit", "value"), rows)
+    return Step("notation", lesson.say("notation"), (table,), level="full")

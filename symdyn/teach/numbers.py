@@ -22,9 +22,9 @@ from symdyn.emit.print.printable import Printable
 from symdyn.graph import tangents
 from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.teach.balance import Balance
-from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step, Values, Words
+from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step
 from symdyn.teach.equation_steps import coefficient_key, coefficient_unit, node_of
-from symdyn.teach.lesson import Lesson, Prose
+from symdyn.teach.lesson import Lesson, Prose, named
 from symdyn.teach.looks import Name
 from symdyn.teach.shown_state import Chosen, timed
 from symdyn.teach.student.masses import Mass
@@ -61,24 +61,17 @@ def number_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:
 
 def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
     """Return the table of the chosen state."""
-    symbols = [*(lesson.graph.symbol(p.name) for p in lesson.scene.parameters)]
-    symbols += [*lesson.state.q, *lesson.state.qd, *lesson.state.qdd]
-    units = [parameter.unit for parameter in lesson.scene.parameters]
-    places = coordinate_units(lesson.scene)
-    rates = velocity_units(lesson.scene)
-    units += [*places, *(f"{unit}/s" for unit in rates), *(f"{unit}/s^2" for unit in rates)]
-    cells = [
-        (Words((Symbol(str(x.value)),)), Words((written(chosen.values[x]),)), Words((unit.replace("^2", "²"),)))
-        for x, unit in zip(symbols, units, strict=True)
-    ]
-    if timed(lesson.scene):
-        cells.append(
-            (Words((Symbol(TIME),)), Words((written(chosen.values[lesson.graph.symbol(TIME)]),)), Words(("s",)))
-        )
-    head = (lesson.say("table.symbol"), lesson.say("table.value"), lesson.say("table.unit"))
-    tied = lesson.scene.is_closed
-    reason = lesson.say("state.reason.closed" if tied else "state.reason")
-    return Step("state", lesson.say("state"), (Values(head, tuple(cells)),), reason)
+    scene, symbol = lesson.scene, lesson.graph.symbol
+    symbols = [*(symbol(p.name) for p in scene.parameters), *lesson.state.q, *lesson.state.qd, *lesson.state.qdd]
+    rates = velocity_units(scene)
+    units = [*(parameter.unit for parameter in scene.parameters), *coordinate_units(scene)]
+    units += [*(f"{unit}/s" for unit in rates), *(f"{unit}/s^2" for unit in rates)]
+    if timed(scene):
+        symbols, units = [*symbols, symbol(TIME)], [*units, "s"]
+    pairs = zip(symbols, units, strict=True)
+    rows = [(named(x), written(chosen.values[x]), unit.replace("^2", "²")) for x, unit in pairs]
+    reason = lesson.say("state.reason.closed" if scene.is_closed else "state.reason")
+    return Step("state", lesson.say("state"), (lesson.table(("symbol", "value", "unit"), rows),), reason)
 
 
 def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
@@ -87,17 +80,15 @@ def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
         if not c.vanishes and not (c.kind == "k_z" and c.indices[0] > c.indices[1]):
             key = coefficient_key(c)
             (value,) = chosen.of(node_of(lesson, key))
-            rows.append(
-                (Words((Symbol(key),)), Words((written(value),)), Words((coefficient_unit(c.kind, c.indices, slides),)))
-            )
-    head = (lesson.say("table.coefficient"), lesson.say("table.value"), lesson.say("table.unit"))
-    return Step("values", lesson.say("values"), (Values(head, tuple(rows)),), level="full")
+            rows.append((Symbol(key), written(value), coefficient_unit(c.kind, c.indices, slides)))
+    table = lesson.table(("coefficient", "value", "unit"), rows)
+    return Step("values", lesson.say("values"), (table,), level="full")
 
 
 def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
     """Return the bar chart of one equation, solved for the drive: products of coefficient and rates, other forces."""
     state = lesson.state
-    named = {str(x.value): x for x in (*state.qd, *state.qdd)}
+    by_name = {str(x.value): x for x in (*state.qd, *state.qdd)}
     labels, values = [], []
     for c in page.rows[i]:
         if c.vanishes:
@@ -105,7 +96,7 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
         key = coefficient_key(c)
         factor = 1.0
         for name, exponent in _rates(c.rate):
-            factor *= chosen.values[named[name]] ** exponent
+            factor *= chosen.values[by_name[name]] ** exponent
         (value,) = chosen.of(node_of(lesson, key))
         labels.append(product_of((Symbol(key), c.rate)))
         values.append(value * factor)
@@ -119,7 +110,7 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
     caption = lesson.say("shares", total=total)
     block = Shares(caption, total, sum(values), unit, bars)
     key = "torque" if lesson.scene.drives[i] else "torque.passive"
-    claim = lesson.say(key, total=total, value=f"{equals(sum(values))} {unit}", q=Symbol(str(state.q[i].value)))
+    claim = lesson.say(key, total=total, value=f"{equals(sum(values))} {unit}", q=named(state.q[i]))
     return Step(f"torque:{i + 1}", claim, (block,))
 
 
@@ -156,7 +147,7 @@ def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
     lesson.name("E:", "E", node=total)
     symbol = lesson.rate("E:", rate)
     forces = [[_drive(lesson, i), *_others(lesson, page, i)] for i in n]
-    power = [signed_product(sum_of(forces[i]), Symbol(str(state.qd[i].value))) for i in n]
+    power = [signed_product(sum_of(forces[i]), named(state.qd[i])) for i in n]
     acting = [lesson.drives[i] + express_form(sum_of(forces[i][1:]), lesson.graph) for i in n]
     nodes = [force * u for force, u in zip(acting, state.qd, strict=True)]
     left, *parts = chosen.of(rate, *nodes)

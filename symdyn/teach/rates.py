@@ -8,9 +8,9 @@ from symdyn.emit.print.printable import Printable
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene.units import velocity_units
 from symdyn.spatial import add, apply, cross
-from symdyn.teach.document import Block, Formula, Step, Values, Words
+from symdyn.teach.document import Block, Formula, Step, Words
 from symdyn.teach.equation_steps import WIDEST, coefficient_key, node_of
-from symdyn.teach.lesson import Lesson
+from symdyn.teach.lesson import Lesson, named
 from symdyn.teach.looks import Name
 from symdyn.teach.student.masses import Mass
 from symdyn.teach.velocities import angular_velocity, length
@@ -25,19 +25,16 @@ def rates_step(lesson: Lesson, page: Printable, kind: str, found: list[Mass]) ->
     for c in page.coefficients:
         if c.kind == kind:
             short = length(c.form) <= SHORT and len(text_of(c.form)) <= WIDEST
-            value = Words((c.form,)) if short else lesson.say("long.short", terms=str(length(c.form)))
+            value = c.form if short else lesson.say("long.short", terms=str(length(c.form)))
             why = lesson.say(_why(lesson, c.indices, slides, kind, found), **_places(lesson, c.indices))
-            rows.append((Words((Symbol(coefficient_key(c)),)), value, why))
-    head = (lesson.say("table.coefficient"), lesson.say("table.value"), lesson.say("table.why"))
-    blocks: list[Block] = [Values(head, tuple(rows))]
-    if kind == "k_D" and (number := lesson.number("k_D:1,1")):
-        torque = f"{kind} torque"
-        node = node_of(lesson, "k_D:1,1") * lesson.state.qd[0] * lesson.state.qd[0]
-        lesson.name(torque, "M", "D", "11", node=node)
-        product = product_of((Symbol("k_D:1,1"), power_of(Symbol(str(lesson.state.qd[0].value)), 2)))
-        blocks.append(Formula(torque, product, number, ZERO))
-    number = lesson.number("k_D:1,1") if kind == "k_D" else ""
-    reference = f"({number})" if number else ""
+            rows.append((Symbol(coefficient_key(c)), value, why))
+    blocks: list[Block] = [lesson.table(("coefficient", "value", "why"), rows)]
+    reference = lesson.reference(f"{kind}:1,1") if kind == "k_D" else ""
+    if reference:
+        node, rate = node_of(lesson, "k_D:1,1"), lesson.state.qd[0]
+        lesson.name("k_D torque", "M", "D", "11", node=node * rate * rate)
+        product = product_of((Symbol("k_D:1,1"), power_of(named(rate), 2)))
+        blocks.append(Formula("k_D torque", product, lesson.number("k_D:1,1"), ZERO))
     claim, reason = lesson.say(f"meaning.{kind}"), lesson.say(f"meaning.{kind}.reason")
     return Step(f"meaning:{kind}", claim, tuple(blocks), reason, reference)
 
@@ -45,7 +42,7 @@ def rates_step(lesson: Lesson, page: Printable, kind: str, found: list[Mass]) ->
 def _places(lesson: Lesson, indices: tuple[int, ...]) -> dict[str, str | Form | Words]:
     i, j, *rest = indices
     k = rest[0] if rest else j
-    qd = [Symbol(str(u.value)) for u in lesson.state.qd]
+    qd = list(map(named, lesson.state.qd))
     return {"i": str(i), "j": qd[j - 1], "k": qd[k - 1], "axis": str(j)}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from fractions import Fraction
 
 from symdyn.algebra.form import Number, power_of
@@ -13,14 +14,7 @@ from symdyn.dynamics.reactions.least import equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.teach.balance import Balance
-from symdyn.teach.document import (
-    Block,
-    Fold,
-    Formula,
-    Step,
-    Values,
-    Words,
-)
+from symdyn.teach.document import Block, Fold, Formula, Step, Values
 from symdyn.teach.lesson import together
 from symdyn.teach.numbers import written
 from symdyn.teach.shown_motion import determined, solved_at
@@ -48,20 +42,13 @@ def numbers_step(lesson: Balance, chosen: Chosen) -> Step:
     x, unique = solved_at(lesson, chosen)
     rows = []
     for symbol, one, value in zip(lesson.unknowns, lesson.system.unknowns, x, strict=True):
-        unit = _unit(lesson, one)
-        rows.append((Words((symbol,)), Words((written(float(value)),)), Words((unit,))))
-    head = (lesson.say("table.symbol"), lesson.say("table.value"), lesson.say("table.unit"))
+        force = lesson.workspace.hanging.samples.at([*one.acts[0][1][0]], 2)
+        rows.append((symbol, written(float(value)), "N" if abs(force).max() > 1e-12 else "N m"))
     where = lesson.say("reactions.closed" if lesson.closed else "reactions.open")
-    blocks: list[Block] = [where, Values(head, tuple(rows))]
+    blocks: list[Block] = [where, lesson.table(("symbol", "value", "unit"), rows)]
     if not unique:
         blocks.append(lesson.say("reactions.least"))
     return Step("reactions", lesson.say("reactions"), tuple(blocks), lesson.say("reactions.reason"))
-
-
-def _unit(lesson: Balance, one: Unknown) -> str:
-    """Return N for what has a force at unit size, else N m."""
-    force = lesson.workspace.hanging.samples.at([*one.acts[0][1][0]], 2)
-    return "N" if abs(force).max() > 1e-12 else "N m"
 
 
 def roads_step(lesson: Balance, chosen: Chosen) -> Step | None:
@@ -105,11 +92,8 @@ def _compared(lesson: Balance, chosen: Chosen, other: Mapping[int, Expr]) -> Val
     values = chosen.of(*other.values())
     worst = max(abs(x[u] - value) for u, value in zip(other, values, strict=True))
     assert worst <= 1e-8 * (1 + max(map(abs, values))), "the two roads differ in numbers"
-    rows = [
-        (Words((lesson.unknowns[u],)), Words((written(float(x[u])),)), Words((written(value),)))
-        for u, value in zip(other, values, strict=True)
-    ]
-    return Values(tuple(map(lesson.say, ("table.symbol", "table.dalembert", "table.lagrange"))), tuple(rows))
+    rows = [(lesson.unknowns[u], written(float(x[u])), written(value)) for u, value in zip(other, values, strict=True)]
+    return lesson.table(("symbol", "dalembert", "lagrange"), rows)
 
 
 def _multiplied(lesson: Balance, drives: Mapping[int, Unknown], chosen: Chosen) -> dict[int, Expr]:
@@ -131,12 +115,9 @@ def _laws(w: Workspace) -> dict[str, Claim]:
     found = {}
     laws = {"roads.joints": drives_in_reactions, "roads.power": power_of_reactions, "roads.momentum": momentum}
     for key, law in laws.items():
-        try:
-            claim = law(w)
-        except DerivationError:  # reactions are not unique
-            continue
-        if claim is not None:
-            found[key] = claim
+        with suppress(DerivationError):  # reactions are not unique
+            if (claim := law(w)) is not None:
+                found[key] = claim
     return found
 
 

@@ -9,7 +9,6 @@ balls, a wheel that rolls down) is accelerated as it is without a drive.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import null_space
@@ -107,7 +106,7 @@ def _tied(A: Array, right: Array, free: list[int], wanted: Sequence[float]) -> A
 
 def _with(chosen: Chosen, symbols: tuple[Expr, ...], values: Array) -> Chosen:
     rounded = [0.0 if abs(x) < SMALL else float(x) for x in values]
-    return replace(chosen, values={**chosen.values, **dict(zip(symbols, rounded, strict=True))})
+    return chosen.moved(dict(zip(symbols, rounded, strict=True)))
 
 
 def _accelerated(lesson: Balance, chosen: Chosen, G: Array, right: Array, free: list[int]) -> Array:

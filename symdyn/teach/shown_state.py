@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from symdyn.algebra.numeric import Floats
@@ -45,6 +45,10 @@ class Chosen:
     values: Mapping[Expr, float]
     q: tuple[float, ...]
     parameters: Mapping[str, float]
+
+    def moved(self, values: Mapping[Expr, float]) -> Chosen:
+        """Return it with other values of some symbols."""
+        return replace(self, values={**self.values, **values})
 
     def of(self, *nodes: Expr) -> list[float]:
         """Return the values of nodes.

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from symdyn.algebra.form import ZERO, Form, Symbol, terms_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Body
-from symdyn.teach.document import Block, Fold, Formula, Step, Values, Words
+from symdyn.teach.document import Block, Fold, Formula, Step
 from symdyn.teach.forms import rate_of
-from symdyn.teach.lesson import SMALL_SCENE, Lesson, Prose
+from symdyn.teach.lesson import SMALL_SCENE, Lesson, Prose, named
 from symdyn.teach.student.masses import AXES, Mass
 
 MOST_TERMS = 20
@@ -46,7 +44,7 @@ def position_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
 def velocity_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
     """Return one step a mass: each component differentiated, the angular velocity of a body that has inertia."""
     state = lesson.state
-    rates: dict[str, Form] = {str(q.value): Symbol(str(u.value)) for q, u in zip(state.q, state.rates, strict=True)}
+    rates: dict[str, Form] = {str(q.value): named(u) for q, u in zip(state.q, state.rates, strict=True)}
     steps = []
     for mass in found:
         blocks: list[Block] = []
@@ -58,7 +56,8 @@ def velocity_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
             rate = rate_of(form, rates)
             if not terms_of(rate):
                 continue
-            details.append(_term_by_term(lesson, form, rates))
+            rows = [(term, rate_of(term, rates)) for term in terms_of(form)]
+            details.append(lesson.table(("velocity.term", "velocity.rate"), rows))
             blocks.append(folded(lesson, Formula(key, rate, lesson.number(key))))
         if not blocks:
             blocks = [lesson.say("velocity.rests", tag=mass.tag)]
@@ -73,13 +72,6 @@ def velocity_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
         if mass.spins:
             steps.append(_turning(lesson, mass))
     return steps
-
-
-def _term_by_term(lesson: Lesson, form: Form, rates: Mapping[str, Form]) -> Values:
-    """Return a table: each term of a place and its rate."""
-    head = (lesson.say("velocity.term"), lesson.say("velocity.rate"))
-    rows = [(Words((term,)), Words((rate_of(term, rates),))) for term in terms_of(form)]
-    return Values(head, tuple(rows))
 
 
 def _turning(lesson: Lesson, mass: Mass) -> Step:
