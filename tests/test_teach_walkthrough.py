@@ -30,8 +30,7 @@ from symdyn.teach import reactions as reactions_room
 from symdyn.teach.document import Box, Braced, Fold, Formula, Matrix, Picture, Shares, Values, Words
 from symdyn.teach.languages import LANGUAGES, PLACE
 from symdyn.teach.lessons import STAGES
-from symdyn.teach.mathematics import Spelling
-from symdyn.teach.numbers import written
+from symdyn.teach.mathematics import Spelling, written
 from symdyn.teach.textbook import NUMBERS, READS
 
 EXAMPLES = Path(__file__).parent.parent / "examples"

@@ -29,8 +29,8 @@ from symdyn.dynamics.reactions.hinges import PLACES, TINY, drives
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate, tangents
 from symdyn.spatial import Mat, Vec, Wrench, apply_transposed, neg, plus, power, scale, skew, sub, times
+from symdyn.teach.document import Name
 from symdyn.teach.lesson import Prose, refuse_quaternions
-from symdyn.teach.looks import Name
 
 MOST_UNKNOWNS = 40
 """Beyond which nobody reads the lesson."""

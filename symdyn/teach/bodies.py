@@ -18,10 +18,8 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr
 from symdyn.spatial import Mat, Vec, apply, cross, sub, zero_vector
 from symdyn.teach.balance import Balance, Cut
-from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Matrix, Picture, Step, Words
-from symdyn.teach.looks import Letter
-from symdyn.teach.mathematics import letter
-from symdyn.teach.numbers import equals
+from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Letter, Matrix, Picture, Step, Words
+from symdyn.teach.mathematics import equals, letter
 from symdyn.teach.shown_state import Chosen
 from symdyn.teach.velocities import length
 

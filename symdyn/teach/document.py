@@ -15,7 +15,53 @@ from symdyn.algebra.form import Form, express_form, product_of, sum_of
 from symdyn.graph import Expr, Graph, reachable, substitute
 from symdyn.graph.ops import Op
 from symdyn.scene import Scene
-from symdyn.teach.looks import Name
+
+# Names
+
+
+@dataclass(frozen=True)
+class Letter:
+    """A letter with indices: K_1, ẋ_2 (one dot), v_2² (power 2), k_{z,12}.
+
+    Attributes:
+        letter: one Latin letter, the name of a Greek one in Latin ("omega"), or LaTeX that begins with a backslash.
+        index: what stands below, parts set apart by commas: ("z", "12").
+        dots: time derivatives.
+        power: exponent above.
+        above: what stands above to the right: A, D, R for actions, inertia, reactions.
+        accent: "bar" or "" above the letter.
+    """
+
+    letter: str
+    index: tuple[str, ...] = ()
+    dots: int = 0
+    power: int = 1
+    above: str = ""
+    accent: str = ""
+
+
+@dataclass(frozen=True)
+class Slope:
+    """The derivative ∂of/∂by; both are symbols of the scene or keys of names."""
+
+    of: str
+    by: str
+
+
+@dataclass(frozen=True)
+class Rate:
+    """The derivative d/dt of a symbol of the scene or a key of names."""
+
+    of: str
+
+
+@dataclass(frozen=True)
+class Name:
+    """How a quantity is printed, None for as the symbol of the scene that the key is; its value, None for none."""
+
+    look: Union[Letter, Slope, Rate, None]
+    node: Expr | None = None
+
 
 # Blocks
 
@@ -29,13 +75,11 @@ class Words:
 
 @dataclass(frozen=True)
 class Formula:
-    """left = form.
+    """left = form, or left = form = right.
 
     Attributes:
         left: key of `Document.names`; "" where the formula starts with `form`.
-        form: what it equals, a sum of terms where it is long.
         number: the source's equation number, "5.24"; "" for none.
-        right: a further right-hand side, left = form = right; None for none.
     """
 
     left: str
@@ -51,7 +95,6 @@ class Brace:
     Attributes:
         form: the coefficient, as it is printed; its sign belongs to it.
         under: key of `Document.names`; "" for no brace, where `form` is the name of a long coefficient.
-        rate: what it multiplies, ONE for nothing.
     """
 
     form: Form
@@ -103,8 +146,6 @@ class Picture:
 
     Attributes:
         svg: a whole <svg> element; ids in it are unique in the document.
-        caption: what stands below.
-        alt: the same for who cannot see it.
         key: file name without ending, where a format keeps pictures in files.
     """
 
@@ -133,11 +174,7 @@ class Bar:
 
 @dataclass(frozen=True)
 class Shares:
-    """A bar chart of what adds up to one quantity.
-
-    Attributes:
-        total: what the bars add up to; its value and unit.
-    """
+    """A bar chart of what adds up to one quantity, the total."""
 
     caption: Words
     total: Form
@@ -148,11 +185,7 @@ class Shares:
 
 @dataclass(frozen=True)
 class Box:
-    """A remark, an erratum or a check, set apart.
-
-    Attributes:
-        kind: "remark", "erratum" or "check".
-    """
+    """A "remark", "erratum" or "check", set apart."""
 
     kind: str
     title: Words
@@ -173,11 +206,8 @@ class Blank:
 
     Attributes:
         key: unique in the document.
-        ask: the question.
         left: what is asked for, key of `Document.names`, where its value is.
         answer: one right answer.
-        hint: how to start.
-        solution: the steps.
     """
 
     key: str
@@ -232,12 +262,9 @@ class Document:
     """A walkthrough.
 
     Attributes:
-        title: in the language of the document.
         language: "en", "sk".
-        scene: the mechanism.
         graph: where the values of names live.
         names: how keys in formulas are printed, and what they are worth.
-        sections: in reading order.
         road: "lagrange" or "dalembert".
     """
 

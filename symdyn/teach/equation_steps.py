@@ -15,9 +15,8 @@ from symdyn.emit.print.formula_text import text_of
 from symdyn.emit.print.printable import Coefficient, Printable, printable
 from symdyn.graph import Expr
 from symdyn.scene.forces import elastic
-from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Step, Values
+from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Values
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, named, together
-from symdyn.teach.looks import Name
 from symdyn.teach.velocities import MOST_TERMS, folded, length
 
 KINDS = {"k_z": "z", "k_C": "C", "k_D": "D", "k_G": "G", "k_E": "E"}

@@ -33,7 +33,7 @@ from symdyn.graph import Expr, gradient, reachable, substitute, tangents
 from symdyn.scene.units import coordinate_units
 from symdyn.teach.document import Block, Step, Words
 from symdyn.teach.lesson import Lesson, named, together
-from symdyn.teach.numbers import written
+from symdyn.teach.mathematics import written
 from symdyn.teach.shown_state import Chosen
 from symdyn.teach.velocities import angular_velocity
 

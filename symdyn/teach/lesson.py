@@ -20,9 +20,8 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate, gradient, tangents
 from symdyn.scene import JOINTS, Joint, Scene
 from symdyn.spatial import Transform
-from symdyn.teach.document import Section, Step, Values, Words
+from symdyn.teach.document import Letter, Name, Rate, Section, Slope, Step, Values, Words
 from symdyn.teach.languages import LANGUAGES, fill
-from symdyn.teach.looks import Letter, Name, Rate, Slope
 from symdyn.teach.student.masses import Mass, masses
 
 SMALL_SCENE = 3

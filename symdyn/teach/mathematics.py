@@ -13,9 +13,9 @@ from symdyn.emit.print.formula_text import BREAK, Latex
 from symdyn.emit.print.letters import head
 from symdyn.emit.print.printed_names import PrintName, latex_symbols
 from symdyn.scene.values.grammar import GREEK
-from symdyn.teach.document import Braced, Document, Formula, Matrix, Words
-from symdyn.teach.looks import Letter, Name, Rate
+from symdyn.teach.document import Braced, Document, Formula, Letter, Matrix, Name, Rate, Words
 
+DIGITS = 4  # of numbers in prose
 INDENT = 20.0
 LARGEST = 60  # denominator of a fraction that no decimal writes: 1/24
 
@@ -109,6 +109,26 @@ def _is_whole(text: str, value: Fraction) -> bool:
     """Tell whether a number is printed with all of its digits."""
     found = re.fullmatch(r"([\d.]+)(?: \\cdot 10\^\{(-?\d+)\})?", text)
     return found is None or Fraction(found[1]) * Fraction(10) ** int(found[2] or 0) == value
+
+
+def written(value: float) -> str:
+    """Return a number of prose, with four significant digits and a true minus."""
+    text = f"{0.0 if abs(value) < 1e-12 else value:.{DIGITS}g}"
+    mantissa, _, exponent = text.partition("e")
+    return (f"{mantissa} · 10^{int(exponent)}" if exponent else mantissa).replace("-", "−")
+
+
+def about(value: float) -> str:
+    """Return a number as it is written, after ≈ where digits are left out."""
+    text = written(value)
+    exact = abs(float(text.replace("−", "-").replace(" · 10^", "e")) - value) <= 1e-12 * abs(value)
+    return text if exact else f"≈ {text}"
+
+
+def equals(value: float) -> str:
+    """Return what follows a name: "= 3", or "≈ 3.142"."""
+    text = about(value)
+    return text if text.startswith("≈") else f"= {text}"
 
 
 def letter(look: Letter) -> str:

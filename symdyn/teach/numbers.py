@@ -22,34 +22,12 @@ from symdyn.emit.print.printable import Printable
 from symdyn.graph import tangents
 from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.teach.balance import Balance
-from symdyn.teach.document import Bar, Block, Formula, Picture, Shares, Step
+from symdyn.teach.document import Bar, Block, Formula, Name, Picture, Shares, Step
 from symdyn.teach.equation_steps import coefficient_key, coefficient_unit, node_of
 from symdyn.teach.lesson import Lesson, Prose, named
-from symdyn.teach.looks import Name
+from symdyn.teach.mathematics import equals, written
 from symdyn.teach.shown_state import Chosen, timed
 from symdyn.teach.student.masses import Mass
-
-DIGITS = 4
-
-
-def written(value: float) -> str:
-    """Return a number with four significant digits and a true minus."""
-    text = f"{0.0 if abs(value) < 1e-12 else value:.{DIGITS}g}"
-    mantissa, _, exponent = text.partition("e")
-    return (f"{mantissa} · 10^{int(exponent)}" if exponent else mantissa).replace("-", "−")
-
-
-def about(value: float) -> str:
-    """Return a number as it is written, after ≈ where digits are left out."""
-    text = written(value)
-    exact = abs(float(text.replace("−", "-").replace(" · 10^", "e")) - value) <= 1e-12 * abs(value)
-    return text if exact else f"≈ {text}"
-
-
-def equals(value: float) -> str:
-    """Return what follows a name: "= 3", or "≈ 3.142"."""
-    text = about(value)
-    return text if text.startswith("≈") else f"= {text}"
 
 
 def number_steps(lesson: Lesson, page: Printable, chosen: Chosen) -> list[Step]:

@@ -8,10 +8,9 @@ from symdyn.emit.print.printable import Printable
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene.units import velocity_units
 from symdyn.spatial import add, apply, cross
-from symdyn.teach.document import Block, Formula, Step, Words
+from symdyn.teach.document import Block, Formula, Name, Step, Words
 from symdyn.teach.equation_steps import WIDEST, coefficient_key, node_of
 from symdyn.teach.lesson import Lesson, named
-from symdyn.teach.looks import Name
 from symdyn.teach.student.masses import Mass
 from symdyn.teach.velocities import angular_velocity, length
 

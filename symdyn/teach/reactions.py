@@ -16,7 +16,7 @@ from symdyn.graph import Expr
 from symdyn.teach.balance import Balance
 from symdyn.teach.document import Block, Fold, Formula, Step, Values
 from symdyn.teach.lesson import together
-from symdyn.teach.numbers import written
+from symdyn.teach.mathematics import written
 from symdyn.teach.shown_motion import determined, solved_at
 from symdyn.teach.shown_state import Chosen
 from symdyn.teach.velocities import PAGE, length

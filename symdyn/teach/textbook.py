@@ -16,7 +16,7 @@ from symdyn.scene import express, parse
 from symdyn.scene.forces import elastic
 from symdyn.teach.document import Block, Box, Formula
 from symdyn.teach.lesson import Lesson
-from symdyn.teach.numbers import about, equals
+from symdyn.teach.mathematics import about, equals
 from symdyn.teach.shown_state import Chosen
 
 LAGRANGIAN = (

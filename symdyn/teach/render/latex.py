@@ -31,9 +31,8 @@ from symdyn.teach.document import (
     Words,
 )
 from symdyn.teach.languages import LANGUAGES
-from symdyn.teach.mathematics import Spelling, lines
+from symdyn.teach.mathematics import Spelling, lines, written
 from symdyn.teach.render.drawing import tex_picture
-from symdyn.teach.render.markdown import number
 
 LINE = 470.0  # pt: 170 mm less a little for what the estimate misses
 TAG = 55.0  # room for an equation number
@@ -155,9 +154,8 @@ class _Page:
 
 
 def _value(value: float) -> str:
-    return number(value).replace("−", "-").replace("·", r"\cdot").replace("10^", "10^{", 1) + (
-        "}" if "10^" in number(value) else ""
-    )
+    mantissa, _, exponent = written(value).replace("−", "-").partition(" · 10^")
+    return rf"{mantissa} \cdot 10^{{{exponent}}}" if exponent else mantissa
 
 
 def _width(cell: str) -> float:

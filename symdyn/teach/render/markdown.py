@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any
 
 from symdyn.emit.code.identifiers import page_stem
 from symdyn.emit.escape import in_markdown
@@ -24,7 +23,7 @@ from symdyn.teach.document import (
     Words,
 )
 from symdyn.teach.languages import LANGUAGES
-from symdyn.teach.mathematics import Spelling, lines
+from symdyn.teach.mathematics import Spelling, lines, written
 
 ROOM = 620.0  # of a display, pt at 10 pt
 BAR = 24  # characters of a share of one
@@ -112,7 +111,7 @@ class Page:
         for bar in shares.bars:
             length = round(BAR * bar.share)
             mark = ("█" if bar.value >= 0 else "▒") * max(length, 1) if bar.value else ""
-            rows.append((f"${self.spell.inline(bar.label)}$", number(bar.value), f"{mark} {100 * bar.share:.0f} %"))
+            rows.append((f"${self.spell.inline(bar.label)}$", written(bar.value), f"{mark} {100 * bar.share:.0f} %"))
         return table(rows)
 
 
@@ -129,10 +128,3 @@ def table(rows: Iterable[Iterable[str]]) -> str:
     """Return a table, the first row its head."""
     head, *others = [[_BAR.sub(r"\\|", cell) for cell in row] for row in rows]
     return "\n".join(f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *others))
-
-
-def number(value: Any) -> str:
-    """Return a value with four significant digits."""
-    from symdyn.teach.numbers import written
-
-    return written(float(value))
