@@ -148,9 +148,14 @@ def tagged(drawing: Drawing, scheme: str, count: int) -> tuple[str, list[list[in
     known: dict[bytes, int] = {}
 
     def tag(one: Shape | Put) -> str:
-        flat = one.label.at if isinstance(one, Put) else one.points.reshape(len(one.points), -1)
-        if not isinstance(one, Put) and one.kind == "disc":
-            flat = np.concatenate([flat, np.broadcast_to(one.tilt, (len(flat), 2))], axis=1)
+        if isinstance(one, Put):
+            kind, flat, more = "label", one.label.at, ""
+        else:
+            kind, flat = one.kind, one.points.reshape(len(one.points), -1)
+            more = f' data-parts="{" ".join(map(str, one.parts))}"' if one.parts else ""
+            more += ' data-closed="1"' if one.closed else ""
+            if len(one.tilt):
+                flat = np.concatenate([flat, np.broadcast_to(one.tilt, (len(flat), 2))], axis=1)
         whole = np.floor(flat * 10 + 0.5 + 1e-4).astype(int)
         if len(whole) == 1 or not np.any(whole != whole[0]):
             return ""
@@ -158,10 +163,7 @@ def tagged(drawing: Drawing, scheme: str, count: int) -> tuple[str, list[list[in
         if key not in known:
             known[key] = sum(column.shape[1] for column in columns)
             columns.append(whole)
-        kind = "label" if isinstance(one, Put) else one.kind
-        parts = "" if isinstance(one, Put) or one.kind != "path" else f' data-parts="{" ".join(map(str, one.parts))}"'
-        closed = ' data-closed="1"' if not isinstance(one, Put) and one.closed else ""
-        return f' data-k="{known[key]}" data-kind="{kind}"{parts}{closed}'
+        return f' data-k="{known[key]}" data-kind="{kind}"{more}'
 
     text = svg(drawing, "", scheme, tag)
     table = np.concatenate(columns, axis=1) if columns else np.zeros((count, 0), dtype=int)
@@ -192,19 +194,8 @@ def moving_picture(
 ) -> str:
     """Return a motion as SVG text that plays in real time and begins again at its end.
 
-    It has no buttons, and bodies that pass in front of each other keep the order of the first moment: `animation` makes
-    a page with both.
-
-    Args:
-        scene: any scene.
-        times: increasing, s; shape (N,).
-        positions: q at every time, shape (N, nq).
-        parameters: as for `animation`.
-        view: likewise.
-        scheme: likewise.
-
-    Raises:
-        DrawError: likewise.
+    It has no buttons, and bodies that pass in front of each other keep the order of the first moment: `animation`,
+    which takes the same and raises the same, makes a page with both.
     """
     drawing, t = moving(scene, times, positions, parameters, view)
     text, rows, _ = tagged(drawing, scheme, len(t))

@@ -24,14 +24,7 @@ SENSE = np.radians(55)
 def marks(
     scene: Scene, found: Places, view: View, latex: Mapping[str, str]
 ) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
-    """Return arcs and dimensions of all coordinates and their labels, of a picture of one moment.
-
-    Args:
-        scene: the scene.
-        found: where it is, N = 1.
-        view: how it is looked at.
-        latex: of every coordinate.
-    """
+    """Return arcs and dimensions of all coordinates, which `latex` spells, and their labels, at one moment."""
     items: list[Item] = []
     labels: list[Label] = []
     taken: list[tuple[Array, float]] = []

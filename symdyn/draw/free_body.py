@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
-from symdyn.draw.body_shapes import COLOURS, link
+from symdyn.draw.body_shapes import COLOURS, link, spots
 from symdyn.draw.corner import with_corner
 from symdyn.draw.force_arrows import Wrench, wrench
 from symdyn.draw.ground import pushes
@@ -40,17 +40,7 @@ def free_body(
     prefix: str = "",
     scheme: str = "auto",
 ) -> str:
-    """Return one body with what acts on it as SVG text.
-
-    Args:
-        scene: any scene.
-        body: the name of a moving body.
-        q: position, shape (nq,); None: see `pose`.
-        wrenches: what to draw; None takes `acting_on`.
-        parameters: values of parameters, as of `picture`.
-        view: azimuth and elevation of the viewer in degrees; None sees a planar scene face-on, and chooses for others.
-        prefix: in front of every id.
-        scheme: "auto", "light" or "dark".
+    """Return one moving body with `wrenches`, or with what is `acting_on` it, as SVG text; the rest is as of `picture`.
 
     Raises:
         DrawError: as of `picture`, and for a name that is no moving body.
@@ -106,10 +96,11 @@ def acting_on(
         down = unit(found.gravity)
         declared = next(one for one in scene.bodies if one.name == body)
         if placed.com is not None:
-            acting.append(Wrench(_weight(_mass_name(declared.mass.value, body)), _triple(placed.com[0]), _triple(down)))
+            weight = f"{_mass_name(declared.mass.value, body)} g"
+            acting.append(Wrench(weight, _triple(placed.com[0]), _triple(down)))
         for k, (_, at) in enumerate(placed.particles):
-            name = _mass_name(declared.particles[k].mass.value, f"{body},{k + 1}")
-            acting.append(Wrench(_weight(name), _triple(at[0]), _triple(down)))
+            weight = f"{_mass_name(declared.particles[k].mass.value, f'{body},{k + 1}')} g"
+            acting.append(Wrench(weight, _triple(at[0]), _triple(down)))
     for load in scene.loads:
         if load.place.body == body:
             acting.append(load_wrench(load, found))
@@ -148,8 +139,6 @@ def _cut(hinge: Hinge, body: str) -> Array:
 
 def _closer(view: View, alone: Places, scene: Scene, body: str) -> View:
     """Return a view along the same line in which the body fills the middle."""
-    from symdyn.draw.body_shapes import spots
-
     placed = alone.body(body)
     ends = [_cut(hinge, body)[0] for hinge in alone.hinges] + ([] if placed.com is None else [placed.com[0]])
     ends += [at[0] for at in spots(scene, alone, body)]
@@ -168,10 +157,6 @@ def _closer(view: View, alone: Places, scene: Scene, body: str) -> View:
 
 def _colour(scene: Scene, body: str) -> int:
     return [one.name for one in scene.bodies].index(body) % COLOURS
-
-
-def _weight(mass: str) -> str:
-    return rf"{mass} g"
 
 
 def _mass_name(value: object, body: str) -> str:

@@ -7,6 +7,7 @@ What the child carries is filled with paper, what the parent carries (rails, pla
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -22,7 +23,7 @@ def symbol(hinge: Hinge, view: View) -> tuple[Shape, ...]:
     shown = joined([PARTS[part.shape](hinge, view, part) for part in parts(hinge, view)])
     if not hinge.closes:
         return shown
-    gap = line("gap", view.flat(hinge.fixed.p), view.flat(hinge.moved.p), size=1.2)
+    gap = _apart("gap", hinge, view)
     shifted = float(np.linalg.norm(gap.points[:, 1] - gap.points[:, 0], axis=1).max())
     parted = shifted > 1.0 and JOINTS[hinge.joint.type].pins(hinge.joint)
     return (gap, *shown) if parted else shown
@@ -67,12 +68,8 @@ def _arrow(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
     return arrow("axis", view.flat(hinge.moved.p), view.flat(tip), 1.2, 6.0)
 
 
-def _cylinder(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
-    return cylinder("joint", view, hinge.moved.p, direction(hinge, part), part.half * view.size, view.size)
-
-
-def _box(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
-    return box("joint", view, hinge.moved.p, direction(hinge, part), part.half * view.size, view.size)
+def _solid(make: Callable[..., tuple[Shape, ...]], hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
+    return make("joint", view, hinge.moved.p, direction(hinge, part), part.half * view.size, view.size)
 
 
 def _slider(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
@@ -141,15 +138,7 @@ def _socket(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
     return (path("socket", view.flat(hinge.moved.p)[:, None] + around, size=2.0),)
 
 
-def _square(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
-    return _polygon("weld", hinge, view, part, [[-1, -1], [1, -1], [1, 1], [-1, 1]])
-
-
-def _diamond(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
-    return _polygon("joint", hinge, view, part, [[-1, 0], [0, -1], [1, 0], [0, 1]])
-
-
-def _polygon(look: str, hinge: Hinge, view: View, part: MarkPart, corners: list[list[int]]) -> tuple[Shape, ...]:
+def _polygon(look: str, corners: list[list[int]], hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
     around = np.array(corners) * (view.size * part.half)
     return (path(look, view.flat(hinge.moved.p)[:, None] + around[None], closed=True),)
 
@@ -161,7 +150,11 @@ def _rod(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
 
 
 def _flight(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
-    return (line("flight", view.flat(hinge.fixed.p), view.flat(hinge.moved.p), size=1.2),)
+    return (_apart("flight", hinge, view),)
+
+
+def _apart(look: str, hinge: Hinge, view: View) -> Shape:
+    return line(look, view.flat(hinge.fixed.p), view.flat(hinge.moved.p), size=1.2)
 
 
 def _frames(hinge: Hinge, view: View, part: MarkPart) -> tuple[Shape, ...]:
@@ -172,8 +165,8 @@ PARTS: dict[str, Callable[[Hinge, View, MarkPart], tuple[Shape, ...]]] = {
     "line": _line,
     "arm": _arm,
     "arrow": _arrow,
-    "cylinder": _cylinder,
-    "box": _box,
+    "cylinder": partial(_solid, cylinder),
+    "box": partial(_solid, box),
     "slider": _slider,
     "thread": _thread,
     "rail": _rail,
@@ -181,8 +174,8 @@ PARTS: dict[str, Callable[[Hinge, View, MarkPart], tuple[Shape, ...]]] = {
     "ring": _ring,
     "ball": _ball,
     "socket": _socket,
-    "square": _square,
-    "diamond": _diamond,
+    "square": partial(_polygon, "weld", [[-1, -1], [1, -1], [1, 1], [-1, 1]]),
+    "diamond": partial(_polygon, "joint", [[-1, 0], [0, -1], [1, 0], [0, 1]]),
     "rod": _rod,
     "flight": _flight,
     "frames": _frames,

@@ -22,6 +22,7 @@ from symdyn.draw.view import View, look
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import DrawError
 from symdyn.scene import GROUND, Load, Scene
+from symdyn.scene.values.names import suggestion
 
 LABELS = ("coordinates", "bodies", "joints", "points")
 
@@ -102,11 +103,7 @@ def watched(
 
 def spread(scene: Scene, found: Places) -> Array:
     """Return all points that a picture must hold, shape (K, 3)."""
-    spots = [at for hinge in found.hinges for at in (hinge.fixed.p, hinge.moved.p)]
-    spots += [body.com for body in found.bodies if body.com is not None]
-    spots += [at for body in found.bodies for _, at in body.particles]
-    spots += [frame.p for _, frame in found.points.values()]
-    spots += [at for ends in found.ends.values() for at in ends]
+    spots = found.spots + [at for ends in found.ends.values() for at in ends]
     for centre, _, radius in found.wheels.values():
         spots += [centre + sign * radius * axis for axis in np.eye(3) for sign in (-1, 1)]
     spots += [corners[:, k] for _, corners in patches(scene, found) for k in range(4)]
@@ -202,8 +199,6 @@ def body_names(found: Places, view: View) -> list[Label]:
 
 def known_body(scene: Scene, name: str) -> None:
     """Raise DrawError for a name that is no moving body."""
-    from symdyn.scene.values.names import suggestion
-
     bodies = [body.name for body in scene.bodies]
     if name not in bodies:
         reason = "does not move" if name == GROUND else "is not a body"

@@ -138,6 +138,14 @@ class Places:
         """Return the body called `name`."""
         return next(body for body in self.bodies if body.name == name)
 
+    @property
+    def spots(self) -> list[Array]:
+        """Where joints, masses and points are, shape (N, 3) each."""
+        spots = [at for hinge in self.hinges for at in (hinge.fixed.p, hinge.moved.p)]
+        spots += [body.com for body in self.bodies if body.com is not None]
+        spots += [at for body in self.bodies for _, at in body.particles]
+        return spots + [frame.p for _, frame in self.points.values()]
+
 
 def places(scene: Scene, q: Array, parameters: Mapping[str, float]) -> Places:
     """Return where everything is at positions q, shape (N, nq); velocities are zero, and so is time.

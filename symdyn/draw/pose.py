@@ -54,7 +54,7 @@ def pose(
     Args:
         scene: any scene.
         at: values of coordinates by name, which the loops' closing keeps.
-        parameters: values of parameters by name.
+        parameters: by name.
 
     Raises:
         DrawError: an unknown name, or loops that do not close so.
@@ -107,14 +107,8 @@ def _with(scene: Scene, q: Array, given: Mapping[str, float]) -> Array:
 
 def _extent(scene: Scene, q: Array, values: Mapping[str, float]) -> float:
     """Return the largest distance of joints, masses and points in the mechanism, 1 m if there is none."""
-    found = places(scene, q[None, :], values)
-    spots = [hinge.moved.p[0] for hinge in found.hinges] + [hinge.fixed.p[0] for hinge in found.hinges]
-    spots += [body.com[0] for body in found.bodies if body.com is not None]
-    spots += [at[0] for body in found.bodies for _, at in body.particles]
-    spots += [frame.p[0] for _, frame in found.points.values()]
-    if not spots:
-        return 1.0
-    return float(np.ptp(np.array(spots), axis=0).max()) or 1.0
+    spots = places(scene, q[None, :], values).spots
+    return float(np.ptp(np.concatenate(spots), axis=0).max()) or 1.0 if spots else 1.0
 
 
 def _within(joint: Joint, at: float, values: Mapping[str, float]) -> float:

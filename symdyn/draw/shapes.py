@@ -36,7 +36,7 @@ class Shape:
     parts: tuple[int, ...] = ()
     closed: bool = False
     size: float = 1.0
-    tilt: Array = field(default_factory=lambda: np.zeros((1, 2)))
+    tilt: Array = field(default_factory=lambda: np.zeros((0, 2)))
     sign: str = ""
 
     @property

@@ -72,10 +72,7 @@ def style(scheme: str) -> str:
     """Return the style sheet.
 
     Colours are written out, and once more for the dark: programs that draw pictures outside browsers know no variables
-    of CSS, and paint black what they cannot read.
-
-    Args:
-        scheme: "auto" follows the reader's preference; "light" and "dark" are one of the two.
+    of CSS, and paint black what they cannot read. The scheme "auto" follows the reader's preference.
 
     Raises:
         DrawError: another scheme.

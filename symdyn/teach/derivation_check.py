@@ -34,6 +34,7 @@ from symdyn.teach.student.statements import Statement, read_statements
 from symdyn.teach.student.vocabulary import Names, Target
 from symdyn.verify import DIFFERENT, NUMERICAL, PROVED, Claim, Finding, prove
 
+EQUAL = (PROVED, NUMERICAL)
 ROUNDED, HOLDS, EMPTY = "rounded", "holds", "empty"
 FEW_SOLVED = 4  # accelerations, while equations solved for one are something that a student writes
 MANY = 400  # differences, which no answer lists
@@ -72,7 +73,7 @@ class Answer:
     @property
     def right(self) -> bool:
         """Whether the statement is true."""
-        return self.verdict in (PROVED, NUMERICAL, ROUNDED, HOLDS)
+        return self.verdict in (*EQUAL, ROUNDED, HOLDS)
 
 
 def check_derivation(
@@ -97,7 +98,11 @@ def check_derivation(
     read = read_statements(text, scene, name, target, others)
     asked = {str(goal) for x in read for goal in x.targets} | {s for x in read for f in x.forms for s in symbols_of(f)}
     goals = {str(goal): goal for goal in names.targets.values() if str(goal) in asked}
-    known = {name: _wanted(page, goal, names, book) for name, goal in goals.items()}
+    places = names.places
+    known = {
+        name: form_of(places[goal.kind]) if goal.kind in places else expected(page, goal, book)
+        for name, goal in goals.items()
+    }
     free = {name: form for name, form in known.items() if name not in names.symbols.values()}
     answers = []
     for statement in read:
@@ -145,32 +150,32 @@ def _says(
     return True
 
 
-def _wanted(page: Printable, target: Target, names: Names, book: bool) -> Form:
-    place = names.places.get(target.kind)
-    return expected(page, target, book) if place is None else form_of(place)
-
-
 def expected(page: Printable, target: Target, book: bool = False) -> Form:
     """Return what a quantity should be; τ_i is what drives joint i, with friction and loads on its side."""
     if target.kind == "L":
-        return sum_of((page.K, *_negative(page.P)))
+        return _less(page.K, page.P)
     if target.kind in ("K", "P"):
         return page.K if target.kind == "K" else page.P
     i = target.index[0] - 1
     if target.kind == "tau":
-        return sum_of((page.left(i), *_negative(_loads(page, i))))
+        drive = page.scene.drives[i]
+        loads = sum_of(term for term in terms_of(page.driving(i)) if not (drive and term == Symbol(drive)))
+        return _less(page.left(i), loads)
     found = next((c.form for c in page.rows[i] if (c.kind, c.indices) == (target.kind, target.index)), ZERO)
-    return sum_of(_negative(found)) if book and target.kind in ("k_C", "k_D") else found
+    return _minus(found) if book and target.kind in ("k_C", "k_D") else found
 
 
-def _loads(page: Printable, i: int) -> Form:
-    """Return the right-hand side of an equation without its drive."""
-    drive = page.scene.drives[i]
-    return sum_of(term for term in terms_of(page.driving(i)) if not (drive and term == Symbol(drive)))
+def _minus(form: Form) -> Form:
+    return sum_of([product_of((MINUS_ONE, form))])
 
 
-def _negative(form: Form) -> tuple[Form, ...]:
-    return (product_of((MINUS_ONE, form)),)
+def _less(a: Form, b: Form) -> Form:
+    return sum_of((a, product_of((MINUS_ONE, b))))
+
+
+def _balance(page: Printable, i: int) -> Form:
+    """Return what vanishes by equation i."""
+    return _less(page.left(i), page.driving(i))
 
 
 # One quantity
@@ -180,14 +185,12 @@ def _compared(line: int, name: str, found: Form, right: Form, scene: Scene, kind
     finding = _equal(name, found, right, scene)
     if finding.verdict != DIFFERENT:
         return Answer(line, name, finding.verdict, finding.error_log10)
-    if kind in ("P", "L"):
-        shift = sum_of((found, *_negative(right)))
-        if (constant := _free(shift, scene)) is not None:
-            return Answer(line, name, PROVED, finding.error_log10, shifted=constant)
+    if kind in ("P", "L") and (constant := _free(_less(found, right), scene)) is not None:
+        return Answer(line, name, PROVED, finding.error_log10, shifted=constant)
     values = _values(found, right, scene)
-    if values and _equal(name, found, in_place(right, values), scene).verdict in (PROVED, NUMERICAL):
+    if values and _equal(name, found, in_place(right, values), scene).verdict in EQUAL:
         return Answer(line, name, PROVED, valued=tuple(values))
-    if _equal(name, found, sum_of(_negative(right)), scene).verdict in (PROVED, NUMERICAL):
+    if _equal(name, found, _minus(right), scene).verdict in EQUAL:
         return Answer(line, name, DIFFERENT, turned=True)
     try:
         listed = differences(found, right, scene)
@@ -212,7 +215,6 @@ def _equal(name: str, found: Form, right: Form, scene: Scene) -> Finding:
 
 
 def _same(name: str, found: Expr, right: Expr, scene: Scene) -> Finding:
-    """Return whether two nodes of one graph are the same function."""
     return _proved([Claim(name, "found", "scene", (found,), (right,))], scene)[0]
 
 
@@ -235,39 +237,37 @@ def _free(form: Form, scene: Scene) -> Form | None:
 
 def _untitled(statement: Statement, page: Printable) -> Answer:
     """Return the answer to left = right: an equation of motion, or a row of constraints, where it could be either."""
-    left, other = statement.forms
     solved = _solved(statement, page)
     if solved is not None and solved.right:
         return solved
-    if not may_be_row(sum_of((left, *_negative(other))), page):
-        return _equation(statement, page)
-    row = _row(statement, page)
-    level = level_of(sum_of((left, *_negative(other))), page.scene)
-    if row.right or level != LEVELS[-1]:
+    found = _less(*statement.forms)
+    if not may_be_row(found, page):
+        return _equation(statement.line, found, page)
+    row = _row(statement.line, found, page)
+    if row.right or level_of(found, page.scene) != LEVELS[-1]:
         return row
-    motion = _equation(statement, page)
+    motion = _equation(statement.line, found, page)
     return motion if motion.right or 0 < len(motion.differences) < len(row.differences) else row
 
 
-def _row(statement: Statement, page: Printable) -> Answer:
+def _row(line: int, found: Form, page: Printable) -> Answer:
     """Return the answer to a row: the scene's row that it is, or the row in any axes that it comes nearest to."""
-    scene, (left, other) = page.scene, statement.forms
-    found = sum_of((left, *_negative(other)))
+    scene = page.scene
     level = level_of(found, scene)
     own = scene_rows(page, level)
     for row in own:
         finding = _equal(row.name, found, row.form, scene)
-        if finding.verdict in (PROVED, NUMERICAL):
-            return Answer(statement.line, row.name, finding.verdict, finding.error_log10)
+        if finding.verdict in EQUAL:
+            return Answer(line, row.name, finding.verdict, finding.error_log10)
         rates = [Symbol(name) for u in scene.velocities for name in (acceleration_name(u), u)]
         if level != LEVELS[0] and _proportional(found, row.form, page, rates):
-            return Answer(statement.line, row.name, PROVED, scaled=True)
+            return Answer(line, row.name, PROVED, scaled=True)
     if holds(found, scene):
-        return Answer(statement.line, f"{level} row", HOLDS)
-    best = Answer(statement.line, f"{level} row", DIFFERENT)
+        return Answer(line, f"{level} row", HOLDS)
+    best = Answer(line, f"{level} row", DIFFERENT)
     for row in (*own, *ground_rows(scene, level)):
-        for mine in (found, sum_of(_negative(found))):
-            answer = _compared(statement.line, row.name, mine, row.form, scene, "row")
+        for mine in (found, _minus(found)):
+            answer = _compared(line, row.name, mine, row.form, scene, "row")
             if answer.differences and (not best.differences or _length(answer) < _length(best)):
                 best = answer
     return best
@@ -278,31 +278,28 @@ def _length(answer: Answer) -> int:
     return sum(len(terms_of(form)) for d in answer.differences for form in (d.found, d.right) if form is not None)
 
 
-def _equation(statement: Statement, page: Printable) -> Answer:
+def _equation(line: int, found: Form, page: Printable) -> Answer:
     """Return the answer to left = right: the scene's equation that it comes nearest to, times a factor or not."""
-    scene = page.scene
-    left, other = statement.forms
-    found = sum_of((left, *_negative(other)))
-    named = set(symbols_of(found))
+    scene, named = page.scene, set(symbols_of(found))
     rows = [i for i, drive in enumerate(scene.drives) if drive in named]
     rows = rows or [i for i, drive in enumerate(scene.drives) if not drive] or list(range(len(scene.drives)))
     best: Answer | None = None
     for i in rows:
-        right = sum_of((page.left(i), *_negative(page.driving(i))))
-        for mine in (found, sum_of(_negative(found))):
-            answer = _compared(statement.line, f"equation {i + 1}", mine, right, scene, "equation")
+        right = _balance(page, i)
+        for mine in (found, _minus(found)):
+            answer = _compared(line, f"equation {i + 1}", mine, right, scene, "equation")
             if answer.right:
                 return answer
             if answer.turned:
                 continue
-            rates = [c.rate for c in page.rows[i] if c.kind == "k_z" and not c.vanishes]
+            rates = [c.rate for c in page.rows[i] if c.of == "qdd" and not c.vanishes]
             if _proportional(mine, right, page, rates):
-                return Answer(statement.line, f"equation {i + 1}", PROVED, scaled=True)
+                return Answer(line, f"equation {i + 1}", PROVED, scaled=True)
             answer = _without_slope(answer, mine, right, i, page)
             if answer.forgotten:
                 return answer
             for whole in _multiplied(mine, page, i):
-                scaled = _compared(statement.line, f"equation {i + 1}", whole, right, scene, "equation")
+                scaled = _compared(line, f"equation {i + 1}", whole, right, scene, "equation")
                 if len(scaled.differences) in range(1, len(answer.differences)):
                     answer = scaled
             if best is None or len(answer.differences) < len(best.differences):
@@ -321,7 +318,7 @@ def _without_slope(answer: Answer, found: Form, right: Form, i: int, page: Print
     if slope.is_zero:
         return answer
     finding = _same("forgotten", express_form(found, graph), express_form(right, graph) + slope, page.scene)
-    return replace(answer, forgotten=names[i], differences=()) if finding.verdict in (PROVED, NUMERICAL) else answer
+    return replace(answer, forgotten=names[i], differences=()) if finding.verdict in EQUAL else answer
 
 
 def _multiplied(found: Form, page: Printable, i: int) -> Iterator[Form]:
@@ -330,7 +327,7 @@ def _multiplied(found: Form, page: Printable, i: int) -> Iterator[Form]:
     node = express_form(found, graph)
     parameters = {p.name for p in page.scene.parameters}
     for c in page.rows[i]:
-        if c.kind != "k_z" or c.vanishes:
+        if c.of != "qdd" or c.vanishes:
             continue
         slope = gradient(node, [express_form(c.rate, graph)])[0]
         names = {str(one.value) for one in reachable([slope]) if one.op is Op.SYMBOL}
@@ -353,10 +350,10 @@ def _solved(statement: Statement, page: Printable) -> Answer | None:
         return None
     graph = Graph()
     symbols = [graph.symbol(name) for name in accelerations]
-    balance = [sum_of((page.left(i), *_negative(page.driving(i)))) for i in range(len(accelerations))]
+    balance = [_balance(page, i) for i in range(len(accelerations))]
     M = [gradient(express_form(form, graph), symbols) for form in balance]
     still = dict.fromkeys(accelerations, ZERO)
-    rest = [express_form(sum_of(_negative(in_place(form, still))), graph) for form in balance]
+    rest = [express_form(_minus(in_place(form, still)), graph) for form in balance]
     try:
         right = solve(range(-1, len(M)), M, rest)[accelerations.index(known[0])]
     except DerivationError:  # what moves no mass has no acceleration of its own
@@ -372,11 +369,12 @@ def _proportional(found: Form, right: Form, page: Printable, rates: Sequence[For
     moving = {*page.scene.velocities, *(acceleration_name(u) for u in page.scene.velocities), *page.scene.drives}
     symbols = [express_form(rate, graph) for rate in rates]
     pairs = [(x, y) for x, y in zip(gradient(a, symbols), gradient(b, symbols), strict=True) if not y.is_zero]
-    for x, y in pairs[:1]:
-        if any(node.op is Op.SYMBOL and str(node.value) in moving for node in reachable([x])):
-            return False
-        nothing = Claim("no factor", "found", "0", (x,), (graph.zero,))
-        same = Claim("proportional", "found", "scene", (a * y,), (b * x,))
-        verdicts = [finding.verdict for finding in _proved([nothing, same], page.scene)]
-        return verdicts[0] == DIFFERENT and verdicts[1] in (PROVED, NUMERICAL)
-    return False
+    if not pairs:
+        return False
+    x, y = pairs[0]
+    if any(node.op is Op.SYMBOL and str(node.value) in moving for node in reachable([x])):
+        return False
+    nothing = Claim("no factor", "found", "0", (x,), (graph.zero,))
+    same = Claim("proportional", "found", "scene", (a * y,), (b * x,))
+    first, second = _proved([nothing, same], page.scene)
+    return first.verdict == DIFFERENT and second.verdict in EQUAL

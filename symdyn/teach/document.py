@@ -302,23 +302,3 @@ def _opened(block: Block) -> Iterator[Block]:
     inside = block.blocks if isinstance(block, (Box, Fold)) else block.solution if isinstance(block, Blank) else ()
     for inner in inside:
         yield from _opened(inner)
-
-
-def written_out(block: Block) -> Iterator[Form]:
-    """Yield the right-hand sides of a block."""
-    if isinstance(block, Formula):
-        yield block.form
-        if block.right is not None:
-            yield block.right
-    elif isinstance(block, Braced):
-        yield block.form
-        yield from (term.form for term in block.terms)
-    elif isinstance(block, Matrix):
-        yield from block.entries
-    elif isinstance(block, Values):
-        yield from (part for row in block.rows for cell in row for part in cell.parts if not isinstance(part, str))
-    elif isinstance(block, (Box, Fold)):
-        for inner in block.blocks:
-            yield from written_out(inner)
-    elif isinstance(block, Words):
-        yield from (part for part in block.parts if not isinstance(part, str))

@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import combinations
+from dataclasses import replace
+from itertools import combinations, groupby
 
-from symdyn.algebra.form import MINUS_ONE, ZERO, Form, Symbol, power_of, product_of, sum_of, terms_of
+from symdyn.algebra.form import MINUS_ONE, ZERO, Form, Symbol, power_of, product_of, signed_product, sum_of, terms_of
 from symdyn.algebra.trigonometric import Polynomial
-from symdyn.dynamics import coefficients
 from symdyn.dynamics.lagrange.second_kind import elastic_forces, gravity_forces, mass_matrix
 from symdyn.dynamics.mechanism.directions import christoffel
 from symdyn.dynamics.mechanism.loads import generalized_forces
 from symdyn.emit.print.formula_text import text_of
 from symdyn.emit.print.printable import Coefficient, Printable, printable
 from symdyn.graph import Expr
-from symdyn.scene.forces import elastic
 from symdyn.teach.document import Block, Brace, Braced, Fold, Formula, Name, Step, Values
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, named, together
 from symdyn.teach.velocities import MOST_TERMS, folded, length
-
-KINDS = {"k_z": "z", "k_C": "C", "k_D": "D", "k_G": "G", "k_E": "E"}
-
 
 WIDEST = 110
 """Characters of a coefficient that stands over a brace."""
@@ -31,17 +27,14 @@ def coefficient_key(c: Coefficient) -> str:
     return f"{c.kind}:{','.join(map(str, c.indices))}"
 
 
-def coefficient_unit(kind: str, indices: Sequence[int], slides: Sequence[bool]) -> str:
+def coefficient_unit(of: str, indices: Sequence[int], slides: Sequence[bool]) -> str:
     """Return the unit of a coefficient: of a force, or kg m² with a metre less for each slide that it belongs to.
 
-    Args:
-        kind: "k_z", "k_C", "k_D", or another one for what multiplies no rate.
-        indices: from 1.
-        slides: for each velocity whether it is one in m/s.
+    What it multiplies is as of `Coefficient`, indices are from 1, slides tell for each velocity whether it is in m/s.
     """
-    if kind not in ("k_z", "k_C", "k_D"):
+    if not of:
         return "N" if slides[indices[0] - 1] else "N m"
-    factors = (*indices, indices[1]) if kind == "k_D" else indices
+    factors = indices if of == "qdd" else (*indices, indices[-1])[:3]  # two velocities, or one squared
     return ("kg m²", "kg m", "kg", "kg/m")[sum(slides[i - 1] for i in factors)]
 
 
@@ -50,22 +43,15 @@ def name_coefficients(lesson: Lesson) -> Printable:
     page = printable(lesson.forms)
     M = mass_matrix(lesson.energy)
     found = christoffel(M, lesson.energy.directions)
-    k_C, k_D = found.coriolis(), found.centrifugal()
+    rows = {"k_z": M, "k_C": found.coriolis(), "k_D": found.centrifugal()}
+    rows |= {"k_G": [[x] for x in gravity_forces(lesson.energy)], "k_E": [[x] for x in elastic_forces(lesson.energy)]}
     pairs = {pair: k for k, pair in enumerate(combinations(range(1, len(M) + 1), 2))}
-    alone = {"k_G": gravity_forces(lesson.energy), "k_E": elastic_forces(lesson.energy)}
     for c in page.coefficients:
         i, *rest = c.indices
-        if c.kind == "k_C":
-            node = k_C[i - 1][pairs[rest[0], rest[1]]]
-        elif c.kind in alone:
-            node = alone[c.kind][i - 1]
-        else:
-            node = (M if c.kind == "k_z" else k_D)[i - 1][rest[0] - 1]
-        wide = any(x > 9 for x in c.indices)
-        index: tuple[str, ...] = ((" " if wide else "").join(map(str, c.indices)),)
-        if c.kind == "k_C":
-            index = (str(i), (" " if wide else "").join(map(str, rest)))
-        lesson.name(coefficient_key(c), "k", KINDS[c.kind], *index, node=node)
+        column = pairs[rest[0], rest[1]] if len(rest) > 1 else sum(rest, -1) if rest else 0
+        between = " " if any(x > 9 for x in c.indices) else ""
+        index = (str(i), between.join(map(str, rest))) if len(rest) > 1 else (between.join(map(str, c.indices)),)
+        lesson.name(coefficient_key(c), "k", c.kind.removeprefix("k_"), *index, node=rows[c.kind][i - 1][column])
     acting = generalized_forces(lesson.scene, lesson.graph)
     for i, (drive, force) in enumerate(zip(lesson.drives, acting, strict=True)):
         lesson.name(f"tau:{i + 1}", "tau" if force.is_zero else "S", str(i + 1), node=drive + force)  # a sum
@@ -79,7 +65,7 @@ def equation_steps(lesson: Lesson, page: Printable) -> list[Step]:
     """Return four steps a coordinate."""
     steps: list[Step] = []
     for i in range(len(page.rows)):
-        steps += [_momentum(lesson, i), _rate(lesson, i), _slope(lesson, i), _equation(lesson, page, i)]
+        steps += [_momentum(lesson, i), _rate(lesson, i), _slope(lesson, page, i), _equation(lesson, page, i)]
     return steps
 
 
@@ -140,7 +126,7 @@ def _rates(lesson: Lesson, j: int, k: int) -> list[Form]:
     return [power_of(_qd(lesson, j), 2)] if j == k else [_qd(lesson, x) for x in sorted((j, k))]
 
 
-def _slope(lesson: Lesson, i: int) -> Step:
+def _slope(lesson: Lesson, page: Printable, i: int) -> Step:
     """Return ∂L/∂q_i = ½ Σ ∂k_z,jk/∂q_i q̇_j q̇_k - k_G,i - k_E,i."""
     forms, n, q = lesson.forms, lesson.state.n, lesson.forms.state.q[i]
     symbol = lesson.slope("L:", str(q.value), lesson.slopes[i])
@@ -151,12 +137,7 @@ def _slope(lesson: Lesson, i: int) -> Step:
             if slope:
                 shown = forms.compactor(slope / 2 if j == k else slope)
                 terms.append(_signed(shown, *_rates(lesson, j, k)))
-    terms += [
-        _signed(MINUS_ONE, term)
-        for kind, rates in coefficients(n).items()
-        if rates == [()]
-        for term in _alone(lesson, kind, i)
-    ]
+    terms += [_signed(MINUS_ONE, term) for c in page.rows[i] if not c.of for term in terms_of(c.form)]
     key = f"slope:{i + 1}"
     block = folded(lesson, Formula(symbol.name, sum_of(terms), lesson.number(key)))
     absent = not any(forms.ring.derivative(forms.M[j][k], q) for j in range(n) for k in range(n))
@@ -199,15 +180,9 @@ def _qdd(lesson: Lesson, j: int) -> Symbol:
     return named(lesson.state.qdd[j])
 
 
-def _alone(lesson: Lesson, kind: str, i: int) -> tuple[Form, ...]:
-    if kind == "k_E" and not elastic(lesson.scene):
-        return ()
-    return terms_of(lesson.forms.form(kind, i))
-
-
 def _signed(form: Form, *rate: Form) -> Form:
     """Return form · rate; a sum of negative terms takes its sign in front."""
-    return Coefficient("", (), form, product_of(rate)).term
+    return signed_product(form, product_of(rate))
 
 
 # Coefficients
@@ -216,22 +191,18 @@ def _signed(form: Form, *rate: Form) -> Form:
 def coefficient_steps(lesson: Lesson, page: Printable) -> list[Step]:
     """Return one step a kind: every coefficient that does not vanish, then those that do."""
     steps = []
-    for kind in KINDS:
-        found = [c for c in page.coefficients if c.kind == kind]
-        if not found:
-            continue
-        upper = [c for c in found if not (kind == "k_z" and c.indices[0] > c.indices[1])]
+    for kind, found in groupby(page.coefficients, lambda c: c.kind):
         blocks: list[Block] = []
-        for c in upper:
+        zero: list[Form] = []
+        for c in (c for c in found if c.indices == min(c.places)):
             key = coefficient_key(c)
             if c.vanishes:
-                continue
-            if kind == "k_z" and c.indices[0] != c.indices[1] and length(c.form) <= MOST_TERMS:
-                twin = Symbol(f"k_z:{c.indices[1]},{c.indices[0]}")
+                zero.append(Symbol(key))
+            elif len(c.places) > 1 and length(c.form) <= MOST_TERMS:
+                twin = Symbol(coefficient_key(replace(c, indices=c.places[1])))
                 blocks.append(Formula(key, twin, lesson.number(key), c.form))
             else:
                 blocks.append(folded(lesson, Formula(key, c.form, lesson.number(key))))
-        zero: list[Form] = [Symbol(coefficient_key(c)) for c in upper if c.vanishes]
         if zero:
             blocks.append(lesson.say("coefficients.zero", names=together(zero)))
         steps.append(Step(f"coefficients:{kind}", lesson.say(f"coefficients.{kind}"), tuple(blocks), level="full"))

@@ -3,13 +3,27 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import isclose
 
 from symdyn.algebra.form import Form, Symbol, symbols_of
 from symdyn.algebra.numeric import Floats
 from symdyn.graph import Expr, Op, evaluate, reachable
-from symdyn.teach.document import ERRATA, Blank, Block, Document, Picture, Step, Values, Words, written_out
+from symdyn.teach.document import (
+    ERRATA,
+    Blank,
+    Block,
+    Box,
+    Braced,
+    Document,
+    Fold,
+    Formula,
+    Matrix,
+    Picture,
+    Step,
+    Values,
+    Words,
+)
 from symdyn.teach.student.vocabulary import Names
 
 FOLLOWS = {
@@ -58,7 +72,7 @@ class Hidden:
 
     def _writes(self, block: Block) -> bool:
         """Whether a block writes something out in symbols of the scene alone, or tells an answer."""
-        return any(self._plain(form) for form in written_out(block)) or self._tells(block)
+        return any(map(self._plain, _written_out(block))) or self._tells(block)
 
     def _plain(self, form: Form) -> bool:
         found = set(symbols_of(form))
@@ -68,7 +82,7 @@ class Hidden:
         """Whether a formula, more than a name, is worth an answer, its sign apart; tables and prose name symbols."""
         if isinstance(block, (Values, Words)):
             return False
-        forms = [form for form in written_out(block) if self._plain(form) and not isinstance(form, Symbol)]
+        forms = [form for form in _written_out(block) if self._plain(form) and not isinstance(form, Symbol)]
         return any(self._is_answer(self.document.value(form)) for form in forms)
 
     def _is_answer(self, node: Expr) -> bool:
@@ -89,3 +103,18 @@ class Hidden:
                 point.setdefault(name, random.Random(f"{k}:{name}").uniform(0.25, 2.0))
             values.append(evaluate([node], Floats(), {x: point[str(x.value)] for x in symbols})[0])
         return values
+
+
+def _written_out(block: Block) -> Iterator[Form]:
+    """Yield the right-hand sides of a block, of tables and prose all forms."""
+    if isinstance(block, Formula):
+        yield from (form for form in (block.form, block.right) if form is not None)
+    elif isinstance(block, Braced):
+        yield from (block.form, *(term.form for term in block.terms))
+    elif isinstance(block, Matrix):
+        yield from block.entries
+    elif isinstance(block, (Box, Fold)):
+        yield from (form for inner in block.blocks for form in _written_out(inner))
+    elif isinstance(block, (Values, Words)):
+        cells = [cell for row in block.rows for cell in row] if isinstance(block, Values) else [block]
+        yield from (part for cell in cells for part in cell.parts if not isinstance(part, str))

@@ -54,11 +54,10 @@ def state_step(lesson: Lesson | Balance, chosen: Chosen) -> Step:
 
 def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
     rows, slides = [], [unit == "m" for unit in velocity_units(lesson.scene)]
-    for c in page.coefficients:
-        if not c.vanishes and not (c.kind == "k_z" and c.indices[0] > c.indices[1]):
-            key = coefficient_key(c)
-            (value,) = chosen.of(node_of(lesson, key))
-            rows.append((Symbol(key), written(value), coefficient_unit(c.kind, c.indices, slides)))
+    for c in page.written:
+        key = coefficient_key(c)
+        (value,) = chosen.of(node_of(lesson, key))
+        rows.append((Symbol(key), written(value), coefficient_unit(c.of, c.indices, slides)))
     table = lesson.table(("coefficient", "value", "unit"), rows)
     return Step("values", lesson.say("values"), (table,), level="full")
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from symdyn.algebra.form import ZERO, Form, Symbol, terms_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Body
+from symdyn.spatial import Vec
 from symdyn.teach.document import Block, Fold, Formula, Step
 from symdyn.teach.forms import rate_of
 from symdyn.teach.lesson import SMALL_SCENE, Lesson, Prose, named
@@ -25,17 +28,8 @@ def position_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
     """Return one step a mass: x, y, z of its place in the ground frame."""
     steps = []
     for mass in found:
-        blocks: list[Block] = []
-        absent = []
-        for axis, node in zip(AXES, mass.place, strict=True):
-            key = f"{axis}:{mass.tag}"
-            symbol = lesson.name(key, axis, mass.tag, node=node)
-            form = lesson.short(node)
-            if terms_of(form):
-                blocks.append(folded(lesson, Formula(key, form, lesson.number(key))))
-            else:
-                absent.append(symbol)
-        blocks += all_zero(absent)
+        names = [lesson.name(f"{axis}:{mass.tag}", axis, mass.tag, node=node) for axis, node in _along(mass.place)]
+        blocks = _components(lesson, names, mass.place)
         claim = lesson.say(f"position.{_kind(mass)}", body=mass.body.name, tag=mass.tag)
         steps.append(Step(f"position:{mass.tag}", claim, tuple(blocks), reference=_range(blocks)))
     return steps
@@ -49,7 +43,7 @@ def velocity_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
     for mass in found:
         blocks: list[Block] = []
         details: list[Block] = []
-        for axis, node in zip(AXES, mass.place, strict=True):
+        for axis, node in _along(mass.place):
             key, velocity = f"d{axis}:{mass.tag}", tangents([node], state.velocity)[0]
             lesson.name(key, axis, mass.tag, node=velocity, dots=1)
             form = lesson.short(node)
@@ -75,35 +69,38 @@ def velocity_steps(lesson: Lesson, found: list[Mass]) -> list[Step]:
 
 
 def _turning(lesson: Lesson, mass: Mass) -> Step:
+    w, tag = angular_velocity(lesson, mass.body), mass.tag
+    names = [lesson.name(f"omega:{tag}{axis}", "omega", tag, axis, node=node) for axis, node in _along(w)]
+    claim = lesson.say("turning", body=mass.body.name)
+    return Step(f"turning:{tag}", claim, tuple(_components(lesson, names, w)), lesson.say("turning.reason"))
+
+
+def _along(v: Vec) -> Iterator[tuple[str, Expr]]:
+    return zip(AXES, v, strict=True)
+
+
+def _components(lesson: Lesson, names: list[Symbol], v: Vec) -> list[Block]:
+    """Return the components of a vector, those that vanish last."""
     blocks: list[Block] = []
     absent = []
-    for axis, node in zip(AXES, angular_velocity(lesson, mass.body), strict=True):
-        key = f"omega:{mass.tag}{axis}"
-        symbol = lesson.name(key, "omega", mass.tag, axis, node=node)
+    for name, node in zip(names, v, strict=True):
         form = lesson.short(node)
         if terms_of(form):
-            blocks.append(folded(lesson, Formula(key, form)))
+            blocks.append(folded(lesson, Formula(name.name, form, lesson.number(name.name))))
         else:
-            absent.append(symbol)
-    blocks += all_zero(absent)
-    claim = lesson.say("turning", body=mass.body.name)
-    return Step(f"turning:{mass.tag}", claim, tuple(blocks), lesson.say("turning.reason"))
+            absent.append(name)
+    if len(absent) == 2:
+        return [*blocks, Formula(absent[0].name, absent[1], right=ZERO)]
+    return [*blocks, *(Formula(one.name, ZERO) for one in absent)]
 
 
-def angular_velocity(lesson: Lesson, body: Body) -> tuple[Expr, Expr, Expr]:
+def angular_velocity(lesson: Lesson, body: Body) -> Vec:
     """Return ω in body axes from ω̃ = Rᵀ Ṙ."""
     R = lesson.placed[body.name].R
     dR = [tangents(row, lesson.state.velocity) for row in R]
     pairs = ((2, 1), (0, 2), (1, 0))
     x, y, z = (lesson.graph.total(R[k][a] * dR[k][b] for k in range(3)) for a, b in pairs)
     return x, y, z
-
-
-def all_zero(names: list[Symbol]) -> list[Block]:
-    """Return a = b = 0."""
-    if len(names) == 2:
-        return [Formula(names[0].name, names[1], right=ZERO)]
-    return [Formula(one.name, ZERO) for one in names]
 
 
 def folded(lesson: Prose, formula: Formula) -> Block:

@@ -48,6 +48,11 @@ class Term:
     rates: tuple[tuple[str, int], ...]
     sign: int = 1
 
+    @property
+    def of(self) -> str:
+        """What it multiplies, as of a printed coefficient."""
+        return self.rates[0][0] if self.rates else ""
+
 
 @dataclass(frozen=True)
 class Live:

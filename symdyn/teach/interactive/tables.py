@@ -39,7 +39,7 @@ def force_tables(scene: Scene, computed: Live, words: Mapping[str, str]) -> list
                 "terms": [
                     {
                         "number": k,
-                        "unit": coefficient_unit(term.function, [i + 1 for i in term.indices], slides),
+                        "unit": coefficient_unit(term.of, [i + 1 for i in term.indices], slides),
                         **_term(scene, term, symbols, letters, words, "*" if computed.held else ""),
                     }
                     for k, term in terms
@@ -58,11 +58,11 @@ def _term(
     square = len(factors) == 2 and factors[0] == factors[1]
     rate = inline(f"{_grouped(factors[0])}^{{2}}") if square else "\u00a0".join(inline(x) for x in factors)
     above = f"^{{{star}}}" if star else ""
-    if term.function[:2] != "k_":
+    if term.sign < 0:
         Q = head(letters["Q"])
         return {"coefficient": f"−{inline(f'{Q}_{{{term.row + 1}}}{above}')}", "rate": "", "text": words["Q"]}
     letter, (first, *rest) = term.function[2:], [str(index + 1) for index in term.indices]
-    index = f"{letter},{first},{together(rest)}" if letter == "C" else f"{letter},{together([first, *rest])}"
+    index = f"{letter},{first},{together(rest)}" if len(rest) > 1 else f"{letter},{together([first, *rest])}"
     return {"coefficient": inline(f"{head(letters['k'])}_{{{index}}}{above}"), "rate": rate, "text": ""}
 
 

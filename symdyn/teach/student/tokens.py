@@ -31,6 +31,8 @@ OPENING = {"(": ")", "[": "]", "{": "}", "\\{": "\\}", "\\lvert": "\\rvert"}
 UPRIGHT = ("mathrm", "mathit", "mathbf", "mathsf", "mathtt", "text", "textrm", "operatorname", "textit", "boldsymbol")
 SAME = {"varphi": "phi", "vartheta": "theta", "varepsilon": "epsilon", "varrho": "rho", "dfrac": "frac"}
 SAME |= {"tfrac": "frac", "cfrac": "frac", "sgn": "sign", "ln": "log", "vert": "lvert"}
+KINDS = {"op": "+-*/^=", "open": "([{", "close": ")]}", "stop": ",."}
+CHARACTERS = {character: kind for kind, characters in KINDS.items() for character in characters}
 MOST_DIGITS, MOST_LETTERS = 40, 200
 
 _SPACE = re.compile(r"[ ~&]+|\\[,;:! >]")
@@ -113,19 +115,13 @@ class _Lexer:
             self._command(found[1], found.end())
         elif text.startswith("**", at):
             self._add("op", "^", at + 2)
-        elif text[at] in "+-*/^=":
-            self._add("op", text[at], at + 1)
         elif text.startswith(("\\{", "\\}"), at):
-            self._add("open" if text[at + 1] == "{" else "close", text[at : at + 2], at + 2)
-        elif text[at] in "([{":
-            self._add("open", text[at], at + 1)
-        elif text[at] in ")]}":
-            self._add("close", text[at], at + 1)
-        elif text[at] in ",.":
-            self._add("stop", text[at], at + 1)
+            self._add(CHARACTERS[text[at + 1]], text[at : at + 2], at + 2)
         elif text[at] == "_":
             index, end = self._index(at)
             self._add("sub", index, end)
+        elif text[at] in CHARACTERS:
+            self._add(CHARACTERS[text[at]], text[at], at + 1)
         else:
             self._add("unknown", f"{text[at]!r} has no place in a formula", at + 1)
 
