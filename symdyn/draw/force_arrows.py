@@ -47,21 +47,20 @@ class Wrench:
 def wrench(one: Wrench, view: View, id: str) -> tuple[tuple[Item, ...], tuple[Label, ...]]:
     """Return the arrows of one wrench and their labels."""
     at, force, couple = (np.array([values], dtype=np.float64) for values in (one.at, one.force, one.couple))
-    items: list[Item] = []
-    labels: list[Label] = []
+    drawn = []
     if np.any(force):
-        shapes, tip, away = _straight("force", view, at, unit(force), 1)
-        items.append(Item(id, f"force {one.name}", 2, view.depth(at), shapes))
-        labels.append(Label(f"{id}-label", lettered(one.name), tip, 5.0, away, "force-text"))
+        drawn.append(("force", id, one.name, _straight("force", view, at, unit(force), 1)))
     if np.any(couple):
-        name = one.couple_name or one.name
-        axis = unit(couple)
-        turned = "force couple"
+        axis, look = unit(couple), "force couple"
         facing = float(np.abs(axis @ view.toward)[0]) > FACING
-        shapes, tip, away = _turning(turned, view, at, axis) if facing else _straight(turned, view, at, axis, 2)
-        items.append(Item(f"{id}-couple", f"couple {name}", 2, view.depth(at), shapes))
-        labels.append(Label(f"{id}-couple-label", lettered(name), tip, 5.0, away, "couple-text"))
-    return tuple(items), tuple(labels)
+        arrows = _turning(look, view, at, axis) if facing else _straight(look, view, at, axis, 2)
+        drawn.append(("couple", f"{id}-couple", one.couple_name or one.name, arrows))
+    items = tuple(Item(key, f"{what} {name}", 2, view.depth(at), shapes) for what, key, name, (shapes, _, _) in drawn)
+    labels = (
+        Label(f"{key}-label", lettered(name), tip, 5.0, away, f"{what}-text")
+        for what, key, name, (_, tip, away) in drawn
+    )
+    return items, tuple(labels)
 
 
 def _straight(look: str, view: View, at: Array, way: Array, heads: int) -> tuple[tuple[Shape, ...], Array, Array]:

@@ -75,10 +75,7 @@ class Put:
 def put(labels: Sequence[Label], segments: Array, most: float = DEAREST) -> tuple[Put, ...]:
     """Return the labels that find a place, in order; earlier ones choose first.
 
-    Args:
-        labels: what to put.
-        segments: what they should keep clear of, shape (N, S, 2, 2).
-        most: what a place may cost; a label that finds none is left out.
+    They keep clear of segments, shape (N, S, 2, 2); a label that finds no place that costs at most so much is left out.
     """
     done: list[Put] = []
     for label in labels:

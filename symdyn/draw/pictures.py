@@ -154,7 +154,6 @@ def load_wrench(load: Load, found: Places) -> Wrench:
 
 
 def _numbers(scene: Scene, q: Sequence[float] | Array) -> Array:
-    """Return a position as numbers."""
     try:
         return np.asarray(q, dtype=np.float64)
     except (TypeError, ValueError) as fault:

@@ -148,12 +148,9 @@ class Places:
 
 
 def places(scene: Scene, q: Array, parameters: Mapping[str, float]) -> Places:
-    """Return where everything is at positions q, shape (N, nq); velocities are zero, and so is time.
+    """Return where everything is at positions q, shape (N, nq), in the scene's order; rad, m or 1.
 
-    Args:
-        scene: any scene.
-        q: coordinates in the scene's order; rad, m or 1.
-        parameters: values of the free parameters, all of them.
+    Velocities are zero, and so is time; all free parameters have values.
 
     Raises:
         DrawError: q has another shape, or a formula has no real value there.

@@ -48,13 +48,8 @@ def pose(
     """Return a position to draw, shape (nq,), and values of all parameters.
 
     The position is the scene's start. Where no joint has a start, turns show 0.6 rad, less where there are many, and
-    slides a part of the extent, within their limits, so that the coordinates can be seen. Loops are closed, and free
-    parameters are then such that they can be.
-
-    Args:
-        scene: any scene.
-        at: values of coordinates by name, which the loops' closing keeps.
-        parameters: by name.
+    slides a part of the extent, within their limits, so that the coordinates can be seen. Loops are closed, which keeps
+    the coordinates that are given, and free parameters are then such that they can be.
 
     Raises:
         DrawError: an unknown name, or loops that do not close so.

@@ -63,14 +63,7 @@ def order(items: Sequence[Item], moment: int) -> list[int]:
 def svg(
     drawing: Drawing, prefix: str = "", scheme: str = "auto", tag: Callable[[Shape | Put], str] | None = None
 ) -> str:
-    """Return a drawing at its first moment.
-
-    Args:
-        drawing: what to draw.
-        prefix: in front of every id, so that several pictures fit into one page.
-        scheme: see `style`.
-        tag: attributes for a shape or label, such as ` data-k="3"`.
-    """
+    """Return a drawing at its first moment; `tag` gives attributes for a shape or label, such as ` data-k="3"`."""
     left, top, width, height = (number(x) for x in drawing.box)
     title = in_html(drawing.title)
     lines = [

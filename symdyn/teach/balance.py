@@ -174,9 +174,7 @@ class Balance(Prose):
 def _forms(system: Equilibrium, more: Sequence[Sequence[Expr]]) -> Callable[[Expr], Form]:
     """Return what writes an entry: as short as the ring of sines can, as it stands where there is no such ring.
 
-    Args:
-        system: whose entries are written.
-        more: what else is written, fewer nodes first: a solution with a pivot that moves is no polynomial.
+    What else is written has fewer nodes first: a solution with a pivot that moves is no polynomial.
     """
     state, graph = system.hanging.state, system.hanging.graph
     needed = [x for known in system.bodies for part in (*known.action, *known.inertia) for x in part]

@@ -156,12 +156,7 @@ def _folded(document: Document, key: str, claim: Words, blocks: Sequence[Block])
 
 
 def judge(document: Document, key: str, text: str) -> str:
-    """Return whether a typed answer to a blank is right, in the language of the document.
-
-    Args:
-        document: as of `with_exercises`.
-        key: of the blank.
-        text: plain text or LaTeX, with or without what stands left of its "=".
+    """Return whether a typed answer to a blank, plain text or LaTeX, is right, in the language of the document.
 
     Raises:
         TeachError: there is no such blank.

@@ -8,8 +8,8 @@ from functools import cached_property
 
 from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Symbol
-from symdyn.algebra.sums_of_angles import total_angles
-from symdyn.algebra.trigonometric import TrigonometricRing
+from symdyn.algebra.sums_of_angles import AngleGroup, total_angles
+from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm, closed_form
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.lagrange.second_kind import Energies, driving_forces, energies
@@ -44,13 +44,7 @@ def refuse_quaternions(scene: Scene) -> None:
 
 @dataclass
 class Prose:
-    """Names and words of one document while it is being written.
-
-    Attributes:
-        scene: the mechanism.
-        language: key of `LANGUAGES`.
-        names: grows as steps name quantities.
-    """
+    """Names and words of one document while it is being written; names grow as steps name quantities."""
 
     scene: Scene
     language: str
@@ -115,9 +109,7 @@ class Prose:
 
 @dataclass
 class Lesson(Prose):
-    """One scene on one graph while its document is being written.
-
-    The scene is an open chain or tree.
+    """One open chain or tree on one graph while its document is being written.
 
     Attributes:
         numbers: equation numbers of the source by key of the formula.
@@ -204,7 +196,7 @@ class Lesson(Prose):
         return TrigonometricRing([*needed, self.energy.K + self.energy.G], state, total_angles(self._parallel))
 
     @cached_property
-    def _parallel(self):  # type: ignore[no-untyped-def]
+    def _parallel(self) -> tuple[AngleGroup, ...]:
         return angle_groups(self.scene, self.graph)
 
     @cached_property
@@ -221,7 +213,7 @@ class Lesson(Prose):
         """Tell whether a node is zero as a function."""
         return self.ring.is_zero(self._polynomial(node))
 
-    def _polynomial(self, node: Expr):  # type: ignore[no-untyped-def]
+    def _polynomial(self, node: Expr) -> Polynomial:
         return evaluate([node], self.ring, self.ring.values([node]))[0]
 
     def number(self, key: str) -> str:

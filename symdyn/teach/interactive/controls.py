@@ -45,14 +45,8 @@ def controls(
 ) -> list[dict[str, Any]]:
     """Return groups of rows: time where motions are prescribed, positions, velocities, accelerations and parameters.
 
-    A row is a slider (label, unit, range, value), a number that follows (without a range), or a heading of rows.
-
-    Args:
-        scene: any scene.
-        begun: where sliders begin.
-        extent: how far slides go, m.
-        tied: what loops and rows leave free; None for a tree.
-        led: velocities with a prescribed motion.
+    A row is a slider (label, unit, range, value), a number that follows (without a range), or a heading of rows. Slides
+    go as far as the extent, m; `led` are velocities with a prescribed motion.
     """
     symbols, values, t = latex_symbols(scene), begun.parameters, begun.t
     groups: list[dict[str, Any]] = []

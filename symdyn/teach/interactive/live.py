@@ -85,11 +85,9 @@ class Live:
 
 
 def live(scene: Scene, parameters: Mapping[str, float] | None = None) -> Live:
-    """Return what the page of a scene computes.
+    """Return what the page of a scene computes, one with loops or rows without prescribed motions, see `by_hand`.
 
-    Args:
-        scene: of not too many velocities; with loops or rows without prescribed motions, see `by_hand`.
-        parameters: values at which loops are assembled; None takes those that lessons show.
+    Loops are assembled at values of parameters, those that lessons show where none are given.
 
     Raises:
         TeachError: a scene that sliders cannot move.

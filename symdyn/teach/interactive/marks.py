@@ -28,7 +28,7 @@ class Mark:
             "ball", its outline; or "plane", what wheels and blades touch.
         rows: of `drawn_points` that it needs, points first, then directions.
         body: number of the body that it belongs to, which is its colour; -1 for the ground.
-        text: its name.
+        text: the name of a point or a load.
     """
 
     kind: str
@@ -56,7 +56,7 @@ class Sheet:
         acting = self._acting(scene, tips)
         for body in scene.bodies:
             for tip in tips[body.name]:
-                self._mark("link", (starts[body.name], tip), body.name, body.name)
+                self.marks.append(self._made("link", (starts[body.name], tip), body.name))
         self.marks += [*masses, *joints, *acting]
 
     def _point(self, at: Sequence[Expr]) -> int:
@@ -74,11 +74,8 @@ class Sheet:
         """Return the rows of the axes of a frame, the columns of R."""
         return tuple(self._direction((frame[k], frame[3 + k], frame[6 + k])) for k in range(3))
 
-    def _made(self, kind: str, rows: tuple[int, ...], body: str, text: str) -> Mark:
+    def _made(self, kind: str, rows: tuple[int, ...], body: str, text: str = "") -> Mark:
         return Mark(kind, rows, self._number[body], text)
-
-    def _mark(self, kind: str, rows: tuple[int, ...], body: str, text: str) -> None:
-        self.marks.append(self._made(kind, rows, body, text))
 
     def _joints(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> list[Mark]:
         """Return supports, symbols and frames of all joints; links reach to where joints begin."""
@@ -98,13 +95,13 @@ class Sheet:
             sign = JOINTS[joint.type].mark.sign
             self._hinges[joint.name] = ((at, place, way), sign.slides, joint.child)
             if sign.line:
-                self._mark("link", (at, place), GROUND, joint.name)
+                self.marks.append(self._made("link", (at, place), GROUND))
             if sign.shape and joint.parent == GROUND:
-                self._mark("rail" if sign.slides else "support", (at, way), GROUND, "")
+                self.marks.append(self._made("rail" if sign.slides else "support", (at, way), GROUND))
             if sign.shape:
-                marks.append(self._made(sign.shape, (place, way, at), joint.child, ", ".join(joint.coordinates)))
+                marks.append(self._made(sign.shape, (place, way, at), joint.child))
             if not closes:
-                marks.append(self._made("frame", (place, *self._axes(moved)), joint.child, joint.child))
+                marks.append(self._made("frame", (place, *self._axes(moved)), joint.child))
         return marks
 
     def _planes(self, scene: Scene) -> list[Mark]:
@@ -121,7 +118,7 @@ class Sheet:
             reach = AROUND * radius[0] if radius else graph.constant(BLADE)
             ways = [self._direction(_turned(frame, scale(reach, way))) for way in (first, cross(normal, first))]
             rows = (self._direction(self._found["plane", row]), self._direction(self._found["end", row, 0]), *ways)
-            marks.append(self._made("plane", rows, row.plane.body, row.name))
+            marks.append(self._made("plane", rows, row.plane.body))
         return marks
 
     def _wheels(self, scene: Scene) -> list[Mark]:
@@ -137,9 +134,9 @@ class Sheet:
                 first = _across(axis)
                 rim = [_turned(frame, scale(radius, way)) for way in (first, cross(axis, first))]
                 ends = [self._point([a + b for a, b in zip(at, way, strict=True)]) for way in rim]
-                marks.append(self._made("wheel", (centre, *ends), row.place.body, row.name))
+                marks.append(self._made("wheel", (centre, *ends), row.place.body))
             if row.axis is None:
-                marks.append(self._made("ball", (centre, marks[-1].rows[1]), row.place.body, row.name))
+                marks.append(self._made("ball", (centre, marks[-1].rows[1]), row.place.body))
         return marks
 
     def _masses(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> list[Mark]:
@@ -149,11 +146,11 @@ class Sheet:
             for k in range(len(body.particles)):
                 at = self._point(self._found["particle", body.name, k][1:])
                 tips[body.name].append(at)
-                marks.append(self._made("particle", (at,), body.name, body.name))
+                marks.append(self._made("particle", (at,), body.name))
             if ("com", body.name) in self._found:
                 at = self._point(self._found["com", body.name])
                 tips[body.name].append(at)
-                marks.append(self._made("com", (at,), body.name, body.name))
+                marks.append(self._made("com", (at,), body.name))
         for point in scene.points:
             at = self._point(self._found["point", point.name][9:])
             tips[point.body].append(at)
@@ -173,12 +170,12 @@ class Sheet:
                     self._made("load", (*rows, self._direction(self._found["force", one])), one.place.body, one.name)
                 )
             elif rows:
-                marks.append(self._made(mark_of(one).page, rows, GROUND, one.name))
+                marks.append(self._made(mark_of(one).page, rows, GROUND))
             else:
                 rows, slides, child = self._hinges[one.joint]
                 joint = next(joint for joint in scene.joints if joint.name == one.joint)
                 where = "turn" if not slides else "zero" if from_zero(scene, joint) else "slide"
-                marks.append(self._made(f"{mark_of(one).page}_{where}", rows, child, one.name))
+                marks.append(self._made(f"{mark_of(one).page}_{where}", rows, child))
         return marks
 
 

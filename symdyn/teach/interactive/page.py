@@ -29,7 +29,6 @@ from symdyn.errors import TeachError
 from symdyn.scene import Scene
 from symdyn.teach.interactive.controls import controls, start
 from symdyn.teach.interactive.live import Live, by_hand, live
-from symdyn.teach.interactive.marks import Mark
 from symdyn.teach.interactive.tables import exerted, force_tables
 from symdyn.teach.interactive.words import WORDS
 from symdyn.teach.mathml import inline
@@ -130,17 +129,12 @@ def _data(scene: Scene, computed: Live, seen: View, sentences: Mapping[str, str]
         "led": [list(pair) for pair in computed.led],
         "terms": [[t.function, t.entry, t.row, t.sign, *map(list, t.rates)] for t in computed.terms],
         "total": "inverse_dynamics" if tied is None else "row_forces",
-        "marks": [[m.kind, list(m.rows), m.body, _letters(m)] for m in computed.marks],
+        "marks": [[m.kind, list(m.rows), m.body, words(m.text).svg() if m.text else ""] for m in computed.marks],
         "points": list(computed.points),
         "gravity": computed.gravity,
         "view": [_rounded(axis) for axis in (seen.right, seen.up, seen.toward)],
         "words": {key: sentences[key] for key in ("play", "pause", "lost", "open", "point")},
     }
-
-
-def _letters(mark: Mark) -> str:
-    """Return the SVG of a mark's name."""
-    return words(mark.text).svg() if mark.kind in ("point", "load") else ""
 
 
 def _rounded(axis: Any) -> list[float]:

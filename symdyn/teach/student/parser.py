@@ -30,13 +30,7 @@ UNARY |= {"tan": Op.SIN}
 
 
 def parse(source: Source, tokens: Sequence[Token], names: Names, end: int) -> Form:
-    """Return the one formula that the tokens are.
-
-    Args:
-        source: where they come from, for messages.
-        tokens: without rows, stops and "=".
-        names: of the scene.
-        end: where the formula ends in the source's text.
+    """Return the one formula that the tokens are, without rows, stops and "="; it ends at `end` in the source's text.
 
     Raises:
         TeachError: it is none.

@@ -23,10 +23,9 @@ from symdyn.teach.student.vocabulary import Names, Target
 
 @dataclass(frozen=True)
 class Statement:
-    """One statement.
+    """One statement, which begins at a line, from 1.
 
     Attributes:
-        line: where it begins, from 1.
         targets: what is claimed to be known; none for an equation.
         forms: one formula for a result (or more, each claimed equal to it), two sides and more for an equation.
     """

@@ -49,15 +49,7 @@ _UNDERSCORES = re.compile("_+")
 
 @dataclass(frozen=True)
 class Token:
-    """One token.
-
-    Attributes:
-        kind: see the module.
-        text: what it says, plain.
-        at: where it begins in the source's text.
-        dots: of a word, from primes.
-        value: of a number.
-    """
+    """One token of a kind, see the module; it begins `at` in the source's text. Dots of a word come from primes."""
 
     kind: str
     text: str
