@@ -19,7 +19,7 @@ from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.program import lower
 from symdyn.scene import Limits, Pose, Scene, number, parse, read, read_text
-from symdyn.scene.declaration.reader import ReadOptions
+from symdyn.scene.declaration.files import ReadOptions
 from symdyn.scene.formats import par_writer
 from symdyn.scene.formats.placing import angle_text, decimal_text, xyz_rpy
 from symdyn.scene.formats.urdf import read_element

@@ -1,6 +1,6 @@
 """Scenes: what a user declares, from TOML, Denavit-Hartenberg tables or Python."""
 
-from symdyn.scene.binding import bind, read_bindings, without_hidden_zeros, without_zeros
+from symdyn.scene.binding import bind, read_bindings, without_hidden_zeros
 from symdyn.scene.build import body, dh_table, parameter, point, scene
 from symdyn.scene.build_joints import (
     custom,
@@ -19,13 +19,13 @@ from symdyn.scene.build_joints import (
     spherical,
     universal,
 )
+from symdyn.scene.declaration.files import ReadOptions, Written
 from symdyn.scene.declaration.locking import lock
-from symdyn.scene.declaration.reader import Reading, ReadOptions, Written
 from symdyn.scene.forces import FORCES, pull_of
 from symdyn.scene.forces.body_load import load
 from symdyn.scene.forces.contact import knife_edge, rolling
 from symdyn.scene.forces.damper import Damper, damper
-from symdyn.scene.forces.force_kind import Forbid, ForceKind, Pull, Push, Touch
+from symdyn.scene.forces.force_kind import ForceKind, Pull, Push
 from symdyn.scene.forces.friction import Friction
 from symdyn.scene.forces.spring import Spring, spring
 from symdyn.scene.forces.velocity_row import Formula, row
@@ -35,7 +35,7 @@ from symdyn.scene.scene_files import read, read_noting, write_text
 from symdyn.scene.symbolic import with_symbols
 from symdyn.scene.ten_parameters import with_symbolic_inertia
 from symdyn.scene.toml import read_text
-from symdyn.scene.values.element import Contact, Element, Load, Place, Plane, Row, Strut
+from symdyn.scene.values.element import Contact, Element, Load, Place, Row, Strut
 from symdyn.scene.values.formula import FormulaError, parse
 from symdyn.scene.values.mapping import in_numbers
 from symdyn.scene.values.model import (
@@ -52,7 +52,6 @@ from symdyn.scene.values.model import (
     acceleration_name,
     velocity_name,
 )
-from symdyn.scene.values.names import check_name
 from symdyn.scene.values.quantity import Quantity, express, number, symbol
 from symdyn.scene.values.spelling import spell
 
@@ -65,7 +64,6 @@ __all__ = [
     "Coupling",
     "Damper",
     "Element",
-    "Forbid",
     "ForceKind",
     "Formula",
     "FormulaError",
@@ -79,24 +77,20 @@ __all__ = [
     "Parameter",
     "Particle",
     "Place",
-    "Plane",
     "Point",
     "Pose",
     "Pull",
     "Push",
     "Quantity",
     "ReadOptions",
-    "Reading",
     "Row",
     "Scene",
     "Spring",
     "Strut",
-    "Touch",
     "Written",
     "acceleration_name",
     "bind",
     "body",
-    "check_name",
     "custom",
     "cylindrical",
     "damper",
@@ -140,6 +134,5 @@ __all__ = [
     "with_symbolic_inertia",
     "with_symbols",
     "without_hidden_zeros",
-    "without_zeros",
     "write_text",
 ]

@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import cast
 
 from symdyn.errors import SceneError
-from symdyn.scene.declaration.contents import BEGIN, read_bounded
 from symdyn.scene.declaration.declare import Declaration, assemble
-from symdyn.scene.declaration.reader import Reading, ReadOptions
+from symdyn.scene.declaration.files import BEGIN, Reading, ReadOptions, read_bounded
 from symdyn.scene.forces import sections
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import check_name, suggestion

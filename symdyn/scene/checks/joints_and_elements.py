@@ -8,7 +8,6 @@ from symdyn.scene.checks.draft import Draft, joint_numbers
 from symdyn.scene.forces import FORCES
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.joints.start import quaternion
-from symdyn.scene.values.direction import direction
 from symdyn.scene.values.key import Key, Stand
 from symdyn.scene.values.model import Joint
 from symdyn.scene.values.table import Faults, shown
@@ -33,7 +32,7 @@ def check_joints(draft: Draft, values: Mapping[str, Value], faults: Faults) -> N
 def _shape(joint: Joint, stand: Stand) -> None:
     """Directions are directions, and what the keys of the type say fits together."""
     kind = JOINTS[joint.type]
-    fine = [direction(stand.where, key.name, way, stand.faults) for key, way in kind.directions(joint)]
+    fine = [stand.direction(key.name, way) for key, way in kind.directions(joint)]
     if all(fine) and (amiss := kind.amiss(joint)):
         stand.fault(amiss)
     for key in kind.keys:

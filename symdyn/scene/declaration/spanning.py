@@ -100,19 +100,8 @@ def _leader(entry: Entry) -> str:
 
 def _is_tree(edges: Sequence[_Edge]) -> bool:
     """Tell whether every body is the child of one joint and all hang on ground, as declared."""
-    carrier = {edge.child: edge.parent for edge in edges}
-    if len(carrier) < len(edges) or GROUND in carrier:
-        return False
-    hanging = {GROUND}  # and what has been seen to lead there, so that no joint is walked twice
-    for edge in edges:
-        path, body = set(), edge.child
-        while body in carrier and body not in hanging:
-            if body in path:
-                return False
-            path.add(body)
-            body = carrier[body]
-        hanging |= path
-    return True
+    met = list(_walk(edges, GROUND))
+    return len(met) == len(edges) and all(edge.parent == body for body, edge in met)
 
 
 def _parents_first(edges: Sequence[_Edge]) -> list[_Edge]:
@@ -212,10 +201,14 @@ def _says(raw: object) -> bool:
 
 def _walk(edges: Sequence[_Edge], start: str) -> Iterator[tuple[str, _Edge]]:
     """Yield the joints by which a search breadth-first meets bodies, each with the body that it comes from."""
+    at: dict[str, list[_Edge]] = {}
+    for edge in edges:
+        for body in (edge.parent, edge.child):
+            at.setdefault(body, []).append(edge)
     seen, queue = {start}, [start]
     for body in queue:
-        for edge in edges:
-            if body in (edge.parent, edge.child) and edge.other(body) not in seen:
+        for edge in at.get(body, ()):
+            if edge.other(body) not in seen:
                 seen.add(edge.other(body))
                 queue.append(edge.other(body))
                 yield body, edge

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any
 
 from symdyn.scene.forces.force_kind import Scope
-from symdyn.scene.values.direction import direction
 from symdyn.scene.values.element import Contact, Place, Plane, Strut
 from symdyn.scene.values.key import PARAMETERS, Stand, along, indexed
 from symdyn.scene.values.made_names import Names
@@ -236,6 +235,6 @@ class OnPlane:
         elif body and body == one.plane.body:
             stand.fault(f'touches a plane on its own body, "{body}"; name another body')
         if one.axis is not None:
-            direction(stand.where, "axis", one.axis, stand.faults, "turn the body's frame")
+            stand.direction("axis", one.axis, "turn the body's frame")
         key = "plane: normal" if one.plane.declared else "normal"
-        direction(stand.where, key, one.plane.normal, stand.faults, TILT)
+        stand.direction(key, one.plane.normal, TILT)

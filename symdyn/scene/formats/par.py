@@ -21,12 +21,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from symdyn.graph import Op
-from symdyn.scene.declaration.contents import read_bounded
 from symdyn.scene.declaration.declare import Declaration, assemble
-from symdyn.scene.declaration.reader import Reading, ReadOptions
+from symdyn.scene.declaration.files import Reading, ReadOptions, read_bounded
 from symdyn.scene.formats.naming import printable_names
-from symdyn.scene.formats.par_checks import count_frames, is_zero, refuse_motion_of_base
-from symdyn.scene.formats.par_text import SCALAR_KEYS, WRENCH, Sheet, parse_sheet
+from symdyn.scene.formats.par_sheet import (
+    SCALAR_KEYS,
+    WRENCH,
+    Sheet,
+    count_frames,
+    is_zero,
+    parse_sheet,
+    refuse_motion_of_base,
+)
 from symdyn.scene.formats.snap import snap_angle
 from symdyn.scene.joints.held_or_reversed import inverse
 from symdyn.scene.values.folding import FormulaError, neg

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from symdyn.scene.declaration.body_table import INERTIA_KEYS
+from symdyn.scene.declaration.files import Written
 from symdyn.scene.declaration.joint_table import LIMIT_KEYS
-from symdyn.scene.declaration.reader import Written
 from symdyn.scene.forces import place_of, table_of
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.joints import JOINTS

@@ -13,9 +13,8 @@ from fractions import Fraction
 from xml.sax.saxutils import quoteattr
 
 from symdyn.errors import SceneError
-from symdyn.scene.declaration.reader import Written
+from symdyn.scene.declaration.files import Written, lost_words
 from symdyn.scene.formats.inertias import possible
-from symdyn.scene.formats.losses import lost_words
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, xyz_rpy
 from symdyn.scene.formats.urdf import TYPES, UNLIMITED

@@ -6,13 +6,15 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Generic, TypeVar
 
+from symdyn.graph import Graph
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.formula import quantity
 from symdyn.scene.values.made_names import Names
 from symdyn.scene.values.model import Joint, Scene
-from symdyn.scene.values.quantity import Quantity, Vector
+from symdyn.scene.values.names import listed
+from symdyn.scene.values.quantity import Quantity, Vector, express
 from symdyn.scene.values.table import Faults, Table, plain, shown
-from symdyn.scene.values.value import Value, known_value
+from symdyn.scene.values.value import Value, known_value, value_of
 
 T = TypeVar("T")
 
@@ -43,6 +45,23 @@ class Stand:
     def value(self, quantity: Quantity) -> Value | None:
         """Return a value as far as it is known; a formula without one is reported as such."""
         return known_value(quantity, self.values)
+
+    def direction(self, key: str, axis: Vector, tilt: str = "tilt by origin.rpy") -> bool:
+        """Report a direction that has no length, or depends on symbols (`tilt` says what may); else return true."""
+        text = f"{key} = [{', '.join(shown(x) for x in axis)}]"
+        names = dict.fromkeys(name for x in axis for name in x.symbols)
+        if names:
+            self.fault(f"{text} depends on {listed(names)}; give numbers, and {tilt} instead")
+            return False
+        try:
+            sizes = [(express(x, Graph()).is_zero, value_of(x, {})) for x in axis]
+        except (FormulaError, ZeroDivisionError):
+            self.fault(f"{text} divides by zero, or has no real value; give a direction such as [0, 0, 1]")
+            return False
+        if all(zero or size == 0 for zero, size in sizes):
+            self.fault(f"{text} has zero length; give a direction such as [0, 0, 1]")
+            return False
+        return True
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,105 @@
+"""Files of scenes: their contents, what a reader is asked and answers, what a writer answers and cannot hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from symdyn.errors import SceneError
+from symdyn.scene.forces import FORCES, place_of
+from symdyn.scene.values.model import Scene
+from symdyn.scene.values.quantity import ZERO
+from symdyn.scene.values.spelling import spell
+
+BEGIN = "check the path, or begin a scene with symdyn new"
+"""What to do where there is no scene."""
+
+
+def read_bounded(path: Path, most: int, wanted: str, advice: str, missing: str = "check the path") -> bytes:
+    """Return the contents of a file of at most `most` bytes: a device without an end, or a film, fills no memory.
+
+    Args:
+        path: of the file.
+        most: a multiple of 2**20.
+        wanted: what kind of file, such as "a scene file".
+        advice: behind the message that the file is larger.
+        missing: behind the message that there is none.
+
+    Raises:
+        SceneError: it cannot be read, and why, or holds more.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(most + 1)
+    except FileNotFoundError:
+        raise SceneError(f"{path}: there is no such file; {missing}") from None
+    except IsADirectoryError:
+        raise SceneError(f"{path}: is a folder; give {wanted}") from None
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
+    if len(content) > most:
+        raise SceneError(f"{path}: holds more than {most >> 20} MB; {advice}")
+    return content
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """How to read a file.
+
+    Attributes:
+        snap: whether a decimal that is a small rational multiple of π, correctly rounded at its own digits, is read as
+            that multiple.
+        allow_invalid_inertia: whether inertias that no body has are notes instead of faults.
+        spanning_tree: names of the joints to cut where joints close loops; None chooses them, with a note for each.
+        floating_base: name of a free joint with a quaternion between the ground and the root of a robot; None: the root
+            is the ground.
+    """
+
+    snap: bool = True
+    allow_invalid_inertia: bool = False
+    spanning_tree: tuple[str, ...] | None = None
+    floating_base: str | None = None
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A scene as it was read.
+
+    Attributes:
+        scene: checked and in order.
+        notes: what the reader changed, doubts or leaves out of the equations, one line each, "<source>: " in front.
+    """
+
+    scene: Scene
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Written:
+    """A scene as text of some format.
+
+    Attributes:
+        text: contents of the file.
+        lost: what the format cannot hold, one line each.
+    """
+
+    text: str
+    lost: tuple[str, ...] = ()
+
+
+def lost_words(scene: Scene) -> Iterator[str]:
+    """Return what robot files have no words for, one line each: loops, what acts, and where a scene starts."""
+    yield from (f"loops.{one.name}: closes a loop, and the file holds trees" for one in scene.loops)
+    yield from (f"{place_of(one)}: {FORCES[one.kind].lost}" for one in scene.elements)
+    for joint in scene.joints:
+        where = f"joints.{joint.name}"
+        if any(force != ZERO for force in joint.forces):
+            shown = ", ".join(spell(force) for force in joint.forces)
+            yield f"{where}: force = {shown}: there are no forces in formulas"
+        if joint.dry is not None:
+            yield f"{where}: {FORCES[joint.dry.kind].lost}"
+        if joint.motion is not None:
+            yield f"{where}: motion = {spell(joint.motion)}"
+        if any(x != ZERO for x in (*joint.start, *joint.start_rates)):
+            yield f"{where}: where it starts"
