@@ -63,8 +63,9 @@ def positions(w: Workspace) -> list[Expr]:
     for block in w.loops.decisions.partition.blocks:
         rows = [labels[kept[r]] for r in block.rows]
         owners = {label.owner for label in rows}
-        planar = len(block.rows) == 2 and len(owners) == 1 and all(one.loop and _is_force(one.wrench) for one in rows)
-        if not planar:
+        moments = [x for one in rows for x in (one.wrench or ((), ()))[1]]
+        along = all(one.loop for one in rows) and all(x.is_zero for x in moments)
+        if len(block.rows) != 2 or len(owners) != 1 or not along:
             raise _none(w, "it is no planar loop with two unknowns")
         found = _solve(w, by_name[owners.pop()], block, values)
         values |= found
@@ -73,10 +74,6 @@ def positions(w: Workspace) -> list[Expr]:
 
 def _none(w: Workspace, why: str) -> DerivationError:
     return DerivationError(f"{w.scene.name}: positions have no closed form here: {why}; assemble them numerically")
-
-
-def _is_force(wrench: tuple[Vec, Vec] | None) -> bool:
-    return wrench is not None and all(x.is_zero for x in wrench[1])
 
 
 def _solve(w: Workspace, cut: Cut, block: Block, known: dict[Expr, Expr]) -> dict[Expr, Expr]:

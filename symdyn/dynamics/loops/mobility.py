@@ -82,10 +82,12 @@ def mobility(scene: Scene, closing: LoopChoices = LoopChoices()) -> Mobility:  #
     free = numbers.state.n - len(decisions.kept)
     forbidden = sum(not label.loop for label in numbers.constraints.labels)
     counted = numbers.state.n - forbidden
+    every = (*scene.joints, *scene.loops)
+    taken = sum(JOINTS[joint.type].class_t(joint) + (joint.coupling is not None) for joint in every)
     for joint in scene.loops:
         counted -= JOINTS[joint.type].class_t(joint) - (3 if joint.name in planar else 0)
     found = Mobility(
-        spatial=_spatial(scene) - forbidden,
+        spatial=6 * len(scene.bodies) - taken - forbidden,
         by_loops=counted,
         by_rank=free,
         here=numbers.state.n - decisions.assembly.here,
@@ -100,13 +102,6 @@ def mobility(scene: Scene, closing: LoopChoices = LoopChoices()) -> Mobility:  #
     )
     notes = [*_notes(scene, decisions, found), *([held] if held else _start(whole, decisions))]
     return replace(found, notes=tuple(notes))
-
-
-def _spatial(scene: Scene) -> int:
-    """Return n of eq. (5.20), without the scene's rows."""
-    joints = (*scene.joints, *scene.loops)
-    taken = sum(JOINTS[joint.type].class_t(joint) for joint in joints)
-    return 6 * len(scene.bodies) - taken - sum(joint.coupling is not None for joint in joints)
 
 
 def _is_planar(numbers: Numbers, joint: Joint, q: Array) -> bool:

@@ -27,7 +27,7 @@ SAME = Fraction(1, 10**60)
 
 def settle(nodes: Sequence[Expr]) -> list[Expr]:
     """Return the nodes, hidden fractions replaced by what they are."""
-    hidden = [node for node in nodes if _is_compound(node) and not has_symbols(node)]
+    hidden = [node for node in nodes if node.args and not has_symbols(node)]
     if not hidden:
         return list(nodes)
     settled = hidden[0].graph.found.setdefault("settled", {})
@@ -89,10 +89,6 @@ def _numbers() -> BigFloats:
 def rational(node: Expr) -> Fraction | None:
     """Return the value of a constant fraction, None for anything else."""
     return node.value if isinstance(node.value, Fraction) else None
-
-
-def _is_compound(node: Expr) -> bool:
-    return node.op not in (Op.CONSTANT, Op.SYMBOL, Op.PI)
 
 
 def has_symbols(node: Expr) -> bool:

@@ -78,7 +78,12 @@ def elastic_energy(scene: Scene, graph: Graph) -> Expr:
     """Return E(q) of all struts that store energy, J."""
     struts = elastic(scene)
     placed = body_placements(scene, graph) if struts else {}
-    return graph.total(_stored(scene, placed, strut, graph) for strut in struts)
+    return graph.total(
+        stored_between(strut, _square(placed, strut, graph))
+        if strut.ends
+        else stored(strut, joint_position(joint_of(scene, strut), graph))
+        for strut in struts
+    )
 
 
 def elastic_slopes(scene: Scene, graph: Graph, slopes: Callable[[Expr], list[Expr]]) -> list[Expr]:
@@ -98,12 +103,6 @@ def elastic_slopes(scene: Scene, graph: Graph, slopes: Callable[[Expr], list[Exp
             force = pull_of(strut).force(strut, x, graph.zero)
         found = [total + force * slope for total, slope in zip(found, slopes(x), strict=True)]
     return found
-
-
-def _stored(scene: Scene, placed: dict[str, Transform], strut: Strut, graph: Graph) -> Expr:
-    if strut.ends:
-        return stored_between(strut, _square(placed, strut, graph))
-    return stored(strut, joint_position(joint_of(scene, strut), graph))
 
 
 def joint_of(scene: Scene, strut: Strut) -> Joint:

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from symdyn.dynamics.mechanism.rotors import BallRotor, ball_rotor
 from symdyn.dynamics.mechanism.state import first_moment, joint_motion, placement, vector
 from symdyn.graph import Expr, Graph
-from symdyn.scene import GROUND, Body, Move, Scene, express, velocity_name
+from symdyn.scene import GROUND, Body, Scene, express, velocity_name
 from symdyn.spatial import (
     Inertia,
     Transform,
@@ -36,7 +36,6 @@ from symdyn.spatial import (
     point_inertia,
     symmetric,
     unit_transform,
-    zero_vector,
 )
 
 
@@ -158,7 +157,7 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         rotor = express(joint.armature, graph) if ball is None else graph.zero
         for move in motion.moves:
             here = place @ move.before
-            T, S = here @ move.placement, _subspace(move)
+            T, S = here @ move.placement, (still.p, move.axis) if move.slides else (move.axis, still.p)
             A = tuple((velocities[names[k]], factor * x) for k, x in move.rate)
             b = tuple((velocities[names[j]], velocities[names[k]], factor * factor * x) for j, k, x in move.bias)
             moves.append((carrier, here, T, S, move.amount, A, b, rotor))
@@ -181,11 +180,6 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         joint=ends,
         **dict(columns),
     )
-
-
-def _subspace(move: Move) -> tuple[Vec, Vec]:
-    nothing = zero_vector(move.amount.graph)
-    return (nothing, move.axis) if move.slides else (move.axis, nothing)
 
 
 def body_inertia(body: Body, graph: Graph) -> Inertia:

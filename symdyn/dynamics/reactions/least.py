@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -70,6 +69,7 @@ class InNumbers:
         self._rows, self._columns = np.array(places, dtype=int).reshape(-1, 2).T
         self._entries = [entry for row in [*balance, *shown] for entry in row.values()]
         self._height = self._size + len(shown)
+        self._acts = [x for one in system.unknowns for part in one.acts[0][1] for x in part]
 
     def matrices(self, values: Mapping[Expr, float]) -> tuple[Array, Array, Array, Array]:
         """Return A, b, T, R⁰ at values of all symbols."""
@@ -77,10 +77,6 @@ class InNumbers:
         whole[self._rows, self._columns] = evaluate(self._entries, Floats(), values)
         A, T = whole[: self._size], whole[self._size :]
         return A[:, :-1], -A[:, -1], T[:, :-1], -T[:, -1]
-
-    @cached_property
-    def _acts(self) -> list[Expr]:
-        return [x for one in self.system.unknowns for part in one.acts[0][1] for x in part]
 
     def sizes(self, values: Mapping[Expr, float], length: float) -> tuple[Array, Array]:
         """Return what every unknown does in its own joint at unit size, shape (unknowns, 6), and its size, N."""

@@ -61,7 +61,7 @@ def crba(tree: LeanTree, leaping: bool = False, keeping: bool = False) -> list[l
     for i in tree.inward():
         n, f = _momentum(C[i], tree.slides[i], polar[i])
         enter(i, i, (f[2] if tree.slides[i] else n[2]) + tree.armature[i])
-        for j, value in walk(tree, i, n, f) if leaping else _step_by_step(tree, i, n, f):
+        for j, value in _walk(tree, i, n, f, leaping):
             enter(i, j, value)
             enter(j, i, value)
         if tree.parent[i]:
@@ -90,14 +90,6 @@ def _momentum(body: Moments, slides: bool, polar: Expr | None) -> tuple[Vec, Vec
     return (-J[0][2], -J[1][2], J[0][0] + J[1][1] if polar is None else polar), (-y, x, zero)
 
 
-def _step_by_step(tree: LeanTree, j: int, n: Vec, f: Vec) -> Iterator[tuple[int, Expr]]:
-    """Yield every ancestor of joint j with the part of a wrench in frame j that its joint feels."""
-    while tree.parent[j]:
-        n, f = tree.link[j].wrench_back(n, f)
-        j = tree.parent[j]
-        yield j, f[2] if tree.slides[j] else n[2]
-
-
 def potential_energy(tree: LeanTree) -> Expr:
     """Return P = -g·Σ m r, J; what is welded to the ground counts, and so does what regrouping has moved there."""
     body = list(tree.body)
@@ -117,10 +109,9 @@ class _Run:
     rise: Expr
 
 
-def walk(tree: LeanTree, i: int, n: Vec, f: Vec) -> Iterator[tuple[int, Expr]]:
-    """Yield every ancestor of joint i with the part of a wrench in frame i that its joint feels."""
-    j = i
-    while tree.parent[j] and not tree.link[j].fixed:
+def _walk(tree: LeanTree, j: int, n: Vec, f: Vec, leaping: bool) -> Iterator[tuple[int, Expr]]:
+    """Yield every ancestor of joint j with the part of a wrench in frame j that its joint feels."""
+    while tree.parent[j] and not (leaping and tree.link[j].fixed):
         n, f = tree.link[j].wrench_back(n, f)
         j = tree.parent[j]
         yield j, f[2] if tree.slides[j] else n[2]

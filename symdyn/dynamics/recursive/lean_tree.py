@@ -97,7 +97,7 @@ def reframe(tree: Tree) -> LeanTree:
         own = upright[i].inverse() @ moved[i]
         place = _placement(B[i] @ own, free[i], graph)
         if not slid[i]:
-            move = Transform(_about_z(_opposite(place.theta)), (graph.zero, graph.zero, -place.rise))
+            move = Transform(_about_z((place.theta[0], -place.theta[1])), (graph.zero, graph.zero, -place.rise))
             moved[i] = upright[i] @ move
             place = _Placement(place.gamma, place.shift, place.fixed, _zero(graph), graph.zero)
         if p and not slid[p]:
@@ -152,10 +152,6 @@ def _link(tree: Tree, i: int, place: _Placement, upright: list[Transform], moved
 
 def _zero(graph: Graph) -> Angle:
     return (graph.one, graph.zero)
-
-
-def _opposite(angle: Angle) -> Angle:
-    return (angle[0], -angle[1])
 
 
 def _sum(a: Angle, b: Angle) -> Angle:

@@ -10,7 +10,6 @@ from symdyn.dynamics.loops.constraint_rows import Constraints
 from symdyn.dynamics.loops.loop_workspace import LoopWorkspace
 from symdyn.dynamics.loops.partition import driven_velocities
 from symdyn.dynamics.mechanism.ldl import moves_no_mass
-from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads.output import FORCES, Output, Own, Road, by_differentiation, by_lagrange
@@ -24,7 +23,6 @@ from symdyn.graph import Expr, evaluate
 
 def forward(w: Workspace) -> list[Expr]:
     """Return u̇ by recursion."""
-    refuse_ideal_friction(w.scene)
     _massive(w)
     if w.loops.decisions.fails:
         return w.loops.together[0]
@@ -53,20 +51,9 @@ def _massive(w: Workspace) -> None:
     raise DerivationError(moves_no_mass(w.scene, velocity, " of what the loops leave free"))
 
 
-def _lagrange_forward(w: Workspace) -> list[Expr]:
-    refuse_ideal_friction(w.scene)
-    return w.loops.lagrange_solution[0]
-
-
-def _lagrange_multipliers(w: Workspace) -> list[Expr]:
-    refuse_ideal_friction(w.scene)
-    return w.loops.lagrange_solution[1][: len(w.loops.decisions.kept)]
-
-
 def multipliers(w: Workspace) -> list[Expr]:
     """Return λ of the kept rows by recursion."""
     if w.loops.decisions.fails:
-        refuse_ideal_friction(w.scene)
         return w.loops.together[1][: len(w.loops.decisions.kept)]
     found = w.forces(w.once(forward))
     excess = [force - tau for force, tau in zip(found, w.state.tau, strict=True)]
@@ -144,7 +131,7 @@ def _positions(w: Workspace) -> list[Expr]:
 
 
 FORWARD_IN_LOOPS = Own(
-    {"crba": Road(forward), "lagrange": by_lagrange(_lagrange_forward)},
+    {"crba": Road(forward), "lagrange": by_lagrange(lambda w: w.loops.lagrange_solution[0])},
     "accelerations qdd of the closed mechanism: M(q) qdd + h = tau + G^T lambda, G qdd + Gdot qd = 0",
     ("mass_matrix", "tree_forces", "constraint_jacobian", "constraint_bias"),
 )
@@ -200,7 +187,10 @@ OF_LOOPS: dict[str, Output] = {
         "lambda",
         (labels.kept_rows,),
         "N or N m",
-        roads={"crba": Road(multipliers), "lagrange": by_lagrange(_lagrange_multipliers)},
+        roads={
+            "crba": Road(multipliers),
+            "lagrange": by_lagrange(lambda w: w.loops.lagrange_solution[1][: len(w.loops.decisions.kept)]),
+        },
         depends=("independent", "alpha", "beta"),
         compared=("G^T multipliers", lambda w, found: w.loops.constraint_forces(found)),
         lacks="told",

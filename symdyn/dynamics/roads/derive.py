@@ -201,7 +201,7 @@ def available_on(workspace: Workspace) -> tuple[tuple[str, ...], list[str]]:
     dynamics where the mass matrix is singular) and what is too large to be wanted unasked.
     """
     wanted, left_out = wanted_on(workspace)
-    found, faults = there(workspace, wanted, _look_at)
+    found, faults = there(workspace, wanted, lambda w, name: row_of(name)[0].lacks == "never" or derive_one(w, name))
     return found, left_out + faults
 
 
@@ -262,9 +262,3 @@ def there(
         else:
             found.append(name)
     return tuple(found), faults
-
-
-def _look_at(workspace: Workspace, name: str) -> None:
-    """Derive what the scene may lack."""
-    if row_of(name)[0].lacks != "never":
-        derive_one(workspace, name)
