@@ -42,14 +42,10 @@ class Words:
         if len(items) == 1:
             return self.term(items[0])
         number, common, rest = take_out(items)
-        inner = sum_of(_positive_first([self.collect(part) for part in partition(rest)]))
+        terms = [self.collect(part) for part in partition(rest)]
+        first = next((i for i, term in enumerate(terms) if split_sign(term)[0] > 0), 0)  # without a minus in front
+        inner = sum_of([terms[first], *terms[:first], *terms[first + 1 :]])
         return product_of([Number(number), inner, *self.powers(common)])
-
-
-def _positive_first(terms: Sequence[Form]) -> list[Form]:
-    """Return the terms with one that has no minus sign in front, if there is one."""
-    first = next((i for i, term in enumerate(terms) if split_sign(term)[0] > 0), 0)
-    return [terms[first], *terms[:first], *terms[first + 1 :]]
 
 
 def partition(items: Sequence[Item]) -> list[list[Item]]:

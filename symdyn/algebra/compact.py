@@ -61,7 +61,9 @@ class Compactor:
             self._finders.append(SumFinder(atoms, sums))
             for atom in atoms:
                 alone.pop(atom)
-        self._finders += [SumFinder((atom,), ((1,),), not _is_constant(ring, atom)) for atom in alone]
+        for atom in alone:
+            node = ring.generators[atom].node
+            self._finders.append(SumFinder((atom,), ((1,),), node is not None and node.op is not Op.PI))
         self._short: dict[tuple[tuple[Powers, int], ...], tuple[Fraction, Key]] = {}
         self._words = Words()
         self._known: dict[object, int] = {}  # generator, factor or polynomial -> its word
@@ -114,7 +116,8 @@ class Compactor:
         for outer, (leading, key) in split.items():
             shared.setdefault(key, []).append((leading, {self._generator(i): power for i, power in outer}))
         result: list[Item] = []
-        for key, parameters in sorted(shared.items(), key=lambda entry: _shortest_first(entry[0])):
+        for key in sorted(shared, key=lambda key: (len(key) > 1, _reading_order(key[0][0]))):  # the shortest first
+            parameters = shared[key]
             if list(split) == [()]:  # numbers alone: no bracket around everything
                 parts = partition([(parameters[0][0] * a, factors) for a, factors in self._items(key)])
                 return [(Fraction(1), {self._words.number(self._words.collect(part)): 1}) for part in parts]
@@ -179,11 +182,6 @@ class Compactor:
         return form_of(g.node)
 
 
-def _is_constant(ring: TrigonometricRing, cosine: int) -> bool:
-    node = ring.generators[cosine].node
-    return node is None or node.op is Op.PI
-
-
 def _multiple(coefficient: Fraction, node: Expr | None) -> Form:
     """Return coefficient · node as it is read in an angle: 2 q, π/180, 0.3."""
     if node is None:
@@ -203,8 +201,3 @@ def _scaled(terms: Sequence[tuple[Monomial, Fraction]]) -> tuple[Fraction, Key]:
 def _reading_order(monomial: Monomial) -> tuple[object, ...]:
     """Sort key: short monomials first, then by angle."""
     return (sum(power for _, power in monomial), [(angle, kind) for (kind, angle), _ in monomial])
-
-
-def _shortest_first(key: Key) -> tuple[object, ...]:
-    """Sort key of trigonometric polynomials: constants, single terms, then the others."""
-    return (len(key) > 1, _reading_order(key[0][0]))

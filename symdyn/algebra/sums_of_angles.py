@@ -91,7 +91,7 @@ class SumFinder:
         return result
 
     def _shortest(self, part: Poly) -> Poly:
-        if len(part) == 1 and _is_plain(next(iter(part))):
+        if len(part) == 1 and sum(power for _, power in next(iter(part))) < 2:  # one factor at most, not squared
             return part
         items = sorted(part.items(), key=itemgetter(0))
         leading = items[0][1]
@@ -130,11 +130,6 @@ def cost(poly: Poly) -> int:
         for (_, angle), power in monomial:
             total += 4 + 2 * (power > 1) + len(angle) - 1 + 4 * any(abs(k) > 1 for _, k in angle)
     return total
-
-
-def _is_plain(monomial: Monomial) -> bool:
-    """Whether the monomial is shortest as it stands: one factor at most, not squared."""
-    return len(monomial) <= 1 and all(power == 1 for _, power in monomial)
 
 
 # s² → 1 - c² or c² → 1 - s²

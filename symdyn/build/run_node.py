@@ -82,7 +82,7 @@ class _Process:
             )
         except OSError as fault:
             raise BuildError(f"{node} cannot be run ({fault.strerror})") from fault
-        weakref.finalize(self, _end, self._process)
+        weakref.finalize(self, self._process.communicate)  # there is nothing more to read, so that it ends
         self.ask(text)
 
     def ask(self, words: Any) -> dict[str, Any]:
@@ -105,8 +105,3 @@ class _Process:
         if "fault" in answer:
             raise BuildError(f"Node.js refused the code: {answer['fault']}")
         return answer
-
-
-def _end(process: subprocess.Popen[str]) -> None:
-    """Let Node.js end: there is nothing more to read."""
-    process.communicate()

@@ -57,14 +57,12 @@ def run_python(sources: Sources) -> Any:
     return module
 
 
-def _extension(sources: Sources) -> ModuleType:
-    return build_extension(sources)[1]
-
-
 RUNNERS: dict[str, Runner] = {
     NUMPY.name: Runner(run_python, batches=True, many="", measured="", usual=False),
     C.name: Runner(build, batches=True, many=BATCH, measured="", usual=False),
-    UFUNC.name: Runner(_extension, batches=True, many="", measured=DOUBLES, usual=True),
+    UFUNC.name: Runner(
+        lambda sources: build_extension(sources)[1], batches=True, many="", measured=DOUBLES, usual=True
+    ),
     JS.name: Runner(run_js, batches=False, many="", measured="", usual=False),
 }
 

@@ -82,13 +82,7 @@ def _input_name(argument: Argument, place: int) -> str:
 
 def identifier(text: str) -> str:
     """Return `text` in letters, digits and underscores, as every target allows them; α becomes u03b1."""
-    return "".join(_spell(character) for character in text)
-
-
-def _spell(character: str) -> str:
-    if character.isascii():
-        return character if character.isalnum() else "_"
-    return f"u{ord(character):04x}"
+    return "".join(c if c.isascii() and c.isalnum() else "_" if c.isascii() else f"u{ord(c):04x}" for c in text)
 
 
 # Which nodes are lines

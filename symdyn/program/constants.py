@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
-from typing import Any
 
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, reachable
@@ -72,26 +71,17 @@ def _settle(
         balls_of_nodes = evaluate(nodes, balls, dict.fromkeys(zeros, balls.number(0.0)))
         for node, ball in zip(nodes, balls_of_nodes, strict=True):
             if ball.is_finite() and ball.rel_accuracy_bits() >= WANTED:
-                known[node] = _simplest(_exact(ball.mid()))
+                mantissa, exponent = (int(part) for part in ball.mid().man_exp())
+                if abs(exponent) > LARGEST_EXPONENT:
+                    raise DerivationError(NOT_REAL)
+                value = mantissa * Fraction(2) ** exponent
+                near = value.limit_denominator(SIMPLE)
+                known[node] = near if abs(near - value) * SAME <= abs(value) else value
                 continue
             rest.append(node)
             if abs(ball) < SMALLEST_DOUBLE:
                 nothing.append(node)
     return rest, nothing
-
-
-def _exact(midpoint: Any) -> Fraction:
-    """Return the midpoint of a ball as the fraction that it is."""
-    mantissa, exponent = (int(part) for part in midpoint.man_exp())
-    if abs(exponent) > LARGEST_EXPONENT:
-        raise DerivationError(NOT_REAL)
-    return Fraction(mantissa << exponent) if exponent >= 0 else Fraction(mantissa, 1 << -exponent)
-
-
-def _simplest(value: Fraction) -> Fraction:
-    """Return the simple fraction that the value is to 80 digits, or else the value."""
-    near = value.limit_denominator(SIMPLE)
-    return near if abs(near - value) * SAME <= abs(value) else value
 
 
 NOT_REAL = "a constant of the scene is not a finite real number; look for 1/0, sqrt or log of a negative number"

@@ -78,16 +78,11 @@ def cheapest(workspace: Workspace, request: str) -> Function:
     functions = [derive_one(workspace, request, road) for road in names]
     costs = [count(function).cost for function in functions]
     hopeful = [f for f, cost in zip(functions, costs, strict=True) if cost <= HOPELESS * min(costs)]
-    return min(hopeful, key=lambda function: _lowered_cost(workspace, function))
+    scene, graph = workspace.scene, workspace.graph
+    return min(hopeful, key=lambda f: lower(Equations(scene, graph, (f,))).routines[0].counts.cost)
 
 
 def candidates(workspace: Workspace, request: str) -> tuple[str, ...]:
     """Return the roads of an output that are worth deriving to compare them, in the table's order."""
     n, row = workspace.state.n, row_of(request, workspace.scene)[0]
     return tuple(name for name in roads_of(request, workspace.scene) if n <= min(LONGEST, row.roads[name].up_to))
-
-
-def _lowered_cost(workspace: Workspace, function: Function) -> int:
-    """Return what one call of a function costs once it is a program."""
-    (routine,) = lower(Equations(workspace.scene, workspace.graph, (function,))).routines
-    return routine.counts.cost

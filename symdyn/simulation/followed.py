@@ -14,7 +14,7 @@ which rest, and idle motions, which are least.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -158,7 +158,8 @@ class _Following:
         self.scene = self.numbers.scene
         self.still = np.zeros(self.numbers.state.n)
         self.places = [self.scene.coordinates.index(name) for name in given]
-        told = _told_as_velocities(self.scene, quasi)
+        tabled = [joint for joint, u in _velocities_of(self.scene) if all(k in quasi for k in u)]
+        told = {name for joint in tabled for name in joint.coordinates}
         self.moving = np.array([k for k, name in enumerate(given) if name not in told], dtype=int)
         rates = [velocity_name(given[k]) for k in self.moving]
         names = list(self.scene.velocities)
@@ -320,11 +321,6 @@ def _velocities_of(scene: Scene) -> Iterator[tuple[Joint, range]]:
     for joint in scene.moving:
         yield joint, range(first, first + len(joint.rates))
         first += len(joint.rates)
-
-
-def _told_as_velocities(scene: Scene, quasi: Container[int]) -> set[str]:
-    """Return the coordinates of joints all of whose velocities a table tells."""
-    return {name for joint, u in _velocities_of(scene) if all(k in quasi for k in u) for name in joint.coordinates}
 
 
 def _solved(A: Array, b: Array) -> Array:

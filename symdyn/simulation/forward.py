@@ -122,8 +122,13 @@ def simulate(
         choice = Choice(choice.otherwise, METHODS[choice.otherwise], f"{choice.name}: {run.stopped}")
         run, problem = attempt(choice)
     stopped = _why(system, formulas, run)
-    events = tuple(_event(system, formulas, flags, hit) for hit in run.hits if hit.event < len(formulas))
-    q, u = run.x[:, : system.nq], run.x[:, system.nq : system.nq + system.nv]
+    parts = slice(0, system.nq), slice(system.nq, system.nq + system.nv)
+    q, u = (run.x[:, part] for part in parts)
+    events = tuple(
+        Event(formulas[hit.event], hit.t, hit.x[parts[0]], hit.x[parts[1]], flags[hit.event])
+        for hit in run.hits
+        if hit.event < len(formulas)
+    )
     with np.errstate(all="ignore"):  # a motion that leaves what is real has its last row there
         columns, monitors = observe(system, run.t, run.x)
         qdd = system.tell("rates", run.t, run.x)[:, system.nq : system.nq + system.nv]
@@ -235,11 +240,6 @@ def _limits(system: StateEquations, x: Array, hits: Sequence[Hit]) -> list[str]:
     times = [[hit.t for hit in hits if hit.event == first + k] for k in range(len(system.limits))]
     told = (limit.words(system.scene) for limit in system.limits)
     return [words for words in map(passed, told, beyond, times) if words]
-
-
-def _event(system: StateEquations, formulas: Sequence[str], flags: Sequence[bool], hit: Hit) -> Event:
-    q, u = hit.x[: system.nq], hit.x[system.nq : system.nq + system.nv]
-    return Event(formulas[hit.event], hit.t, q, u, flags[hit.event])
 
 
 def _tell(say: Callable[[str], None] | None, line: str) -> None:

@@ -142,7 +142,8 @@ def _factored(terms: list[Term], graph: Graph, early: Early) -> Expr | None:
     if common is None:
         return None
     while common is not None:
-        shared = [(minus, _without(factors, common)) for minus, factors in terms if _splits(factors, common)]
+        split = [(minus, factors, factors.index(common)) for minus, factors in terms if _splits(factors, common)]
+        shared = [(minus, factors[:k] + factors[k + 1 :]) for minus, factors, k in split]
         rest = [term for term in terms if not _splits(term[1], common)]
         inner = _factored(shared, graph, early)
         terms = [*rest, (False, (common, _total(shared, graph, early) if inner is None else inner))]
@@ -165,11 +166,6 @@ def _most_common(terms: list[Term]) -> Expr | None:
 
 def _splits(factors: tuple[Expr, ...], common: Expr) -> bool:
     return len(factors) > 1 and common in factors
-
-
-def _without(factors: tuple[Expr, ...], one: Expr) -> tuple[Expr, ...]:
-    place = factors.index(one)
-    return factors[:place] + factors[place + 1 :]
 
 
 def _total(terms: list[Term], graph: Graph, early: Early) -> Expr:

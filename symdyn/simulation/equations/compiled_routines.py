@@ -112,11 +112,16 @@ class Compiled:
 
 def compiled(scene: Scene, graph: Graph, functions: Sequence[Function]) -> Compiled:
     """Return functions on a graph, compiled; those without entries are left out."""
-    functions = [_parameters_first(one) for one in functions if one.entries]
+    functions = [  # parameters first, so that `partial` binds them, which costs a call the least
+        replace(one, arguments=tuple(sorted(one.arguments, key=lambda a: a.name != PARAMS)))
+        for one in functions
+        if one.entries
+    ]
     program = lower(Equations(scene, graph, tuple(functions)))
     prepared = prepare(program)
     if is_prepared(prepared) and not prepared[PREPARE].function.entries:  # nothing depends on what is free
-        return compiled(scene, graph, [_without_parameters(one) for one in functions])
+        free = [tuple(a for a in one.arguments if a.name != PARAMS) for one in functions]
+        return compiled(scene, graph, [replace(f, arguments=a) for f, a in zip(functions, free, strict=True)])
     return Compiled(program, prepared, load_program(prepared, lean=True)[0])
 
 
@@ -151,12 +156,3 @@ _KEPT: Kept[Compiled] = Kept()
 def compiled_once(key: Hashable, make: Callable[[], Compiled]) -> Compiled:
     """Return what was compiled for a key: functions of an open scene, and what was decided at values of it."""
     return _KEPT.get(key, make)
-
-
-def _parameters_first(function: Function) -> Function:
-    """Return a function whose parameters can be bound by `partial`, which costs a call the least."""
-    return replace(function, arguments=tuple(sorted(function.arguments, key=lambda one: one.name != PARAMS)))
-
-
-def _without_parameters(function: Function) -> Function:
-    return replace(function, arguments=tuple(one for one in function.arguments if one.name != PARAMS))

@@ -91,7 +91,7 @@ def limits_of(scene: Scene, graph: Graph, drives: Sequence[Expr]) -> list[Limit]
         for kind, largest, value in sizes:
             if largest is not None:
                 size = express(largest, graph)
-                found.append(Limit(joint, kind, value * value - size * size - _slack(graph)))
+                found.append(Limit(joint, kind, value * value - size * size - SLACK))
     still = {parameter.name for parameter in scene.parameters}
     return [
         one
@@ -104,14 +104,10 @@ def _position(joint: Joint, graph: Graph) -> Limit:
     x, lower, upper = joint_position(joint, graph), joint.limits.lower, joint.limits.upper
     least, most = (None if one is None else express(one, graph) for one in (lower, upper))
     if least is not None and most is not None:
-        beyond = (x - (least - _slack(graph))) * (x - (most + _slack(graph)))
+        beyond = (x - (least - SLACK)) * (x - (most + SLACK))
     else:
-        beyond = x - most - _slack(graph) if most is not None else least - x - _slack(graph)  # type: ignore[operator]
+        beyond = x - most - SLACK if most is not None else least - x - SLACK  # type: ignore[operator]
     return Limit(joint, "position", beyond)
-
-
-def _slack(graph: Graph) -> Expr:
-    return graph.constant(SLACK)
 
 
 def _number(scene: Scene, quantity: Quantity) -> str:

@@ -13,8 +13,7 @@ them, or has them.
 from __future__ import annotations
 
 import copyreg
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from symdyn.algebra.numeric import Array
 from symdyn.build.warned import warn
@@ -59,7 +58,9 @@ def state_equations(
         raise SimulateError(f"{scene.name}: nothing moves: no joint has a coordinate")
     asked = (opened(scene).scene, *forces.form, tuple(events))
     others = [one for one in _KEPT if one[:-1] == asked]
-    decisions = _still(scene, others[-1][-1] if others else None, start) or written_decisions(scene)
+    known = others[-1][-1] if others and start is not None and scene.is_closed else None
+    still = known is not None and start is not None and hold(known, numbers_at(scene), start)
+    decisions = known if known is not None and still else written_decisions(scene)
     notes = () if not others or (*asked, decisions) in others else (decisions.instead_of(others[-1][-1]),)
     made = _KEPT.get((*asked, decisions), lambda: _written(scene, forces, tuple(events), decisions, ()))
     found = made.at(scene, forces, notes)
@@ -68,12 +69,6 @@ def state_equations(
         _KEPT.put((*asked, decisions), made)
         found = made.at(scene, forces, notes)
     return found
-
-
-def _still(scene: Scene, decisions: WrittenDecisions | None, start: Array | None) -> WrittenDecisions | None:
-    """Return decisions about a closed mechanism that were made for other values, if they hold at its start."""
-    known = decisions is not None and start is not None and scene.is_closed
-    return decisions if known and hold(decisions, numbers_at(scene), start) else None  # type: ignore[arg-type]
 
 
 _KEPT: Kept[StateEquations] = Kept()
@@ -140,8 +135,4 @@ def _again(scene: Scene, forces: Forces, events: tuple[Quantity, ...], key: str)
     return found
 
 
-def _pickled(system: StateEquations) -> tuple[Callable[..., StateEquations], tuple[Any, ...]]:
-    return _again, (system.scene, system.forces, system.events, system.key)
-
-
-copyreg.pickle(StateEquations, _pickled)
+copyreg.pickle(StateEquations, lambda system: (_again, (system.scene, system.forces, system.events, system.key)))

@@ -178,7 +178,8 @@ def follow(problem: Problem, steps: Iterator[Step], resume: Resume, slack: float
         x = step.at(inside) if len(inside) else np.empty((0, len(problem.x)))
         if len(inside) and inside[-1] == step.t1:
             x[-1] = step.x1
-        kept = np.array([_kept(problem, one) for one in x]).reshape(x.shape)
+        projected = (problem.project(one) for one in x)
+        kept = np.array([a if b is None else b for a, b in zip(x, projected, strict=True)]).reshape(x.shape)
         now = step.x1 if stop is None else stop.x
         used, seen = step.evaluations - seen, step.evaluations
         if stop is not None:
@@ -229,11 +230,6 @@ class Pace:
 
 def _jumps(system: StateEquations) -> bool:
     return any(node.op is Op.SIGN for node in reachable(system.program["rates"].function.entries))
-
-
-def _kept(problem: Problem, x: Array) -> Array:
-    moved = problem.project(x)
-    return x if moved is None else moved
 
 
 class Watch:

@@ -125,12 +125,8 @@ def _cycloidal(z: Array) -> Motion3:
     return z - np.sin(turn * z) / turn, 1 - np.cos(turn * z), turn * np.sin(turn * z)
 
 
-def _trapezoidal(ramp: float) -> Profile:
-    """Return the profile for a ramp as a fraction of the duration, 0 < ramp <= 1/2."""
-    return partial(_ramped, ramp)
-
-
 def _ramped(ramp: float, z: Array) -> Motion3:
+    """Return the trapezoidal profile for a ramp as a fraction of the duration, 0 < ramp <= 1/2."""
     v = 1 / (1 - ramp)
     a = v / ramp
     parts = [z < ramp, z <= 1 - ramp]
@@ -274,7 +270,7 @@ def _made(name: str, numbers: Mapping[str, float], text: str, where: str, faults
     if not 0 < ramp <= T / 2:
         faults.add(where, f'"{text}": ramp = {ramp:g} s is not within 0 and T/2 = {T / 2:g} s')
         return None
-    return between(a, b, T, start, _trapezoidal(ramp / T), text)
+    return between(a, b, T, start, partial(_ramped, ramp / T), text)
 
 
 def _points(numbers: Sequence[float | None], text: str, where: str, faults: Faults) -> Law | None:
