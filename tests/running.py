@@ -3,25 +3,36 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
 from symdyn.algebra.elimination import eliminate
-from symdyn.dynamics import Equations, Workspace
+from symdyn.dynamics import Equations, Workspace, derive_one, roads_of
 from symdyn.dynamics.reactions.dalembert import Equilibrium, equilibrium
 from symdyn.dynamics.reactions.least import elements, equations
 from symdyn.dynamics.reactions.recursion import as_rows
 from symdyn.graph import Algebra, Expr, evaluate
 from symdyn.scene import Scene, express
 from symdyn.spatial import plus, times
+from symdyn.verify.equality import Claim
 
 
 @lru_cache(maxsize=64)
 def workspace(one: Scene) -> Workspace:
     """Return the workspace of a scene, one for all tests: what one has derived the next ones find."""
     return Workspace(one)
+
+
+def agreements(w: Workspace, requests: Iterable[str], slow: Container[tuple[str, str]] = ()) -> list[Claim]:
+    """Return that all roads of outputs find the same, but for pairs of an output and a road that take too long."""
+    claims = []
+    for request in requests:
+        roads = [road for road in roads_of(request, w.scene) if (request, road) not in slow]
+        first, *others = (derive_one(w, request, road) for road in roads)
+        claims += [Claim(request, first.formulation, o.formulation, first.entries, o.entries) for o in others]
+    return claims
 
 
 def call(equations: Equations, name: str, algebra: Algebra[Any], **arguments: Sequence[Any]) -> list[Any]:

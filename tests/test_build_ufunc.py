@@ -292,8 +292,8 @@ def test_processes_that_build_at_once_all_succeed(monkeypatch, tmp_path):
     monkeypatch.setenv("SYMDYN_CACHE_DIR", str(tmp_path / "cache"))
     environment = {**os.environ, "PYTHONPATH": f"{Path(__file__).parent}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"}
     command = [sys.executable, "-c", BUILD]
-    every = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(3)]
-    assert [process.communicate(timeout=120)[0].strip() for process in every] == ["420.0"] * 3
+    every = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    assert [process.communicate(timeout=120)[0].strip() for process in every] == ["420.0"] * 2
     assert len(list(cache_folder().iterdir())) == 1
 
 

@@ -10,7 +10,7 @@ import pytest
 from arms import cart_pole, chain, puma560, spatial_arm, two_link
 from mechanisms import coupled_tree, random_tree
 from oracles import BIG
-from running import call, matrix, random_fractions, workspace
+from running import agreements, call, matrix, random_fractions, workspace
 
 from symdyn.algebra.numeric import Batches, Floats
 from symdyn.dynamics import OUTPUTS, Unasked, derive, derive_one, expected, roads_of
@@ -52,12 +52,7 @@ def test_random_trees_have_every_kind_of_joint_and_angle():
 @pytest.mark.long
 @pytest.mark.parametrize("one", SCENES, ids=by_name)
 def test_all_roads_of_all_outputs_are_proved_equal(one):
-    w = workspace(one)
-    claims = []
-    for request in [*expected(one), *kinematics(one)]:
-        first, *others = (derive_one(w, request, road) for road in roads_of(request, one))
-        claims += [Claim(request, first.formulation, o.formulation, first.entries, o.entries) for o in others]
-
+    claims = agreements(workspace(one), [*expected(one), *kinematics(one)])
     findings = prove(on_unit_sphere(one, claims))[1]
 
     assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()

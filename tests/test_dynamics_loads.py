@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mechanisms import coupled_tree, random_tree, with_loads
-from running import call
+from running import agreements, call
 
 from symdyn.algebra.form import express_form
 from symdyn.algebra.numeric import Floats
@@ -242,12 +242,7 @@ LOADED = [
 def test_both_roads_and_all_laws_are_proved(one):
     w = Workspace(one)
     asked = [name for name in expected(one) if one.name != "floating_loaded" or not OUTPUTS[name].cubic]
-    claims = laws(w, asked)
-    for name in asked:
-        first, *others = (derive_one(w, name, road) for road in roads_of(name, one))
-        claims += [Claim(name, first.formulation, o.formulation, first.entries, o.entries) for o in others]
-
-    findings = prove(on_unit_sphere(one, claims))[1]
+    findings = prove(on_unit_sphere(one, [*laws(w, asked), *agreements(w, asked)]))[1]
 
     assert {finding.claim for finding in findings if finding.verdict != PROVED} == set()
     assert any("g + k_E" in finding.claim for finding in findings)

@@ -21,6 +21,7 @@ from closed_mechanisms import (
     symbolic_four_bar,
 )
 from mechanisms import coupled_tree, random_tree, shape
+from running import agreements
 
 from symdyn.build import lambdify, run_python
 from symdyn.dynamics import (
@@ -214,11 +215,7 @@ def test_both_derivations_of_a_closed_mechanism_agree_and_keep_the_laws(make: Ca
     scene = make()
     outputs, _ = available(scene)
     w = Workspace(scene)
-    claims = []
-    for name in outputs:
-        first, *others = (derive_one(w, name, road) for road in roads_of(name, scene))
-        claims += [Claim(name, first.formulation, o.formulation, first.entries, o.entries) for o in others]
-    claims += laws(w, outputs)
+    claims = [*agreements(w, outputs), *laws(w, outputs)]
 
     assert {"forward_dynamics", "inverse_dynamics", "multipliers"} <= set(outputs)
     findings = prove(on_unit_sphere(scene, [claim for claim in claims if claim.left]))[1]
@@ -442,11 +439,7 @@ def test_a_prescribed_motion_in_a_loop_leads_and_takes_what_it_takes() -> None:
     scene = led_five_bar()
     outputs, _ = available(scene)
     w = Workspace(scene)
-    claims = []
-    for name in outputs:
-        first, *others = (derive_one(w, name, road) for road in roads_of(name, scene))
-        claims += [Claim(name, first.formulation, o.formulation, first.entries, o.entries) for o in others]
-    claims += laws(w, outputs)
+    claims = [*agreements(w, outputs), *laws(w, outputs)]
 
     assert {"drive_forces", "forward_dynamics", "inverse_dynamics", "multipliers"} <= set(outputs)
     findings = prove([claim for claim in claims if claim.left])[1]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import re
 import subprocess
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,11 @@ def example(name: str) -> Scene:
     return read(EXAMPLES / f"{name}.toml")
 
 
+@cache
+def functions(name: str) -> Any:
+    return lambdify(example(name), FUNCTIONS)
+
+
 @pytest.mark.parametrize("angles", ["long", "short"])
 @pytest.mark.parametrize("name", ["four_bar", "slider_crank"])
 def test_short_angles_reach_the_rows(name: str, angles: str) -> None:
@@ -39,7 +45,7 @@ def test_short_angles_reach_the_rows(name: str, angles: str) -> None:
 @pytest.mark.parametrize("name", CLOSED)
 def test_generated_code_solves_the_printed_equations(name: str, group: str) -> None:
     scene = example(name)
-    forward, sizes, residual, jacobian = lambdify(scene, FUNCTIONS)
+    forward, sizes, residual, jacobian = functions(name)
     rng = random.Random(3)
     n = len(scene.velocities)
     q, u, tau = (np.array([rng.uniform(0.2, 1.0) for _ in range(n)]) for _ in range(3))
