@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from symdyn.bench.case import Stress
 from symdyn.bench.measurements import Bench, Curve, Measured, MotionPrecision, Point
 from symdyn.bench.plots import Dot, Series, log_log
-from symdyn.emit.escape import in_html, in_markdown
+from symdyn.emit.escape import in_markdown
 from symdyn.emit.render import render
 from symdyn.verify.certificate import finite
 
@@ -32,16 +33,40 @@ def as_json(facts: Mapping[str, Any]) -> str:
     return json.dumps(finite(facts), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
+@dataclass(frozen=True)
+class Table:
+    """Cells as text; columns of `numbers` are aligned to the right; what it is about, where it is one region's."""
+
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    numbers: Sequence[int] = ()
+    region: str = ""
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a report; `choices` are the best ones, told on pages."""
+
+    title: str
+    tables: Sequence[Table]
+    pictures: Sequence[str] = ()
+    words: Sequence[str] = ()
+    choices: Sequence[str] = ()
+
+
 def pictures(bench: Bench) -> dict[str, str]:
-    """Return a plot of time against error for every function, and work against precision, by name."""
-    made = {function: time_against_error(bench, function) for function in bench.functions}
-    if bench.motion is not None:
-        made["trajectory"] = work_against_precision(bench.motion)
-        made["energy"] = work_against_drift(bench.motion)
+    """Return a plot of time against error for every function, and of work against precision and drift, by name."""
+    made = {function: _time_against_error(bench, function) for function in bench.functions}
+    if (motion := bench.motion) is not None:
+        title = f"{motion.until:g} s of motion: work and precision"
+        made["trajectory"] = log_log(title, "seconds", "error at the end", _lines(motion.precision, motion))
+        title = f"{motion.later:g} s of motion: drift of the energy"
+        made["energy"] = log_log(title, "seconds", "largest drift over the energy", _lines(motion.drift, motion))
     return {name: text for name, text in made.items() if text}
 
 
-def time_against_error(bench: Bench, function: str) -> str:
+def _time_against_error(bench: Bench, function: str) -> str:
     """Return the plot of one function: a colour a way, hollow points are float, rings are Pareto-best."""
     groups: dict[str, list[Dot]] = {}
     for one in bench.measured:
@@ -52,38 +77,18 @@ def time_against_error(bench: Bench, function: str) -> str:
     return log_log(f"{bench.scene}: {function}", "ns a state", "relative error, 99 %", series)
 
 
-def work_against_precision(motion: MotionPrecision) -> str:
-    """Return the plot of the error of a trajectory's end against the time that it took."""
-    title = f"{motion.until:g} s of motion: work and precision"
-    return log_log(title, "seconds", "error at the end", _lines(motion.precision, motion))
-
-
-def work_against_drift(motion: MotionPrecision) -> str:
-    """Return the plot of the drift of the energy against the time that it took."""
-    title = f"{motion.later:g} s of motion: drift of the energy"
-    return log_log(title, "seconds", "largest drift over the energy", _lines(motion.drift, motion))
-
-
 def _lines(curves: Sequence[Curve], motion: MotionPrecision) -> list[Series]:
     """Return lines whose colours are the same in both pictures."""
     methods = [curve.method for curve in motion.precision]
-    return [
-        Series(
-            curve.method,
-            tuple(
-                Dot(
-                    p.seconds,
-                    p.error,
-                    f"{curve.method}, rtol {p.tolerance:.0e}: {p.seconds:.2g} s, {p.error:.1e}",
-                    p.best,
-                )
-                for p in curve.points
-            ),
-            joined=True,
-            colour=methods.index(curve.method),
+    found = []
+    for curve in curves:
+        label = f"{curve.method}, rtol"
+        dots = (
+            Dot(p.seconds, p.error, f"{label} {p.tolerance:.0e}: {p.seconds:.2g} s, {p.error:.1e}", p.best)
+            for p in curve.points
         )
-        for curve in curves
-    ]
+        found.append(Series(curve.method, tuple(dots), joined=True, colour=methods.index(curve.method)))
+    return found
 
 
 def nanoseconds(time: float) -> str:
@@ -129,31 +134,53 @@ def choices_of(curves: Sequence[Curve]) -> list[tuple[Curve, Point]]:
     return sorted(((c, p) for c in curves for p in c.points if p.best), key=lambda pair: pair[1].seconds)
 
 
-def markdown(bench: Bench, links: Mapping[str, str] | None = None) -> str:
-    """Return the report as Markdown.
-
-    Args:
-        bench: what was measured.
-        links: path of the picture of each name of `pictures`, for those that lie in files.
-    """
-    lines = [f"# {bench.scene}: run time against error", ""]
-    lines += [f"    {bench.command}", ""] if bench.command else []
-    lines += [f"{', '.join(f'{name} {value}' for name, value in bench.about)}.", ""]
-    lines += [ERRORS, "", SPREADS, ""]
-    lines += [f"- *{name}*: {text}" for name, text in bench.regions.items()]
-    lines += [""]
+def _sections(bench: Bench) -> Iterator[Section]:
+    """Yield a section a function, and one about trajectories."""
+    drawn = pictures(bench)
     for function in bench.functions:
-        lines += [f"## {function}", ""]
-        lines += [f"![time against error of {function}]({links[function]})", ""] if links and function in links else []
-        lines += table(COLUMNS, rows(bench, function), numbers=range(1, 6))
-        for region in bench.regions:
-            lines += [f"In the region *{region}*:", "", *table(DEEPER, regions(bench, function, region), range(1, 5))]
-    if bench.motion is not None:
-        lines += ["## trajectories", "", *(f"{line}\n" for line in told(bench.motion))]
-        for name, heads, curves in _motions(bench.motion):
-            lines += [f"![{name}]({links[name]})", ""] if links and name in links else []
-            lines += table(heads, curve_rows(curves), numbers=range(1, 5))
-    lines += _notes(bench.notes)
+        tables = [Table(COLUMNS, rows(bench, function), range(1, 6))]
+        for name, text in bench.regions.items():
+            tables.append(Table(DEEPER, regions(bench, function, name), range(1, 5), name, text))
+        choices = [f"{o.label}: {nanoseconds(o.call)} ns, error {o.relative:.1e}" for o in best(bench, function)]
+        yield Section(function, tables, [drawn[name] for name in (function,) if name in drawn], (), choices)
+    if (motion := bench.motion) is not None:
+        tables = [
+            Table(PRECISION, curve_rows(motion.precision), range(1, 5)),
+            Table(DRIFT, curve_rows(motion.drift), range(1, 5)),
+        ]
+        choices = [
+            f"{c.method}, rtol {p.tolerance:.0e}: {p.seconds:.2g} s, error {p.error:.1e}"
+            for c, p in choices_of(motion.precision)
+        ]
+        shown = [drawn[name] for name in ("trajectory", "energy") if name in drawn]
+        yield Section("trajectories", tables, shown, told(motion), choices)
+
+
+def markdown(bench: Bench) -> str:
+    """Return the report as Markdown."""
+    about = ", ".join(f"{name} {value}" for name, value in bench.about)
+    head = [
+        f"{about}.",
+        "",
+        ERRORS,
+        "",
+        SPREADS,
+        "",
+        *(f"- *{name}*: {text}" for name, text in bench.regions.items()),
+        "",
+    ]
+    return _markdown(f"{bench.scene}: run time against error", bench.command, head, _sections(bench), bench.notes)
+
+
+def _markdown(title: str, command: str, head: list[str], sections: Iterable[Section], notes: Sequence[str]) -> str:
+    """Return a report as Markdown; notes may quote a compiler, which quotes what a scene says."""
+    lines = [f"# {title}", "", *([f"    {command}", ""] if command else []), *head]
+    for section in sections:
+        lines += [f"## {section.title}", "", *(f"{line}\n" for line in section.words)]
+        for one in section.tables:
+            lines += [f"In the region *{one.region}*:", ""] if one.region else []
+            lines += table(one.columns, one.rows, one.numbers)
+    lines += [f"Note: {in_markdown(' '.join(note.split()))}\n" for note in notes]
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
@@ -173,11 +200,6 @@ def told(motion: MotionPrecision) -> list[str]:
     ]
 
 
-def _motions(motion: MotionPrecision) -> list[tuple[str, tuple[str, ...], tuple[Curve, ...]]]:
-    """Return name of the picture, columns and curves of both measures."""
-    return [("trajectory", PRECISION, motion.precision), ("energy", DRIFT, motion.drift)]
-
-
 def curve_rows(curves: Sequence[Curve]) -> list[tuple[str, ...]]:
     """Return the table of trajectories."""
     return [
@@ -194,11 +216,6 @@ def curve_rows(curves: Sequence[Curve]) -> list[tuple[str, ...]]:
     ]
 
 
-def _notes(notes: Sequence[str]) -> list[str]:
-    """Return notes as Markdown; they may quote a compiler, which quotes what a scene says."""
-    return [f"Note: {in_markdown(' '.join(note.split()))}\n" for note in notes]
-
-
 def table(columns: Sequence[str], cells: Sequence[Sequence[str]], numbers: Sequence[int] = ()) -> list[str]:
     """Return a Markdown table, columns of `numbers` aligned to the right, and an empty line."""
     rule = ["--:" if k in numbers else "---" for k in range(len(columns))]
@@ -207,70 +224,16 @@ def table(columns: Sequence[str], cells: Sequence[Sequence[str]], numbers: Seque
 
 
 def html(bench: Bench) -> str:
-    """Return the report as one HTML page that needs nothing else."""
-    drawn = pictures(bench)
-    sections = []
-    for function in bench.functions:
-        tables = [_cells("", COLUMNS, rows(bench, function))]
-        for name, text in bench.regions.items():
-            tables.append(_cells(f"{name}: {text}", DEEPER, regions(bench, function, name)))
-        choices = [
-            f"{one.label}: {nanoseconds(one.call)} ns, error {one.relative:.1e}" for one in best(bench, function)
-        ]
-        shown = [drawn[function]] if function in drawn else []
-        sections.append({"title": function, "words": [], "pictures": shown, "choices": choices, "tables": tables})
-    if bench.motion is not None:
-        shown = [drawn[name] for name, *_ in _motions(bench.motion) if name in drawn]
-        tables = [_cells("", heads, curve_rows(curves)) for _, heads, curves in _motions(bench.motion)]
-        choices = [
-            f"{c.method}, rtol {p.tolerance:.0e}: {p.seconds:.2g} s, error {p.error:.1e}"
-            for c, p in choices_of(bench.motion.precision)
-        ]
-        words = told(bench.motion)
-        sections.append(
-            {"title": "trajectories", "words": words, "pictures": shown, "choices": choices, "tables": tables}
-        )
-    about = [f"{name}: {value}" for name, value in bench.about]
-    title = f"{bench.scene}: run time against error"
-    return page(title, bench.command, about, sections, bench.notes, [ERRORS, SPREADS])
-
-
-def page(
-    title: str,
-    command: str,
-    about: Sequence[str],
-    sections: Sequence[Mapping[str, Any]],
-    notes: Sequence[str],
-    words: Sequence[str] = (),
-) -> str:
-    """Return an HTML page; everything but pictures is escaped here."""
-    safe = [
-        {
-            **section,
-            "title": in_html(section["title"]),
-            "words": [in_html(line) for line in section["words"]],
-            "choices": [in_html(choice) for choice in section["choices"]],
-        }
-        for section in sections
-    ]
+    """Return the report as one HTML page that needs nothing else; its template escapes all but pictures."""
     values = {
-        "title": in_html(title),
-        "command": in_html(command),
-        "about": [in_html(line) for line in about],
-        "words": [in_html(line) for line in words],
-        "sections": safe,
-        "notes": [in_html(note) for note in notes],
+        "title": f"{bench.scene}: run time against error",
+        "command": bench.command,
+        "about": [f"{name}: {value}" for name, value in bench.about],
+        "words": [ERRORS, SPREADS],
+        "sections": list(_sections(bench)),
+        "notes": bench.notes,
     }
     return render("bench/report.html.jinja", values)
-
-
-def _cells(caption: str, columns: Sequence[str], cells: Sequence[Sequence[str]]) -> dict[str, Any]:
-    return {
-        "words": False,
-        "caption": in_html(caption),
-        "columns": [in_html(column) for column in columns],
-        "rows": [[in_html(cell) for cell in row] for row in cells],
-    }
 
 
 HARD = ("family", "case", "metric", "bound", "measured", "passed", "worst")
@@ -286,17 +249,20 @@ def stress_rows(found: Stress) -> list[tuple[str, ...]]:
 
 def stress_markdown(found: Stress) -> str:
     """Return the hard cases as Markdown."""
-    lines = [f"# {found.scene or 'Built-in scenes'}: hard cases", "", f"    {found.command}", ""]
     cells = [[cell.replace("|", "\\|") for cell in row] for row in stress_rows(found)]
-    lines += table(HARD, cells, numbers=(3, 4))
-    lines += _notes(found.notes)
-    return "\n".join(lines).rstrip("\n") + "\n"
+    title = f"{found.scene or 'Built-in scenes'}: hard cases"
+    return _markdown(title, found.command, table(HARD, cells, numbers=(3, 4)), (), found.notes)
 
 
 def stress_html(found: Stress) -> str:
     """Return the hard cases as one HTML page."""
-    rows = [(*row[:5], row[6], row[5]) for row in stress_rows(found)]
-    table = {**_cells("", (*HARD[:5], HARD[6], HARD[5]), rows), "words": True}
-    section = {"title": "cases", "words": [], "pictures": [], "choices": [], "tables": [table]}
-    about = [f"{len(found.cases)} cases, {sum(not c.passed for c in found.cases)} failed"]
-    return page(f"{found.scene or 'built-in scenes'}: hard cases", found.command, about, [section], found.notes)
+    cells = [(*row[:5], row[6], row[5]) for row in stress_rows(found)]
+    values = {
+        "title": f"{found.scene or 'built-in scenes'}: hard cases",
+        "command": found.command,
+        "about": [f"{len(found.cases)} cases, {sum(not c.passed for c in found.cases)} failed"],
+        "words": (),
+        "sections": [Section("cases", [Table((*HARD[:5], HARD[6], HARD[5]), cells)])],
+        "notes": found.notes,
+    }
+    return render("bench/report.html.jinja", values)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from symdyn.emit.escape import in_comment, in_docstring
+from symdyn.emit.escape import in_comment, in_docstring, in_html
 from symdyn.resources import template_folder
 
 if TYPE_CHECKING:
@@ -37,7 +37,6 @@ def _environment() -> Environment:
         keep_trailing_newline=True,
         autoescape=False,
     )
-    environment.filters["in_comment"] = in_comment
-    environment.filters["in_docstring"] = in_docstring
+    environment.filters |= {"in_comment": in_comment, "in_docstring": in_docstring, "in_html": in_html}
     environment.globals["verbatim"] = verbatim
     return environment
