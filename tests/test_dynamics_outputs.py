@@ -18,7 +18,7 @@ import pytest
 from arms import chain, two_link
 
 import symdyn
-from symdyn.bench.backward import linear
+from symdyn.bench.reference import linear
 from symdyn.dynamics import OUTPUTS, LoopChoices, Output, Road, Unasked, Workspace, derive_one, roads_of
 from symdyn.dynamics.loops import loop_decisions
 from symdyn.dynamics.mechanism.prescribed import has_motion

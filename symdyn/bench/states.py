@@ -181,10 +181,7 @@ def _small(rng: np.random.Generator, shape: tuple[int, ...]) -> Array:
 def near_singular(anywhere: Positions, matrices: Sequence[Callable[[Array], Any]], seed: int) -> Array:
     """Return positions where the smallest singular value of one of the matrices is smallest beside its largest.
 
-    Args:
-        anywhere: the coordinates.
-        matrices: functions of positions (N, nq), each with values (N, m, n).
-        seed: of the search.
+    Matrices are functions of positions (N, nq), each with values (N, m, n).
     """
     rng = np.random.default_rng(seed)
     searched, rounds, kept = SEARCH if anywhere.loops is None else SEARCH_CLOSED

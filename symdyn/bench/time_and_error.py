@@ -13,10 +13,9 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.bench.backward import Solve, linear
 from symdyn.bench.implementations import Implementation, implementations
 from symdyn.bench.measurements import Bench, Errors, Measured, unbeaten
-from symdyn.bench.reference import Reference, reference, state_of
+from symdyn.bench.reference import Reference, Solve, linear, reference, state_of
 from symdyn.bench.states import REGIONS, Positions, draw, near_singular, positions_of
 from symdyn.bench.timing import Timed, nanoseconds
 from symdyn.bench.work_precision import motion

@@ -9,8 +9,7 @@ import threading
 import time
 from collections.abc import Sequence
 from fractions import Fraction
-from types import TracebackType
-from typing import Any
+from typing import Any, Self
 
 from symdyn.errors import printable
 
@@ -91,75 +90,77 @@ def _rounded(number: str) -> str:
     return f"{float(Fraction(number)):.{DIGITS}g}"
 
 
-class Waiting:
-    """Tells on stderr what is being done, on a terminal, once it has taken longer than `PATIENCE`."""
+class _Late:
+    """What a terminal is shown on stderr once something has taken longer than `PATIENCE`."""
+
+    def __init__(self, stage: str) -> None:
+        """Start quiet."""
+        self._stage = stage
+        self._shown: Any = None
+
+    def __enter__(self) -> Self:
+        """Start the clock."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Take it away again."""
+        if self._shown is not None:
+            self._shown.stop()
+
+
+class Waiting(_Late):
+    """Tells what is being done."""
 
     def __init__(self) -> None:
         """Start quiet."""
-        self._stage = "working"
-        self._status: Any = None
+        super().__init__("working")
         self._timer = threading.Timer(PATIENCE, self._show)
         self._timer.daemon = True
 
-    def __enter__(self) -> Waiting:
+    def __enter__(self) -> Self:
         """Start the clock, if there is a terminal to talk to."""
         if sys.stderr.isatty():
             self._timer.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Take the line away again."""
         self._timer.cancel()
-        if self._status is not None:
-            self._status.stop()
+        super().__exit__()
 
     def __call__(self, stage: str) -> None:
         """Say what comes next."""
         self._stage = stage
-        if self._status is not None:
-            self._status.update(stage)
+        if self._shown is not None:
+            self._shown.update(stage)
 
     def _show(self) -> None:
         from rich.console import Console
 
-        self._status = Console(stderr=True).status(self._stage)
-        self._status.start()
+        self._shown = Console(stderr=True).status(self._stage)
+        self._shown.start()
 
 
-class Bar:
-    """A progress bar on stderr, on a terminal, once something has taken longer than `PATIENCE`."""
+class Bar(_Late):
+    """A progress bar."""
 
-    def __init__(self, stage: str) -> None:
-        """Start quiet."""
-        self._stage = stage
-        self._bar: Any = None
-        self._task: Any = None
+    def __enter__(self) -> Self:
+        """Start the clock."""
         self._begin = time.monotonic()
-
-    def __enter__(self) -> Bar:
         return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Take the bar away again."""
-        if self._bar is not None:
-            self._bar.stop()
 
     def __call__(self, share: float) -> None:
         """Show how much is done, from 0 to 1."""
-        if self._bar is None and sys.stderr.isatty() and time.monotonic() - self._begin > PATIENCE:
+        if self._shown is None and sys.stderr.isatty() and time.monotonic() - self._begin > PATIENCE:
             self._show()
-        if self._bar is not None:
-            self._bar.update(self._task, completed=share)
+        if self._shown is not None:
+            self._shown.update(self._task, completed=share)
 
     def _show(self) -> None:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
         columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-        self._bar = Progress(*columns, console=Console(stderr=True), transient=True)
-        self._task = self._bar.add_task(self._stage, total=1.0)
-        self._bar.start()
+        self._shown = Progress(*columns, console=Console(stderr=True), transient=True)
+        self._task = self._shown.add_task(self._stage, total=1.0)
+        self._shown.start()

@@ -51,14 +51,9 @@ class Claim:
     def compared(
         self, left: list[Any], right: list[Any], field: Field, zero: Any, weigh: Callable[[Any], Any]
     ) -> tuple[list[Any], list[Any]]:
-        """Return what must be equal at one place.
+        """Return what must be equal at one place, for the values of both sides there, numbers of a field.
 
-        Args:
-            left: values of the left side there.
-            right: values of the right side.
-            field: what they are numbers of.
-            zero: its zero.
-            weigh: the size of a number, 0 where it cannot be told from zero.
+        `weigh` tells the size of a number, 0 where it cannot be told from zero.
         """
         return left, right
 
@@ -190,15 +185,7 @@ def hash_seed(*key: int) -> int:
 def _judge(
     claim: Claim, flags: Sequence[bool] | None, degree: int, error_log10: float, places: NumberPoints
 ) -> Finding:
-    """Return the finding for a claim.
-
-    Args:
-        claim: what was claimed.
-        flags: which entries agreed over the fields; None where fields cannot tell.
-        degree: bound of the degree, when all agreed.
-        error_log10: log10 of the probability that they agreed by chance.
-        places: where to look at it in numbers.
-    """
+    """Return the finding for a claim; `flags` say which entries agreed over the fields, None where none can tell."""
     if flags is not None and not all(flags) and _is_decided((*claim.left, *claim.right)):
         return Finding(_title(claim), DIFFERENT, len(flags), 0, 0.0, list(flags).index(False))
     proved = flags is not None and all(flags) and error_log10 < SURE

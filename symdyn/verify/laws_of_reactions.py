@@ -85,15 +85,7 @@ class Solvable(Claim):
 
 
 def solvable(name: str, left_name: str, right_name: str, rows: Sequence[Mapping[int, Expr]], unknowns: int) -> Solvable:
-    """Return the claim that A x = b has a solution.
-
-    Args:
-        name: of the claim, for reading, as its two sides are.
-        left_name: what is claimed to be a solution.
-        right_name: of what.
-        rows: of A with b beside it, entries by column, b's being `unknowns`.
-        unknowns: how many there are.
-    """
+    """Return the claim that A x = b has a solution; rows are of A with b beside it, in the column behind `unknowns`."""
     places = tuple((r, c) for r, row in enumerate(rows) for c in row)
     left = tuple(entry for row in rows for entry in row.values())
     zeros = tuple(entry.graph.zero for entry in left)

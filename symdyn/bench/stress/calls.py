@@ -13,8 +13,7 @@ from flint import arb_mat
 
 from symdyn.algebra.balls import Balls
 from symdyn.algebra.numeric import Floats
-from symdyn.bench.backward import column, norm
-from symdyn.bench.reference import Reference, reference
+from symdyn.bench.reference import Reference, column, norm, reference
 from symdyn.build import build, run_python
 from symdyn.dynamics import Equations, Function, Unasked, Workspace, available, derive_one, row_of
 from symdyn.emit import emit
@@ -108,13 +107,8 @@ def calls(
 ) -> Calls:
     """Return functions of a scene in NumPy and in C with batch code.
 
-    Args:
-        scene: the mechanism.
-        outputs: as for `derive`.
-        real: "double" or "float".
-        road: of the first output; None takes the cheapest.
-        beside: outputs whose true values are needed and no code.
-        compiled: False runs the program operation by operation in place of both.
+    Of outputs `beside` them true values are needed and no code. What is not `compiled` is run operation by operation
+    in place of both. A road of None is the cheapest.
     """
     w = Workspace(scene)
     functions = choose(w, outputs) if road is None else tuple(derive_one(w, name, road) for name in outputs)

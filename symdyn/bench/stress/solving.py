@@ -3,7 +3,7 @@
     forward     |qdd - true| ≤ c n ε |M⁻¹| (|M||qdd| + |h| + |tau|)        c = 10
     backward    |M qdd + h - tau| ≤ 10 ε (|M||qdd| + |h| + |tau|)
 
-in infinity norms, ε = 2^-52; backward errors of closed mechanisms as in `symdyn.bench.backward`. The plain bound
+in infinity norms, ε = 2^-52; backward errors of closed mechanisms as in `symdyn.bench.reference`. The plain bound
 ε cond(M) |qdd| fails where tau ≈ h: the accelerations are then small, and the error that is left in h is not.
 """
 
@@ -16,8 +16,8 @@ from fractions import Fraction
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.bench.backward import Solve, linear
 from symdyn.bench.case import Case, worst
+from symdyn.bench.reference import Solve, linear
 from symdyn.bench.states import Positions, positions_of
 from symdyn.bench.stress.calls import EPSILON, Calls, calls, solved
 from symdyn.bench.stress.scenes import arm, gimbal, heavier, two_link

@@ -222,9 +222,7 @@ def _by_address(function: FunctionText) -> str:
 def _lanes(copied: int, work: int) -> int:
     """Return how many states a block has; 0 where even the smallest block would take too much stack.
 
-    Args:
-        copied: bytes of one state and its result, which stand in the block and where they come from.
-        work: bytes of work space for one state.
+    `copied` bytes of a state and its result stand in the block and where they come from, `work` in work space.
     """
     lanes = LANES
     while lanes > FEWEST and lanes * (2 * copied + work) > CACHE:

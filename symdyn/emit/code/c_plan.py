@@ -84,13 +84,7 @@ class Plan:
 
 
 def plan(routine: Routine, known: Constants, short: bool = False) -> Plan:
-    """Return the stages of `routine`.
-
-    Args:
-        routine: what to compute.
-        known: nodes that are constants.
-        short: whether lines are cut up, so that fewer values wait between stages.
-    """
+    """Return the stages of `routine`; `short` cuts its lines up, so that fewer values wait between stages."""
     steps = complete(routine, known, short)
     named = {step.node: step.name for step in (*routine.inputs, *steps)}
     needs = {step.node: needs_of(step.node.args, named, known) for step in steps}

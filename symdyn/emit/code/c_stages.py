@@ -42,11 +42,8 @@ class Stage:
 def complete(routine: Routine, known: Constants, short: bool = False) -> list[Step]:
     """Return the steps with a name for every call and for whatever is called with.
 
-    Args:
-        routine: what to compute.
-        known: nodes that are constants.
-        short: whether every operation that reads several values gets a name, too. A long line keeps all that it
-            reads waiting for what comes last; short ones add up early what comes early.
+    If they are to be `short`, every operation that reads several values gets a name, too. A long line keeps all that it
+    reads waiting for what comes last; short ones add up early what comes early.
     """
     taken = {step.name for step in (*routine.inputs, *routine.steps)}
     names = (f"y{number}" for number in count(1))
