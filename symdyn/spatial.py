@@ -234,13 +234,7 @@ def elementary(kind: str, amount: Expr) -> Transform:
 
 @dataclass(frozen=True)
 class Inertia:
-    """Ten inertial parameters in a frame A.
-
-    Attributes:
-        m: mass, kg.
-        h: first moment m r, kg m.
-        I: inertia matrix about the origin of A, kg m^2; products as matrix entries.
-    """
+    """Mass, kg, first moment h = m r, kg m, and inertia matrix about the origin, kg m^2, products as its entries."""
 
     m: Expr
     h: Vec

@@ -22,7 +22,7 @@ from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Symbol, power_of, product_of, sum_of, terms_of
 from symdyn.algebra.sums_of_angles import AngleGroup, total_angles
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
-from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, check_key, too_long
+from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, Key, check_key, ordered_graph, too_long
 from symdyn.dynamics.closed_forms.load_forms import ClosedLoads, closed_loads, load_nodes
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.mechanism.placements import body_placements, moved_placements
@@ -141,9 +141,7 @@ def closed_form(scene: Scene) -> ClosedForm:
     entries = len(scene.velocities) ** 2 * (len(scene.velocities) - 1) // 2
     if entries > MOST_TERMS:
         raise too_long(scene, f"k_C alone has {entries} entries")
-    graph = Graph()
-    for parameter in scene.parameters:
-        graph.symbol(parameter.name)  # first, so that forms print them in declared order and before coordinates
+    graph = ordered_graph(scene)
     state = state_symbols(scene, graph)
     nodes = load_nodes(scene, graph)
     massive = [

@@ -6,6 +6,7 @@ from operator import index
 from typing import Any
 
 from symdyn.errors import DerivationError
+from symdyn.graph import Graph
 from symdyn.scene import Scene
 
 Key = tuple[Any, ...]  # name and indices from 0, such as ("k_z", 0, 1)
@@ -29,6 +30,14 @@ def check_key(key: object, n: int) -> None:
             f"there is no coefficient {key!r}; give ('k_z', i, j), ('k_C', i, pair), ('k_D', i, j), ('k_G', i), "
             f"('K',) or ('P',), with i and j in 0..{n - 1} and {pairs}"
         )
+
+
+def ordered_graph(scene: Scene) -> Graph:
+    """Return a graph on which parameters were born first: forms print them in declared order, before coordinates."""
+    graph = Graph()
+    for parameter in scene.parameters:
+        graph.symbol(parameter.name)
+    return graph
 
 
 def too_long(scene: Scene, found: str, else_: str = "") -> DerivationError:

@@ -17,7 +17,7 @@ from symdyn.algebra.compact import Compactor
 from symdyn.algebra.form import Form, Number, signed_product, terms_of
 from symdyn.algebra.sums_of_angles import total_angles
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
-from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS
+from symdyn.dynamics.closed_forms.coefficient_key import MOST_TERMS, ordered_graph
 from symdyn.dynamics.closed_forms.parallel import angle_groups
 from symdyn.dynamics.loops.constraint_rows import Constraints, Label, differentiated
 from symdyn.dynamics.mechanism.state import State, state_symbols
@@ -54,12 +54,7 @@ class ClosedRow:
 
 @dataclass(frozen=True)
 class ClosedConstraints:
-    """The rows that functions of the scene keep, in the order of their multipliers.
-
-    Attributes:
-        rows: one a multiplier.
-        missing: why they have no closed form; "" if they have.
-    """
+    """The rows that functions of the scene keep, one a multiplier; and why they have no closed form, or ""."""
 
     rows: tuple[ClosedRow, ...]
     missing: str = ""
@@ -68,9 +63,7 @@ class ClosedConstraints:
 def closed_constraints(scene: Scene) -> ClosedConstraints:
     """Return the rows of a closed scene; DerivationError where nobody knows which are independent."""
     decisions = Workspace(scene).loops.decisions
-    graph = Graph()
-    for parameter in scene.parameters:
-        graph.symbol(parameter.name)  # first, as in the closed forms of the coefficients
+    graph = ordered_graph(scene)
     state = state_symbols(scene, graph)
     found = differentiated(scene, graph, state)
     rows = []

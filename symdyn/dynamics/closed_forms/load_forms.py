@@ -24,6 +24,7 @@ from symdyn.algebra.form import (
     sum_of,
 )
 from symdyn.algebra.trigonometric import Polynomial, TrigonometricRing
+from symdyn.dynamics.closed_forms.coefficient_key import ordered_graph
 from symdyn.dynamics.mechanism.loads import joint_forces, joint_of, load_vectors, stored
 from symdyn.dynamics.mechanism.placements import body_placements, ends_apart, moved_placements
 from symdyn.dynamics.mechanism.state import State, joint_position, vector
@@ -82,13 +83,7 @@ def load_nodes(scene: Scene, graph: Graph) -> LoadNodes:
 
 @dataclass(frozen=True)
 class ClosedLoads:
-    """What acts beside gravity and drives.
-
-    Attributes:
-        squares: D of every strut between points.
-        slopes: ∂D/∂q_i / 2 of each, for every coordinate.
-        arms: p and w of every load, for the coordinates that move it.
-    """
+    """What acts beside gravity and drives: D and ∂D/∂q_i / 2 of struts between points, p, w of loads by coordinate."""
 
     scene: Scene
     state: State
@@ -104,13 +99,13 @@ class ClosedLoads:
         """Return k_E,i."""
         terms = []
         for strut in elastic(self.scene):
-            force = self._force(strut, compact, form_of(_ordered(self.scene).zero))
+            force = self._force(strut, compact, form_of(ordered_graph(self.scene).zero))
             terms.append(_product(force, self._slope(strut, compact, i)))
         return sum_of(terms)
 
     def acting(self, compact: Compactor) -> list[Form]:
         """Return Q of every coordinate."""
-        graph = _ordered(self.scene)
+        graph = ordered_graph(self.scene)
         forces = [[form_of(force)] for force in joint_forces(self.scene, graph)]
         for strut in resisting(self.scene):
             if strut.ends:
@@ -128,18 +123,18 @@ class ClosedLoads:
         return [sum_of(terms) for terms in forces]
 
     def _force(self, strut: Strut, compact: Compactor, rate: Form) -> Form:
-        graph = _ordered(self.scene)
+        graph = ordered_graph(self.scene)
         law = pull_of(strut).force(strut, graph.symbol(WAY), graph.symbol(RATE))
         return in_place(form_of(law), {WAY: self._way(strut, compact), RATE: rate})
 
     def _energy(self, strut: Strut, compact: Compactor) -> Form:
-        energy = stored(strut, _ordered(self.scene).symbol(WAY))
+        energy = stored(strut, ordered_graph(self.scene).symbol(WAY))
         return in_place(form_of(energy), {WAY: self._way(strut, compact)})
 
     def _way(self, strut: Strut, compact: Compactor) -> Form:
         """Return the position of a joint or the distance of two points."""
         if strut.joint:
-            return form_of(joint_position(joint_of(self.scene, strut), _ordered(self.scene)))
+            return form_of(joint_position(joint_of(self.scene, strut), ordered_graph(self.scene)))
         return Function(Op.SQRT, (compact(self.squares[strut]),))
 
     def _slope(self, strut: Strut, compact: Compactor, i: int) -> Form:
@@ -147,7 +142,7 @@ class ClosedLoads:
         if strut.ends:
             share = compact(self.slopes[strut][i])
             return product_of((share, power_of(self._way(strut, compact), -1)))
-        graph = _ordered(self.scene)
+        graph = ordered_graph(self.scene)
         position = joint_position(joint_of(self.scene, strut), graph)
         coordinate = graph.symbol(str(self.state.q[i].value))
         return form_of(tangents([position], {coordinate: graph.one})[0])
@@ -178,14 +173,6 @@ def _arm(ring: TrigonometricRing, R: list[list[Polynomial]], p: list[Polynomial]
     columns, rates = list(zip(*R, strict=True)), list(zip(*dR, strict=True))
     moved = none if load.force == NULL else tuple(ring.dot(column, dp) for column in columns)
     return moved, none if load.couple == NULL else tuple(ring.dot(columns[a], rates[b]) for a, b in pairs)
-
-
-def _ordered(scene: Scene) -> Graph:
-    """Return a graph on which parameters were born first, so that they stand in front."""
-    graph = Graph()
-    for parameter in scene.parameters:
-        graph.symbol(parameter.name)
-    return graph
 
 
 def _product(*parts: Form) -> Form:

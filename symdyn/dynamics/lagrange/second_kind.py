@@ -27,15 +27,7 @@ from symdyn.spatial import apply as matvec
 
 @dataclass(frozen=True)
 class Energies:
-    """Energies of a scene on its graph, J.
-
-    Attributes:
-        state: the symbols that they are functions of.
-        directions: the directions that the velocities are along.
-        K: kinetic energy.
-        G: potential energy of gravity.
-        E: potential energy of springs.
-    """
+    """Energies of a scene on its graph, functions of `state`: K, and potential G of gravity and E of springs; J."""
 
     scene: Scene
     graph: Graph

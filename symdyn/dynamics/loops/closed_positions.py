@@ -27,7 +27,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symdyn.algebra.numeric import Floats
-from symdyn.dynamics.loops.constraint_rows import paths
 from symdyn.dynamics.loops.cuts import Cut, cuts
 from symdyn.dynamics.loops.partition import Block
 from symdyn.dynamics.mechanism.tree import Tree
@@ -93,7 +92,7 @@ def _way_round(w: Workspace, tree: Tree, cut: Cut, block: Block) -> tuple[list[_
     i, place = tree.home[cut.parent]
     j, last = tree.home[cut.child]
     last = last @ cut.behind
-    inner, outer = paths(tree, i, j)
+    inner, outer = tree.paths(i, j)
     walk = [(b, -1) for b in inner] + [(b, 1) for b in outer]
     T = (place @ cut.before).inverse()
     still = zero_vector(graph)

@@ -92,13 +92,7 @@ def _gathered(entries: Sequence[Entry], columns: dict[str, dict[int, Twist]]) ->
 
 @dataclass(frozen=True)
 class _Relative:
-    """Motion of the child's moved joint frame relative to J, axes of J.
-
-    Attributes:
-        X: its placement in J.
-        columns: its twist at P for unit velocities, by velocity.
-        acceleration: (α, acceleration of P) at u̇ = 0.
-    """
+    """Motion of the child relative to J, axes of J: its twist at P by unit velocity, and (α, that of P) at u̇ = 0."""
 
     X: Transform
     columns: dict[int, Twist]
@@ -137,7 +131,7 @@ def _walk(tree: Tree, cut: Cut, u: Sequence[Expr]) -> _Relative:
     i, place = tree.home[cut.parent]
     j, last = tree.home[cut.child]
     last = last @ cut.behind
-    inner, outer = paths(tree, i, j)
+    inner, outer = tree.paths(i, j)
     rate, accelerated = tree.rates(u), tree.bias(u)
     T = (place @ cut.before).inverse()  # of the frame walked on, in J
     still = zero_vector(graph)
@@ -176,19 +170,6 @@ def _walk(tree: Tree, cut: Cut, u: Sequence[Expr]) -> _Relative:
             columns[k] = (add(before[0], scale(x, z)), add(before[1], scale(x, linear)))
     X = Transform(multiply(T.R, last.R), add(ways[0], levers[0]))
     return _Relative(X, dict(sorted(columns.items())), (alpha, a))
-
-
-def paths(tree: Tree, i: int, j: int) -> tuple[list[int], list[int]]:
-    """Return the moves from body i inwards to the nearest common carrier, and from there outwards to body j."""
-    inner, outer = [], []
-    while i != j:
-        if i > j:
-            inner.append(i)
-            i = tree.parent[i]
-        else:
-            outer.append(j)
-            j = tree.parent[j]
-    return inner, outer[::-1]
 
 
 def _swing(omega: Vec, alpha: Vec, d: Vec) -> Vec:

@@ -148,12 +148,7 @@ class Numbers:
 
     def moved(self, q: Array, step: Array) -> Array:
         """Return q after a step along the velocities, shape (nv,)."""
-        result = q + self.at(self._kinematic_map, q).reshape(-1, self.state.n) @ step
-        names = list(self.scene.coordinates)
-        for group in quaternions(self.scene):
-            first = names.index(group[0])
-            result[first : first + 4] /= np.linalg.norm(result[first : first + 4])
-        return result
+        return self.normalised(q + self.at(self._kinematic_map, q).reshape(-1, self.state.n) @ step)
 
     @cached_property
     def plain(self) -> Numbers:

@@ -22,7 +22,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symdyn.dynamics.loops.assembly import Assembly, seen_plain, witness
-from symdyn.dynamics.loops.constraint_rows import paths
 from symdyn.dynamics.loops.continuation import declared_rates, fitting
 from symdyn.dynamics.loops.loop_decisions import LoopDecisions, loop_decisions_at, loose_rows
 from symdyn.dynamics.loops.loop_numbers import Array, Numbers
@@ -152,7 +151,7 @@ def idle_motions(numbers: Numbers, G: Array, q: Array) -> list[tuple[str, Array]
 def _between(numbers: Numbers, joint: Joint) -> list[str]:
     """Return the bodies on the way round a loop, the common carrier left out."""
     tree = numbers.tree
-    inner, outer = paths(tree, tree.home[joint.parent][0], tree.home[joint.child][0])
+    inner, outer = tree.paths(tree.home[joint.parent][0], tree.home[joint.child][0])
     moves = {*inner, *outer}
     return [body.name for body in numbers.scene.bodies if tree.home[body.name][0] in moves]
 

@@ -131,12 +131,10 @@ def open_loop(numbers: Numbers, q: Array) -> str | None:
 
 def reversed_loop(numbers: Numbers, q: Array) -> str | None:
     """Return which loop has closed the wrong way round; None if none has."""
-    count = len(numbers.constraints.labels)
     off = np.abs(numbers.residual_rates(q) - numbers.jacobian(q)).max(axis=1, initial=0.0)
     allowed = 1e-4 * max(1.0, lever_of(numbers, q))
-    for k in range(count):
-        label = numbers.constraints.labels[k]
-        if label.loop and off[k] > allowed:
+    for label, missed_by in zip(numbers.constraints.labels, off, strict=True):
+        if label.loop and missed_by > allowed:
             return (
                 f"the loop {label.owner} closes the wrong way round from this start: its axis, or its frame, is "
                 "reversed; give a start on the other branch, or turn one of its frames by 180 deg"

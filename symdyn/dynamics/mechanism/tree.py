@@ -76,6 +76,18 @@ class Topology:
         """Return the moving bodies from the tips to the ground."""
         return range(len(self.parent) - 1, 0, -1)
 
+    def paths(self, i: int, j: int) -> tuple[list[int], list[int]]:
+        """Return the moves from body i inwards to the nearest common carrier, and from there outwards to body j."""
+        inner, outer = [], []
+        while i != j:
+            if i > j:
+                inner.append(i)
+                i = self.parent[i]
+            else:
+                outer.append(j)
+                j = self.parent[j]
+        return inner, outer[::-1]
+
     def rates(self, qd: Sequence[Expr]) -> list[Expr]:
         """Return the rate of every move, entry 0 the ground's, for velocities of shape (n,)."""
         return [self.graph.total(x * qd[k] for k, x in row) for row in self.A]

@@ -29,7 +29,8 @@ from symdyn.dynamics.reactions.hinges import Hinge, drives, reactions_of, relati
 from symdyn.dynamics.reactions.members import own_forces
 from symdyn.dynamics.reactions.ties import flattened, independent_in_plane, plane, rows_of, taken_wrenches, undriven
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph
+from symdyn.graph import Expr
+from symdyn.scene.joints.forbidden import everywhere
 from symdyn.spatial import Vec, Wrench, apply, cross, dot, nothing, plus, times
 
 REACTION, DRIVE, COUPLING, ROW = "reaction", "drive", "coupling", "row"
@@ -157,7 +158,7 @@ def _own(hanging: Hanging, hinge: Hinge, tau: Sequence[Expr] | None) -> list[Exp
 
 def _unknowns(hanging: Hanging, normal: int | None, whole: bool) -> list[Unknown]:
     graph = hanging.graph
-    axes = None if normal is None else _axis(graph, normal)
+    axes = None if normal is None else everywhere(graph)[normal]
     D = {h: drives(hinge, hanging.samples) for h, hinge in enumerate(hanging.joints)}
     feels = {
         k: (h, D[h][i])
@@ -207,15 +208,10 @@ def _in_its_plane(hanging: Hanging, hinge: Hinge) -> tuple[Wrench, ...]:
     return W if normal is None else tuple(W[k] for k in independent_in_plane(hanging, W, normal))
 
 
-def _axis(graph: Graph, k: int) -> Vec:
-    one, zero = graph.one, graph.zero
-    return tuple(one if i == k else zero for i in range(3))  # type: ignore[return-value]
-
-
 def coordinate_normal(hanging: Hanging) -> int:
     """Return which axis of all frames, 0, 1 or 2, is the normal of the plane that a mechanism moves in."""
     for k in (2, 1, 0):
-        n = _axis(hanging.graph, k)
+        n = everywhere(hanging.graph)[k]
         if all(_stays(hanging, hinge, n) for hinge in hanging.hinges):
             return k
     raise DerivationError(

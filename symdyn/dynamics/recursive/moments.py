@@ -17,13 +17,7 @@ from symdyn.spatial import Inertia, Mat, Vec, add, add_matrices, scale, symmetri
 
 @dataclass(frozen=True)
 class Moments:
-    """Ten inertial parameters in a frame.
-
-    Attributes:
-        m: mass, kg.
-        h: first moment m r, kg m.
-        J: second moments Σ m r rᵀ about the origin, kg m^2.
-    """
+    """Ten inertial parameters in a frame: mass, kg, first moment m r, kg m, J = Σ m r rᵀ about the origin, kg m^2."""
 
     m: Expr
     h: Vec

@@ -26,11 +26,7 @@ from symdyn.spatial import Mat, Vec, Wrench, add, apply, cross, neg, scale, sub,
 
 @dataclass(frozen=True)
 class LinkMotion:
-    """Motion of one frame, in its own axes; see the module's legend. rad/s, rad/s^2, m/s^2.
-
-    Attributes:
-        squares: ωx², ωy², ωz².
-    """
+    """Motion of one frame, in its own axes; see the module's legend. rad/s, rad/s^2, m/s^2; squares: ωx², ωy², ωz²."""
 
     w: Vec
     dw: Vec

@@ -28,8 +28,8 @@ from symdyn.dynamics.mechanism.state import joint_position, state_symbols, vecto
 from symdyn.dynamics.mechanism.tree import Tree
 from symdyn.dynamics.recursive.lean_tree import LeanTree, settled
 from symdyn.dynamics.recursive.links import Link
-from symdyn.graph import Expr
-from symdyn.scene import Load, Place, Scene, Strut, express, pull_of, velocity_name
+from symdyn.graph import Expr, Graph
+from symdyn.scene import Joint, Load, Place, Scene, Strut, express, pull_of, velocity_name
 from symdyn.scene.forces import elastic as struts
 from symdyn.scene.forces import resisting
 from symdyn.spatial import Transform, Vec, Wrench, about, add, dot, nothing, rotated, sub, transpose
@@ -37,12 +37,7 @@ from symdyn.spatial import Transform, Vec, Wrench, about, add, dot, nothing, rot
 
 @dataclass(frozen=True)
 class Elastic:
-    """What struts do that store energy.
-
-    Attributes:
-        energy: E(q), J.
-        forces: k_E, shape (n,): the derivatives of E along the velocities; N m or N.
-    """
+    """Energy E(q), J, of struts that store it, and k_E: its derivatives along the velocities, shape (n,), N m or N."""
 
     energy: Expr
     forces: list[Expr]
@@ -63,8 +58,7 @@ def elastic(scene: Scene, tree: Tree, lean: LeanTree) -> Elastic:
     for strut in struts(scene):
         if strut.joint:
             joint = joint_of(scene, strut)
-            position = joint_position(joint, graph)
-            k, ratio = _driven(scene, joint.name, tree)
+            position, ((k, ratio),) = joint_position(joint, graph), _driven(scene, joint, graph)
             forces[k] = forces[k] + pull_of(strut).force(strut, position, graph.zero) * ratio
             energy = energy + stored(strut, position)
         else:
@@ -80,17 +74,12 @@ def joint_forces(scene: Scene, tree: Tree, lean: LeanTree) -> list[Expr]:
     graph, state = tree.graph, state_symbols(scene, tree.graph)
     forces = declared_forces(scene, graph)
     for joint in scene.joints:
-        if joint.coupling is not None:
-            k, ratio = _driven(scene, joint.name, tree)
+        for k, ratio in _driven(scene, joint, graph):
             forces[k] = forces[k] - joint_resistance(joint, ratio * state.qd[k]) * ratio
-            continue
-        for name in joint.rates:
-            k = scene.velocities.index(name)
-            forces[k] = forces[k] - joint_resistance(joint, state.qd[k])
     for strut in resisting(scene):
         if strut.joint:
-            k, ratio = _driven(scene, strut.joint, tree)
-            position = joint_position(joint_of(scene, strut), graph)
+            joint = joint_of(scene, strut)
+            position, ((k, ratio),) = joint_position(joint, graph), _driven(scene, joint, graph)
             forces[k] = forces[k] - pull_of(strut).force(strut, position, ratio * state.qd[k]) * ratio
             continue
         apart, rates = distance(strut, tree, lean), lean.rates(state.qd)
@@ -113,13 +102,12 @@ def body_wrenches(scene: Scene, tree: Tree, lean: LeanTree) -> list[Wrench]:
     return wrench
 
 
-def _driven(scene: Scene, name: str, tree: Tree) -> tuple[int, Expr]:
-    """Return the velocity that moves a joint of one freedom, and the joint's rate per unit of it."""
-    joint = next(joint for joint in scene.joints if joint.name == name)
+def _driven(scene: Scene, joint: Joint, graph: Graph) -> list[tuple[int, Expr]]:
+    """Return the velocities that move a joint, and its rates per unit of them."""
     if joint.coupling is None:
-        return scene.velocities.index(joint.rates[0]), tree.graph.one
+        return [(scene.velocities.index(name), graph.one) for name in joint.rates]
     leader = velocity_name(joint.coupling.coordinate)
-    return scene.velocities.index(leader), express(joint.coupling.ratio, tree.graph)
+    return [(scene.velocities.index(leader), express(joint.coupling.ratio, graph))]
 
 
 def _gathered(lean: LeanTree, apart: Distance, share: Expr) -> list[Expr]:
@@ -133,9 +121,8 @@ def _gathered(lean: LeanTree, apart: Distance, share: Expr) -> list[Expr]:
 def distance(strut: Strut, tree: Tree, lean: LeanTree) -> Distance:
     """Return the distance of the two ends, and how the moves between them change it."""
     (i, a), (j, b) = (_seated(end, tree, lean) for end in strut.ends)
-    paths = _path(lean, i), _path(lean, j)
-    common = max(set(paths[0]) & set(paths[1]))
-    near, far = (path[: path.index(common)] for path in paths)
+    near, outwards = lean.paths(i, j)
+    far = outwards[::-1]
     if not far:  # the end that moves against the common body comes second
         (a, b), (near, far) = (b, a), (far, near)
     trail_a, trail_b = _walked_in(lean, near, a), _walked_in(lean, far, b)
@@ -172,15 +159,6 @@ def _home(body: str, tree: Tree, lean: LeanTree) -> tuple[int, Transform]:
     return i, settled(lean.moved[i].inverse() @ home)
 
 
-def _path(lean: LeanTree, i: int) -> list[int]:
-    """Return a body and all that carry it, the ground last."""
-    path = [i]
-    while i:
-        i = lean.parent[i]
-        path.append(i)
-    return path
-
-
 def _walked_in(lean: LeanTree, path: Sequence[int], point: Vec) -> list[Vec]:
     """Return a point in the frames of a path, from the first body to the one that carries the last."""
     trail = [point]
@@ -205,6 +183,6 @@ def _on_body(load: Load, tree: Tree, lean: LeanTree) -> tuple[int, Wrench]:
         wrench = rotated(home.R, wrench)
     else:
         wrench = rotated(transpose(lean.moved[0].R), wrench)
-        for k in reversed(_path(lean, i)[:-1]):
+        for k in lean.paths(0, i)[1]:
             wrench = lean.link[k].out(wrench[0]), lean.link[k].out(wrench[1])
     return i, about(wrench, point)

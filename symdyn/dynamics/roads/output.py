@@ -70,13 +70,7 @@ def by_differentiation(derive: Callable[..., Sequence[Expr]]) -> Road:
 
 @dataclass(frozen=True)
 class Own:
-    """What a row says of scenes with loops or rows alone; all else is as it is of trees.
-
-    Attributes:
-        roads: as of an output.
-        text: likewise; "" where it is the same.
-        solves: likewise.
-    """
+    """What a row says of scenes with loops or rows alone, "" where the text is the same; the rest is as of trees."""
 
     roads: dict[str, Road]
     text: str = ""
