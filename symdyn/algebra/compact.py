@@ -33,12 +33,7 @@ class Compactor:
     """Turns elements of one ring into forms; parts that repeat are rewritten once."""
 
     def __init__(self, ring: TrigonometricRing, groups: Sequence[AngleGroup] = ()) -> None:
-        """Prepare the bases.
-
-        Args:
-            ring: where the elements live.
-            groups: angles whose sums are worth a try.
-        """
+        """Prepare the bases; `groups` are angles whose sums are worth a try."""
         self.ring = ring
         cosine = {(g.node, g.unit): i for i, g in enumerate(ring.generators) if g.kind == "cos"}
         first = {node: i for (node, _), i in reversed(cosine.items())}

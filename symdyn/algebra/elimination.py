@@ -8,20 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
-
-class Field(Protocol):
-    """What elimination needs of an algebra."""
-
-    def sub(self, a: Any, b: Any) -> Any:
-        """Return a - b."""
-
-    def mul(self, a: Any, b: Any) -> Any:
-        """Return a b."""
-
-    def div(self, a: Any, b: Any) -> Any:
-        """Return a / b."""
+from symdyn.graph import Algebra
 
 
 @dataclass(frozen=True)
@@ -40,16 +29,12 @@ class Eliminated:
 
 
 def eliminate(
-    rows: Sequence[Mapping[int, Any]], unknowns: int, field: Field, zero: Any, weigh: Callable[[Any], Any]
+    rows: Sequence[Mapping[int, Any]], unknowns: int, field: Algebra[Any], zero: Any, weigh: Callable[[Any], Any]
 ) -> Eliminated:
-    """Return what becomes of A x = b in numbers.
+    """Return what becomes of A x = b in numbers of a field, `zero` its zero.
 
-    Args:
-        rows: of A with b beside it, entries by column, b's being `unknowns`; what is missing is zero.
-        unknowns: how many there are.
-        field: what the entries are numbers of.
-        zero: its zero.
-        weigh: the size of an entry, 0 where it cannot be told from zero.
+    Rows are those of A with b beside them, entries by column, b's being `unknowns`; what is missing is zero. What
+    weighs 0 cannot be told from zero.
     """
     b = [row.get(unknowns, zero) for row in rows]
     A = [{c: value for c, value in row.items() if c != unknowns and weigh(value)} for row in rows]

@@ -218,11 +218,7 @@ def evaluate_over_field(
 ) -> list[int]:
     """Return the values of `outputs` in `field`: `evaluate`, with sines from their angles' atoms.
 
-    Args:
-        outputs: nodes of one graph.
-        field: what to compute with.
-        values: value of every symbol that is needed; every node that is computed is added, and none computed again.
-        order: what `reachable` has given for these outputs; None asks it.
+    Every node that is computed is added to `values`, and none computed again.
 
     Raises:
         Redraw: the point is unlucky.

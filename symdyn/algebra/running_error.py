@@ -45,13 +45,7 @@ class RunningErrors:
     """Big floats that know how far a shorter arithmetic may be off."""
 
     def __init__(self, numbers: BigFloats, roundoff: Any, function_roundoff: Any) -> None:
-        """Analyse an arithmetic over exact enough `numbers`.
-
-        Args:
-            numbers: what values are computed with.
-            roundoff: u, relative error of one operation.
-            function_roundoff: v, relative error of one call of sin, exp, ….
-        """
+        """Analyse an arithmetic over exact enough numbers, by the roundoffs u of an operation and v of a function."""
         self.numbers = numbers
         self.u = numbers.context.mpf(roundoff)
         self.v = numbers.context.mpf(function_roundoff)

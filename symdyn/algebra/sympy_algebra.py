@@ -49,12 +49,7 @@ class SympyAlgebra(Arithmetic):
 
 
 def graph_to_sympy(outputs: Sequence[Expr], positive: Sequence[str] = ()) -> list[Any]:
-    """Return nodes of one graph as SymPy expressions in real symbols.
-
-    Args:
-        outputs: what to convert.
-        positive: names of symbols that are positive.
-    """
+    """Return nodes of one graph as SymPy expressions in real symbols, those that are called so positive."""
     algebra = SympyAlgebra()
     symbols = {}
     for node in reachable(outputs):
@@ -72,9 +67,7 @@ def form_to_sympy(form: Form, positive: Sequence[str] = ()) -> Any:
 def sympy_text(expression: Any, variables: Mapping[str, str]) -> str:
     """Return a SymPy expression as Python that gives it back exactly after `from sympy import *`.
 
-    Args:
-        expression: what to print.
-        variables: the Python variable of each symbol, by name.
+    `variables` are the Python variables of its symbols, by name.
     """
     from sympy.printing.str import StrPrinter
 

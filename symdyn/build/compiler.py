@@ -167,11 +167,7 @@ def _run(command: Sequence[str], patience: float, place: Path | None = None) -> 
 
 
 def _file_of_words() -> IO[bytes]:
-    """Return a file that ends when it is closed.
-
-    Raises:
-        MissingCompiler: there is no place for one, nor for what compilers write on their way.
-    """
+    """Return a file that ends when it is closed; MissingCompiler where nothing can be written, compilers neither."""
     try:
         return tempfile.TemporaryFile()
     except OSError as fault:

@@ -123,12 +123,7 @@ def _locked_folder(place: Path) -> tuple[Path, int | None]:
 
 
 def _lock(folder: Path, wait: bool) -> int | None:
-    """Return a descriptor that holds the lock on a folder, None where there are no locks.
-
-    Raises:
-        BlockingIOError: another process holds it, and we do not wait.
-        OSError: there is no such folder, or it is not ours.
-    """
+    """Return a descriptor that holds the lock on a folder, None without locks; BlockingIOError if another has it."""
     if fcntl is None:
         return None
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)

@@ -87,12 +87,7 @@ def entry_name(files: Mapping[str, str], compiler: Compiler, kind: Kind = PLAIN)
 def _load_in(
     folder: Path, files: Mapping[str, str], compiler: Compiler, patience: float, kind: Kind
 ) -> tuple[Path, Any]:
-    """Return the loaded library, which is kept in `folder`, and its path.
-
-    Raises:
-        BuildError: it cannot be compiled, or not be loaded even when it is fresh.
-        OSError: it cannot be written.
-    """
+    """Return the loaded library, which is kept in `folder`, and its path; OSError where it cannot be written."""
     path = folder / entry_name(files, compiler, kind)
     try:
         return path, load_entry(path, kind.open)
@@ -132,12 +127,7 @@ def _key(files: Mapping[str, str], compiler: Compiler, kind: Kind) -> str:
 
 
 def _compile_aside(files: Mapping[str, str], compiler: Compiler, library: Path, patience: float, kind: Kind) -> None:
-    """Compile in a folder beside `library`, seal, then rename.
-
-    Raises:
-        BuildError: it cannot be compiled.
-        OSError: it cannot be written, or the compiler had no room to.
-    """
+    """Compile in a folder beside `library`, seal, then rename; OSError where that cannot be written."""
     with folder_aside(library.parent) as folder:
         for name, text in files.items():
             (folder / name).write_text(text, encoding="utf-8")

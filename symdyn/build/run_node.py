@@ -70,11 +70,7 @@ class _Process:
     """One Node.js that answers a line with a line."""
 
     def __init__(self, node: str, text: str) -> None:
-        """Start it and load a module.
-
-        Raises:
-            BuildError: it cannot be run or refuses the module.
-        """
+        """Start it and load a module; BuildError where it cannot be run or refuses that."""
         command = (node, "--input-type=module", "--eval", verbatim("js/calls.mjs"))
         try:
             self._process = subprocess.Popen(

@@ -33,15 +33,7 @@ PARTIALS: dict[Op, Partials] = {  # z = op(x, y)  ->  (dz/dx, dz/dy)
 
 
 def tangents(outputs: Sequence[Expr], seeds: Mapping[Expr, Expr]) -> list[Expr]:
-    """Return the derivative of every output along one direction.
-
-    Args:
-        outputs: nodes of one graph.
-        seeds: tangent ẋ of each input that moves; all others rest.
-
-    Returns:
-        ẏ for every output y, shape (len(outputs),).
-    """
+    """Return the derivative of every output along one direction, ẋ of each input that moves; all others rest."""
     if not outputs:
         return []
     zero = outputs[0].graph.zero
@@ -105,13 +97,7 @@ def copy_node(node: Expr, args: Sequence[Expr], graph: Graph) -> Expr:
 
 
 def substitute(outputs: Sequence[Expr], values: Mapping[Expr, Expr], graph: Graph | None = None) -> list[Expr]:
-    """Return `outputs` with nodes replaced by others, rebuilt (and simplified at birth) in `graph`.
-
-    Args:
-        outputs: nodes of one graph.
-        values: what stands for which node.
-        graph: where to build; the outputs' own graph if None.
-    """
+    """Return `outputs` with other nodes for some, rebuilt (and simplified at birth) in `graph`, else their own."""
     if not outputs:
         return []
     target = graph or outputs[0].graph

@@ -63,12 +63,7 @@ class Ungrouped(Workspace):
 
 
 def skipped(equations: Equations, requests: Sequence[str]) -> tuple[Skipped, ...]:
-    """Return the skip report of a scene.
-
-    Args:
-        equations: from `formulate`.
-        requests: what they were asked for by, in the same order.
-    """
+    """Return the skip report of equations from `formulate`, and of what they were asked for by, in the same order."""
     scene = equations.scene
     chosen = {request: f.formulation for request, f in zip(requests, equations.functions, strict=True)}
     on = _counts(equations)

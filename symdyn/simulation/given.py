@@ -29,13 +29,9 @@ NOTHING = 1e-9
 
 
 def closed_start(numbers: Numbers, q: Array, given: Sequence[int], moved: Sequence[int]) -> tuple[Assembly, list[str]]:
-    """Return a closed position and what a user should know of it.
+    """Return a closed position next to q and what a user should know of it.
 
-    Args:
-        numbers: the mechanism.
-        q: coordinates to begin with, shape (nq,).
-        given: those that the user gives.
-        moved: velocities that have a prescribed motion.
+    The user gives some coordinates; velocities that are `moved` have a prescribed motion.
 
     Raises:
         SimulateError: a coordinate that could be chosen freely has a value that the loops do not reach.
@@ -93,12 +89,7 @@ def closed_rates(
 ) -> tuple[Array, list[str]]:
     """Return velocities that the rows allow at a closed position, and what a user should know of them.
 
-    Args:
-        numbers: the mechanism.
-        q: the position, shape (nq,).
-        u: velocities, of which those that the scene declares, that are given or prescribed count; shape (nv,).
-        given: those that the user gives.
-        moved: those that have a prescribed motion.
+    Of u, shape (nv,), those count that the scene declares, the user gives or a prescribed motion has.
 
     Raises:
         DerivationError: the given velocities contradict each other.

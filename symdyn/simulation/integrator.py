@@ -47,13 +47,7 @@ class Choice:
 
 
 def choose(system: StateEquations, x: Array, until: float, asked: str | None = None) -> Choice:
-    """Return the integrator for a system.
-
-    Args:
-        system: the equations.
-        x: state at the start.
-        until: time of the end, s.
-        asked: a key of `METHODS`, upper or lower case; None chooses.
+    """Return the integrator for a system that starts at x: the one of `METHODS` that was asked for, or that fits.
 
     Raises:
         SimulateError: there is no such method, it does not apply, or its library is missing.

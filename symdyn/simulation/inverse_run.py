@@ -18,7 +18,6 @@ from symdyn.algebra.numeric import Array
 from symdyn.dynamics.loops.assembly import off_planes
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.dynamics.mechanism.state import quaternions
-from symdyn.dynamics.roads.equations import Function, arguments
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, tangents
@@ -27,7 +26,14 @@ from symdyn.scene import Scene, bind, spell, velocity_name
 from symdyn.scene.joints.start import starting_position
 from symdyn.scene.units import velocity_units
 from symdyn.scene.values.table import Faults
-from symdyn.simulation.equations.compiled_routines import Compiled, compiled, compiled_once, point_names, points
+from symdyn.simulation.equations.compiled_routines import (
+    Compiled,
+    compiled,
+    compiled_once,
+    function_of,
+    point_names,
+    points,
+)
 from symdyn.simulation.equations.decisions import written_decisions
 from symdyn.simulation.equations.opened import Opened, numbers_at, opened
 from symdyn.simulation.followed import Followed, Tied, followed
@@ -137,11 +143,7 @@ def _followed(
 
 
 def _finite(scene: Scene, t: Array, q: Array, u: Array, tau: Array, stopped: str) -> tuple[int, str]:
-    """Return how many rows have forces, and what is said where they end.
-
-    Raises:
-        SimulateError: not even the first has.
-    """
+    """Return how many rows have forces, and what is said where they end; SimulateError where not even the first has."""
     none = np.argwhere(~np.isfinite(tau))
     if not len(none):
         return len(tau), stopped
@@ -240,13 +242,9 @@ def _compiled(scene: Opened) -> Compiled:
     columns = [tangents(w.state.rates, {u: w.graph.one}) for u in w.state.qd]
     H = [column[k] for k in range(len(w.state.q)) for column in columns]
     turned = tangents(w.state.rates, w.state.velocity)  # Ḣ u
-    shape = (len(w.state.q), w.state.n)
-    functions += [points(w), _function(w, "kinematics", H, shape), _function(w, "turning", turned, shape[:1])]
+    kinematics = replace(function_of(w, "kinematics", H, ("q", "qd")), shape=(len(w.state.q), w.state.n))
+    functions += [points(w), kinematics, function_of(w, "turning", turned, ("q", "qd"))]
     return compiled(w.scene, w.graph, functions)
-
-
-def _function(w: Workspace, name: str, entries: Sequence[Any], shape: tuple[int, ...]) -> Function:
-    return Function(name, name, arguments(w, ("q", "qd")), "out", shape, tuple(entries), "", "")
 
 
 def _velocities(

@@ -48,14 +48,7 @@ def integrated(
     progress: Callable[[float], None] | None = None,
     say: Callable[[str], None] | None = None,
 ) -> Run:
-    """Return what an integrator finds.
-
-    Args:
-        problem: what is integrated.
-        method: by what.
-        progress: called with the share that is done.
-        say: told how long it will take, where that is long.
-    """
+    """Return what an integrator finds; `progress` hears the share that is done, `say` how long a long run takes."""
     pieces: list[Piece] = []
     stopped, outlook = END, Outlook(problem.until, say)
     begin = ready = time.perf_counter()

@@ -20,15 +20,7 @@ from symdyn.spatial import dot
 
 
 def valueless(scene: Scene, forces: Forces, t: float, q: Array, u: Array) -> str:
-    """Return what has no value at a time and a state, "" where all has one.
-
-    Args:
-        scene: the mechanism, its parameters bound.
-        forces: what drives it.
-        t: time, s.
-        q: coordinates, shape (nq,).
-        u: velocities, shape (nv,).
-    """
+    """Return what has no value at a time, s, and a state, shapes (nq,) and (nv,); "" where all has one."""
     graph = Graph()
     values = dict(zip(map(graph.symbol, scene.coordinates), q.tolist(), strict=True))
     values |= dict(zip(map(graph.symbol, scene.velocities), u.tolist(), strict=True))

@@ -14,11 +14,10 @@ from typing import Any
 
 from symdyn.algebra.big import BigFloats
 from symdyn.algebra.degree import Bound, bound
-from symdyn.algebra.elimination import Field
 from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime, needs
 from symdyn.algebra.running_error import Bounded, RunningErrors
 from symdyn.errors import VerifyError
-from symdyn.graph import FUNCTIONS, Expr, Op, linear_form, reachable
+from symdyn.graph import FUNCTIONS, Algebra, Expr, Op, linear_form, reachable
 from symdyn.verify.points import MAX_DRAWS, FieldPoints, NumberPoints, field_values
 from symdyn.verify.roots import conjugated, independent, radicands
 
@@ -49,7 +48,7 @@ class Claim:
     right: tuple[Expr, ...]
 
     def compared(
-        self, left: list[Any], right: list[Any], field: Field, zero: Any, weigh: Callable[[Any], Any]
+        self, left: list[Any], right: list[Any], field: Algebra[Any], zero: Any, weigh: Callable[[Any], Any]
     ) -> tuple[list[Any], list[Any]]:
         """Return what must be equal at one place, for the values of both sides there, numbers of a field.
 

@@ -17,7 +17,7 @@ from math import lgamma, log
 from typing import Any
 
 from symdyn.algebra.degree import Bound
-from symdyn.algebra.elimination import Field, eliminate
+from symdyn.algebra.elimination import eliminate
 from symdyn.dynamics import Workspace
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import vector
@@ -28,7 +28,7 @@ from symdyn.dynamics.reactions.least import equations, wrench_rows
 from symdyn.dynamics.reactions.members import acting, own_forces
 from symdyn.dynamics.reactions.ties import Tie, sizes, ties, undriven
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, substitute, tangents
+from symdyn.graph import Algebra, Expr, substitute, tangents
 from symdyn.spatial import (
     Inertia,
     Transform,
@@ -68,7 +68,7 @@ class Solvable(Claim):
     unknowns: int = 0
 
     def compared(
-        self, left: list[Any], right: list[Any], field: Field, zero: Any, weigh: Callable[[Any], Any]
+        self, left: list[Any], right: list[Any], field: Algebra[Any], zero: Any, weigh: Callable[[Any], Any]
     ) -> tuple[list[Any], list[Any]]:
         """Return what is left of b when A is eliminated, and zeros; see `Claim.compared`."""
         rows: list[dict[int, Any]] = [{} for _ in range(1 + max((r for r, _ in self.places), default=-1))]

@@ -42,12 +42,8 @@ ROUNDS = 3
 def optimise(function: Function, passes: Sequence[str] = DEFAULT) -> Function:
     """Return `function` after the passes, its entries on a graph of their own; the arguments stay where they were.
 
-    Args:
-        function: what to rewrite.
-        passes: keys of `PASSES`.
-
     Raises:
-        DerivationError: there is no such pass.
+        DerivationError: there is no such pass in `PASSES`.
     """
     unknown = [name for name in passes if name not in PASSES]
     if unknown:

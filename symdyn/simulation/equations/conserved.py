@@ -62,12 +62,9 @@ class Candidates:
 
 
 def candidates(w: Workspace, accelerations: Sequence[Expr], tabulated: bool) -> Candidates:
-    """Return name and formula of every momentum that may be conserved; none for closed scenes.
+    """Return name and formula of every momentum that may be conserved; none of closed scenes or under tables.
 
-    Args:
-        w: the scene.
-        accelerations: u̇ in terms of q, u and t, shape (nv,).
-        tabulated: whether some driving force is a table, which has no formula.
+    `accelerations` are u̇ in terms of q, u and t, shape (nv,).
     """
     scene, state = w.scene, w.state
     if scene.is_closed or tabulated or not state.n:

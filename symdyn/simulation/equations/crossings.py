@@ -71,13 +71,7 @@ class Limit:
 
 
 def limits_of(scene: Scene, graph: Graph, drives: Sequence[Expr]) -> list[Limit]:
-    """Return the limits that the joints of a scene declare.
-
-    Args:
-        scene: the mechanism, its parameters bound.
-        graph: where to write.
-        drives: driving force of every velocity, on that graph.
-    """
+    """Return the limits that joints declare and a state can pass, for the driving force of every velocity."""
     velocities, found = list(scene.velocities), []
     for joint in scene.joints:
         given, rates = joint.limits, joint_rates(joint, graph)
@@ -116,13 +110,7 @@ def _number(scene: Scene, quantity: Quantity) -> str:
 
 
 def passed(words: str, beyond_at_start: bool, times: Sequence[float]) -> str:
-    """Return what is said of a limit, "" where a run kept it.
-
-    Args:
-        words: of the limit.
-        beyond_at_start: whether the run began beyond it.
-        times: of its passages, out and in by turns.
-    """
+    """Return what is said of a limit, passed out and in by turns at some times; "" where a run kept it."""
     out = [*([0.0] if beyond_at_start else []), *times[1 if beyond_at_start else 0 :: 2]]
     if not out:
         return ""

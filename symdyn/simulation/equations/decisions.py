@@ -51,13 +51,9 @@ class WrittenDecisions:
 
 
 WORDS = {
-    "kept": "redundant rows",
-    "empty": "redundant rows",
-    "redundant": "redundant rows",
-    "partition": "independent velocities",
-    "fails": "independent velocities",
+    **dict.fromkeys(("kept", "empty", "redundant", "loose"), "redundant rows"),
+    **dict.fromkeys(("partition", "fails"), "independent velocities"),
     "driven": "what the drives determine",
-    "loose": "redundant rows",
     "linear": "loops in proportion",
 }
 
@@ -91,13 +87,7 @@ AWAY, STEPS = 0.03, 4
 
 
 def hold(decisions: WrittenDecisions, numbers: Numbers, q: Array) -> bool:
-    """Tell whether decisions made for other values hold for sure where a mechanism starts; False where they may not.
-
-    Args:
-        decisions: about a mechanism of the same form.
-        numbers: it, at its values.
-        q: where it starts.
-    """
+    """Tell whether decisions made for other values hold for sure where a mechanism starts; False if they may not."""
     partition, length = decisions.partition, decisions.length
     if partition is None or decisions.linear is not None:
         return False

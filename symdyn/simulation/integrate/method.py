@@ -156,11 +156,8 @@ Resume = Callable[[float, Array], None]
 def follow(problem: Problem, steps: Iterator[Step], resume: Resume, slack: float = 1.0) -> Iterator[Piece]:
     """Yield a piece a step: its samples, events by bisection on its interpolant, and projection at its end.
 
-    Args:
-        problem: what is integrated.
-        steps: the steps, each made when it is asked for.
-        resume: goes on from another state than that of the last step, which a projection has moved.
-        slack: how many times its limit a projection waits for; multistep methods lose their past when they resume.
+    Steps are made when they are asked for. They `resume` from another state than that of the last one where a
+    projection has moved it, which waits for `slack` times its limit: multistep methods lose their past then.
     """
     events, pace = Watch(problem), Pace(problem)
     seen = 0

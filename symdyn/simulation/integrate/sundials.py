@@ -88,15 +88,7 @@ def _followed(
     whole: Callable[[float, Array], tuple[Array, ...]],
     count: Callable[[], int],
 ) -> Iterator[Piece]:
-    """Yield the pieces of a solver's steps.
-
-    Args:
-        problem: what is integrated.
-        solver: of CVODE or IDA.
-        title: its name.
-        whole: the solver's own state at time and state of the problem, which is the first part of it.
-        count: evaluations so far.
-    """
+    """Yield the pieces of a solver's steps; `whole` makes its own state, whose first part is the problem's."""
     size = len(problem.x)
     solver.init_step(0.0, *whole(0.0, problem.x))
 

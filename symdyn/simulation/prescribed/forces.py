@@ -142,11 +142,7 @@ def _from_table(
     tables: dict[int, Callable[[Array], Array]],
     faults: Faults,
 ) -> list[int]:
-    """Add the columns of a table that are called like drives; without any, those called like coordinates.
-
-    Returns:
-        The velocities whose forces they are.
-    """
+    """Add the columns of a table that are called like drives, else like coordinates; return their velocities."""
     found: list[int] = []
     drives = {drive: k for k, drive in enumerate(scene.drives) if drive}
     wanted = [name for name in table.values if name in drives] or [name for name in table.values if name in places]

@@ -84,13 +84,7 @@ def close(faults: Faults) -> None:
 
 
 def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
-    """Return name and text of every `name=text`, in order.
-
-    Args:
-        entries: words of a command line.
-        what: the option that they belong to.
-        faults: where what is no such word is reported.
-    """
+    """Return name and text of every `name=text` in order; what is none is a fault of the option `what`."""
     found: dict[str, str] = {}
     for entry in entries:
         name, equals, text = (piece.strip() for piece in entry.partition("="))

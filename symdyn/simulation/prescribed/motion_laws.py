@@ -62,14 +62,7 @@ class Law:
 
 
 def read_law(text: str, values: Mapping[str, Quantity], where: str, faults: Faults) -> Law | None:
-    """Return the law that a text says, None after a fault.
-
-    Args:
-        text: as in the module's legend.
-        values: of the parameters.
-        where: for messages.
-        faults: where they are collected.
-    """
+    """Return the law that a text of the module's legend says, at values of the parameters; None after a fault."""
     name, bracket, rest = text.strip().partition("(")
     if bracket and name.strip() in LAWS and _closes_last(rest):
         return _named(name.strip(), rest.strip()[:-1], text, values, where, faults)

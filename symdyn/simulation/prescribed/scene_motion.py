@@ -136,13 +136,7 @@ def listed(entries: object, table: str) -> tuple[str, ...]:
 def split_entries(
     entries: Sequence[str], table: str, faults: Faults
 ) -> tuple[list[tuple[str, str, str]], list[Columns]]:
-    """Return what words and .toml files say as (where, name, text), and the tables in .csv files.
-
-    Args:
-        entries: words of a command line.
-        table: of the TOML file, and the option for messages.
-        faults: where they are collected.
-    """
+    """Return what words and .toml files say as (where, name, text), and tables of .csv files; `table` is the option."""
     texts: list[tuple[str, str, str]] = []
     tables: list[Columns] = []
     plain: list[str] = []
