@@ -58,7 +58,7 @@ def free_body(
         drawn.append(Item(f"cut-{hinge.joint.name}", title, 2, np.zeros(1), (dot("joint", at, seen.size * 0.6),)))
         labels.append(Label(f"label-joint-{hinge.joint.name}", words(hinge.joint.name), at, seen.size))
     for row in scene.contacts:
-        if row.name in found.touches and body in (row.plane.body, row.place.body):
+        if body in (row.plane.body, row.place.body):
             at = seen.flat(pushes(row, found)[0][None])
             spot = dot("joint", at, seen.size * 0.6)
             drawn.append(Item(f"cut-{row.name}", f"contact {row.name}", 2, np.zeros(1), (spot,)))
@@ -110,8 +110,7 @@ def acting_on(
         if body in (hinge.joint.parent, hinge.joint.child):
             acting += _transmitted(hinge, body)
     for row in scene.contacts:
-        if row.name in found.touches:
-            acting += _pushed(row, body, found)
+        acting += _pushed(row, body, found)
     return tuple(acting)
 
 
@@ -143,7 +142,7 @@ def _closer(view: View, alone: Places, scene: Scene, body: str) -> View:
     ends = [_cut(hinge, body)[0] for hinge in alone.hinges] + ([] if placed.com is None else [placed.com[0]])
     ends += [at[0] for at in spots(scene, alone, body)]
     for row in scene.contacts:
-        if row.name in alone.touches and body in (row.plane.body, row.place.body):
+        if body in (row.plane.body, row.place.body):
             ends.append(pushes(row, alone)[0])
         if row.name in alone.wheels and row.place.body == body:
             centre, _, radius = alone.wheels[row.name]

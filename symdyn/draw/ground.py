@@ -119,7 +119,7 @@ def patches(scene: Scene, found: Places) -> list[tuple[Contact, Array]]:
     """Return every plane by the first row that is about it, with the corners of what is drawn, shape (N, 4, 3)."""
     rows_of: dict[object, list[Contact]] = {}
     for row in scene.contacts:
-        if row.name in found.touches and found.touches[row.name].drawn:
+        if found.touches[row.name].drawn:
             rows_of.setdefault(row.plane, []).append(row)
     corners = []
     for rows in rows_of.values():

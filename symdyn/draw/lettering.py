@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from dataclasses import dataclass
+from itertools import groupby
 
 from symdyn.emit.escape import in_html
 from symdyn.emit.print.printed_names import print_name
@@ -117,7 +118,8 @@ def from_latex(latex: str) -> Text:
         slanted = "i" if not face and len(text) == 1 and text.isalpha() and not _capital(text) else ""
         runs.append(Run(text + ahead, (face or slanted).replace("r", ""), level_ahead or level))
         ahead, level_ahead = "", 0
-    return Text(_merged(runs))
+    alike = groupby(runs, lambda run: (run.face, run.level))
+    return Text(tuple(Run("".join(run.text for run in group), face, level) for (face, level), group in alike))
 
 
 def _letter(command: str) -> str:
@@ -131,14 +133,6 @@ def _letter(command: str) -> str:
 def _capital(letter: str) -> bool:
     """Return whether it is a Greek capital, which is upright."""
     return letter.isupper() and "GREEK" in unicodedata.name(letter, "")
-
-
-def _merged(runs: list[Run]) -> tuple[Run, ...]:
-    merged: list[Run] = []
-    for run in runs:
-        alike = bool(merged) and (merged[-1].face, merged[-1].level) == (run.face, run.level)
-        merged.append(Run(merged.pop().text + run.text, run.face, run.level) if alike else run)
-    return tuple(merged)
 
 
 def _wide(run: Run) -> float:

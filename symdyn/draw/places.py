@@ -22,7 +22,7 @@ from symdyn.scene import FORCES, GROUND, JOINTS, Body, Contact, Element, Joint, 
 from symdyn.scene.forces.contact import in_plane
 from symdyn.scene.forces.force_kind import Rim
 from symdyn.scene.joints import JointMotion, blocks
-from symdyn.spatial import Transform, Vec, apply, unit_transform
+from symdyn.spatial import Transform, apply, unit_transform
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -160,7 +160,10 @@ def places(scene: Scene, q: Array, parameters: Mapping[str, float]) -> Places:
         raise DrawError(f"{scene.name}: positions have shape {q.shape}; give (N, {len(scene.coordinates)}): {names}")
     graph = Graph()
     wanted = drawn(scene, graph)
-    values = _symbols(scene, graph, q, parameters)
+    known: dict[str, Any] = dict.fromkeys(("t", *scene.velocities), np.float64(0))
+    known |= dict(zip(scene.coordinates, q.T, strict=True))
+    known |= {name: np.float64(value) for name, value in parameters.items()}
+    values = {graph.symbol(name): value for name, value in known.items()}
     entries = [entry for group in wanted.values() for entry in group]
     unknown = [node for node in reachable(entries) if node.op is Op.SYMBOL and node not in values]
     assert not unknown, f"the scene's check lets no unknown symbol {unknown} through"
@@ -212,9 +215,9 @@ def _element(one: Element, placed: Mapping[str, Transform], graph: Graph) -> dic
         if isinstance(FORCES[one.kind].mark, Rim):
             wanted["radius", one] = (express(one.radius, graph),)
         if one.axis:
-            wanted["axis", one] = _turned(placed[one.place.body], vector(one.axis, graph))
+            wanted["axis", one] = apply(placed[one.place.body].R, vector(one.axis, graph))
         T, normal = placed[one.plane.body], blocks.unit(one.plane.normal, graph)
-        wanted |= {("normal", one): _turned(T, normal), ("along", one): _turned(T, in_plane(normal))}
+        wanted |= {("normal", one): apply(T.R, normal), ("along", one): apply(T.R, in_plane(normal))}
         wanted["plane", one] = T.point(vector(one.plane.at, graph))
     return wanted
 
@@ -244,10 +247,10 @@ def _joint(joint: Joint, closes: bool, placed: Mapping[str, Transform], graph: G
     at = fixed
     for k, move in enumerate((_anywhere if closes else joint_motion)(joint, graph).moves):
         at = at @ move.before
-        wanted["move", name, k, move.slides] = _turned(at, move.axis)
+        wanted["move", name, k, move.slides] = apply(at.R, move.axis)
         if joint.coordinates and not move.amount.is_zero:
             named = str(move.amount.value) if move.amount.op is Op.SYMBOL else ""
-            wanted["step", name, k, move.slides, named] = (move.amount, *at.p, *_turned(at, move.axis))
+            wanted["step", name, k, move.slides, named] = (move.amount, *at.p, *apply(at.R, move.axis))
         at = at @ move.placement
     return wanted
 
@@ -259,21 +262,8 @@ def _anywhere(joint: Joint, graph: Graph) -> JointMotion:
     return kind.motion(joint, graph, q, (graph.zero,) * len(kind.velocities(joint)))
 
 
-def _turned(T: Transform, axis: Vec) -> Vec:
-    end = T.point(axis)
-    return (end[0] - T.p[0], end[1] - T.p[1], end[2] - T.p[2])
-
-
 def _flat(T: Transform) -> tuple[Expr, ...]:
     return (*T.R[0], *T.R[1], *T.R[2], *T.p)
-
-
-def _symbols(scene: Scene, graph: Graph, q: Array, parameters: Mapping[str, float]) -> dict[Expr, Array]:
-    """Return values of all symbols that a scene knows, constant ones of shape ()."""
-    values: dict[Expr, Any] = {graph.symbol("t"): np.float64(0)}
-    values |= {graph.symbol(name): np.float64(0) for name in scene.velocities}
-    values |= {graph.symbol(name): q[:, k] for k, name in enumerate(scene.coordinates)}
-    return values | {graph.symbol(name): np.float64(value) for name, value in parameters.items()}
 
 
 def _gathered(scene: Scene, graph: Graph, arrays: Mapping[Key, Array], count: int) -> Places:

@@ -14,6 +14,9 @@ from symdyn.verify.equality import PROVED, UNDEFINED
 MOST = 12  # differences told
 LONGEST = 600  # characters of a formula that is told
 
+SAID = {ROUNDED: "digits", HOLDS: "holds", UNDEFINED: "undefined", EMPTY: "empty"}
+"""Verdicts that one sentence tells."""
+
 SENTENCES: Mapping[str, Mapping[str, str]] = {
     "en": {
         "right": "{name}: right",
@@ -92,6 +95,8 @@ def in_words(answer: Answer, language: str = "en") -> list[str]:
     """Return an answer as lines: the verdict, then one indented line a difference."""
     say = SENTENCES[language]
     name = _named(answer.name, say)
+    if answer.verdict in SAID:
+        return [say[SAID[answer.verdict]].format(name=name)]
     if answer.right:
         if answer.shifted is not None:
             return [say["shifted"].format(name=name, shift=text_of(answer.shifted))]
@@ -99,14 +104,8 @@ def in_words(answer: Answer, language: str = "en") -> list[str]:
             return [say["valued"].format(name=name, symbols=", ".join(answer.valued))]
         if answer.scaled:
             return [say["scaled"].format(name=name)]
-        if answer.verdict in (ROUNDED, HOLDS):
-            return [say["digits" if answer.verdict == ROUNDED else "holds"].format(name=name)]
         how = say["proved"].format(log=f"{answer.error_log10:.0f}") if answer.verdict == PROVED else say["numerical"]
         return [say["right"].format(name=name) + how]
-    if answer.verdict == UNDEFINED:
-        return [say["undefined"].format(name=name)]
-    if answer.verdict == EMPTY:
-        return [say["empty"].format(name=name)]
     if answer.forgotten:
         return [say["forgotten"].format(name=name, q=answer.forgotten)]
     if answer.turned:

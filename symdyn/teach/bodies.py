@@ -16,7 +16,7 @@ from symdyn.emit.print.letters import body_number, head
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr
-from symdyn.spatial import Mat, Vec, apply, cross, sub, zero_vector
+from symdyn.spatial import apply, cross, sub, zero_vector
 from symdyn.teach.balance import Balance, Cut
 from symdyn.teach.document import ERRATA, Block, Box, Fold, Formula, Letter, Matrix, Picture, Step, Words
 from symdyn.teach.mathematics import equals, letter
@@ -110,8 +110,8 @@ def _frame(lesson: Balance, j: int, one: Cut) -> Step:
     """Return P_0j and r̃_0j, which take a bivector to the ground."""
     body, index = lesson.scene.bodies[j].name, numbered(0, j)
     blocks = (
-        _folded(lesson, _square(lesson, Letter("P", index), one.P, "5.4")),
-        _folded(lesson, _square(lesson, Letter("r", index, accent="tilde"), one.r, "5.2")),
+        _matrix(lesson, Letter("P", index), one.P, "5.4"),
+        _matrix(lesson, Letter("r", index, accent="tilde"), one.r, "5.2"),
     )
     claim = lesson.say("frame", body=body, number=str(body_number(j)))
     return Step(f"frame:{body}", claim, blocks, _once(lesson, j, "frame.reason"), "(5.2)-(5.5)", "full")
@@ -121,34 +121,25 @@ def _motion(lesson: Balance, j: int, one: Cut) -> Step:
     """Return what the inertia forces are made of."""
     body, index, here = lesson.scene.bodies[j].name, numbered(0, j), numbered(body_number(j), j)
     blocks = (
-        _folded(lesson, _vector(lesson, Letter("omega", index, accent="bar"), one.w, "")),
-        _folded(lesson, _square(lesson, Letter("I", here), one.I, "5.15")),
-        _folded(lesson, _vector(lesson, Letter("F", index, above="D", accent="bar"), one.F, "5.11")),
-        _folded(lesson, _vector(lesson, Letter("F", here, above="*D", accent="bar"), one.F_star, "5.16")),
+        _matrix(lesson, Letter("omega", index, accent="bar"), [[x] for x in one.w], ""),
+        _matrix(lesson, Letter("I", here), one.I, "5.15"),
+        _matrix(lesson, Letter("F", index, above="D", accent="bar"), [[x] for x in one.F], "5.11"),
+        _matrix(lesson, Letter("F", here, above="*D", accent="bar"), [[x] for x in one.F_star], "5.16"),
     )
     claim, reason = lesson.say("moved", body=body), _once(lesson, j, "moved.reason")
     return Step(f"moved:{body}", claim, blocks, reason, "(5.11)-(5.16)", "full")
 
 
-def _vector(lesson: Balance, look: Letter, entries: Vec, number: str) -> Matrix:
-    return _matrix(lesson, look, entries, [(axis,) for axis in "xyz"], number, 1)
-
-
-def _square(lesson: Balance, look: Letter, entries: Mat, number: str) -> Matrix:
-    places = [(f"{r}{c}",) for r in "123" for c in "123"]
-    return _matrix(lesson, look, [x for row in entries for x in row], places, number, 3)
-
-
-def _matrix(
-    lesson: Balance, look: Letter, entries: Sequence[Expr], places: Sequence[tuple[str, ...]], number: str, width: int
-) -> Matrix:
-    """Return a matrix of the graph, with a name for each entry."""
+def _matrix(lesson: Balance, look: Letter, rows: Sequence[Sequence[Expr]], number: str) -> Block:
+    """Return a matrix of the graph, or a column of x, y and z, with a name for each entry."""
+    entries, width = [x for row in rows for x in row], len(rows[0])
+    places = list("xyz") if width == 1 else [f"{r}{c}" for r in "123" for c in "123"]
     left, names = f"{look.letter}{look.above}{look.accent}:{','.join(look.index)}", []
     lesson.called(left, look)
     for place, node in zip(places, entries, strict=True):
-        names.append(f"{left}:{''.join(place)}")
-        lesson.called(names[-1], Letter(look.letter, (*look.index, *place), above=look.above), node)
-    return Matrix(left, tuple(map(lesson.short, entries)), tuple(names), number, width)
+        names.append(f"{left}:{place}")
+        lesson.called(names[-1], Letter(look.letter, (*look.index, place), above=look.above), node)
+    return _folded(lesson, Matrix(left, tuple(map(lesson.short, entries)), tuple(names), number, width))
 
 
 # Where the text is wrong
@@ -167,11 +158,8 @@ def _errata(lesson: Balance, behind: str, numbers: Sequence[str]) -> Step:
 def _misread(lesson: Balance, chosen: Chosen) -> int:
     """Return the first body for which (5.16) of the text changes the moment, else the first with a mass."""
     with_mass = [j for j, one in enumerate(lesson.cuts) if one is not None]
-    for j in with_mass:
-        wrong, right = _moments(lesson, j, chosen)
-        if wrong != right:
-            return j
-    return with_mass[0] if with_mass else -1
+    changed = (j for j in with_mass if len(set(_moments(lesson, j, chosen))) > 1)
+    return next(changed, with_mass[0] if with_mass else -1)
 
 
 def _moments(lesson: Balance, j: int, chosen: Chosen) -> tuple[str, str]:
@@ -207,15 +195,16 @@ def _bivectors(lesson: Balance, j: int) -> list[Step]:
     body, system, here = lesson.scene.bodies[j].name, lesson.system, numbered(body_number(j), j)
     known = system.bodies[j]
     columns = [
-        _known(lesson, "A", here, lesson.kept(known.action), "5.1"),
-        _known(lesson, "D", here, lesson.kept(known.inertia), "5.17"),
+        _bivector(lesson, kind, here, [(lesson.short(x), x) for x in lesson.kept(entries)], number)
+        for kind, entries, number in (("A", known.action, "5.1"), ("D", known.inertia, "5.17"))
     ]
     for h, hinge in enumerate(system.hanging.hinges):
         own = h == j
         present = [u for u, one in enumerate(system.unknowns) if (j, u) in system.blocks and one.acts[0][0] == h]
         if present:
             index = here if own else (str(body_number(j)), hinge.joint.name)
-            columns.append(_reaction(lesson, ("R" if own else "*R", index), j, present, "5.6" if own else "5.10"))
+            kind, number = ("R", "5.6") if own else ("*R", "5.10")
+            columns.append(_bivector(lesson, kind, index, _exerted(lesson, j, present), number))
     balance: list[Block] = []
     for row in range(len(lesson.axes)):
         parts = [Symbol(column.names[row]) for column in columns if column.entries[row] != ZERO]
@@ -228,15 +217,8 @@ def _bivectors(lesson: Balance, j: int) -> list[Step]:
     return [bivectors, Step(f"balance:{body}", claim, tuple(balance), reason, "(5.18)")]
 
 
-def _known(lesson: Balance, kind: str, index: tuple[str, ...], entries: Sequence[Expr], number: str) -> Matrix:
-    forms = tuple(lesson.short(entry) for entry in entries)
-    return _named(lesson, (kind, index), list(zip(forms, entries, strict=True)), number)
-
-
-def _reaction(
-    lesson: Balance, look: tuple[str, tuple[str, ...]], j: int, present: Sequence[int], number: str
-) -> Matrix:
-    """Return what the unknowns of one joint exert on body j."""
+def _exerted(lesson: Balance, j: int, present: Sequence[int]) -> list[tuple[Form, Expr]]:
+    """Return what the unknowns of one joint exert on body j, as forms and as nodes."""
     columns = [lesson.kept(lesson.system.blocks[j, u]) for u in present]
     sizes = [lesson.unknowns[u] for u in present]
     entries = []
@@ -245,13 +227,12 @@ def _reaction(
         values = [lesson.names[size.name].node for size in sizes]
         node = lesson.graph.total(x * value for x, value in zip(row, values, strict=True) if value is not None)
         entries.append((form, node))
-    return _named(lesson, look, entries, number)
+    return entries
 
 
-def _named(
-    lesson: Balance, look: tuple[str, tuple[str, ...]], entries: Sequence[tuple[Form, Expr]], number: str
+def _bivector(
+    lesson: Balance, kind: str, index: tuple[str, ...], entries: Sequence[tuple[Form, Expr]], number: str
 ) -> Matrix:
-    kind, index = look
     names = []
     for (F, axis), (_, node) in zip(lesson.axes, entries, strict=True):
         key = f"{F}{kind}:{','.join(index)}:{axis}"

@@ -14,6 +14,7 @@ from symdyn.algebra.form import (
     Symbol,
     express_form,
     factors_of,
+    forms_in,
     power_of,
     product_of,
     split_sign,
@@ -141,11 +142,7 @@ def _identity(lesson: Lesson, sines: Form, short: Form) -> Words:
 
 
 def _angles(form: Form) -> set[Form]:
-    if isinstance(form, Function):
-        return {form.args[0]}
-    parts = getattr(form, "terms", None) or getattr(form, "factors", None) or ()
-    base = getattr(form, "base", None)
-    return {angle for part in (*parts, *((base,) if base is not None else ())) for angle in _angles(part)}
+    return {one.args[0] for one in forms_in(form) if isinstance(one, Function)}
 
 
 def _spinning(lesson: Lesson, mass: Mass, spin: Expr) -> Step:

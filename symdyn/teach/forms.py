@@ -21,6 +21,8 @@ from symdyn.algebra.form import (
     Sum,
     Symbol,
     factors_of,
+    forms_in,
+    parts_of,
     power_of,
     product_of,
     sum_of,
@@ -72,11 +74,7 @@ def _spread(outer: Form, inner: Form) -> Form:
 
 def has_sine(form: Form) -> bool:
     """Tell whether a sine or cosine stands in a form."""
-    if isinstance(form, Function):
-        return form.op in (Op.SIN, Op.COS) or any(map(has_sine, form.args))
-    if isinstance(form, (Sum, Product)):
-        return any(map(has_sine, form.terms if isinstance(form, Sum) else form.factors))
-    return isinstance(form, Power) and has_sine(form.base)
+    return any(isinstance(one, Function) and one.op in (Op.SIN, Op.COS) for one in forms_in(form))
 
 
 MOST_PRODUCTS = 20_000
@@ -177,10 +175,8 @@ def _place(item: tuple[Form, int]) -> tuple[int, str]:
 
 def is_rate(form: Form) -> bool:
     """Tell whether a form is a velocity, or a power, a product or a sum of such."""
-    if isinstance(form, Power):
-        return is_rate(form.base)
-    if isinstance(form, Sum):
-        return all(map(is_rate, form.terms))
+    if isinstance(form, (Sum, Power)):
+        return all(map(is_rate, parts_of(form)))
     if isinstance(form, Product):
         return any(map(is_rate, form.factors))
     return isinstance(form, Symbol) and form.name.endswith("_dot")

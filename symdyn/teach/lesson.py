@@ -230,9 +230,6 @@ def named(node: Expr) -> Symbol:
     return Symbol(str(node.value))
 
 
-def together(forms: list[Form]) -> Words:
+def together(forms: Sequence[Form]) -> Words:
     """Return forms in a row, commas between."""
-    parts: list[str | Form] = []
-    for form in forms:
-        parts += [", ", form] if parts else [form]
-    return Words(tuple(parts))
+    return Words(tuple(part for form in forms for part in (", ", form))[1:])

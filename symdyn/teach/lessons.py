@@ -72,11 +72,9 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     lesson.numbers = numbers_for(lesson)
     found = lesson.masses
     chosen = choose_state(lesson.scene, lesson.state, lesson.graph)
+    shown = scene_step(lesson, scene_picture(lesson, chosen))
     sections = [
-        lesson.section(
-            "scene",
-            [scene_step(lesson, scene_picture(lesson, chosen)), *acting_steps(lesson), notation_step(lesson)],
-        ),
+        lesson.section("scene", [shown, *acting_steps(lesson), notation_step(lesson)]),
         lesson.section("positions", position_steps(lesson, found)),
         lesson.section("velocities", velocity_steps(lesson, found)),
     ]
@@ -91,9 +89,9 @@ def lagrange_walkthrough(scene: Scene, language: str = "en", until: str = "numbe
     if last >= 3:
         steps = coefficient_steps(lesson, page)
         meanings = meaning_steps(lesson, page, found)
-        shown = weights_picture(lesson, chosen, found)
-        if shown is not None:
-            meanings = _with_picture(meanings, shown)
+        weights = weights_picture(lesson, chosen, found)
+        if weights is not None:
+            meanings = _with_picture(meanings, weights)
         sections.append(lesson.section("coefficients", [*steps, *meanings]))
     if last >= 4:
         steps = number_steps(lesson, page, chosen)
@@ -134,10 +132,7 @@ def dalembert_walkthrough(scene: Scene, language: str = "en", until: str = "road
     chosen = choose_motion(lesson)
     shown = scene_step(lesson, scene_picture(lesson, chosen))
     first = [shown, *acting_steps(lesson), notation_step(lesson), _unknown_table(lesson)]
-    sections = [
-        lesson.section("scene", first),
-        lesson.section("count", [_count(lesson), *loop_steps(lesson)]),
-    ]
+    sections = [lesson.section("scene", first), lesson.section("count", [_count(lesson), *loop_steps(lesson)])]
     last = STAGES.index(until)
     if last >= 1:
         steps = [step for j in range(len(lesson.scene.bodies)) for step in body_steps(lesson, j, chosen)]

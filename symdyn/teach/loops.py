@@ -22,7 +22,7 @@ from symdyn.graph import Expr, evaluate, tangents
 from symdyn.scene import JOINTS
 from symdyn.teach.balance import Balance
 from symdyn.teach.document import Block, Formula, Step, Words
-from symdyn.teach.rows import points_apart
+from symdyn.teach.rows import keeps_points, points_apart
 from symdyn.teach.velocities import folded
 
 IN_A_PLANE = 3  # equations of a body
@@ -62,9 +62,9 @@ def loop_steps(lesson: Balance) -> list[Step]:
 
 def _is_point(lesson: Balance, hinge: Hinge) -> bool:
     """Whether all that a joint does is to keep two points together."""
-    kind = JOINTS.get(hinge.joint.type)  # a contact has none
-    if kind is None or not kind.pins(hinge.joint):
+    if not keeps_points(hinge):
         return False
+    kind = JOINTS[hinge.joint.type]
     planar = len(lesson.system.kept) == IN_A_PLANE
     return kind.class_t(hinge.joint) == 3 or (planar and kind.velocities(hinge.joint) == ("rad",))
 

@@ -2,24 +2,13 @@
 
 from __future__ import annotations
 
-from symdyn.algebra.form import (
-    MINUS_ONE,
-    Form,
-    Power,
-    Symbol,
-    express_form,
-    factors_of,
-    product_of,
-    signed_product,
-    sum_of,
-    terms_of,
-)
+from symdyn.algebra.form import MINUS_ONE, Form, Symbol, express_form, product_of, signed_product, sum_of, terms_of
 from symdyn.draw import Wrench, picture
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.mechanism.state import vector
 from symdyn.emit.print.letters import head
 from symdyn.emit.print.printable import Printable
-from symdyn.graph import tangents
+from symdyn.graph import Expr, tangents
 from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.teach.balance import Balance
 from symdyn.teach.document import Bar, Block, Formula, Name, Picture, Shares, Step
@@ -64,22 +53,15 @@ def _values(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:
 
 def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
     """Return the bar chart of one equation, solved for the drive: products of coefficient and rates, other forces."""
-    state = lesson.state
-    by_name = {str(x.value): x for x in (*state.qd, *state.qdd)}
-    labels, values = [], []
+    terms: list[tuple[Form, Expr]] = []
     for c in page.rows[i]:
-        if c.vanishes:
-            continue
-        key = coefficient_key(c)
-        factor = 1.0
-        for name, exponent in _rates(c.rate):
-            factor *= chosen.values[by_name[name]] ** exponent
-        (value,) = chosen.of(node_of(lesson, key))
-        labels.append(product_of((Symbol(key), c.rate)))
-        values.append(value * factor)
+        if not c.vanishes:
+            key = coefficient_key(c)
+            value = node_of(lesson, key) * express_form(c.rate, lesson.graph)
+            terms.append((product_of((Symbol(key), c.rate)), value))
     for force in _others(lesson, page, i):
-        labels.append(product_of((MINUS_ONE, force)))
-        values.append(-chosen.of(express_form(force, lesson.graph))[0])
+        terms.append((product_of((MINUS_ONE, force)), -express_form(force, lesson.graph)))
+    labels, values = [label for label, _ in terms], chosen.of(*(value for _, value in terms))
     whole = sum(map(abs, values)) or 1.0
     bars = tuple(Bar(label, value, abs(value) / whole) for label, value in zip(labels, values, strict=True))
     slides = [unit == "m" for unit in velocity_units(lesson.scene)]
@@ -87,7 +69,7 @@ def _torque(lesson: Lesson, page: Printable, chosen: Chosen, i: int) -> Step:
     caption = lesson.say("shares", total=total)
     block = Shares(caption, total, sum(values), unit, bars)
     key = "torque" if lesson.scene.drives[i] else "torque.passive"
-    claim = lesson.say(key, total=total, value=f"{equals(sum(values))} {unit}", q=named(state.q[i]))
+    claim = lesson.say(key, total=total, value=f"{equals(sum(values))} {unit}", q=named(lesson.state.q[i]))
     return Step(f"torque:{i + 1}", claim, (block,))
 
 
@@ -104,16 +86,6 @@ def _others(lesson: Lesson, page: Printable, i: int) -> list[Form]:
     """Return what acts beside the drive: friction, damping, loads; terms of Q_i."""
     drive = lesson.scene.drives[i]
     return [term for term in terms_of(page.right[i]) if drive is None or term != Symbol(drive)]
-
-
-def _rates(rate: Form) -> list[tuple[str, int]]:
-    """Return (name, exponent) of every factor of a rate."""
-    found = []
-    for part in factors_of(rate):
-        base, exponent = (part.base, part.exponent) if isinstance(part, Power) else (part, 1)
-        if isinstance(base, Symbol):
-            found.append((base.name, exponent))
-    return found
 
 
 def power_step(lesson: Lesson, page: Printable, chosen: Chosen) -> Step:

@@ -89,8 +89,7 @@ def ground_rows(scene: Scene, level: str) -> list[Row]:
     placed = body_placements(scene, w.graph)
     found = []
     for hinge in w.hanging.loops:
-        kind = JOINTS.get(hinge.joint.type)  # a contact has none
-        if kind is None or not kind.pins(hinge.joint):
+        if not keeps_points(hinge):
             continue
         entries = points_apart(hinge, placed)
         if level != LEVELS[0]:
@@ -103,6 +102,12 @@ def ground_rows(scene: Scene, level: str) -> list[Row]:
             if not x.is_zero
         ]
     return found
+
+
+def keeps_points(hinge: Hinge) -> bool:
+    """Whether a joint keeps two points together."""
+    kind = JOINTS.get(hinge.joint.type)  # a contact has none
+    return kind is not None and kind.pins(hinge.joint)
 
 
 def points_apart(hinge: Hinge, placed: Mapping[str, Transform]) -> list[Expr]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from symdyn.algebra.form import ZERO, Form, Symbol, terms_of
+from symdyn.algebra.form import ZERO, Form, Function, Power, Product, Sum, Symbol, parts_of, terms_of
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, tangents
 from symdyn.scene import Body
@@ -130,15 +130,11 @@ def length(form: Form) -> int:
 def _length(form: Form, known: dict[int, int]) -> int:
     """Return the same; `known` holds it by identity, since long forms have most of their parts in common."""
     if id(form) not in known:
-        terms, factors, base = (getattr(form, part, None) for part in ("terms", "factors", "base"))
-        if terms is not None:
-            found = sum(_length(part, known) for part in terms)
-        elif factors is not None:
-            inner = [part for part in factors if getattr(part, "terms", None) or hasattr(part, "base")]
-            found = max(1, sum(_length(part, known) for part in inner))
-        else:
-            found = _length(base, known) if base is not None else 1
-        known[id(form)] = found
+        parts = () if isinstance(form, Function) else parts_of(form)
+        if isinstance(form, Product):
+            parts = tuple(part for part in parts if isinstance(part, (Sum, Power)))
+        least = 0 if isinstance(form, Sum) else 1
+        known[id(form)] = max(least, sum(_length(part, known) for part in parts))
     return known[id(form)]
 
 

@@ -132,10 +132,6 @@ def _data(scene: Scene, computed: Live, seen: View, sentences: Mapping[str, str]
         "marks": [[m.kind, list(m.rows), m.body, words(m.text).svg() if m.text else ""] for m in computed.marks],
         "points": list(computed.points),
         "gravity": computed.gravity,
-        "view": [_rounded(axis) for axis in (seen.right, seen.up, seen.toward)],
+        "view": (np.round([seen.right, seen.up, seen.toward], 9) + 0.0).tolist(),
         "words": {key: sentences[key] for key in ("play", "pause", "lost", "open", "point")},
     }
-
-
-def _rounded(axis: Any) -> list[float]:
-    return [float(x) for x in np.round(axis, 9) + 0.0]

@@ -14,6 +14,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
+import numpy as np
+
 from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.loops.partition import Block, driven_velocities
 from symdyn.dynamics.loops.reduction import Reduction, multipliers, solve_square
@@ -108,8 +110,6 @@ def _moved(w: Workspace, closing: Sequence[Block]) -> dict[int, int]:
 
 def _left_alone(w: Workspace, blocks: Sequence[Block]) -> set[int]:
     """Return the coordinates that no step of these blocks moves; none without blocks."""
-    import numpy as np
-
     numbers, decisions = w.loops.numbers, w.loops.decisions
     at = np.array(decisions.assembly.typical)
     G = numbers.jacobian(at)[list(decisions.kept)]
