@@ -17,7 +17,7 @@ from symdyn.scene import Joint, Scene, read
 from symdyn.scene.values.formula import parse as formula
 from symdyn.scene.values.table import Faults
 from symdyn.simulation import METHODS, SceneMotion, Trajectory, inverse, read_forces, read_motion, simulate
-from symdyn.simulation.equations.slopes import differences
+from symdyn.simulation.equations.implicit import differences
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.initial import read_start
 from symdyn.simulation.integrate import importable

@@ -12,9 +12,8 @@ from mechanisms import jointed
 import symdyn
 from symdyn import scene
 from symdyn.algebra.balls import FUNCTIONS_OF_BALLS
-from symdyn.algebra.big import BigFloats
+from symdyn.algebra.big import SLOPES, BigFloats
 from symdyn.algebra.numeric import Batches, Floats
-from symdyn.algebra.running_error import SLOPES
 from symdyn.draw.joint_symbols import PARTS
 from symdyn.dynamics.mechanism.cost import CATEGORY
 from symdyn.emit import TARGETS

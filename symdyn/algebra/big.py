@@ -1,8 +1,20 @@
-"""mpmath numbers of any precision: the oracle that generated code is measured against."""
+"""mpmath numbers of any precision: the oracle that generated code is measured against, and how far that may be off.
+
+Running error analysis is every value with a bound of the error that rounding each operation once may leave in it.
+
+    z = x ± y    err z = err x + err y + u |z|
+    z = x y      err z = |y| err x + |x| err y + u |z|
+    z = x / y    err z = (err x + |z| err y) / |y| + u |z|
+    z = f(x)     err z = |f'(x)| err x + v |z|
+
+to first order in the unit roundoff u; functions of a library have a bound v of their own. Reference: Higham, Accuracy
+and Stability of Numerical Algorithms (2002), section 3.3.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -54,3 +66,79 @@ class BigFloats(Arithmetic):
     def number(self, value: float | str) -> Any:
         """Return a float exactly, or a decimal string to the context's precision."""
         return self.context.mpf(value)
+
+
+@dataclass(frozen=True)
+class Bounded:
+    """A value, and a bound of the error of the same computation in the analysed arithmetic."""
+
+    value: Any
+    error: Any
+
+
+SLOPES: dict[Op, Callable[..., tuple[Any, ...]]] = {  # z = f(x, …)  ->  (|dz/dx|, …)
+    Op.SIN: lambda c, z, x: (abs(c.cos(x)),),
+    Op.COS: lambda c, z, x: (abs(c.sin(x)),),
+    Op.SQRT: lambda c, z, x: (abs(1 / (2 * z)) if z else c.inf,),
+    Op.EXP: lambda c, z, x: (abs(z),),
+    Op.LOG: lambda c, z, x: (abs(1 / x),),
+    Op.TANH: lambda c, z, x: (abs(1 - z * z),),
+    Op.ABS: lambda c, z, x: (1,),
+    Op.SIGN: lambda c, z, x: (0,),
+    Op.ATAN2: lambda c, z, y, x: (abs(x / (x * x + y * y)), abs(y / (x * x + y * y))),
+}
+
+
+class RunningErrors:
+    """Big floats that know how far a shorter arithmetic may be off."""
+
+    def __init__(self, numbers: BigFloats, roundoff: Any, function_roundoff: Any) -> None:
+        """Analyse an arithmetic over exact enough numbers, by the roundoffs u of an operation and v of a function."""
+        self.numbers = numbers
+        self.u = numbers.context.mpf(roundoff)
+        self.v = numbers.context.mpf(function_roundoff)
+
+    def exact(self, value: Any) -> Bounded:
+        """Return an input that carries no error."""
+        return Bounded(value, 0)
+
+    def constant(self, value: Fraction) -> Bounded:
+        """Return a constant, rounded once."""
+        return self._rounded(self.numbers.constant(value), 0)
+
+    def pi(self) -> Bounded:
+        """Return π, rounded once."""
+        return self._rounded(self.numbers.pi(), 0)
+
+    def add(self, a: Bounded, b: Bounded) -> Bounded:
+        """Return a + b."""
+        return self._rounded(a.value + b.value, a.error + b.error)
+
+    def sub(self, a: Bounded, b: Bounded) -> Bounded:
+        """Return a - b."""
+        return self._rounded(a.value - b.value, a.error + b.error)
+
+    def mul(self, a: Bounded, b: Bounded) -> Bounded:
+        """Return a b."""
+        return self._rounded(a.value * b.value, abs(b.value) * a.error + abs(a.value) * b.error)
+
+    def div(self, a: Bounded, b: Bounded) -> Bounded:
+        """Return a / b; raise ZeroDivisionError where b may be zero for all that is known of it."""
+        if abs(b.value) <= b.error:
+            raise ZeroDivisionError("a divisor is all rounding error")
+        value = a.value / b.value
+        return self._rounded(value, (a.error + abs(value) * b.error) / abs(b.value))
+
+    def neg(self, a: Bounded) -> Bounded:
+        """Return -a, which rounds nothing."""
+        return Bounded(-a.value, a.error)
+
+    def function(self, node: Expr, args: Sequence[Bounded]) -> Bounded:
+        """Return node.op(args)."""
+        value = self.numbers.function(node, [arg.value for arg in args])
+        slopes = SLOPES[node.op](self.numbers.context, value, *(arg.value for arg in args))
+        carried = sum(slope * arg.error for slope, arg in zip(slopes, args, strict=True) if arg.error)
+        return Bounded(value, carried + self.v * abs(value))
+
+    def _rounded(self, value: Any, carried: Any) -> Bounded:
+        return Bounded(value, carried + self.u * abs(value))

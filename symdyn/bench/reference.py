@@ -27,8 +27,8 @@ import numpy.typing as npt
 from flint import arb_mat
 
 from symdyn.algebra.balls import Balls
+from symdyn.algebra.big import Bounded, RunningErrors
 from symdyn.algebra.numeric import Floats
-from symdyn.algebra.running_error import Bounded, RunningErrors
 from symdyn.dynamics import Function, row_of
 from symdyn.dynamics.mechanism.prescribed import has_motion
 from symdyn.errors import DerivationError

@@ -10,6 +10,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array, Floats
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.mechanism.prescribed import TIME, prescribed
+from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.errors import DerivationError, SimulateError
 from symdyn.graph import Graph, evaluate, substitute
 from symdyn.scene import Scene, express, velocity_name
@@ -85,13 +86,15 @@ def read_start(
                 faults.add("start rates", f"{name} has a prescribed motion, which says how it starts")
     numbers = numbers_at(scene)
     _prescribe(scene, q, u, given_q, faults)
-    for group, part in _quaternions(scene).items():
+    names = list(scene.coordinates)
+    parts = {", ".join(one): slice(names.index(one[0]), names.index(one[0]) + 4) for one in quaternions(scene)}
+    for group, part in parts.items():
         if not np.linalg.norm(q[part]) > 0:
             faults.add("start", f"the quaternion ({group}) has length zero; (1, 0, 0, 0) is no rotation")
     close(faults)
     notes = [
         f"start: the quaternion ({group}) has length {np.linalg.norm(q[part]):.6g}; it was divided by that"
-        for group, part in _quaternions(scene).items()
+        for group, part in parts.items()
         if abs(np.linalg.norm(q[part]) - 1.0) > CONSISTENT
     ]
     q = numbers.normalised(q)
@@ -124,14 +127,6 @@ def _index(name: str, names: Sequence[str], where: str, faults: Faults) -> int |
 def _value(text: str, values: Mapping[str, object], where: str, faults: Faults) -> float | None:
     formula = read_formula(text, values, where, faults)
     return None if formula is None else number_of(formula, values, where, faults)  # type: ignore[arg-type]
-
-
-def _quaternions(scene: Scene) -> dict[str, slice]:
-    from symdyn.dynamics.mechanism.state import quaternions
-
-    names = list(scene.coordinates)
-    groups = quaternions(scene)
-    return {", ".join(group): slice(names.index(group[0]), names.index(group[0]) + 4) for group in groups}
 
 
 def _prescribe(scene: Scene, q: Array, u: Array, given: Sequence[int], faults: Faults) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.errors import SimulateError
 from symdyn.scene.values.names import suggestion
-from symdyn.simulation.equations.slopes import differences
+from symdyn.simulation.equations.implicit import differences
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate import METHODS, Method, importable
 from symdyn.simulation.integrate.heyoka_expressions import overlooks, refuses, size

@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.big import BigFloats
-from symdyn.algebra.running_error import Bounded, RunningErrors
+from symdyn.algebra.big import BigFloats, Bounded, RunningErrors
 from symdyn.dynamics import Argument, Function
 from symdyn.graph import Expr, evaluate
 from symdyn.program import Program

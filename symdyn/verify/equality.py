@@ -12,10 +12,9 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from symdyn.algebra.big import BigFloats
+from symdyn.algebra.big import BigFloats, Bounded, RunningErrors
 from symdyn.algebra.degree import Bound, bound
 from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime, needs
-from symdyn.algebra.running_error import Bounded, RunningErrors
 from symdyn.errors import VerifyError
 from symdyn.graph import FUNCTIONS, Algebra, Expr, Op, linear_form, reachable
 from symdyn.verify.points import MAX_DRAWS, FieldPoints, NumberPoints, field_values

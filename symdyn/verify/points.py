@@ -6,8 +6,8 @@ import random
 from collections.abc import Collection, Sequence
 from typing import Any
 
+from symdyn.algebra.big import Bounded, RunningErrors
 from symdyn.algebra.finite_field import FiniteField, Needs, evaluate_over_field
-from symdyn.algebra.running_error import Bounded, RunningErrors
 from symdyn.graph import Expr, Op, evaluate, reachable
 
 MAX_DRAWS = 200

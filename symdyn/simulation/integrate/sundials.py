@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.simulation.equations.implicit import Implicit
-from symdyn.simulation.equations.slopes import slopes
+from symdyn.simulation.equations.implicit import Implicit, slopes
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem, Step, follow
 
