@@ -132,22 +132,17 @@ def _joint(table: Table, joint: Joint, nq: int, nv: int, follows: bool) -> Joint
     if JOINTS[kind].names_coordinates:
         _refuse(table, ("mimic",), f"a {kind} joint")
     data, dry = _friction(table, kind, len(speeds))
-    joint = replace(
-        joint,
-        armature=_armature(table),
-        damping=table.quantity("damping"),
-        friction=data,
-        dry=dry,
-        limits=_limits(table),
-    )
+    said: dict[str, Any] = {"armature": _armature(table), "damping": table.quantity("damping")}
+    said |= {"friction": data, "dry": dry, "limits": _limits(table)}
     if follows:
-        return joint
+        return replace(joint, **said)
     coordinates = _coordinates(table, kind, len(units), nq)
-    joint = replace(
-        joint, coordinates=coordinates, velocities=_velocities(joint, coordinates), forces=_forces(table, kind, speeds)
-    )
     return replace(
         joint,
+        **said,
+        coordinates=coordinates,
+        velocities=_velocities(joint, coordinates),
+        forces=_forces(table, kind, speeds),
         drives=_drives(table, kind, len(speeds), nv),
         start=_numbers(table, "start", len(units), f"a {kind} joint has {len(units)} coordinates"),
         start_rates=_numbers(table, "start_rates", len(speeds), f"a {kind} joint has {len(speeds)} velocities"),

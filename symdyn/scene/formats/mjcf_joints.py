@@ -90,8 +90,11 @@ class Joints:
     def follow(
         self, follower: int, leader: int, data: Sequence[float], where: str, found: dict[int, dict[str, object]]
     ) -> None:
-        """Collect the coupling of two joints, with a note."""
-        found[follower] = self.coupling(follower, leader, data)
+        """Collect the coupling q₁ - ref₁ = a₀ + a₁ (q₂ - ref₂) of two joints as ratio and offset, with a note."""
+        ratio = quantity(float(data[1]))
+        start = folding.neg(folding.mul(ratio, self.reference(leader)))
+        offset = plus(plus(self.reference(follower), start), quantity(float(data[0])))
+        found[follower] = {"joint": self.names[leader], "ratio": ratio, "offset": offset}
         names = f"{self.names[follower]} follows {self.names[leader]}"
         self.faults.note(where, f"{names} without give here; MuJoCo's constraint is soft")
 
@@ -107,14 +110,15 @@ class Joints:
         places: list[tuple[Step, ...]]
         if model.eq_objtype[i] == self.mujoco.mjtObj.mjOBJ_SITE:
             places = [
-                (*shift(self.doubles.vector(model.site_pos[k])), *self.turn(model.site_quat[k], where)) for k in ends
+                (*shift(self.doubles.vector(model.site_pos[k])), *self.doubles.rotation(model.site_quat[k], where))
+                for k in ends
             ]
             ends = [int(model.site_bodyid[k]) for k in ends]
         else:
             first, second = (data[3:6], data[0:3]) if weld else (data[0:3], data[3:6])
             places = [shift(self.doubles.vector(first)), shift(self.doubles.vector(second))]
             if weld:
-                places[0] = (*places[0], *self.turn(data[6:10], where))
+                places[0] = (*places[0], *self.doubles.rotation(data[6:10], where))
         self.faults.note(where, "closes a loop without give here; MuJoCo's constraint is soft")
         table = {
             "type": "fixed" if weld else "spherical",
@@ -125,17 +129,6 @@ class Joints:
         }
         name = self.model.equality(i).name or f"loop{i + 1}"
         return Entry(printable_names([name], "loop")[name], table, where)
-
-    def turn(self, quaternion: Sequence[float], where: str) -> tuple[Step, ...]:
-        """Return a rotation as steps."""
-        return self.doubles.rotation(quaternion, where)
-
-    def coupling(self, follower: int, leader: int, data: Sequence[float]) -> dict[str, object]:
-        """Return q₁ - ref₁ = a₀ + a₁ (q₂ - ref₂) as ratio and offset."""
-        ratio = quantity(float(data[1]))
-        start = folding.neg(folding.mul(ratio, self.reference(leader)))
-        offset = plus(plus(self.reference(follower), start), quantity(float(data[0])))
-        return {"joint": self.names[leader], "ratio": ratio, "offset": offset}
 
     def table(self, j: int, place: Sequence[Step]) -> dict[str, object]:
         """Return the table of a joint and collect its spring.

@@ -36,21 +36,18 @@ def check_meshes(needed: Sequence[tuple[str, Sequence[Path]]], faults: Faults) -
     """
     total = 0
     for body, paths in needed:
-        path = next((path for path in paths if is_file(path)), None)
-        if path is None:
-            what = f"takes its inertia from the mesh {show(_shown(paths[0], faults))}, and there is no such file"
-            faults.add(body, f"{what}; put it there, or {INSTEAD}")
+        path = next((path for path in paths if is_file(path)), paths[0])
+        takes = f"takes its inertia from the mesh {show(_shown(path, faults))}"
+        if not is_file(path):
+            faults.add(body, f"{takes}, and there is no such file; put it there, or {INSTEAD}")
         elif path.suffix.lower() not in ENDINGS:
-            what = (
-                f"takes its inertia from the mesh {show(_shown(path, faults))}, which is none of {', '.join(ENDINGS)}"
-            )
-            faults.add(body, f"{what}; convert it, or {INSTEAD}")
+            faults.add(body, f"{takes}, which is none of {', '.join(ENDINGS)}; convert it, or {INSTEAD}")
         else:
             size = path.stat().st_size
             total += size
             if size > LARGEST_MESH:
-                what = f"takes its inertia from the mesh {show(_shown(path, faults))} of {size >> 20} MB"
-                faults.add(body, f"{what}; {LARGEST_MESH >> 20} are the most that is read; {INSTEAD}")
+                most = f"{LARGEST_MESH >> 20} are the most that is read"
+                faults.add(body, f"{takes} of {size >> 20} MB; {most}; {INSTEAD}")
     if total > MOST_IN_ALL:
         what = f"the meshes that bodies take their inertia from have {total >> 20} MB together"
         faults.add("", f"{what}; {MOST_IN_ALL >> 20} are the most that is read; give bodies <inertial> instead")

@@ -7,6 +7,7 @@ was read, read and written again, is the same text.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from decimal import Context, Decimal, Inexact
 from fractions import Fraction
 
 from symdyn.scene.declaration.body_table import INERTIA_KEYS
@@ -25,6 +26,8 @@ STRAIGHT = ("Tx", "Ty", "Tz", "Rz", "Ry", "Rx")  # the steps of { xyz, rpy }, in
 LONGEST_NUMBER = 40  # digits; what is longer is written as a fraction in quotes
 LONGEST_ZEROS = 5
 LONGEST_INTEGER = 19  # digits; TOML promises 64 bits
+
+EXACT = Context(prec=LONGEST_NUMBER, traps=[Inexact])
 
 
 def write_text(scene: Scene) -> Written:
@@ -220,26 +223,16 @@ def _number(quantity: Quantity) -> str:
 
 def decimal(value: Fraction) -> str | None:
     """Return a fraction as a decimal, exactly; None if it has none of at most `LONGEST_NUMBER` digits."""
-    twos = (value.denominator & -value.denominator).bit_length() - 1
-    rest, fives = value.denominator >> twos, 0
-    while rest % 5 == 0:
-        rest, fives = rest // 5, fives + 1
-    places = max(twos, fives)
-    if rest != 1:
+    try:
+        exact = EXACT.normalize(EXACT.divide(Decimal(value.numerator), Decimal(value.denominator)))
+    except Inexact:
         return None
-    digits = str(abs(value.numerator) * 10**places // value.denominator)
-    significant = digits.rstrip("0") or "0"
-    if len(significant) > LONGEST_NUMBER:
-        return None
-    sign = "-" if value < 0 else ""
-    exponent = len(digits) - places - 1  # of the first digit
-    if exponent < -LONGEST_ZEROS or len(digits) - len(significant) > 2 * LONGEST_ZEROS:
-        mantissa = f"{significant[0]}.{significant[1:]}".rstrip(".")
-        return f"{sign}{mantissa}e{exponent}"
-    padded = digits.rjust(places + 1, "0")
-    if places:
-        return f"{sign}{padded[:-places]}.{padded[-places:]}"
-    return f"{sign}{digits}" if len(digits) < LONGEST_INTEGER else None
+    sign, digits, zeros = exact.as_tuple()
+    assert isinstance(zeros, int), "a quotient of whole numbers is finite"
+    if exact.adjusted() < -LONGEST_ZEROS or zeros > 2 * LONGEST_ZEROS:
+        mantissa = f"{digits[0]}.{''.join(map(str, digits[1:]))}".rstrip(".")
+        return f"{'-' * sign}{mantissa}e{exact.adjusted()}"
+    return None if zeros >= 0 and exact.adjusted() + 1 >= LONGEST_INTEGER else f"{exact:f}"
 
 
 def _text(text: str) -> str:

@@ -44,7 +44,7 @@ TYPES = {
 }
 
 SEVERAL = ("floating", "planar")
-"""Joints of several coordinates."""
+"""Joints of several coordinates, which nothing drives."""
 
 X_AXIS: Vector = (ONE, ZERO, ZERO)
 
@@ -219,7 +219,9 @@ class _Robot:
             },
         }
         dynamics = joint.first("dynamics")
-        losses = {} if dynamics is None else self._losses(where, dynamics)
+        losses: dict[str, object] = {}
+        if dynamics is not None:
+            losses = {key: self.attributes.number(where, dynamics, key) for key in ("damping", "friction")}
         if not freedoms(Entry(name, table, where)):
             for key in ("damping", "friction"):
                 if losses.get(key, ZERO) != ZERO:
@@ -230,7 +232,9 @@ class _Robot:
         if AXIS in JOINTS[kind].keys:
             table["axis"] = self.attributes.vector(where, joint.first("axis"), "xyz", X_AXIS)
         if joint.attributes.get("type") in SEVERAL:
-            self._several(name, joint)
+            for tag in ("limit", "mimic"):
+                if joint.first(tag) is not None:
+                    self._note(f"{tag} of a joint with several coordinates is left out", name)
             return table | losses | {"drive": False}
         table.update(losses)
         if losses.get("damping", ZERO) != ZERO:
@@ -240,12 +244,6 @@ class _Robot:
         if mimic is not None:
             table["mimic"] = self._mimic(where, joint, mimic)
         return table
-
-    def _several(self, name: str, joint: Element) -> None:
-        """Note what is left out of a joint with several coordinates, which nothing drives."""
-        for tag in ("limit", "mimic"):
-            if joint.first(tag) is not None:
-                self._note(f"{tag} of a joint with several coordinates is left out", name)
 
     def _type(self, where: str, joint: Element) -> str:
         given = self.attributes.text(where, joint, "type", f"write one of {', '.join(TYPES)}")
@@ -264,9 +262,6 @@ class _Robot:
             self.faults.add(where, f"<{key}> link={show(link)} is not a link; {suggestion(link, self.body_name)}")
             return ""
         return self.body_name[link]
-
-    def _losses(self, where: str, dynamics: Element) -> dict[str, object]:
-        return {key: self.attributes.number(where, dynamics, key) for key in ("damping", "friction")}
 
     def _limits(self, where: str, joint: Element) -> dict[str, Quantity]:
         limit, kind = joint.first("limit"), joint.attributes.get("type")

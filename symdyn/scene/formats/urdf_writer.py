@@ -17,7 +17,7 @@ from symdyn.scene.declaration.files import Written, lost_words
 from symdyn.scene.formats.inertias import possible
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, xyz_rpy
-from symdyn.scene.formats.urdf import TYPES, UNLIMITED
+from symdyn.scene.formats.urdf import INERTIA, TYPES, UNLIMITED
 from symdyn.scene.joints import AXIS, JOINTS, ORIENTATION
 from symdyn.scene.values.model import GROUND, STANDARD_GRAVITY, Body, Joint, Pose, Scene
 from symdyn.scene.values.names import listed
@@ -25,8 +25,6 @@ from symdyn.scene.values.physical import central_inertia
 from symdyn.scene.values.quantity import ZERO, Quantity
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.value import Value, value_of
-
-INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 KINDS = {ours: next(word for word in TYPES if TYPES[word] == ours) for ours in dict.fromkeys(TYPES.values())}
 
