@@ -74,7 +74,9 @@ def _named(scene: Scene, what: str, names: Names) -> Scene:
     if what != "inertia":
         scene = _placed(scene, names)
     if what == "all":
-        scene = replace(_acted_on(scene, names), gravity=_gravity(scene.gravity, names))
+        joints = tuple(_damper(joint, k, names) for k, joint in enumerate(scene.joints, start=1))
+        elements = _elements(scene, "forces", names)
+        scene = replace(scene, joints=joints, elements=elements, gravity=_gravity(scene.gravity, names))
     return scene
 
 
@@ -96,15 +98,6 @@ def _placed(scene: Scene, names: Names) -> Scene:
         ),
         loops=tuple(joint(one, f"_o{k}") for k, one in enumerate(scene.loops, start=1)),
         elements=_elements(scene, "geometry", names),
-    )
-
-
-def _acted_on(scene: Scene, names: Names) -> Scene:
-    """Return the scene with the numbers of its loads named."""
-    return replace(
-        scene,
-        joints=tuple(_damper(joint, k, names) for k, joint in enumerate(scene.joints, start=1)),
-        elements=_elements(scene, "forces", names),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from symdyn.scene.checks.draft import CLOCK, KINDS, Draft, Use, uses
 from symdyn.scene.forces import FORCES
 from symdyn.scene.values.grammar import check_latex
-from symdyn.scene.values.model import GROUND, Scene, acceleration_name
+from symdyn.scene.values.model import GROUND, acceleration_name
 from symdyn.scene.values.names import check_name, suggestion
 from symdyn.scene.values.table import Faults, show, shown
 
@@ -51,7 +51,9 @@ def _claim(faults: Faults, taken: dict[str, str], where: str, key: str, name: st
 def check_symbols(draft: Draft, faults: Faults) -> None:
     """Report symbols that are no parameters, where coordinates, velocities or the time may not stand."""
     parameters = {parameter.name: None for parameter in draft.scene.parameters}
-    motion = dict.fromkeys(_motion_names(draft.scene))
+    motion = dict.fromkeys(draft.scene.coordinates)
+    for velocity in draft.scene.velocities:
+        motion |= {velocity: None, acceleration_name(velocity): None}
     for use in uses(draft):
         for name in use.quantity.symbols:
             if name not in parameters and name not in use.allowed:
@@ -65,11 +67,3 @@ def _why(name: str, use: Use, parameters: dict[str, None], motion: dict[str, Non
         return f"uses {name}, which moves; only the force of a joint, loads and rows may depend on what moves"
     known = [*parameters, *(other for other in motion if other in use.allowed)]
     return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known)})"
-
-
-def _motion_names(scene: Scene) -> list[str]:
-    names: list[str] = []
-    names += scene.coordinates
-    for velocity in scene.velocities:
-        names += [velocity, acceleration_name(velocity)]
-    return names

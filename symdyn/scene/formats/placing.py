@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from decimal import Context, Decimal
+from decimal import Context, Decimal, Inexact
 from fractions import Fraction
 
 from symdyn.graph import Graph, Op, linear_form
@@ -21,7 +21,9 @@ from symdyn.scene.values.turns import circular
 from symdyn.scene.values.value import Value, value_of
 
 MOST_DIGITS = 40
-"""A decimal longer than this is written as the nearest double."""
+"""A decimal longer than this is written as the nearest double, or as a fraction."""
+
+EXACT = Context(prec=MOST_DIGITS, traps=[Inexact])
 
 NEARLY_ZERO = 1e-14
 """Cosine of the pitch below which roll and yaw turn about one axis, so that the roll may be zero."""
@@ -31,12 +33,22 @@ Rows = list[list[Value]]
 
 def decimal_text(value: Value) -> str:
     """Return a number as a decimal: exact where it terminates within `MOST_DIGITS`, else the nearest double."""
-    if isinstance(value, Fraction) and not _without_twos_and_fives(value.denominator) > 1:
-        exact = Context(prec=MOST_DIGITS).divide(Decimal(value.numerator), Decimal(value.denominator))
-        if Fraction(exact) == value:
-            plain = f"{exact.normalize():f}" if Fraction(1, 10**9) <= abs(value) < 10**15 else str(exact.normalize())
-            return plain if value else "0"
+    if isinstance(value, Fraction):
+        try:
+            exact = exact_decimal(value)
+        except Inexact:
+            return repr(float(value)).removesuffix(".0")
+        return f"{exact:f}" if Fraction(1, 10**9) <= abs(value) < 10**15 else str(exact)
     return repr(float(value)).removesuffix(".0")
+
+
+def exact_decimal(value: Fraction) -> Decimal:
+    """Return a fraction as a decimal without zeros behind it.
+
+    Raises:
+        Inexact: it has none of at most `MOST_DIGITS` digits.
+    """
+    return EXACT.normalize(EXACT.divide(Decimal(value.numerator), Decimal(value.denominator)))
 
 
 def angle_text(value: Value) -> str:
@@ -125,10 +137,3 @@ def _rpy(R: Rows) -> list[Value]:
 
 def _turn(s: float, c: float) -> Value:
     return math.atan2(s, c) if s else (Fraction(0) if c > 0 else math.pi)
-
-
-def _without_twos_and_fives(n: int) -> int:
-    for prime in (2, 5):
-        while n % prime == 0:
-            n //= prime
-    return n

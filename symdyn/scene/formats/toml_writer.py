@@ -7,14 +7,16 @@ was read, read and written again, is the same text.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from decimal import Context, Decimal, Inexact
+from decimal import Inexact
 from fractions import Fraction
+from itertools import chain
 
 from symdyn.scene.declaration.body_table import INERTIA_KEYS
 from symdyn.scene.declaration.files import Written
 from symdyn.scene.declaration.joint_table import LIMIT_KEYS
 from symdyn.scene.forces import place_of, table_of
 from symdyn.scene.forces.force_kind import Scope
+from symdyn.scene.formats.placing import exact_decimal
 from symdyn.scene.joints import JOINTS
 from symdyn.scene.values.model import STANDARD_GRAVITY, Body, Coupling, Joint, Parameter, Point, Pose, Scene
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector
@@ -23,11 +25,8 @@ from symdyn.scene.values.table import compose
 
 STRAIGHT = ("Tx", "Ty", "Tz", "Rz", "Ry", "Rx")  # the steps of { xyz, rpy }, in their order
 
-LONGEST_NUMBER = 40  # digits; what is longer is written as a fraction in quotes
 LONGEST_ZEROS = 5
 LONGEST_INTEGER = 19  # digits; TOML promises 64 bits
-
-EXACT = Context(prec=LONGEST_NUMBER, traps=[Inexact])
 
 
 def write_text(scene: Scene) -> Written:
@@ -40,7 +39,7 @@ def write_text(scene: Scene) -> Written:
         blocks.append(_block(f"joints.{joint.name}", _joint(joint, nq, nv, leaders)))
         nq, nv = nq + len(joint.coordinates), nv + len(joint.rates)
     blocks += [_block(f"points.{point.name}", _point(point)) for point in scene.points]
-    blocks += [_block("[loop]", _loop(joint)) for joint in scene.loops]
+    blocks += [_block("[loop]", chain([("name", _text(joint.name))], _placed(joint))) for joint in scene.loops]
     scope = Scope({}, scene.gravity, scene.parameters)
     blocks += [_block(place_of(one), _said(table_of(one, scope))) for one in scene.elements]
     return Written("\n".join(blocks))
@@ -156,11 +155,6 @@ def _drives(joint: Joint, nv: int) -> Iterator[tuple[str, str]]:
         yield from _one_or_more("drive", "drives", [_text(name) if name else "false" for name in joint.drives])
 
 
-def _loop(joint: Joint) -> Iterator[tuple[str, str]]:
-    yield "name", _text(joint.name)
-    yield from _placed(joint)
-
-
 def _said(table: Mapping[str, object]) -> Iterator[tuple[str, str]]:
     """Return the keys of a table and what they say."""
     yield from ((key, _value(value)) for key, value in table.items())
@@ -222,9 +216,9 @@ def _number(quantity: Quantity) -> str:
 
 
 def decimal(value: Fraction) -> str | None:
-    """Return a fraction as a decimal, exactly; None if it has none of at most `LONGEST_NUMBER` digits."""
+    """Return a fraction as a decimal, exactly; None if it has none of at most `MOST_DIGITS` digits."""
     try:
-        exact = EXACT.normalize(EXACT.divide(Decimal(value.numerator), Decimal(value.denominator)))
+        exact = exact_decimal(value)
     except Inexact:
         return None
     sign, digits, zeros = exact.as_tuple()
