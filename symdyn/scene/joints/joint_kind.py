@@ -202,7 +202,8 @@ class JointKind:
 
     def ball(self, joint: Joint) -> bool:
         """Tell whether a joint is any rotation about a point, at which a rotor may be alike about all axes."""
-        return len(self.velocities(joint)) == 3 and self.pins(joint)
+        turns = self.velocities(joint) == ("rad",) * 3  # asked first: an axis, which no ball has, is not checked yet
+        return turns and self.pins(joint)
 
     def class_t(self, joint: Joint) -> int:
         """Return how many of the six relative freedoms the joint takes away (the textbook's connection of class t)."""
