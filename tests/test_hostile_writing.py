@@ -107,7 +107,7 @@ def test_files_lie_in_their_folder_and_nowhere_else(tmp_path: Path) -> None:
 
 WRITES = {"write_bytes", "replace", "rename", "mkstemp", "NamedTemporaryFile", "TemporaryDirectory", "savetxt"}
 OWN = {  # beside the cache of compiled code, in build/
-    "emit/files.py": "the one place",
+    "emit/writing.py": "the one place",
     "bench/time_and_error.py": "a folder of its own, for what is compiled and timed",
     "teach/render/latex.py": "a folder of its own, for pdflatex",
 }

@@ -11,7 +11,7 @@ from symdyn.bench import Bench, bench
 from symdyn.bench.report import as_json, best, choices_of, html, markdown, nanoseconds
 from symdyn.cli.scene_options import add_reading_options, again, read_scene, split
 from symdyn.cli.talk import Waiting, print_table, say
-from symdyn.emit.files import write
+from symdyn.emit.writing import write
 
 LONG = (
     "every function is derived, compiled and measured in every implementation, at 800 states: a minute or more "

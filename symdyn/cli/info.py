@@ -31,13 +31,9 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     alone.add_argument("--base-parameters", action="store_true", help="the regrouped inertias, as formulas")
 
 
+@growing()  # once over all of it: each time that the collector wakes it walks every node
 def run(options: argparse.Namespace) -> int:
     """Print what is known about the scene."""
-    with growing():  # once over all of it: each time that the collector wakes it walks every node
-        return _shown(options)
-
-
-def _shown(options: argparse.Namespace) -> int:
     scene = read_scene(options)
     closing = closing_of(options, scene)
     if options.frames or options.base_parameters:

@@ -12,7 +12,7 @@ from symdyn.bench.report import as_json, stress_html, stress_markdown, stress_ro
 from symdyn.bench.stress import FAMILIES, Stress, stress
 from symdyn.cli.scene_options import add_reading_options, again, read_scene, split
 from symdyn.cli.talk import Waiting, print_table, say
-from symdyn.emit.files import write
+from symdyn.emit.writing import write
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:

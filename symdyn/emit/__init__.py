@@ -2,6 +2,6 @@
 
 from symdyn.emit.code.door import TARGETS, emit
 from symdyn.emit.code.target import Draft, Sources, Target
-from symdyn.emit.files import write
+from symdyn.emit.writing import write
 
 __all__ = ["TARGETS", "Draft", "Sources", "Target", "emit", "write"]

@@ -11,7 +11,7 @@ from typing import IO, Any
 import numpy as np
 
 from symdyn.draw import animation, moving_picture
-from symdyn.emit import files
+from symdyn.emit import writing
 from symdyn.errors import EmitError, SimulateError
 from symdyn.simulation.trajectory import Trajectory
 
@@ -48,7 +48,7 @@ def about(trajectory: Trajectory) -> dict[str, Any]:
     }
 
 
-WRITERS: Mapping[str, Callable[[Trajectory], files.Contents]] = {
+WRITERS: Mapping[str, Callable[[Trajectory], writing.Contents]] = {
     ".csv": csv_text,
     ".npz": lambda trajectory: partial(write_npz, trajectory),
 }
@@ -89,13 +89,13 @@ def film(trajectory: Trajectory, path: Path) -> None:
     write_whole(path, FILMS[path.suffix.lower()](trajectory.scene, trajectory.t, trajectory.q))
 
 
-def write_whole(path: Path, contents: files.Contents) -> None:
+def write_whole(path: Path, contents: writing.Contents) -> None:
     """Write a file, all of it or nothing.
 
     Raises:
         SimulateError: it cannot be written, and why.
     """
     try:
-        files.write({path.name: contents}, path.parent)
+        writing.write({path.name: contents}, path.parent)
     except EmitError as fault:
         raise SimulateError(str(fault)) from None

@@ -89,7 +89,7 @@ PLANTS = (
     ),
     Plant(
         "a file that is written leaves another one behind",
-        "emit/files.py",
+        "emit/writing.py",
         "                aside.append(temporary := _aside(place))\n",
         "                aside.append(temporary := _aside(place))\n                _aside(place)\n",
         r"a file left behind",
