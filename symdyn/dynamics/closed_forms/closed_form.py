@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, product
 from typing import Any
 
 from symdyn.algebra.compact import Compactor
@@ -163,7 +163,7 @@ def closed_form(scene: Scene) -> ClosedForm:
     M = [[ring.zero] * state.n for _ in range(state.n)]
     for body in massive:
         _add_body(M, body, ring, found, state.q)
-        if (terms := sum(len(M[i][j]) for i, j in _square(state.n) if i <= j)) > MOST_TERMS:
+        if (terms := sum(len(M[i][j]) for i, j in product(range(state.n), repeat=2) if i <= j)) > MOST_TERMS:
             raise too_long(scene, f"k_z alone has more than {terms} terms")
     for i, rotor in rotors:
         M[i][i] = M[i][i] + found[rotor]
@@ -171,13 +171,11 @@ def closed_form(scene: Scene) -> ClosedForm:
     k_C, k_D = _christoffel(M, ring, state)
     k_G = tuple(ring.derivative(P, q) for q in state.q)
     half = ring.one / 2
-    K = half * sum((M[i][j] * found[state.qd[i]] * found[state.qd[j]] for i, j in _square(state.n)), ring.zero)
+    K = half * sum(
+        (M[i][j] * found[state.qd[i]] * found[state.qd[j]] for i, j in product(range(state.n), repeat=2)), ring.zero
+    )
     loads = closed_loads(scene, state, ring, nodes, found)
     return ClosedForm(scene, ring, state, parallel, tuple(map(tuple, M)), k_D, k_C, k_G, K, P, loads)
-
-
-def _square(n: int) -> list[tuple[int, int]]:
-    return [(i, j) for i in range(n) for j in range(n)]
 
 
 def _rotors(scene: Scene, graph: Graph) -> list[tuple[int, Expr]]:
@@ -256,7 +254,12 @@ def _potential(scene: Scene, graph: Graph) -> Expr:
 def _christoffel(M: list[list[Polynomial]], ring: TrigonometricRing, state: State) -> tuple[Matrix, Matrix]:
     """Return k_C and k_D."""
     n = range(state.n)
-    slope = {(i, j, k): ring.derivative(M[i][j], state.q[k]) for i, j in _square(state.n) if i <= j for k in n}
+    slope = {
+        (i, j, k): ring.derivative(M[i][j], state.q[k])
+        for i, j in product(range(state.n), repeat=2)
+        if i <= j
+        for k in n
+    }
 
     def d(i: int, j: int, k: int) -> Polynomial:
         return slope[min(i, j), max(i, j), k]

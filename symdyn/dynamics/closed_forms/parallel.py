@@ -30,12 +30,6 @@ class Neighbours:
     standing: Vec | None = None
 
 
-def _candidates(scene: Scene, graph: Graph) -> list[Neighbours]:
-    """Return every revolute joint with the one below it, ground first."""
-    carrier = {joint.child: joint for joint in scene.joints}
-    return [_neighbours(joint, carrier, graph) for joint in scene.joints if _axis(joint, graph) and not joint.coupling]
-
-
 def _axis(joint: Joint, graph: Graph) -> Vec | None:
     """Return the axis of a joint that turns about it and does nothing else; None of others."""
     kind = JOINTS[joint.type]
@@ -69,9 +63,11 @@ def angle_groups(scene: Scene, graph: Graph, across: bool = False) -> tuple[Angl
         across: whether chains that stand on the ground side by side make one group, as loops between them need; the
             differences of their total angles are then among the sums.
     """
-    neighbours = _candidates(scene, graph)
-    standing = [pair for pair in neighbours if across and pair.standing is not None]
-    beside = {(a.q, b.q): _cosine(a, b) for k, b in enumerate(standing) for a in standing[:k]}
+    carrier = {joint.child: joint for joint in scene.joints}
+    turning = [joint for joint in scene.joints if _axis(joint, graph) and not joint.coupling]
+    neighbours = [_neighbours(joint, carrier, graph) for joint in turning]
+    standing = [(pair.q, pair.standing) for pair in neighbours if across and pair.standing is not None]
+    beside = {(a, b): dot(u, v) for k, (b, v) in enumerate(standing) for a, u in standing[:k]}
     nodes = [*(pair.alignment for pair in neighbours), *beside.values()]
     ring = TrigonometricRing(nodes)  # where "equal to ±1" is decided, exactly
     found = dict(zip(nodes, evaluate(nodes, ring, ring.values(nodes)), strict=True))
@@ -96,13 +92,6 @@ def angle_groups(scene: Scene, graph: Graph, across: bool = False) -> tuple[Angl
             members.append([])
         members[group[pair.q]].append(pair.q)
     return tuple(_group(atoms, signs, previous) for atoms in members if len(atoms) > 1)
-
-
-def _cosine(a: Neighbours, b: Neighbours) -> Expr:
-    """Return the cosine of the angle between two axes that stand in the ground frame."""
-    assert a.standing, "only standing axes are compared"
-    assert b.standing, "only standing axes are compared"
-    return dot(a.standing, b.standing)
 
 
 def _group(atoms: list[Expr], signs: dict[Expr, int], previous: dict[Expr, Expr]) -> AngleGroup:

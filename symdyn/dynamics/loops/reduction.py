@@ -111,11 +111,6 @@ def accelerations(reduced: Reduction, M: Matrix, rest: Sequence[Expr]) -> list[E
     return reduced.spread(solve(chain, reduced.mass(M), reduced.gathered(rest)))
 
 
-def multipliers(G: Matrix, partition: Partition, excess: Sequence[Expr]) -> list[Expr]:
-    """Return λ of the kept rows, for `excess` = f - τ = Gᵀ λ, of which the dependent part is used."""
-    return solve_transposed(G, partition, excess)
-
-
 # G_d and its transpose, block by block
 
 

@@ -11,9 +11,8 @@ from collections.abc import Sequence
 
 from symdyn.dynamics.mechanism.kinematics import TreeMotion, body_motion
 from symdyn.dynamics.mechanism.loads import joint_resistance, load_vectors, pull
-from symdyn.dynamics.mechanism.rotors import ball_rotor
 from symdyn.dynamics.mechanism.state import State, joint_motion, joint_position, vector
-from symdyn.dynamics.mechanism.tree import Tree, body_inertia
+from symdyn.dynamics.mechanism.tree import Tree, ball_rotor, body_inertia
 from symdyn.dynamics.reactions.hinges import Hinge
 from symdyn.graph import Expr, tangents
 from symdyn.scene import GROUND, Place, Scene, express, pull_of

@@ -25,10 +25,11 @@ from symdyn.dynamics.loops.constraint_rows import recursive
 from symdyn.dynamics.loops.loop_numbers import Array
 from symdyn.dynamics.loops.partition import Partition, blocks, driven_velocities
 from symdyn.dynamics.loops.reduction import solve_transposed
+from symdyn.dynamics.mechanism.exact import has_symbols
 from symdyn.dynamics.reactions.hanging import Hanging
-from symdyn.dynamics.reactions.hinges import Hinge, relative_twists
+from symdyn.dynamics.reactions.hinges import PLACES, Hinge, relative_twists
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Op, reachable
+from symdyn.graph import Expr
 from symdyn.scene import JOINTS, Scene
 from symdyn.scene.forces import formula_of
 from symdyn.scene.joints import AXIS
@@ -37,9 +38,6 @@ from symdyn.scene.joints.forbidden import everywhere
 from symdyn.spatial import Vec, Wrench, dot, power, scale, sub
 
 FLAT = 1e-9  # how far a twist may leave a plane, relative to the largest
-
-PLACES = (2, 3)
-"""Seeds of the generic positions."""
 
 
 @dataclass(frozen=True)
@@ -67,27 +65,16 @@ def ties(hanging: Hanging) -> list[Tie]:
 
 def all_ties(hanging: Hanging, whole: bool = False) -> list[Tie]:
     """Return the unknowns of all loops, contacts and rows, in the order of G; `whole` with what goes across planes."""
-    found: dict[str, list[Tie]] = {}
+    found: dict[tuple[bool, str], list[Tie]] = {}  # by whether it is a loop, and its name
+    zero, every = hanging.graph.zero, range(hanging.state.n)
     for number, loop in enumerate(hanging.cuts):
-        twists = relative_twists(loop, hanging.joints)
+        name, twists = loop.joint.name, relative_twists(loop, hanging.joints)
         wrenches = loop.wrenches if whole else taken_wrenches(hanging, loop, twists)
-        rows = []
-        for wrench in wrenches:
-            row = [hanging.graph.zero] * hanging.state.n
-            for k, twist in twists.items():
-                row[k] = power(wrench, twist)
-            rows.append(Tie(loop.joint.name, number, wrench, tuple(row)))
-        found[_key(number < len(hanging.loops), loop.joint.name)] = rows
-    for one in rows_of(hanging):
-        found[_key(False, one.owner)] = [one]
-    names = [_key(True, loop.name) for loop in hanging.scene.loops]
-    names += [_key(False, row.name) for row in hanging.scene.rows]
+        rows = [(W, tuple(power(W, twists[k]) if k in twists else zero for k in every)) for W in wrenches]
+        found[number < len(hanging.loops), name] = [Tie(name, number, wrench, row) for wrench, row in rows]
+    found |= {(False, one.owner): [one] for one in rows_of(hanging)}
+    names = [*((True, loop.name) for loop in hanging.scene.loops), *((False, row.name) for row in hanging.scene.rows)]
     return [one for name in names for one in found[name]]
-
-
-def _key(closes: bool, name: str) -> str:
-    """Return the name that a loop or a row goes by among both."""
-    return f"{'loop' if closes else 'row'} {name}"
 
 
 def rows_of(hanging: Hanging) -> list[Tie]:
@@ -144,7 +131,8 @@ def taken_wrenches(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> 
 
 
 def _rank(hanging: Hanging, wrenches: Sequence[Wrench], seed: int) -> int:
-    return int(np.linalg.matrix_rank(_numbers(hanging, wrenches, seed), tol=FLAT))
+    numbers = hanging.samples.at([x for force, moment in wrenches for x in (*force, *moment)], seed)
+    return int(np.linalg.matrix_rank(numbers.reshape(-1, 6), tol=FLAT))
 
 
 def flattened(wrenches: Sequence[Wrench], normal: Vec) -> list[Wrench]:
@@ -170,7 +158,7 @@ def _normals(hanging: Hanging, loop: Hinge, twists: dict[int, Wrench]) -> Iterat
         yield unit(loop.joint.axis, hanging.graph)
     yield from everywhere(hanging.graph)[::-1]
     for _, omega in twists.values():
-        if not any(node.op is Op.SYMBOL for node in reachable(omega)) and not all(x.is_zero for x in omega):
+        if not any(map(has_symbols, omega)) and not all(x.is_zero for x in omega):
             yield omega
 
 
@@ -187,8 +175,3 @@ def independent_in_plane(hanging: Hanging, wrenches: Sequence[Wrench], normal: V
         if _rank(hanging, [flat[i] for i in (*kept, k)], PLACES[0]) > len(kept):
             kept.append(k)
     return kept
-
-
-def _numbers(hanging: Hanging, wrenches: Sequence[Wrench], seed: int) -> Array:
-    """Return wrenches as numbers, shape (wrenches, 6)."""
-    return hanging.samples.at([x for force, moment in wrenches for x in (*force, *moment)], seed).reshape(-1, 6)

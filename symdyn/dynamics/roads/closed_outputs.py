@@ -57,7 +57,7 @@ def multipliers(w: Workspace) -> list[Expr]:
         return w.loops.together[1][: len(w.loops.decisions.kept)]
     found = w.forces(w.once(forward))
     excess = [force - tau for force, tau in zip(found, w.state.tau, strict=True)]
-    return reduction.multipliers(w.loops.G(w.loops.recursive), w.loops.decisions.partition, excess)
+    return reduction.solve_transposed(w.loops.G(w.loops.recursive), w.loops.decisions.partition, excess)
 
 
 def _drives(w: Workspace) -> list[Expr]:

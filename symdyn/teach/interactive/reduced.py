@@ -18,7 +18,7 @@ import numpy as np
 
 from symdyn.dynamics import Function, Workspace
 from symdyn.dynamics.loops.partition import Block, driven_velocities
-from symdyn.dynamics.loops.reduction import Reduction, multipliers, solve_square
+from symdyn.dynamics.loops.reduction import Reduction, solve_square, solve_transposed
 from symdyn.dynamics.mechanism.ldl import solve
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.recursive.rnea import rnea
@@ -225,7 +225,7 @@ def _driving(w: Workspace, forces: list[Expr]) -> list[Function]:
         functions = [function(w, "inverse_dynamics", "forces at independent velocities", entries, STATE)]
     if decisions.kept:
         excess = [force - tau for force, tau in zip(forces, w.state.tau, strict=True)]
-        found = multipliers(w.loops.G(w.loops.recursive), decisions.partition, excess)
+        found = solve_transposed(w.loops.G(w.loops.recursive), decisions.partition, excess)
         functions.append(function(w, "multipliers", "what loops and rows exert", found, (*STATE, "tau")))
     return functions
 
