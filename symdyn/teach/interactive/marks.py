@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from symdyn.draw.force_arrows import from_zero, mark_of
@@ -11,7 +11,7 @@ from symdyn.dynamics.mechanism.state import vector
 from symdyn.graph import Expr, Graph
 from symdyn.scene import GROUND, JOINTS, Load, Scene, Strut
 from symdyn.scene.joints.blocks import AXES, unit
-from symdyn.spatial import Vec, cross, scale
+from symdyn.spatial import Vec, apply, cross, scale
 
 AROUND, BLADE = 2, 1
 """How far a plane is drawn around what touches it: in radii of a wheel; m around a blade."""
@@ -52,8 +52,9 @@ class Sheet:
         starts = {joint.child: self._point(self._found["moved", joint.name][9:]) for joint in scene.joints}
         tips: dict[str, list[int]] = {name: [] for name in (GROUND, *(body.name for body in scene.bodies))}
         self.marks += self._planes(scene)
-        joints, masses = self._joints(scene, starts, tips), [*self._wheels(scene), *self._masses(scene, starts, tips)]
-        acting = self._acting(scene, tips)
+        joints = list(self._joints(scene, starts, tips))
+        masses = [*self._wheels(scene), *self._masses(scene, starts, tips)]
+        acting = list(self._acting(scene, tips))
         for body in scene.bodies:
             for tip in tips[body.name]:
                 self.marks.append(self._made("link", (starts[body.name], tip), body.name))
@@ -77,15 +78,13 @@ class Sheet:
     def _made(self, kind: str, rows: tuple[int, ...], body: str, text: str = "") -> Mark:
         return Mark(kind, rows, self._number[body], text)
 
-    def _joints(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> list[Mark]:
-        """Return supports, symbols and frames of all joints; links reach to where joints begin."""
-        marks = []
+    def _joints(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> Iterator[Mark]:
+        """Yield supports, symbols and frames of all joints; links reach to where joints begin."""
         for joint in (*scene.joints, *scene.loops):
             fixed = self._found["fixed", joint.name]
             at = self._point(fixed[9:])
             tips[joint.parent].append(at)
-            x, y, z = vector(joint.axis, fixed[0].graph)
-            way = self._direction([fixed[3 * k] * x + fixed[3 * k + 1] * y + fixed[3 * k + 2] * z for k in range(3)])
+            way = self._direction(_turned(fixed, vector(joint.axis, fixed[0].graph)))
             moved = self._found["moved", joint.name]
             if closes := joint in scene.loops:
                 place = self._point(moved[9:])
@@ -99,14 +98,12 @@ class Sheet:
             if sign.shape and joint.parent == GROUND:
                 self.marks.append(self._made("rail" if sign.slides else "support", (at, way), GROUND))
             if sign.shape:
-                marks.append(self._made(sign.shape, (place, way, at), joint.child))
+                yield self._made(sign.shape, (place, way, at), joint.child)
             if not closes:
-                marks.append(self._made("frame", (place, *self._axes(moved)), joint.child))
-        return marks
+                yield self._made("frame", (place, *self._axes(moved)), joint.child)
 
-    def _planes(self, scene: Scene) -> list[Mark]:
-        """Return what wheels and blades touch: a point of it, what touches it, and two ways as long as is drawn."""
-        marks = []
+    def _planes(self, scene: Scene) -> Iterator[Mark]:
+        """Yield what wheels and blades touch: a point of it, what touches it, and two ways as long as is drawn."""
         for row in scene.contacts:
             radius = self._found.get(("radius", row))
             if not (radius or row.plane.declared):
@@ -118,12 +115,10 @@ class Sheet:
             reach = AROUND * radius[0] if radius else graph.constant(BLADE)
             ways = [self._direction(_turned(frame, scale(reach, way))) for way in (first, cross(normal, first))]
             rows = (self._direction(self._found["plane", row]), self._direction(self._found["end", row, 0]), *ways)
-            marks.append(self._made("plane", rows, row.plane.body))
-        return marks
+            yield self._made("plane", rows, row.plane.body)
 
-    def _wheels(self, scene: Scene) -> list[Mark]:
-        """Return the rims of what rolls: the centre, and two points a quarter turn apart that turn with the body."""
-        marks = []
+    def _wheels(self, scene: Scene) -> Iterator[Mark]:
+        """Yield the rims of what rolls: the centre, and two points a quarter turn apart that turn with the body."""
         for row in scene.contacts:
             if ("radius", row) not in self._found:
                 continue
@@ -134,56 +129,48 @@ class Sheet:
                 first = _across(axis)
                 rim = [_turned(frame, scale(radius, way)) for way in (first, cross(axis, first))]
                 ends = [self._point([a + b for a, b in zip(at, way, strict=True)]) for way in rim]
-                marks.append(self._made("wheel", (centre, *ends), row.place.body))
+                yield self._made("wheel", (centre, *ends), row.place.body)
             if row.axis is None:
-                marks.append(self._made("ball", (centre, marks[-1].rows[1]), row.place.body))
-        return marks
+                yield self._made("ball", (centre, ends[0]), row.place.body)
 
-    def _masses(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> list[Mark]:
-        """Return centres of mass, particles and named points."""
-        marks = []
+    def _masses(self, scene: Scene, starts: dict[str, int], tips: dict[str, list[int]]) -> Iterator[Mark]:
+        """Yield centres of mass, particles and named points."""
         for body in scene.bodies:
             for k in range(len(body.particles)):
                 at = self._point(self._found["particle", body.name, k][1:])
                 tips[body.name].append(at)
-                marks.append(self._made("particle", (at,), body.name))
+                yield self._made("particle", (at,), body.name)
             if ("com", body.name) in self._found:
                 at = self._point(self._found["com", body.name])
                 tips[body.name].append(at)
-                marks.append(self._made("com", (at,), body.name))
+                yield self._made("com", (at,), body.name)
         for point in scene.points:
             at = self._point(self._found["point", point.name][9:])
             tips[point.body].append(at)
-            marks.append(self._made("point", (at, starts.get(point.body, at)), point.body, point.name))
-        return marks
+            yield self._made("point", (at, starts.get(point.body, at)), point.body, point.name)
 
-    def _acting(self, scene: Scene, tips: dict[str, list[int]]) -> list[Mark]:
-        """Return struts and loads."""
-        marks = []
+    def _acting(self, scene: Scene, tips: dict[str, list[int]]) -> Iterator[Mark]:
+        """Yield struts and loads."""
         acting: tuple[Strut | Load, ...] = (*scene.struts, *scene.loads)
         for one in acting:
             rows = tuple(self._point(self._found["end", one, k]) for k in range(len(one.ends)))
             for end, row in zip(one.ends, rows, strict=True):
                 tips[end.body].append(row)
             if isinstance(one, Load):
-                marks.append(
-                    self._made("load", (*rows, self._direction(self._found["force", one])), one.place.body, one.name)
-                )
+                yield self._made("load", (*rows, self._direction(self._found["force", one])), one.place.body, one.name)
             elif rows:
-                marks.append(self._made(mark_of(one).page, rows, GROUND))
+                yield self._made(mark_of(one).page, rows, GROUND)
             else:
                 rows, slides, child = self._hinges[one.joint]
                 joint = next(joint for joint in scene.joints if joint.name == one.joint)
                 where = "turn" if not slides else "zero" if from_zero(scene, joint) else "slide"
-                marks.append(self._made(f"{mark_of(one).page}_{where}", rows, child))
-        return marks
+                yield self._made(f"{mark_of(one).page}_{where}", rows, child)
 
 
 def _turned(frame: Sequence[Expr], way: Vec) -> Vec:
-    """Return a direction given in a frame."""
-    graph = way[0].graph
-    x, y, z = (graph.total(frame[3 * r + c] * way[c] for c in range(3)) for r in range(3))
-    return (x, y, z)
+    """Return a direction given in a frame, of which the first nine entries are R."""
+    a, b, c, d, e, f, g, h, i = frame[:9]
+    return apply(((a, b, c), (d, e, f), (g, h, i)), way)
 
 
 def _across(axis: Vec) -> Vec:
