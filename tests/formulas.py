@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from symdyn.dynamics.roads.equations import Argument, Equations, Function
+from symdyn.dynamics.roads.named_functions import Argument, Equations, Function
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene import Parameter, Scene, number
 

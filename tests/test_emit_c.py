@@ -12,7 +12,7 @@ from formulas import every_op
 from mechanisms import random_tree
 
 from symdyn.dynamics.roads.derive import derive
-from symdyn.dynamics.roads.equations import Equations
+from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import Sources, emit, write
 from symdyn.program import lower
 

@@ -20,7 +20,7 @@ from symdyn.build import build
 from symdyn.build.c_module import run_rows, split
 from symdyn.cli import main
 from symdyn.dynamics.roads.derive import derive
-from symdyn.dynamics.roads.equations import Equations
+from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import emit, write
 from symdyn.emit.code.c_plan import Pass, SineCosine, plan
 from symdyn.emit.code.c_sincos import COSINE, HALF_PI, SINE

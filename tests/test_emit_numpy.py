@@ -16,7 +16,7 @@ from formulas import argument, every_op, one, states
 
 from symdyn.build import run_python
 from symdyn.dynamics import derive
-from symdyn.dynamics.roads.equations import Equations
+from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import emit, write
 from symdyn.emit.code import player
 from symdyn.emit.code.python import BLOCK, player_text

@@ -13,7 +13,7 @@ from mechanisms import random_tree
 
 from symdyn.algebra.numeric import Batches
 from symdyn.dynamics.roads.derive import derive
-from symdyn.dynamics.roads.equations import Equations
+from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate, reachable
 from symdyn.program import Program, check, lower

@@ -6,7 +6,7 @@ from formulas import argument, every_op, function, one
 from mechanisms import random_tree
 
 from symdyn.dynamics.roads.derive import derive
-from symdyn.dynamics.roads.equations import Equations
+from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import emit
 from symdyn.graph import Expr, Graph, Op
 from symdyn.program import Routine, lower

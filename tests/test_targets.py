@@ -14,7 +14,7 @@ from hostile import PAYLOADS
 from symdyn import certify, lambdify, read
 from symdyn.build import RUNNERS, Runner, run_python
 from symdyn.cli import main
-from symdyn.dynamics.roads.equations import Equations
+from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.emit import TARGETS, Target, emit, write
 from symdyn.emit.code.real import REALS
 from symdyn.errors import EmitError, MissingProgram

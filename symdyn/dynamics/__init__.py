@@ -23,7 +23,7 @@ from symdyn.dynamics.roads.derive import (
     there,
     wanted_on,
 )
-from symdyn.dynamics.roads.equations import Argument, Equations, Function
+from symdyn.dynamics.roads.named_functions import Argument, Equations, Function
 from symdyn.dynamics.roads.output import Output, Road, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS, coefficients
 from symdyn.dynamics.roads.workspace import Workspace

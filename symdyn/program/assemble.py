@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from symdyn.dynamics.roads.count import count_by_binding
-from symdyn.dynamics.roads.equations import Argument, Function
+from symdyn.dynamics.roads.named_functions import Argument, Function
 from symdyn.graph import FUNCTIONS, Expr, Graph, Op, linear_form, reachable
 from symdyn.graph.ops import NEG, SYMBOL
 from symdyn.program.constants import constants

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from symdyn.dynamics.roads.count import Counts, count_by_binding
-from symdyn.dynamics.roads.equations import Argument, Equations, Function
+from symdyn.dynamics.roads.named_functions import Argument, Equations, Function
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, growing, reachable, substitute
 from symdyn.graph.ops import CONSTANT, SYMBOL

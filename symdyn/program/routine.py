@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.dynamics.roads.count import Counts
-from symdyn.dynamics.roads.equations import Function
+from symdyn.dynamics.roads.named_functions import Function
 from symdyn.graph import Expr, Graph, Op
 from symdyn.graph.ops import SYMBOL
 from symdyn.scene import Scene

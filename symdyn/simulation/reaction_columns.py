@@ -20,7 +20,7 @@ from symdyn.algebra.numeric import Array
 from symdyn.dynamics.loops.loop_decisions import LoopDecisions
 from symdyn.dynamics.loops.loop_numbers import Numbers
 from symdyn.dynamics.reactions.ties import ties
-from symdyn.dynamics.roads.equations import Function
+from symdyn.dynamics.roads.named_functions import Function
 from symdyn.dynamics.roads.unique_reactions import unique_entries
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import reachable

@@ -47,10 +47,10 @@ class Label:
     """
 
     owner: str
-    number: int
-    wrench: tuple[Vec, Vec] | None
-    closes: bool
-    loop: bool
+    number: int = 0
+    wrench: tuple[Vec, Vec] | None = None
+    closes: bool = False
+    loop: bool = False
     name: str = ""
 
     @property
@@ -257,7 +257,7 @@ def _polarised(name: str, left: Quantity, scene: Scene, state: State, graph: Gra
             "write a sum of terms coefficient * velocity, without a term of its own"
         )
     bias = graph.total(rate * qd for rate, qd in zip(tangents(entries, state.velocity), state.qd, strict=True))
-    return Label(name, 0, None, False, False), graph.zero, entries, bias
+    return Label(name), graph.zero, entries, bias
 
 
 # By differentiation
@@ -275,7 +275,7 @@ def differentiated(scene: Scene, graph: Graph, state: State) -> Constraints:
             power = graph.total(a * b for a, b in zip((*F, *N), (*velocity, *turning), strict=True))
             entries.append((_label(cut, k, (F, N)), residual[k], *_slopes(power, state)))
     for name, left in _formulas(scene):
-        label = Label(name, 0, None, False, False)
+        label = Label(name)
         entries.append((label, graph.zero, *_slopes(express(left, graph), state)))
     return _gathered(_in_order(scene, entries), {})
 

@@ -39,6 +39,15 @@ NOISE = 1e-6
 SHORT = 1e-9
 """Levers this much below the extent of the mechanism are rounding."""
 
+PLACES, LEGS = 2, 2
+"""How many generic positions, and in how many legs each is come to."""
+
+WIDE = 0.4
+"""The longest leg, rad, or characteristic lengths."""
+
+SHORTER = 6
+"""How often a leg is halved until it leads to a closed position."""
+
 
 def newton(numbers: Numbers, q: Array, held: Sequence[int]) -> Array:
     """Return where Newton's method with line search ends, closed or not."""
@@ -162,15 +171,6 @@ def free_motions(G: Array) -> Array:
 
 
 # Generic places
-
-PLACES, LEGS = 2, 2
-"""How many generic positions, and in how many legs each is come to."""
-
-WIDE = 0.4
-"""The longest leg, rad, or characteristic lengths."""
-
-SHORTER = 6
-"""How often a leg is halved until it leads to a closed position."""
 
 
 def generic_places(numbers: Numbers, q: Array, length: float) -> tuple[Array, ...]:

@@ -56,6 +56,11 @@ if TYPE_CHECKING:
 CONTACT = "contact"
 """Type of the joint that stands for a wheel, a ball or a blade on its plane."""
 
+TINY = 1e-9
+
+PLACES = (2, 3)
+"""Seeds of the generic positions."""
+
 
 @dataclass(frozen=True)
 class Hinge:
@@ -198,12 +203,6 @@ def _walked(path: Sequence[int], tree: Sequence[Hinge], graph: Graph) -> Transfo
     for k in reversed(path):
         T = T @ tree[k].placement
     return T
-
-
-TINY = 1e-9
-
-PLACES = (2, 3)
-"""Seeds of the generic positions."""
 
 
 def drives(hinge: Hinge, samples: Samples) -> tuple[Wrench, ...]:

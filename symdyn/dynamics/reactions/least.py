@@ -30,6 +30,7 @@ RANK = 1e-9
 LOOSE = 1e-7
 """Rows of N above it are not zero, a moment counting as a force."""
 
+Rows = list[dict[int, Expr]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 
@@ -120,9 +121,6 @@ class InNumbers:
 def _as_forces(rows: int, length: float) -> Array:
     """Return what makes rows of [force; moment] comparable: moments count as forces, shape (rows,)."""
     return np.tile([1.0] * 3 + [1.0 / length] * 3, rows // 6)
-
-
-Rows = list[dict[int, Expr]]
 
 
 def equations(system: Equilibrium) -> Rows:

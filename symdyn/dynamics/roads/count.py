@@ -13,7 +13,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.cost import CATEGORY, WEIGHTS, operations
-from symdyn.dynamics.roads.equations import Function
+from symdyn.dynamics.roads.named_functions import Function
 from symdyn.graph import Expr, reachable
 from symdyn.graph.ops import SYMBOL
 

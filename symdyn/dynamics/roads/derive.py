@@ -14,7 +14,7 @@ from symdyn.dynamics.mechanism.ldl import Singular, moves_no_mass
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import TIME, has_motion
 from symdyn.dynamics.mechanism.tree import build_tree
-from symdyn.dynamics.roads.equations import DRIVES, Equations, Function, arguments
+from symdyn.dynamics.roads.named_functions import DRIVES, Equations, Function, arguments
 from symdyn.dynamics.roads.output import TREE_NAME, Output, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS
 from symdyn.dynamics.roads.result_labels import told
@@ -27,6 +27,14 @@ from symdyn.scene.values.names import listed
 
 TREE_TEXT = "; of the spanning tree, as if nothing closed it"
 """What the name and the text of an output say, where loops close a scene and it is what the tree alone would have."""
+
+LARGE = 12
+"""Velocities up to which outputs that grow with their cube are wanted unasked."""
+
+LARGEST = 200
+"""Velocities up to which square matrices, and Jacobians of many points, are wanted unasked."""
+
+ASK = "ask with --functions"
 
 
 @growing()
@@ -174,15 +182,6 @@ def expected(scene: Scene, by: Unasked = Unasked.WRITTEN) -> list[str]:
 def of_place(name: str, by: Unasked = Unasked.WRITTEN) -> list[str]:
     """Return the outputs of a body or point that are wanted unasked."""
     return [f"{output}:{name}" for output, row in OUTPUTS.items() if row.place and row.unasked <= by]
-
-
-LARGE = 12
-"""Velocities up to which outputs that grow with their cube are wanted unasked."""
-
-LARGEST = 200
-"""Velocities up to which square matrices, and Jacobians of many points, are wanted unasked."""
-
-ASK = "ask with --functions"
 
 
 def available(

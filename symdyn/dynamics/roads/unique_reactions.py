@@ -44,6 +44,9 @@ from symdyn.spatial import nothing
 NEAR = 1e-3
 """Largest residual, over the largest lever, of a position that was written with few digits."""
 
+LOOSE = 1e-7
+"""Entries above it, over the largest, are changed: positions are closed to the last digits."""
+
 BALANCED = 1e-6
 """How much of the largest load the equilibrium may miss before the motion is called impossible."""
 
@@ -236,10 +239,6 @@ def _text(unknown: Unknown, act: Array, scene: Scene) -> str:
     joint = next(joint for joint in scene.joints if joint.name == unknown.joint)
     name = joint.drives[unknown.number] if unknown.number < len(joint.drives) else None
     return f"drive {name}" if name else f"drive along {joint.rates[unknown.number]}"
-
-
-LOOSE = 1e-7
-"""Entries above it, over the largest, are changed: positions are closed to the last digits."""
 
 
 def unique_reactions(

@@ -27,7 +27,7 @@ from symdyn.spatial import Wrench
 
 if TYPE_CHECKING:
     from symdyn.dynamics.reactions.hanging import Hanging
-    from symdyn.dynamics.roads.equations import Function
+    from symdyn.dynamics.roads.named_functions import Function
 
 Matrix = list[list[Expr]]
 

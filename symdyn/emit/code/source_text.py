@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from symdyn.dynamics.roads.equations import Argument
+from symdyn.dynamics.roads.named_functions import Argument
 from symdyn.emit.code.identifiers import function_names
 from symdyn.emit.code.operators import Printer
 from symdyn.graph import Op
@@ -48,7 +48,7 @@ class FunctionText:
     """One function, ready to be laid out.
 
     Attributes:
-        name, text, result, units, formulation: as in `symdyn.dynamics.roads.equations.Function`.
+        name, text, result, units, formulation: as in `symdyn.dynamics.roads.named_functions.Function`.
         arguments: in calling order.
         shape: of the result.
         inputs: (local name, argument, index) of every entry that is read.

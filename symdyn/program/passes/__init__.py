@@ -15,7 +15,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 from symdyn.dynamics.roads.count import Counts, count_by_binding
-from symdyn.dynamics.roads.equations import Function
+from symdyn.dynamics.roads.named_functions import Function
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 from symdyn.program.passes.factor import factor

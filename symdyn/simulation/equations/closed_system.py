@@ -13,8 +13,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from symdyn.dynamics.loops.reduction import solve_dependent
-from symdyn.dynamics.roads.equations import Function
 from symdyn.dynamics.roads.linear_loops import LinearLoops, followers
+from symdyn.dynamics.roads.named_functions import Function
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute

@@ -16,7 +16,7 @@ from symdyn.algebra.numeric import Array
 from symdyn.build.loaded import load_program
 from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import placement
-from symdyn.dynamics.roads.equations import Argument, Equations, Function, arguments
+from symdyn.dynamics.roads.named_functions import Argument, Equations, Function, arguments
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph

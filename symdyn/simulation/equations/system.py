@@ -26,7 +26,7 @@ import numpy.typing as npt
 
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.state import quaternions
-from symdyn.dynamics.roads.equations import Function
+from symdyn.dynamics.roads.named_functions import Function
 from symdyn.graph import Expr
 from symdyn.program import Program
 from symdyn.scene import Quantity, Scene

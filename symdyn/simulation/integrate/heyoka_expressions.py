@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from symdyn.dynamics.roads.equations import Function
+from symdyn.dynamics.roads.named_functions import Function
 from symdyn.graph import Arithmetic, Expr, Op, evaluate, reachable
 from symdyn.program.assemble import PREPARED
 from symdyn.simulation.equations.compiled_routines import Compiled

@@ -23,7 +23,7 @@ from symdyn.dynamics.mechanism.ldl import solve
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.roads.derive import derive_one
-from symdyn.dynamics.roads.equations import arguments
+from symdyn.dynamics.roads.named_functions import arguments
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Op, reachable, substitute
 from symdyn.scene.forces import elastic
