@@ -15,7 +15,8 @@ from pathlib import Path
 from robots_dh import ROBOTS, Robot, robot_scene
 
 from symdyn.dynamics import Equations, Workspace, derive_one
-from symdyn.program import Counts, formulate, lower, prepare, state_dependent_counts
+from symdyn.dynamics.roads.count import state_dependent_counts
+from symdyn.program import Counts, formulate, lower, prepare
 from symdyn.scene import Scene, read, with_symbols
 
 ROOT = Path(__file__).parent.parent

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from symdyn.dynamics.roads.count import state_dependent_counts
 from symdyn.graph import Graph
-from symdyn.program import Counts, state_dependent_counts
+from symdyn.program import Counts
 from symdyn.scene import dh_table, scene, with_symbolic_inertia
 
 from formulas import one  # isort: skip

@@ -7,8 +7,9 @@ from arms import EXAMPLES, two_link
 from formulas import argument, function, one
 
 from symdyn.dynamics import Equations, derive
+from symdyn.dynamics.roads.count import BINDING, count, count_by_binding
 from symdyn.graph import Graph, Op, reachable
-from symdyn.program import BINDING, Counts, at_rest, count, count_by_binding, lower
+from symdyn.program import Counts, at_rest, lower
 from symdyn.scene import Scene, read
 from symdyn.verify import DIFFERENT
 from symdyn.verify.equality import Claim, prove

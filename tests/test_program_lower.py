@@ -16,8 +16,9 @@ from symdyn.dynamics.roads.derive import derive
 from symdyn.dynamics.roads.named_functions import Equations
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, evaluate, reachable
-from symdyn.program import Program, check, lower
+from symdyn.program import Program, lower
 from symdyn.program.constants import constants
+from symdyn.program.routine import check
 from symdyn.scene import Parameter, Scene, number, read_text
 
 

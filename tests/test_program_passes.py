@@ -10,9 +10,11 @@ from formulas import argument, every_op, function, one
 from mechanisms import coupled_tree, random_tree
 
 from symdyn.dynamics import available, derive
+from symdyn.dynamics.roads.count import count, count_by_binding
 from symdyn.errors import DerivationError
 from symdyn.graph import Graph, Op, reachable
-from symdyn.program import PASSES, Counts, count, count_by_binding, lower, optimise
+from symdyn.program import Counts, lower
+from symdyn.program.passes import PASSES, optimise
 from symdyn.program.passes.factor import factor
 from symdyn.program.passes.signs import signs
 from symdyn.program.passes.strength import strength

@@ -22,8 +22,26 @@ from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import ZERO
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.prescribed.formulas_in_time import TIME, close, parameter_values, read_formula
-from symdyn.simulation.prescribed.numbers_in_time import Columns
 from symdyn.simulation.prescribed.scene_motion import listed, split_entries
+
+
+@dataclass(frozen=True)
+class Table:
+    """Numbers over rising times, interpolated; held before the first and after the last."""
+
+    t: Array
+    x: Array
+
+    @cached_property
+    def _curve(self) -> Callable[[Array], Array]:
+        from scipy.interpolate import PchipInterpolator
+
+        found: Callable[[Array], Array] = PchipInterpolator(self.t, self.x)
+        return found
+
+    def __call__(self, times: Array) -> Array:
+        """Return the numbers at `times`."""
+        return np.asarray(self._curve(np.clip(times, self.t[0], self.t[-1])), dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -33,12 +51,10 @@ class Forces:
     Attributes:
         formulas: by index of the velocity: formulas in t, coordinates, velocities and parameters.
         tables: by index of the velocity: functions of t.
-        spans: by index of the velocity: first and last time of its table.
     """
 
     formulas: Mapping[int, Quantity] = field(default_factory=dict)
-    tables: Mapping[int, Callable[[Array], Array]] = field(default_factory=dict)
-    spans: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    tables: Mapping[int, Table] = field(default_factory=dict)
 
     @property
     def form(self) -> tuple[tuple[tuple[int, Quantity], ...], tuple[int, ...]]:
@@ -59,10 +75,10 @@ class Forces:
 
 def held(scene: Scene, forces: Forces, until: float) -> tuple[str, ...]:
     """Return what is to be said of tables that do not reach from 0 to `until`."""
-    names = drive_names(scene)
+    names, spans = drive_names(scene), {k: (table.t[0], table.t[-1]) for k, table in forces.tables.items()}
     return tuple(
         f"the table of {names[k]} goes from {first:g} s to {last:g} s; outside, the force is that of its nearest row"
-        for k, (first, last) in forces.spans.items()
+        for k, (first, last) in spans.items()
         if first > 0 or last < until
     )
 
@@ -89,8 +105,7 @@ def read_forces(scene: Scene, entries: str | Sequence[str] | Mapping[str, str]) 
     values = parameter_values(scene)
     faults = Faults("")
     formulas: dict[int, Quantity] = {}
-    tables: dict[int, Callable[[Array], Array]] = {}
-    spans: dict[int, tuple[float, float]] = {}
+    tables: dict[int, Table] = {}
     texts, columns = split_entries(listed(entries, "forces"), "forces", faults)
     places = _places(scene)
     allowed = (TIME, *scene.coordinates, *scene.velocities, *values)
@@ -101,21 +116,25 @@ def read_forces(scene: Scene, entries: str | Sequence[str] | Mapping[str, str]) 
             faults.add(where, f"{name} has a force already")
         if k is not None and formula is not None:
             formulas[k] = formula
-    for table in columns:
-        for k in _from_table(scene, table, places, formulas, tables, faults):
-            spans[k] = (float(table.t[0]), float(table.t[-1]))
+    drives = {drive: k for k, drive in enumerate(scene.drives) if drive}
+    for table in columns:  # without a column of a drive, those that are called like coordinates
+        wanted = [name for name in table.values if name in drives] or [name for name in table.values if name in places]
+        if not wanted:
+            faults.add(table.source, f"has no column of a drive; {scene.name} has {', '.join(drives) or 'none'}")
+        for name in wanted:
+            k = _place(scene, places, name, table.source, faults)
+            if k is not None and (k in formulas or k in tables):
+                faults.add(table.source, f"{name} has a force already")
+            elif k is not None:
+                tables[k] = Table(table.t, table.values[name])
     close(faults)
-    return Forces(formulas, tables, spans)
+    return Forces(formulas, tables)
 
 
 def _places(scene: Scene) -> dict[str, int]:
     """Return the index of the velocity that a name means."""
-    found: dict[str, int] = {}
-    for k, velocity in enumerate(scene.velocities):
-        found[velocity] = k
-    for name in scene.coordinates:
-        if velocity_name(name) in found:
-            found[name] = found[velocity_name(name)]
+    found = {velocity: k for k, velocity in enumerate(scene.velocities)}
+    found |= {name: found[velocity_name(name)] for name in scene.coordinates if velocity_name(name) in found}
     return found | {drive: k for k, drive in enumerate(scene.drives) if drive}
 
 
@@ -132,46 +151,3 @@ def _place(scene: Scene, places: Mapping[str, int], name: str, where: str, fault
         faults.add(where, f"{name} has a prescribed motion, which finds its own force; take one of the two away")
         return None
     return k
-
-
-def _from_table(
-    scene: Scene,
-    table: Columns,
-    places: Mapping[str, int],
-    formulas: Mapping[int, Quantity],
-    tables: dict[int, Callable[[Array], Array]],
-    faults: Faults,
-) -> list[int]:
-    """Add the columns of a table that are called like drives, else like coordinates; return their velocities."""
-    found: list[int] = []
-    drives = {drive: k for k, drive in enumerate(scene.drives) if drive}
-    wanted = [name for name in table.values if name in drives] or [name for name in table.values if name in places]
-    if not wanted:
-        faults.add(table.source, f"has no column of a drive; {scene.name} has {', '.join(drives) or 'none'}")
-    for name in wanted:
-        k = _place(scene, places, name, table.source, faults)
-        if k is not None and (k in formulas or k in tables):
-            faults.add(table.source, f"{name} has a force already")
-        elif k is not None:
-            tables[k] = Table(table.t, table.values[name])
-            found.append(k)
-    return found
-
-
-@dataclass(frozen=True)
-class Table:
-    """Numbers over rising times, interpolated; held before the first and after the last."""
-
-    t: Array
-    x: Array
-
-    @cached_property
-    def _curve(self) -> Callable[[Array], Array]:
-        from scipy.interpolate import PchipInterpolator
-
-        found: Callable[[Array], Array] = PchipInterpolator(self.t, self.x)
-        return found
-
-    def __call__(self, times: Array) -> Array:
-        """Return the numbers at `times`."""
-        return np.asarray(self._curve(np.clip(times, self.t[0], self.t[-1])), dtype=np.float64)
