@@ -150,10 +150,9 @@ def solved(made: Calls, states: Mapping[str, Array], epsilon: float = EPSILON) -
     """
     n, count = states["tau"].shape[1], len(states["q"])
     at_rest = {**states, "qdd": np.zeros((count, n))}
-    M, h, exact = (
-        _exact(made.function(name), at_rest, count) for name in ("mass_matrix", "inverse_dynamics", "forward_dynamics")
-    )
-    results = made.results("forward_dynamics", states)
+    name = "forward_dynamics"
+    M, h, exact = (_exact(made.function(one), at_rest, count) for one in (*row_of(name)[0].solves, name))
+    results = made.results(name, states)
     found = []
     with Balls(SINGULAR_BITS) as algebra:
         for k in range(count):

@@ -30,7 +30,7 @@ Array = npt.NDArray[np.float64]
 
 C = 10.0
 FORWARD = ("forward_dynamics",)
-BESIDE = ("mass_matrix", "inverse_dynamics")
+BESIDE = row_of(*FORWARD)[0].solves
 STATES = 12
 SMALL, LARGE = Fraction(1, 10**12), 10**12
 

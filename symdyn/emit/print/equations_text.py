@@ -25,16 +25,18 @@ class Format:
     Attributes:
         page: writes equations by group.
         definitions: writes name = formula.
+        document: writes a whole document of them; None where it has none.
         digits: most digits of a number; None leaves them exact, or to `page`.
     """
 
     page: Callable[[Printable, str], str]
     definitions: Callable[[Scene, Sequence[tuple[str, Form]]], str]
+    document: Callable[[Printable, str], str] | None = None
     digits: int | None = None
 
 
 FORMATS = {
-    "latex": Format(latex_fragment, latex_definitions),
+    "latex": Format(latex_fragment, latex_definitions, latex_document),
     "text": Format(text_page, text_definitions, digits=15),  # what every double holds
     "sympy": Format(sympy_page, sympy_definitions),
 }
@@ -67,10 +69,10 @@ def equations_text(
     _check("format", format, FORMATS)
     _check("group", group, GROUPS)
     _check("angles", angles, ANGLES)
-    if document and format != "latex":
+    write = FORMATS[format].document if document else FORMATS[format].page
+    if write is None:
         raise EmitError(f"a document is written in LaTeX, not as {format}; leave the format out, or the document")
-    page = printable(scene, angles == "short", FORMATS[format].digits)
-    return latex_document(page, group) if document else FORMATS[format].page(page, group)
+    return write(printable(scene, angles == "short", FORMATS[format].digits), group)
 
 
 def base_parameters_text(scene: Scene, format: str = "latex") -> str:
