@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from symdyn.algebra.form import Form, Symbol, symbols_of
-from symdyn.emit.print.printable import Coefficient, Printable
+from symdyn.emit.print.printable import Printable
 from symdyn.emit.print.text_page import coefficient_name
 from symdyn.scene import Scene, acceleration_name
 
@@ -60,32 +60,17 @@ class _Variables:
 
 def sympy_page(page: Printable, group: str) -> str:
     """Return the equations as Python that runs after `from sympy import *`."""
-    lefts = [page.left(i) for i in range(len(page.rows))]
-    rates = [c.rate for row in page.rows for c in row]
-    rights = [page.driving(i) for i in range(len(page.rows))]
-    found = page.constraints
-    rows = [*found.positions(), *found.accelerations()]
-    forms = [*lefts, *rates, *rights, *rows, *(form for one in page.motions for form in (Symbol(one[0]), one[1]))]
+    n, found = range(len(page.rows)), page.constraints
+    forms = [page.left(i) for i in n] + [c.rate for row in page.rows for c in row] + [page.driving(i) for i in n]
+    forms += [*found.positions(), *found.accelerations()]
+    forms += [form for name, motion in page.motions for form in (Symbol(name), motion)]
     variables = _Variables(page.scene, (name for form in forms for name in symbols_of(form)))
-    lines = list(variables.declarations())
-    if group == "matrix":
-        lines += _matrix(page, variables)
-    elif group == "equations":
-        lines += [
-            f"{variables.fresh(f'equation{i}')} = Eq({variables.show(left)}, {variables.show(right)})"
-            for i, (left, right) in enumerate(zip(lefts, rights, strict=True), 1)
-        ]
-    else:
-        names = {(c.kind, c.indices): variables.fresh(coefficient_name(c.kind, c.indices)) for c in page.coefficients}
-        lines += _coefficients(page, variables, names)
-        if group == "textbook":
-            lines += _named(page, rights, variables, names)
+    lines = [*variables.declarations(), *LINES[group](page, variables)]
     lines += [
         f"{variables.fresh(f'motion_{name}')} = Eq({variables.symbols[name]}, {variables.show(form)})"
         for name, form in page.motions
     ]
-    lines += _constraints(page, variables)
-    return "\n".join(lines)
+    return "\n".join([*lines, *_constraints(page, variables)])
 
 
 def sympy_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
@@ -95,23 +80,35 @@ def sympy_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
     return "\n".join([*variables.declarations(), *lines])
 
 
-def _coefficients(page: Printable, variables: _Variables, names: Names) -> Iterator[str]:
+def _equations(page: Printable, variables: _Variables) -> Iterator[str]:
+    for i in range(len(page.rows)):
+        sides = variables.show(page.left(i)), variables.show(page.driving(i))
+        yield f"{variables.fresh(f'equation{i + 1}')} = Eq({', '.join(sides)})"
+
+
+def _coefficients(page: Printable, variables: _Variables) -> Iterator[str]:
+    yield from _named(page, variables, _names(page, variables))
+
+
+def _textbook(page: Printable, variables: _Variables) -> Iterator[str]:
+    """Yield the coefficients, and the equations with coefficients by name."""
+    names = _names(page, variables)
+    yield from _named(page, variables, names)
+    for i, row in enumerate(page.rows):
+        terms = ((names[c.kind, c.indices], c) for c in row if not c.vanishes)
+        left = " + ".join(f"{name}*{variables.show(c.rate)}" if c.of else name for name, c in terms) or "0"
+        yield f"{variables.fresh(f'equation{i + 1}')} = Eq({left}, {variables.show(page.driving(i))})"
+
+
+def _names(page: Printable, variables: _Variables) -> Names:
+    return {(c.kind, c.indices): variables.fresh(coefficient_name(c.kind, c.indices)) for c in page.coefficients}
+
+
+def _named(page: Printable, variables: _Variables, names: Names) -> Iterator[str]:
     for c in page.written:
         yield f"{' = '.join(names[c.kind, place] for place in c.places)} = {variables.show(c.form)}"
     for zero in page.vanishing:
         yield f"{' = '.join(names[c.kind, c.indices] for c in zero)} = 0"
-
-
-def _named(page: Printable, rights: Sequence[Form], variables: _Variables, names: Names) -> Iterator[str]:
-    """Yield the equations with coefficients by name."""
-
-    def term(c: Coefficient) -> str:
-        name = names[c.kind, c.indices]
-        return f"{name}*{variables.show(c.rate)}" if c.of else name
-
-    for i, (row, right) in enumerate(zip(page.rows, rights, strict=True), 1):
-        left = " + ".join(term(c) for c in row if not c.vanishes) or "0"
-        yield f"{variables.fresh(f'equation{i}')} = Eq({left}, {variables.show(right)})"
 
 
 def _matrix(page: Printable, variables: _Variables) -> Iterator[str]:
@@ -150,3 +147,6 @@ def _constraints(page: Printable, variables: _Variables) -> Iterator[str]:
     for name, forms in blocks:
         for k, form in enumerate(forms, 1):
             yield f"{variables.fresh(f'{name}{k}')} = Eq({variables.show(form)}, 0)"
+
+
+LINES = {"equations": _equations, "coefficients": _coefficients, "textbook": _textbook, "matrix": _matrix}
