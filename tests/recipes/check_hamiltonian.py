@@ -77,7 +77,7 @@ def test_it_stays_as_it_is_along_a_motion_without_drives() -> None:
 def test_info_tells_it_and_load_has_it(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", str(EXAMPLES / "four_bar.toml")]) == 0
     assert f"{NAME} " in capsys.readouterr().out  # of the full state, not of the tree
-    assert NAME in symdyn.load(scene("four_bar")).calls
+    assert NAME in symdyn.load(scene("pendulum")).calls
 
 
 def test_it_is_told_of_springs() -> None:
