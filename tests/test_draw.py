@@ -7,6 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -23,7 +24,7 @@ from symdyn.draw.lettering import from_latex, lettered, words
 from symdyn.draw.pictures import drawing, watched
 from symdyn.draw.places import places
 from symdyn.draw.style import SCHEMES
-from symdyn.draw.svg import name
+from symdyn.draw.svg import Drawing, name, svg
 from symdyn.errors import DrawError
 from symdyn.scene import (
     JOINTS,
@@ -84,10 +85,16 @@ SCENES["empty"] = Scene("empty")
 SCENES["point"] = Scene("point", bodies=(Body("b", number(1)),), joints=(Joint("j", "fixed", "ground", "b"),))
 
 
+@cache
+def whole(one: Scene) -> Drawing:
+    """Return a drawing with frames and all labels."""
+    return drawing(one, frames=True, labels=("coordinates", "bodies", "joints", "points"))
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("one", SCENES.values(), ids=SCENES)
 def test_everything_is_in_the_picture_once_and_finite(one: Scene) -> None:
-    root = ElementTree.fromstring(picture(one, frames=True, labels=("coordinates", "bodies", "joints", "points")))
+    root = ElementTree.fromstring(svg(whole(one)))
     ids = [element.get("id") for element in root.iter() if element.get("id")]
     wanted = [f"body-{x.name}" for x in one.bodies] + [f"joint-{x.name}" for x in one.joints]
     wanted += [f"loop-{x.name}" for x in one.loops]
@@ -105,7 +112,7 @@ def test_everything_is_in_the_picture_once_and_finite(one: Scene) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("one", SCENES.values(), ids=SCENES)
 def test_labels_lie_apart_and_inside(one: Scene) -> None:
-    shown = drawing(one, labels=("coordinates", "bodies", "joints", "points"))
+    shown = whole(one)
     left, top, width, height = shown.box
     boxes = [label.box[0] for label in shown.labels]
     assert boxes

@@ -39,7 +39,7 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
 KINDS = ("inertia", "geometry", "all")
 FUNCTIONS = ("inverse_dynamics", "mass_matrix", "kinetic_energy", "potential_energy")
 SCENES = [read(EXAMPLES / f"{name}.toml") for name in ("arm7", "scara", "cart_pole", "puma560")]
-SCENES += [random_tree(1, free=False), random_tree(2), random_tree(7, 7), coupled_tree(1), coupled_tree(2)]
+SCENES += [random_tree(1, free=False), random_tree(2), random_tree(7), coupled_tree(1), coupled_tree(2)]
 
 
 def by_name(one):
