@@ -225,3 +225,8 @@ def with_loads(tree: Scene, seed: int) -> Scene:
         joints=tuple(joints),
         elements=(*springs, *dampers, *loads),
     )
+
+
+TREES = [random_tree(seed, 5 if seed < 4 else 4) for seed in range(8)]
+COUPLED = [coupled_tree(seed, 5 if seed < 2 else 4) for seed in range(5)]
+"""What most laws run over; equal scenes share what is derived of them (`running.workspace`)."""

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import sympy
 from arms import spatial_arm
-from mechanisms import coupled_tree, random_tree
+from mechanisms import COUPLED, TREES
 
 from symdyn.algebra.form import ZERO, express_form
 from symdyn.algebra.numeric import Floats
@@ -35,7 +35,7 @@ sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))
 
 from robots_dh import ROBOTS, robot, robot_scene
 
-TREES = [*(random_tree(seed) for seed in range(8)), *(coupled_tree(seed) for seed in range(3)), spatial_arm()]
+SCENES = [*TREES, *COUPLED[:3], spatial_arm()]
 
 
 def assert_formulas(one, known):
@@ -158,7 +158,7 @@ def test_a_scara_feels_of_its_stroke_the_mass_alone(order):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("one", [*TREES, *map(robot_scene, ROBOTS)], ids=lambda one: one.name)
+@pytest.mark.parametrize("one", [*SCENES, *map(robot_scene, ROBOTS)], ids=lambda one: one.name)
 def test_a_scene_of_its_base_parameters_alone_moves_as_declared(one):
     w = Workspace(one)
     framed = reframe(w.tree)
@@ -184,7 +184,7 @@ def test_forms_are_the_values(one):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("one", TREES, ids=lambda one: one.name)
+@pytest.mark.parametrize("one", SCENES, ids=lambda one: one.name)
 def test_forms_of_odd_angles_have_twelve_digits(one):
     forms, values = dict(base_parameter_forms(one)), dict(base_parameters(one))
     for name, value in values.items():

@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from arms import cart_pole, chain, puma560, spatial_arm, two_link
-from mechanisms import coupled_tree, random_tree
+from mechanisms import COUPLED, TREES, random_tree
 from oracles import BIG
 from running import agreements, call, matrix, random_fractions, workspace
 
@@ -22,10 +22,7 @@ from symdyn.verify.equality import PROVED, Claim, prove
 from symdyn.verify.laws import laws
 from symdyn.verify.quaternions import on_unit_sphere
 
-SEEDS = range(8)
-TREES = [random_tree(seed, 5 if seed < 4 else 4) for seed in SEEDS]
 ARMS = [two_link(), cart_pole(), spatial_arm(), chain(3)]
-COUPLED = [coupled_tree(seed, 5 if seed < 2 else 4) for seed in range(5)]
 SCENES = [*ARMS, *TREES, *COUPLED]
 
 

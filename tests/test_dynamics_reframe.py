@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from arms import spatial_arm
-from mechanisms import coupled_tree, random_tree
+from mechanisms import COUPLED, TREES
 
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive_one
@@ -27,14 +27,14 @@ sys.path.append(str(Path(__file__).parent.parent / "benchmarks"))
 
 from robots_dh import ROBOTS, robot, robot_scene
 
-TREES = [*(random_tree(seed) for seed in range(8)), *(coupled_tree(seed) for seed in range(3)), spatial_arm()]
+SCENES = [*TREES, *COUPLED[:3], spatial_arm()]
 
 
 def entries(T):
     return (*T.R[0], *T.R[1], *T.R[2], *T.p)
 
 
-@pytest.mark.parametrize("one", TREES, ids=lambda one: one.name)
+@pytest.mark.parametrize("one", SCENES, ids=lambda one: one.name)
 def test_factored_links_place_the_chosen_frames_where_they_say(one):
     tree = Workspace(one).tree
     lean = reframe(tree)
@@ -52,7 +52,7 @@ def test_factored_links_place_the_chosen_frames_where_they_say(one):
     assert {found.verdict for found in prove(claims)[1]} == {PROVED}
 
 
-@pytest.mark.parametrize("one", TREES, ids=lambda one: one.name)
+@pytest.mark.parametrize("one", SCENES, ids=lambda one: one.name)
 def test_chosen_frames_have_z_along_their_joints(one):
     tree = Workspace(one).tree
     lean = reframe(tree)
