@@ -57,11 +57,8 @@ def _neighbours(joint: Joint, carrier: dict[str, Joint], graph: Graph) -> Neighb
 def angle_groups(scene: Scene, graph: Graph, across: bool = False) -> tuple[AngleGroup, ...]:
     """Return the groups of two and more joints with parallel axes, with every sum of angles along a path.
 
-    Args:
-        scene: the mechanism.
-        graph: where its symbols live.
-        across: whether chains that stand on the ground side by side make one group, as loops between them need; the
-            differences of their total angles are then among the sums.
+    `across` makes chains that stand on the ground side by side one group, as loops between them need; the differences
+    of their total angles are then among the sums.
     """
     carrier = {joint.child: joint for joint in scene.joints}
     turning = [joint for joint in scene.joints if _axis(joint, graph) and not joint.coupling]

@@ -79,13 +79,10 @@ class Assembly:
 def closed_position(
     numbers: Numbers, guess: Array | None = None, held: Sequence[int] | None = None, guesses: int = GUESSES
 ) -> Assembly:
-    """Return a closed position; see `assemble`.
+    """Return a closed position from a guess of the coordinates; see `assemble`.
 
-    Args:
-        numbers: the mechanism.
-        guess: coordinates to begin with; None takes those of the scene, and random ones where it gives none.
-        held: velocities whose coordinates must not move; None holds driven ones as long as the loops close so.
-        guesses: how many random ones at most.
+    Without a guess those of the scene are taken, and where it gives none random ones. Coordinates of `held` velocities
+    do not move; None holds driven ones as long as the loops close so.
     """
     scene = numbers.scene
     given = guess is not None or any(joint.start for joint in scene.moving)

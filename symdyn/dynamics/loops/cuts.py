@@ -106,13 +106,7 @@ def sine(law: Touch, row: Contact, X: Transform) -> Expr:
 
 @dataclass(frozen=True)
 class Gauge:
-    """One contact.
-
-    Attributes:
-        row: of the scene.
-        height: of the lowest point above the plane, m.
-        sine: of the angle between the axis of a wheel and the normal; 1 for a ball or a blade.
-    """
+    """A contact: height of its lowest point, m, and sine of the angle of a wheel's axis and the normal, else 1."""
 
     row: Contact
     height: Expr

@@ -29,14 +29,7 @@ from symdyn.scene.values.mapping import quantities_in
 
 @dataclass(frozen=True)
 class Angles:
-    """Angles of one joint.
-
-    Attributes:
-        joint: whose they are.
-        names: of the coordinates, in the order of the turns.
-        first: place of the first of them in q.
-        gimbal: their axes, and what is said where they are singular.
-    """
+    """Angles of one joint: coordinates in the order of the turns, the place of the first in q, and their axes."""
 
     joint: Joint
     names: tuple[str, ...]

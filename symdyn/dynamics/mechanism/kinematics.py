@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import placement, state_symbols, vector
+from symdyn.dynamics.mechanism.state import State, placement, state_symbols, vector
 from symdyn.dynamics.mechanism.tree import Tree, body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, tangents
@@ -110,7 +110,7 @@ def tree_placed(scene: Scene, tree: Tree, name: str) -> Transform:
     return tree_placements(tree)[carrier] @ home @ local
 
 
-def jacobian(scene: Scene, tree: Tree, name: str) -> list[Expr]:
+def jacobian(scene: Scene, tree: Tree, state: State, name: str) -> list[Expr]:
     """Return J with [v; ω] = J q̇, row by row, shape (6, n): column z × (p - o) + s over z, with z, s the joint axis."""
     body, _ = locate(scene, name, tree.graph)
     p, placements = tree_placed(scene, tree, name).p, tree_placements(tree)
@@ -125,21 +125,21 @@ def jacobian(scene: Scene, tree: Tree, name: str) -> list[Expr]:
     return [column[k] for k in range(6) for column in columns]
 
 
-def velocity_product(scene: Scene, tree: Tree, name: str, qd: Sequence[Expr]) -> list[Expr]:
+def velocity_product(scene: Scene, tree: Tree, state: State, name: str) -> list[Expr]:
     """Return J̇ q̇, shape (6,): the acceleration [v̇; ω̇] at q̈ = 0."""
     still = [tree.graph.zero] * tree.n
     body, local = locate(scene, name, tree.graph)
     carrier, home = tree.home[body]
-    motion = body_motion(tree, qd, still, zero_vector(tree.graph))[carrier]
+    motion = body_motion(tree, state.qd, still, zero_vector(tree.graph))[carrier]
     R = tree_placements(tree)[carrier].R
     return [*apply(R, motion.at((home @ local).p)), *apply(R, motion.dw)]
 
 
-def acceleration(scene: Scene, tree: Tree, name: str, qd: Sequence[Expr], qdd: Sequence[Expr]) -> list[Expr]:
+def acceleration(scene: Scene, tree: Tree, state: State, name: str) -> list[Expr]:
     """Return the acceleration of a body's centre of mass, the input of (5.11), shape (3,), ground frame, m/s^2."""
     centre = centre_of_mass(scene, name, tree.graph)
     carrier, home = tree.home[name]
-    motion = body_motion(tree, qd, qdd, zero_vector(tree.graph))[carrier]
+    motion = body_motion(tree, state.qd, state.qdd, zero_vector(tree.graph))[carrier]
     return list(apply(tree_placements(tree)[carrier].R, motion.at(home.point(centre))))
 
 

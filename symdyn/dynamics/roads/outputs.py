@@ -6,6 +6,7 @@ the name of a body or point for kinematic outputs) and returns the entries of th
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations
 
@@ -19,6 +20,7 @@ from symdyn.dynamics.roads import tree_roads as roads
 from symdyn.dynamics.roads.closed_outputs import DRIVES_IN_LOOPS, FORWARD_IN_LOOPS, INVERSE_IN_LOOPS, OF_LOOPS
 from symdyn.dynamics.roads.output import FORCES, Output, Rates, Road, Unasked, by_differentiation, by_lagrange
 from symdyn.dynamics.roads.reaction_outputs import REACTIONS
+from symdyn.graph import Expr
 from symdyn.scene.forces import elastic
 
 
@@ -36,6 +38,14 @@ def _squares(n: int) -> list[Rates]:
 
 def _alone(n: int) -> list[Rates]:
     return [()]
+
+
+def _moving(recursive: Callable[..., list[Expr]], differentiated: Callable[..., list[Expr]]) -> dict[str, Road]:
+    """Return the two roads to how a body or a point moves."""
+    return {
+        "recursive": Road(lambda w, name: recursive(w.scene, w.tree, w.state, name)),
+        "differentiation": by_differentiation(lambda w, name: differentiated(w.scene, name, w.graph)),
+    }
 
 
 VECTOR, SQUARE, PAIRS = (labels.velocities,), (labels.velocities,) * 2, (labels.velocities, labels.pairs)
@@ -283,12 +293,7 @@ OUTPUTS: dict[str, Output] = {
         (labels.fixed(*labels.TWIST), labels.velocities),
         "m or 1, and 1",
         "same",
-        {
-            "recursive": Road(lambda w, name: kinematics.jacobian(w.scene, w.tree, name)),
-            "differentiation": by_differentiation(
-                lambda w, name: kinematics.differentiated_jacobian(w.scene, name, w.graph)
-            ),
-        },
+        _moving(kinematics.jacobian, kinematics.differentiated_jacobian),
         place="point",
     ),
     "jdot_qdot": Output(
@@ -298,12 +303,7 @@ OUTPUTS: dict[str, Output] = {
         (labels.fixed(*labels.TWIST),),
         "m/s^2 and rad/s^2",
         "same",
-        {
-            "recursive": Road(lambda w, name: kinematics.velocity_product(w.scene, w.tree, name, w.state.qd)),
-            "differentiation": by_differentiation(
-                lambda w, name: kinematics.differentiated_velocity_product(w.scene, name, w.graph)
-            ),
-        },
+        _moving(kinematics.velocity_product, kinematics.differentiated_velocity_product),
         place="point",
     ),
     "com_acceleration": Output(
@@ -313,12 +313,7 @@ OUTPUTS: dict[str, Output] = {
         (labels.fixed(*"xyz"),),
         "m/s^2",
         "same",
-        {
-            "recursive": Road(lambda w, name: kinematics.acceleration(w.scene, w.tree, name, w.state.qd, w.state.qdd)),
-            "differentiation": by_differentiation(
-                lambda w, name: kinematics.differentiated_acceleration(w.scene, name, w.graph)
-            ),
-        },
+        _moving(kinematics.acceleration, kinematics.differentiated_acceleration),
         place="body",
         unasked=Unasked.PROVED,
         lacks="silently",
