@@ -91,15 +91,9 @@ def name(text: str) -> str:
 
 def number(x: float) -> str:
     """Return a number with one decimal; ties lie off the grid, so that the last bit of a sine decides nothing."""
-    text = f"{tenths(x) / 10:.1f}"
-    return text.removesuffix(".0")
-
-
-def tenths(x: float) -> int:
-    """Return a number in tenths."""
     if not math.isfinite(x):
         raise DrawError("a place in the picture is beyond the largest double; choose units that keep numbers smaller")
-    return math.floor(x * 10 + 0.5 + 1e-4)
+    return f"{math.floor(x * 10 + 0.5 + 1e-4) / 10:.1f}".removesuffix(".0")
 
 
 def element(shape: Shape, extra: str = "") -> str:

@@ -152,17 +152,17 @@ def _says(
 
 def expected(page: Printable, target: Target, book: bool = False) -> Form:
     """Return what a quantity should be; τ_i is what drives joint i, with friction and loads on its side."""
-    if target.kind == "L":
-        return _less(page.K, page.P)
-    if target.kind in ("K", "P"):
-        return page.K if target.kind == "K" else page.P
+    energies = {"K": page.K, "P": page.P, "L": _less(page.K, page.P)}
+    if target.kind in energies:
+        return energies[target.kind]
     i = target.index[0] - 1
     if target.kind == "tau":
         drive = page.scene.drives[i]
         loads = sum_of(term for term in terms_of(page.driving(i)) if not (drive and term == Symbol(drive)))
         return _less(page.left(i), loads)
-    found = next((c.form for c in page.rows[i] if (c.kind, c.indices) == (target.kind, target.index)), ZERO)
-    return _minus(found) if book and target.kind in ("k_C", "k_D") else found
+    own = ((c.form, c.of) for c in page.rows[i] if (c.kind, c.indices) == (target.kind, target.index))
+    form, of = next(own, (ZERO, ""))
+    return _minus(form) if book and of == "qd" else form
 
 
 def _minus(form: Form) -> Form:
