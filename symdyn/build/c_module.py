@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from math import prod
 from pathlib import Path
-from threading import Thread
 from typing import Any
 
 import numpy as np
@@ -275,22 +275,12 @@ def run_rows(
         call(count, *places)
         return
 
-    faults: list[BaseException] = []
+    def work(part: tuple[int, int]) -> None:
+        first, last = part
+        call(last - first, *(place + first * stride for place, stride in zip(places, strides, strict=True)))
 
-    def work(first: int, last: int) -> None:
-        try:
-            call(last - first, *(place + first * stride for place, stride in zip(places, strides, strict=True)))
-        except BaseException as fault:
-            faults.append(fault)
-
-    others = [Thread(target=work, args=part) for part in parts[1:]]
-    for one in others:
-        one.start()
-    work(*parts[0])
-    for one in others:
-        one.join()
-    if faults:
-        raise faults[0]
+    with ThreadPoolExecutor(len(parts)) as pool:
+        list(pool.map(work, parts))  # raises what one of them has raised
 
 
 def split(count: int, threads: int) -> list[tuple[int, int]]:

@@ -10,7 +10,7 @@ does. So a state is brought back before it is looked at, q_d by Newton steps -G_
 
 Where G_d is nearly singular and G is not, it is the choice of independent velocities that fails, as the height of a
 pendulum does at its lowest point. There the state is brought back by the shortest steps, -G⁺ r, and u̇ is solved for
-together with multipliers, see `closed`.
+together with multipliers, see `closed_system`.
 """
 
 from __future__ import annotations

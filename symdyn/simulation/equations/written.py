@@ -58,9 +58,9 @@ def state_equations(
         raise SimulateError(f"{scene.name}: nothing moves: no joint has a coordinate")
     asked = (opened(scene).scene, *forces.form, tuple(events))
     others = [one for one in _KEPT if one[:-1] == asked]
-    known = others[-1][-1] if others and start is not None and scene.is_closed else None
-    still = known is not None and start is not None and hold(known, numbers_at(scene), start)
-    decisions = known if known is not None and still else written_decisions(scene)
+    decisions = others[-1][-1] if others and scene.is_closed else None
+    if decisions is None or start is None or not hold(decisions, numbers_at(scene), start):
+        decisions = written_decisions(scene)
     notes = () if not others or (*asked, decisions) in others else (decisions.instead_of(others[-1][-1]),)
     made = _KEPT.get((*asked, decisions), lambda: _written(scene, forces, tuple(events), decisions, ()))
     found = made.at(scene, forces, notes)
