@@ -17,7 +17,7 @@ from symdyn.dynamics.mechanism.state import placement, quaternions
 from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.scene import Pose, Scene, spell, velocity_name
-from symdyn.scene.declaration.files import Reading, ReadOptions
+from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats import mjcf
 from symdyn.scene.joints.held_or_reversed import inverse as inverse_pose
 from symdyn.scene.values.quantity import number

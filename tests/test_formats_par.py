@@ -32,7 +32,7 @@ from symdyn.scene import (
     spell,
     write_text,
 )
-from symdyn.scene.declaration.files import ReadOptions
+from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats import par, par_writer
 from symdyn.scene.formats.par_frames import rows
 from symdyn.scene.values.quantity import number, symbol

@@ -12,7 +12,7 @@ from symdyn.build import lambdify
 from symdyn.cli import main
 from symdyn.errors import SceneError
 from symdyn.scene import GROUND, Coupling, Limits, number, parse, read
-from symdyn.scene.declaration.files import Reading, ReadOptions
+from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats import sdf
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.urdf import read_element

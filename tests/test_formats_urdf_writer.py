@@ -19,7 +19,7 @@ from symdyn.errors import SceneError
 from symdyn.graph import Graph, evaluate
 from symdyn.program import lower
 from symdyn.scene import Limits, Pose, Scene, number, parse, read, read_text
-from symdyn.scene.declaration.files import ReadOptions
+from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats import par_writer
 from symdyn.scene.formats.placing import angle_text, decimal_text, xyz_rpy
 from symdyn.scene.formats.urdf import read_element
@@ -240,6 +240,7 @@ def test_a_first_moment_without_mass_is_refused():
         (Fraction(1, 3), "0.3333333333333333"),
         (Fraction("1.57079632679489655800"), "1.570796326794896558"),
         (Fraction("1e-30"), "1E-30"),
+        (Fraction("0.12345678901234567890123456789012345678"), "0.12345678901234567890123456789012345678"),
         (Fraction(10) ** 30, "1E+30"),
         (0.1, "0.1"),
         (2.0, "2"),

@@ -18,7 +18,7 @@ from symdyn.emit import emit
 from symdyn.errors import SceneError
 from symdyn.program import lower
 from symdyn.scene import Scene
-from symdyn.scene.declaration.files import Reading, ReadOptions
+from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats.urdf import read
 from symdyn.scene.formats.urdf_writer import write_text
 

@@ -19,8 +19,8 @@ from symdyn.scene.build_joints import (
     spherical,
     universal,
 )
-from symdyn.scene.declaration.files import ReadOptions, Written
 from symdyn.scene.declaration.locking import lock
+from symdyn.scene.declaration.reading import ReadOptions, Written
 from symdyn.scene.forces import FORCES, pull_of
 from symdyn.scene.forces.body_load import load
 from symdyn.scene.forces.contact import knife_edge, rolling

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from symdyn.errors import SceneError
 from symdyn.graph import growing
-from symdyn.scene.declaration.files import BEGIN, Reading, ReadOptions, Written, read_bounded
+from symdyn.scene.declaration.reading import BEGIN, Reading, ReadOptions, Written, read_bounded
 from symdyn.scene.robot_words import MOST, coordinates_of_joints
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion

@@ -11,7 +11,7 @@ from typing import cast
 
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.declare import Declaration, assemble
-from symdyn.scene.declaration.files import BEGIN, Reading, ReadOptions, read_bounded
+from symdyn.scene.declaration.reading import BEGIN, Reading, ReadOptions, read_bounded
 from symdyn.scene.forces import sections
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import check_name, suggestion

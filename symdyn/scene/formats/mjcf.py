@@ -19,7 +19,7 @@ from typing import Any
 
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.declare import assemble
-from symdyn.scene.declaration.files import Reading, ReadOptions
+from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats.mjcf_mesh import check_meshes, is_file, mesh_paths
 from symdyn.scene.formats.mjcf_tree import Tree, nonzero
 from symdyn.scene.formats.xml import Element, read_xml

@@ -18,7 +18,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from symdyn.scene.declaration.declare import Declaration
-from symdyn.scene.declaration.files import ReadOptions
+from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats.doubles import Doubles
 from symdyn.scene.formats.floating import WHERE as FLOATING
 from symdyn.scene.formats.floating import free_base

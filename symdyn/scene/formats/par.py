@@ -22,7 +22,7 @@ from pathlib import Path
 
 from symdyn.graph import Op
 from symdyn.scene.declaration.declare import Declaration, assemble
-from symdyn.scene.declaration.files import Reading, ReadOptions, read_bounded
+from symdyn.scene.declaration.reading import Reading, ReadOptions, read_bounded
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.par_sheet import (
     SCALAR_KEYS,

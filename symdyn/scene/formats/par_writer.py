@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.errors import SceneError
-from symdyn.scene.declaration.files import Written, lost_words
+from symdyn.scene.declaration.reading import Written, lost_words
 from symdyn.scene.formats.par import FIXED, TYPES
 from symdyn.scene.formats.par_frames import Row, rows
 from symdyn.scene.formats.par_links import INERTIAL, NOTHING, Link, link

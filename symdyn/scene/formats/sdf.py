@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from symdyn.errors import SceneError
-from symdyn.scene.declaration.files import Reading, ReadOptions
+from symdyn.scene.declaration.reading import Reading, ReadOptions
 
 
 def read(path: Path, options: ReadOptions) -> Reading:

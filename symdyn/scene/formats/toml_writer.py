@@ -12,8 +12,8 @@ from fractions import Fraction
 from itertools import chain
 
 from symdyn.scene.declaration.body_table import INERTIA_KEYS
-from symdyn.scene.declaration.files import Written
 from symdyn.scene.declaration.joint_table import LIMIT_KEYS
+from symdyn.scene.declaration.reading import Written
 from symdyn.scene.forces import place_of, table_of
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.formats.placing import exact_decimal

@@ -19,8 +19,8 @@ from typing import Any
 
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.declare import Declaration, assemble
-from symdyn.scene.declaration.files import Reading, ReadOptions
 from symdyn.scene.declaration.joint_table import STAND_IN, freedoms
+from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats.attributes import Attributes
 from symdyn.scene.formats.floating import free_base
 from symdyn.scene.formats.inertias import Entries, turned

@@ -13,7 +13,7 @@ from fractions import Fraction
 from xml.sax.saxutils import quoteattr
 
 from symdyn.errors import SceneError
-from symdyn.scene.declaration.files import Written, lost_words
+from symdyn.scene.declaration.reading import Written, lost_words
 from symdyn.scene.formats.inertias import possible
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.placing import angle_text, decimal_text, known, known_angle, xyz_rpy

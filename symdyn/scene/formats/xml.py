@@ -22,7 +22,7 @@ from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
 from symdyn.errors import SceneError
-from symdyn.scene.declaration.files import read_bounded
+from symdyn.scene.declaration.reading import read_bounded
 from symdyn.scene.values.table import shorten
 
 LARGEST_FILE = 32 * 2**20

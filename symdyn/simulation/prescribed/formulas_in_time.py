@@ -8,7 +8,7 @@ from pathlib import Path
 
 from symdyn.errors import SceneError, SimulateError
 from symdyn.scene import FormulaError, Quantity, Scene, parse, spell
-from symdyn.scene.declaration.files import read_bounded
+from symdyn.scene.declaration.reading import read_bounded
 from symdyn.scene.values.mapping import substituted
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
