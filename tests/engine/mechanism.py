@@ -219,9 +219,9 @@ class State:
     def contacts(self) -> list[Contact]:
         """Return loops, then wheels and blades, in declared order."""
         return [self.loop(joint) for joint in self.m.scene.loops] + [
-            (self.wheel if row.type == "rolling" else self.blade)(row)
+            (self.wheel if row.kind == "rolling" else self.blade)(row)
             for row in self.m.scene.rows
-            if row.type != "formula"
+            if row.kind != "formula"
         ]
 
     def loop(self, joint: Any) -> Contact:
@@ -280,7 +280,7 @@ class State:
 
     def formulas(self) -> tuple[Array, Array]:
         """Return coefficients (m, nv) and biases of the rows that are formulas."""
-        rows = [row for row in self.m.scene.rows if row.type == "formula"]
+        rows = [row for row in self.m.scene.rows if row.kind == "formula"]
         units = [{**self.known, **dict(zip(self.m.names, one, strict=True))} for one in np.eye(len(self.u))]
         a = np.array([[number(row.formula, known) for known in units] for row in rows]).reshape(len(rows), len(units))
         return a, np.array([float(value(row.formula, self.known).v) for row in rows])
