@@ -34,7 +34,7 @@ FLIPS = (  # file seen from dynamics/, what stands there, what is planted
         "size = size - (express(dry.static, graph) - size)",
     ),
     ("loops/constraint_rows.py", "sub(scale(dot(omega, d), omega),", "add(scale(dot(omega, d), omega),"),
-    ("reactions/hinges.py", "add(wrench[1], cross(way, wrench[0]))", "sub(wrench[1], cross(way, wrench[0]))"),
+    ("../spatial.py", "add(wrench[1], cross(way, wrench[0]))", "sub(wrench[1], cross(way, wrench[0]))"),
 )
 
 
