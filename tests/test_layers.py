@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections import Counter
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -134,6 +135,25 @@ def test_no_files_import_each_other_in_a_circle() -> None:
         left = inner
 
     assert not left, "\n".join(f"{module} imports {', '.join(sorted(targets))}" for module, targets in left.items())
+
+
+def bound(module: ast.Module) -> Iterator[str]:
+    """Yield the names that a module's own statements give a value, a function or a class."""
+    for node in module.body:
+        if isinstance(node, ast.Assign):
+            yield from (name.id for target in node.targets for name in ast.walk(target) if isinstance(name, ast.Name))
+        elif isinstance(node, ast.AnnAssign) and node.value is not None:
+            yield ast.unparse(node.target)
+        elif isinstance(node, (ast.FunctionDef, ast.ClassDef)) and not node.decorator_list:  # overloads have one
+            yield node.name
+
+
+def test_no_name_of_a_module_is_bound_twice() -> None:
+    """A constant that another of the same name hides further down is a fault that no other tool tells."""
+    for module, tree in modules().items():
+        twice = [name for name, count in Counter(bound(tree)).items() if count > 1]
+
+        assert not twice, f"{module}: {twice}"
 
 
 def test_the_picture_of_the_rooms_is_that_of_the_table() -> None:
