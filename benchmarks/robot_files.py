@@ -22,7 +22,7 @@ from symdyn.emit import emit
 from symdyn.errors import SceneError
 from symdyn.program import lower
 from symdyn.scene import Scene
-from symdyn.scene.declaration.reader import ReadOptions
+from symdyn.scene.declaration.reading import ReadOptions
 from symdyn.scene.formats.urdf import read
 
 T = TypeVar("T")
