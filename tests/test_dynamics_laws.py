@@ -344,11 +344,30 @@ def stairs() -> Scene:
     return scene("stairs", parameters=dict.fromkeys(("a", "b")), bodies=bodies, joints=joints)
 
 
+def fork() -> Scene:
+    """Two parallel axes between oblique ones; a second child has lifted the frame that the first one turns in."""
+    joints = [
+        revolute("j0", "ground", "b0", axis=[1, 0, 0]),
+        revolute("j1", "b0", "b1", origin=[("Ty", "3/10"), ("Tz", "1/5")]),
+        revolute("j2", "b1", "b2", origin=[("Tx", "1/2"), ("Tz", "7/10")]),
+        revolute("j3", "b2", "b3", origin=[("Tx", "3/10"), ("Tz", "1/5")], axis=[1, 0, 0]),
+        revolute("j4", "b1", "b4", origin=[("Ty", "2/5"), ("Tz", "11/10")], axis=[0, 1, 0]),
+    ]
+    return scene("fork", bodies=[body(f"b{k}", mass=k + 1, com=["1/3", "1/5", "1/7"]) for k in range(5)], joints=joints)
+
+
+def test_a_run_of_parallel_axes_may_have_a_shift_along_them():
+    lean = workspace(fork()).lean
+    (k,) = (k for k in lean.outward() if lean.parent[k] and not lean.link[k].fixed)
+
+    assert not lean.link[k].shift[2].is_zero
+
+
 @pytest.mark.parametrize("keeping", [False, True])
 @pytest.mark.parametrize("leaping", [False, True])
-@pytest.mark.parametrize("one", [read_text(SHELF), stairs()], ids=["shelf", "stairs"])
+@pytest.mark.parametrize("one", [read_text(SHELF), stairs(), fork()], ids=["shelf", "stairs", "fork"])
 def test_every_variant_of_the_composite_body_algorithm_is_right(one, leaping, keeping):
-    """Not only the cheapest: over parallel axes that lie beside and above each other, with a slide at the end."""
+    """Not only the cheapest: over parallel axes that lie beside and above each other, a slide or a branch at the end."""
     w = workspace(one)
     entries = [entry for row in crba(w.lean, leaping, keeping) for entry in row]
     other = derive_one(w, "mass_matrix", "lagrange").entries

@@ -6,7 +6,7 @@ H = u·∂L/∂u - L, L = K - P, for velocities u; two roads: half of u·M u and
 from __future__ import annotations
 
 from symdyn.dynamics import OUTPUTS, Output, Road, Workspace
-from symdyn.dynamics.recursive.crba import potential_energy
+from symdyn.dynamics.recursive.lean_tree import potential_energy
 from symdyn.graph import Expr, gradient
 
 

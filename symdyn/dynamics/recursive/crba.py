@@ -1,4 +1,4 @@
-"""Composite rigid bodies: the mass matrix of a kinematic tree, along factored links, and its potential energy.
+"""Composite rigid bodies: the mass matrix of a kinematic tree, along factored links.
 
 Reference: Featherstone, Rigid Body Dynamics Algorithms (2008), table 6.2.
 
@@ -34,7 +34,7 @@ from symdyn.dynamics.recursive.lean_tree import LeanTree
 from symdyn.dynamics.recursive.links import Link, PlanarTurn
 from symdyn.dynamics.recursive.moments import Moments
 from symdyn.graph import Expr
-from symdyn.spatial import Vec, add, dot, zero_vector
+from symdyn.spatial import Vec, add, zero_vector
 
 
 def crba(tree: LeanTree, leaping: bool = False, keeping: bool = False) -> list[list[Expr]]:
@@ -88,15 +88,6 @@ def _momentum(body: Moments, slides: bool, polar: Expr | None) -> tuple[Vec, Vec
     if slides:
         return (y, -x, zero), (zero, zero, body.m)
     return (-J[0][2], -J[1][2], J[0][0] + J[1][1] if polar is None else polar), (-y, x, zero)
-
-
-def potential_energy(tree: LeanTree) -> Expr:
-    """Return P = -g·Σ m r, J; what is welded to the ground counts, and so does what regrouping has moved there."""
-    body = list(tree.body)
-    for i in tree.inward():
-        p = tree.parent[i]
-        body[p] = body[p] + tree.link[i].moments_back(body[i])
-    return -dot(tree.gravity, body[0].h)
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ from symdyn.dynamics.recursive.links import GeneralTurn, Link, PlanarTurn, Turn
 from symdyn.dynamics.recursive.moments import Moments, moments_of
 from symdyn.graph import Expr, Graph, Op
 from symdyn.scene.joints.blocks import towards
-from symdyn.spatial import Mat, Transform, Vec, unit_transform, zero_vector
+from symdyn.spatial import Mat, Transform, Vec, dot, unit_transform, zero_vector
 
 Angle = tuple[Expr, Expr]  # cosine and sine
 
@@ -247,6 +247,15 @@ def _quotient(a: Expr, b: Expr) -> Expr | None:
     if a.op is Op.MUL and b in a.args:
         return sign_a * sign_b * (a.args[1] if a.args[0] is b else a.args[0])
     return None
+
+
+def potential_energy(tree: LeanTree) -> Expr:
+    """Return P = -g·Σ m r, J; what is welded to the ground counts, and so does what regrouping has moved there."""
+    body = list(tree.body)
+    for i in tree.inward():
+        p = tree.parent[i]
+        body[p] = body[p] + tree.link[i].moments_back(body[i])
+    return -dot(tree.gravity, body[0].h)
 
 
 def regroup(tree: LeanTree) -> LeanTree:

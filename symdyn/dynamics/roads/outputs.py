@@ -14,7 +14,7 @@ from symdyn.dynamics.lagrange import second_kind as lagrange
 from symdyn.dynamics.mechanism import kinematics
 from symdyn.dynamics.mechanism.directions import has_quaternions, rates_of_placements
 from symdyn.dynamics.mechanism.prescribed import has_motion
-from symdyn.dynamics.recursive.crba import potential_energy
+from symdyn.dynamics.recursive.lean_tree import potential_energy
 from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads import tree_roads as roads
 from symdyn.dynamics.roads.closed_outputs import DRIVES_IN_LOOPS, FORWARD_IN_LOOPS, INVERSE_IN_LOOPS, OF_LOOPS
