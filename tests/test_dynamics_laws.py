@@ -367,7 +367,7 @@ def test_a_run_of_parallel_axes_may_have_a_shift_along_them():
 @pytest.mark.parametrize("leaping", [False, True])
 @pytest.mark.parametrize("one", [read_text(SHELF), stairs(), fork()], ids=["shelf", "stairs", "fork"])
 def test_every_variant_of_the_composite_body_algorithm_is_right(one, leaping, keeping):
-    """Not only the cheapest: over parallel axes that lie beside and above each other, a slide or a branch at the end."""
+    """Not only the cheapest: over parallel axes beside and above each other, with a slide or a branch at the end."""
     w = workspace(one)
     entries = [entry for row in crba(w.lean, leaping, keeping) for entry in row]
     other = derive_one(w, "mass_matrix", "lagrange").entries
