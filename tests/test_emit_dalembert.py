@@ -12,7 +12,7 @@ from figure_5_39 import single_loop
 from symdyn.cli import main
 from symdyn.emit.print.dalembert_page import dalembert_text
 from symdyn.errors import EmitError
-from symdyn.scene import read
+from symdyn.scene import body, prismatic, read, scene
 
 
 def test_page_of_the_two_link_arm():
@@ -51,6 +51,14 @@ def test_an_idle_spin_is_no_drive():
 
     assert "$n = 2$ unknown drives, 1 of them of freedoms that nothing drives, such as an idle spin (ball)" in text
     assert "18 = 2 + 16" in text
+
+
+def test_a_force_over_time_has_time_among_the_symbols_of_the_document():
+    slab = prismatic("slide", parent="ground", child="slab", axis=(1, 0, 0), force="sin(2*t)")
+    text = dalembert_text(scene("pushed", bodies=[body("slab", mass=1)], joints=[slab]), document=True)
+
+    assert r"\sin(2 t)" in text
+    assert r"$t$ & time & $\mathrm{s}$" in text
 
 
 def test_the_same_page_twice():

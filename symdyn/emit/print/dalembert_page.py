@@ -82,7 +82,7 @@ class _Page:
 
     def __init__(self, scene: Scene, system: Equilibrium) -> None:
         self.scene, self.system = scene, system
-        self.write = Latex(latex_symbols(scene), DIGITS)
+        self.write = Latex(latex_symbols(scene) | {TIME: TIME}, DIGITS)
         self.forms = _forms(system)
         nodes = reachable([*system.right(), *(x for block in system.blocks.values() for part in block for x in part)])
         self.timed = any(node.value == TIME for node in nodes)
