@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import pickle
 from pathlib import Path
 
 import pytest
@@ -72,6 +73,17 @@ def test_every_joint_type_has_a_symbol_words_and_a_function_that_declares_it():
     assert {part.shape for mark in marks for part in (*mark.parts, *mark.flat)} == set(PARTS)
     assert {frozenset(kind.words) for kind in JOINTS.values()} == {frozenset(LANGUAGES)}
     assert [kind for kind in JOINTS if not callable(getattr(scene, kind, None))] == []
+
+
+@pytest.mark.parametrize("kind", JOINTS)
+def test_what_declares_a_joint_goes_by_its_name(kind):
+    """In messages of Python, in `help`, where it says more than that, and in a pickle."""
+    declare = getattr(scene, kind)
+
+    with pytest.raises(TypeError, match=rf"^{kind}\(\) missing 1 required positional argument: 'child'$"):
+        declare("j", "ground")
+    assert declare.__doc__.startswith("Declare ")
+    assert pickle.loads(pickle.dumps(declare)) is declare
 
 
 @pytest.mark.parametrize("kind", JOINTS)

@@ -93,27 +93,28 @@ def joint(name: str, type: str, parent: str, child: str, **keys: object) -> Entr
     return entry("joints", name, type=type, parent=parent, child=child, **said)
 
 
-def _maker(type: str) -> Maker:
+def _maker(type: str, text: str) -> Maker:
     def made(name: str, parent: str, child: str, **keys: Unpack[JointKeys]) -> Entry:
         return joint(name, type, parent, child, **keys)
 
-    made.__name__, made.__doc__ = type, f"Declare a {type} joint; the arguments are those of `joint`."
+    made.__name__ = made.__qualname__ = type  # what a message calls it, and what pickles by its name
+    made.__doc__ = f"Declare {text}; the arguments are those of `joint`."
     return made
 
 
-revolute = _maker("revolute")
-prismatic = _maker("prismatic")
-fixed = _maker("fixed")
-helical = _maker("helical")
-cylindrical = _maker("cylindrical")
-universal = _maker("universal")
-spherical = _maker("spherical")
-planar = _maker("planar")
-point_on_line = _maker("point_on_line")
-point_on_plane = _maker("point_on_plane")
-rod = _maker("rod")
-free = _maker("free")
-custom = _maker("custom")
+revolute = _maker("revolute", "a revolute joint")
+prismatic = _maker("prismatic", "a prismatic joint")
+fixed = _maker("fixed", "a weld of two bodies")
+helical = _maker("helical", "a screw, whose pitch must be given")
+cylindrical = _maker("cylindrical", "a joint that turns about its axis and slides along it")
+universal = _maker("universal", "a universal (Cardan) joint")
+spherical = _maker("spherical", "a ball and socket")
+planar = _maker("planar", "two translations across the axis and a rotation about it")
+point_on_line = _maker("point_on_line", "a point that slides along the axis, the child turning about it")
+point_on_plane = _maker("point_on_plane", "a point in the plane across the axis, the child turning about it")
+rod = _maker("rod", "a massless rod between two points, whose length must be given")
+free = _maker("free", "a body without contact, in six coordinates or seven")
+custom = _maker("custom", "a joint by the steps of its motion, which must be given with its units")
 
 
 def loop(name: str, type: str, parent: str, child: str, **keys: object) -> Entry:
