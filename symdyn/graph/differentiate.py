@@ -33,7 +33,7 @@ PARTIALS: dict[Op, Partials] = {  # z = op(x, y)  ->  (dz/dx, dz/dy)
 
 
 def tangents(outputs: Sequence[Expr], seeds: Mapping[Expr, Expr]) -> list[Expr]:
-    """Return the derivative of every output along one direction, ẋ of each input that moves; all others rest."""
+    """Return ẏ of every output y along one direction: `seeds` are ẋ of the inputs that move, all others rest."""
     if not outputs:
         return []
     zero = outputs[0].graph.zero

@@ -130,7 +130,8 @@ def closed_form(scene: Scene) -> ClosedForm:
     """Return the closed forms of a scene.
 
     Raises:
-        DerivationError: there is no trigonometric polynomial, or one with more terms than anyone reads.
+        DerivationError: a coordinate stands in a function or a denominator, so that there is no trigonometric
+            polynomial; or there are more terms than anyone reads.
     """
     for joint in scene.joints:
         if joint.velocities:

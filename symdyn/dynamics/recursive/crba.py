@@ -124,7 +124,7 @@ def _start(tree: LeanTree, k: int) -> _Run:
 
 
 def _extend(run: _Run, link: Link, below: Link) -> _Run:
-    """Return the run with one more link, which turns before the run's."""
+    """Return the run with one more link, which turns before the run's; a branch may have lifted the frame below."""
     graph = link.rise.graph
     shift = (link.shift[0], link.shift[1], graph.zero)
     c, s, turn = below.turn.cos, below.turn.sin, run.turn

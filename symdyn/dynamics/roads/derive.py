@@ -165,7 +165,11 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
 
 
 def roads_of(request: str, scene: Scene | None = None) -> tuple[str, ...]:
-    """Return the names of the derivations of an output, for a scene only those that it has."""
+    """Return the names of the derivations of an output, for a scene only those that it has.
+
+    Raises:
+        DerivationError: there is no such output.
+    """
     found = row_of(request, scene)[0].roads
     if scene is None or not any(road.trees_only for road in found.values()):
         return tuple(found)
