@@ -285,3 +285,20 @@ def test_printed_equations_have_the_damping_of_followers():
     )
 
     assert equations_text(one, "text").strip() == "q1_ddot = tau1 - d1*q1_dot - 9*d2*q1_dot"
+
+
+@pytest.mark.parametrize(
+    ("new", "fault"),
+    [
+        ("armature = -0.1", "scene.toml: joints.wrist: armature = -0.1 is negative; give zero or more"),
+        (
+            "rotor = { inertia = -0.1, gear = 3 }",
+            "scene.toml: joints.wrist: rotor: inertia = -0.1 is negative; give an inertia of zero or more",
+        ),
+    ],
+    ids=["armature", "rotor"],
+)
+def test_a_negative_armature_is_told_once(new, fault):
+    with pytest.raises(SceneError, match="is negative") as caught:
+        read_text(HAND.replace("armature = 0.1", new, 1))
+    assert caught.value.faults == (fault,)

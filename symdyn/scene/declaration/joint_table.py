@@ -244,9 +244,7 @@ def _numbers(table: Table, key: str, n: int, why: str) -> tuple[Quantity, ...]:
 def _armature(table: Table) -> Quantity:
     """Return the inertia of a rotor seen at the joint: as it is, or behind a gear, inertia · gear²."""
     if "rotor" not in table:
-        armature = table.quantity("armature")
-        _not_negative(table, "armature", armature)
-        return armature
+        return table.quantity("armature")  # its sign is looked at when values are known
     if "armature" in table:
         table.fault("armature and rotor say the same thing twice; give one of them")
     advice = "write rotor = { inertia = 1e-4, gear = 100 }"
@@ -254,19 +252,16 @@ def _armature(table: Table) -> Quantity:
     if "inertia" not in inner:
         inner.fault(f"inertia is missing; {advice}")
     inertia, gear = inner.quantity("inertia"), inner.quantity("gear", ONE)
-    _not_negative(inner, "inertia", inertia)
     if gear == ZERO:
         inner.fault(f"gear = 0 turns no rotor; {advice}")
+    if isinstance(inertia.value, Fraction) and inertia.value < 0:
+        inner.fault(f"inertia = {spell(inertia)} is negative; give an inertia of zero or more")
+        return ZERO
     try:
         return mul(inertia, mul(gear, gear))
     except FormulaError as error:
         table.refuse("rotor", error)
         return ZERO
-
-
-def _not_negative(table: Table, key: str, inertia: Quantity) -> None:
-    if isinstance(inertia.value, Fraction) and inertia.value < 0:
-        table.fault(f"{key} = {spell(inertia)} is negative; give an inertia of zero or more")
 
 
 def _friction(table: Table, kind: str, n: int) -> tuple[Quantity, Element | None]:
