@@ -52,6 +52,16 @@ def test_stop_report_npz_and_plots(tmp_path: Path, capsys: pytest.CaptureFixture
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.html", "a.npz", "a.png", "a.svg"]
 
 
+def test_the_page_of_a_plot_tells_what_a_contact_takes(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason="needs matplotlib, the extra plot")
+    words = ["simulate", "examples/rolling_disc.toml", "--until", "0.1", "--every", "0.05"]
+
+    assert main([*words, "--plot", str(tmp_path / "a.html")]) == 0
+    page = (tmp_path / "a.html").read_text()
+    assert "smallest normal force, N, of contact" in page
+    assert "largest friction coefficient that is needed, of contact" in page
+
+
 def test_a_plot_does_not_read_a_stranger_s_matplotlibrc(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="needs matplotlib, the extra plot")
     words = [sys.executable, "-m", "symdyn", "simulate", DOUBLE, "--until", "0.1", "--method", "dop853"]

@@ -30,8 +30,10 @@ MONITORS = {
     "loop_rates": "largest velocity against the rows, m/s or rad/s",
     "quaternions": "largest error of a squared length of a quaternion",
     "momenta": "largest change of a conserved momentum",
+    "normal_force": "smallest normal force, N",
+    "friction_coefficient": "largest friction coefficient that is needed",
 }
-"""What the monitors of a run tell, in words."""
+"""What the monitors of a run tell, in words; those of a contact have its name behind theirs."""
 
 MOST_LINES = 12
 """Curves of one panel; further ones are left out, and the title says so."""
@@ -133,7 +135,9 @@ def _page(trajectory: Trajectory, svg: bytes) -> str:
             ("steps", f"{trajectory.steps}"),
             ("ended by", trajectory.stopped),
         ]
-    facts += [(MONITORS[name], f"{value:.3g}") for name, value in trajectory.monitors.items()]
+    for name, value in trajectory.monitors.items():
+        kind, _, contact = name.partition(" ")
+        facts.append((MONITORS[kind] + (f", of {contact}" if contact else ""), f"{value:.3g}"))
     facts += [(f"event {event.formula}", f"t = {event.t!r} s") for event in trajectory.events]
     safe = [(in_html(name), in_html(text)) for name, text in facts]
     title = in_html(trajectory.scene.name)
