@@ -23,7 +23,7 @@ from symdyn.bench.stress.solving import BESIDE, FORWARD, states
 from symdyn.bench.stress.traps import _in_numpy
 from symdyn.cli import main
 from symdyn.errors import SimulateError
-from symdyn.scene import read
+from symdyn.scene import body, prismatic, read, scene
 
 pytestmark = pytest.mark.runs()
 
@@ -137,6 +137,14 @@ def test_closed_mechanisms_solve_with_small_backward_errors_and_take_minus_zero(
 
     assert found.passed, [case for case in found.cases if not case.passed]
     assert {case.metric for case in found.cases} >= {"backward error of accelerations and of loops / eps"}
+
+
+def test_a_scene_whose_forces_name_time_is_solved_at_times():
+    slab = prismatic("slide", parent="ground", child="slab", axis=(1, 0, 0), force="3*sin(t)")
+    found = stress(scene("pushed", bodies=[body("slab", mass=1)], joints=[slab]), ["solving"])
+
+    assert found.cases
+    assert found.passed, [case for case in found.cases if not case.passed]
 
 
 def test_minus_zero_that_changes_a_result_is_seen_and_singular_positions_are_not():

@@ -24,7 +24,7 @@ from symdyn.bench.stress.scenes import arm, gimbal, heavier, two_link
 from symdyn.dynamics import roads_of, row_of
 from symdyn.errors import DerivationError
 from symdyn.scene import Scene
-from symdyn.simulation.prescribed.formulas_in_time import parameter_values
+from symdyn.simulation.prescribed.formulas_in_time import TIME, parameter_values
 
 Array = npt.NDArray[np.float64]
 
@@ -64,7 +64,7 @@ def of_scene(scene: Scene) -> Iterator[Case]:
     parameter_values(scene)
     if any(joint.motion is not None for joint in scene.joints):
         return
-    given = states(positions_of(scene), len(scene.velocities))
+    given = states(positions_of(scene), len(scene.velocities)) | {TIME: np.linspace(0.0, 1.0, STATES)[:, None]}
     for name, factor in (("as it is", 1), ("last body 1e12 times as heavy", LARGE), ("last body 1e-12 times", SMALL)):
         one = heavier(scene, (*(1,) * (len(scene.bodies) - 1), factor))
         for road in _roads(one):
