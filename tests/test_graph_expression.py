@@ -108,6 +108,11 @@ def test_square_root_of_a_square_is_not_its_base(g, x):
     assert g.sqrt(x * x) is not x
 
 
+def test_a_node_is_shown_by_its_value_its_name_or_its_operation(g, x, y):
+    assert [repr(node) for node in (g.constant(Fraction(1, 2)), x, g.pi)] == ["1/2", "x", "pi"]
+    assert repr(x * y) == f"mul(#{x.index}, #{y.index})"
+
+
 def test_the_root_of_a_negative_fraction_stays(g):
     root = g.sqrt(Fraction(-1, 2))
 

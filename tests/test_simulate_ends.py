@@ -132,7 +132,7 @@ import resource, sys
 resource.setrlimit(resource.RLIMIT_CPU, (40, 40))
 try:
     from symdyn.simulation import run
-    outlook.FIRST = 0.1
+    run.FIRST = 0.1
 except ImportError:
     pass
 from symdyn.cli import main
