@@ -334,6 +334,11 @@ inertia_about = "com"
 """
 
 
+FIRST = "[[dh.links]]\nmass = 1\ncom = [0.2, 0.1, 0.3]\n"
+SWIVEL = SHELF.replace("[[dh.links]]", f"{FIRST}[[dh.links]]", 1) + f'{FIRST}a = 0.2\nalpha = "pi/4"\n'
+"""The shelf between two oblique axes."""
+
+
 def stairs() -> Scene:
     """Three parallel axes; the shifts between them have two parameters each, and no length that is one."""
     places = [[], [("Tx", "a"), ("Ty", "b"), ("Tz", "1/3")], [("Tx", "b"), ("Ty", "a"), ("Tz", "1/5")]]
@@ -365,9 +370,11 @@ def test_a_run_of_parallel_axes_may_have_a_shift_along_them():
 
 @pytest.mark.parametrize("keeping", [False, True])
 @pytest.mark.parametrize("leaping", [False, True])
-@pytest.mark.parametrize("one", [read_text(SHELF), stairs(), fork()], ids=["shelf", "stairs", "fork"])
+@pytest.mark.parametrize(
+    "one", [read_text(SHELF), read_text(SWIVEL), stairs(), fork()], ids=["shelf", "swivel", "stairs", "fork"]
+)
 def test_every_variant_of_the_composite_body_algorithm_is_right(one, leaping, keeping):
-    """Not only the cheapest: over parallel axes beside and above each other, with a slide or a branch at the end."""
+    """Not only the cheapest: parallel axes beside and above each other, a slide, a branch or another axis at an end."""
     w = workspace(one)
     entries = [entry for row in crba(w.lean, leaping, keeping) for entry in row]
     other = derive_one(w, "mass_matrix", "lagrange").entries
