@@ -39,6 +39,7 @@ def function_arguments(scene: symdyn.Scene, output: str) -> list[str]:
     return [argument.name for argument in function.arguments if argument.name != "params"]
 
 
+@pytest.mark.usefixtures("numpy_alone")
 def test_forward_and_reverse_differentiation_are_proved_equal() -> None:
     scene = symdyn.read(EXAMPLES / "cart_pole.toml")
     assert certify(scene, ["inverse_dynamics_derivatives", "forward_dynamics_derivatives"]).passed
