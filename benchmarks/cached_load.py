@@ -1,6 +1,6 @@
 """What a load from the cache costs, beside that of another checkout: `python benchmarks/cached_load.py OTHER`.
 
-Processes of both take turns; each reads a scene, derives its usual functions, and opens their extension, which was
+Processes of both take turns; each reads a scene, derives its functions, and opens their extension, which was
 compiled before. Printed are the size of the library and the median processor time of opening it: hash, copy, load.
 """
 
@@ -18,12 +18,9 @@ OPEN = """
 import sys, time
 from symdyn.build.compiler import find_compiler
 from symdyn.build.extension import build_extension
-from symdyn.build.loaded import usual
+from symdyn import derive, lower, read
 from symdyn.emit import emit
-from symdyn.program import formulate, lower
-from symdyn.scene import read
-scene = read(sys.argv[1])
-sources = emit(lower(formulate(scene, usual(scene))), "ufunc")
+sources = emit(lower(derive(read(sys.argv[1]))), "ufunc")
 find_compiler()
 start = time.process_time()
 path, _ = build_extension(sources)
