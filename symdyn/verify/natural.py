@@ -214,7 +214,9 @@ def _reactions(w: Workspace, name: str, states: Sequence[_State]) -> Finding:
     derived = derive_one(w, name)
     length, decisions = w.loops.decisions.assembly.length, w.loops.decisions
     given = any(argument.name == "tau" for argument in derived.arguments)
-    system = InNumbers(equilibrium(w.hanging, tau=w.state.tau if given else None, whole=True))
+    # what is prescribed takes its own drive
+    drives = derive_one(w, "drive_forces").entries if w.prescribed.place else w.state.tau
+    system = InNumbers(equilibrium(w.hanging, tau=drives if given else None, whole=True))
     compared: list[str] = []
     wrong, general = [], 0
     for place in decisions.assembly.places if states else ():

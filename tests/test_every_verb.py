@@ -1,0 +1,58 @@
+"""One scene that has all that most lack (time, quaternions, a wheel, a prescribed motion), through every verb."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from symdyn.cli import VERBS, main
+from symdyn.scene import read
+from symdyn.verify import certify
+
+SCENE = Path(__file__).parent / "data" / "every_kind.toml"
+
+WORDS = {  # verb: command lines behind the scene, each with its exit status
+    "equations": [("--as dalembert", 0), ("--as base-parameters", 0), ("--format text", 1)],  # no closed form
+    "walkthrough": [("-o lesson.md", 1), ("-o lesson.html --road dalembert", 1)],
+    "check-derivation": [],  # a result comes first; there is none of a quaternion
+    "generate": [(f"--target {target} -o out", 0) for target in ("numpy", "c", "ufunc", "js")],
+    "verify": [],  # below
+    "simulate": [
+        ("--until 0.1 --bind F=1 -o run.csv --plot run.svg --animate run.html", 0),
+        ("--until 0.1 --bind F=1 --method dop853 --reactions -o run.npz", 0),
+    ],
+    "inverse": [
+        ("--until 0.1 --bind F=1 --motion swing=sin(t)", 1),  # leaves freedoms open
+        ("--until 0.1 --bind F=1 --motion run.csv", 0),
+    ],
+    "bench": [("--quick", 0)],
+    "stress": [("", 0)],
+    "info": [("", 0), ("--json", 0), ("--frames", 0), ("--base-parameters", 0)],
+    "draw": [("-o whole.svg", 0), ("-o disc.svg --body disc", 0), ("-o pendulum.svg --body pendulum", 0)],
+    "convert": [("copy.toml", 0), ("copy.urdf", 1)],  # F has no value
+    "new": [],  # takes no scene
+}
+
+
+def test_every_verb_is_tried() -> None:
+    assert set(WORDS) == set(VERBS)
+
+
+@pytest.mark.long(0)
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("verb", [verb for verb, lines in WORDS.items() if lines])
+def test_a_verb_takes_what_scenes_may_hold(
+    verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    if verb == "inverse":
+        assert main(["simulate", str(SCENE), *WORDS["simulate"][0][0].split()]) == 0
+    for line, status in WORDS[verb]:
+        assert main([verb, str(SCENE), *line.split()]) == status, f"{line}: {capsys.readouterr().err}"
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("numpy_alone")
+def test_its_equations_are_proved_with_the_drive_that_a_prescribed_motion_takes() -> None:
+    assert certify(read(SCENE)).passed
