@@ -6,20 +6,31 @@
 
 Coordinates have as many columns as there are velocities: plain partial derivatives where velocities are rates of
 coordinates, else along the axes of the moved frame (v, then ω). Derivatives of second order do not commute there.
+
+A way to J that is better than differentiation of a graph is a row of JACOBIANS; all that is asked of J has it then.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import product
 
+from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.roads import parameter_outputs as parameters
 from symdyn.dynamics.roads import result_labels as labels
+from symdyn.dynamics.roads.kinks import kinks
+from symdyn.dynamics.roads.named_functions import independent_symbols
 from symdyn.dynamics.roads.output import Output, Road, Unasked
 from symdyn.dynamics.roads.result_labels import Axis
 from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.errors import DerivationError
 from symdyn.graph import Expr, gradient, tangents
 from symdyn.scene import acceleration_name
+
+Direction = dict[Expr, Expr]
+"""How fast each symbol moves along it."""
 
 
 def _label(w: Workspace, k: int) -> str:
@@ -33,70 +44,154 @@ COLUMNS: dict[str, Axis] = {
     "qd": labels.velocities,
     "qdd": lambda w: tuple(map(acceleration_name, w.scene.velocities)),
     "tau": lambda w: tuple(f"force on {name}" for name in w.scene.velocities),
+    "qi": lambda w: tuple(str(one.value) for one in independent_symbols(w, "qi")),
+    "ui": lambda w: tuple(str(one.value) for one in independent_symbols(w, "ui")),
+    TIME: labels.fixed(TIME),
 }
 """Arguments that an output is differentiated along, and what the columns stand for."""
 
 
-def directions_of(w: Workspace, argument: str) -> list[dict[Expr, Expr]]:
-    """Return the directions of one argument: how fast each symbol of it moves along each, shape (nv,)."""
+def directions_of(w: Workspace, argument: str) -> list[Direction]:
+    """Return the directions of one argument: how fast each symbol of it moves along each, as many as it has columns."""
     if argument == "q":
         return list(w.directions.along)
-    symbols = {"qd": w.state.qd, "qdd": w.state.qdd, "tau": w.state.tau}[argument]
+    if argument in ("qi", "ui"):
+        symbols = independent_symbols(w, argument)
+    elif argument == TIME:
+        symbols = (w.graph.symbol(TIME),)
+    else:
+        symbols = {"qd": w.state.qd, "qdd": w.state.qdd, "tau": w.state.tau}[argument]
     return [{one: w.graph.one} for one in symbols]
 
 
-def forward(w: Workspace, entries: Sequence[Expr], arguments: Sequence[str]) -> list[Expr]:
-    """Return J row by row, a sweep for each column."""
-    columns = [tangents(entries, seeds) for name in arguments for seeds in directions_of(w, name)]
+# Differentiation of a graph
+
+
+def forward(entries: Sequence[Expr], directions: Sequence[Direction]) -> list[Expr]:
+    """Return the derivatives of entries along directions, row by row, a sweep for each column."""
+    columns = [tangents(entries, seeds) for seeds in directions]
     return [column[i] for i in range(len(entries)) for column in columns]
 
 
-def reverse(w: Workspace, entries: Sequence[Expr], arguments: Sequence[str]) -> list[Expr]:
-    """Return J row by row, a sweep for each row."""
-    seeds = [one for name in arguments for one in directions_of(w, name)]
-    inputs = list(dict.fromkeys(symbol for one in seeds for symbol in one))
+def reverse(entries: Sequence[Expr], directions: Sequence[Direction]) -> list[Expr]:
+    """Return the derivatives of entries along directions, row by row, a sweep for each row."""
+    inputs = list(dict.fromkeys(symbol for one in directions for symbol in one))
     found = []
     for entry in entries:
-        partial = dict(zip(inputs, gradient(entry, inputs), strict=True))
-        found += [w.graph.total(h * partial[x] for x, h in one.items()) for one in seeds]
+        partials = dict(zip(inputs, gradient(entry, inputs), strict=True))
+        found += [entry.graph.total(h * partials[x] for x, h in one.items()) for one in directions]
     return found
 
 
-def derivatives(row: Output) -> Output:
-    """Return the row of J for a row of the table."""
-    along = [name for name in row.arguments if name in COLUMNS]
+SWEEPS = {"forward": forward, "reverse": reverse}
 
-    def columns(w: Workspace) -> tuple[str, ...]:
-        return tuple(label for name in along for label in COLUMNS[name](w))
 
-    def rows(w: Workspace) -> tuple[str, ...]:
-        return tuple(" ".join(one) for one in product(*(axis(w) for axis in row.axes)))
+def entries_of(w: Workspace, row: Output, *place: str) -> Sequence[Expr]:
+    """Return the entries of an output by the road that its row prefers."""
+    row = row.where_closed if w.scene.is_closed else row
+    found: Sequence[Expr] = w.once(row.roads[row.preferred(w)].derive, *place)
+    return found
 
-    def entries(w: Workspace, place: tuple[str, ...]) -> Sequence[Expr]:
-        found: Sequence[Expr] = w.once(row.roads[row.preferred(w)].derive, *place)
-        return found
 
-    blocks = " | ".join(f"d{row.result}/d{name}" for name in along)
-    return replace(
+def along_all(w: Workspace, arguments: Sequence[str]) -> list[Direction]:
+    """Return the directions of several arguments, in their order."""
+    return [one for name in arguments for one in directions_of(w, name)]
+
+
+JACOBIANS: dict[str, dict[str, Callable[[Workspace, Sequence[str]], Sequence[Expr]]]] = {}
+"""Roads to J of an output beside differentiation, by its name and theirs: each takes the arguments along which J is
+wanted, some of the output's in their order, and returns J row by row."""
+
+
+# Rows of the table
+
+
+def differentiable(row: Output) -> tuple[str, ...]:
+    """Return the arguments of an output along which it can be differentiated, in their order."""
+    return tuple(name for name in row.arguments if name in COLUMNS)
+
+
+def rows_of(row: Output) -> Axis:
+    """Return what the entries of an output stand for, row by row."""
+    return lambda w: tuple(" ".join(one) for one in product(*(axis(w) for axis in row.axes)))
+
+
+def derived(row: Output, varied: Sequence[str], **changes: object) -> Output:
+    """Return a row that is asked of another one, differentiated along arguments: what all such rows have in common."""
+    common = replace(
         row,
-        text=f"derivatives [{blocks}] along the directions of the velocities, all else held, of {row.text}",
-        result=f"d{row.result}",
-        axes=(rows, columns),
-        units=f"{row.units}, per unit of what moves",
         in_loops="refuse" if row.own else row.in_loops,
         own=None,
-        roads={
-            "forward": Road(lambda w, *place: forward(w, entries(w, place), along)),
-            "reverse": Road(lambda w, *place: reverse(w, entries(w, place), along)),
-        },
         unasked=Unasked.NEVER,
         prefer=None,
         compared=None,
         unique=None,
         solves=(),
         multiplies=None,
+        cubic=False,
+        remark=lambda w, *place: kinks(entries_of(w, row, *place), [x for one in along_all(w, varied) for x in one]),
+    )
+    return replace(common, **changes)  # type: ignore[arg-type]
+
+
+def derivatives(name: str, row: Output, only: str = "") -> Output:
+    """Return the row of J for a row of the table; of one argument's block alone if it is named."""
+    along = (only,) if only else differentiable(row)
+    if only not in (*row.arguments, "", TIME) or not along:
+        taken = ", ".join(row.arguments) or "nothing"
+        raise DerivationError(f"{name} takes {taken}; it has no derivatives by {only or 'that'}")
+    blocks = " | ".join(f"d{row.result}/d{one}" for one in along)
+    way = ", by time alone" if only == TIME else ", along the directions of the velocities" if "q" in along else ""
+    by_hand = {
+        road: Road(partial(lambda jacobian, w: jacobian(w, along), jacobian))
+        for road, jacobian in JACOBIANS.get(name, {}).items()
+        if only != TIME
+    }
+    by_sweeps = {
+        road: Road(partial(lambda sweep, w, *place: sweep(entries_of(w, row, *place), along_all(w, along)), sweep))
+        for road, sweep in SWEEPS.items()
+    }
+    return derived(
+        row,
+        along,
+        text=f"derivatives [{blocks}]{way}, all else held, of {row.text}",
+        result=f"d{row.result}",
+        axes=(rows_of(row), lambda w: tuple(label for one in along for label in COLUMNS[one](w))),
+        units=f"{row.units}, per unit of what moves",
+        roads={**by_hand, **by_sweeps},
     )
 
 
-OPERATORS: dict[str, Callable[[Output], Output]] = {"_derivatives": derivatives}
+def by_parameters(name: str, row: Output, only: str = "") -> Output:
+    """Return the row of ∂f/∂p for a row of the table: of all named parameters, or of one."""
+    roads = {
+        way: Road(partial(lambda sweep, w, *place: parameters.slopes(w, sweep, entries_of, row, place, only), sweep))
+        for way, sweep in SWEEPS.items()
+    }
+    return derived(
+        row,
+        (),
+        text=f"derivatives by {only or 'the named parameters'}, all else held, of {row.text}",
+        result=f"d{row.result}",
+        axes=(rows_of(row), lambda w: parameters.names(w, only)),
+        units=f"{row.units}, per unit of the parameter",
+        roads=roads,
+        remark=lambda w, *_: parameters.left_out(w, only),
+    )
+
+
+BY = "_by_"
+"""Behind the name of an output, before that of an argument or a parameter."""
+
+
+def by_parameter(row: Output, parameter: str) -> Output:
+    """Return the row of ∂f/∂p for one parameter, by its name."""
+    return by_parameters("", row, parameter)
+
+
+OPERATORS: dict[str, Callable[[str, Output], Output]] = {
+    "_derivatives": derivatives,
+    **{f"{BY}{one}": partial(derivatives, only=one) for one in COLUMNS},
+    f"{BY}parameters": by_parameters,
+}
 """What can be asked of every output, by what is written behind its name, as in "inverse_dynamics_derivatives"."""

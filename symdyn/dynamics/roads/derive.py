@@ -14,7 +14,7 @@ from symdyn.dynamics.mechanism.ldl import Singular, moves_no_mass
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import TIME, has_motion
 from symdyn.dynamics.mechanism.tree import build_tree
-from symdyn.dynamics.roads.derivative_outputs import OPERATORS
+from symdyn.dynamics.roads.derivative_outputs import BY, OPERATORS, by_parameter
 from symdyn.dynamics.roads.named_functions import DRIVES, Equations, Function, arguments
 from symdyn.dynamics.roads.output import TREE_NAME, Output, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS
@@ -89,10 +89,12 @@ def _derived(workspace: Workspace, request: str, row: Output, place: str, road: 
     unique = row.unique(workspace) if row.unique else ()
     tree = row.in_loops == "tree" and scene.is_closed
     text = row.text.format(name=place, **_terms(scene)) + (TREE_TEXT if tree else "")
+    text += row.remark(workspace, *([place] if row.place else [])) if row.remark else ""
+    taken = (*row.arguments, *((TIME,) if _takes_time(workspace.graph, entries) else ()))
     return Function(
         name=(TREE_NAME if tree else "") + request.replace(":", "_"),
         text=text + _chosen(workspace, row) + _loose(labels, unique),
-        arguments=arguments(workspace, (*row.arguments, *((TIME,) if _takes_time(workspace.graph, entries) else ()))),
+        arguments=arguments(workspace, taken, row.weighs(workspace) if row.weighs else ()),
         result=row.result,
         shape=tuple(map(len, labels)),
         entries=tuple(entries),
@@ -151,7 +153,10 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     if row is None and (asked := name.removeprefix(TREE_NAME)) in OUTPUTS:
         raise DerivationError(f"{name} is what {asked} is called where loops close a scene; ask for {asked}")
     if row is None:
-        raise DerivationError(f"there is no output {name!r}; there are {', '.join(OUTPUTS)}")
+        raise DerivationError(
+            f"there is no output {name!r}; there are {', '.join(OUTPUTS)}; and derivatives of each, such as "
+            f"inverse_dynamics_derivatives: NAME{', NAME'.join(OPERATORS)}, NAME{BY}PARAMETER"
+        )
     if row.place and not place:
         raise DerivationError(f"{name} needs a {row.place}; write {name}:NAME")
     if place and not row.place:
@@ -168,9 +173,10 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
 def _of_another(name: str) -> Output | None:
     """Return the row of what is asked of another output, as "inverse_dynamics_derivatives" is."""
     for suffix, operator in OPERATORS.items():
-        if name.endswith(suffix) and (row := OUTPUTS.get(name.removesuffix(suffix))):
-            return operator(row)
-    return None
+        if name.endswith(suffix) and (row := OUTPUTS.get(of := name.removesuffix(suffix))):
+            return operator(of, row)
+    of, _, parameter = name.partition(BY)
+    return by_parameter(OUTPUTS[of], parameter) if of in OUTPUTS and parameter.isidentifier() else None
 
 
 def roads_of(request: str, scene: Scene | None = None) -> tuple[str, ...]:

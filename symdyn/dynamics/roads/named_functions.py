@@ -99,7 +99,30 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     TIME: ("time", {"s": "s"}),
     "qi": ("independent joint positions", {"rad": "rad", "m": "m"}),
     "ui": ("independent joint velocities", {"rad": "rad/s", "m": "m/s"}),
+    "dq": ("direction of the positions, along the velocities", {"rad": "rad", "m": "m"}),
+    "dqd": ("direction of the velocities", {"rad": "rad/s", "m": "m/s"}),
+    "dqdd": ("direction of the accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
+    "dtau": ("direction of the driving forces", {"rad": "N m", "m": "N"}),
+    "weights": ("weights of the entries of the result, row by row", {"": ""}),
 }
+
+DIRECTIONS = {"q": "dq", "qd": "dqd", "qdd": "dqdd", "tau": "dtau"}
+"""The argument that says along which way another one moves."""
+
+WEIGHTS = "weights"
+"""The argument that makes one number of a result: their sum, each entry with its weight."""
+
+
+def independent_symbols(workspace: Workspace, name: str) -> tuple[Expr, ...]:
+    """Return the independent velocities of a closed scene ("ui"), or the coordinates whose rates they are ("qi")."""
+    whole = workspace.state.qd if name == "ui" else workspace.loops.coordinates
+    return tuple(whole[k] for k in workspace.loops.decisions.partition.independent)
+
+
+def direction(graph: Graph, name: str, n: int) -> tuple[Expr, ...]:
+    """Return the symbols of an argument that the scene's formulas cannot name, shape (n,)."""
+    return tuple(graph.symbol(f"{name}[{k}]") for k in range(n))
+
 
 BODY_AXES = "velocities v and w of free joints and w of balls are along the axes of the moved frame"
 
@@ -110,7 +133,7 @@ def conventions(scene: Scene, name: str) -> str:
     if name == "q":
         told = coordinates_of_joints(scene) or runs(scene.coordinates)
         return told + ("" if plain else "; quaternions are in the order (w, x, y, z)")
-    if name == "qd" and not plain:
+    if name in ("qd", "dq") and not plain:
         return f"{runs(scene.velocities)}; {BODY_AXES}"
     return ""
 
@@ -132,10 +155,14 @@ def _next(name: str) -> str:
     return f"{stem}{int(digits) + 1}" if digits.isdecimal() else ""
 
 
-def arguments(workspace: Workspace, names: Sequence[str]) -> tuple[Argument, ...]:
-    """Return arguments in calling order: state, time where it is asked for, the free parameters if there are any."""
+def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str] = ()) -> tuple[Argument, ...]:
+    """Return arguments in calling order: state, time where it is asked for, the free parameters if there are any.
+
+    `weighed` is what the entries of `weights` stand for.
+    """
     scene, state = workspace.scene, workspace.state
     symbols: dict[str, tuple[Expr, ...]] = {"q": state.q, "qd": state.qd, "qdd": state.qdd, "tau": state.tau}
+    symbols |= {name: direction(workspace.graph, name, state.n) for name in names if name in DIRECTIONS.values()}
     if TIME in names:  # a graph without the symbol need not be searched for it
         symbols[TIME] = (workspace.graph.symbol(TIME),)
     units = coordinate_units(scene)
@@ -143,11 +170,14 @@ def arguments(workspace: Workspace, names: Sequence[str]) -> tuple[Argument, ...
     result = []
     for name in names:
         text, spelled = ARGUMENTS[name]
-        kinds, nodes = units if name == "q" else ["s"] if name == TIME else speeds, symbols.get(name)
-        if nodes is None:  # of the independent velocities, or of the coordinates whose rates they are
+        if name == WEIGHTS:
+            nodes = direction(workspace.graph, name, len(weighed))
+            result.append(Argument(name, nodes, text, (), names=runs(weighed)))
+            continue
+        kinds, nodes = units if name == "q" else ["s"] if name == TIME else speeds, symbols.get(name, ())
+        if name in ("qi", "ui"):  # of the independent velocities, or of the coordinates whose rates they are
             independent = workspace.loops.decisions.partition.independent
-            whole = state.qd if name == "ui" else workspace.loops.coordinates
-            kinds, nodes = [speeds[k] for k in independent], tuple(whole[k] for k in independent)
+            kinds, nodes = [speeds[k] for k in independent], independent_symbols(workspace, name)
             text = f"{text}: {', '.join(str(node.value) for node in nodes)}"
         entries = tuple(spelled[kind] for kind in kinds)
         result.append(Argument(name, nodes, text, entries, name == TIME, conventions(scene, name)))

@@ -104,6 +104,8 @@ class Output:
         solves: outputs M, h and, where loops close, G, γ: the linear equations that it solves, if it solves such.
         multiplies: what each of its columns multiplies in the sum of Lagrange's equations, by the number of velocities;
             None for what is no coefficient there.
+        weighs: what the entries of its argument `weights` stand for, if it has that.
+        remark: what else its text says of a scene; takes what roads take.
     """
 
     text: str
@@ -126,6 +128,8 @@ class Output:
     unique: Callable[[Workspace], tuple[bool, ...]] | None = None
     solves: tuple[str, ...] = ()
     multiplies: Callable[[int], list[Rates]] | None = None
+    weighs: Axis | None = None
+    remark: Callable[..., str] | None = None
 
     def __post_init__(self) -> None:
         """Refuse a row that does not say what it is where loops close."""

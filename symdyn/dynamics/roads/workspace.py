@@ -37,6 +37,7 @@ class Workspace:
 
     def __init__(self, scene: Scene, closing: LoopChoices = LoopChoices()) -> None:  # noqa: B008  frozen
         """Start with an empty graph; `closing` is what the user chooses about closed loops."""
+        self.declared = scene
         scene = without_hidden_zeros(scene)
         self.scene = scene
         self.closing = closing

@@ -1,0 +1,43 @@
+"""Where a function has a kink, in words: behind the text of its derivatives, which are one-sided there or none."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+
+from symdyn.graph import Expr, Op, reachable
+from symdyn.scene.values.names import listed
+
+MOST = 6
+"""Names that are told of one kink."""
+
+
+def kinks(entries: Sequence[Expr], varied: Collection[Expr]) -> str:
+    """Return what the text of derivatives says of signs, absolute values and roots of what varies; "" without such."""
+    below = _below(entries, set(varied))
+    jumps = [node.args[0] for node in below if node.op in (Op.SIGN, Op.ABS)]
+    roots = [node.args[0] for node in below if node.op is Op.SQRT]
+    words = []
+    if jumps:
+        words.append(
+            f"one-sided where a sign or an absolute value turns over, of {_names(jumps, below)}: there a sign is taken "
+            "for constant, an absolute value for flat"
+        )
+    if roots:
+        words.append(f"no number (NaN) where a root vanishes, of {_names(roots, below)}")
+    return "".join(f"; {one}" for one in words)
+
+
+def _below(entries: Sequence[Expr], varied: Collection[Expr]) -> dict[Expr, frozenset[Expr]]:
+    """Return the nodes that vary, and the symbols that each varies with."""
+    found: dict[Expr, frozenset[Expr]] = {}
+    for node in reachable(entries):
+        if node in varied:
+            found[node] = frozenset((node,))
+        elif symbols := frozenset().union(*(found.get(arg, ()) for arg in node.args)):
+            found[node] = symbols
+    return found
+
+
+def _names(of: Iterable[Expr], below: dict[Expr, frozenset[Expr]]) -> str:
+    groups = dict.fromkeys(tuple(sorted(str(one.value) for one in below[node])) for node in of)
+    return listed([" and ".join(group) if len(group) < 3 else f"({', '.join(group[:MOST])})" for group in groups], MOST)
