@@ -125,6 +125,10 @@ ROOTS = {
     "one radicand written twice": lambda g, x, y: (g.sqrt((x + 1) ** 2 + y**2), g.sqrt(x**2 + 2 * x + 1 + y**2)),
     "a length and its reciprocal": lambda g, x, y: (x / g.sqrt(x**2 + y**2), x * g.sqrt(x**2 + y**2) / (y**2 + x**2)),
     "two roots": lambda g, x, y: ((g.sqrt(x) + g.sqrt(y)) ** 2 - x - y, 2 * g.sqrt(x) * g.sqrt(y)),
+    "the root of a square": lambda g, x, y: (
+        (g.sqrt((x - y) ** 2) + g.sqrt(x)) ** 2 - (x - y) ** 2 - x,
+        2 * g.sqrt(x) * g.sqrt((y - x) ** 2),
+    ),
     "a rate": lambda g, x, y: (tangents([g.sqrt(x**2 + y)], {x: g.one})[0], x / g.sqrt(y + x * x)),
     "under a function": lambda g, x, y: (g.function(Op.TANH, g.sqrt(x**2 + y)), g.function(Op.TANH, g.sqrt(y + x * x))),
 }

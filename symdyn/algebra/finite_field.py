@@ -10,7 +10,7 @@ degree / p a point (Schwartz 1980, Zippel 1979). What is not rational is made so
     sqrt n       for a constant n: a product of roots of coprime factors of all such n. Roots of primes that divide the
                  order of the root of unity are Gauss sums of it, so that 2 sin(π/4) = sqrt(2) holds here too. The sign
                  of any other root is free: changing it is an automorphism, which no identity notices.
-    sqrt x       otherwise: has no sign to choose by here; `verify` looks at such claims numerically.
+    sqrt x       otherwise: has no sign to choose by here; `verify` says which are looked at.
     exp, tanh, … uninterpreted: a random value that depends on the function and on its argument's value.
 
 Primes are p ≡ 1 modulo a multiple of 5040 and of the denominators of the scene's multiples of π, so that all those
@@ -109,13 +109,14 @@ def lowest_bit(wanted: Needs) -> int:
 class FiniteField:
     """The field of p elements as an algebra; values are ints in 0 .. p - 1."""
 
-    def __init__(self, prime: int, seed: int, wanted: Needs) -> None:
+    def __init__(self, prime: int, seed: int, wanted: Needs, signs: int = 0) -> None:
         """Prepare the field.
 
         Args:
             prime: from `draw_prime` with the same `wanted`.
             seed: of the uninterpreted functions and of the units that stand for angles.
             wanted: needs of all graphs that will be compared.
+            signs: bit j turns the sign of the root of the j-th value of which one is taken, constants left out.
         """
         self.p = prime
         self.seed = seed
@@ -124,6 +125,8 @@ class FiniteField:
         self._root = _root_of_unity(prime, self._order)
         self._i = pow(self._root, self._order // 4, prime)
         self._half = (prime + 1) // 2
+        self._signs = signs
+        self._rooted: dict[int, int] = {}
         self._radicals = {n: self._radical(n) for n in wanted.radicands}
 
     def constant(self, value: Fraction) -> int:
@@ -199,7 +202,9 @@ class FiniteField:
             return root * square % self.p
         if not _is_square(value, self.p):
             raise Redraw
-        return int(fmpz(value).sqrtmod(fmpz(self.p))) if value else 0
+        root = int(fmpz(value).sqrtmod(fmpz(self.p))) if value else 0
+        turned = self._signs >> self._rooted.setdefault(value, len(self._rooted)) & 1
+        return -root % self.p if turned else root
 
     def _radical(self, n: int) -> int:
         """Return a square root of n: a Gauss sum where n is a prime that divides the order of the root of unity."""

@@ -18,7 +18,7 @@ from symdyn.algebra.finite_field import FiniteField, Needs, Redraw, draw_prime, 
 from symdyn.errors import VerifyError
 from symdyn.graph import FUNCTIONS, Algebra, Expr, Op, linear_form, reachable
 from symdyn.verify.points import MAX_DRAWS, FieldPoints, NumberPoints, field_values
-from symdyn.verify.roots import conjugated, independent, radicands
+from symdyn.verify.roots import Roots, conjugated, radicands, signed
 
 PROVED = "proved"
 NUMERICAL = "checked numerically"
@@ -107,16 +107,16 @@ def prove(
     wanted = needs([node for claim in exact for node in (*claim.left, *claim.right)])
     fields = Fields(seed, tuple(draw_prime(seed + k, wanted) for k in range(primes)), points)
     over_fields, in_numbers = FieldPoints(wanted), NumberPoints(_numbers(), positive)
-    free: dict[Sides, int | None] = {}
+    known: dict[Sides, Roots | None] = {}
     findings = []
     for claim, sides in zip(claims, rooted, strict=True):
-        if sides is not None and sides not in free:
-            free[sides] = _independent(sides, fields, wanted)
-        roots = None if sides is None else free[sides]
+        if sides is not None and sides not in known:
+            known[sides] = _roots(sides, fields, wanted)
+        roots = None if sides is None else known[sides]
         flags = None if roots is None else _agreement(claim, fields, over_fields, roots)
         limit = None
         if roots is not None and flags is not None and all(flags):
-            limit = conjugated(claim.widened(bound(claim.left, claim.right, wanted)), roots)
+            limit = conjugated(claim.widened(bound(claim.left, claim.right, wanted)), roots.count)
         error = limit.error_log10(wanted, primes, points) if limit else 0.0
         findings.append(_judge(claim, flags, limit.degree if limit else 0, error, in_numbers))
     return fields, findings
@@ -133,42 +133,47 @@ def _radicands(claim: Claim) -> Sides | None:
     return tuple(found)
 
 
-def _independent(sides: Sides, fields: Fields, wanted: Needs) -> int | None:
-    """Return the number of roots whose signs are free, over every prime; None if they are not."""
-    most = 0
+def _roots(sides: Sides, fields: Fields, wanted: Needs) -> Roots | None:
+    """Return what is known of the roots of a claim over every prime; None if they are too many."""
+    most = Roots(0, 1)
     for k, prime in enumerate(fields.primes):
         points = (FiniteField(prime, hash_seed(fields.seed, k, ROOTS, draw), wanted) for draw in range(MAX_DRAWS))
-        roots = independent(sides, points, field_values) if any(sides) else 0
+        roots = signed(sides, points, field_values)
         if roots is None:
             return None
-        most = max(most, roots)
+        most = Roots(max(most.count, roots.count), max(most.signs, roots.signs))
     return most
 
 
-def _agreement(claim: Claim, fields: Fields, places: FieldPoints, roots: int) -> list[bool] | None:
+def _agreement(claim: Claim, fields: Fields, places: FieldPoints, roots: Roots) -> list[bool] | None:
     """Return which entries agree at all points of all fields; None if no point was found at which all is defined."""
     agree: list[bool] = []
     for k, prime in enumerate(fields.primes):
-        draws = iter(range(MAX_DRAWS << roots))
+        draws = iter(range(MAX_DRAWS << roots.count))
         for point in range(fields.points):
-            drawn = _draw(claim, prime, places, (fields.seed, k, point), draws)
+            drawn = _draw(claim, prime, places, (fields.seed, k, point), draws, roots.signs)
             if drawn is None:
                 return None
-            same = [a == b for a, b in zip(*drawn, strict=True)]
-            agree = [x and y for x, y in zip(agree or same, same, strict=True)]
+            for left, right in drawn:
+                same = [a == b for a, b in zip(left, right, strict=True)]
+                agree = [x and y for x, y in zip(agree or same, same, strict=True)]
     return agree
 
 
 def _draw(
-    claim: Claim, prime: int, places: FieldPoints, key: tuple[int, int, int], draws: Iterator[int]
-) -> tuple[list[int], list[int]] | None:
-    """Return what is compared at one random point of the field; unlucky points are drawn again."""
+    claim: Claim, prime: int, places: FieldPoints, key: tuple[int, int, int], draws: Iterator[int], signs: int
+) -> list[tuple[list[int], list[int]]] | None:
+    """Return what is compared at a random point of a field, for every choice of signs; unlucky ones are drawn again."""
     for attempt in draws:
+        found = []
         try:
-            field, (left, right) = places.values((claim.left, claim.right), prime, hash_seed(*key, attempt))
+            for choice in range(signs):
+                seed = hash_seed(*key, attempt)
+                field, (left, right) = places.values((claim.left, claim.right), prime, seed, choice)
+                found.append(claim.compared(left, right, field, 0, bool))
         except Redraw:
             continue
-        return claim.compared(left, right, field, 0, bool)
+        return found
     return None
 
 

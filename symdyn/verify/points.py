@@ -24,12 +24,19 @@ class FieldPoints:
         self._wanted = wanted
         self._known: dict[tuple[int, int], tuple[FiniteField, dict[Expr, int]]] = {}
 
-    def values(self, sides: Sequence[Sequence[Expr]], prime: int, seed: int) -> tuple[FiniteField, list[list[int]]]:
+    def values(
+        self, sides: Sequence[Sequence[Expr]], prime: int, seed: int, signs: int = 0
+    ) -> tuple[FiniteField, list[list[int]]]:
         """Return the field of a prime with the point of a seed, and the values there of each of `sides`.
+
+        Bit j of `signs` turns the sign of the j-th variable root; what is not usual is not kept.
 
         Raises:
             Redraw: the point is unlucky.
         """
+        if signs:
+            other, fresh = FiniteField(prime, seed, self._wanted, signs), dict[Expr, int]()
+            return other, [field_values(side, other, fresh) for side in sides]
         field, known = self._known.get((prime, seed)) or (FiniteField(prime, seed, self._wanted), {})
         if len(self._known) < KEPT:
             self._known[prime, seed] = field, known

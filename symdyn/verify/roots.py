@@ -14,6 +14,7 @@ Reference: Lang, Algebra (2002), chapter VI, section 8, Kummer extensions.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 
 from symdyn.algebra.degree import Bound
@@ -21,6 +22,7 @@ from symdyn.algebra.finite_field import FiniteField, Redraw
 from symdyn.graph import Expr, Op, reachable
 
 MOST = 7  # roots of one claim: 128 points are drawn for one at which all exist
+MOST_SIGNED = 3  # roots of one claim that are looked at with all their signs
 SPARE = 40  # points beyond the least number: independent roots are missed with probability 2^-40
 
 Evaluate = Callable[[Sequence[Expr], FiniteField], list[int]]
@@ -47,8 +49,16 @@ def radicands(outputs: Sequence[Expr]) -> list[Expr] | None:
     return found
 
 
-def independent(sides: Sequence[Sequence[Expr]], fields: Iterator[FiniteField], evaluate: Evaluate) -> int | None:
-    """Return how many different radicands there are; None if a product of some may be a square, or they are too many.
+@dataclass(frozen=True)
+class Roots:
+    """The variable roots of a claim: how many are different, and with how many choices of signs it must hold."""
+
+    count: int
+    signs: int
+
+
+def signed(sides: Sequence[Sequence[Expr]], fields: Iterator[FiniteField], evaluate: Evaluate) -> Roots | None:
+    """Return what is known of the radicands of a claim; None if they are too many.
 
     Args:
         sides: radicands, those of one graph together.
@@ -56,7 +66,7 @@ def independent(sides: Sequence[Sequence[Expr]], fields: Iterator[FiniteField], 
         evaluate: values at the point of a field.
     """
     if not any(sides):
-        return 0
+        return Roots(0, 1)
     rows: list[list[int]] = []
     wanted = sum(map(len, sides)) + SPARE
     for field in fields:
@@ -74,7 +84,9 @@ def independent(sides: Sequence[Sequence[Expr]], fields: Iterator[FiniteField], 
     p = rows[0][-1]
     patterns = [sum((pow(c[k], (p - 1) // 2, p) != 1) << j for j, c in enumerate(columns)) for k in range(wanted)]
     spanned = _rank([pattern ^ patterns[0] for pattern in patterns])
-    return len(columns) if spanned == len(columns) else None
+    if spanned == len(columns):
+        return Roots(len(columns), 1)
+    return Roots(len(columns), 1 << len(columns)) if len(columns) <= MOST_SIGNED else None
 
 
 def _rank(vectors: Sequence[int]) -> int:
