@@ -106,7 +106,7 @@ def loop_decisions_at(numbers: Numbers, assembly: Assembly, closing: LoopChoices
     empty = tuple(k for k, size in enumerate(sizes) if size <= NOTHING * sizes.max(initial=NOISE))
     some = [k for k in range(len(sizes)) if k not in set(empty)]
     G = found[0]
-    kept = tuple(sorted(some[i] for i in pivots(_unit_rows(G[some]), [list(range(len(some)))], assembly.rank)[0]))
+    kept = tuple(sorted(some[i] for i in pivots(unit_rows(G[some]), [list(range(len(some)))], assembly.rank)[0]))
     q = np.array(assembly.typical)
     names = tuple(f"{one.owner}: {spoken(one, numbers, q)}" for one in numbers.constraints.labels)
     choices = [one[list(kept)] for one in found]
@@ -154,7 +154,7 @@ def pivots(rows: Array, stages: Sequence[Sequence[int]], count: int) -> tuple[li
     return chosen, min(sizes, default=1.0) / (max(sizes, default=1.0) or 1.0) if len(chosen) == count else 0.0
 
 
-def _unit_rows(G: Array) -> Array:
+def unit_rows(G: Array) -> Array:
     """Return rows of unit length; one of rounding errors, which is zero in fact, stays small."""
     lengths = np.linalg.norm(G, axis=1, keepdims=True)
     return np.asarray(G / np.maximum(lengths, NOTHING * lengths.max(initial=0.0) or 1.0))

@@ -8,8 +8,17 @@ from typing import TYPE_CHECKING
 
 from symdyn.dynamics.lagrange import second_kind as lagrange
 from symdyn.dynamics.loops.constraint_rows import Constraints, differentiated, recursive
+from symdyn.dynamics.loops.manifold import Manifold, Solve
 from symdyn.dynamics.loops.partition import Partition
-from symdyn.dynamics.loops.reduction import Reduction, reduction, with_multipliers
+from symdyn.dynamics.loops.reduction import (
+    Reduction,
+    accelerations,
+    all_by_normal_equations,
+    reduction,
+    solve_dependent,
+    solve_transposed,
+    with_multipliers,
+)
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
 
@@ -112,6 +121,32 @@ class LoopWorkspace:
         stabilised = zip(self.bias(rows), rates, self.residual(rows), strict=True)
         return [bias + 2 * alpha * rate + beta * beta * off for bias, rate, off in stabilised]
 
+    # Directions along the manifold
+
+    @cached_property
+    def held_positions(self) -> tuple[tuple[int, ...], Partition]:
+        """Rows that hold positions, counted among all, and the partition of positions."""
+        from symdyn.dynamics.loops.held_positions import held_positions  # with NumPy
+
+        return held_positions(self.numbers, self.decisions)
+
+    @cached_property
+    def recursive_manifold(self) -> Manifold:
+        """Directions by recursion, dependent ones by blocks."""
+        return self._manifold(self.recursive, solve_dependent)
+
+    @cached_property
+    def differentiated_manifold(self) -> Manifold:
+        """Directions by differentiation, dependent ones by normal equations of all rows."""
+        return self._manifold(self.differentiated, all_by_normal_equations)
+
+    def _manifold(self, rows: Constraints, solve: Solve) -> Manifold:
+        held, places = self.held_positions
+        G = self.G(rows)
+        held_rows = G if held == self.decisions.kept else [list(rows.G[k]) for k in held]
+        along, partition = self.w.directions.along, self.decisions.partition
+        return Manifold(self.w.state, along, held_rows, places, G, self.bias(rows), partition, solve)
+
     # Recursive road: coordinates partitioned
 
     @cached_property
@@ -154,3 +189,21 @@ class LoopWorkspace:
         units = [[one if i == k else zero for i in range(w.state.n)] for k in given.place]
         gamma = [*self.gamma(rows), *(-a for a in given.acceleration)]
         return with_multipliers(M, [*self.G(rows), *units], gamma, rest)
+
+    # What follows from M x = rest + Gᵀ λ and G x = -gamma, as accelerations do, and how they change
+
+    def solved(self, rest: Sequence[Expr], gamma: Sequence[Expr]) -> tuple[list[Expr], list[Expr]]:
+        """Return x, shape (nv,), zero where a motion is prescribed, and λ of the kept rows, by recursion."""
+        w, decisions, G, zero = self.w, self.decisions, self.G(self.recursive), self.w.graph.zero
+        M, n = w.composite_mass, range(w.state.n)
+        if decisions.fails:
+            place = w.prescribed.place
+            units = [[w.graph.one if i == k else zero for i in n] for k in place]
+            x, found = with_multipliers(M, [*G, *units], [*gamma, *(zero for _ in place)], rest)
+            return x, found[: len(G)]
+        fixed = solve_dependent(G, decisions.partition, [-one for one in gamma])
+        s = tuple(fixed.get(k, zero) for k in n)
+        left = [one - w.graph.total(M[k][j] * x for j, x in fixed.items()) for k, one in enumerate(rest)]
+        x = accelerations(Reduction(self.motion.independent, self.motion.T, s), M, left)
+        excess = [w.graph.total(M[k][j] * x[j] for j in n) - one for k, one in enumerate(rest)]
+        return x, solve_transposed(G, decisions.partition, excess)

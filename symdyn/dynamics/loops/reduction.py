@@ -124,6 +124,12 @@ def solve_dependent(G: Matrix, partition: Partition, b: Sequence[Expr]) -> dict[
     return x
 
 
+def all_by_normal_equations(G: Matrix, partition: Partition, b: Sequence[Expr]) -> dict[int, Expr]:
+    """Return what `solve_dependent` does, by the normal equations of all rows at once."""
+    square = [[row[k] for k in partition.dependent] for row in G]
+    return dict(zip(partition.dependent, solve_normal(square, b) if G else [], strict=True))
+
+
 def solve_transposed(G: Matrix, partition: Partition, f: Sequence[Expr]) -> list[Expr]:
     """Return λ with Gᵀ λ = f in the velocities of the partition's blocks, shape (rows,), f of shape (nv,).
 

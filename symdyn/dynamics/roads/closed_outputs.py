@@ -83,14 +83,16 @@ def _lagrange_drives(w: Workspace) -> list[Expr]:
 # Inverse dynamics: forces of the spanning tree, less what the loops carry
 
 
-def _inverse(w: Workspace) -> list[Expr]:
+def inverse(w: Workspace) -> list[Expr]:
+    """Return driving forces by recursion: of the tree, less what the loops carry."""
     partition, G = w.loops.driven, w.loops.G(w.loops.recursive)
     forces = w.forces(list(w.state.qdd))
     carried = reduction.solve_transposed(G, partition, forces)
     return _at_drives(w, forces, G, carried)
 
 
-def _lagrange_inverse(w: Workspace) -> list[Expr]:
+def lagrange_inverse(w: Workspace) -> list[Expr]:
+    """Return them by Lagrange's equations."""
     partition, G, forces = w.loops.driven, w.loops.G(w.loops.differentiated), w.loops.lagrange_forces
     transposed = [[row[k] for row in G] for k in partition.dependent]
     carried = reduction.solve_normal(transposed, [forces[k] for k in partition.dependent]) if G else []
@@ -109,17 +111,18 @@ def _at_drives(w: Workspace, forces: list[Expr], G: list[list[Expr]], carried: l
 # Velocities
 
 
-def _velocities(w: Workspace) -> list[Expr]:
+def velocities(w: Workspace) -> list[Expr]:
+    """Return u = T u_i."""
     T = w.loops.reduction.T
     return [w.graph.total(t * w.state.qd[i] for i, t in row.items()) for row in T]
 
 
-def _normal_velocities(w: Workspace) -> list[Expr]:
+def normal_velocities(w: Workspace) -> list[Expr]:
+    """Return the same by normal equations."""
     partition, G, u = w.loops.decisions.partition, w.loops.G(w.loops.differentiated), w.state.qd
     result = [u[k] if k in partition.independent else w.graph.zero for k in range(w.state.n)]
     given = [-w.graph.total(row[k] * u[k] for k in partition.independent) for row in G]
-    square = [[row[k] for k in partition.dependent] for row in G]
-    for k, value in zip(partition.dependent, reduction.solve_normal(square, given) if G else [], strict=True):
+    for k, value in reduction.all_by_normal_equations(G, partition, given).items():
         result[k] = value
     return result
 
@@ -136,7 +139,7 @@ FORWARD_IN_LOOPS = Own(
     ("mass_matrix", "tree_forces", "constraint_jacobian", "constraint_bias"),
 )
 INVERSE_IN_LOOPS = Own(
-    {"rnea": Road(_inverse), "lagrange": by_lagrange(_lagrange_inverse)},
+    {"rnea": Road(inverse), "lagrange": by_lagrange(lagrange_inverse)},
     "driving forces tau of the closed mechanism for a motion that its loops allow; {undriven}",
 )
 DRIVES_IN_LOOPS = Own({"crba": Road(_drives), "lagrange": by_lagrange(_lagrange_drives)})
@@ -212,7 +215,7 @@ OF_LOOPS: dict[str, Output] = {
         "qd",
         (labels.velocities,),
         "rad/s or m/s",
-        roads={"partition": Road(_velocities), "normal": Road(_normal_velocities)},
+        roads={"partition": Road(velocities), "normal": Road(normal_velocities)},
         depends=("independent",),
         lacks="told",
     ),

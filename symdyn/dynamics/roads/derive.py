@@ -14,6 +14,7 @@ from symdyn.dynamics.mechanism.ldl import Singular, moves_no_mass
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import TIME, has_motion
 from symdyn.dynamics.mechanism.tree import build_tree
+from symdyn.dynamics.roads.closed_derivatives import CLOSED_DERIVATIVES
 from symdyn.dynamics.roads.derivative_outputs import BY, OPERATORS, by_parameter
 from symdyn.dynamics.roads.named_functions import DRIVES, Equations, Function, arguments
 from symdyn.dynamics.roads.output import TREE_NAME, Output, Unasked
@@ -149,7 +150,7 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     name, _, place = request.partition(":")
     if request in OUTPUTS:
         name, place = request, ""
-    row = OUTPUTS.get(name) or _of_another(name)
+    row = OUTPUTS.get(name) or _of_closed(name, scene) or _of_another(name)
     if row is None and (asked := name.removeprefix(TREE_NAME)) in OUTPUTS:
         raise DerivationError(f"{name} is what {asked} is called where loops close a scene; ask for {asked}")
     if row is None:
@@ -168,6 +169,11 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     if row.in_loops == "refuse" and scene.is_closed:
         raise DerivationError(f"{name} is about trees; loops or rows close {scene.name}")
     return row.where_closed if scene.is_closed else row, place
+
+
+def _of_closed(name: str, scene: Scene | None) -> Output | None:
+    """Return the row that closed scenes have in place of what operators make of another."""
+    return CLOSED_DERIVATIVES.get(name) if scene is not None and scene.is_closed else None
 
 
 def _of_another(name: str) -> Output | None:
