@@ -22,8 +22,8 @@ static double now(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-/* One state a call; every argument has n entries, the result `size`. */
-double time_states(void *f, int arguments, long states, long sweeps, long n, long size, const double *a,
+/* One state a call; the arguments have n[0], n[1], n[2] entries, the result `size`. */
+double time_states(void *f, int arguments, long states, long sweeps, const long *n, long size, const double *a,
                    const double *b, const double *c, double *out)
 {
     const double start = now();
@@ -31,9 +31,9 @@ double time_states(void *f, int arguments, long states, long sweeps, long n, lon
         for (long k = 0; k < states; ++k)
             switch (arguments)
             {
-            case 1: ((one *)f)(a + k * n, out + k * size); break;
-            case 2: ((two *)f)(a + k * n, b + k * n, out + k * size); break;
-            default: ((three *)f)(a + k * n, b + k * n, c + k * n, out + k * size);
+            case 1: ((one *)f)(a + k * n[0], out + k * size); break;
+            case 2: ((two *)f)(a + k * n[0], b + k * n[1], out + k * size); break;
+            default: ((three *)f)(a + k * n[0], b + k * n[1], c + k * n[2], out + k * size);
             }
     return now() - start;
 }
@@ -55,14 +55,14 @@ double time_batch(void *f, int arguments, long states, long sweeps, const double
 }
 
 /* CasADi's calling convention: one array of addresses for arguments, one for results. */
-double time_casadi(void *f, int arguments, long states, long sweeps, long n, long size, const double *a,
+double time_casadi(void *f, int arguments, long states, long sweeps, const long *n, long size, const double *a,
                    const double *b, const double *c, double *out, long long *iw, double *w)
 {
     const double start = now();
     for (long sweep = 0; sweep < sweeps; ++sweep)
         for (long k = 0; k < states; ++k)
         {
-            const double *in[3] = {a + k * n, arguments > 1 ? b + k * n : 0, arguments > 2 ? c + k * n : 0};
+            const double *in[3] = {a + k * n[0], arguments > 1 ? b + k * n[1] : 0, arguments > 2 ? c + k * n[2] : 0};
             double *results[1] = {out + k * size};
             ((casadi *)f)(in, results, iw, w, 0);
         }
@@ -102,7 +102,7 @@ static void *work(void *given)
  * Array-of-structures batches on two threads, half of the states each: processor time of the one that takes longer, so
  * that waiting for a core is no part of it, but waiting for memory that both want is.
  */
-double time_threads(void *f, int arguments, long states, long sweeps, long n, long size, const double *a,
+double time_threads(void *f, int arguments, long states, long sweeps, const long *n, long size, const double *a,
                     const double *b, const double *c, double *out)
 {
     const long half = states / 2;
@@ -113,8 +113,8 @@ double time_threads(void *f, int arguments, long states, long sweeps, long n, lo
     for (long t = 0; t < 2; ++t)
     {
         const long first = t * half;
-        const struct share one = {f, arguments, t ? states - half : half, sweeps, a + first * n, b + first * n,
-                                  c + first * n, out + first * size, &ready, 0};
+        const struct share one = {f, arguments, t ? states - half : half, sweeps, a + first * n[0],
+                                  b + first * n[1], c + first * n[2], out + first * size, &ready, 0};
         shares[t] = one;
         pthread_create(&threads[t], 0, work, &shares[t]);
     }

@@ -6,10 +6,12 @@ numbers. States are uniform in ±2 (rad, rad/s, rad/s²); the driving forces are
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,8 +21,11 @@ from symdyn.dynamics import derive
 from symdyn.graph import evaluate
 from symdyn.program import Program, lower
 from symdyn.scene import Scene, body, read, revolute, scene, write_text
+from symdyn.scene.units import coordinate_units
+from symdyn.verify.accuracy import quaternion_places
 
 Array = npt.NDArray[np.float64]
+Value = TypeVar("Value")
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -30,6 +35,17 @@ STATES = 64
 """States that scalar functions cycle through: enough that no branch is learnt, few enough for the nearest cache."""
 
 CHAINS = (2, 4, 8, 16, 32, 64)
+
+
+class OnDemand(dict[str, Value]):
+    """Values by the name of an output, made when they are first asked for."""
+
+    def __init__(self, make: Callable[[str], Value]) -> None:
+        self.make = make
+
+    def __missing__(self, output: str) -> Value:
+        self[output] = self.make(output)
+        return self[output]
 
 
 @dataclass(frozen=True)
@@ -46,8 +62,8 @@ class Case:
 
     @property
     def n(self) -> int:
-        """The number of joints."""
-        return len(self.scene.coordinates)
+        """The number of velocities: of joints, where nothing floats."""
+        return len(self.scene.velocities)
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -62,16 +78,21 @@ class Case:
     @cached_property
     def programs(self) -> dict[str, Program]:
         """The program of every output, each alone."""
-        return {output: lower(derive(self.scene, (output,))) for output in OUTPUTS}
+        return OnDemand(lambda output: lower(derive(self.scene, (output,))))
 
     @cached_property
     def states(self) -> dict[str, Array]:
-        """Arguments by name, shape (STATES, n)."""
+        """Arguments by name, shape (STATES, entries)."""
         return self.draw(STATES)
 
     def draw(self, count: int) -> dict[str, Array]:
-        """Return `count` states: q, qd, qdd and the tau that goes with them, shape (count, n)."""
-        q, qd, qdd = np.random.default_rng(7).uniform(-2, 2, (3, count, self.n))
+        """Return `count` states: q, qd, qdd and the tau that goes with them, shape (count, entries)."""
+        rng = np.random.default_rng(7)
+        q, qd, qdd = rng.uniform(-2, 2, (3, count, self.n))
+        more = rng.uniform(-2, 2, (count, len(self.scene.coordinates) - self.n))  # a quaternion has four numbers
+        q = np.concatenate([q, more], axis=1)
+        for k in quaternion_places(coordinate_units(self.scene)):
+            q[:, k : k + 4] /= np.linalg.norm(q[:, k : k + 4], axis=1, keepdims=True)
         tau = self.evaluate("inverse_dynamics", {"q": q, "qd": qd, "qdd": qdd})
         return {"q": q, "qd": qd, "qdd": qdd, "tau": tau}
 
@@ -82,7 +103,7 @@ class Case:
     @cached_property
     def references(self) -> dict[str, Array]:
         """The results at `states`, shape (STATES, size)."""
-        return {output: self.evaluate(output, self.states) for output in OUTPUTS}
+        return OnDemand(lambda output: self.evaluate(output, self.states))
 
     def evaluate(self, output: str, states: dict[str, Array]) -> Array:
         """Return the results of an output at states by running its expressions over NumPy arrays."""

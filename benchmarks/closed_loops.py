@@ -96,7 +96,7 @@ def main() -> int:
         places = [address(x) for x in (closed, moving, tau)]
 
         def sweep(sweeps: int) -> float:
-            count = [ctypes.c_long(x) for x in (STATES, sweeps, 3, 3)]
+            count = [ctypes.c_long(STATES), ctypes.c_long(sweeps), (ctypes.c_long * 3)(3, 3, 3), ctypes.c_long(3)]
             return float(clock.time_states(functions[name], 3, *count, *places, address(out[name])))
 
         return Timed("four-bar", "forward_dynamics", name, "state", STATES, sweep, lambda: out[name])

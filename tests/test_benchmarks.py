@@ -13,11 +13,13 @@ pytestmark = pytest.mark.runs()
 
 FOLDER = Path(__file__).parent.parent / "benchmarks"
 
+WAYS = ("state", "batch")
+
 needs_gcc = pytest.mark.runs("gcc")
 
 
-def run(*words: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, str(FOLDER / "run.py"), *words]
+def run(*words: str, script: str = "run.py") -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, str(FOLDER / script), *words]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
@@ -36,11 +38,43 @@ def test_our_code_is_measured_and_reported(tmp_path):
     assert "| symdyn: C, one state a call |" in text
 
 
-def test_an_unknown_robot_is_refused():
-    done = run("--robots", "arm9")
+@needs_gcc
+def test_derivatives_are_measured_against_50_digits_and_bars_without_a_peer_are_told_apart(tmp_path):
+    words = ["--quick", "--robots", "puma560", "--peers", "ours_c", "--rounds", "1", "-o", str(tmp_path)]
+    done = run(*words, script="derivatives.py")
+    assert done.returncode == 0, done.stderr
+
+    found = json.loads((tmp_path / "results.json").read_text("utf-8"))
+    kinds = {(row["output"], row["way"]) for row in found["times"] if row["peer"] == "symdyn"}
+    assert kinds == {(f"{which}_dynamics_derivatives", way) for which in ("inverse", "forward") for way in WAYS}
+    assert all(0 < row["relative"] < 1e-12 for row in found["times"])
+    assert all(0 < row["share"] < 1 for row in found["times"])
+    text = (tmp_path / "results.md").read_text("utf-8")
+    assert "missed" not in text
+    assert "comparisons were not made: their peer or their robot is left out" in text
+
+
+def test_the_part_about_derivatives_takes_its_own_place_in_the_page(monkeypatch):
+    monkeypatch.syspath_prepend(str(FOLDER))
+    from derivatives_page import BEGIN, END, placed
+
+    page = (FOLDER.parent / "docs" / "performance.md").read_text("utf-8")
+    old = page.split(BEGIN)[1].split(END)[0].strip()
+
+    assert placed(page, old + "\n") == page
+    assert placed(page, "new\n").split(BEGIN)[1].split(END)[0].strip() == "new"
+    with pytest.raises(ValueError, match="has no place for derivatives"):
+        placed("# another page", old)
+
+
+@pytest.mark.parametrize(
+    ("script", "there"), [("run.py", "two_link, puma560, arm7"), ("derivatives.py", "puma560, arm7, anymal, chain16")]
+)
+def test_an_unknown_robot_is_refused(script, there):
+    done = run("--robots", "arm9", script=script)
 
     assert done.returncode == 2
-    assert "there is no robot arm9; there are two_link, puma560, arm7" in done.stderr
+    assert f"there is no robot arm9; there are {there}" in done.stderr
 
 
 def test_a_peer_that_computes_something_else_is_not_timed(monkeypatch):

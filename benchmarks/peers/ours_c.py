@@ -16,8 +16,8 @@ from symdyn.emit.code.identifiers import stem
 
 NAME = "symdyn"
 
-BATCH = 1024
-"""States of a batch that is timed; arguments and results stay in the second cache."""
+BATCH, BATCH_OF_MATRICES = 1024, 256
+"""States of a batch that is timed, and of one with derivatives; arguments and results stay in the second cache."""
 
 LONG = 8_000
 """Operations above which batch code is not compiled here, to keep the run short."""
@@ -49,13 +49,14 @@ def timed(case: Case, output: str) -> list[Timed]:
     code, clock = library(case, output), loops()
     name = f"{stem(case.scene.name)}_{output}"
     arguments = [np.ascontiguousarray(case.states[a]) for a in case.arguments(output)]
-    states, n, size = len(arguments[0]), case.n, case.references[output].shape[1]
+    states, size = case.references[output].shape
     out = np.zeros((states, size))
     places = [address(a) for a in padded(arguments)]
+    entries = lengths(arguments)
 
     def scalar(sweeps: int) -> float:
         return clock.time_states(
-            getattr(code, name), len(arguments), *longs(states, sweeps, n, size), *places, address(out)
+            getattr(code, name), len(arguments), *longs(states, sweeps), entries, *longs(size), *places, address(out)
         )
 
     def scalar_result() -> np.ndarray:
@@ -65,11 +66,12 @@ def timed(case: Case, output: str) -> list[Timed]:
     found = [Timed(case.name, output, NAME, "state", states, scalar, scalar_result)]
     if not hasattr(code, f"{name}_rows"):
         return found
-    many = case.draw(BATCH)
+    count = BATCH if size <= case.n**2 else BATCH_OF_MATRICES
+    many = case.draw(count)
     many = {key: np.concatenate([case.states[key], value[states:]]) for key, value in many.items()}
     rows = padded([np.ascontiguousarray(many[a]) for a in case.arguments(output)])
     columns = padded([np.ascontiguousarray(many[a].T) for a in case.arguments(output)])
-    wide, tall = np.zeros((BATCH, size)), np.zeros((size, BATCH))
+    wide, tall = np.zeros((count, size)), np.zeros((size, count))
     batch, row = getattr(code, f"{name}_batch"), getattr(code, f"{name}_rows")
     to = random.Random(0)
 
@@ -77,19 +79,21 @@ def timed(case: Case, output: str) -> list[Timed]:
         nonlocal tall
         here, tall = [moved(a, to) for a in columns], moved(tall, to)
         where = [address(a) for a in here]
-        return clock.time_batch(batch, len(arguments), *longs(BATCH, sweeps), *where, address(tall))
+        return clock.time_batch(batch, len(arguments), *longs(count, sweeps), *where, address(tall))
 
     def in_rows(sweeps: int) -> float:
         nonlocal wide
         here, wide = [moved(a, to) for a in rows], moved(wide, to)
         where = [address(a) for a in here]
-        return clock.time_batch(row, len(arguments), *longs(BATCH, sweeps), *where, address(wide))
+        return clock.time_batch(row, len(arguments), *longs(count, sweeps), *where, address(wide))
 
     def on_two(sweeps: int) -> float:
         nonlocal wide
         here, wide = [moved(a, to) for a in rows], moved(wide, to)
         where = [address(a) for a in here]
-        return clock.time_threads(row, len(arguments), *longs(BATCH, sweeps, n, size), *where, address(wide))
+        return clock.time_threads(
+            row, len(arguments), *longs(count, sweeps), entries, *longs(size), *where, address(wide)
+        )
 
     def columns_result() -> np.ndarray:
         in_columns(1)
@@ -106,15 +110,20 @@ def timed(case: Case, output: str) -> list[Timed]:
 
     return [
         *found,
-        Timed(case.name, output, NAME, "batch", BATCH, in_columns, columns_result),
-        Timed(case.name, output, f"{NAME}, rows", "batch", BATCH, in_rows, rows_result),
-        Timed(case.name, output, f"{NAME}, rows", "threads", BATCH, on_two, threads_result),
+        Timed(case.name, output, NAME, "batch", count, in_columns, columns_result),
+        Timed(case.name, output, f"{NAME}, rows", "batch", count, in_rows, rows_result),
+        Timed(case.name, output, f"{NAME}, rows", "threads", count, on_two, threads_result),
     ]
 
 
 def padded(arrays: list[np.ndarray]) -> list[np.ndarray]:
     """Return three arrays: the loops in C take three addresses and use as many as the function has arguments."""
     return [*arrays, *[arrays[0]] * (3 - len(arrays))]
+
+
+def lengths(arguments: list[np.ndarray]) -> ctypes.Array[ctypes.c_long]:
+    """Return how many entries each of three arguments has."""
+    return (ctypes.c_long * 3)(*(a.shape[1] for a in padded(arguments)))
 
 
 def longs(*numbers: int) -> list[ctypes.c_long]:

@@ -1,5 +1,7 @@
 // Pinocchio's recursions in a timing loop of their own, without any copy of the results while the clock runs.
 #include "pinocchio_robot.hpp"
+#include <pinocchio/algorithm/aba-derivatives.hpp>
+#include <pinocchio/algorithm/rnea-derivatives.hpp>
 #include <time.h>
 
 namespace
@@ -8,7 +10,11 @@ struct Robot
 {
     robot::Model<double> model;
     robot::Data<double> data;
-    explicit Robot(const robot::Model<double> &m) : model(m), data(m) {}
+    Eigen::MatrixXd by_q, by_qd, by_last; // which the derivatives fill
+    explicit Robot(const robot::Model<double> &m)
+        : model(m), data(m), by_q(Eigen::MatrixXd::Zero(m.nv, m.nv)), by_qd(by_q), by_last(by_q)
+    {
+    }
 };
 
 typedef Eigen::Map<const Eigen::VectorXd> In;
@@ -21,9 +27,13 @@ void call(Robot &r, int output, In q, In qd, In x)
     case 1: pinocchio::crba(r.model, r.data, q, pinocchio::Convention::LOCAL); break;
     case 2: pinocchio::aba(r.model, r.data, q, qd, x, pinocchio::Convention::LOCAL); break;
     case 3: pinocchio::aba(r.model, r.data, q, qd, x, pinocchio::Convention::WORLD); break;
+    case 5: pinocchio::computeRNEADerivatives(r.model, r.data, q, qd, x, r.by_q, r.by_qd, r.by_last); break;
+    case 6: pinocchio::computeABADerivatives(r.model, r.data, q, qd, x, r.by_q, r.by_qd, r.by_last); break;
     default: pinocchio::computeGeneralizedGravity(r.model, r.data, q);
     }
 }
+
+int size_of(int output, int n) { return output == 1 ? n * n : output >= 5 ? 3 * n * n : n; }
 
 void copy(const Robot &r, int output, double *out)
 {
@@ -34,6 +44,13 @@ void copy(const Robot &r, int output, double *out)
     case 1: Eigen::Map<Eigen::MatrixXd>(out, n, n) = r.data.M.selfadjointView<Eigen::Upper>(); break;
     case 2:
     case 3: Eigen::Map<Eigen::VectorXd>(out, n) = r.data.ddq; break;
+    case 5:
+    case 6: {
+        Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> all(out, n, 3 * n);
+        all << r.by_q, r.by_qd, r.by_last;
+        if (output == 5) all.rightCols(n) = Eigen::MatrixXd(r.by_last.selfadjointView<Eigen::Upper>());
+        break;
+    }
     default: Eigen::Map<Eigen::VectorXd>(out, n) = r.data.g;
     }
 }
@@ -41,18 +58,18 @@ void copy(const Robot &r, int output, double *out)
 
 extern "C" void *peer_robot(int n, const double *numbers) { return new Robot(robot::build<double>(n, numbers)); }
 
-// Seconds for `sweeps` passes over the states, (states, n) each; results are copied to `out` unless it is null.
+// Seconds for `sweeps` passes over the states, (states, nq) and (states, nv); results are copied to `out` unless it is null.
 extern "C" double peer_time(void *handle, int output, long states, long sweeps, const double *q, const double *qd,
                             const double *x, double *out)
 {
     Robot &r = *static_cast<Robot *>(handle);
-    const int n = r.model.nv, size = output == 1 ? n * n : n;
+    const int nq = r.model.nq, n = r.model.nv, size = size_of(output, n);
     timespec start, end;
     clock_gettime(CLOCK_MONOTONIC, &start);
     for (long sweep = 0; sweep < sweeps; ++sweep)
         for (long k = 0; k < states; ++k)
         {
-            call(r, output, In(q + k * n, n), In(qd + k * n, n), In(x + k * n, n));
+            call(r, output, In(q + k * nq, nq), In(qd + k * n, n), In(x + k * n, n));
             if (out) copy(r, output, out + k * size);
         }
     clock_gettime(CLOCK_MONOTONIC, &end);

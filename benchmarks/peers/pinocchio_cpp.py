@@ -16,7 +16,20 @@ from native import FOLDER, HERE, NATIVE, MissingError, address, compiled
 
 NAME = "Pinocchio C++"
 
-CODES = {"inverse_dynamics": 0, "mass_matrix": 1, "forward_dynamics": 2, "gravity_forces": 4}
+CODES = {
+    "inverse_dynamics": 0,
+    "mass_matrix": 1,
+    "forward_dynamics": 2,
+    "gravity_forces": 4,
+    "inverse_dynamics_derivatives": 5,
+    "forward_dynamics_derivatives": 6,
+}
+
+Places = dict[str, np.ndarray]
+"""Our place of each entry of its arguments, by our name of the argument."""
+
+FREE = (0, 1, 2, 4, 5, 6, 3)
+"""Our places of the coordinates of a free joint: its quaternions end with the scalar part."""
 
 DEFINES = (
     "-DNDEBUG",
@@ -36,11 +49,11 @@ def version() -> str:
 
 
 def include() -> list[str]:
-    """Return flags that find the headers of Pinocchio and of Eigen, which the CasADi wheel carries."""
+    """Return flags that find the headers of Pinocchio and of Eigen, which are in the wheels of CasADi and cmeel-eigen."""
     import pinocchio
 
     root = next(p for p in Path(pinocchio.__file__).parents if p.name == "cmeel.prefix")
-    eigen = ["/usr/include/eigen3"]
+    eigen = [f"{root}/include/eigen3", "/usr/include/eigen3"]
     try:
         import casadi
 
@@ -49,7 +62,7 @@ def include() -> list[str]:
         pass
     found = next((folder for folder in eigen if Path(folder).is_dir()), None)
     if found is None:
-        raise MissingError("there are no Eigen headers; pip install casadi brings them")
+        raise MissingError("there are no Eigen headers; pip install casadi or cmeel-eigen brings them")
     return [f"-I{root}/include", f"-I{found}"]
 
 
@@ -64,33 +77,50 @@ def model_of(urdf: str):
     return pinocchio.buildModelFromUrdf(str(path), False)
 
 
-def numbers(case: Case) -> tuple[np.ndarray, np.ndarray]:
-    """Return the model as the rows of pinocchio_robot.hpp, and our place of each of its joints."""
+def numbers(case: Case) -> tuple[np.ndarray, Places]:
+    """Return the model as the rows of pinocchio_robot.hpp, and our places of its coordinates and velocities."""
     model = model_of(case.urdf)
-    rows, order = [], []
+    rows: list[list[float]] = []
+    positions: list[int] = []
+    velocities: list[int] = []
     for i in range(1, model.njoints):
         joint, placement, inertia = model.joints[i], model.jointPlacements[i], model.inertias[i]
-        data = joint.createData()
-        joint.calc(data, np.array([1.0, 0.0]) if joint.nq == 2 else np.zeros(1))
-        axis = np.asarray(data.S).reshape(6)[3:]
+        ours = case.scene.moving[case.joints.index(model.names[i])]
+        rates = ours.velocities or ours.rates
+        first, rate = case.scene.coordinates.index(ours.coordinates[0]), case.scene.velocities.index(rates[0])
+        axis = np.zeros(3)
+        if joint.nv == 1:
+            data = joint.createData()
+            joint.calc(data, np.array([1.0, 0.0]) if joint.nq == 2 else np.zeros(1))
+            axis = np.asarray(data.S).reshape(6)[3:]
         J = inertia.inertia
         entries = [J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2]]
         place = [*placement.rotation.ravel(), *placement.translation]
         rows.append([model.parents[i], *axis, *place, inertia.mass, *inertia.lever, *entries])
-        order.append(case.joints.index(model.names[i]))
-    return np.array(rows, dtype=float), np.array(order)
+        positions += [first] if joint.nv == 1 else [first + k for k in FREE]
+        velocities += [rate + k for k in range(joint.nv)]
+    places = {"q": np.array(positions), **dict.fromkeys(("qd", "qdd", "tau"), np.array(velocities))}
+    return np.array(rows, dtype=float), places
+
+
+def given(case: Case, output: str, places: Places) -> list[np.ndarray]:
+    """Return the arguments of an output in its order, three at least."""
+    return [np.ascontiguousarray(case.states[a][:, places[a]]) for a in (*case.arguments(output), "q", "q")[:3]]
 
 
 def timed(case: Case, output: str) -> list[Timed]:
-    """Return the output by rnea, crba (its upper triangle alone), aba, computeGeneralizedGravity."""
+    """Return the output by rnea, crba (its upper triangle alone), aba, computeGeneralizedGravity, or its derivatives.
+
+    Those are computeRNEADerivatives and computeABADerivatives, whose third matrix is M and M⁻¹.
+    """
     flags = ("-std=c++17", "-w", *NATIVE, *DEFINES, *include())
     code = ctypes.CDLL(str(compiled(HERE / "peers" / "pinocchio_calls.cpp", flags, "g++")))
     code.peer_robot.restype = ctypes.c_void_p
     code.peer_time.restype = ctypes.c_double
-    rows, order = numbers(case)
+    rows, places = numbers(case)
     robot = ctypes.c_void_p(code.peer_robot(len(rows), address(rows)))
-    arguments = [np.ascontiguousarray(case.states[a][:, order]) for a in (*case.arguments(output), "q", "q")[:3]]
-    states, size = len(arguments[0]), case.references[output].shape[1]
+    arguments = given(case, output, places)
+    states, size = case.references[output].shape
     out = np.zeros((states, size))
 
     def run(sweeps: int, into: ctypes.c_void_p | None = None) -> float:
@@ -99,7 +129,7 @@ def timed(case: Case, output: str) -> list[Timed]:
 
     def result() -> np.ndarray:
         run(1, address(out))
-        return restored(out, order, case.n)
+        return restored(out, places["qd"], case.n)
 
     return [Timed(case.name, output, NAME, "state", states, run, result)]
 
@@ -109,4 +139,5 @@ def restored(out: np.ndarray, order: np.ndarray, n: int) -> np.ndarray:
     back = np.argsort(order)
     if out.shape[1] == n:
         return out[:, back]
-    return out.reshape(-1, n, n)[:, back][:, :, back].reshape(-1, n * n)
+    blocks = out.reshape(len(out), n, -1, n)  # matrices side by side
+    return blocks[:, back][..., back].reshape(len(out), -1)
