@@ -7,6 +7,7 @@
     symdyn.closed_form(scene).sympy("k_z", 0, 1)            one coefficient for SymPy
     symdyn.certify(scene).passed                            derivations proved equal, code measured
     symdyn.simulate(scene, until=10)                        a trajectory; symdyn.inverse: the forces of a motion
+    symdyn.linearize(scene)                                 A, B, C, D and modes next to a point
     symdyn.picture(scene)                                   SVG text; symdyn.animation: HTML
 
     from symdyn.emit import emit, write                     source text: emit(symdyn.lower(equations), "c")
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from symdyn.dynamics import derive
     from symdyn.dynamics.closed_forms.closed_form import closed_form
     from symdyn.errors import SymdynError
+    from symdyn.linear import linearize
     from symdyn.program import lower
     from symdyn.scene import Scene, read
     from symdyn.simulation import inverse, simulate
@@ -43,6 +45,7 @@ _DOORS = {
     "derive": "symdyn.dynamics",
     "inverse": "symdyn.simulation",
     "lambdify": "symdyn.build",
+    "linearize": "symdyn.linear",
     "load": "symdyn.build.loaded",
     "lower": "symdyn.program",
     "picture": "symdyn.draw",
@@ -59,6 +62,7 @@ __all__ = [
     "derive",
     "inverse",
     "lambdify",
+    "linearize",
     "load",
     "lower",
     "picture",

@@ -98,3 +98,7 @@ class TeachError(SymdynError):
 
 class SimulateError(_FaultsError):
     """A motion, force, start, event or method that cannot be used; carries all faults, one line each."""
+
+
+class LinearizeError(_FaultsError):
+    """A mechanism that cannot be linearised where it is asked for; carries all faults, one line each."""

@@ -18,9 +18,10 @@ ROOMS = {  # room: the rooms it may import, and with them those below
     "draw": ["emit"],
     "verify": ["build"],
     "simulation": ["verify", "draw"],
+    "linear": ["simulation"],
     "bench": ["simulation"],
     "teach": ["simulation"],
-    "cli": ["bench", "teach"],
+    "cli": ["bench", "teach", "linear"],
 }
 
 FOLDERS = {  # room: folder: the folders of the same room that it may import; "" are the room's own files

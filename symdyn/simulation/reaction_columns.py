@@ -11,7 +11,7 @@ body.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable
+from collections.abc import Container, Hashable
 from functools import lru_cache
 
 import numpy as np
@@ -75,16 +75,21 @@ def multiplier_columns(motion: Trajectory) -> dict[str, Array]:
     decisions, numbers = loop_decisions(scene)
     if not decisions.kept:
         return {}
-    loose = written_decisions(scene).loose
-    values = multipliers(motion, written_decisions(scene))
+    names = multiplier_names(scene, decisions, numbers, written_decisions(scene).loose)
+    return dict(zip(names, multipliers(motion, written_decisions(scene)).T, strict=True))
+
+
+def multiplier_names(
+    scene: Scene, decisions: LoopDecisions, numbers: Numbers, loose: Container[int]
+) -> tuple[str, ...]:
+    """Return the names of the columns of the multipliers of kept rows; `loose` are rows that nothing determines."""
     names = [_name(scene, decisions, numbers, k) for k in decisions.kept]
-    many, seen = Counter(names), Counter[str]()
-    columns = {}
-    for place, (k, name) in enumerate(zip(decisions.kept, names, strict=True)):
+    many, seen, found = Counter(names), Counter[str](), []
+    for k, name in zip(decisions.kept, names, strict=True):
         seen[name] += 1
         number = f"_{seen[name]}" if many[name] > 1 else ""
-        columns[f"multiplier_{name}{number}{LOOSE if k in loose else ''}"] = values[:, place]
-    return columns
+        found.append(f"multiplier_{name}{number}{LOOSE if k in loose else ''}")
+    return tuple(found)
 
 
 def _name(scene: Scene, decisions: LoopDecisions, numbers: Numbers, k: int) -> str:
@@ -120,15 +125,18 @@ def reaction_columns(motion: Trajectory, given: bool, axes: str = "body") -> dic
 
     made = compiled_once((request, found.scene, choices(scene, axes)), make)
     function = made.program.routines[0].function
-    values, (names, components) = _over(motion, made, found, function), function.labels
-    unique = function.unique or (True,) * (len(names) * len(components))
-    ending = "" if axes == "body" else f"_{axes}"
-    columns = {
-        f"reaction_{name}_{component}{ending}{'' if unique[len(components) * i + k] else LOOSE}": values[:, i, k]
-        for i, name in enumerate(names)
-        for k, component in enumerate(components)
-    }
+    values = _over(motion, made, found, function).reshape(len(motion.t), -1)
+    columns = dict(zip(reaction_names(function, axes), values.T, strict=True))
     return columns | multiplier_columns(motion)
+
+
+def reaction_names(function: Function, axes: str = "body") -> tuple[str, ...]:
+    """Return the names of the columns of reactions, row by row."""
+    names, components = function.labels
+    ending = "" if axes == "body" else f"_{axes}"
+    unique = function.unique or (True,) * (len(names) * len(components))
+    each = (f"reaction_{name}_{component}{ending}" for name in names for component in components)
+    return tuple(f"{name}{'' if known else LOOSE}" for name, known in zip(each, unique, strict=True))
 
 
 @lru_cache(maxsize=16)

@@ -91,13 +91,14 @@ def drive_names(scene: Scene) -> tuple[str, ...]:
     )
 
 
-def read_forces(scene: Scene, entries: str | Sequence[str] | Mapping[str, str]) -> Forces:
+def read_forces(scene: Scene, entries: str | Sequence[str] | Mapping[str, str], inputs: bool = False) -> Forces:
     """Return the forces that words and files say.
 
     Args:
         scene: the mechanism, its parameters bound.
         entries: `name=formula`, where the name is that of a drive, a coordinate or a velocity; a .toml file of such
             lines; or a .csv file of columns t and drives or coordinates. One or several; or formulas by name.
+        inputs: whether formulas may name what nobody knows, an input then; see `inputs_of`.
 
     Raises:
         SimulateError: with every fault, one line each.
@@ -111,7 +112,7 @@ def read_forces(scene: Scene, entries: str | Sequence[str] | Mapping[str, str]) 
     allowed = (TIME, *scene.coordinates, *scene.velocities, *values)
     for where, name, text in texts:
         k = _place(scene, places, name, where, faults)
-        formula = read_formula(text, allowed, f"{where}: {name}", faults)
+        formula = read_formula(text, None if inputs else allowed, f"{where}: {name}", faults)
         if k is not None and k in formulas:
             faults.add(where, f"{name} has a force already")
         if k is not None and formula is not None:
@@ -129,6 +130,13 @@ def read_forces(scene: Scene, entries: str | Sequence[str] | Mapping[str, str]) 
                 tables[k] = Table(table.t, table.values[name])
     close(faults)
     return Forces(formulas, tables)
+
+
+def inputs_of(scene: Scene, forces: Forces) -> tuple[str, ...]:
+    """Return the names in formulas of forces that are neither time nor of the scene, in order."""
+    known = {TIME, *scene.coordinates, *scene.velocities, *(one.name for one in scene.parameters)}
+    named = (name for formula in forces.formulas.values() for name in formula.symbols)
+    return tuple(dict.fromkeys(name for name in named if name not in known))
 
 
 def _places(scene: Scene) -> dict[str, int]:

@@ -20,14 +20,14 @@ LARGEST_FILE = 64 * 2**20
 """Bytes of a file of numbers or laws; a million rows of three numbers have room in it."""
 
 
-def read_formula(text: object, allowed: Iterable[str], where: str, faults: Faults) -> Quantity | None:
-    """Return a formula whose symbols are among `allowed`, None after a fault."""
+def read_formula(text: object, allowed: Iterable[str] | None, where: str, faults: Faults) -> Quantity | None:
+    """Return a formula whose symbols are among `allowed`, any where that is None; None after a fault."""
     try:
         formula = parse(text if isinstance(text, str) else str(text))
     except FormulaError as error:
         faults.add(where, str(error))
         return None
-    known = tuple(dict.fromkeys(allowed))
+    known = formula.symbols if allowed is None else tuple(dict.fromkeys(allowed))
     unknown = [name for name in formula.symbols if name not in known]
     for name in unknown:
         faults.add(where, f'"{text}" uses {name}, which is not known here; {suggestion(name, known)}')

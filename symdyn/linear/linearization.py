@@ -1,0 +1,125 @@
+"""The noun of this room: how a mechanism moves next to an operating point, to first order.
+
+    ẋ = A x + B w        x, w, y     deviations of states, inputs and outputs from the point
+    y = C x + D w        p, m        independent positions (of rows that hold positions), velocities (of all rows)
+
+x is p positions ξ, then m velocities u. A position is a coordinate's deviation, or, where a velocity is no rate of a
+coordinate (quaternions), a displacement along that velocity: q moves to q ∘ exp(Σ ξ_k X_k). With rolling p > m.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.errors import LinearizeError
+from symdyn.linear.modes import Mode, Spectrum, spectrum, untouched
+from symdyn.scene import Scene
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What the rows or columns of a matrix stand for, and their units."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.names)
+
+
+@dataclass(frozen=True)
+class Point:
+    """An operating point.
+
+    Attributes:
+        t: time, s, of what depends on it.
+        q: coordinates, shape (nq,); rad, m or 1.
+        u: velocities, shape (nv,).
+        udot: their rates, shape (nv,).
+        tau: driving forces, shape (nv,).
+        multipliers: of the kept rows, then of prescribed motions, N and N m.
+    """
+
+    t: float
+    q: Array
+    u: Array
+    udot: Array
+    tau: Array
+    multipliers: Array
+
+
+@dataclass(frozen=True)
+class Linearization:
+    """A mechanism next to an operating point.
+
+    Attributes:
+        scene: the mechanism, its parameters bound.
+        point: where.
+        states, inputs, outputs: what x, w and y are.
+        A, B, C, D: shapes (nx, nx), (nx, nw), (ny, nx), (ny, nw).
+        positions: p, how many states are positions; the others are velocities.
+        moves: how all coordinates move with the positions, shape (nq, p): δq = moves ξ.
+        rates: how all velocities move with the states, shape (nv, nx).
+        dropped: cyclic coordinates of a steady motion that are no states, as nothing depends on them.
+        notes: what a user should know.
+    """
+
+    scene: Scene
+    point: Point
+    states: Axis
+    inputs: Axis
+    outputs: Axis
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    positions: int
+    moves: Array = field(repr=False)
+    rates: Array = field(repr=False)
+    dropped: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @cached_property
+    def spectrum(self) -> Spectrum:
+        """Eigenvalues of A, zeros apart."""
+        return spectrum(self.A)
+
+    @property
+    def modes(self) -> tuple[Mode, ...]:
+        """Modes of eigenvalues that are not zero, those that grow fastest first."""
+        return self.spectrum.modes
+
+    @cached_property
+    def eigenvalues(self) -> np.ndarray[Any, np.dtype[np.complex128]]:
+        """All eigenvalues, 1/s, shape (nx,), zeros last."""
+        found: list[complex] = []
+        for mode in self.modes:
+            found += [mode.value, mode.value.conjugate()] if mode.oscillates else [mode.value]
+        return np.array([*found, *[0j] * self.spectrum.zeros])
+
+    @cached_property
+    def cyclic(self) -> tuple[str, ...]:
+        """Positions on which no rate depends: each has an eigenvalue zero."""
+        return tuple(self.states.names[k] for k in untouched(self.A, range(self.positions)))
+
+    def control(self) -> Any:
+        """Return it as a StateSpace of python-control, names included.
+
+        Raises:
+            LinearizeError: python-control is not installed.
+        """
+        try:
+            from control import ss
+        except ImportError:
+            raise LinearizeError("python-control is not installed; pip install control") from None
+        names = {"states": list(self.states.names), "outputs": list(self.outputs.names)}
+        if len(self.inputs):
+            return ss(self.A, self.B, self.C, self.D, inputs=list(self.inputs.names), **names)
+        n = len(self.A)  # python-control knows no system without inputs: one that does nothing
+        return ss(self.A, np.zeros((n, 1)), self.C, np.zeros((len(self.C), 1)), inputs=["none"], **names)

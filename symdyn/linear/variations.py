@@ -1,0 +1,190 @@
+"""What linearising evaluates, on one graph: forces, rows and outputs, and their derivatives along all directions.
+
+    e        M u̇ + h - τ(t, q, u, w) - Gᵀ λ = 0
+    c        G u̇ + Ġ u = 0, rate of what a row holds; of a prescribed motion u̇_k - a_k(t) = 0
+    s        G u = 0, the rows; of a prescribed motion u_k
+    X_k f    d/dε f(q ∘ exp(ε X_k)), all else held: a column for every velocity
+
+It is derived once for all values of parameters and every point. Nothing is eliminated on the graph: which positions and
+velocities are independent is decided in numbers at the point, and no formula is larger than those of forces and rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array, Batches, Floats
+from symdyn.dynamics import LoopChoices
+from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.graph import Expr, evaluate, growing, reachable, substitute, tangents
+from symdyn.linear.outputs import on_graph
+from symdyn.program import cheapest
+from symdyn.scene import Quantity, Scene, express
+
+Entries = Mapping[str, tuple[tuple[int, ...], Sequence[Expr]]]
+
+
+@dataclass(frozen=True)
+class Block:
+    """Arrays of entries that are evaluated together."""
+
+    parts: Entries
+    order: Sequence[Expr] = field(repr=False)
+
+    def at(self, values: Mapping[Expr, float]) -> dict[str, Array]:
+        """Return the arrays at one state.
+
+        Raises:
+            NoValueError: something has no value there.
+        """
+        flat = iter(evaluate(self._entries, Floats(), values, self.order))
+        return {
+            name: np.array([next(flat) for _ in entries], dtype=np.float64).reshape(shape)
+            for name, (shape, entries) in self.parts.items()
+        }
+
+    def over(self, values: Mapping[Expr, Any], count: int) -> dict[str, Array]:
+        """Return the arrays at many states, each of shape (count, ...); NaN where something has no value."""
+        with np.errstate(all="ignore"):
+            flat = iter(evaluate(self._entries, Batches(), values, self.order))
+        found = {}
+        for name, (shape, entries) in self.parts.items():
+            array = np.empty((count, len(entries)))
+            for k in range(len(entries)):
+                array[:, k] = next(flat)
+            found[name] = array.reshape(count, *shape)
+        return found
+
+    @property
+    def _entries(self) -> list[Expr]:
+        return [entry for _, entries in self.parts.values() for entry in entries]
+
+
+def block(**parts: tuple[tuple[int, ...], Sequence[Expr]]) -> Block:
+    """Return arrays of entries to be evaluated together, each given as shape and entries."""
+    return Block(parts, reachable([entry for _, entries in parts.values() for entry in entries]))
+
+
+@dataclass(frozen=True)
+class Variations:
+    """The functions of a scene under forces.
+
+    Attributes:
+        w: what they are derived on.
+        multipliers: symbols λ of the kept rows, then of prescribed motions.
+        holding: which rows hold positions.
+        inputs: free symbols of the forces, in order.
+        motion: what tells accelerations and multipliers: "M", "h" (e at u̇ = 0 and λ = 0), "G", "b" (c at u̇ = 0),
+            "r" (residuals), "s", "push" (formulas of forces), "H" (q̇ = H u).
+        slopes: "e" along q, u, u̇ and w, shape (nv, 3 nv + nw); "c" along q and u, "s" along q.
+        outputs: "y", and "y_" along q, u, u̇, λ, τ and w.
+    """
+
+    w: Workspace = field(repr=False)
+    multipliers: tuple[Expr, ...]
+    holding: tuple[bool, ...]
+    inputs: tuple[str, ...]
+    motion: Block = field(repr=False)
+    slopes: Block = field(repr=False)
+    outputs: Block = field(repr=False)
+
+
+@lru_cache(maxsize=16)
+def variations(
+    scene: Scene,
+    closing: LoopChoices,
+    formulas: tuple[tuple[int, Quantity], ...],
+    inputs: tuple[str, ...],
+    outputs: tuple[Quantity, ...],
+) -> Variations:
+    """Return the functions of a scene, its parameters free, under formulas of driving forces by velocity.
+
+    Raises:
+        DerivationError: loops cannot be assembled, or friction is ideal.
+    """
+    return _written(scene, closing, formulas, inputs, outputs)
+
+
+@growing()
+def _written(
+    scene: Scene,
+    closing: LoopChoices,
+    formulas: tuple[tuple[int, Quantity], ...],
+    inputs: tuple[str, ...],
+    outputs: tuple[Quantity, ...],
+) -> Variations:
+    refuse_ideal_friction(scene)
+    w = Workspace(scene, closing)
+    graph, state, n = w.graph, w.state, w.state.n
+    places = dict(formulas)
+    zero = graph.zero
+    push = [express(places[k], graph) if k in places else zero for k in range(n)]
+    bias, G, residual, holding = _rows(w)
+    rates = [graph.total(entry * u for entry, u in zip(row, state.qd, strict=True)) for row in G]
+    multipliers = tuple(graph.symbol(f"lambda[{k}]") for k in range(len(G)))
+    pulled = [graph.total(row[k] * x for row, x in zip(G, multipliers, strict=True)) for k in range(n)]
+    forces = w.forces(list(state.qdd))
+    along = list(w.directions.along)
+    own = list(map(graph.symbol, inputs))
+
+    def columns(entries: Sequence[Expr], *groups: Sequence[Mapping[Expr, Expr]]) -> tuple[tuple[int, int], list[Expr]]:
+        seeds = [dict(one) for group in groups for one in group]
+        found = [tangents(entries, one) if entries else [] for one in seeds]
+        return (len(entries), len(seeds)), [column[i] for i in range(len(entries)) for column in found]
+
+    def each(symbols: Sequence[Expr]) -> list[dict[Expr, Expr]]:
+        return [{one: graph.one} for one in symbols]
+
+    q, u, a = along, each(state.qd), each(state.qdd)
+    acting = [f - p - r for f, p, r in zip(forces, push, pulled, strict=True)]
+    swept = columns(acting, q, u, a, each(own))
+    if not scene.is_closed:  # by the road that costs least
+        direct = cheapest(w, "inverse_dynamics_derivatives")
+        others = columns([p + r for p, r in zip(push, pulled, strict=True)], q, u, a, each(own))
+        whole, width = [], 3 * n + len(own)
+        for i in range(n):
+            row = list(direct.entries[i * 3 * n : (i + 1) * 3 * n]) + [zero] * len(own)
+            whole += [x - y for x, y in zip(row, others[1][i * width : (i + 1) * width], strict=True)]
+        swept = (n, width), whole
+    still = dict.fromkeys([*state.qdd, *multipliers], zero)
+    resting = [one - acted for one, acted in zip(substitute(forces, still), push, strict=True)]
+    moving = [
+        c + graph.total(x * y for x, y in zip(row, state.qdd, strict=True)) for c, row in zip(bias, G, strict=True)
+    ]
+    along_q = [along_k.get(one, zero) for one in state.q for along_k in along]
+    y = on_graph(w, outputs, multipliers, push)
+    return Variations(
+        w, multipliers, tuple(holding), inputs,
+        block(
+            M=columns(forces, a), h=((n,), resting), G=((len(G), n), [x for row in G for x in row]),
+            b=((len(G),), bias), r=((len(G),), residual), s=((len(G),), rates), push=((n,), push),
+            H=((len(state.q), n), along_q),
+        ),
+        block(e=swept, c=columns(moving, q, u), s=columns(rates, q)),
+        block(y=((len(y),), y), y_=columns(y, q, u, a, each(multipliers), each(state.tau), each(own))),
+    )  # fmt: skip
+
+
+def _rows(w: Workspace) -> tuple[list[Expr], list[list[Expr]], list[Expr], list[bool]]:
+    """Return Ġ u, G and residuals of kept rows and then of prescribed motions, and which of them hold positions."""
+    graph, n = w.graph, w.state.n
+    bias: list[Expr] = []
+    G: list[list[Expr]] = []
+    residual: list[Expr] = []
+    holding: list[bool] = []
+    if w.scene.is_closed:
+        rows, kept = w.loops.recursive, w.loops.decisions.kept
+        bias, G, residual = w.loops.bias(rows), w.loops.G(rows), w.loops.residual(rows)
+        holding = [rows.labels[k].closes for k in kept]
+    for k, acceleration in zip(w.prescribed.place, w.prescribed.acceleration, strict=True):
+        bias.append(-acceleration)
+        G.append([graph.one if i == k else graph.zero for i in range(n)])
+        residual.append(graph.zero)
+        holding.append(True)
+    return bias, G, residual, holding
