@@ -49,7 +49,7 @@ def version() -> str:
 
 
 def include() -> list[str]:
-    """Return flags that find the headers of Pinocchio and of Eigen, which are in the wheels of CasADi and cmeel-eigen."""
+    """Return flags that find the headers of Pinocchio, and of Eigen in the wheels of CasADi or cmeel-eigen."""
     import pinocchio
 
     root = next(p for p in Path(pinocchio.__file__).parents if p.name == "cmeel.prefix")
