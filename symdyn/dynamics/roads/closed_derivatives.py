@@ -59,6 +59,11 @@ def _behind(*axes: Axis) -> Axis:
 # Roads
 
 
+def manifold_of(w: Workspace, road: str) -> Manifold:
+    """Return the manifold by the road that derivatives of a name take."""
+    return w.loops.differentiated_manifold if road == "lagrange" else w.loops.recursive_manifold
+
+
 def _by_row(columns: Columns, rows: int) -> list[Expr]:
     return [column[i] for i in range(rows) for column in columns]
 

@@ -20,6 +20,7 @@ from symdyn.dynamics.roads.named_functions import DRIVES, Equations, Function, a
 from symdyn.dynamics.roads.output import TREE_NAME, Output, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS
 from symdyn.dynamics.roads.result_labels import told
+from symdyn.dynamics.roads.state_matrices import STATE_MATRICES, state_matrices
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, growing, reachable
@@ -150,13 +151,13 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     name, _, place = request.partition(":")
     if request in OUTPUTS:
         name, place = request, ""
-    row = OUTPUTS.get(name) or _of_closed(name, scene) or _of_another(name)
+    row = OUTPUTS.get(name) or _of_state(name, scene) or _of_another(name)
     if row is None and (asked := name.removeprefix(TREE_NAME)) in OUTPUTS:
         raise DerivationError(f"{name} is what {asked} is called where loops close a scene; ask for {asked}")
     if row is None:
         raise DerivationError(
             f"there is no output {name!r}; there are {', '.join(OUTPUTS)}; and derivatives of each, such as "
-            f"inverse_dynamics_derivatives: NAME{', NAME'.join(OPERATORS)}, NAME{BY}PARAMETER"
+            f"inverse_dynamics_derivatives: NAME{', NAME'.join(OPERATORS)}, NAME{BY}PARAMETER; {STATE_MATRICES}"
         )
     if row.place and not place:
         raise DerivationError(f"{name} needs a {row.place}; write {name}:NAME")
@@ -171,9 +172,12 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     return row.where_closed if scene.is_closed else row, place
 
 
-def _of_closed(name: str, scene: Scene | None) -> Output | None:
-    """Return the row that closed scenes have in place of what operators make of another."""
-    return CLOSED_DERIVATIVES.get(name) if scene is not None and scene.is_closed else None
+def _of_state(name: str, scene: Scene | None) -> Output | None:
+    """Return the row of state matrices, or one that closed scenes have in place of what operators make of another."""
+    closed = scene is not None and scene.is_closed
+    if name == STATE_MATRICES:
+        return state_matrices(closed)
+    return CLOSED_DERIVATIVES.get(name) if closed else None
 
 
 def _of_another(name: str) -> Output | None:
