@@ -8,6 +8,7 @@
     symdyn.certify(scene).passed                            derivations proved equal, code measured
     symdyn.simulate(scene, until=10)                        a trajectory; symdyn.inverse: the forces of a motion
     symdyn.linearize(scene)                                 A, B, C, D and modes next to a point
+    symdyn.collocation(scene, until=2, cost="F**2")         a motion that is looked for, for solvers: optimal control
     symdyn.picture(scene)                                   SVG text; symdyn.animation: HTML
 
     from symdyn.emit import emit, write                     source text: emit(symdyn.lower(equations), "c")
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from symdyn.program import lower
     from symdyn.scene import Scene, read
     from symdyn.simulation import inverse, simulate
+    from symdyn.transcription import collocation
     from symdyn.verify import certify
 
 _DOORS = {
@@ -41,6 +43,7 @@ _DOORS = {
     "SymdynError": "symdyn.errors",
     "animation": "symdyn.draw",
     "certify": "symdyn.verify",
+    "collocation": "symdyn.transcription",
     "closed_form": "symdyn.dynamics.closed_forms.closed_form",
     "derive": "symdyn.dynamics",
     "inverse": "symdyn.simulation",
@@ -59,6 +62,7 @@ __all__ = [
     "animation",
     "certify",
     "closed_form",
+    "collocation",
     "derive",
     "inverse",
     "lambdify",

@@ -20,6 +20,7 @@ ROOMS = {  # room: the rooms it may import, and with them those below
     "simulation": ["verify", "draw"],
     "linear": ["simulation"],
     "bench": ["simulation"],
+    "transcription": ["simulation"],
     "teach": ["simulation"],
     "cli": ["bench", "teach", "linear"],
 }

@@ -1,0 +1,165 @@
+"""IPOPT solves a problem, through the one that comes in CasADi's wheel: `pip install casadi`.
+
+CasADi sees four functions, f, ∂f, g and ∂g, whose values are computed here, and the pattern of ∂g. Equations between
+unknowns that are all given, as at the start of a closed mechanism, are left out once they are seen to hold.
+
+References: Wächter and Biegler, On the implementation of an interior-point filter line-search algorithm for large-scale
+nonlinear programming, Math. Programming 106 (2006) 25; Andersson et al., CasADi, Math. Programming Computation 11
+(2019) 1.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.errors import SimulateError
+from symdyn.transcription.solution import Solution
+from symdyn.transcription.transcribed import Collocation
+
+DEFAULTS: dict[str, Any] = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "no_nlp_grad": True}
+"""Options of CasADi's `nlpsol`; the solver is silent unless it is asked to talk."""
+
+CLOSE = 1e-6
+"""Largest residual of an equation between unknowns that are given."""
+
+
+def solve(problem: Collocation, guess: Array | None = None, **options: Any) -> Solution:
+    """Return what IPOPT finds.
+
+    Args:
+        problem: what to solve.
+        guess: z to start from, shape (size,); None takes the problem's own.
+        options: of IPOPT, such as max_iter=500 or tol=1e-9; see its documentation.
+
+    Raises:
+        SimulateError: CasADi is not installed, the guess has another shape or no value, or an equation between
+            unknowns that are given does not hold.
+    """
+    try:
+        import casadi
+    except ImportError:
+        raise SimulateError(
+            "solving needs IPOPT, which comes with CasADi: pip install casadi; or hand the problem's residual, "
+            "jacobian_values, objective and gradient to another solver"
+        ) from None
+    z = problem.guess if guess is None else np.asarray(guess, dtype=np.float64)
+    if z.shape != (problem.size,):
+        raise SimulateError(f"guess: has the shape {z.shape}; the problem has {problem.size} unknowns")
+    with np.errstate(all="ignore"):
+        first = np.append(problem.residual(z), problem.jacobian_values(z))
+    if not np.isfinite(first).all():
+        raise SimulateError("guess: the equations have no value there; give another one")
+    _contradictions(problem, z)
+    kept = problem.binding
+    inside = kept[problem.jacobian_rows]
+    rows = np.cumsum(kept)[problem.jacobian_rows[inside]] - 1
+    x, p = casadi.Sparsity.dense(problem.size), casadi.Sparsity.dense(0, 0)
+    one, g = casadi.Sparsity.dense(1), casadi.Sparsity.dense(int(kept.sum()))
+    columns = problem.jacobian_columns[inside]
+    pattern = casadi.Sparsity.triplet(int(kept.sum()), problem.size, rows.tolist(), columns.tolist())
+    order = np.lexsort((rows, columns))  # CasADi stores column by column
+    value = _callback("f", [x], [one], lambda z: [problem.objective(z)])
+    equations = _callback("g", [x], [g], lambda z: [problem.residual(z)[kept]])
+    slope = _callback("df", [x, p], [one, x], lambda z, _: [problem.objective(z), problem.gradient(z)], "grad")
+    slopes = _callback(
+        "dg",
+        [x, p],
+        [g, pattern],
+        lambda z, _: [problem.residual(z)[kept], problem.jacobian_values(z)[inside][order]],
+        "jac",
+    )
+    symbol = casadi.MX.sym("x", problem.size)
+    own = {f"ipopt.{name}": setting for name, setting in options.items()}
+    settings = {
+        **DEFAULTS,
+        "ipopt.hessian_approximation": "limited-memory",
+        "grad_f": slope,
+        "jac_g": slopes,
+        **own,
+    }
+    nlp = {"x": symbol, "f": value(symbol), "g": equations(symbol)}
+    try:
+        solver = casadi.nlpsol("solver", "ipopt", nlp, settings)
+        began = time.perf_counter()
+        found = solver(
+            x0=z, lbx=problem.lower, ubx=problem.upper, lbg=problem.rows_lower[kept], ubg=problem.rows_upper[kept]
+        )
+    except RuntimeError as fault:
+        raise SimulateError(f"IPOPT: {str(fault).strip().splitlines()[-1]}") from None
+    wall = time.perf_counter() - began
+    stats, z = solver.stats(), np.array(found["x"], dtype=np.float64).ravel()
+    return Solution(
+        problem, z, problem.objective(z), violation(problem, z), bool(stats["success"]), str(stats["return_status"]),
+        int(stats["iter_count"]), wall,
+    )  # fmt: skip
+
+
+def violation(problem: Collocation, z: Array) -> float:
+    """Return the largest miss of a bound or an equation."""
+    g = problem.residual(z)
+    misses = (problem.lower - z, z - problem.upper, problem.rows_lower - g, g - problem.rows_upper)
+    return float(max(np.max(miss, initial=0.0) for miss in misses))
+
+
+def _contradictions(problem: Collocation, z: Array) -> None:
+    """Raise SimulateError where an equation between unknowns that are given does not hold."""
+    g = problem.residual(np.where(problem.given, problem.lower, z))
+    miss = np.maximum(problem.rows_lower - g, g - problem.rows_upper)
+    miss[problem.binding] = 0.0
+    worst = int(miss.argmax())
+    if miss[worst] > CLOSE:
+        kind, at = next((kind, at) for kind, at in problem.row.items() if worst in at)
+        node = int(np.argwhere(at == worst)[0][0])
+        t = problem.time(z) * problem.grid.share[problem.grid.node[node]]
+        words = {"held": "loops do not close, or velocities do not fit them", "path": "a formula of the path is missed"}
+        raise SimulateError(
+            f"what is given at t = {t:.6g} s contradicts itself, by {miss[worst]:.3g}: "
+            f"{words.get(kind, 'forces and motion do not balance')}; give less of that state"
+        )
+
+
+def _callback(
+    name: str,
+    takes: Sequence[Any],
+    gives: Sequence[Any],
+    compute: Callable[..., Sequence[Any]],
+    kind: str = "",
+) -> Any:
+    """Return a function of CasADi that is computed here; what it gives are the entries of its sparsity."""
+    import casadi
+
+    names = {"": (["x"], [name]), "grad": (["x", "p"], ["f", "grad_f_x"]), "jac": (["x", "p"], ["g", "jac_g_x"])}[kind]
+
+    class Computed(casadi.Callback):
+        def __init__(self) -> None:
+            casadi.Callback.__init__(self)
+            self.construct(f"computed_{name}", {"enable_fd": False})
+
+        def get_n_in(self) -> int:
+            return len(takes)
+
+        def get_n_out(self) -> int:
+            return len(gives)
+
+        def get_sparsity_in(self, i: int) -> Any:
+            return takes[i]
+
+        def get_sparsity_out(self, i: int) -> Any:
+            return gives[i]
+
+        def get_name_in(self, i: int) -> str:
+            return names[0][i]
+
+        def get_name_out(self, i: int) -> str:
+            return names[1][i]
+
+        def eval(self, arguments: Sequence[Any]) -> list[Any]:
+            found = compute(*(np.array(one, dtype=np.float64).ravel() for one in arguments))
+            return [casadi.DM(sparsity, x) for sparsity, x in zip(gives, found, strict=True)]
+
+    return Computed()

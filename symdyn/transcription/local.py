@@ -1,0 +1,216 @@
+"""What is asked for at each place of a motion: entries on the graph and their partial derivatives that are not zero.
+
+One compiled function serves all places, as a batch. Unknowns at a place are told apart by kind:
+
+    q, u, a      coordinates, velocities, accelerations u̇           λ    multipliers of all rows, "multiplier"
+    τ            driving forces, "force"                            s    what the ends of intervals give way by, "slack"
+    p            parameters that are unknowns, "free"               t    time
+
+    balance      M u̇ + h - τ - Gᵀ λ,  then  G u̇ + Ġ u               at stages
+    rates        q̇ = H(q) u                                         at stages
+    held         r(q), G u, |e|² - 1                                at the ends of intervals
+    pull         H Gᵀ ν + ρ e,  Gᵀ μ;  s = (ν, μ, ρ)                at the end of an interval
+    path         formulas of the user                               at the ends of intervals
+    running      the integrand of the cost                          at stages
+    final        the cost of the end                                at the end
+
+The balance is that of inverse dynamics, with accelerations for unknowns: it takes about half the operations of forward
+dynamics, has no matrix to factor in it, and its derivatives take a third. A prescribed motion is a row u_k = ṗ(t) like
+those of loops; its multiplier is the force that it takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.dynamics.mechanism.cost import cost
+from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
+from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.roads.named_functions import Argument
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.graph import Expr, gradient, reachable, substitute, tangents
+from symdyn.graph.ops import SYMBOL
+from symdyn.scene import Quantity, express
+from symdyn.simulation.equations.compiled_routines import compiled, plain, point_names, points
+from symdyn.simulation.prescribed.forces import drive_names
+
+Pattern = tuple[tuple[int, str, int], ...]
+
+
+@dataclass(frozen=True)
+class Local:
+    """Entries at every place of some kind, and their slopes.
+
+    Attributes:
+        size: number of entries.
+        pattern: of each partial derivative that is not zero: entry, kind of the unknown, its place in that kind.
+        value, slopes: functions of the unknowns by kind, shape (count, width), to (count, size) and (count,
+            nonzeros).
+    """
+
+    size: int
+    pattern: Pattern
+    value: Callable[[Mapping[str, Array]], Array]
+    slopes: Callable[[Mapping[str, Array]], Array]
+
+
+@dataclass(frozen=True)
+class Written:
+    """Entries of every local function on a workspace's graph.
+
+    Attributes:
+        kinds: symbols of the unknowns by kind.
+        entries: by name of the function.
+        driven: velocities whose driving forces are unknowns.
+        rows: number of rows, those of prescribed motions last.
+        holding: the rows among them that hold a position.
+    """
+
+    kinds: Mapping[str, tuple[Expr, ...]]
+    entries: Mapping[str, Sequence[Expr]]
+    driven: tuple[int, ...]
+    rows: int
+    holding: tuple[int, ...]
+
+
+def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Quantity]]) -> Written:
+    """Return the entries of a scene; `formulas` are those of path, running and final.
+
+    Raises:
+        DerivationError: the equations do not exist, or have no derivative.
+    """
+    refuse_ideal_friction(w.scene)
+    graph, n, given = w.graph, w.state.n, w.prescribed
+    G, residual, rate, acceleration = _rows(w)
+    holding = tuple(k for k, entry in enumerate(residual) if not entry.is_zero)
+    driven = tuple(k for k, name in enumerate(w.scene.drives) if name and k not in given.place)
+    parts = _quaternions(w)
+    kinds = {
+        "q": w.state.q,
+        "u": w.state.qd,
+        "a": w.state.qdd,
+        "multiplier": _symbols(w, "multiplier", len(G)),
+        "force": tuple(w.state.tau[k] for k in driven),
+        "slack": _symbols(w, "slack", len(holding) + len(G) + len(parts)),
+        "free": tuple(graph.symbol(name) for name in free),
+        TIME: (graph.symbol(TIME),),
+    }
+    forces = w.forces(list(w.state.qdd))
+    across = [[row[k] for row in G] for k in range(n)]
+    held = [graph.total(x * y for x, y in zip(row, kinds["multiplier"], strict=True)) for row in across]
+    balance = [f - (w.state.tau[k] if k in driven else graph.zero) - held[k] for k, f in enumerate(forces)]
+    nu, mu = kinds["slack"][: len(holding)], kinds["slack"][len(holding) : len(holding) + len(G)]
+    moved = [graph.total(across[k][r] * x for r, x in zip(holding, nu, strict=True)) for k in range(n)]
+    pull = substitute(w.state.rates, dict(zip(w.state.qd, moved, strict=True)))
+    for part, rho in zip(parts, kinds["slack"][len(holding) + len(G) :], strict=True):
+        for k in part:
+            pull[k] = pull[k] + rho * w.state.q[k]
+    pull += [graph.total(x * y for x, y in zip(row, mu, strict=True)) for row in across]
+    lengths = [graph.total(w.state.q[k] * w.state.q[k] for k in part) - graph.one for part in parts]
+    entries: dict[str, Sequence[Expr]] = {
+        "balance": [*balance, *acceleration],
+        "rates": list(w.state.rates),
+        "held": [*(residual[k] for k in holding), *rate, *lengths],
+        "pull": pull if kinds["slack"] else [],
+    }
+    entries |= {name: _expressed(w, found) for name, found in formulas.items()}
+    return Written(kinds, entries, driven, len(G), holding)
+
+
+def _rows(w: Workspace) -> tuple[list[list[Expr]], list[Expr], list[Expr], list[Expr]]:
+    """Return G, residuals, G u and G u̇ + Ġ u of all rows, those of prescribed motions last."""
+    graph, u, a = w.graph, w.state.qd, w.state.qdd
+    G: list[list[Expr]] = []
+    residual: list[Expr] = []
+    bias: list[Expr] = []
+    if w.scene.is_closed:
+        rows = w.loops.recursive
+        G, residual, bias = w.loops.G(rows), w.loops.residual(rows), w.loops.bias(rows)
+    rate = [graph.total(x * y for x, y in zip(row, u, strict=True)) for row in G]
+    acceleration = [
+        graph.total(x * y for x, y in zip(row, a, strict=True)) + rest for row, rest in zip(G, bias, strict=True)
+    ]
+    given = w.prescribed
+    at = {speed: q for q, speed in zip(w.state.q, w.state.rates, strict=True)}
+    for k, p, v, b in zip(given.place, given.position, given.velocity, given.acceleration, strict=True):
+        G.append([graph.one if i == k else graph.zero for i in range(w.state.n)])
+        residual.append(at[u[k]] - p)
+        rate.append(u[k] - v)
+        acceleration.append(a[k] - b)
+    return G, residual, rate, acceleration
+
+
+def _symbols(w: Workspace, name: str, count: int) -> tuple[Expr, ...]:
+    return tuple(w.graph.symbol(f"{name}[{k}]") for k in range(count))
+
+
+def _quaternions(w: Workspace) -> list[list[int]]:
+    from symdyn.dynamics.mechanism.state import quaternions
+
+    return [[w.scene.coordinates.index(name) for name in names] for names in quaternions(w.scene)]
+
+
+def _expressed(w: Workspace, formulas: Sequence[Quantity]) -> list[Expr]:
+    """Return formulas on the graph: drives and points by the names that trajectories give them."""
+    meant = {w.graph.symbol(name): tau for name, tau in zip(drive_names(w.scene), w.state.tau, strict=True)}
+    meant |= zip(map(w.graph.symbol, point_names(w.scene)), points(w).entries, strict=True)
+    return substitute([express(one, w.graph) for one in formulas], meant)
+
+
+def partials(entries: Sequence[Expr], inputs: Sequence[Expr]) -> dict[tuple[int, int], Expr]:
+    """Return the partial derivatives that are not zero, by entry and input: by columns or by rows, as costs less."""
+    columns = [tangents(entries, {x: x.graph.one}) for x in inputs]
+    rows = [gradient(entry, inputs) for entry in entries]
+    by_columns = {(i, k): columns[k][i] for i in range(len(entries)) for k in range(len(inputs))}
+    by_rows = {(i, k): rows[i][k] for i in range(len(entries)) for k in range(len(inputs))}
+    found = min(by_columns, by_rows, key=lambda one: cost(one.values(), inputs))
+    return {place: slope for place, slope in found.items() if not slope.is_zero}
+
+
+def locals_of(w: Workspace, found: Written) -> dict[str, Local]:
+    """Return the local functions that have entries, compiled into one library."""
+    flat = [(kind, k, symbol) for kind, symbols in found.kinds.items() for k, symbol in enumerate(symbols)]
+    functions, patterns, takes = [], {}, {}
+    for name, entries in found.entries.items():
+        if not entries:
+            continue
+        symbols = _appearing(entries)
+        inputs = [one for one in flat if one[2] in symbols]
+        slopes = partials(entries, [symbol for _, _, symbol in inputs])
+        places = sorted(slopes)
+        patterns[name] = tuple((i, *inputs[k][:2]) for i, k in places)
+        for which, some in ((name, list(entries)), (_slopes(name), [slopes[place] for place in places])):
+            symbols = _appearing(some)
+            kinds = [kind for kind, those in found.kinds.items() if kind == "q" or not symbols.isdisjoint(those)]
+            takes[which] = kinds
+            functions.append(plain(which, some, [_argument(kind, found.kinds[kind]) for kind in kinds]))
+    calls = compiled(w.scene, w.graph, functions).calls
+
+    def caller(which: str) -> Callable[[Mapping[str, Array]], Array]:
+        if which not in calls:  # nothing varies
+            return lambda at: np.zeros((len(at["q"]), 0))
+        return lambda at: np.asarray(calls[which](*(at[kind] for kind in takes[which])), dtype=np.float64)
+
+    return {
+        name: Local(len(found.entries[name]), patterns[name], caller(name), caller(_slopes(name))) for name in patterns
+    }
+
+
+def _slopes(name: str) -> str:
+    return f"{name}_slopes"
+
+
+def _appearing(entries: Iterable[Expr]) -> set[Expr]:
+    return {node for node in reachable(list(entries)) if node.op is SYMBOL}
+
+
+NAMES = {"q": "q", "u": "qd", "a": "qdd", "force": "tau", "free": "values"}
+"""What an argument of generated code is called where it is not called by its kind."""
+
+
+def _argument(kind: str, symbols: tuple[Expr, ...]) -> Argument:
+    return Argument(NAMES.get(kind, kind), symbols, kind, (), scalar=kind == TIME)

@@ -1,0 +1,300 @@
+"""From a scene and what is asked of its motion to a problem in numbers: the door `collocation`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.dynamics import LoopChoices
+from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.errors import SimulateError
+from symdyn.scene import Quantity, Scene, velocity_name
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.equations.compiled_routines import point_names
+from symdyn.simulation.initial import Start, read_start
+from symdyn.simulation.prescribed.forces import drive_names
+from symdyn.simulation.prescribed.formulas_in_time import close, noted, number_of, parameter_values, read_formula
+from symdyn.transcription.grid import Grid, grid, numbered
+from symdyn.transcription.local import Written, locals_of, written
+from symdyn.transcription.tableaux import METHODS
+from symdyn.transcription.transcribed import Collocation
+
+Range = tuple[float | None, float | None]
+Number = str | float
+"""A formula in parameters, or a number."""
+
+MOST = 100_000
+"""Intervals that are more than anybody solves."""
+
+
+def collocation(
+    scene: Scene,
+    until: float | tuple[float, float],
+    intervals: int | Sequence[float] = 50,
+    method: str = "hermite_simpson",
+    cost: str = "",
+    final_cost: str = "",
+    start: Mapping[str, Number] | Start | None = None,
+    start_rates: Mapping[str, Number] | None = None,
+    end: Mapping[str, Number] | None = None,
+    end_rates: Mapping[str, Number] | None = None,
+    bounds: Mapping[str, Range] | None = None,
+    path: Mapping[str, Range] | None = None,
+    free: Sequence[str] = (),
+) -> Collocation:
+    """Return the equations of a motion that is looked for, from a start to an end, as a problem in numbers.
+
+    Formulas are in t, coordinates, velocities, parameters, drives by their names (`tau_` and the coordinate for one
+    without), and points of the scene as `point_tip_x`.
+
+    Args:
+        scene: the mechanism, its parameters bound. Its drives are unknowns.
+        until: time of the end, s; or between which two it is looked for.
+        intervals: how many of equal length; or the shares of time where they end, 0 … 1.
+        method: a key of `METHODS`.
+        cost: what is integrated over time and made small.
+        final_cost: what is made small at the end, without drives.
+        start: coordinates at t = 0, as for `simulate`; what is not given is as the scene says, nothing is free.
+        start_rates: velocities, likewise.
+        end: coordinates that are given at the end; the others are free.
+        end_rates: velocities, likewise.
+        bounds: smallest and largest value by the name of a coordinate, velocity, drive or parameter that is free; None
+            for none. They narrow those of the joints' limits.
+        path: smallest and largest value of formulas without drives, held at all ends of intervals.
+        free: names of parameters that are unknowns; the scene's values are their guess.
+
+    Raises:
+        SimulateError: with every fault of the arguments, one line each.
+        DerivationError: the equations do not exist, or have no derivative.
+    """
+    faults = Faults("")
+    first = Start(np.zeros(0), np.zeros(0))
+    with noted(faults):
+        first = read_start(scene, start if isinstance(start, Start) else _texts(start), _texts(start_rates))
+    values = parameter_values(scene)
+    mesh = _mesh(intervals, faults)
+    if method not in METHODS:
+        faults.add("", f"method {method} is not known; {suggestion(method, METHODS)}")
+    _known("free", free, values, faults)
+    span = _span(until, faults)
+    state = (TIME, *scene.coordinates, *scene.velocities, *values, *point_names(scene))
+    formulas = {
+        "path": _formulas(tuple(path or ()), state, "path", faults),
+        "running": _formulas((cost,) if cost else (), (*state, *_drives(scene)), "cost", faults),
+        "final": _formulas((final_cost,) if final_cost else (), state, "final cost", faults),
+    }
+    close(faults)
+    w = _workspace(scene, free, values)
+    found = written(w, free, formulas)
+    made = _Layout(scene, tuple(free), found, grid(METHODS[method], mesh), len(formulas["path"]), span)
+    lower, upper = made.bounded(first, bounds or {}, values, faults)
+    last = made.ended(end or {}, end_rates or {}, values, lower, upper, faults)
+    around = np.array([_range(one, f"path: {name}", faults) for name, one in (path or {}).items()]).reshape(-1, 2)
+    close(faults)
+    rows_lower, rows_upper = np.zeros(made.rows), np.zeros(made.rows)
+    rows_lower[made.row["path"]], rows_upper[made.row["path"]] = around.T
+    guess = np.clip(made.guessed(first, last, values), lower, upper)
+    return Collocation(
+        scene, METHODS[method], made.grid, tuple(free), tuple(made.names[k] for k in found.driven), found.driven,
+        made.place, made.row, made.size, made.rows, sum(span) / 2, lower, upper, rows_lower, rows_upper, guess,
+        locals_of(w, found),
+    )  # fmt: skip
+
+
+def _workspace(scene: Scene, free: Sequence[str], values: Mapping[str, Quantity]) -> Workspace:
+    """Return a workspace in which the parameters that are unknowns have no value; theirs decide about loops."""
+    opened = replace(scene, parameters=tuple(replace(p, value=None) if p.name in free else p for p in scene.parameters))
+    at = {name: number_of(values[name], values, f"parameters.{name}", Faults("")) or 0.0 for name in free}
+    return Workspace(opened, LoopChoices(parameters=tuple(at.items())))
+
+
+def _texts(given: Mapping[str, Number] | None) -> dict[str, str]:
+    return {name: str(value) for name, value in (given or {}).items()}
+
+
+def _drives(scene: Scene) -> list[str]:
+    return [name for name, drive in zip(drive_names(scene), scene.drives, strict=True) if drive]
+
+
+def _known(where: str, names: Sequence[str], known: Sequence[str] | Mapping[str, object], faults: Faults) -> None:
+    for name in names:
+        if name not in known:
+            faults.add(where, f"{name} is not known; {suggestion(name, known)}")
+
+
+def _mesh(intervals: int | Sequence[float], faults: Faults) -> Array:
+    """Return where intervals end, shares of time, shape (N + 1,)."""
+    if isinstance(intervals, int):
+        if not 1 <= intervals <= MOST:
+            faults.add("", f"intervals = {intervals} is no number of them; give one from 1 to {MOST}")
+            return np.linspace(0.0, 1.0, 2)
+        return np.linspace(0.0, 1.0, intervals + 1)
+    mesh = np.asarray(intervals, dtype=np.float64)
+    if mesh.ndim != 1 or len(mesh) < 2 or mesh[0] != 0 or mesh[-1] != 1 or not np.all(np.diff(mesh) > 0):
+        faults.add("", "intervals are a number of them, or rising shares of time from 0 to 1, such as [0, 0.25, 1]")
+        return np.linspace(0.0, 1.0, 2)
+    return mesh
+
+
+def _span(until: float | tuple[float, float], faults: Faults) -> tuple[float, float]:
+    """Return the smallest and the largest time of the end."""
+    least, most = (until, until) if isinstance(until, (int, float)) else until
+    if not 0 < least <= most < np.inf:
+        faults.add("", f"until = {until} is no time after the start; give a positive one, or a smaller and a larger")
+        return 1.0, 1.0
+    return float(least), float(most)
+
+
+def _formulas(texts: Sequence[str], allowed: Sequence[str], where: str, faults: Faults) -> list[Quantity]:
+    found = [read_formula(text, allowed, where, faults) for text in texts]
+    return [one for one in found if one is not None]
+
+
+def _range(given: Range, where: str, faults: Faults) -> tuple[float, float]:
+    """Return a smallest and a largest value; None is none."""
+    try:
+        first, last = given
+        least, most = (-np.inf if first is None else float(first)), (np.inf if last is None else float(last))
+    except (TypeError, ValueError):
+        faults.add(where, f"{given!r} is not a smallest and a largest value, such as (-1, 1) or (None, 5)")
+        return -np.inf, np.inf
+    if not least <= most:
+        faults.add(where, f"nothing lies between {least:g} and {most:g}; give the smaller value first")
+    return least, most
+
+
+@dataclass
+class _Layout:
+    """Where everything stands, and what is known of it beforehand."""
+
+    scene: Scene
+    free: tuple[str, ...]
+    found: Written
+    grid: Grid
+    paths: int
+    span: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        scene, found, grid = self.scene, self.found, self.grid
+        N, P, S = len(grid.widths), len(grid.share), len(grid.stage)
+        nq, nv = len(scene.coordinates), len(scene.velocities)
+        self.names = drive_names(scene)
+        self.place, self.size = numbered(
+            {
+                "q": (P, nq),
+                "u": (P, nv),
+                "a": (S, nv),
+                "multiplier": (S, found.rows),
+                "force": (S, len(found.driven)),
+                "slack": (N, len(found.kinds["slack"])),
+                "free": (len(self.free),),
+                "T": (int(self.span[0] < self.span[1]),),
+            }
+        )
+        self.row, self.rows = numbered(
+            {
+                "balance": (S, nv + found.rows),
+                "defects": (N, grid.target.shape[1], nq + nv),
+                "held": (N + 1, len(found.entries["held"])),
+                "path": (N + 1, self.paths),
+            }
+        )
+
+    def bounded(
+        self, start: Start, bounds: Mapping[str, Range], values: Mapping[str, Quantity], faults: Faults
+    ) -> tuple[Array, Array]:
+        """Return the bounds of z: those of joints, those that are given, and the start."""
+        scene, place = self.scene, self.place
+        lower, upper = np.full(self.size, -np.inf), np.full(self.size, np.inf)
+        columns = {name: place["q"][:, k] for k, name in enumerate(scene.coordinates)}
+        columns |= {name: place["u"][:, k] for k, name in enumerate(scene.velocities)}
+        columns |= {self.names[k]: place["force"][:, i] for i, k in enumerate(self.found.driven)}
+        columns |= {name: place["free"][k] for k, name in enumerate(self.free)}
+        _known("bounds", tuple(bounds), columns, faults)
+        given = [(name, _range(one, f"bounds: {name}", faults)) for name, one in bounds.items() if name in columns]
+        for name, (least, most) in [*_limits(scene, self.names, values), *given]:
+            if name in columns:
+                lower[columns[name]] = np.maximum(lower[columns[name]], least)
+                upper[columns[name]] = np.minimum(upper[columns[name]], most)
+        lower[place["T"]], upper[place["T"]] = self.span
+        self._fix(0, "q", range(len(start.q)), start.q, lower, upper)
+        self._fix(0, "u", range(len(start.u)), start.u, lower, upper)
+        return lower, upper
+
+    def ended(
+        self,
+        end: Mapping[str, Number],
+        end_rates: Mapping[str, Number],
+        values: Mapping[str, Quantity],
+        lower: Array,
+        upper: Array,
+        faults: Faults,
+    ) -> Start | None:
+        """Fix what is given of the end; return a whole state there for the guess, None where none is found."""
+        speeds = {
+            (velocity_name(n) if velocity_name(n) in self.scene.velocities else n): x for n, x in end_rates.items()
+        }
+        for where, kind, given, names in (
+            ("end", "q", end, self.scene.coordinates),
+            ("end rates", "u", speeds, self.scene.velocities),
+        ):
+            _known(where, tuple(given), names, faults)
+            for name, text in given.items():
+                formula = read_formula(str(text), values, f"{where}: {name}", faults)
+                x = None if formula is None else number_of(formula, values, f"{where}: {name}", faults)
+                if name in names and x is not None:
+                    k = names.index(name)
+                    column = self.place[kind][self.grid.node[-1], k]
+                    if not lower[column] - 1e-9 <= x <= upper[column] + 1e-9:
+                        faults.add(where, f"{name} = {x:g} is beyond its bounds {lower[column]:g} … {upper[column]:g}")
+                    self._fix(-1, kind, [k], [x], lower, upper)
+        if faults.lines:
+            return None
+        try:
+            return read_start(self.scene, _texts(end))
+        except SimulateError:
+            return None
+
+    def _fix(
+        self, node: int, kind: str, which: Sequence[int], x: Sequence[float] | Array, lower: Array, upper: Array
+    ) -> None:
+        columns = self.place[kind][self.grid.node[node], list(which)]
+        lower[columns] = upper[columns] = x
+
+    def guessed(self, first: Start, last: Start | None, values: Mapping[str, Quantity]) -> Array:
+        """Return z of a straight way from the start to the end, free of forces."""
+        z, place, share = np.zeros(self.size), self.place, self.grid.share[:, None]
+        way = np.zeros_like(first.q) if last is None else last.q - first.q
+        z[place["q"]] = first.q + share * way
+        duration = sum(self.span) / 2
+        if len(first.q) == len(first.u):
+            z[place["u"]] = way / duration
+        z[place["T"]] = duration
+        z[place["free"]] = [number_of(values[n], values, f"parameters.{n}", Faults("")) or 0.0 for n in self.free]
+        return z
+
+
+def _limits(
+    scene: Scene, drives: Sequence[str], values: Mapping[str, Quantity]
+) -> list[tuple[str, tuple[float, float]]]:
+    """Return what joints may do, by the name of a coordinate, velocity or drive."""
+    found: list[tuple[str, tuple[float, float]]] = []
+    for joint in scene.moving:
+        if len(joint.rates) != 1 or len(joint.coordinates) != 1:
+            continue
+        given = joint.limits
+        k = scene.velocities.index(joint.rates[0])
+
+        def value(x: Quantity | None, none: float, joint: str = joint.name) -> float:
+            number = None if x is None else number_of(x, values, f"joints.{joint}.limits", Faults(""))
+            return none if number is None else number
+
+        speed, effort = value(given.velocity, np.inf), value(given.effort, np.inf)
+        found.append((joint.coordinates[0], (value(given.lower, -np.inf), value(given.upper, np.inf))))
+        found += [(joint.rates[0], (-speed, speed)), (drives[k], (-effort, effort))]
+    return found

@@ -1,0 +1,130 @@
+"""What a solver found, as a motion and as forces, and what becomes of the mechanism under these forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.dynamics.mechanism.prescribed import prescribed
+from symdyn.graph import Graph
+from symdyn.scene import Scene, bind
+from symdyn.simulation import Forces, Trajectory, simulate
+from symdyn.simulation.initial import Start
+from symdyn.simulation.prescribed.forces import Table
+from symdyn.transcription.transcribed import Collocation
+
+FINE = 16
+"""Rows of a table of forces in an interval."""
+
+
+def along(problem: Collocation, motion: Trajectory) -> Array:
+    """Return z of a motion, shape (size,), by cubic splines between its samples; multipliers are those that fit best.
+
+    Slacks are zero, and parameters as the scene has them. Samples at the problem's points stay as they are.
+    """
+    from scipy.interpolate import CubicSpline
+
+    z, place, grid = problem.guess.copy(), problem.place, problem.grid
+    z[place["T"]] = np.clip(motion.t[-1], problem.lower[place["T"]], problem.upper[place["T"]])
+    duration = problem.time(z)
+    t = duration * grid.share
+    for kind, values, points in (("q", motion.q, t), ("u", motion.qd, t), ("a", motion.qdd, t[grid.stage])):
+        z[place[kind]] = CubicSpline(motion.t, values)(points)
+    z[place["force"]] = CubicSpline(motion.t, motion.tau[:, list(problem.driven)])(t[grid.stage])
+    count = place["multiplier"].shape[1]
+    z[place["slack"]] = z[place["multiplier"]] = 0.0
+    if count:
+        nv = place["a"].shape[1]
+        miss, J = problem.residual(z)[problem.row["balance"][:, :nv]], problem.jacobian(z)
+        for rows, columns, off in zip(problem.row["balance"][:, :nv], place["multiplier"], miss, strict=True):
+            push = J[rows][:, columns].toarray()
+            z[columns] = -np.linalg.lstsq(push, off, rcond=None)[0]
+    return z
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A point that a solver ended at.
+
+    Attributes:
+        problem: what was solved.
+        z: the unknowns, shape (size,).
+        objective: f(z).
+        violation: largest miss of a bound or an equation.
+        success: whether the solver says that it is optimal.
+        status: what the solver says.
+        iterations: of the solver.
+        wall: seconds that it took.
+    """
+
+    problem: Collocation = field(repr=False)
+    z: Array = field(repr=False)
+    objective: float
+    violation: float
+    success: bool
+    status: str
+    iterations: int
+    wall: float
+
+    @property
+    def duration(self) -> float:
+        """The time of the end, s."""
+        return self.problem.time(self.z)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The values of the parameters that were unknowns."""
+        return self.problem.parameters(self.z)
+
+    @property
+    def scene(self) -> Scene:
+        """The mechanism with these values."""
+        return bind(self.problem.scene, self.parameters) if self.problem.free else self.problem.scene
+
+    @property
+    def motion(self) -> Trajectory:
+        """The motion at all points; accelerations and forces of others than stages lie in between."""
+        problem, grid = self.problem, self.problem.grid
+        t, at = self.duration * grid.share, self.duration * grid.share[grid.stage]
+        stages = np.concatenate([self.z[problem.place["a"]], self._forces()], axis=1)
+        a, tau = np.split(np.stack([np.interp(t, at, x) for x in stages.T], axis=1), 2, axis=1)
+        q, u = self.z[problem.place["q"]], self.z[problem.place["u"]]
+        return Trajectory(self.scene, t, q, u, a, tau, notes=(self.status,), wall=self.wall)
+
+    @property
+    def forces(self) -> Forces:
+        """The driving forces over time, as polynomials through the stages of each interval; for `simulate`."""
+        problem, grid = self.problem, self.problem.grid
+        c = np.array([float(x) for x in problem.method.c])
+        t = self.duration * grid.share[grid.stage]
+        values = self.z[problem.place["force"]]
+        if len(c) > 1:
+            fine = np.arange(FINE) / FINE
+            basis = np.array([[np.prod([(x - b) / (a - b) for b in c if b != a]) for a in c] for x in fine])
+            begins = np.concatenate([[0.0], np.cumsum(grid.widths)[:-1]])
+            t = self.duration * np.append(np.ravel(begins[:, None] + grid.widths[:, None] * fine), 1.0)
+            values = np.vstack(
+                [np.einsum("fs,nsk->nfk", basis, values[grid.of]).reshape(-1, values.shape[1]), values[-1]]
+            )
+        return Forces(
+            tables={k: Table(t, np.ascontiguousarray(x)) for k, x in zip(problem.driven, values.T, strict=True)}
+        )
+
+    def simulated(self, **options: Any) -> Trajectory:
+        """Return the motion that the forces give, from the same start; `options` are those of `simulate`."""
+        place = self.problem.place
+        start = Start(self.z[place["q"][0]], self.z[place["u"][0]])
+        return simulate(self.scene, self.forces, until=self.duration, start=start, **options)
+
+    def _forces(self) -> Array:
+        """Return all driving forces at the stages, those of prescribed motions as well, shape (S, nv)."""
+        problem = self.problem
+        found = np.zeros(problem.place["a"].shape)
+        found[:, list(problem.driven)] = self.z[problem.place["force"]]
+        led = prescribed(problem.scene, Graph()).place
+        if led:
+            found[:, list(led)] = self.z[problem.place["multiplier"]][:, -len(led) :]
+        return found

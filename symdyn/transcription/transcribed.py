@@ -1,0 +1,299 @@
+"""The noun of this room: an optimal control problem as equations in numbers, with derivatives and their pattern.
+
+    minimise f(z)    with    lower <= z <= upper    and    rows_lower <= g(z) <= rows_upper
+
+    balance     M u̇ + h = τ + Gᵀ λ,  G u̇ + Ġ u = 0                              at every stage
+    defects     q_i = q_0 + h Σ A_ij H(q_j) u_j,   u_i = u_0 + h Σ A_ij u̇_j       at every stage inside an interval
+                q_1 = q_0 + h Σ b_j H(q_j) u_j + H Gᵀ ν + ρ e,   u_1 = u_0 + h Σ b_j u̇_j + Gᵀ μ
+    held        r(q) = 0,  G u = 0,  |e| = 1                                      at every end of an interval
+
+Closed mechanisms keep all their coordinates, with multipliers: no partition is chosen, so none can fail on the way, and
+λ is told. Rows at the level of accelerations make λ unique at every stage; rows at the levels of positions and
+velocities are held at the ends of intervals, where ν and μ make room for them: the step is projected along Gᵀ, which
+keeps its order. Wheels that roll have rows without a position, and no ν. A unit quaternion e has ρ for its length.
+
+References: Hairer, Lubich and Wanner, Geometric Numerical Integration (2006), section IV.4, projection; Posa,
+Kuindersma and Tedrake, Optimization and stabilization of trajectories for constrained dynamical systems, ICRA (2016),
+who hold the three levels in this way too, with Hermite-Simpson collocation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symdyn.algebra.numeric import Array
+from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.scene import Scene
+from symdyn.transcription.grid import Grid, Places
+from symdyn.transcription.local import Local
+from symdyn.transcription.tableaux import Method
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+
+PLACES = {
+    "balance": "stage",
+    "rates": "stage",
+    "running": "stage",
+    "held": "node",
+    "pull": "node",
+    "path": "node",
+    "final": "end",
+}
+"""Where each local function is asked for."""
+
+
+@dataclass(frozen=True)
+class Collocation:
+    """A motion of a scene that is looked for, in N intervals.
+
+    Attributes:
+        scene: the mechanism.
+        method: where the dynamics holds.
+        grid: points, nodes and stages.
+        free: names of the parameters that are unknowns.
+        drives: names of the driving forces that are unknowns.
+        driven: their velocities.
+        place: of each kind of unknown, where it stands in z: "q" (P, nq), "u" (P, nv), "a" (S, nv), "multiplier"
+            (S, m), "force" (S, drives), "slack" (N, slacks), "free" (parameters,), "T" (1,) or (0,) where it is given.
+        row: of each kind of equation, where it stands in g: "balance" (S, nv + m), "defects" (N, R, nq + nv), "held"
+            (N + 1, …), "path" (N + 1, paths).
+        size, rows: number of unknowns and of equations.
+        duration: the time of the end, s; of a free one the middle of its bounds.
+        lower, upper: bounds of z, shape (size,).
+        rows_lower, rows_upper: bounds of g, shape (rows,).
+        guess: z of a straight way from the start to the end, shape (size,).
+        locals: functions of one place.
+    """
+
+    scene: Scene
+    method: Method
+    grid: Grid
+    free: tuple[str, ...]
+    drives: tuple[str, ...]
+    driven: tuple[int, ...]
+    place: Mapping[str, Places]
+    row: Mapping[str, Places]
+    size: int
+    rows: int
+    duration: float
+    lower: Array
+    upper: Array
+    rows_lower: Array
+    rows_upper: Array
+    guess: Array
+    locals: Mapping[str, Local] = field(repr=False)
+
+    # Values
+
+    def residual(self, z: Array) -> Array:
+        """Return g(z), shape (rows,)."""
+        g, grid = np.zeros(self.rows, z.dtype), self.grid
+        stages = self._at(z, "stage")
+        g[self.row["balance"]] = self.locals["balance"].value(stages)
+        slopes = np.concatenate([self.locals["rates"].value(stages), stages["a"]], axis=1)
+        y = np.concatenate([z[self.place["q"]], z[self.place["u"]]], axis=1)
+        steps = np.einsum("rj,njk->nrk", grid.weights, slopes[grid.of]) * (self.time(z) * grid.widths)[:, None, None]
+        defects = y[grid.target] - y[grid.node[:-1], None] - steps
+        nodes = self._at(z, "node")
+        if "pull" in self.locals:
+            defects[:, -1] -= self.locals["pull"].value({kind: _behind(kind, x) for kind, x in nodes.items()})
+        g[self.row["defects"]] = defects
+        for name in ("held", "path"):
+            if name in self.locals:
+                g[self.row[name]] = self.locals[name].value(nodes)
+        return g
+
+    def jacobian_values(self, z: Array) -> Array:
+        """Return the entries of ∂g/∂z at (`jacobian_rows`, `jacobian_columns`), shape (nonzeros,)."""
+        parts = np.concatenate([np.ravel(part) for part in self._parts(z)])
+        order, first = self._merged[2:]
+        parts = parts[order]
+        return parts if len(first) == len(parts) else np.add.reduceat(parts, first)
+
+    def jacobian(self, z: Array) -> csr_array:
+        """Return ∂g/∂z as a sparse matrix, shape (rows, size)."""
+        from scipy.sparse import csr_array
+
+        places = (self.jacobian_rows, self.jacobian_columns)
+        return csr_array((self.jacobian_values(z), places), shape=(self.rows, self.size))
+
+    def objective(self, z: Array) -> float:
+        """Return f(z): the integral of the running cost by the method's own rule, and the cost of the end."""
+        total: Any = 0.0
+        if "running" in self.locals:
+            values = self.locals["running"].value(self._at(z, "stage"))[:, 0]
+            total = self.time(z) * (self.grid.quadrature @ values)
+        if "final" in self.locals:
+            total = total + self.locals["final"].value(self._at(z, "end"))[0, 0]
+        return total  # type: ignore[no-any-return]
+
+    def gradient(self, z: Array) -> Array:
+        """Return ∂f/∂z, shape (size,)."""
+        found = np.zeros(self.size)
+        T = self.place["T"]
+        for name, weights in (("running", self.time(z) * self.grid.quadrature), ("final", np.ones(1))):
+            if name not in self.locals:
+                continue
+            local, at = self.locals[name], self._at(z, PLACES[name])
+            columns, known, chain = self._wires[name]
+            slopes = local.slopes(at) * chain * weights[:, None]
+            found += np.bincount(columns[known], slopes[known], self.size)
+            if name == "running" and len(T):
+                found[T[0]] += self.grid.quadrature @ local.value(at)[:, 0]
+        return found
+
+    def time(self, z: Array) -> float:
+        """Return the time of the end, s."""
+        T = self.place["T"]
+        return z[T[0]] if len(T) else self.duration
+
+    def parameters(self, z: Array) -> dict[str, float]:
+        """Return the values of the parameters that are unknowns."""
+        return dict(zip(self.free, z[self.place["free"]].tolist(), strict=True))
+
+    # Pattern
+
+    @cached_property
+    def given(self) -> NDArray[np.bool_]:
+        """Whether each unknown is given: its bounds are equal, shape (size,)."""
+        return np.equal(self.lower, self.upper)
+
+    @cached_property
+    def binding(self) -> NDArray[np.bool_]:
+        """Whether each equation has an unknown in it that is not given, shape (rows,).
+
+        One that has none holds already, as loops do at a start that closes them; solvers are better without it.
+        """
+        found = np.zeros(self.rows, dtype=bool)
+        found[self.jacobian_rows[~self.given[self.jacobian_columns]]] = True
+        return found
+
+    @property
+    def jacobian_rows(self) -> Places:
+        """Rows of the entries of ∂g/∂z that are not always zero, ascending, shape (nonzeros,)."""
+        return self._merged[0]
+
+    @property
+    def jacobian_columns(self) -> Places:
+        """Their columns, ascending in each row; none occurs twice."""
+        return self._merged[1]
+
+    @cached_property
+    def _merged(self) -> tuple[Places, Places, Places, Places]:
+        """Rows, columns, the order of the parts, and where each entry begins among the ordered parts."""
+        places = [np.broadcast_arrays(rows, columns) for rows, columns in self._places()]
+        rows, columns = (np.concatenate([np.ravel(pair[k]) for pair in places]) for k in (0, 1))
+        keys = rows * self.size + columns
+        order = np.argsort(keys, kind="stable")
+        _, first = np.unique(keys[order], return_index=True)
+        return rows[order][first], columns[order][first], order, first
+
+    def _places(self) -> list[tuple[Places, Places]]:
+        """Return rows and columns of the parts of ∂g/∂z, in the order of `_parts`."""
+        grid, defects, place = self.grid, self.row["defects"], self.place
+        y = np.concatenate([place["q"], place["u"]], axis=1)
+        nq = place["q"].shape[1]
+        found = [(defects, y[grid.target]), (defects, np.broadcast_to(y[grid.node[:-1], None], defects.shape))]
+        for r, j in self._used:
+            entries = [i for i, _, _ in self.locals["rates"].pattern]
+            found.append((defects[:, r, entries], self._wires["rates"][0][grid.of[:, j]]))
+            found.append((defects[:, r, nq:], place["a"][grid.of[:, j]]))
+        if len(place["T"]):
+            found.append((defects, place["T"]))
+        if "pull" in self.locals:
+            entries = [i for i, _, _ in self.locals["pull"].pattern]
+            found.append((defects[:, -1, entries], self._wires["pull"][0][1:]))
+        for name in self._rowwise:
+            columns, known, _ = self._wires[name]
+            rows = self.row[name][:, [i for i, _, _ in self.locals[name].pattern]]
+            found.append((rows[known], columns[known]))
+        return found
+
+    def _parts(self, z: Array) -> list[Array]:
+        """Return the parts of ∂g/∂z, each an array; several may belong to one entry."""
+        grid, shape = self.grid, self.row["defects"].shape
+        found = [np.ones(shape), np.full(shape, -1.0)]
+        stages, nodes = self._at(z, "stage"), self._at(z, "node")
+        slopes = self.locals["rates"].slopes(stages)
+        h = self.time(z) * grid.widths[:, None]
+        for r, j in self._used:
+            found.append(-h * grid.weights[r, j] * slopes[grid.of[:, j]])
+            found.append(np.repeat(-h * grid.weights[r, j], self.place["a"].shape[1], axis=1))
+        if len(self.place["T"]):
+            rates = np.concatenate([self.locals["rates"].value(stages), stages["a"]], axis=1)
+            found.append(-grid.widths[:, None, None] * np.einsum("rj,njk->nrk", grid.weights, rates[grid.of]))
+        if "pull" in self.locals:
+            found.append(-self.locals["pull"].slopes({kind: _behind(kind, x) for kind, x in nodes.items()}))
+        for name in self._rowwise:
+            _, known, chain = self._wires[name]
+            values = self.locals[name].slopes(stages if PLACES[name] == "stage" else nodes)
+            found.append((values * chain)[known])
+        return found
+
+    @cached_property
+    def _used(self) -> list[tuple[int, int]]:
+        """Defects and stages whose weight is not zero."""
+        return [(int(r), int(j)) for r, j in np.argwhere(self.grid.weights != 0)]
+
+    @cached_property
+    def _rowwise(self) -> list[str]:
+        """Functions whose entries are equations as they are."""
+        return [name for name in ("balance", "held", "path") if name in self.locals]
+
+    @cached_property
+    def _wires(self) -> dict[str, tuple[Places, NDArray[np.bool_], Array]]:
+        """Of the slopes of each function, shape (places, nonzeros): columns of z, whether these are unknowns, chain.
+
+        The chain is what slopes are multiplied by: t / T of the place where they are by time, else 1.
+        """
+        found = {}
+        for name, local in self.locals.items():
+            points = self._points(PLACES[name])
+            columns = np.empty((len(points), len(local.pattern)), dtype=np.int64)
+            for column, (_, kind, k) in zip(columns.T, local.pattern, strict=True):
+                column[:] = self._column(kind, k, points)
+            by_time = np.array([kind == TIME for _, kind, _ in local.pattern], dtype=bool)
+            chain = np.where(by_time, self.grid.share[points][:, None], 1.0)
+            found[name] = (columns, columns >= 0, chain)
+        return found
+
+    def _column(self, kind: str, k: int, points: Places) -> Places:
+        """Return where an unknown stands in z at some points, -1 where it is known."""
+        place = self.place
+        if kind == TIME:
+            return place["T"] if len(place["T"]) else np.array([-1])
+        if kind == "free":
+            return place["free"][k : k + 1]
+        if kind == "slack":
+            return np.concatenate([[-1], place["slack"][:, k]])
+        return place[kind][points if kind in ("q", "u") else slice(None), k]
+
+    def _points(self, where: str) -> Places:
+        return {"stage": self.grid.stage, "node": self.grid.node, "end": self.grid.node[-1:]}[where]
+
+    # Unknowns at places
+
+    def _at(self, z: Array, where: str) -> dict[str, Array]:
+        """Return the unknowns at all stages or nodes, by kind."""
+        place, points = self.place, self._points(where)
+        found = {kind: z[place[kind][points]] for kind in ("q", "u")}
+        if where == "stage":
+            found |= {kind: z[place[kind]] for kind in ("a", "multiplier", "force")}
+        if where == "node":
+            found["slack"] = np.concatenate([np.zeros((1, place["slack"].shape[1])), z[place["slack"]]])
+        found["free"] = z[place["free"]]
+        found[TIME] = self.time(z) * self.grid.share[points]
+        return found
+
+
+def _behind(kind: str, x: Array) -> Array:
+    """Return what holds at all nodes but the first."""
+    return x if kind == "free" else x[1:]

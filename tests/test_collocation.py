@@ -1,0 +1,144 @@
+"""Collocation: its derivatives, its order, its equations of closed and rolling mechanisms, and what it refuses."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import spsolve
+
+import symdyn
+from symdyn.algebra.numeric import Batches
+from symdyn.dynamics import LoopChoices
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.graph import evaluate
+from symdyn.scene import Scene, express, parse
+from symdyn.transcription import METHODS, Collocation, along
+from symdyn.transcription.local import written
+
+pytestmark = pytest.mark.runs("cc")
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+CART = symdyn.read(EXAMPLES / "cart_pole.toml")
+
+
+def example(name: str) -> Scene:
+    return symdyn.read(EXAMPLES / f"{name}.toml")
+
+
+def in_complex_numbers(problem: Collocation, formulas: dict[str, list[str]]) -> Collocation:
+    """Return the problem with local functions evaluated node by node, which takes complex numbers; without slopes."""
+    scene, free = problem.scene, problem.free
+    opened = replace(scene, parameters=tuple(replace(p, value=None) if p.name in free else p for p in scene.parameters))
+    values = {p.name: p.value for p in scene.parameters}
+    w = Workspace(opened, LoopChoices(parameters=tuple((n, float(values[n].value)) for n in free)))
+    found = written(w, free, {name: [parse(text) for text in texts] for name, texts in formulas.items()})
+    known = {w.graph.symbol(n): express(x, w.graph) for n, x in values.items() if n not in free}
+    numbers = dict(zip(known, evaluate(list(known.values()), Batches(), {}), strict=True))
+
+    def function(name: str):
+        def value(at):
+            count = len(at["q"])
+            state = {
+                symbol: at[kind] if kind == "t" else at[kind][..., k]
+                for kind, symbols in found.kinds.items()
+                if kind in at
+                for k, symbol in enumerate(symbols)
+            }
+            with np.errstate(all="ignore"):
+                entries = evaluate(list(found.entries[name]), Batches(), numbers | state)
+            return np.stack([np.broadcast_to(x, count) for x in entries], axis=1)
+
+        return value
+
+    return replace(problem, locals={n: replace(one, value=function(n)) for n, one in problem.locals.items()})
+
+
+WHAT = {  # a tree, loops, rolling, quaternions, a prescribed motion, parameters that are looked for
+    "cart_pole": {"free": ("l", "mp"), "cost": "F**2 + t*x**2", "final_cost": "theta**2*t + point_tip_x"},
+    "four_bar": {"cost": "M**2"},
+    "rolling_disc": {},
+    "free_body": {"final_cost": "t**2"},
+}
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", WHAT)
+def test_derivatives_are_those_of_complex_steps(name, method):
+    """Imaginary steps of 1e-30 have no cancellation; what is differentiated here is evaluated without our tangents."""
+    scene, given = example(name), WHAT[name]
+    path = {f"{scene.coordinates[0]} + t*{scene.velocities[-1]}": (-1, 1)}
+    problem = symdyn.collocation(scene, (0.5, 1.5), [0, 0.3, 1], method, path=path, **given)
+    formulas = {
+        "path": list(path),
+        "running": [given["cost"]] if "cost" in given else [],
+        "final": [given["final_cost"]] if "final_cost" in given else [],
+    }
+    z = problem.guess + 0.3 * np.random.default_rng(1).standard_normal(problem.size)
+    other = in_complex_numbers(problem, formulas)
+
+    assert problem.residual(z) == pytest.approx(other.residual(z), rel=1e-12, abs=1e-12)
+    J = problem.jacobian(z).toarray()
+    steps = z + 1e-30j * np.eye(problem.size)
+    expected = np.stack([other.residual(step).imag / 1e-30 for step in steps], axis=1)
+    np.testing.assert_allclose(J, expected, rtol=1e-11, atol=1e-12 * np.abs(J).max())
+    if formulas["running"] or formulas["final"]:
+        slopes = [other.objective(step).imag / 1e-30 for step in steps]
+        np.testing.assert_allclose(problem.gradient(z), slopes, rtol=1e-11, atol=1e-12)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_pattern_names_each_place_once_and_in_order(method):
+    problem = symdyn.collocation(example("four_bar"), (1, 2), 4, method)
+    places = list(zip(problem.jacobian_rows.tolist(), problem.jacobian_columns.tolist(), strict=True))
+
+    assert places == sorted(set(places))
+    assert len(problem.jacobian_values(problem.guess)) == len(places)
+
+
+def solved(problem: Collocation, z: np.ndarray) -> np.ndarray:
+    """Return the z that solves the equations with the driving forces as they are, by Newton's method."""
+    unknown = ~problem.given
+    unknown[problem.place["force"]] = False
+    for _ in range(12):
+        g, J = problem.residual(z)[problem.binding], problem.jacobian(z)[problem.binding][:, unknown]
+        assert J.shape[0] == J.shape[1]
+        step = spsolve(J.tocsc(), g)
+        z = z.copy()
+        z[unknown] -= step
+        if np.abs(step).max() < 1e-11:
+            return z
+    raise AssertionError(f"Newton's method does not converge: {np.abs(step).max()}")
+
+
+MOVES = {  # a scene, the time of the end, a start
+    "cart_pole": (0.6, {"theta": "2"}, {"theta": "1"}),
+    "four_bar": (0.5, {}, {"phi": "1"}),
+    "rolling_disc": (0.4, {}, {}),
+    "free_body": (0.5, {}, {}),
+    "governor": (0.2, {}, {}),
+}
+
+
+@pytest.mark.parametrize(("method", "order"), [("trapezoidal", 2), ("hermite_simpson", 4), ("implicit_midpoint", 2)])
+@pytest.mark.parametrize("name", MOVES)
+def test_errors_fall_with_the_order_of_the_method(name, method, order):
+    scene, (until, start, rates) = example(name), MOVES[name]
+    errors, residuals = [], []
+    for intervals in (10, 20):
+        problem = symdyn.collocation(scene, until, intervals, method, start=start, start_rates=rates)
+        run = symdyn.simulate(
+            scene, until=until, start=start, start_rates=rates, rtol=1e-12, atol=1e-12, every=until / 2 / intervals
+        )
+        z = along(problem, run)
+        z[problem.place["force"]] = 0.0
+        last = problem.residual(z)[problem.row["defects"]][:, -1]
+        residuals.append(np.sqrt(np.mean(last**2)) * intervals)
+        end = [problem.place[kind][-1] for kind in ("q", "u")]
+        found = solved(problem, z)
+        errors.append(max(np.abs(found[place] - z[place]).max() for place in end))
+
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.35)
+    assert np.log2(residuals[0] / residuals[1]) == pytest.approx(order, abs=0.5)
