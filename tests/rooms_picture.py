@@ -47,9 +47,10 @@ FOLDERS = {  # room: folder: the folders of the same room that it may import; ""
     },
     "simulation": {
         "prescribed": [],
-        "equations": ["prescribed"],
-        "integrate": ["equations", "prescribed"],
-        "": ["integrate", "equations", "prescribed"],
+        "feedback": ["prescribed"],
+        "equations": ["feedback", "prescribed"],
+        "integrate": ["equations", "feedback", "prescribed"],
+        "": ["integrate", "equations", "feedback", "prescribed"],
     },
     "bench": {"": [], "stress": [""]},
     "teach": {

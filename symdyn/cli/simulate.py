@@ -7,9 +7,14 @@ import argparse
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
 from symdyn.cli.talk import Bar, say
 from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened, pairs
-from symdyn.simulation import Trajectory, read_forces, simulate
+from symdyn.errors import SimulateError
+from symdyn.scene import Scene
+from symdyn.scene.values.table import Faults
+from symdyn.simulation import Feedback, Trajectory, read_feedback, read_forces, simulate
+from symdyn.simulation.feedback.controller import changed, placed
 from symdyn.simulation.forward import check_run
 from symdyn.simulation.initial import read_start
+from symdyn.simulation.prescribed.formulas_in_time import close, number_of, parameter_values, read_formula
 from symdyn.simulation.prescribed.numbers_in_time import counted
 from symdyn.simulation.trajectory import END, INTERRUPTED
 
@@ -30,6 +35,15 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         metavar="F",
         help='name=formula in t, coordinates and velocities, such as "tau1=-2*q1-q1_dot"; or a .toml or .csv file',
     )
+    verb.add_argument(
+        "--feedback",
+        metavar="FILE",
+        help='gains of a linear feedback of the state, as linearize --lqr writes them: {"K": [[...]], "states": [...], '
+        '"inputs": [...], "x0": {...}, "u0": {...}}',
+    )
+    verb.add_argument("--period", type=float, metavar="T", help="seconds between samples of --feedback")
+    verb.add_argument("--delay", type=float, metavar="T", help="seconds from a sample to its force")
+    verb.add_argument("--limits", metavar="LIST", help="largest forces of --feedback, e.g. F=20,tau2=5")
     verb.add_argument("--start", metavar="LIST", help="where it starts, e.g. q1=0.3,q2=pi/2; else as the scene says")
     verb.add_argument("--start-rates", metavar="LIST", help="velocities there, e.g. q1=2")
     verb.add_argument("--stop", action="append", default=[], metavar="FORMULA", help="end where this crosses zero")
@@ -49,9 +63,10 @@ def run(options: argparse.Namespace) -> int:
     """Compute, write, and tell how well the laws were kept."""
     scene = read_scene_to_move(options)
     formulas = (*options.stop, *options.report)
-    forces, start, _, _ = collected(
+    forces, start, feedback, _, _ = collected(
         lambda: read_forces(scene, flattened(options.forces)),
         lambda: read_start(scene, pairs(options.start, "--start"), pairs(options.start_rates, "--start-rates")),
+        lambda: _feedback(scene, options),
         lambda: check_outputs(options),
         lambda: check_run(scene, options.until, options.every, options.rtol, options.atol, formulas, options.method),
     )
@@ -71,11 +86,36 @@ def run(options: argparse.Namespace) -> int:
             options.reactions,
             progress,
             lambda line: say(f"symdyn: {line}"),
+            feedback=feedback,  # type: ignore[arg-type]
         )
     deliver(trajectory, options)
     for line in told(trajectory):
         say(f"symdyn: {line}")
     return status(trajectory)
+
+
+def _feedback(scene: Scene, options: argparse.Namespace) -> Feedback | None:
+    """Return the controller that options say, None without one.
+
+    Raises:
+        SimulateError: with every fault, one line each.
+    """
+    if options.feedback is None:
+        told = [f"--{name}" for name in ("period", "delay", "limits") if getattr(options, name) is not None]
+        if told:
+            raise SimulateError(f"{', '.join(told)}: of --feedback, which is not given")
+        return None
+    values, faults = parameter_values(scene), Faults("")
+    limits = {}
+    for name, text in pairs(options.limits, "--limits").items():
+        formula = read_formula(text, values, f"--limits: {name}", faults)
+        if formula is not None:
+            limits[name] = number_of(formula, values, f"--limits: {name}", faults)
+    close(faults)
+    found = read_feedback(scene, options.feedback)
+    found = changed(found, period=options.period, delay=options.delay, limits=limits or None)
+    placed(scene, found, options.until)
+    return found
 
 
 def told(trajectory: Trajectory) -> list[str]:

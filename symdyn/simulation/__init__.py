@@ -1,5 +1,7 @@
 """Motions in time: motion prescribed and forces found, or forces prescribed and motion found."""
 
+from symdyn.simulation.feedback.controller import Feedback, read_feedback
+from symdyn.simulation.feedback.gains import Gains
 from symdyn.simulation.forward import simulate
 from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.inverse_run import inverse
@@ -10,10 +12,13 @@ from symdyn.simulation.trajectory import Event, Trajectory
 __all__ = [
     "METHODS",
     "Event",
+    "Feedback",
     "Forces",
+    "Gains",
     "SceneMotion",
     "Trajectory",
     "inverse",
+    "read_feedback",
     "read_forces",
     "read_motion",
     "simulate",

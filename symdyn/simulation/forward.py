@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from symdyn.simulation.equations.crossings import passed
 from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
+from symdyn.simulation.feedback.controller import Feedback, Law, placed, read_feedback
+from symdyn.simulation.feedback.gains import Gains
+from symdyn.simulation.feedback.loop import Loop
 from symdyn.simulation.initial import Start, read_start, singular
 from symdyn.simulation.integrate import METHODS, Hit, Problem
 from symdyn.simulation.integrator import Choice, choose
@@ -58,6 +62,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     say: Callable[[str], None] | None = None,
     values: Mapping[str, object] | None = None,
+    feedback: Feedback | Gains | Law | Mapping[str, object] | str | Path | None = None,
 ) -> Trajectory:
     """Return the motion that forces give a scene from t = 0 on.
 
@@ -84,6 +89,8 @@ def simulate(
         progress: called with the share that is done.
         say: called with lines for the user: the method and why.
         values: of parameters, in place of those that the scene gives: numbers or formulas by name.
+        feedback: a controller, whose forces are added: a function of time, coordinates and velocities that returns the
+            force of every input; a `Feedback` of one, with period, delay and limits; gains, or a .json file of them.
 
     Raises:
         SimulateError: with every fault of the arguments, one line each.
@@ -97,9 +104,18 @@ def simulate(
         initial = read_start(scene, start, start_rates)
     with noted(faults):
         zeros, times = check_run(scene, until, every, rtol, atol, formulas, method, reactions)
+    loop = None
+    with noted(faults):
+        if feedback is not None:
+            control = placed(scene, read_feedback(scene, feedback), until)
+            loop = Loop(control, len(scene.coordinates), len(scene.velocities), until)
+            forces = replace(forces, fed=control.places)
     faults.lines[:] = dict.fromkeys(faults.lines)
     close(faults)
     system = state_equations(scene, forces, zeros, initial.q if isinstance(start, Start) else None)
+    if loop is not None:
+        loop.start(initial.q, initial.u)
+        system = replace(system, loop=loop)
     notes = (*initial.notes, *held(scene, forces, until), *system.notes)
     for note in notes:
         _tell(say, note)
@@ -121,7 +137,24 @@ def simulate(
     if choice.otherwise is not None and run.stopped not in (END, STOPPED, INTERRUPTED):
         choice = Choice(choice.otherwise, METHODS[choice.otherwise], f"{choice.name}: {run.stopped}")
         run, problem = attempt(choice)
-    stopped = _why(system, formulas, run)
+    found = _told(system, run, formulas, flags, reactions)
+    seen = (*found.notes, *_limits(system, x, run.hits))
+    for note in seen:
+        _tell(say, note)
+    found = replace(
+        found, method=choice.name, rtol=problem.rtol, atol=problem.atol, steps=run.steps, evaluations=run.evaluations,
+        preparing=run.preparing, wall=run.wall, notes=(*notes, *seen),
+    )  # fmt: skip
+    if say is None and not found.complete and found.stopped != INTERRUPTED:
+        warnings.warn(f"{scene.name}: {found.stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)
+    return found
+
+
+def _told(
+    system: StateEquations, run: Run, formulas: Sequence[str], flags: Sequence[bool], reactions: bool | str
+) -> Trajectory:
+    """Return what a run is told as: motion, forces, columns, monitors, events, and what ended it."""
+    scene = system.scene
     parts = slice(0, system.nq), slice(system.nq, system.nq + system.nv)
     q, u = (run.x[:, part] for part in parts)
     events = tuple(
@@ -131,9 +164,9 @@ def simulate(
     )
     with np.errstate(all="ignore"):  # a motion that leaves what is real has its last row there
         columns, monitors = observe(system, run.t, run.x)
-        qdd = system.tell("rates", run.t, run.x)[:, system.nq : system.nq + system.nv]
+        qdd = system.tell("rates", run.t, run.x)[:, parts[1]]
         tau = np.broadcast_to(system.tell("drives", run.t, run.x), u.shape)
-        found = Trajectory(scene, run.t, q, u, qdd, tau)
+        found = Trajectory(scene, run.t, q, u, qdd, tau, events=events, stopped=_why(system, formulas, run))
         if scene.points:
             columns |= dict(zip(point_names(scene), system.tell("points", run.t, run.x).T, strict=True))
         if axes := axes_of(reactions, Faults("")):
@@ -142,18 +175,7 @@ def simulate(
     for one in contacts:
         monitors[f"normal_force {one.row.name}"] = float(one.normal.min())
         monitors[f"friction_coefficient {one.row.name}"] = float(one.friction.max())
-    seen += _limits(system, x, run.hits)
-    for note in seen:
-        _tell(say, note)
-    notes = (*notes, *seen)
-    found = replace(
-        found, extra=columns, monitors=monitors, events=events, stopped=stopped, method=choice.name, rtol=problem.rtol,
-        atol=problem.atol, steps=run.steps, evaluations=run.evaluations, preparing=run.preparing, wall=run.wall,
-        notes=notes,
-    )  # fmt: skip
-    if say is None and not found.complete and stopped != INTERRUPTED:
-        warnings.warn(f"{scene.name}: {stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)
-    return found
+    return replace(found, extra=columns, monitors=monitors, notes=tuple(seen))
 
 
 def check_run(
@@ -221,7 +243,7 @@ def _why(system: StateEquations, formulas: Sequence[str], run: Run) -> str:
     t, x = float(run.t[-1]), run.x[-1]
     if system.changes(x[: system.nq]):
         return f"{run.stopped}; a change point of the loops is near, where branches of their motion meet"
-    rates = np.nan_to_num(system.tell("rates", t, x))
+    rates = np.nan_to_num(system.tell("rates", np.array([t]), x[None])[0])
     places = (x + way * max(1.0, t) * rates for way in AHEAD)
     parts = (
         valueless(system.scene, system.forces, t, one[: system.nq], one[system.nq : system.nq + system.nv])

@@ -55,6 +55,10 @@ def choose(system: StateEquations, x: Array, until: float, asked: str | None = N
     if asked is not None:
         return _asked(system, asked)
     if is_stiff(system, x, until):
+        if system.loop is not None and system.loop.period is not None:
+            return Choice(
+                "radau", METHODS["radau"], "the system is stiff, and multistep methods would begin anew at samples"
+            )
         name = "cvode" if importable(METHODS["cvode"].module) else "radau"
         return Choice(name, METHODS[name], "the system is stiff")
     why = refuses(system)

@@ -62,8 +62,9 @@ def argument(graph: Graph, name: str, count: int) -> Argument:
 
 
 def drive(w: Workspace, forces: Forces, k: int) -> Expr:
-    """Return the driving force of a velocity: its formula, or the argument that a table fills."""
-    return w.state.tau[k] if k in forces.tables else express(forces.formula(k), w.graph)
+    """Return the driving force of a velocity: its formula, and the argument that a table or a controller fills."""
+    formula = express(forces.formula(k), w.graph)
+    return formula + w.state.tau[k] if k in forces.outside else formula
 
 
 @dataclass(frozen=True)

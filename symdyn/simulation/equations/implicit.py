@@ -39,6 +39,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, substitute, tangents
+from symdyn.program.assemble import PARAMS
 from symdyn.scene import acceleration_name
 from symdyn.simulation.equations.compiled_routines import Compiled, argument, compiled, drive, plain
 from symdyn.simulation.equations.system import StateEquations
@@ -50,14 +51,19 @@ RELATIVE = 1e-6
 def slopes(system: StateEquations) -> Callable[[float, Array], Array]:
     """Return the function of (t, x) whose value is ∂f/∂x, shape (nx, nx)."""
     nq, nv = system.nq, system.nv
-    along = system.once(_along).at(system.opened.values)["along"]
+    calls = system.once(_along).at(system.opened.values)
+    along, brought_back = calls["along"], calls.get("ways")
     every_q, every_u = (np.ascontiguousarray(part) for part in np.split(np.eye(nq + nv), [nq], axis=1))
 
     def slope(t: float, x: Array) -> Array:
         J = np.zeros((len(x), len(x)))
         q, u = x[:nq], x[nq : nq + nv]
         if not system.ill_chosen(q):
-            J[:, : nq + nv] = along(q, u, system.tables(t), t, every_q, every_u).T
+            forces = []
+            if system.loop is not None:  # which is asked at the state that is brought back
+                ways = np.eye(nq + nv) if brought_back is None else brought_back(q, u, every_q, every_u)
+                forces = [ways @ system.loop.slope(t, q, u).T]
+            J[:, : nq + nv] = along(q, u, system.given(t, q, u), t, every_q, every_u, *forces).T
             if np.all(np.isfinite(J)):
                 return J
         return differences(system, t, x, RELATIVE)
@@ -66,7 +72,7 @@ def slopes(system: StateEquations) -> Callable[[float, Array], Array]:
 
 
 def _along(system: StateEquations) -> Compiled:
-    """Return the derivative of the rates in a direction (δq, δu), their last arguments."""
+    """Return the derivative of the rates in a direction (δq, δu), their last arguments, and δτ under a controller."""
     program, nq, nv = system.program, system.nq, system.nv
     rates = program["rates"].function
     q, u = (one.symbols for one in rates.arguments if one.name in ("q", "qd"))
@@ -79,9 +85,17 @@ def _along(system: StateEquations) -> Compiled:
         moved = substitute(movement, dict(zip(u, step, strict=True)))
         ways = tuple(a + b for a, b in zip(dq.symbols, moved, strict=True))
         along = (ways, tuple(tangents(fitted, dict(zip((*q, *u), (*ways, *du.symbols), strict=True)))))
-    entries = tangents(rates.entries, dict(zip((*q, *u), (*along[0], *along[1]), strict=True)))
-    function = plain("along", entries, (*rates.arguments, dq, du))
-    return compiled(system.opened.scene, program.graph, (function,))
+    seeds = dict(zip((*q, *u), (*along[0], *along[1]), strict=True))
+    more, others = [], []
+    if system.forces.fed:
+        more = [argument(program.graph, "dtau", nv)]
+        (tau,) = (one.symbols for one in rates.arguments if one.name == "tau")
+        seeds |= dict(zip(tau, more[0].symbols, strict=True))
+        if along[0] is not dq.symbols:
+            here = (one for one in rates.arguments if one.name in ("q", "qd", PARAMS))
+            others = [plain("ways", (*along[0], *along[1]), (*here, dq, du))]
+    function = plain("along", tangents(rates.entries, seeds), (*rates.arguments, dq, du, *more))
+    return compiled(system.opened.scene, program.graph, (function, *others))
 
 
 def differences(system: StateEquations, t: float, x: Array, relative: float) -> Array:
@@ -130,12 +144,18 @@ class Implicit:
     def slope(self, t: float, y: Array, rates: Array, c: float) -> Array:
         """Return ∂F/∂y + c ∂F/∂ẏ, shape (size, size)."""
         every = np.eye(self.size)
-        found: Array = self._calls["along"](*self._state(t, y), rates, every, c * every).T
+        forces = []
+        if self.system.loop is not None:
+            nq, nv = self.system.nq, self.system.nv
+            forces = [np.zeros((self.size, nv))]
+            forces[0][: nq + nv] = self.system.loop.slope(t, y[:nq], y[nq : nq + nv]).T
+        found: Array = self._calls["along"](*self._state(t, y), rates, every, c * every, *forces).T
         return found
 
     def _state(self, t: float, y: Array) -> tuple[Array, Array, Array, float]:
         nq, nv = self.system.nq, self.system.nv
-        return y[:nq], y[nq : nq + nv], self.system.tables(t), t
+        q, u = y[:nq], y[nq : nq + nv]
+        return q, u, self.system.given(t, q, u), t
 
 
 def _layout(system: StateEquations) -> tuple[list[int], Array]:
@@ -155,9 +175,13 @@ def _functions(system: StateEquations) -> Compiled:
     state = {one.name: one.symbols for one in known}
     entries, moving = _entries(system, state, rates.symbols), (*state["q"], *state["qd"])
     ways = dict(zip((*moving, *rates.symbols), (*way.symbols[: len(moving)], *turn.symbols), strict=True))
+    more = []
+    if system.forces.fed:
+        more = [argument(graph, "dtau", system.nv)]
+        ways |= dict(zip(state["tau"], more[0].symbols, strict=True))
     functions = (
         plain("residual", entries, (*known, rates)),
-        plain("along", tangents(entries, ways), (*known, rates, way, turn)),
+        plain("along", tangents(entries, ways), (*known, rates, way, turn, *more)),
     )
     return compiled(system.opened.scene, graph, functions)
 

@@ -35,6 +35,7 @@ from symdyn.simulation.equations.conserved import Candidates
 from symdyn.simulation.equations.crossings import Limit
 from symdyn.simulation.equations.decisions import WrittenDecisions
 from symdyn.simulation.equations.opened import Opened, opened
+from symdyn.simulation.feedback.loop import Loop
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 
@@ -79,6 +80,7 @@ class StateEquations:
         ends: what is said where the equations end; such places are entries of "events" behind those asked for.
         limits: of joints, whose passages are the last entries of "events".
         notes: what a user should know: that numbers have decided otherwise than for values before.
+        loop: the controller that is at work, None where there is none.
     """
 
     scene: Scene
@@ -100,6 +102,7 @@ class StateEquations:
     notes: tuple[str, ...] = ()
     _by_rows: Callable[[], Function | None] = field(default=lambda: None, repr=False)
     _made: dict[Any, Any] = field(default_factory=dict, repr=False)
+    loop: Loop | None = field(default=None, repr=False)
 
     def at(self, scene: Scene, forces: Forces, notes: tuple[str, ...] = ()) -> StateEquations:
         """Return the same equations at the values of a scene, and under tables of forces, that they were written for.
@@ -182,7 +185,7 @@ class StateEquations:
             if self.ill_chosen(q):
                 return self._at_once(q, u, t)
             q, u = self.on_manifold(q, u)
-        found: Array = self._rates(q, u, self.tables(t), t)
+        found: Array = self._rates(q, u, self.given(t, q, u), t)
         return found
 
     def on_manifold(self, q: Array, u: Array) -> tuple[Array, Array]:
@@ -219,7 +222,7 @@ class StateEquations:
             q = q - self.calls["movement"](q, step)
         G = self.jacobian(0.0, q)
         u = u - np.linalg.lstsq(G, G @ u)[0]
-        found: Array = self._together(q, u, self.tables(t), t)
+        found: Array = self._together(q, u, self.given(t, q, u), t)
         return found
 
     @property
@@ -235,15 +238,19 @@ class StateEquations:
     def _rates(self) -> Callable[..., Array]:
         return self.calls["rates"]
 
-    def tables(self, t: npt.ArrayLike) -> Array:
-        """Return what tables say about driving forces at times (...), shape (..., nv); zeros without tables."""
-        return self.forces.tabulated(np.asarray(t, dtype=np.float64), self.nv) if self.forces.tables else self._nothing
+    def given(self, t: npt.ArrayLike, q: Array, u: Array) -> Array:
+        """Return what tables and a controller say about driving forces at states, shape (..., nv); zeros without."""
+        if not self.forces.outside:
+            return self._nothing
+        found = self.forces.tabulated(np.asarray(t, dtype=np.float64), self.nv)
+        return found if self.loop is None else found + self.loop(t, q, u)
 
     def tell(self, name: str, t: npt.ArrayLike, x: Array) -> Array:
         """Return a function of the program at states x, shape (..., nx), and times (...)."""
         times = np.asarray(t, dtype=np.float64)
         known = {"q": x[..., : self.nq], "qd": x[..., self.nq : self.nq + self.nv], TIME: times}
-        known["tau"] = self.tables(times)
+        if "tau" in self._takes[name]:
+            known["tau"] = self.given(times, known["q"], known["qd"])
         found = np.asarray(self.calls[name](*(known[argument] for argument in self._takes[name])), dtype=np.float64)
         if name == "rates" and self.dependent and x.ndim == 2:
             reach = np.abs(self.calls["reach"](known["q"])).reshape(len(x), -1).max(axis=1, initial=0.0)

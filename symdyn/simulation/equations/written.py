@@ -91,7 +91,7 @@ def _written(
     )
     powers = [w.graph.total(f * u for f, u in zip(some, w.state.qd, strict=True)) for some in (drives, w.Q)]
     power = powers[0] + powers[1]
-    momenta = candidates(w, accelerations, bool(forces.tables))
+    momenta = candidates(w, accelerations, bool(forces.outside))
     kept = tuple(sorted({*momenta.conserved(found.values), *told}))
     rates = substitute(w.state.rates, followers(w, linear)) if linear else w.state.rates
     functions = [

@@ -16,6 +16,7 @@ from symdyn.errors import SimulateError
 from symdyn.graph import Op, reachable
 from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.feedback.loop import ControllerError
 
 
 class IntegrationError(SimulateError):
@@ -47,6 +48,11 @@ class Problem:
     def until(self) -> float:
         """Time of the end."""
         return float(self.times[-1])
+
+    @property
+    def bound(self) -> float:
+        """Time beyond which no step may go: where a controller is due, else the end."""
+        return self.until if self.system.loop is None else self.system.loop.due
 
 
 @dataclass(frozen=True)
@@ -144,6 +150,8 @@ def integrate(method: Method, problem: Problem) -> Iterator[Piece]:
             for piece in method.run(problem):
                 t = piece.now[0]
                 yield piece
+    except ControllerError as fault:
+        raise IntegrationError(str(fault)) from fault
     except LIBRARIES_RAISE as fault:
         if isinstance(fault.__cause__ or fault.__context__, KeyboardInterrupt):  # a library's own words for Ctrl-C
             raise KeyboardInterrupt from fault
@@ -157,9 +165,11 @@ def follow(problem: Problem, steps: Iterator[Step], resume: Resume, slack: float
     """Yield a piece a step: its samples, events by bisection on its interpolant, and projection at its end.
 
     Steps are made when they are asked for. They `resume` from another state than that of the last one where a
-    projection has moved it, which waits for `slack` times its limit: multistep methods lose their past then.
+    projection has moved it, which waits for `slack` times its limit: multistep methods lose their past then; and where
+    a controller was due.
     """
-    events, pace = Watch(problem), Pace(problem)
+    events, pace, loop = Watch(problem), Pace(problem), problem.system.loop
+    nq, nv = problem.system.nq, problem.system.nv
     seen = 0
     if problem.times[0] == 0.0:
         yield Piece(problem.times[:1], problem.x[None], (), (0.0, problem.x), 0, 0)
@@ -183,10 +193,12 @@ def follow(problem: Problem, steps: Iterator[Step], resume: Resume, slack: float
             yield Piece(inside, kept, tuple(h for h in hits if h.t <= end), (end, now), 1, used, True)
             return
         moved = problem.project(step.x1, slack) if step.t1 < problem.until else None
-        if moved is not None:
-            resume(step.t1, moved)
-            events.restart(step.t1, moved)
-        yield Piece(inside, kept, tuple(hits), (step.t1, step.x1 if moved is None else moved), 1, used)
+        after = step.x1 if moved is None else moved
+        yield Piece(inside, kept, tuple(hits), (step.t1, after), 1, used)
+        due = loop is not None and loop.halt(step.t1, after[:nq], after[nq : nq + nv])
+        if moved is not None or due:
+            resume(step.t1, after)
+            events.restart(step.t1, after)
 
 
 class Pace:

@@ -38,7 +38,7 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
     options: dict[str, Any] = {"rtol": max(share * problem.rtol, SMALLEST), "atol": share * problem.atol}
     if name in IMPLICIT:
         options["jac"] = slopes(problem.system)
-    solver: Any = kind(problem.system.rates, 0.0, problem.x, problem.until, **options)
+    solver: Any = kind(problem.system.rates, 0.0, problem.x, problem.bound, **options)
     spent = 0
 
     def steps() -> Iterator[Step]:
@@ -51,8 +51,10 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
     def resume(t: float, x: Array) -> None:
         nonlocal solver, spent
         spent += solver.nfev
-        size = min(getattr(solver, "h_abs", None) or solver.step_size, problem.until - t)
-        solver = kind(problem.system.rates, t, x, problem.until, first_step=size, **options)
+        size = None
+        if solver.status == "running":  # else its last step was cut short
+            size = min(getattr(solver, "h_abs", None) or solver.step_size, problem.bound - t)
+        solver = kind(problem.system.rates, t, x, problem.bound, first_step=size, **options)
 
     return follow(problem, steps(), resume, 1e5 if name in MULTISTEP else 1.0)
 

@@ -95,7 +95,7 @@ def _followed(
         t, again = 0.0, 0
         while t < problem.until:
             with redirect_stdout(StringIO()):  # where scikit-sundae prints why a step failed, beside returning it
-                found = solver.step(problem.until, method="onestep", tstop=problem.until)
+                found = solver.step(problem.bound, method="onestep", tstop=problem.bound)
             again = again + 1 if found.t <= t else 0
             if not found.success or again > 1:
                 why = "its steps are too small to move the time" if found.success else found.message.rstrip(".")

@@ -51,15 +51,22 @@ class Forces:
     Attributes:
         formulas: by index of the velocity: formulas in t, coordinates, velocities and parameters.
         tables: by index of the velocity: functions of t.
+        fed: indices of the velocities to whose force a controller adds.
     """
 
     formulas: Mapping[int, Quantity] = field(default_factory=dict)
     tables: Mapping[int, Table] = field(default_factory=dict)
+    fed: tuple[int, ...] = ()
+
+    @property
+    def outside(self) -> tuple[int, ...]:
+        """Indices of the velocities whose force, or a part of it, comes as a number from outside the equations."""
+        return tuple(dict.fromkeys((*self.tables, *self.fed)))
 
     @property
     def form(self) -> tuple[tuple[tuple[int, Quantity], ...], tuple[int, ...]]:
-        """What of them is written into equations: formulas, and which ones are tables."""
-        return tuple(self.formulas.items()), tuple(self.tables)
+        """What of them is written into equations: formulas, and to which ones something comes from outside."""
+        return tuple(self.formulas.items()), self.outside
 
     def formula(self, k: int) -> Quantity:
         """Return the formula of a velocity's driving force, zero where it has none."""
@@ -108,10 +115,10 @@ def read_forces(scene: Scene, entries: str | Sequence[str] | Mapping[str, str], 
     formulas: dict[int, Quantity] = {}
     tables: dict[int, Table] = {}
     texts, columns = split_entries(listed(entries, "forces"), "forces", faults)
-    places = _places(scene)
+    places = places_of(scene)
     allowed = (TIME, *scene.coordinates, *scene.velocities, *values)
     for where, name, text in texts:
-        k = _place(scene, places, name, where, faults)
+        k = place_of(scene, places, name, where, faults)
         formula = read_formula(text, None if inputs else allowed, f"{where}: {name}", faults)
         if k is not None and k in formulas:
             faults.add(where, f"{name} has a force already")
@@ -123,7 +130,7 @@ def read_forces(scene: Scene, entries: str | Sequence[str] | Mapping[str, str], 
         if not wanted:
             faults.add(table.source, f"has no column of a drive; {scene.name} has {', '.join(drives) or 'none'}")
         for name in wanted:
-            k = _place(scene, places, name, table.source, faults)
+            k = place_of(scene, places, name, table.source, faults)
             if k is not None and (k in formulas or k in tables):
                 faults.add(table.source, f"{name} has a force already")
             elif k is not None:
@@ -139,14 +146,14 @@ def inputs_of(scene: Scene, forces: Forces) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for name in named if name not in known))
 
 
-def _places(scene: Scene) -> dict[str, int]:
+def places_of(scene: Scene) -> dict[str, int]:
     """Return the index of the velocity that a name means."""
     found = {velocity: k for k, velocity in enumerate(scene.velocities)}
     found |= {name: found[velocity_name(name)] for name in scene.coordinates if velocity_name(name) in found}
     return found | {drive: k for k, drive in enumerate(scene.drives) if drive}
 
 
-def _place(scene: Scene, places: Mapping[str, int], name: str, where: str, faults: Faults) -> int | None:
+def place_of(scene: Scene, places: Mapping[str, int], name: str, where: str, faults: Faults) -> int | None:
     """Return the index of the velocity that a name means, None after a fault."""
     k = places.get(name)
     if k is None:

@@ -1,0 +1,156 @@
+"""What a controller is: a law of time and state, what it drives, and how often, how late and how far.
+
+    τ = law(t, q, u)                         all the time, where there is no period
+    τ = law(k T, q(k T), u(k T))             at sample times k T; held from k T + delay until the next one comes
+
+A force beyond its limits is cut there. Forces prescribed beside it are added behind the cut.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from symdyn.algebra.numeric import Array
+from symdyn.errors import SimulateError
+from symdyn.scene import Scene
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.feedback.gains import Gains, gains_from, read_gains
+from symdyn.simulation.prescribed.forces import drive_names, place_of, places_of
+from symdyn.simulation.prescribed.formulas_in_time import close
+
+Law: TypeAlias = Callable[[float, Array, Array], Any]
+
+LARGEST = 1e7
+"""Samples of one run at most."""
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """A controller.
+
+    Attributes:
+        law: of time, s, coordinates, shape (nq,), and velocities, shape (nv,): the force of every input, shape
+            (inputs,), N or N m; a number where there is one input. `Gains` are such a law. Without a period it is asked
+            at states that are tried and dropped too, back and forth in time, and must keep nothing; with one it is
+            asked once a sample, in order.
+        inputs: what it drives, by the names that forces have; () are all named drives, or all velocities that are not
+            passive where no drive has a name.
+        period: seconds between samples; None is none, the law holds all the time.
+        delay: seconds from a sample to its force, whole periods or not; until the first one the force is `initial`.
+        limits: largest size, or smallest and largest value, by input.
+        initial: forces before the first sample acts, shape (inputs,); () are zeros, or those where gains begin.
+    """
+
+    law: Law
+    inputs: tuple[str, ...] = ()
+    period: float | None = None
+    delay: float = 0.0
+    limits: Mapping[str, float | Sequence[float]] = field(default_factory=dict)
+    initial: Sequence[float] = ()
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A controller in its scene.
+
+    Attributes:
+        feedback: its law, period and delay.
+        names: of the inputs.
+        places: index of the velocity of every input, shape (m,).
+        least, most: what every force is cut at, shape (m,).
+        initial: shape (m,).
+    """
+
+    feedback: Feedback
+    names: tuple[str, ...]
+    places: tuple[int, ...]
+    least: tuple[float, ...]
+    most: tuple[float, ...]
+    initial: tuple[float, ...]
+
+
+def read_feedback(scene: Scene, what: Feedback | Gains | Law | Mapping[str, object] | str | Path) -> Feedback:
+    """Return the controller that something says: a law, gains, a .json file of gains or what that holds.
+
+    Raises:
+        SimulateError: with every fault of a file or mapping, one line each; or it is none of these.
+    """
+    if isinstance(what, Feedback):
+        return what
+    if isinstance(what, (str, Path)):
+        gains, more = read_gains(scene, Path(what))
+    elif isinstance(what, Mapping):
+        gains, more = gains_from(scene, what, "feedback")
+    elif isinstance(what, Gains):
+        gains, more = what, {}
+    elif callable(what):
+        return Feedback(what)
+    else:
+        raise SimulateError(f"feedback: {what!r} is no controller; give a function of (t, q, u), gains or a .json file")
+    return Feedback(gains, gains.inputs, **more)
+
+
+def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
+    """Return a controller in its scene.
+
+    Raises:
+        SimulateError: with every fault, one line each.
+    """
+    faults, places = Faults(""), places_of(scene)
+    names = feedback.inputs or tuple(drive for drive in scene.drives if drive)
+    if not names:
+        free = [k for k, drive in enumerate(scene.drives) if drive is not None]
+        names = tuple(scene.velocities[k] for k in free if place_of(scene, places, scene.velocities[k], "", Faults("")))
+    found = [place_of(scene, places, name, "feedback: inputs", faults) for name in names]
+    if not names:
+        faults.add("feedback", f"{scene.name} has no drive; give a joint one")
+    for k in {k for k in found if k is not None and found.count(k) > 1}:
+        faults.add("feedback: inputs", f"{drive_names(scene)[k]} is named twice")
+    _check_times(feedback, until, faults)
+    initial = tuple(map(float, feedback.initial)) or getattr(feedback.law, "initial", ()) or (0.0,) * len(names)
+    if len(initial) != len(names) or not all(map(math.isfinite, initial)):
+        faults.add("feedback: initial", f"{list(initial)} are not {len(names)} finite numbers, one an input")
+    ranges = _ranges(feedback, names, faults)
+    close(faults)
+    least, most = zip(*(ranges[name] for name in names), strict=True)
+    return Placed(feedback, names, tuple(k for k in found if k is not None), least, most, initial)
+
+
+def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
+    period, delay = feedback.period, feedback.delay
+    if not (math.isfinite(delay) and delay >= 0):
+        faults.add("feedback: delay", f"{delay:g} s is no delay; give 0 or more")
+    elif period is None and delay > 0:
+        faults.add(
+            "feedback: delay",
+            f"{delay:g} s without a period would be a differential equation with delay; give a period too",
+        )
+    if period is not None and not (math.isfinite(period) and period > 0):
+        faults.add("feedback: period", f"{period:g} s is no period; give one above 0")
+    elif period is not None and until > LARGEST * period:
+        faults.add("feedback: period", f"{period:g} s makes more than {LARGEST:g} samples until {until:g} s")
+
+
+def _ranges(feedback: Feedback, names: Sequence[str], faults: Faults) -> dict[str, tuple[float, float]]:
+    """Return smallest and largest value by input."""
+    found = dict.fromkeys(names, (-math.inf, math.inf))
+    for name, limit in feedback.limits.items():
+        where = f"feedback: limits: {name}"
+        if name not in found:
+            faults.add(where, f"is no input of the controller; it has {', '.join(names)}")
+            continue
+        pair = (-abs(limit), abs(limit)) if isinstance(limit, (int, float)) else tuple(limit)
+        if len(pair) != 2 or not pair[0] < pair[1]:
+            faults.add(where, f"{limit} is neither a size above 0 nor [smallest, largest]")
+        else:
+            found[name] = (float(pair[0]), float(pair[1]))
+    return found
+
+
+def changed(feedback: Feedback, **more: Any) -> Feedback:
+    """Return a controller with some attributes replaced, those that are None left as they are."""
+    return replace(feedback, **{name: value for name, value in more.items() if value is not None})

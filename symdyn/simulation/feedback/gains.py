@@ -1,0 +1,253 @@
+"""Linear feedback of the state, τ = u0 - K (x - x0), and the files that hold it.
+
+    {"K": [[...]], "states": [...], "inputs": [...], "x0": {...}, "u0": {...}}
+
+K has a row an input and a column a state. A state is a coordinate or a velocity by its name. Where a velocity is no
+rate of a coordinate, as of a ball or a free body, differences of coordinates are no vector: x - x0 is then the
+difference on the group, the rotation vector of R0ᵀ R and R0ᵀ (p - p0), in the axes of the moved frame at x0. Such a
+state is called `along VELOCITY`, as in linearisations. x0 names coordinates and velocities; what it does not name is 0,
+a rotation none. `period`, `delay` and `limits` may stand beside, as a `Feedback` has them.
+
+Reference: Bullo and Murray, Tracking for fully actuated mechanical systems, Automatica 35 (1999) 17, error functions.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.errors import SimulateError
+from symdyn.scene import JOINTS, Scene
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.prescribed.formulas_in_time import close, read_file
+
+NEEDED, ALLOWED = ("K", "states", "inputs"), ("K", "states", "inputs", "x0", "u0", "period", "delay", "limits")
+
+ALONG = "along "
+"""Begins the name of a position that is a displacement along a velocity."""
+
+STEP = 1e-6
+"""Difference by which the difference on the group is differentiated."""
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Linear feedback of the state; see the module's legend.
+
+    Attributes:
+        scene: the mechanism.
+        K: shape (m, n).
+        states: names of the columns.
+        inputs: names of the rows.
+        q0, u0: coordinates, shape (nq,), and velocities, shape (nv,), where x - x0 vanishes.
+        initial: forces there, shape (m,).
+    """
+
+    scene: Scene
+    K: Array = field(repr=False)
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    q0: Array = field(repr=False)
+    u0: Array = field(repr=False)
+    initial: tuple[float, ...]
+
+    def __call__(self, t: float, q: Array, u: Array) -> Array:
+        """Return the forces of the inputs, shape (m,)."""
+        found: Array = np.asarray(self.initial) - self._whole @ np.concatenate([self.away(q), u - self.u0])
+        return found
+
+    def slope(self, t: float, q: Array, u: Array) -> Array:
+        """Return ∂τ/∂(q, u), shape (m, nq + nv)."""
+        n = len(self.u0)
+        by_q = np.array([(self.away(q + d) - self.away(q - d)) / (2 * STEP) for d in STEP * np.eye(len(q))]).T
+        return -np.hstack([self._whole[:, :n] @ by_q, self._whole[:, n:]])
+
+    @cached_property
+    def _whole(self) -> Array:
+        """Return K with a column for every position and velocity, shape (m, 2 nv)."""
+        found, names = np.zeros((len(self.inputs), 2 * len(self.u0))), state_names(self.scene)
+        found[:, [names.index(name) for name in self.states]] = self.K
+        return found
+
+    @cached_property
+    def _parts(self) -> list[tuple[slice, slice, bool]]:
+        return _parts(self.scene)
+
+    def away(self, q: Array) -> Array:
+        """Return q - q0 along the velocities, shape (nv,)."""
+        found = np.empty(len(self.u0))
+        for here, along, turns in self._parts:
+            if not turns:
+                found[along] = q[here] - self.q0[here]
+                continue
+            e0, e = self.q0[here][-4:], q[here][-4:]
+            shift = _turned(_conjugate(e0), (q[here] - self.q0[here])[:-4])
+            found[along] = np.concatenate([shift, rotation_vector(_product(_conjugate(e0), e))])
+        return found
+
+
+def state_names(scene: Scene) -> list[str]:
+    """Return the names of all positions and velocities that gains may multiply, shape (2 nv,), positions first."""
+    names: list[str] = []
+    for here, along, turns in _parts(scene):
+        names += [f"{ALONG}{name}" for name in scene.velocities[along]] if turns else scene.coordinates[here]
+    return [*names, *scene.velocities]
+
+
+def _parts(scene: Scene) -> list[tuple[slice, slice, bool]]:
+    """Return coordinates and velocities of every part of the joints, and whether a quaternion ends the former."""
+    found, q, u = [], 0, 0
+    for joint in scene.moving:
+        for block in JOINTS[joint.type].blocks(joint):
+            nq, nu = len(block.coordinates), len(block.velocities)
+            found.append((slice(q, q + nq), slice(u, u + nu), nq != nu))
+            q, u = q + nq, u + nu
+    return found
+
+
+def read_gains(scene: Scene, path: Path) -> tuple[Gains, dict[str, Any]]:
+    """Return the gains of a .json file, and what else it says of the controller.
+
+    Raises:
+        SimulateError: with every fault, one line each.
+    """
+    try:
+        said = json.loads(read_file(path))
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise SimulateError(f"{path}: is no JSON: {error}") from None
+    if not isinstance(said, Mapping):
+        raise SimulateError(f'{path}: holds no gains; write {{"K": [[...]], "states": [...], "inputs": [...]}}')
+    return gains_from(scene, said, str(path))
+
+
+def gains_from(scene: Scene, said: Mapping[str, object], where: str) -> tuple[Gains, dict[str, Any]]:
+    """Return the gains that a mapping says, and what else it says of the controller; errors as of `read_gains`."""
+    faults = Faults(where)
+    for name in said:
+        if name not in ALLOWED:
+            faults.add(str(name), f"is not known; {suggestion(str(name), ALLOWED)}")
+    for name in NEEDED:
+        if name not in said:
+            faults.add(name, "is missing")
+    close(faults)
+    states, inputs = (_names(said[name], name, faults) for name in ("states", "inputs"))
+    known = state_names(scene)
+    quaternions = set(scene.coordinates) - set(known)
+    for name in states:
+        if name in quaternions:
+            turns = ", ".join(one for one in known if one.startswith(ALONG))
+            faults.add("states", f"{name} is part of a quaternion, whose differences are no vector; give {turns}")
+        elif name not in known:
+            faults.add("states", f"{name} is not known; {suggestion(name, known)}")
+    K = _matrix(said["K"], len(inputs), len(states), faults)
+    q0, u0 = _reference(scene, _numbers(said.get("x0", {}), "x0", faults), faults)
+    forces = _numbers(said.get("u0", {}), "u0", faults)
+    for name in forces:
+        if name not in inputs:
+            faults.add("u0", f"{name} is no input; {suggestion(name, inputs)}")
+    more = {name: said[name] for name in ("period", "delay", "limits") if said.get(name) is not None}
+    for name in ("period", "delay"):
+        if name in more and not _finite(more[name]):
+            faults.add(name, f"{more[name]!r} is no number of seconds")
+    if "limits" in more and not (
+        isinstance(more["limits"], Mapping) and all(_finite(x) or _pair(x) for x in more["limits"].values())
+    ):
+        faults.add("limits", "is no table of sizes, or of [smallest, largest], by input")
+    close(faults)
+    assert K is not None, "checked"
+    initial = tuple(forces.get(name, 0.0) for name in inputs)
+    return Gains(scene, K, tuple(states), tuple(inputs), q0, u0, initial), more
+
+
+def _names(said: object, where: str, faults: Faults) -> list[str]:
+    if not isinstance(said, Sequence) or isinstance(said, str) or not all(isinstance(one, str) for one in said):
+        faults.add(where, "is no list of names")
+        return []
+    found = list(said)
+    for name in dict.fromkeys(found):
+        if found.count(name) > 1:
+            faults.add(where, f"{name} is named twice")
+    return found
+
+
+def _matrix(said: object, rows: int, columns: int, faults: Faults) -> Array | None:
+    try:
+        K = np.asarray(said, dtype=np.float64)
+    except (TypeError, ValueError):
+        faults.add("K", "is no matrix of numbers, a list of rows of the same length")
+        return None
+    if rows and columns and K.shape != (rows, columns):
+        shape = " x ".join(map(str, K.shape)) or "a number"
+        faults.add("K", f"is {shape}; {rows} inputs and {columns} states need {rows} x {columns}")
+    elif not np.all(np.isfinite(K)):
+        faults.add("K", "has an entry that is not finite")
+    return K
+
+
+def _numbers(said: object, where: str, faults: Faults) -> dict[str, float]:
+    if not isinstance(said, Mapping):
+        faults.add(where, "is no table of numbers by name")
+        return {}
+    for name, value in said.items():
+        if not _finite(value):
+            faults.add(where, f"{name} = {value!r} is no finite number")
+    return {str(name): float(value) for name, value in said.items() if _finite(value)}
+
+
+def _finite(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and bool(np.isfinite(value))
+
+
+def _pair(value: object) -> bool:
+    return isinstance(value, Sequence) and len(value) == 2 and all(map(_finite, value))
+
+
+def _reference(scene: Scene, said: Mapping[str, float], faults: Faults) -> tuple[Array, Array]:
+    """Return q0, shape (nq,), and u0, shape (nv,)."""
+    names = (*scene.coordinates, *scene.velocities)
+    for name, value in said.items():
+        if name.startswith(ALONG) and name in state_names(scene):
+            if value:
+                faults.add("x0", f"{name} is a displacement from x0, 0 there; give {', '.join(scene.coordinates)}")
+        elif name not in names:
+            faults.add("x0", f"{name} is not known; {suggestion(name, names)}")
+    q0 = np.array([said.get(name, 0.0) for name in scene.coordinates])
+    for here, _, turns in _parts(scene):
+        if turns:
+            e = q0[here][-4:]
+            size = float(np.linalg.norm(e))
+            q0[here] = np.concatenate([q0[here][:-4], e / size if size else [1.0, 0.0, 0.0, 0.0]])
+    return q0, np.array([said.get(name, 0.0) for name in scene.velocities])
+
+
+# Quaternions (w, x, y, z)
+
+
+def _conjugate(e: Array) -> Array:
+    return np.array([e[0], *-e[1:]])
+
+
+def _product(a: Array, b: Array) -> Array:
+    w = a[0] * b[0] - a[1:] @ b[1:]
+    return np.array([w, *(a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]))])
+
+
+def _turned(e: Array, p: Array) -> Array:
+    """Return R(e) p; nothing of nothing."""
+    return _product(_product(e, np.array([0.0, *p])), _conjugate(e))[1:] if len(p) else p
+
+
+def rotation_vector(e: Array) -> Array:
+    """Return axis times angle, shape (3,), rad, at most π long, of a quaternion (w, x, y, z) of any length."""
+    size = float(np.linalg.norm(e[1:]))
+    w = abs(float(e[0]))
+    way = e[1:] if e[0] >= 0 else -e[1:]
+    return np.asarray(way * (2 * np.arctan2(size, w) / size if size > 0 else 2 / w))

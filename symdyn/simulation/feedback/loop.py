@@ -1,0 +1,160 @@
+"""A controller at work in one run: what it says at a state, or what it holds since its last sample.
+
+Sample k is taken at k T, and acts from (k + m) T + r on, where m T + r is the delay and 0 ≤ r < T. The integration
+stops at all these times, so that a step never goes across a jump of a force. What acts at a time is kept, so that a run
+can be told of again without asking the controller twice.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+import numpy as np
+import numpy.typing as npt
+
+from symdyn.algebra.numeric import Array
+from symdyn.errors import SimulateError
+from symdyn.simulation.feedback.controller import Placed
+
+SAME = 1e-9
+"""Part of a period by which two times may differ and are one."""
+
+STEP = 1e-6
+"""Size of a difference, over that of the coordinate or 1, of a law that does not tell its slope."""
+
+
+class ControllerError(SimulateError):
+    """A controller that raised something, or returned what no force can be: what it was, and when."""
+
+
+class Loop:
+    """A controller of a scene with nq coordinates and nv velocities, in a run to the time `until`.
+
+    Attributes:
+        samples: how many were taken.
+    """
+
+    def __init__(self, placed: Placed, nq: int, nv: int, until: float) -> None:
+        """Take a controller; it says nothing before `start`."""
+        self.placed, self.nq, self.nv, self.until = placed, nq, nv, until
+        feedback = placed.feedback
+        self.law, self.period = feedback.law, feedback.period
+        self.samples = 0
+        if self.period is not None:
+            whole, rest = divmod(feedback.delay, self.period)
+            if self.period - rest < SAME * self.period:
+                whole, rest = whole + 1, 0.0
+            self.late, self.rest = int(whole), rest if rest > SAME * self.period else 0.0
+        self._since, self._held = [-math.inf], [self._cut(np.array(placed.initial))]
+        self._waiting: deque[tuple[float, Array]] = deque()
+
+    def start(self, q: Array, u: Array) -> None:
+        """Begin at t = 0: take the first sample, if samples are taken."""
+        if self.period is not None:
+            self._sample(q, u)
+            self._act(0.0)
+
+    @property
+    def due(self) -> float:
+        """The next time at which a sample is taken or a force may change; the end of the run if there is none."""
+        if self.period is None:
+            return self.until
+        found = min([self.samples * self.period, *(when for when, _ in self._waiting)])
+        return self.until if found > self.until - SAME * self.period else found
+
+    def halt(self, t: float, q: Array, u: Array) -> bool:
+        """Take the sample of a time and let act what acts from then on; tell whether the time was due."""
+        if t >= self.until or t < self.due:
+            return False
+        assert self.period is not None, "else only the end is due"
+        if t >= self.samples * self.period:
+            self._sample(q, u)
+        self._act(t)
+        return True
+
+    def __call__(self, t: npt.ArrayLike, q: Array, u: Array) -> Array:
+        """Return the forces at times (...) and states, shape (..., nv)."""
+        times = np.asarray(t, dtype=np.float64)
+        found = np.zeros((*times.shape, self.nv))
+        places = list(self.placed.places)
+        if self.period is not None:
+            last = np.searchsorted(np.array(self._since), times, side="right") - 1
+            found[..., places] = np.array(self._held)[last]
+        elif times.ndim:
+            for k, one in enumerate(times):
+                try:
+                    found[k, places] = self.asked(float(one), q[k], u[k])
+                except ControllerError:  # the run has ended there
+                    found[k, places] = math.nan
+        else:
+            found[places] = self.asked(float(times), q, u)
+        return found
+
+    def asked(self, t: float, q: Array, u: Array) -> Array:
+        """Return what the law says, cut at its limits, shape (m,).
+
+        Raises:
+            ControllerError: it raised something, or returned what is no force.
+        """
+        names, when = self.placed.names, f"at t = {t:.9g} s"
+        try:
+            said = self.law(t, q.copy(), u.copy())
+        except Exception as fault:
+            words = f": {fault}" if str(fault) else ""
+            raise ControllerError(f"feedback: the controller raised {type(fault).__name__}{words} {when}") from fault
+        try:
+            found = np.asarray(said, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise ControllerError(
+                f"feedback: the controller returned {said!r:.80}, which is no force, {when}"
+            ) from None
+        if found.shape != (len(names),) and not (found.shape == () and len(names) == 1):
+            raise ControllerError(
+                f"feedback: the controller returned numbers of shape {found.shape} {when}; "
+                f"{', '.join(names)} {'takes' if len(names) == 1 else 'take'} shape ({len(names)},)"
+            )
+        found = found.reshape(len(names))
+        for name, value in zip(names, found, strict=True):
+            if not math.isfinite(value):
+                raise ControllerError(f"feedback: the controller returned {value} for {name} {when}")
+        return self._cut(found)
+
+    def slope(self, t: float, q: Array, u: Array) -> Array:
+        """Return ∂τ/∂(q, u) at a state, shape (nv, nq + nv); 0 of what is held or cut."""
+        found = np.zeros((self.nv, self.nq + self.nv))
+        if self.period is not None:
+            return found
+        own = getattr(self.law, "slope", None)
+        rows = self._differences(t, q, u) if own is None else np.array(own(t, q, u))
+        forces = self.asked(t, q, u)
+        for k, (row, force) in enumerate(zip(rows, forces, strict=True)):
+            if self.placed.least[k] < force < self.placed.most[k]:
+                found[self.placed.places[k]] = row
+        return found
+
+    def _differences(self, t: float, q: Array, u: Array) -> Array:
+        x, columns = np.concatenate([q, u]), []
+        for k in range(len(x)):
+            step = STEP * max(1.0, abs(float(x[k])))
+            ahead, behind = x.copy(), x.copy()
+            ahead[k] += step
+            behind[k] -= step
+            pair = (self.asked(t, one[: self.nq], one[self.nq :]) for one in (ahead, behind))
+            columns.append((next(pair) - next(pair)) / (2 * step))
+        return np.array(columns).T
+
+    def _cut(self, forces: Array) -> Array:
+        return np.clip(forces, self.placed.least, self.placed.most)
+
+    def _sample(self, q: Array, u: Array) -> None:
+        assert self.period is not None
+        k = self.samples
+        self._waiting.append(((k + self.late) * self.period + self.rest, self.asked(k * self.period, q, u)))
+        self.samples += 1
+
+    def _act(self, t: float) -> None:
+        while self._waiting and self._waiting[0][0] <= t:
+            when, forces = self._waiting.popleft()
+            self._since.append(when)
+            self._held.append(forces)
