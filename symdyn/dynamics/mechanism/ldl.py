@@ -8,9 +8,10 @@ Elimination starts at the tips, so that L keeps the zeros of M: row i has entrie
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr
+from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 
 
@@ -42,6 +43,60 @@ def solve(parent: Sequence[int], M: list[list[Expr]], b: Sequence[Expr]) -> list
         for j in _path(parent, parent[i]):
             x[i - 1] = x[i - 1] - H[i - 1][j - 1] * x[j - 1]
     return x
+
+
+@dataclass(frozen=True)
+class Factored:
+    """M = Lᵀ D L, for many right sides: entries of L below the diagonal, row by row, and 1/D."""
+
+    graph: Graph
+    parent: Sequence[int]
+    L: list[list[Expr]]
+    reciprocal: list[Expr]
+
+    def solve(self, rows: Sequence[Sequence[Expr]]) -> list[list[Expr]]:
+        """Return M⁻¹ times rows, shape (n, m), all columns in step."""
+        x = [list(row) for row in rows]
+        for i in range(len(x), 0, -1):  # Lᵀ Y = B
+            for j in _path(self.parent, self.parent[i]):
+                x[j - 1] = self._less(x[j - 1], i, j, x[i - 1])
+        x = [[entry * d for entry in row] for row, d in zip(x, self.reciprocal, strict=True)]  # D Z = Y
+        for i in range(1, len(x) + 1):  # L X = Z
+            for j in _path(self.parent, self.parent[i]):
+                x[i - 1] = self._less(x[i - 1], i, j, x[j - 1])
+        return x
+
+    def _less(self, row: list[Expr], i: int, j: int, other: list[Expr]) -> list[Expr]:
+        factor = self.L[i - 1][j - 1]
+        return row if factor.is_zero else [a - factor * b for a, b in zip(row, other, strict=True)]
+
+    def inverse(self) -> list[list[Expr]]:
+        """Return M⁻¹ = L⁻¹ D⁻¹ L⁻ᵀ, one node for each pair of entries that are equal."""
+        n = range(len(self.reciprocal))
+        Y = [[self.graph.one if i == j else self.graph.zero for j in n] for i in n]
+        for i in n:  # Y = L⁻¹
+            for j in _path(self.parent, self.parent[i + 1]):
+                Y[i] = self._less(Y[i], i + 1, j, Y[j - 1])
+        Z = [[entry * d for entry, d in zip(row, self.reciprocal, strict=True)] for row in Y]
+        upper = [[self.graph.total(z * y for z, y in zip(Z[i], Y[j], strict=True)) for j in n] for i in n]
+        return [[upper[min(i, j)][max(i, j)] for j in n] for i in n]
+
+
+def factored(graph: Graph, parent: Sequence[int], M: list[list[Expr]]) -> Factored:
+    """Return the factors of a matrix as `solve` takes it; Singular where a massless body ends a branch."""
+    L, reciprocal = [list(row) for row in M], []
+    for k in range(len(M), 0, -1):
+        if L[k - 1][k - 1].is_zero:
+            raise Singular(k - 1)
+        reciprocal.append(1 / L[k - 1][k - 1])
+        for i in _path(parent, parent[k]):
+            if L[k - 1][i - 1].is_zero:
+                continue
+            a = L[k - 1][i - 1] * reciprocal[-1]
+            for j in _path(parent, i):
+                L[i - 1][j - 1] = L[i - 1][j - 1] - a * L[k - 1][j - 1]
+            L[k - 1][i - 1] = a
+    return Factored(graph, parent, L, reciprocal[::-1])
 
 
 def _path(parent: Sequence[int], i: int) -> list[int]:

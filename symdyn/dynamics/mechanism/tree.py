@@ -33,7 +33,7 @@ from dataclasses import dataclass
 
 from symdyn.dynamics.mechanism.state import first_moment, joint_motion, placement, vector
 from symdyn.graph import Expr, Graph
-from symdyn.scene import GROUND, JOINTS, Body, Joint, Scene, express, velocity_name
+from symdyn.scene import GROUND, JOINTS, Body, Joint, JointMotion, Scene, express, velocity_name
 from symdyn.spatial import (
     Inertia,
     Transform,
@@ -63,6 +63,8 @@ class Topology:
         parent: parent[i] < i; parent[0] is -1.
         A: A[i] are pairs (velocity k from 0, coefficient), as in the module's legend; none for the ground.
         b: b[i] are triples (j, k, coefficient), as in the module's legend.
+        block: block[i] are the moves that end with i and act as one body's, () where i is not the last of them: (i,)
+            but for velocities that are no rates of coordinates, those of one ball or one free flight being one block.
         armature: inertia of the rotor of move i, seen at the joint, kg m^2 or kg; zero at balls.
         balls: rotors of balls, which belong to no move alone.
         n: number of velocities.
@@ -73,6 +75,7 @@ class Topology:
     parent: tuple[int, ...]
     A: tuple[tuple[tuple[int, Expr], ...], ...]
     b: tuple[tuple[tuple[int, int, Expr], ...], ...]
+    block: tuple[tuple[int, ...], ...]
     armature: tuple[Expr, ...]
     balls: tuple[BallRotor, ...]
     n: int
@@ -166,6 +169,7 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
     """Return the scene's kinematic tree."""
     still = unit_transform(graph)
     moves: list[tuple[object, ...]] = [(-1, still, still, nothing(graph), graph.zero, (), (), graph.zero)]
+    block: list[tuple[int, ...]] = [()]
     inertia, balls = [no_inertia(graph)], list[BallRotor]()
     velocities = {name: k for k, name in enumerate(scene.velocities)}
     home: dict[str, tuple[int, Transform]] = {GROUND: (0, still)}
@@ -181,6 +185,7 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         ball = ball_rotor(joint, [velocities[name] for name in names], graph)
         balls += [] if ball is None else [ball]
         rotor = express(joint.armature, graph) if ball is None else graph.zero
+        block += _blocks(motion, len(block))
         for move in motion.moves:
             here = place @ move.before
             T, S = here @ move.placement, (still.p, move.axis) if move.slides else (move.axis, still.p)
@@ -200,12 +205,24 @@ def build_tree(scene: Scene, graph: Graph) -> Tree:
         graph=graph,
         gravity=vector(scene.gravity, graph),
         balls=tuple(balls),
+        block=tuple(block),
         n=len(velocities),
         inertia=tuple(inertia),
         home=home,
         joint=ends,
         **dict(columns),
     )
+
+
+def _blocks(motion: JointMotion, first: int) -> list[tuple[int, ...]]:
+    """Return `Topology.block` of a joint's moves, whose numbers begin with `first`."""
+    together = [{j, i, m} for j, i, m, _ in motion.brackets]
+    found: list[tuple[int, ...]] = []
+    for i in range(len(motion.moves)):
+        pair = {k for one in motion.moves[max(0, i - 1) : i + 1] for k, _ in one.rate}
+        before = found.pop() if found and any(pair <= one for one in together) else ()
+        found += [()] * bool(before) + [(*before, first + i)]
+    return found
 
 
 def body_inertia(body: Body, graph: Graph) -> Inertia:

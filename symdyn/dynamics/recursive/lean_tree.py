@@ -68,6 +68,14 @@ class LeanTree(Topology):
     body: tuple[Moments, ...]
     moved: tuple[Transform, ...]
 
+    @property
+    def ends(self) -> list[bool]:
+        """Whether all links beyond a frame turn about axes parallel to its own."""
+        ends = [True] * len(self.parent)
+        for i in self.outward():
+            ends[self.parent[i]] &= not (self.slides[i] or self.link[i].fixed)
+        return ends
+
 
 @dataclass(frozen=True)
 class _Placement:
@@ -258,10 +266,13 @@ def potential_energy(tree: LeanTree) -> Expr:
     return -dot(tree.gravity, body[0].h)
 
 
-def regroup(tree: LeanTree) -> LeanTree:
-    """Return the tree with base parameters in place of the bodies' inertias."""
+def regroup(tree: LeanTree, blocks: bool = True) -> LeanTree:
+    """Return the tree with base parameters in place of the bodies' inertias; without `blocks`, theirs stay."""
     body = list(tree.body)
+    whole = {k for block in tree.block if len(block) > 1 for k in block} if not blocks else set[int]()
     for i in tree.inward():
+        if i in whole:
+            continue
         p = tree.parent[i]
         kept, given = split(body[i], tree.slides[i])
         body[i], body[p] = kept, body[p] + tree.link[i].at_rest(tree.slides[i]).moments_back(given)

@@ -49,9 +49,7 @@ def rnea(
     """
     still = zero_vector(tree.graph)
     rate, acceleration = tree.rates(qd), tree.accelerations(qd, qdd)
-    ends = [True] * len(tree.parent)
-    for i in tree.outward():
-        ends[tree.parent[i]] &= not (tree.slides[i] or tree.link[i].fixed)
+    ends = tree.ends
     motion = [moving(still, still, neg(tree.gravity) if gravity else still)]
     for i in tree.outward():  # pass 1: motion, ground to tips
         before = motion[tree.parent[i]]

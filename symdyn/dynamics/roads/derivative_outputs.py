@@ -19,6 +19,7 @@ from itertools import product
 
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.roads import parameter_outputs as parameters
+from symdyn.dynamics.roads import recursive_derivatives
 from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads.kinks import kinks
 from symdyn.dynamics.roads.named_functions import independent_symbols
@@ -98,7 +99,10 @@ def along_all(w: Workspace, arguments: Sequence[str]) -> list[Direction]:
     return [one for name in arguments for one in directions_of(w, name)]
 
 
-JACOBIANS: dict[str, dict[str, Callable[[Workspace, Sequence[str]], Sequence[Expr]]]] = {}
+JACOBIANS: dict[str, dict[str, Callable[[Workspace, Sequence[str]], Sequence[Expr]]]] = {
+    "inverse_dynamics": {"recursive": recursive_derivatives.inverse},
+    "forward_dynamics": {"recursive": recursive_derivatives.forward},
+}
 """Roads to J of an output beside differentiation, by its name and theirs: each takes the arguments along which J is
 wanted, some of the output's in their order, and returns J row by row."""
 

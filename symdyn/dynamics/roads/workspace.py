@@ -107,6 +107,12 @@ class Workspace:
         return regroup(reframe(self.tree))
 
     @cached_property
+    def whole(self) -> LeanTree:
+        """The lean tree, inertia of balls and free bodies left where they are, as derivatives of recursions need it."""
+        blocks = any(len(block) > 1 for block in self.tree.block)
+        return regroup(reframe(self.tree), blocks=False) if blocks else self.lean
+
+    @cached_property
     def hanging(self) -> Hanging:
         """The declared bodies and joints, nothing merged or regrouped, for reactions."""
         from symdyn.dynamics.reactions.hanging import Hanging  # with NumPy, which printing can do without
