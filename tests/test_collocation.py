@@ -16,6 +16,7 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import evaluate
 from symdyn.scene import Scene, express, parse
 from symdyn.transcription import METHODS, Collocation, along
+from symdyn.transcription.lagrangian import lagrangian
 from symdyn.transcription.local import written
 
 pytestmark = pytest.mark.runs("cc")
@@ -87,6 +88,34 @@ def test_derivatives_are_those_of_complex_steps(name, method):
     if formulas["running"] or formulas["final"]:
         slopes = [other.objective(step).imag / 1e-30 for step in steps]
         np.testing.assert_allclose(problem.gradient(z), slopes, rtol=1e-11, atol=1e-12)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", WHAT)
+def test_the_hessian_is_the_slope_of_the_gradient_of_the_lagrangian(name, method):
+    scene, given = example(name), WHAT[name]
+    path = {f"{scene.coordinates[0]} + t*{scene.velocities[-1]}": (-1, 1)}
+    problem = symdyn.collocation(scene, (0.5, 1.5), [0, 0.3, 1], method, path=path, **given)
+    rng = np.random.default_rng(2)
+    z, sigma, multipliers = (
+        problem.guess + 0.3 * rng.standard_normal(problem.size),
+        1.7,
+        rng.standard_normal(problem.rows),
+    )
+
+    def slope(z):
+        return sigma * problem.gradient(z) + multipliers @ problem.jacobian(z)
+
+    def difference(way, step):
+        return (slope(z + step * way) - slope(z - step * way)) / (2 * step)
+
+    of = lagrangian(problem)
+    upper = np.zeros((problem.size, problem.size))
+    upper[of.rows, of.columns] = of.values(z, sigma, multipliers)
+    ways = rng.standard_normal((5, problem.size))
+    expected = np.array([(4 * difference(way, 1e-4) - difference(way, 2e-4)) / 3 for way in ways])
+    assert np.all(of.rows <= of.columns)
+    np.testing.assert_allclose(ways @ (upper + np.triu(upper, 1).T), expected, atol=1e-8 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -1,6 +1,7 @@
 """IPOPT solves a problem, through the one that comes in CasADi's wheel: `pip install casadi`.
 
-CasADi sees four functions, f, ∂f, g and ∂g, whose values are computed here, and the pattern of ∂g. Equations between
+CasADi sees five functions, f, ∂f, g, ∂g and the Hessian of σ f + λᵀ g, whose values are computed here, and the patterns
+of the last two. Equations between
 unknowns that are all given, as at the start of a closed mechanism, are left out once they are seen to hold.
 
 References: Wächter and Biegler, On the implementation of an interior-point filter line-search algorithm for large-scale
@@ -15,25 +16,32 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symdyn.algebra.numeric import Array
 from symdyn.errors import SimulateError
+from symdyn.transcription.lagrangian import lagrangian
 from symdyn.transcription.solution import Solution
 from symdyn.transcription.transcribed import Collocation
 
 DEFAULTS: dict[str, Any] = {"ipopt.print_level": 0, "print_time": False, "ipopt.sb": "yes", "no_nlp_grad": True}
 """Options of CasADi's `nlpsol`; the solver is silent unless it is asked to talk."""
 
+EXACT = 8
+"""Velocities up to which second derivatives are computed unasked: they are long for more, and take long to compile."""
+
 CLOSE = 1e-6
 """Largest residual of an equation between unknowns that are given."""
 
 
-def solve(problem: Collocation, guess: Array | None = None, **options: Any) -> Solution:
+def solve(problem: Collocation, guess: Array | None = None, exact: bool | None = None, **options: Any) -> Solution:
     """Return what IPOPT finds.
 
     Args:
         problem: what to solve.
         guess: z to start from, shape (size,); None takes the problem's own.
+        exact: whether to compute second derivatives, else IPOPT gathers them on the way, in its limited memory; None
+            computes them for as many velocities as `EXACT`.
         options: of IPOPT, such as max_iter=500 or tol=1e-9; see its documentation.
 
     Raises:
@@ -73,15 +81,17 @@ def solve(problem: Collocation, guess: Array | None = None, **options: Any) -> S
         lambda z, _: [problem.residual(z)[kept], problem.jacobian_values(z)[inside][order]],
         "jac",
     )
-    symbol = casadi.MX.sym("x", problem.size)
-    own = {f"ipopt.{name}": setting for name, setting in options.items()}
     settings = {
         **DEFAULTS,
-        "ipopt.hessian_approximation": "limited-memory",
         "grad_f": slope,
         "jac_g": slopes,
-        **own,
+        **{f"ipopt.{name}": setting for name, setting in options.items()},
     }
+    if len(problem.scene.velocities) <= EXACT if exact is None else exact:
+        settings["hess_lag"] = _hessian(problem, kept, [x, p, one, g])
+    else:
+        settings["ipopt.hessian_approximation"] = "limited-memory"
+    symbol = casadi.MX.sym("x", problem.size)
     nlp = {"x": symbol, "f": value(symbol), "g": equations(symbol)}
     try:
         solver = casadi.nlpsol("solver", "ipopt", nlp, settings)
@@ -93,10 +103,25 @@ def solve(problem: Collocation, guess: Array | None = None, **options: Any) -> S
         raise SimulateError(f"IPOPT: {str(fault).strip().splitlines()[-1]}") from None
     wall = time.perf_counter() - began
     stats, z = solver.stats(), np.array(found["x"], dtype=np.float64).ravel()
-    return Solution(
-        problem, z, problem.objective(z), violation(problem, z), bool(stats["success"]), str(stats["return_status"]),
-        int(stats["iter_count"]), wall,
-    )  # fmt: skip
+    objective, miss = float(problem.objective(z)), violation(problem, z)
+    status, iterations = str(stats["return_status"]), int(stats["iter_count"])
+    return Solution(problem, z, objective, miss, bool(stats["success"]), status, iterations, wall)
+
+
+def _hessian(problem: Collocation, kept: NDArray[np.bool_], takes: Sequence[Any]) -> Any:
+    """Return the function of CasADi that gives the upper triangle of the Lagrangian's Hessian."""
+    import casadi
+
+    of = lagrangian(problem)
+    every = np.zeros(problem.rows)
+    size = problem.size
+
+    def values(z: Array, _: Array, sigma: Array, multipliers: Array) -> list[Array]:
+        every[kept] = multipliers
+        return [of.values(z, float(sigma[0]), every)]
+
+    pattern = casadi.Sparsity.triplet(size, size, of.rows.tolist(), of.columns.tolist())
+    return _callback("ddl", takes, [pattern], values, "hess")
 
 
 def violation(problem: Collocation, z: Array) -> float:
@@ -133,7 +158,12 @@ def _callback(
     """Return a function of CasADi that is computed here; what it gives are the entries of its sparsity."""
     import casadi
 
-    names = {"": (["x"], [name]), "grad": (["x", "p"], ["f", "grad_f_x"]), "jac": (["x", "p"], ["g", "jac_g_x"])}[kind]
+    names = {
+        "": (["x"], [name]),
+        "grad": (["x", "p"], ["f", "grad_f_x"]),
+        "jac": (["x", "p"], ["g", "jac_g_x"]),
+        "hess": (["x", "p", "lam_f", "lam_g"], ["triu_hess_gamma_x_x"]),
+    }[kind]
 
     class Computed(casadi.Callback):
         def __init__(self) -> None:

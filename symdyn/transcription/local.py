@@ -173,21 +173,19 @@ def partials(entries: Sequence[Expr], inputs: Sequence[Expr]) -> dict[tuple[int,
 
 def locals_of(w: Workspace, found: Written) -> dict[str, Local]:
     """Return the local functions that have entries, compiled into one library."""
-    flat = [(kind, k, symbol) for kind, symbols in found.kinds.items() for k, symbol in enumerate(symbols)]
     functions, patterns, takes = [], {}, {}
     for name, entries in found.entries.items():
         if not entries:
             continue
-        symbols = _appearing(entries)
-        inputs = [one for one in flat if one[2] in symbols]
+        inputs = inputs_of(found, entries)
         slopes = partials(entries, [symbol for _, _, symbol in inputs])
         places = sorted(slopes)
         patterns[name] = tuple((i, *inputs[k][:2]) for i, k in places)
         for which, some in ((name, list(entries)), (_slopes(name), [slopes[place] for place in places])):
-            symbols = _appearing(some)
+            symbols = appearing(some)
             kinds = [kind for kind, those in found.kinds.items() if kind == "q" or not symbols.isdisjoint(those)]
             takes[which] = kinds
-            functions.append(plain(which, some, [_argument(kind, found.kinds[kind]) for kind in kinds]))
+            functions.append(plain(which, some, [argument_of(kind, found.kinds[kind]) for kind in kinds]))
     calls = compiled(w.scene, w.graph, functions).calls
 
     def caller(which: str) -> Callable[[Mapping[str, Array]], Array]:
@@ -200,11 +198,19 @@ def locals_of(w: Workspace, found: Written) -> dict[str, Local]:
     }
 
 
+def inputs_of(found: Written, entries: Sequence[Expr]) -> list[tuple[str, int, Expr]]:
+    """Return the unknowns that entries have in them: kind, place in it, symbol."""
+    seen = appearing(entries)
+    flat = [(kind, k, symbol) for kind, symbols in found.kinds.items() for k, symbol in enumerate(symbols)]
+    return [one for one in flat if one[2] in seen]
+
+
 def _slopes(name: str) -> str:
     return f"{name}_slopes"
 
 
-def _appearing(entries: Iterable[Expr]) -> set[Expr]:
+def appearing(entries: Iterable[Expr]) -> set[Expr]:
+    """Return the symbols in entries."""
     return {node for node in reachable(list(entries)) if node.op is SYMBOL}
 
 
@@ -212,5 +218,6 @@ NAMES = {"q": "q", "u": "qd", "a": "qdd", "force": "tau", "free": "values"}
 """What an argument of generated code is called where it is not called by its kind."""
 
 
-def _argument(kind: str, symbols: tuple[Expr, ...]) -> Argument:
+def argument_of(kind: str, symbols: tuple[Expr, ...]) -> Argument:
+    """Return the argument that unknowns of a kind are in generated code."""
     return Argument(NAMES.get(kind, kind), symbols, kind, (), scalar=kind == TIME)

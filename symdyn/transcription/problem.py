@@ -102,7 +102,7 @@ def collocation(
     return Collocation(
         scene, METHODS[method], made.grid, tuple(free), tuple(made.names[k] for k in found.driven), found.driven,
         made.place, made.row, made.size, made.rows, sum(span) / 2, lower, upper, rows_lower, rows_upper, guess,
-        locals_of(w, found),
+        locals_of(w, found), (w, found),
     )  # fmt: skip
 
 

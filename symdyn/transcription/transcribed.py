@@ -29,9 +29,10 @@ from numpy.typing import NDArray
 
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.scene import Scene
 from symdyn.transcription.grid import Grid, Places
-from symdyn.transcription.local import Local
+from symdyn.transcription.local import Local, Written
 from symdyn.transcription.tableaux import Method
 
 if TYPE_CHECKING:
@@ -71,6 +72,7 @@ class Collocation:
         rows_lower, rows_upper: bounds of g, shape (rows,).
         guess: z of a straight way from the start to the end, shape (size,).
         locals: functions of one place.
+        source: the graph that they were written on, and their entries.
     """
 
     scene: Scene
@@ -90,19 +92,20 @@ class Collocation:
     rows_upper: Array
     guess: Array
     locals: Mapping[str, Local] = field(repr=False)
+    source: tuple[Workspace, Written] = field(repr=False)
 
     # Values
 
     def residual(self, z: Array) -> Array:
         """Return g(z), shape (rows,)."""
         g, grid = np.zeros(self.rows, z.dtype), self.grid
-        stages = self._at(z, "stage")
+        stages = self.at(z, "stage")
         g[self.row["balance"]] = self.locals["balance"].value(stages)
         slopes = np.concatenate([self.locals["rates"].value(stages), stages["a"]], axis=1)
         y = np.concatenate([z[self.place["q"]], z[self.place["u"]]], axis=1)
         steps = np.einsum("rj,njk->nrk", grid.weights, slopes[grid.of]) * (self.time(z) * grid.widths)[:, None, None]
         defects = y[grid.target] - y[grid.node[:-1], None] - steps
-        nodes = self._at(z, "node")
+        nodes = self.at(z, "node")
         if "pull" in self.locals:
             defects[:, -1] -= self.locals["pull"].value({kind: _behind(kind, x) for kind, x in nodes.items()})
         g[self.row["defects"]] = defects
@@ -129,10 +132,10 @@ class Collocation:
         """Return f(z): the integral of the running cost by the method's own rule, and the cost of the end."""
         total: Any = 0.0
         if "running" in self.locals:
-            values = self.locals["running"].value(self._at(z, "stage"))[:, 0]
+            values = self.locals["running"].value(self.at(z, "stage"))[:, 0]
             total = self.time(z) * (self.grid.quadrature @ values)
         if "final" in self.locals:
-            total = total + self.locals["final"].value(self._at(z, "end"))[0, 0]
+            total = total + self.locals["final"].value(self.at(z, "end"))[0, 0]
         return total  # type: ignore[no-any-return]
 
     def gradient(self, z: Array) -> Array:
@@ -142,8 +145,8 @@ class Collocation:
         for name, weights in (("running", self.time(z) * self.grid.quadrature), ("final", np.ones(1))):
             if name not in self.locals:
                 continue
-            local, at = self.locals[name], self._at(z, PLACES[name])
-            columns, known, chain = self._wires[name]
+            local, at = self.locals[name], self.at(z, PLACES[name])
+            columns, known, chain = self.wires[name]
             slopes = local.slopes(at) * chain * weights[:, None]
             found += np.bincount(columns[known], slopes[known], self.size)
             if name == "running" and len(T):
@@ -204,15 +207,15 @@ class Collocation:
         found = [(defects, y[grid.target]), (defects, np.broadcast_to(y[grid.node[:-1], None], defects.shape))]
         for r, j in self._used:
             entries = [i for i, _, _ in self.locals["rates"].pattern]
-            found.append((defects[:, r, entries], self._wires["rates"][0][grid.of[:, j]]))
+            found.append((defects[:, r, entries], self.wires["rates"][0][grid.of[:, j]]))
             found.append((defects[:, r, nq:], place["a"][grid.of[:, j]]))
         if len(place["T"]):
             found.append((defects, place["T"]))
         if "pull" in self.locals:
             entries = [i for i, _, _ in self.locals["pull"].pattern]
-            found.append((defects[:, -1, entries], self._wires["pull"][0][1:]))
+            found.append((defects[:, -1, entries], self.wires["pull"][0][1:]))
         for name in self._rowwise:
-            columns, known, _ = self._wires[name]
+            columns, known, _ = self.wires[name]
             rows = self.row[name][:, [i for i, _, _ in self.locals[name].pattern]]
             found.append((rows[known], columns[known]))
         return found
@@ -221,7 +224,7 @@ class Collocation:
         """Return the parts of ∂g/∂z, each an array; several may belong to one entry."""
         grid, shape = self.grid, self.row["defects"].shape
         found = [np.ones(shape), np.full(shape, -1.0)]
-        stages, nodes = self._at(z, "stage"), self._at(z, "node")
+        stages, nodes = self.at(z, "stage"), self.at(z, "node")
         slopes = self.locals["rates"].slopes(stages)
         h = self.time(z) * grid.widths[:, None]
         for r, j in self._used:
@@ -233,7 +236,7 @@ class Collocation:
         if "pull" in self.locals:
             found.append(-self.locals["pull"].slopes({kind: _behind(kind, x) for kind, x in nodes.items()}))
         for name in self._rowwise:
-            _, known, chain = self._wires[name]
+            _, known, chain = self.wires[name]
             values = self.locals[name].slopes(stages if PLACES[name] == "stage" else nodes)
             found.append((values * chain)[known])
         return found
@@ -249,23 +252,23 @@ class Collocation:
         return [name for name in ("balance", "held", "path") if name in self.locals]
 
     @cached_property
-    def _wires(self) -> dict[str, tuple[Places, NDArray[np.bool_], Array]]:
+    def wires(self) -> dict[str, tuple[Places, NDArray[np.bool_], Array]]:
         """Of the slopes of each function, shape (places, nonzeros): columns of z, whether these are unknowns, chain.
 
         The chain is what slopes are multiplied by: t / T of the place where they are by time, else 1.
         """
         found = {}
         for name, local in self.locals.items():
-            points = self._points(PLACES[name])
+            points = self.points(PLACES[name])
             columns = np.empty((len(points), len(local.pattern)), dtype=np.int64)
             for column, (_, kind, k) in zip(columns.T, local.pattern, strict=True):
-                column[:] = self._column(kind, k, points)
+                column[:] = self.column(kind, k, points)
             by_time = np.array([kind == TIME for _, kind, _ in local.pattern], dtype=bool)
             chain = np.where(by_time, self.grid.share[points][:, None], 1.0)
             found[name] = (columns, columns >= 0, chain)
         return found
 
-    def _column(self, kind: str, k: int, points: Places) -> Places:
+    def column(self, kind: str, k: int, points: Places) -> Places:
         """Return where an unknown stands in z at some points, -1 where it is known."""
         place = self.place
         if kind == TIME:
@@ -276,14 +279,15 @@ class Collocation:
             return np.concatenate([[-1], place["slack"][:, k]])
         return place[kind][points if kind in ("q", "u") else slice(None), k]
 
-    def _points(self, where: str) -> Places:
+    def points(self, where: str) -> Places:
+        """Return the points of all stages or nodes, or the end."""
         return {"stage": self.grid.stage, "node": self.grid.node, "end": self.grid.node[-1:]}[where]
 
     # Unknowns at places
 
-    def _at(self, z: Array, where: str) -> dict[str, Array]:
-        """Return the unknowns at all stages or nodes, by kind."""
-        place, points = self.place, self._points(where)
+    def at(self, z: Array, where: str) -> dict[str, Array]:
+        """Return the unknowns at all stages or nodes, or at the end, by kind."""
+        place, points = self.place, self.points(where)
         found = {kind: z[place[kind][points]] for kind in ("q", "u")}
         if where == "stage":
             found |= {kind: z[place[kind]] for kind in ("a", "multiplier", "force")}
