@@ -12,13 +12,13 @@ from symdyn.dynamics.loops.manifold import Manifold, Solve
 from symdyn.dynamics.loops.partition import Partition
 from symdyn.dynamics.loops.reduction import (
     Reduction,
-    accelerations,
     all_by_normal_equations,
     reduction,
     solve_dependent,
     solve_transposed,
     with_multipliers,
 )
+from symdyn.dynamics.mechanism.ldl import Factored, factored
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, substitute
 
@@ -104,14 +104,22 @@ class LoopWorkspace:
         """Return the kept rows, shape (m, nv)."""
         return [list(rows.G[k]) for k in self.decisions.kept]
 
-    def constraint_forces(self, multipliers: Sequence[Expr]) -> list[Expr]:
+    def constraint_forces(self, multipliers: Sequence[Expr], rows: Constraints | None = None) -> list[Expr]:
         """Return Gᵀ λ, shape (nv,), for λ of the kept rows."""
-        pairs = list(zip(self.G(self.recursive), multipliers, strict=True))
+        pairs = list(zip(self.G(rows or self.recursive), multipliers, strict=True))
         return [self.w.graph.total(row[k] * x for row, x in pairs) for k in range(self.w.state.n)]
 
     def bias(self, rows: Constraints) -> list[Expr]:
         """Return Ġ u of the kept rows, shape (m,)."""
         return [rows.bias[k] for k in self.decisions.kept]
+
+    def gains(self, rows: Constraints, rest: Sequence[Expr]) -> list[Expr]:
+        """Return G u̇ and the rest, Ġ u or what stands for it, of the kept rows, shape (m,)."""
+        pairs = zip(self.G(rows), rest, strict=True)
+        return [
+            self.w.graph.total([*(x * a for x, a in zip(row, self.w.state.qdd, strict=True)), one])
+            for row, one in pairs
+        ]
 
     def gamma(self, rows: Constraints) -> list[Expr]:
         """Return Ġ u + 2 α G u + β² residual of the kept rows, shape (m,)."""
@@ -190,20 +198,33 @@ class LoopWorkspace:
         gamma = [*self.gamma(rows), *(-a for a in given.acceleration)]
         return with_multipliers(M, [*self.G(rows), *units], gamma, rest)
 
-    # What follows from M x = rest + Gᵀ λ and G x = -gamma, as accelerations do, and how they change
+    # What follows from M x = rest + Gᵀ λ and G x = -gamma, as accelerations do and all that they change by
 
-    def solved(self, rest: Sequence[Expr], gamma: Sequence[Expr]) -> tuple[list[Expr], list[Expr]]:
-        """Return x, shape (nv,), zero where a motion is prescribed, and λ of the kept rows, by recursion."""
+    @cached_property
+    def _factored(self) -> Factored:
+        """Tᵀ M T of what forces decide, factored once."""
+        size = len(self.motion.independent)
+        return factored(self.w.graph, range(-1, size), self.motion.mass(self.w.composite_mass) if size else [])
+
+    def solved(
+        self, rest: Sequence[Expr], gamma: Sequence[Expr], given: Sequence[Expr] = ()
+    ) -> tuple[list[Expr], list[Expr]]:
+        """Return x, shape (nv,), as `given` (zero) where a motion is prescribed, and λ of the kept rows, by recursion.
+
+        What is solved often shares its factors; `rest` is of shape (nv,), `gamma` of shape (kept rows,).
+        """
         w, decisions, G, zero = self.w, self.decisions, self.G(self.recursive), self.w.graph.zero
-        M, n = w.composite_mass, range(w.state.n)
+        M, n, place = w.composite_mass, range(w.state.n), w.prescribed.place
+        led = given or [zero] * len(place)
         if decisions.fails:
-            place = w.prescribed.place
             units = [[w.graph.one if i == k else zero for i in n] for k in place]
-            x, found = with_multipliers(M, [*G, *units], [*gamma, *(zero for _ in place)], rest)
+            x, found = with_multipliers(M, [*G, *units], [*gamma, *(-one for one in led)], rest)
             return x, found[: len(G)]
         fixed = solve_dependent(G, decisions.partition, [-one for one in gamma])
-        s = tuple(fixed.get(k, zero) for k in n)
-        left = [one - w.graph.total(M[k][j] * x for j, x in fixed.items()) for k, one in enumerate(rest)]
-        x = accelerations(Reduction(self.motion.independent, self.motion.T, s), M, left)
+        whole = Reduction(self.reduction.independent, self.reduction.T, tuple(fixed.get(k, zero) for k in n))
+        motion = whole.led(place, led)
+        left = [one - w.graph.total(M[k][j] * motion.s[j] for j in n) for k, one in enumerate(rest)]
+        free = [row[0] for row in self._factored.solve([[one] for one in motion.gathered(left)])]
+        x = motion.spread(free)
         excess = [w.graph.total(M[k][j] * x[j] for j in n) - one for k, one in enumerate(rest)]
         return x, solve_transposed(G, decisions.partition, excess)

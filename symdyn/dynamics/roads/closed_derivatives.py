@@ -10,7 +10,11 @@ solves once more:
 
     M δu̇ - Gᵀ δλ = -δR,    G δu̇ = -δC
 
-and needs one tangent of unsolved equations a column. The other roads differentiate what is solved, each its own.
+and needs one tangent of unsolved equations a column. The other roads differentiate what is solved, each its own. All of
+it is proved off the manifold too, as M u̇ + h = τ + Gᵀ λ and G u̇ + γ = 0 hold there.
+
+Who keeps all coordinates and multipliers asks for the derivatives of "motion_residual", which are R and C, by q, u, u̇,
+τ and λ; or for "unprojected" derivatives of what is solved, its coordinates taken as independent.
 
 Reference: Carpentier, Budhiraja and Mansard, Proximal and sparse resolution of constrained dynamic equations (2021),
 section IV, for the derivatives of what is solved by those of what is not.
@@ -19,14 +23,17 @@ section IV, for the derivatives of what is solved by those of what is not.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 
+from symdyn.dynamics.loops.constraint_rows import Constraints
 from symdyn.dynamics.loops.manifold import Manifold, Seeds
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.roads import closed_outputs as closed
 from symdyn.dynamics.roads import result_labels as labels
-from symdyn.dynamics.roads.derivative_outputs import COLUMNS
+from symdyn.dynamics.roads.derivative_outputs import COLUMNS, along_all, derivatives
 from symdyn.dynamics.roads.kinks import kinks
+from symdyn.dynamics.roads.named_functions import multiplier_symbols
 from symdyn.dynamics.roads.output import FORCES, Output, Road, Unasked, by_lagrange
 from symdyn.dynamics.roads.result_labels import Axis
 from symdyn.dynamics.roads.workspace import Workspace
@@ -34,6 +41,7 @@ from symdyn.graph import Expr, substitute, tangents
 from symdyn.scene import acceleration_name
 
 Columns = list[list[Expr]]
+Entries = Callable[[Workspace], Sequence[Expr]]
 
 # What the columns stand for
 
@@ -52,11 +60,14 @@ def _independent_accelerations(w: Workspace) -> tuple[str, ...]:
     return tuple(map(acceleration_name, independent_velocities(w)))
 
 
-def _behind(*axes: Axis) -> Axis:
-    return lambda w: tuple(label for axis in axes for label in axis(w))
-
-
-# Roads
+ALONG: dict[str, Axis] = {
+    "q": independent_positions,
+    "qd": independent_velocities,
+    "ui": independent_velocities,
+    "qdd": _independent_accelerations,
+    "tau": COLUMNS["tau"],
+}
+"""What the columns stand for, by argument."""
 
 
 def manifold_of(w: Workspace, road: str) -> Manifold:
@@ -64,181 +75,289 @@ def manifold_of(w: Workspace, road: str) -> Manifold:
     return w.loops.differentiated_manifold if road == "lagrange" else w.loops.recursive_manifold
 
 
-def _by_row(columns: Columns, rows: int) -> list[Expr]:
+def along_manifold(w: Workspace, road: str, along: Sequence[str]) -> list[Seeds]:
+    """Return how all symbols move, a column each; accelerations are no argument."""
+    manifold = manifold_of(w, road)
+    ways = {"q": manifold.by_position, "qd": manifold.by_velocity, "ui": manifold.by_velocity, "tau": manifold.by_force}
+    return [one for name in along for one in ways[name]]
+
+
+def along_motion(w: Workspace, road: str, along: Sequence[str]) -> list[Seeds]:
+    """Return the same where accelerations are an argument: dependent ones move with positions and velocities too."""
+    manifold, found = manifold_of(w, road), list[Seeds]()
+    for name in along:
+        if name == "qdd":
+            found += manifold.by_acceleration
+        else:
+            found += map(manifold.accelerating, along_manifold(w, road, [name]))
+    return found
+
+
+WAYS: dict[str, Callable[[Workspace, str, Sequence[str]], list[Seeds]]] = {
+    "manifold": along_manifold,
+    "motion": along_motion,
+    "free": lambda w, _, along: along_all(w, along),
+}
+"""How symbols move, column by column, by name: from the road and the arguments."""
+
+
+# Roads: each takes the name of a way, and the arguments along which derivatives are wanted
+
+
+def by_row(columns: Columns, rows: int) -> list[Expr]:
+    """Return the entries of columns, row by row."""
     return [column[i] for i in range(rows) for column in columns]
 
 
-def _differentiated(entries: Sequence[Expr], seeds: Sequence[Seeds]) -> list[Expr]:
-    return _by_row([tangents(entries, one) for one in seeds], len(entries))
+def _tangent(of: Entries, road: str, w: Workspace, way: str, *along: str) -> list[Expr]:
+    entries: Sequence[Expr] = w.once(of)
+    return by_row([tangents(entries, one) for one in WAYS[way](w, road, along)], len(entries))
 
 
-def _moving(manifold: Manifold) -> list[Seeds]:
-    return [*manifold.by_position, *manifold.by_velocity, *manifold.by_force]
+def equations(w: Workspace) -> list[Expr]:
+    """Return R and C by recursion, shape (nv + kept rows,)."""
+    return _equations(w, w.forces(list(w.state.qdd)), w.loops.recursive)
 
 
-def implicit(w: Workspace) -> list[tuple[list[Expr], list[Expr]]]:
+def _lagrange_equations(w: Workspace) -> list[Expr]:
+    return _equations(w, w.loops.lagrange_forces, w.loops.differentiated)
+
+
+def _equations(w: Workspace, forces: Sequence[Expr], rows: Constraints) -> list[Expr]:
+    loops, state = w.loops, w.state
+    carried = loops.constraint_forces(multiplier_symbols(w), rows)
+    motion = [f - x - tau for f, x, tau in zip(forces, carried, state.tau, strict=True)]
+    return [*motion, *loops.gains(rows, loops.gamma(rows))]
+
+
+def _solution(w: Workspace) -> tuple[list[Expr], list[Expr]]:
+    """Return u̇ and λ, of factors that their derivatives share."""
+    _ = w.once(closed.forward)  # tells what moves no mass
+    rest = [tau - h for tau, h in zip(w.state.tau, w.forces(w.still), strict=True)]
+    return w.loops.solved(rest, w.loops.gamma(w.loops.recursive), w.prescribed.acceleration)
+
+
+def implicit(w: Workspace, way: str, *along: str) -> list[tuple[list[Expr], list[Expr]]]:
     """Return δu̇ and δλ of every column, by differentiating the equations of motion before they are solved."""
-    loops, graph, state = w.loops, w.graph, w.state
-    G, manifold = loops.G(loops.recursive), loops.recursive_manifold
-    names = [graph.symbol(f"lambda[{i}]") for i in range(len(G))]
-    motion = [f - x for f, x in zip(w.forces(list(state.qdd)), loops.constraint_forces(names), strict=True)]
-    closing = [
-        graph.total([*(x * a for x, a in zip(row, state.qdd, strict=True)), rest])
-        for row, rest in zip(G, loops.gamma(loops.recursive), strict=True)
-    ]
-    known = dict(zip(state.qdd, w.once(closed.forward), strict=True)) | dict(
-        zip(names, w.once(closed.multipliers), strict=True)
-    )
-    sides = [tangents([*motion, *closing], one) for one in (*manifold.by_position, *manifold.by_velocity)]
-    sides = [substitute(one, known) for one in sides]
-    none = [graph.zero] * len(G)
-    pushes = [[graph.one if i == k else graph.zero for i in range(state.n)] for k in range(state.n)]
-    return [
-        *(loops.solved([-x for x in one[: state.n]], one[state.n :]) for one in sides),
-        *(loops.solved(push, none) for push in pushes),
-    ]
+    loops, n = w.loops, w.state.n
+    accelerations, multipliers = w.once(_solution)
+    known = dict(zip((*w.state.qdd, *multiplier_symbols(w)), (*accelerations, *multipliers), strict=True))
+    entries = w.once(equations)
+    sides = [tangents(entries, one) for one in WAYS[way](w, "implicit", along)]
+    moved = [substitute(one, known) for one in sides]
+    found = [loops.solved([-x for x in one[:n]], one[n:]) for one in moved]
+    for k, (pulled, _) in enumerate(found[-n:] if along[-1] == "tau" else ()):  # symmetric in fact: one of each pair
+        for j in range(k):
+            pulled[j] = found[j - n][0][k]
+    return found
 
 
-def _implicit_forward(w: Workspace) -> list[Expr]:
-    return _by_row([x for x, _ in w.once(implicit)], w.state.n)
-
-
-def _implicit_multipliers(w: Workspace) -> list[Expr]:
-    return _by_row([x for _, x in w.once(implicit)], len(w.loops.decisions.kept))
-
-
-def _tangent_forward(w: Workspace) -> list[Expr]:
-    return _differentiated(w.once(closed.forward), _moving(w.loops.recursive_manifold))
-
-
-def _tangent_multipliers(w: Workspace) -> list[Expr]:
-    return _differentiated(w.once(closed.multipliers), _moving(w.loops.recursive_manifold))
-
-
-def _lagrange_forward(w: Workspace) -> list[Expr]:
-    return _differentiated(w.loops.lagrange_solution[0], _moving(w.loops.differentiated_manifold))
-
-
-def _lagrange_multipliers(w: Workspace) -> list[Expr]:
-    found = w.loops.lagrange_solution[1][: len(w.loops.decisions.kept)]
-    return _differentiated(found, _moving(w.loops.differentiated_manifold))
+def _implicit(part: int, w: Workspace, way: str, *along: str) -> list[Expr]:
+    columns = [one[part] for one in w.once(implicit, way, *along)]
+    return by_row(columns, len(w.loops.decisions.kept) if part else w.state.n)
 
 
 COUNTED = 8
 """Velocities up to which both roads are counted; beyond, what differentiates unsolved equations is cheaper."""
 
 
-def cheaper(one: Callable[[Workspace], list[Expr]], other: Callable[[Workspace], list[Expr]], w: Workspace) -> str:
+def _cheaper(roads: dict[str, Road], w: Workspace) -> str:
     """Return "implicit" or "forward", whichever costs less."""
     if w.state.n > COUNTED:
         return "implicit"
     varying = (*w.state.q, *w.state.qd, *w.state.tau)
-    return "implicit" if cost(w.once(one), varying) <= cost(w.once(other), varying) else "forward"
+    return min(("implicit", "forward"), key=lambda name: cost(w.once(roads[name].derive), varying))
 
 
-def _driving(manifold: Manifold) -> list[Seeds]:
-    moving = [manifold.accelerating(one) for one in (*manifold.by_position, *manifold.by_velocity)]
-    return [*moving, *manifold.by_acceleration]
-
-
-def _velocities(w: Workspace) -> list[Expr]:
+def _velocities(w: Workspace, way: str, *along: str) -> list[Expr]:
     """Return S and T, in terms of the independent velocities."""
-    manifold = w.loops.recursive_manifold
     known = dict(zip(w.state.qd, w.once(closed.velocities), strict=True))
-    seeds = [*manifold.by_position, *manifold.by_velocity]
-    columns = [substitute([one.get(u, w.graph.zero) for u in w.state.qd], known) for one in seeds]
-    return _by_row(columns, w.state.n)
+    seeds = WAYS[way](w, "partition", along)
+    return by_row([substitute([one.get(u, w.graph.zero) for u in w.state.qd], known) for one in seeds], w.state.n)
 
 
-def _normal_velocities(w: Workspace) -> list[Expr]:
+def _normal_velocities(w: Workspace, _: str, *along: str) -> list[Expr]:
     manifold, u = w.loops.differentiated_manifold, w.state.qd
-    free = [{u[k]: w.graph.one} for k in manifold.partition.independent]
-    return _differentiated(w.once(closed.normal_velocities), [*manifold.by_position, *free])
+    free = {"q": manifold.by_position, "ui": [{u[k]: w.graph.one} for k in manifold.partition.independent]}
+    entries: list[Expr] = w.once(closed.normal_velocities)
+    return by_row([tangents(entries, one) for name in along for one in free[name]], w.state.n)
 
 
-def _positions(manifold: Manifold) -> list[Expr]:
-    zero = manifold.state.q[0].graph.zero
-    return _by_row(
-        [[column.get(k, zero) for k in range(manifold.state.n)] for column in manifold.slopes], manifold.state.n
-    )
+def _positions(manifold: Callable[[Workspace], Manifold], w: Workspace, *_: str) -> list[Expr]:
+    columns = manifold(w).slopes
+    return by_row([[column.get(k, w.graph.zero) for k in range(w.state.n)] for column in columns], w.state.n)
 
 
-def _kinks(of: Callable[[Workspace], Sequence[Expr]]) -> Callable[[Workspace], str]:
-    return lambda w: kinks(w.once(of), (*w.state.q, *w.state.qd))
+# Rows
 
 
-_row = partial(Output, in_loops="same", loops_only=True, unasked=Unasked.NEVER, lacks="told")
-_OF_MOTION = _behind(independent_positions, independent_velocities, COLUMNS["tau"])
-_ALONG = "along the manifold, dependent positions and velocities moving along, of"
+@dataclass(frozen=True)
+class Derivative:
+    """What is differentiated along the manifold, and how.
+
+    Attributes:
+        text: what it is, in words.
+        arguments: of the function, and of its derivatives.
+        result: its short name.
+        rows: what its entries stand for.
+        units: its unit.
+        roads: derivations, each takes the workspace, a way and the arguments along which derivatives are wanted.
+        depends: which choices about closed loops its formulas depend on.
+        of: its entries, for what is told of kinks; None where there can be none.
+        way: how symbols move along the manifold, a key of `WAYS`.
+    """
+
+    text: str
+    arguments: tuple[str, ...]
+    result: str
+    rows: Axis
+    units: str
+    roads: dict[str, Callable[..., Sequence[Expr]]]
+    depends: tuple[str, ...]
+    of: Entries | None = None
+    way: str = "manifold"
+
+    def row(self, along: tuple[str, ...]) -> Output:
+        """Return the row of the table, along some of the arguments."""
+        how = "along the manifold, dependent positions and velocities moving along,"
+        return self._row(along, self.way, ALONG, [BLOCKS[name] for name in along], how)
+
+    def unprojected(self) -> Output:
+        """Return the row of derivatives along all directions, as if no loop tied them."""
+        how = "along the directions of the velocities, all else held, as if no loop tied the coordinates,"
+        return self._row(self.arguments, "free", COLUMNS, self.arguments, how)
+
+    def _row(self, along: tuple[str, ...], way: str, axes: dict[str, Axis], blocks: Sequence[str], how: str) -> Output:
+        roads = {
+            name: (by_lagrange if name == "lagrange" else Road)(_derived(derive, way, along))
+            for name, derive in self.roads.items()
+        }
+        of = self.of
+        return Output(
+            f"derivatives [{' | '.join(f'd{self.result}/d{one}' for one in blocks)}] {how} of {self.text}",
+            self.arguments,
+            f"d{self.result}",
+            (self.rows, lambda w: tuple(label for name in along for label in axes[name](w))),
+            f"{self.units}, per unit of what moves",
+            "same",
+            roads,
+            loops_only=True,
+            unasked=Unasked.NEVER,
+            lacks="told",
+            depends=self.depends,
+            prefer=partial(_cheaper, roads) if "implicit" in roads else None,
+            remark=(lambda w: kinks(w.once(of), (*w.state.q, *w.state.qd))) if of else None,
+        )
+
+
+def _derived(derive: Callable[..., Sequence[Expr]], way: str, along: tuple[str, ...]) -> Entries:
+    return lambda w: derive(w, way, *along)
+
+
+BLOCKS = {"q": "q_i", "qd": "qd_i", "ui": "ui", "qdd": "qdd_i", "tau": "tau"}
+
+_OF_MOTION = ("q", "qd", "tau")
 _CHOICES = ("independent", "alpha", "beta")
 
-CLOSED_DERIVATIVES: dict[str, Output] = {
-    "forward_dynamics_derivatives": _row(
-        f"derivatives [dqdd/dq_i | dqdd/dqd_i | dqdd/dtau] {_ALONG} the accelerations of the closed mechanism",
-        ("q", "qd", "tau"),
-        "dqdd",
-        (labels.velocities, _OF_MOTION),
-        "rad/s^2 or m/s^2, per unit of what moves",
-        roads={
-            "implicit": Road(_implicit_forward),
-            "forward": Road(_tangent_forward),
-            "lagrange": by_lagrange(_lagrange_forward),
+ALONG_MANIFOLD: dict[str, Derivative] = {
+    "forward_dynamics": Derivative(
+        "the accelerations of the closed mechanism",
+        _OF_MOTION,
+        "qdd",
+        labels.velocities,
+        "rad/s^2 or m/s^2",
+        {
+            "implicit": partial(_implicit, 0),
+            "forward": partial(_tangent, closed.forward, "forward"),
+            "lagrange": partial(_tangent, lambda w: w.loops.lagrange_solution[0], "lagrange"),
         },
-        depends=_CHOICES,
-        prefer=partial(cheaper, _implicit_forward, _tangent_forward),
-        remark=_kinks(closed.forward),
+        _CHOICES,
+        closed.forward,
     ),
-    "multipliers_derivatives": _row(
-        f"derivatives [dlambda/dq_i | dlambda/dqd_i | dlambda/dtau] {_ALONG} the multipliers",
-        ("q", "qd", "tau"),
-        "dlambda",
-        (labels.kept_rows, _OF_MOTION),
-        "N or N m, per unit of what moves",
-        roads={
-            "implicit": Road(_implicit_multipliers),
-            "forward": Road(_tangent_multipliers),
-            "lagrange": by_lagrange(_lagrange_multipliers),
+    "multipliers": Derivative(
+        "the multipliers",
+        _OF_MOTION,
+        "lambda",
+        labels.kept_rows,
+        "N or N m",
+        {
+            "implicit": partial(_implicit, 1),
+            "forward": partial(_tangent, closed.multipliers, "forward"),
+            "lagrange": partial(_tangent, closed.lagrange_multipliers, "lagrange"),
         },
-        depends=_CHOICES,
-        prefer=partial(cheaper, _implicit_multipliers, _tangent_multipliers),
-        remark=_kinks(closed.multipliers),
+        _CHOICES,
+        closed.multipliers,
     ),
-    "inverse_dynamics_derivatives": _row(
-        f"derivatives [dtau/dq_i | dtau/dqd_i | dtau/dqdd_i] {_ALONG} the driving forces of the closed mechanism",
+    "inverse_dynamics": Derivative(
+        "the driving forces of the closed mechanism",
         ("q", "qd", "qdd"),
-        "dtau",
-        (labels.velocities, _behind(independent_positions, independent_velocities, _independent_accelerations)),
-        f"{FORCES}, per unit of what moves",
-        roads={
-            "forward": Road(lambda w: _differentiated(w.once(closed.inverse), _driving(w.loops.recursive_manifold))),
-            "lagrange": by_lagrange(
-                lambda w: _differentiated(w.once(closed.lagrange_inverse), _driving(w.loops.differentiated_manifold))
-            ),
+        "tau",
+        labels.velocities,
+        FORCES,
+        {
+            "forward": partial(_tangent, closed.inverse, "forward"),
+            "lagrange": partial(_tangent, closed.lagrange_inverse, "lagrange"),
         },
-        depends=("independent",),
-        remark=_kinks(closed.inverse),
+        ("independent",),
+        closed.inverse,
+        "motion",
     ),
-    "velocities_derivatives": _row(
-        f"derivatives [dqd/dq_i | dqd/dqd_i] {_ALONG} the velocities that the loops allow",
+    "velocities": Derivative(
+        "the velocities that the loops allow",
         ("q", "ui"),
-        "dqd",
-        (labels.velocities, _behind(independent_positions, independent_velocities)),
-        "rad/s or m/s, per unit of what moves",
-        roads={"partition": Road(_velocities), "normal": Road(_normal_velocities)},
-        depends=("independent",),
+        "qd",
+        labels.velocities,
+        "rad/s or m/s",
+        {"partition": _velocities, "normal": _normal_velocities},
+        ("independent",),
     ),
-    "positions_derivatives": _row(
-        "derivatives dq/dq_i of positions by independent ones, loops staying closed, along the directions of the "
-        "velocities",
+    "positions": Derivative(
+        "the positions at which the loops stay closed, along the directions of the velocities",
         ("q",),
-        "dq",
-        (COLUMNS["q"], independent_positions),
-        "1, m or 1/m",
-        roads={
-            "partition": Road(lambda w: _positions(w.loops.recursive_manifold)),
-            "normal": Road(lambda w: _positions(w.loops.differentiated_manifold)),
+        "q",
+        COLUMNS["q"],
+        "rad or m",
+        {
+            "partition": partial(_positions, lambda w: w.loops.recursive_manifold),
+            "normal": partial(_positions, lambda w: w.loops.differentiated_manifold),
         },
-        depends=("independent",),
+        ("independent",),
     ),
+}
+"""What is differentiated along the manifold, by its name."""
+
+
+MOTION_RESIDUAL = Output(
+    "what vanishes in every motion: M qdd + h - tau - G^T lambda, then G qdd + Gdot qd",
+    ("q", "qd", "qdd", "tau", "lambda"),
+    "residual",
+    (lambda w: (*w.scene.velocities, *labels.kept_rows(w)),),
+    f"{FORCES}, then m/s^2 or 1/s^2",
+    "same",
+    {"rnea": Road(equations), "lagrange": by_lagrange(_lagrange_equations)},
+    loops_only=True,
+    unasked=Unasked.NEVER,
+    lacks="told",
+    depends=("alpha", "beta"),
+)
+"""The equations that closed scenes solve, unsolved."""
+
+RESIDUAL = "motion_residual"
+
+CLOSED_DERIVATIVES: dict[str, Output] = {
+    **{f"{name}_derivatives": one.row(one.arguments) for name, one in ALONG_MANIFOLD.items()},
+    **{
+        f"{name}_by_{argument}": one.row((argument,))
+        for name, one in ALONG_MANIFOLD.items()
+        for argument in one.arguments
+        if name != "positions"
+    },
+    **{
+        f"{name}_unprojected_derivatives": ALONG_MANIFOLD[name].unprojected()
+        for name in ("forward_dynamics", "inverse_dynamics", "multipliers")
+    },
+    RESIDUAL: MOTION_RESIDUAL,
+    f"{RESIDUAL}_derivatives": derivatives("", MOTION_RESIDUAL),
+    **{f"{RESIDUAL}_by_{one}": derivatives("", MOTION_RESIDUAL, one) for one in MOTION_RESIDUAL.arguments},
 }
 """Rows of closed scenes, by what is asked; what operators make is asked of all others."""

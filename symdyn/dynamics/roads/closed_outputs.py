@@ -60,6 +60,11 @@ def multipliers(w: Workspace) -> list[Expr]:
     return reduction.solve_transposed(w.loops.G(w.loops.recursive), w.loops.decisions.partition, excess)
 
 
+def lagrange_multipliers(w: Workspace) -> list[Expr]:
+    """Return λ of the kept rows by Lagrange's equations."""
+    return w.loops.lagrange_solution[1][: len(w.loops.decisions.kept)]
+
+
 def _drives(w: Workspace) -> list[Expr]:
     place, tau = w.prescribed.place, list(w.state.tau)
     if not place:
@@ -192,7 +197,7 @@ OF_LOOPS: dict[str, Output] = {
         "N or N m",
         roads={
             "crba": Road(multipliers),
-            "lagrange": by_lagrange(lambda w: w.loops.lagrange_solution[1][: len(w.loops.decisions.kept)]),
+            "lagrange": by_lagrange(lagrange_multipliers),
         },
         depends=("independent", "alpha", "beta"),
         compared=("G^T multipliers", lambda w, found: w.loops.constraint_forces(found)),

@@ -22,7 +22,7 @@ from symdyn.dynamics.roads import parameter_outputs as parameters
 from symdyn.dynamics.roads import recursive_derivatives
 from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads.kinks import kinks
-from symdyn.dynamics.roads.named_functions import independent_symbols
+from symdyn.dynamics.roads.named_functions import MULTIPLIERS, independent_symbols, multiplier_symbols
 from symdyn.dynamics.roads.output import Output, Road, Unasked
 from symdyn.dynamics.roads.result_labels import Axis
 from symdyn.dynamics.roads.workspace import Workspace
@@ -47,6 +47,7 @@ COLUMNS: dict[str, Axis] = {
     "tau": lambda w: tuple(f"force on {name}" for name in w.scene.velocities),
     "qi": lambda w: tuple(str(one.value) for one in independent_symbols(w, "qi")),
     "ui": lambda w: tuple(str(one.value) for one in independent_symbols(w, "ui")),
+    MULTIPLIERS: lambda w: tuple(f"multiplier of {name}" for name in labels.kept_rows(w)),
     TIME: labels.fixed(TIME),
 }
 """Arguments that an output is differentiated along, and what the columns stand for."""
@@ -58,6 +59,8 @@ def directions_of(w: Workspace, argument: str) -> list[Direction]:
         return list(w.directions.along)
     if argument in ("qi", "ui"):
         symbols = independent_symbols(w, argument)
+    elif argument == MULTIPLIERS:
+        symbols = multiplier_symbols(w)
     elif argument == TIME:
         symbols = (w.graph.symbol(TIME),)
     else:

@@ -99,6 +99,7 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     TIME: ("time", {"s": "s"}),
     "qi": ("independent joint positions", {"rad": "rad", "m": "m"}),
     "ui": ("independent joint velocities", {"rad": "rad/s", "m": "m/s"}),
+    "lambda": ("multipliers of the rows that close loops", {"": "N or N m"}),
     "dq": ("direction of the positions, along the velocities", {"rad": "rad", "m": "m"}),
     "dqd": ("direction of the velocities", {"rad": "rad/s", "m": "m/s"}),
     "dqdd": ("direction of the accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
@@ -109,6 +110,9 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
 DIRECTIONS = {"q": "dq", "qd": "dqd", "qdd": "dqdd", "tau": "dtau"}
 """The argument that says along which way another one moves."""
 
+MULTIPLIERS = "lambda"
+"""The argument of what takes the multipliers as given."""
+
 WEIGHTS = "weights"
 """The argument that makes one number of a result: their sum, each entry with its weight."""
 
@@ -117,6 +121,11 @@ def independent_symbols(workspace: Workspace, name: str) -> tuple[Expr, ...]:
     """Return the independent velocities of a closed scene ("ui"), or the coordinates whose rates they are ("qi")."""
     whole = workspace.state.qd if name == "ui" else workspace.loops.coordinates
     return tuple(whole[k] for k in workspace.loops.decisions.partition.independent)
+
+
+def multiplier_symbols(workspace: Workspace) -> tuple[Expr, ...]:
+    """Return the symbols of the multipliers of a closed scene's kept rows."""
+    return direction(workspace.graph, MULTIPLIERS, len(workspace.loops.decisions.kept))
 
 
 def direction(graph: Graph, name: str, n: int) -> tuple[Expr, ...]:
@@ -173,6 +182,11 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
         if name == WEIGHTS:
             nodes = direction(workspace.graph, name, len(weighed))
             result.append(Argument(name, nodes, text, (), names=runs(weighed)))
+            continue
+        if name == MULTIPLIERS:
+            decisions = workspace.loops.decisions
+            told = "; ".join(decisions.names[k] for k in decisions.kept)
+            result.append(Argument(name, multiplier_symbols(workspace), f"{text}: {told}", ()))
             continue
         kinds, nodes = units if name == "q" else ["s"] if name == TIME else speeds, symbols.get(name, ())
         if name in ("qi", "ui"):  # of the independent velocities, or of the coordinates whose rates they are
