@@ -17,6 +17,7 @@ import numpy as np
 
 from symdyn.algebra.big import BigFloats, Bounded, RunningErrors
 from symdyn.dynamics import Argument, Function
+from symdyn.dynamics.roads.named_functions import DIRECTIONS, WEIGHTS
 from symdyn.graph import Expr, evaluate
 from symdyn.program import Program
 
@@ -26,6 +27,7 @@ ALLOWED = 2.0  # times the bound, which is of first order
 DRAWS = 40  # states tried for one at which a function is real
 
 RANGES = {"q": 3.0, "qd": 2.0, "qdd": 2.0, "tau": 5.0, "t": 3.0}  # half-widths of the sampled states, SI
+RANGES |= dict.fromkeys((*DIRECTIONS.values(), WEIGHTS), 2.0)
 WIDER = (1.0, 4.0, 16.0, 64.0)  # times those, one after the other, where a function is not real
 
 ROUNDOFF = {"double": 2.0**-53, "float": 2.0**-24}

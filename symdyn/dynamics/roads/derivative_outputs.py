@@ -185,20 +185,3 @@ def by_parameters(name: str, row: Output, only: str = "") -> Output:
         roads=roads,
         remark=lambda w, *_: parameters.left_out(w, only),
     )
-
-
-BY = "_by_"
-"""Behind the name of an output, before that of an argument or a parameter."""
-
-
-def by_parameter(row: Output, parameter: str) -> Output:
-    """Return the row of ∂f/∂p for one parameter, by its name."""
-    return by_parameters("", row, parameter)
-
-
-OPERATORS: dict[str, Callable[[str, Output], Output]] = {
-    "_derivatives": derivatives,
-    **{f"{BY}{one}": partial(derivatives, only=one) for one in COLUMNS},
-    f"{BY}parameters": by_parameters,
-}
-"""What can be asked of every output, by what is written behind its name, as in "inverse_dynamics_derivatives"."""

@@ -15,8 +15,8 @@ from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import TIME, has_motion
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.roads.closed_derivatives import CLOSED_DERIVATIVES
-from symdyn.dynamics.roads.derivative_outputs import BY, OPERATORS, by_parameter
 from symdyn.dynamics.roads.named_functions import DRIVES, Equations, Function, arguments
+from symdyn.dynamics.roads.operators import TOLD, of_another
 from symdyn.dynamics.roads.output import TREE_NAME, Output, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS
 from symdyn.dynamics.roads.result_labels import told
@@ -151,13 +151,13 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     name, _, place = request.partition(":")
     if request in OUTPUTS:
         name, place = request, ""
-    row = OUTPUTS.get(name) or _of_state(name, scene) or _of_another(name)
+    row = OUTPUTS.get(name) or _of_state(name, scene) or of_another(name, OUTPUTS)
     if row is None and (asked := name.removeprefix(TREE_NAME)) in OUTPUTS:
         raise DerivationError(f"{name} is what {asked} is called where loops close a scene; ask for {asked}")
     if row is None:
         raise DerivationError(
             f"there is no output {name!r}; there are {', '.join(OUTPUTS)}; and derivatives of each, such as "
-            f"inverse_dynamics_derivatives: NAME{', NAME'.join(OPERATORS)}, NAME{BY}PARAMETER; {STATE_MATRICES}"
+            f"inverse_dynamics_derivatives: {TOLD}; {STATE_MATRICES}"
         )
     if row.place and not place:
         raise DerivationError(f"{name} needs a {row.place}; write {name}:NAME")
@@ -178,15 +178,6 @@ def _of_state(name: str, scene: Scene | None) -> Output | None:
     if name == STATE_MATRICES:
         return state_matrices(closed)
     return CLOSED_DERIVATIVES.get(name) if closed else None
-
-
-def _of_another(name: str) -> Output | None:
-    """Return the row of what is asked of another output, as "inverse_dynamics_derivatives" is."""
-    for suffix, operator in OPERATORS.items():
-        if name.endswith(suffix) and (row := OUTPUTS.get(of := name.removesuffix(suffix))):
-            return operator(of, row)
-    of, _, parameter = name.partition(BY)
-    return by_parameter(OUTPUTS[of], parameter) if of in OUTPUTS and parameter.isidentifier() else None
 
 
 def roads_of(request: str, scene: Scene | None = None) -> tuple[str, ...]:

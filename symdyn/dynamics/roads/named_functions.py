@@ -104,14 +104,20 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "dqd": ("direction of the velocities", {"rad": "rad/s", "m": "m/s"}),
     "dqdd": ("direction of the accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
     "dtau": ("direction of the driving forces", {"rad": "N m", "m": "N"}),
+    "dqi": ("direction of the independent positions", {"rad": "rad", "m": "m"}),
+    "dui": ("direction of the independent velocities", {"rad": "rad/s", "m": "m/s"}),
+    "dlambda": ("direction of the multipliers", {"": "N or N m"}),
     "weights": ("weights of the entries of the result, row by row", {"": ""}),
 }
 
-DIRECTIONS = {"q": "dq", "qd": "dqd", "qdd": "dqdd", "tau": "dtau"}
-"""The argument that says along which way another one moves."""
-
 MULTIPLIERS = "lambda"
 """The argument of what takes the multipliers as given."""
+
+DIRECTIONS = {"q": "dq", "qd": "dqd", "qdd": "dqdd", "tau": "dtau", "qi": "dqi", "ui": "dui", MULTIPLIERS: "dlambda"}
+"""The argument that says along which way another one moves."""
+
+OF_INDEPENDENT = {"qi", "ui", "dqi", "dui"}
+"""Arguments of the independent velocities of a closed scene, or of the coordinates whose rates they are."""
 
 WEIGHTS = "weights"
 """The argument that makes one number of a result: their sum, each entry with its weight."""
@@ -171,7 +177,7 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
     """
     scene, state = workspace.scene, workspace.state
     symbols: dict[str, tuple[Expr, ...]] = {"q": state.q, "qd": state.qd, "qdd": state.qdd, "tau": state.tau}
-    symbols |= {name: direction(workspace.graph, name, state.n) for name in names if name in DIRECTIONS.values()}
+    independent = workspace.loops.decisions.partition.independent if OF_INDEPENDENT & set(names) else ()
     if TIME in names:  # a graph without the symbol need not be searched for it
         symbols[TIME] = (workspace.graph.symbol(TIME),)
     units = coordinate_units(scene)
@@ -183,16 +189,20 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
             nodes = direction(workspace.graph, name, len(weighed))
             result.append(Argument(name, nodes, text, (), names=runs(weighed)))
             continue
-        if name == MULTIPLIERS:
+        if name in (MULTIPLIERS, DIRECTIONS[MULTIPLIERS]):
             decisions = workspace.loops.decisions
             told = "; ".join(decisions.names[k] for k in decisions.kept)
-            result.append(Argument(name, multiplier_symbols(workspace), f"{text}: {told}", ()))
+            nodes = direction(workspace.graph, name, len(decisions.kept))
+            result.append(Argument(name, nodes, f"{text}: {told}", ()))
             continue
         kinds, nodes = units if name == "q" else ["s"] if name == TIME else speeds, symbols.get(name, ())
-        if name in ("qi", "ui"):  # of the independent velocities, or of the coordinates whose rates they are
-            independent = workspace.loops.decisions.partition.independent
-            kinds, nodes = [speeds[k] for k in independent], independent_symbols(workspace, name)
-            text = f"{text}: {', '.join(str(node.value) for node in nodes)}"
+        if name in OF_INDEPENDENT:
+            kinds = [speeds[k] for k in independent]
+            text = f"{text}: {', '.join(str(node.value) for node in independent_symbols(workspace, name[-2:]))}"
+        if name in ("qi", "ui"):
+            nodes = independent_symbols(workspace, name)
+        elif name in DIRECTIONS.values():
+            nodes = direction(workspace.graph, name, len(kinds))
         entries = tuple(spelled[kind] for kind in kinds)
         result.append(Argument(name, nodes, text, entries, name == TIME, conventions(scene, name)))
     free = scene.free_parameters

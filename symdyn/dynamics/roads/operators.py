@@ -1,0 +1,37 @@
+"""What can be asked of every output: rows that are made of its row, by what is written behind its name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from symdyn.dynamics.roads.derivative_outputs import COLUMNS, by_parameters, derivatives
+from symdyn.dynamics.roads.directional_outputs import ALONG_ONE
+from symdyn.dynamics.roads.output import Output
+
+BY = "_by_"
+"""Behind the name of an output, before that of an argument or a parameter."""
+
+OPERATORS: dict[str, Callable[[str, Output], Output]] = {
+    **ALONG_ONE,
+    "_derivatives": derivatives,
+    **{f"{BY}{one}": partial(derivatives, only=one) for one in COLUMNS},
+    f"{BY}parameters": by_parameters,
+}
+"""What can be asked of every output, by what is written behind its name, as in "inverse_dynamics_derivatives"."""
+
+TOLD = f"NAME{', NAME'.join(OPERATORS)}, NAME{BY}PARAMETER"
+"""The same in words, of an output called NAME."""
+
+
+def of_another(name: str, outputs: Mapping[str, Output]) -> Output | None:
+    """Return the row of what is asked of one of the outputs, such as "inverse_dynamics_derivatives"; None for no such.
+
+    Raises:
+        DerivationError: the output has no such derivatives.
+    """
+    for suffix, operator in OPERATORS.items():
+        if name.endswith(suffix) and (row := outputs.get(of := name.removesuffix(suffix))):
+            return operator(of, row)
+    of, _, parameter = name.partition(BY)
+    return by_parameters(of, outputs[of], parameter) if of in outputs and parameter.isidentifier() else None

@@ -1,0 +1,401 @@
+"""What is asked of every output by a word behind its name: against 50-digit differences, and against each other."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+from arms import chain
+from mechanisms import COUPLED, jointed, with_loads
+from small_steps import BIG, Numbers, State, apart
+
+import symdyn
+from symdyn.dynamics import OUTPUTS, Workspace, derive, derive_one, roads_of
+from symdyn.dynamics.roads.count import state_dependent_counts
+from symdyn.dynamics.roads.operators import OPERATORS
+from symdyn.errors import DerivationError
+from symdyn.program import formulate
+from symdyn.scene import Scene, bind, read, read_text
+from symdyn.verify import certify
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+LED = """
+name = "led"
+[parameters]
+m = 2
+[bodies.cart]
+mass = "m"
+[bodies.arm]
+mass = 1
+com = [0.5, 0, 0.1]
+inertia = [0.1, 0.2, 0.3]
+inertia_about = "com"
+[joints.rail]
+type = "prismatic"
+parent = "ground"
+child = "cart"
+axis = [1, 0, 0]
+coordinate = "x"
+motion = "sin(3*t)/2"
+[joints.hinge]
+type = "revolute"
+parent = "cart"
+child = "arm"
+axis = [0, 1, 0]
+rotor = { inertia = 0.001, gear = 10 }
+force = "-0.3*hinge_dot*abs(hinge_dot - 2) + 0.1*cos(t)"
+coordinate = "hinge"
+"""
+
+
+@cache
+def scenes() -> dict[str, Scene]:
+    """Return trees with quaternions, couplings, rotors, screws, loads, springs, friction, time, prescribed motion."""
+    found = {name: read(EXAMPLES / f"{name}.toml") for name in ("two_link", "cart_pole", "free_body")}
+    mixed = jointed("free", "helical")
+    return found | {
+        "mixed": mixed,
+        "loaded": with_loads(jointed("spherical", "revolute"), 3),
+        "coupled": with_loads(COUPLED[2], 5),
+        "led": read_text(LED, "led.toml"),
+    }
+
+
+SCENES = ("two_link", "cart_pole", "free_body", "mixed", "loaded", "coupled", "led")
+DYNAMICS = ("inverse_dynamics", "forward_dynamics")
+
+
+@cache
+def numbers(name: str) -> Numbers:
+    """Return a scene's functions in 50 digits."""
+    return Numbers(Workspace(scenes()[name]))
+
+
+def states(name: str, request: str, natural: bool = True) -> Iterator[State]:
+    """Yield states: at rest with all coordinates zero, with equal angles, and at random."""
+    w, rng = numbers(name).workspace, random.Random(f"{name} {request}")
+    function = numbers(name).function(request)
+    for kind in ("zero", "equal", "random") if natural else ("random",):
+        state: State = {"t": [BIG.number("0.3")]}
+        for argument in function.arguments:
+            still = 0.0 if kind == "zero" else 0.5
+            drawn = [rng.uniform(-2, 2) if kind == "random" else still for _ in argument.symbols]
+            positive = [rng.uniform(0.5, 2) for _ in argument.symbols]
+            chosen = positive if argument.name == "params" else drawn
+            state[argument.name] = [BIG.number(x) for x in chosen]
+        yield state | {"q": unit(w, state["q"])}
+
+
+def unit(w: Workspace, q: list[Any]) -> list[Any]:
+    """Return coordinates with quaternions of unit length; those of no length are 1."""
+    from symdyn.dynamics.mechanism.state import quaternions
+
+    for names in quaternions(w.scene):
+        places = [w.scene.coordinates.index(name) for name in names]
+        length = BIG.context.sqrt(sum(q[k] ** 2 for k in places))
+        for k, first in zip(places, (1, 0, 0, 0), strict=True):
+            q[k] = q[k] / length if length else BIG.number(first)
+    return q
+
+
+def arguments(name: str, request: str) -> list[tuple[str, int]]:
+    """Return the directions that an output is differentiated along: argument, and number from 0."""
+    n = numbers(name).workspace.state.n
+    taken = OUTPUTS[request.partition(":")[0]].arguments
+    return [(argument, k) for argument in taken for k in range(n)]
+
+
+def requests(name: str) -> list[str]:
+    """Return what is looked at of a scene."""
+    last = scenes()[name].bodies[-1].name
+    return [*DYNAMICS, "kinetic_energy", "potential_energy", f"pose:{last}", f"jacobian:{last}"]
+
+
+def suffixed(request: str, suffix: str) -> str:
+    """Return how a derivative is asked for: "pose_jvp:tool"."""
+    name, colon, place = request.partition(":")
+    return name + suffix + colon + place
+
+
+# Against differences
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_derivatives_are_what_differences_in_fifty_digits_tend_to(name: str) -> None:
+    n = numbers(name)
+    for request in requests(name):
+        ways = arguments(name, request)
+        for state in states(name, request):
+            columns = [n.slope(request, state, *way) for way in ways]
+            J = [column[i] for i in range(len(columns[0])) for column in columns]
+            for road in roads_of(suffixed(request, "_derivatives"), n.workspace.scene):
+                derive_one(n.workspace, suffixed(request, "_derivatives"), road)
+            assert apart(n.at(suffixed(request, "_derivatives"), state), J) < 1e-20, request
+
+
+@pytest.mark.parametrize("name", ["two_link", "loaded", "mixed", "led"])
+def test_second_derivatives_are_what_differences_of_differences_tend_to(name: str) -> None:
+    """X_j X_k in this order: the outer step leads, and the inner slope is taken where it has led."""
+    n = numbers(name)
+    for request in DYNAMICS:
+        ways, H = arguments(name, request), suffixed(request, "_hessian")
+        (state,) = states(name, H, natural=False)
+        found = n.at(H, state)
+        chosen = random.Random(name).sample(range(len(ways) ** 2), 12)
+        chosen += [1, len(ways)] if name == "mixed" else []  # a pair that does not commute
+        for place in chosen:
+            k, j = divmod(place, len(ways))
+            slopes = n.slope_of_slope(request, state, ways[j], ways[k])
+            expected = sum(a * b for a, b in zip(state["weights"], slopes, strict=True))
+            assert apart([found[place]], [expected]) < 1e-15, (request, ways[j], ways[k])
+
+
+@pytest.mark.parametrize("name", ["two_link", "loaded", "led"])
+def test_derivatives_by_parameters_are_what_differences_tend_to(name: str) -> None:
+    """Those with a value are given others by `bind`, in numbers that are exact."""
+    scene = scenes()[name]
+    w = Workspace(scene)
+    step = BIG.number("1e-12")
+    for request in DYNAMICS:
+        function = derive(scene, [f"{request}_by_parameters"]).functions[0]
+        (state,) = states(name, request, natural=False)
+        known = {p.name: BIG.number(0.7 + 0.1 * k) for k, p in enumerate(scene.parameters)}
+        values = {
+            symbol: value
+            for argument in derive_one(w, request).arguments
+            if argument.name != "params"
+            for symbol, value in zip(argument.symbols, state[argument.name], strict=True)
+        }
+
+        def at(entries: Any, given: dict[str, Any], values: Any = values) -> list[Any]:
+            from symdyn.graph import evaluate
+
+            graph = entries[0].graph
+            both = {graph.symbol(str(s.value)): x for s, x in values.items()}
+            return evaluate(entries, BIG, both | {graph.symbol(p): x for p, x in given.items()})
+
+        f, columns = derive_one(w, request).entries, []
+        for p in function.labels[1]:
+            there, here = (at(f, known | {p: known[p] + sign * step}) for sign in (1, -1))
+            columns.append([(a - b) / (2 * step) for a, b in zip(there, here, strict=True)])
+        J = [column[i] for i in range(len(f)) for column in columns]
+        assert apart(at(function.entries, known), J) < 1e-20, request
+        one = derive(scene, [f"{request}_by_{function.labels[1][0]}"]).functions[0]
+        assert apart(at(one.entries, known), J[:: len(columns)]) < 1e-20
+
+
+# Against each other
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("request_", DYNAMICS)
+def test_what_is_asked_of_derivatives_is_made_of_them(name: str, request_: str) -> None:
+    n, request = numbers(name), request_
+    ways, m = arguments(name, request), n.workspace.state.n
+    for state in states(name, suffixed(request, "_hessian_vector")):
+        J, H = (n.at(suffixed(request, one), state) for one in ("_derivatives", "_hessian"))
+        N, d = len(ways), [state[f"d{along}"][k] for along, k in ways]
+        rows = [J[i : i + N] for i in range(0, len(J), N)]
+        jvp = [sum(a * b for a, b in zip(row, d, strict=True)) for row in rows]
+        vjp = [sum(w * row[k] for w, row in zip(state["weights"], rows, strict=True)) for k in range(N)]
+        Hd = [sum(H[k * N + j] * d[j] for j in range(N)) for k in range(N)]
+        for suffix, expected in (("_jvp", jvp), ("_vjp", vjp), ("_hessian_vector", Hd)):
+            for road in roads_of(suffixed(request, suffix), n.workspace.scene):
+                function = derive_one(n.workspace, suffixed(request, suffix), road)
+                assert function.formulation == road
+            assert apart(n.at(suffixed(request, suffix), state), expected) < 1e-35, suffix
+        for block, along in enumerate(OUTPUTS[request].arguments):
+            part = [x for row in rows for x in row[block * m : (block + 1) * m]]
+            assert apart(n.at(f"{request}_by_{along}", state), part) < 1e-35
+
+
+def test_a_tensor_has_an_axis_of_entries_and_two_of_directions() -> None:
+    n = numbers("loaded")
+    (state,) = states("loaded", "inverse_dynamics_hessian", natural=False)
+    tensor, H = (n.at(f"inverse_dynamics_{one}", state) for one in ("second_derivatives", "hessian"))
+    shape = n.function("inverse_dynamics_second_derivatives").shape
+    assert shape == (4, 12, 12)
+    size = shape[1] * shape[2]
+    summed = [sum(w * tensor[i * size + k] for i, w in enumerate(state["weights"])) for k in range(size)]
+    assert apart(summed, H) < 1e-35
+
+
+def test_second_derivatives_commute_but_for_brackets() -> None:
+    """[X_x, X_y] = X_z of the turns of a free body: H - Hᵀ is a first derivative, 0 for rates of coordinates."""
+    n = numbers("free_body")
+    pose = f"pose_{{}}:{scenes()['free_body'].bodies[-1].name}"
+    (state,) = states("free_body", pose.format("hessian"), natural=False)
+    H, slopes = n.at(pose.format("hessian"), state), n.at(pose.format("vjp"), state)
+    gap = H[4 * 6 + 3] - H[3 * 6 + 4]  # X_wx X_wy - X_wy X_wx
+    assert abs(gap) > 0.1
+    assert apart([gap], [slopes[5]]) < 1e-35
+    for row in range(3):
+        assert apart([H[row * 6 + k] for k in range(3)], [H[k * 6 + row] for k in range(3)]) < 1e-35
+
+
+@pytest.mark.usefixtures("numpy_alone")
+@pytest.mark.parametrize("name", ["two_link", "led"])
+def test_all_roads_of_all_words_are_proved_equal(name: str) -> None:
+    scene, (body, *_) = scenes()[name], scenes()[name].bodies
+    words = [word for word in OPERATORS if word not in ("_by_qi", "_by_ui", "_by_qdd", "_by_tau")]
+    wanted = [f"{one}{word}" for one in DYNAMICS for word in words]
+    wanted += [f"pose{word}:{body.name}" for word in words if word != "_by_qd"]
+    assert certify(scene, [*wanted, "inverse_dynamics_by_qdd", "forward_dynamics_by_tau"]).passed
+
+
+@pytest.mark.usefixtures("numpy_alone")
+@pytest.mark.parametrize("word", ["_derivatives", "_hessian_vector"])
+def test_all_roads_are_proved_equal_for_balls_loads_and_friction(word: str) -> None:
+    assert certify(scenes()["loaded"], [f"inverse_dynamics{word}"]).passed
+
+
+# What it costs
+
+
+@pytest.mark.parametrize(("name", "inverse", "forward"), [("arm7", 2.5, 2.75), ("puma560", 2.5, 2.75)])
+def test_a_product_with_derivatives_costs_little_more_than_the_function(
+    name: str, inverse: float, forward: float
+) -> None:
+    scene = read(EXAMPLES / f"{name}.toml")
+    for request, most in (("inverse_dynamics", inverse), ("forward_dynamics", forward), ("kinetic_energy", 3.0)):
+        alone, *products = (
+            state_dependent_counts(formulate(scene, [request + word]).functions[0]).multiplications
+            for word in ("", "_jvp", "_vjp")
+        )
+        assert max(products) <= most * alone, (request, alone, products)
+
+
+def test_a_long_chain_solves_as_its_forward_dynamics_does() -> None:
+    """Products with derivatives share the articulated inertias, and are what inverse dynamics says."""
+    w = Workspace(chain(17))
+    alone, jvp, vjp = (
+        state_dependent_counts(derive_one(w, f"forward_dynamics{word}")).multiplications
+        for word in ("", "_jvp", "_vjp")
+    )
+    assert max(jvp, vjp) <= 3 * alone
+    assert derive_one(w, "forward_dynamics").formulation == "aba"
+    assert derive_one(w, "forward_dynamics_jvp").formulation == "solved"
+
+
+# What is told
+
+
+def test_arguments_and_columns_are_named() -> None:
+    function = derive(scenes()["free_body"], ["inverse_dynamics_hessian_vector"]).functions[0]
+    assert [one.name for one in function.arguments] == ["q", "qd", "qdd", "weights", "dq", "dqd", "dqdd"]
+    by_name = {one.name: one for one in function.arguments}
+    assert by_name["dq"].units == ("m",) * 3 + ("rad",) * 3
+    assert by_name["dq"].text == "direction of the positions, along the velocities"
+    assert "moved frame" in by_name["dq"].names
+    assert by_name["weights"].shape == (6,)
+    assert function.labels[0][:4] == ("along flight_vx", "along flight_vy", "along flight_vz", "along flight_wx")
+
+
+def test_one_number_needs_no_weights() -> None:
+    function = derive(scenes()["two_link"], ["kinetic_energy_hessian"]).functions[0]
+    assert [one.name for one in function.arguments] == ["q", "qd", "params"]
+    assert function.shape == (4, 4)
+    assert "weight" not in function.text
+
+
+@pytest.mark.parametrize(
+    ("request_", "message"),
+    [
+        ("kinetic_energy_by_qdd", "kinetic_energy takes q, qd; it has no derivatives by qdd"),
+        ("prescribed_motion_derivatives", "prescribed_motion takes nothing; it has no derivatives by that"),
+        ("prescribed_motion_jvp", "prescribed_motion takes nothing"),
+        (
+            "inverse_dynamics_by_mass",
+            "two_link: mass is neither an argument .* nor a parameter of the scene; there are m1",
+        ),
+        ("inverse_dynamic_jvp", "NAME_jvp, NAME_vjp, NAME_hessian_vector"),
+        ("pose_jvp", "pose_jvp needs a point; write pose_jvp:NAME"),
+        ("inverse_dynamics_jvp:tool", "is about the whole scene"),
+    ],
+)
+def test_what_there_is_not_is_told(request_: str, message: str) -> None:
+    with pytest.raises(DerivationError, match=message):
+        derive(scenes()["two_link"], [request_])
+
+
+def test_a_scene_without_parameters_says_how_to_name_some() -> None:
+    with pytest.raises(DerivationError, match="free_body has no named parameter to differentiate by"):
+        derive(scenes()["free_body"], ["inverse_dynamics_by_parameters"])
+
+
+def test_a_large_tensor_is_refused_with_what_would_work() -> None:
+    scene = read(EXAMPLES / "quadruped.toml")
+    with pytest.raises(DerivationError, match=r"18 x 54 x 54 = 52488 entries.*ask for inverse_dynamics_hessian"):
+        derive(scene, ["inverse_dynamics_second_derivatives"])
+
+
+@pytest.mark.parametrize("word", ["_derivatives", "_jvp"])
+def test_closed_scenes_have_derivatives_of_what_is_a_function_of_the_full_state(word: str) -> None:
+    scene = read(EXAMPLES / "four_bar.toml")
+    assert derive(scene, [f"constraint_residual{word}"]).functions[0].entries
+    assert derive(scene, [f"mass_matrix{word}"]).functions[0].name == f"tree_mass_matrix{word}"
+
+
+# Zeros
+
+
+def test_a_parameter_that_is_zero_has_a_slope() -> None:
+    """Its formulas are derived as if it had none, and the zero is put in afterwards."""
+    scene = read(EXAMPLES / "two_link.toml")
+    zero = replace(
+        scene,
+        parameters=tuple(replace(p, value=symdyn.scene.number(0)) if p.name == "h1" else p for p in scene.parameters),
+    )
+    call, other = (symdyn.lambdify(one, "potential_energy_by_h1") for one in (scene, zero))
+    q, known = [0.3, 0.4], [2.0, 3.0, 0.0, 1.0, 9.81]
+    assert other(q, [2.0, 3.0, 1.0, 9.81]) == pytest.approx(call(q, known))
+    assert abs(call(q, known)).max() > 1
+
+
+def test_a_parameter_that_bind_has_taken_away_is_told() -> None:
+    scene = bind(read(EXAMPLES / "two_link.toml"), {"h1": 0})
+    with pytest.raises(DerivationError, match="h1 is zero and stands in no formula any more"):
+        derive(scene, ["kinetic_energy_by_h1"])
+    function = derive(scene, ["kinetic_energy_by_parameters"]).functions[0]
+    assert function.labels[1] == ("m1", "m2", "h2", "g")
+    assert function.text.endswith("; without h1, zero and in no formula any more")
+
+
+# Kinks
+
+RUBBING = """
+name = "rubbing"
+[bodies.block]
+mass = 1
+[joints.rail]
+type = "prismatic"
+parent = "ground"
+child = "block"
+axis = [1, 0, 0]
+coordinate = "x"
+friction = { coulomb = 2 }
+force = "-3*abs(x_dot)*x_dot - x_dot*sqrt(x_dot**2)"
+"""
+
+
+def test_a_kink_is_told_and_an_ideal_sign_has_no_forward_dynamics() -> None:
+    scene = read_text(RUBBING, "rubbing.toml")
+    function = derive(scene, ["inverse_dynamics_derivatives"]).functions[0]
+    assert "one-sided where a sign or an absolute value turns over, of x_dot" in function.text
+    assert "no number (NaN) where a root vanishes, of x_dot" in function.text
+    assert "one-sided" not in derive(scene, ["inverse_dynamics_by_q"]).functions[0].text
+    assert "one-sided" not in derive(scene, ["inverse_dynamics_by_qdd"]).functions[0].text
+    with pytest.raises(DerivationError, match="ideal sign"):
+        derive(scene, ["forward_dynamics_derivatives"])
+
+
+def test_beside_a_kink_derivatives_are_those_of_its_side() -> None:
+    call = symdyn.lambdify(read_text(RUBBING, "rubbing.toml"), "inverse_dynamics_by_qd")
+    for side in (1.0, -1.0):
+        assert call([0.0], [side * 1e-9], [0.0])[0, 0] == pytest.approx(8e-9, rel=1e-6)
