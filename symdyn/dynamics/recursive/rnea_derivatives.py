@@ -19,7 +19,7 @@ and with all of them walked into frame j
     ∂f_j/∂r̈_i = A·S_j    ∂f_j/∂ṙ_i = F₁·S_j              ∂f_j/∂r_i = F₀·S_j
                           ∂f_i/∂ṙ_j = G·S_j + 2 A·S'_j    ∂f_i/∂r_j = G·S'_j + A·S"_j
 
-f_i is the force of move i, r_i, ṙ_i, r̈_i are its position, rate and acceleration. Where laws of motion are the same in
+f_i is the force of move i, r_i, ṙ_i, r̈_i are its position, rate and acceleration. Since laws of motion are the same in
 all frames that glide, v(r) may count from any point's velocity: here from that of the origin, so that the origin's own
 appears nowhere. An origin that moves back by p, and is slower by u, has
 
@@ -31,6 +31,10 @@ rise that is nearer to the ground, where all that it brings goes next.
 Where several moves share one joint that is described by velocities of its own (a ball, a free body), they are one
 block: S is constant in the frame of its last move, what is below is the parent's motion, and the sum of S' and of the
 rate of S stands for 2 S' in F₁ and beside A.
+
+Two things may be spared on the way inwards. What comes into a run of parallel axes from outside may keep its axes: S',
+S" and the ways of all joints of the run are the same there for all that come in, most of them already known. And the
+joint on the ground may be seen from frames further out, for its S moves out more cheaply than A, G, F₁ and F₀ move in.
 """
 
 from __future__ import annotations
@@ -39,27 +43,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from symdyn.dynamics.recursive.lean_tree import LeanTree
-from symdyn.dynamics.recursive.links import Link, PlanarTurn, Turn
-from symdyn.dynamics.recursive.moments import Moments
+from symdyn.dynamics.recursive.links import Link, PlanarTurn
 from symdyn.dynamics.recursive.rnea import LinkMotion, balance, carried, moving
-from symdyn.graph import Expr
-from symdyn.spatial import (
-    Mat,
-    Vec,
-    add,
-    add_matrices,
-    apply,
-    cross,
-    dot,
-    neg,
-    scale,
-    sub,
-    transpose,
-    zero_vector,
+from symdyn.dynamics.recursive.variations import (
+    Brought,
+    Subspace,
+    Twist,
+    Way,
+    body_alone,
+    bracket,
+    cross_z,
+    plus,
+    work,
 )
-
-Twist = tuple[Vec, Vec]
-"""Angular and linear part; of a wrench moment and force."""
+from symdyn.graph import Expr
+from symdyn.spatial import Vec, add, apply, cross, dot, neg, scale, sub, zero_vector
 
 Pair = tuple[int, int]
 
@@ -81,88 +79,14 @@ class MoveDerivatives:
     by_acceleration: dict[Pair, Expr] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class _Way:
-    """How an origin moves back: by p, and twice the velocity u of the old one as seen from the new one."""
-
-    p: Vec
-    u: Vec
-
-
-@dataclass(frozen=True)
-class _Subspace:
-    """S, S', S" of one move, and 2 S' or what stands for it in a block; see the module's legend."""
-
-    own: Twist
-    first: Twist
-    second: Twist
-    twice: Twist
-
-
-@dataclass(frozen=True)
-class _Brought:
-    """What a move brings to those that carry it, in the frame at hand: wrenches A, F₁ and F₀, and the couple G."""
-
-    A: Twist
-    G: Vec
-    F1: Twist
-    F0: Twist
-
-    def moved(self, way: _Way) -> _Brought:
-        """Return it about an origin that has moved back."""
-        A, F1, F0 = ((add(n, cross(way.p, f)), f) for n, f in (self.A, self.F1, self.F0))
-        return _Brought(A, add(self.G, cross(way.u, self.A[1])), F1, F0)
-
-    def turned(self, turn: Turn) -> _Brought:
-        """Return it in axes from which `turn` leads here."""
-        A, F1, F0 = ((turn.back(n), turn.back(f)) for n, f in (self.A, self.F1, self.F0))
-        return _Brought(A, turn.back(self.G), F1, F0)
-
-
-@dataclass(frozen=True)
-class _Composite:
-    """Bodies beyond a joint as one; see the module's legend."""
-
-    body: Moments
-    P: Mat
-    momentum: Vec
-
-    def __add__(self, other: _Composite) -> _Composite:
-        P, l = add_matrices(self.P, other.P), add(self.momentum, other.momentum)  # noqa: E741
-        return _Composite(self.body + other.body, P, l)
-
-    def moved(self, way: _Way) -> _Composite:
-        """Return it about an origin that has moved back."""
-        h, P, l = self.body.h, self.P, add(self.momentum, scale(self.body.m, way.u))  # noqa: E741
-        rows = [tuple(P[r][c] + way.p[r] * l[c] + h[r] * way.u[c] for c in range(3)) for r in range(3)]
-        return _Composite(self.body.shifted(way.p), (rows[0], rows[1], rows[2]), l)  # type: ignore[arg-type]
-
-    def turned(self, turn: Turn) -> _Composite:
-        """Return it in axes from which `turn` leads here."""
-        body = Moments(self.body.m, turn.back(self.body.h), turn.tensor_back(self.body.J))
-        return _Composite(body, _turned(turn, self.P), turn.back(self.momentum))
-
-    def inertia(self, d: Twist) -> Twist:
-        """Return I d: angular momentum about the origin, momentum."""
-        (w, v), (m, h, J) = d, (self.body.m, self.body.h, self.body.J)
-        return add(_less_trace(J, w), cross(h, v)), add(scale(m, v), cross(w, h))
-
-    def coriolis(self, w: Vec) -> Twist:
-        """Return 2 B d for the angular part of d."""
-        return _less_trace(transpose(self.P), w), cross(w, self.momentum)
-
-    def brought(self, S: _Subspace, wrench: Twist) -> _Brought:
-        """Return what a move brings, at its own origin."""
-        (w, v), (n, f) = S.own, wrench
-        G = add(_less_trace(self.P, w), cross(self.momentum, v))
-        F1 = _plus(self.coriolis(w), self.inertia(S.twice))
-        acting = (add(cross(w, n), cross(v, f)), cross(w, f))
-        return _Brought(
-            self.inertia(S.own), G, F1, _plus(_plus(self.coriolis(S.first[0]), self.inertia(S.second)), acting)
-        )
-
-
-def rnea_derivatives(tree: LeanTree, qd: Sequence[Expr], qdd: Sequence[Expr], gravity: bool = True) -> MoveDerivatives:
+def rnea_derivatives(
+    tree: LeanTree,
+    qd: Sequence[Expr],
+    qdd: Sequence[Expr],
+    gravity: bool = True,
+    leaping: bool = False,
+    far: int = 0,
+) -> MoveDerivatives:
     """Return the derivatives of the forces that bodies need, before they are gathered on the velocities.
 
     Args:
@@ -170,178 +94,182 @@ def rnea_derivatives(tree: LeanTree, qd: Sequence[Expr], qdd: Sequence[Expr], gr
         qd: velocities, shape (n,).
         qdd: their rates, shape (n,).
         gravity: whether gravity acts.
+        leaping: keep axes in runs of parallel axes.
+        far: from how many frames further out a joint on the ground is seen.
     """
-    motion, rise, shift = _motions(tree, qd, qdd, gravity)
-    S: dict[int, _Subspace] = {}
-    for block in tree.block:
-        S |= _subspaces(tree, block, motion, rise, shift) if block else {}
-    wrench = [balance(body, moved) for body, moved in zip(tree.body, motion, strict=True)]
-    beyond = [_composite(body, moved) for body, moved in zip(tree.body, motion, strict=True)]
-    found = MoveDerivatives()
-    for i in tree.inward():
-        p, link = tree.parent[i], tree.link[i]
-        foot, (n, f) = beyond[i].moved(rise[i]), wrench[i]
-        alone = len(tree.block[i]) == 1
-        here = (foot, (add(n, cross(rise[i].p, f)), f)) if alone else (beyond[i], wrench[i])
-        for k in tree.block[i]:
-            found.forces[k] = _work(here[1], S[k].own)
-            _enter(tree, found, k, i, here[0].brought(S[k], here[1]), S, rise, shift)
-        wrench[p] = _plus(wrench[p], link.wrench_back(*wrench[i]))
-        if p:
-            for turn in reversed(link.turns):
-                foot = foot.turned(turn)
-            beyond[p] = beyond[p] + foot.moved(shift[i])
-    return found
+    return _Recursion(tree, 2, leaping).run(qd, qdd, gravity, far)
 
 
-def _motions(
-    tree: LeanTree, qd: Sequence[Expr], qdd: Sequence[Expr], gravity: bool
-) -> tuple[list[LinkMotion], list[_Way], list[_Way]]:
-    """Return the motion of every frame, as `rnea` has it, and the ways along its rise and its shift."""
-    still, zero = zero_vector(tree.graph), tree.graph.zero
-    rate, acceleration, ends = tree.rates(qd), tree.accelerations(qd, qdd), tree.ends
-    motion = [moving(still, still, neg(tree.gravity) if gravity else still)]
-    rise, shift = [_Way(still, still)], [_Way(still, still)]
-    for i in tree.outward():
-        below, link, slides = motion[tree.parent[i]], tree.link[i], tree.slides[i]
-        motion.append(carried(below, link, slides, rate[i], acceleration[i], ends[i]))
-        up = (zero, zero, link.rise)
-        x, y, z = cross(_twice(motion[i].w), up)
-        rise.append(_Way(up, (x, y, z + rate[i] * 2) if slides else (x, y, z)))
-        shift.append(_Way(link.shift, cross(_twice(below.w), link.shift)))
-    return motion, rise, shift
+def halves_by_rate(tree: LeanTree, qd: Sequence[Expr], leaping: bool = False, far: int = 0) -> MoveDerivatives:
+    """Return half of the derivatives by rates, and the mass matrix of the moves: nothing is doubled for them."""
+    found = _Recursion(tree, 1, leaping).run(qd, [tree.graph.zero] * len(qd), False, far)
+    return MoveDerivatives(by_rate=found.by_rate, by_acceleration=found.by_acceleration)
 
 
-def _subspaces(
-    tree: LeanTree, block: Sequence[int], motion: Sequence[LinkMotion], rise: Sequence[_Way], shift: Sequence[_Way]
-) -> dict[int, _Subspace]:
-    """Return S and what becomes of it of every move of a block: at the foot of its rise, or (several) in its end."""
-    zero, one = tree.graph.zero, tree.graph.one
-    still, z = zero_vector(tree.graph), (zero, zero, one)
-    last = block[-1]
-    if len(block) == 1:
-        moved, below, link = motion[last], motion[tree.parent[last]], tree.link[last]
-        across, twice = _cross_z(moved.w), _cross_z(_twice(moved.w))
+@dataclass(frozen=True)
+class _Recursion:
+    """The motion of a tree, and what is found.
+
+    Attributes:
+        tree: the mechanism.
+        times: 2, or 1 where what stands for twice of a velocity is to stand for itself.
+        leaping: as for `rnea_derivatives`.
+        motion: of every frame, as `rnea` has it.
+        rise, shift: the ways of every frame's origin: back along its rise, and on along its shift to the parent's.
+        S: of every move, at the foot of its rise or, in a block of several, in the frame at its end.
+        ground: by frames not far from the ground: the joint on the ground that carries them, as they see it.
+    """
+
+    tree: LeanTree
+    times: int
+    leaping: bool
+    motion: list[LinkMotion] = field(default_factory=list)
+    rise: list[Way] = field(default_factory=list)
+    shift: list[Way] = field(default_factory=list)
+    S: dict[int, Subspace] = field(default_factory=dict)
+    ground: dict[int, tuple[int, Subspace]] = field(default_factory=dict)
+
+    def run(self, qd: Sequence[Expr], qdd: Sequence[Expr], gravity: bool, far: int) -> MoveDerivatives:
+        """Return the derivatives: motion outwards, then what each move brings inwards."""
+        tree, found = self.tree, MoveDerivatives()
+        self._move(qd, qdd, gravity)
+        for block in filter(None, tree.block):
+            self.S.update(self._alone(block[0]) if len(block) == 1 else self._together(block))
+        self._see_the_ground(far)
+        wrench = [balance(body, moved) for body, moved in zip(tree.body, self.motion, strict=True)]
+        beyond = [body_alone(body, self._spin(i)) for i, body in enumerate(tree.body)]
+        for i in tree.inward():
+            p, (n, f), foot = tree.parent[i], wrench[i], beyond[i].moved(self.rise[i])
+            acting, bodies = ((add(n, cross(self.rise[i].p, f)), f), foot) if self._plain(i) else (wrench[i], beyond[i])
+            for k in tree.block[i]:
+                found.forces[k] = work(acting, self.S[k].own)
+                self._enter(found, k, i, bodies.brought(self.S[k], acting))
+            wrench[p] = plus(wrench[p], tree.link[i].wrench_back(n, f))
+            if p:
+                for turn in reversed(tree.link[i].turns):
+                    foot = foot.turned(turn)
+                beyond[p] = beyond[p] + foot.moved(self.shift[i])
+        return found
+
+    def _plain(self, i: int) -> bool:
+        """Tell whether move i is no part of a block of several."""
+        return len(self.tree.block[i]) == 1
+
+    def _spin(self, i: int) -> Vec:
+        """Return twice the angular velocity of frame i."""
+        return scale(self.times, self.motion[i].w)
+
+    def _move(self, qd: Sequence[Expr], qdd: Sequence[Expr], gravity: bool) -> None:
+        """Find the motion of every frame, and the ways."""
+        tree, still, zero = self.tree, zero_vector(self.tree.graph), self.tree.graph.zero
+        rate, acceleration, ends = tree.rates(qd), tree.accelerations(qd, qdd), tree.ends
+        self.motion.append(moving(still, still, neg(tree.gravity) if gravity else still))
+        self.rise.append(Way(still, still))
+        self.shift.append(Way(still, still))
+        for i in tree.outward():
+            p, link, slides = tree.parent[i], tree.link[i], tree.slides[i]
+            self.motion.append(carried(self.motion[p], link, slides, rate[i], acceleration[i], ends[i]))
+            up = (zero, zero, link.rise)
+            sliding = (zero, zero, rate[i] * self.times if slides else zero)
+            self.rise.append(Way(up, add(cross(self._spin(i), up), sliding)))
+            self.shift.append(Way(link.shift, cross(self._spin(p), link.shift)))
+
+    def _alone(self, i: int) -> dict[int, Subspace]:
+        """Return S of a turn or slide, and what becomes of it, at the foot of its rise."""
+        zero, one, still = self.tree.graph.zero, self.tree.graph.one, zero_vector(self.tree.graph)
+        moved, below, link, z = self.motion[i], self.motion[self.tree.parent[i]], self.tree.link[i], (zero, zero, one)
+        across, twice = cross_z(moved.w), cross_z(self._spin(i))
         column = (moved.U[0][2], moved.U[1][2], moved.U[2][2])
-        if tree.slides[last]:
-            return {last: _Subspace((still, z), (still, across), (still, column), (still, twice))}
+        if self.tree.slides[i]:
+            return {i: Subspace((still, z), (still, across), (still, column), (still, twice))}
         foot = link.out(add(below.a, apply(below.U, link.shift)))
-        return {last: _Subspace((z, still), (across, still), (column, _cross_z(foot)), (twice, still))}
-    below, v = motion[tree.parent[block[0]]], still  # as if the joint were locked; v as seen from the origin
-    S: dict[int, Twist] = {}
-    for i in block:
-        link = tree.link[i]
-        before, below = below, carried(below, link, tree.slides[i], zero, zero, False)
-        v = link.out(add(v, sub(cross(before.w, link.shift), _half(shift[i].u))))
-        v = add(v, sub(cross(below.w, rise[i].p), _half(rise[i].u)))
-        S = {k: _out(link, twist) for k, twist in S.items()}
-        S[i] = (still, z) if tree.slides[i] else (z, still)
-    locked, rate = (below.w, v), (motion[last].w, still)
-    spatial = (below.dw, sub(below.a, cross(below.w, v)))
-    found = {}
-    for k, own in S.items():
-        first = _bracket(locked, own)
-        second = _plus(_bracket(spatial, own), _bracket(locked, first))
-        found[k] = _Subspace(own, first, second, _plus(first, _bracket(rate, own)))
-    return found
+        return {i: Subspace((z, still), (across, still), (column, cross_z(foot)), (twice, still))}
+
+    def _together(self, block: Sequence[int]) -> dict[int, Subspace]:
+        """Return S of every move of a block, and what becomes of it, in the frame of its last."""
+        tree, still = self.tree, zero_vector(self.tree.graph)
+        zero, one = tree.graph.zero, tree.graph.one
+        part, z = one / self.times, (zero, zero, one)
+        below, v = self.motion[tree.parent[block[0]]], still  # as if the joint were locked; v as seen from the origin
+        S: dict[int, Twist] = {}
+        for i in block:
+            link, up = tree.link[i], self.rise[i]
+            v = link.out(add(v, sub(cross(below.w, link.shift), scale(part, self.shift[i].u))))
+            below = carried(below, link, tree.slides[i], zero, zero, False)
+            v = add(v, sub(cross(below.w, up.p), scale(part, up.u)))
+            S = {k: _out(link, twist) for k, twist in S.items()}
+            S[i] = (still, z) if tree.slides[i] else (z, still)
+        locked, rate = (below.w, v), (self.motion[block[-1]].w, still)
+        spatial = (below.dw, sub(below.a, cross(below.w, v)))
+        found = {}
+        for k, own in S.items():
+            first = bracket(locked, own)
+            second = plus(bracket(spatial, own), bracket(locked, first))
+            turned, slid = plus(first, bracket(rate, own))
+            half = one * self.times / 2
+            found[k] = Subspace(own, first, second, (scale(half, turned), scale(half, slid)))
+        return found
+
+    def _see_the_ground(self, far: int) -> None:
+        """Find how a joint on the ground looks from up to `far` frames further out."""
+        tree, depth = self.tree, [0] * len(self.tree.parent)
+        for i in tree.outward():
+            p = tree.parent[i]
+            depth[i] = depth[p] + 1
+            if not p or not self._plain(p) or not self._plain(i) or depth[i] > far + 1:
+                continue
+            carrier = (p, self.S[p]) if not tree.parent[p] else self.ground.get(p)
+            if carrier:
+                joint, S = carrier[0], carrier[1].before(self.rise[p]).before(self.shift[i])
+                for turn in tree.link[i].turns:
+                    S = S.out(turn)
+                self.ground[i] = joint, S
+
+    def _enter(self, found: MoveDerivatives, k: int, last: int, now: Brought) -> None:
+        """Read what move k brings, where its block ends, to itself and to all that carry it."""
+        tree, upright = self.tree, PlanarTurn(2, self.tree.graph.one, self.tree.graph.zero)
+        j, held, entered, done = last, upright, False, False  # held: turn from the axes of what comes to those of j
+
+        def read(m: int, S: Subspace) -> None:
+            S = S if held is upright else S.out(held)
+            found.by_acceleration[k, m] = found.by_acceleration[m, k] = work(now.A, S.own)
+            if m != k or not self._plain(last):
+                found.by_rate[k, m] = dot(now.G, S.own[0]) + work(now.A, S.twice)
+                found.by_position[k, m] = dot(now.G, S.first[0]) + work(now.A, S.second)
+            if m not in tree.block[last] or self._plain(last):
+                found.by_rate[m, k] = work(now.F1, S.own)
+                found.by_position[m, k] = work(now.F0, S.own)
+
+        while j:
+            p, link, up, plain = tree.parent[j], tree.link[j], self.rise[j], self._plain(j)
+            if plain and j != last:
+                now = now.moved(up if held is upright else up.out(held))
+            for m in tree.block[j]:
+                read(m, self.S[m])
+            if j in self.ground and not done:
+                done = True
+                read(*self.ground[j])
+            if not p or (done and not tree.parent[p]):
+                return
+            if not plain:
+                now = now.moved(up)
+            turn = link.turn if held is upright else _sum(link.turn, held)
+            if self.leaping and entered and not link.fixed and plain and self._plain(p):
+                held, now = turn, now.moved(self.shift[j].out(turn))
+            else:
+                for one in (turn, *reversed(link.fixed)):
+                    now = now.turned(one)
+                held, entered, now = upright, bool(link.fixed), now.moved(self.shift[j])
+            j = p
 
 
-def _composite(body: Moments, motion: LinkMotion) -> _Composite:
-    """Return one body: P = -J ω×, l = ω × h, twice."""
-    w = _twice(motion.w)
-    return _Composite(body, (cross(w, body.J[0]), cross(w, body.J[1]), cross(w, body.J[2])), cross(w, body.h))
-
-
-def _enter(
-    tree: LeanTree,
-    found: MoveDerivatives,
-    k: int,
-    last: int,
-    now: _Brought,
-    S: dict[int, _Subspace],
-    rise: Sequence[_Way],
-    shift: Sequence[_Way],
-) -> None:
-    """Read what move k brings, at the end of its block, to itself and to all that carry it."""
-    j = last
-    while j:
-        block = tree.block[j]
-        alone = len(block) == 1
-        if alone and j != last:
-            now = now.moved(rise[j])
-        for m in block:
-            s = S[m]
-            found.by_acceleration[k, m] = found.by_acceleration[m, k] = _work(now.A, s.own)
-            if j != last or not alone:
-                found.by_rate[k, m] = dot(now.G, s.own[0]) + _work(now.A, s.twice)
-                found.by_position[k, m] = dot(now.G, s.first[0]) + _work(now.A, s.second)
-            if j != last or alone:
-                found.by_rate[m, k] = _work(now.F1, s.own)
-                found.by_position[m, k] = _work(now.F0, s.own)
-        if not tree.parent[j]:
-            break
-        if not alone:
-            now = now.moved(rise[j])
-        for turn in reversed(tree.link[j].turns):
-            now = now.turned(turn)
-        now, j = now.moved(shift[j]), tree.parent[j]
+def _sum(a: PlanarTurn, b: PlanarTurn) -> PlanarTurn:
+    """Return a turn about z and another one before it."""
+    return PlanarTurn(2, a.cos * b.cos - a.sin * b.sin, a.sin * b.cos + a.cos * b.sin)
 
 
 def _out(link: Link, twist: Twist) -> Twist:
     """Return a twist of the parent's frame in the link's own."""
     w, v = twist
     turned = link.out(w)
-    return turned, add(link.out(add(v, cross(w, link.shift))), scale(link.rise, _cross_z(turned)))
-
-
-def _twice(x: Vec) -> Vec:
-    return scale(2, x)
-
-
-def _half(x: Vec) -> Vec:
-    return scale(x[0].graph.one / 2, x)
-
-
-def _plus(a: Twist, b: Twist) -> Twist:
-    return add(a[0], b[0]), add(a[1], b[1])
-
-
-def _work(wrench: Twist, twist: Twist) -> Expr:
-    return dot(wrench[0], twist[0]) + dot(wrench[1], twist[1])
-
-
-def _bracket(a: Twist, b: Twist) -> Twist:
-    """Return a × b: the rate of a twist b that moves with a."""
-    return cross(a[0], b[0]), add(cross(a[0], b[1]), cross(a[1], b[0]))
-
-
-def _cross_z(x: Vec) -> Vec:
-    """Return x × z."""
-    return (x[1], -x[0], x[0].graph.zero)
-
-
-def _less_trace(M: Mat, w: Vec) -> Vec:
-    """Return tr(M) w - M w."""
-    return (
-        (M[1][1] + M[2][2]) * w[0] - M[0][1] * w[1] - M[0][2] * w[2],
-        (M[0][0] + M[2][2]) * w[1] - M[1][0] * w[0] - M[1][2] * w[2],
-        (M[0][0] + M[1][1]) * w[2] - M[2][0] * w[0] - M[2][1] * w[1],
-    )
-
-
-def _turned(turn: Turn, P: Mat) -> Mat:
-    """Return R P Rᵀ of a matrix that need not be symmetric: about an axis for 12 multiplications."""
-    if not isinstance(turn, PlanarTurn):
-        columns = transpose((turn.back(P[0]), turn.back(P[1]), turn.back(P[2])))  # of P Rᵀ
-        return transpose((turn.back(columns[0]), turn.back(columns[1]), turn.back(columns[2])))
-    k, i, j, c, s = turn.k, (turn.k + 1) % 3, (turn.k + 2) % 3, turn.cos, turn.sin
-    rows = [list(row) for row in P]
-    if c.is_zero:
-        rows[i][i], rows[j][j], rows[i][j], rows[j][i] = P[j][j], P[i][i], -P[j][i], -P[i][j]
-    elif not s.is_zero:
-        w = c * (P[i][i] - P[j][j]) - s * (P[i][j] + P[j][i])
-        rows[i][i], rows[j][j] = P[j][j] + c * w, P[i][i] - c * w
-        rows[i][j], rows[j][i] = P[i][j] + s * w, P[j][i] + s * w
-    rows[i][k], rows[j][k] = c * P[i][k] - s * P[j][k], s * P[i][k] + c * P[j][k]
-    rows[k][i], rows[k][j] = c * P[k][i] - s * P[k][j], s * P[k][i] + c * P[k][j]
-    return (tuple(rows[0]), tuple(rows[1]), tuple(rows[2]))  # type: ignore[return-value]
+    return turned, add(link.out(add(v, cross(w, link.shift))), scale(link.rise, cross_z(turned)))

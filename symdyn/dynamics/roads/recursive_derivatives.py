@@ -20,8 +20,8 @@ Reference: Carpentier and Mansard, Analytical derivatives of rigid body dynamics
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import chain
+from collections.abc import Callable, Sequence
+from itertools import chain, product
 from operator import mul
 
 from symdyn.dynamics.mechanism.cost import cost
@@ -47,7 +47,11 @@ def _beside(slopes: Slopes, along: Sequence[str]) -> list[Expr]:
 def _inverse(w: Workspace) -> Slopes:
     """Return the derivatives of inverse dynamics."""
     state = w.state
-    found = _gathered(w, rnea_derivatives(w.whole, state.qd, state.qdd))
+
+    def moves(leaping: bool, far: int) -> MoveDerivatives:
+        return rnea_derivatives(w.whole, state.qd, state.qdd, leaping=leaping, far=far)
+
+    found = _gathered(w, _cheapest(w, moves))
     rest = [sum(parts[1:], parts[0]) for parts in zip(*_beside_bodies(w), strict=True)]
     seeds = {
         "q": w.directions.along,
@@ -59,6 +63,22 @@ def _inverse(w: Workspace) -> Slopes:
             for k, slope in enumerate(tangents(rest, seed)):
                 matrix[k][m] = matrix[k][m] + slope
     return found
+
+
+COUNTED = 16
+"""Velocities up to which the variants of the recursion are compared by counting."""
+
+
+def _cheapest(w: Workspace, moves: Callable[[bool, int], MoveDerivatives]) -> MoveDerivatives:
+    """Return the variant of the recursion that costs least; see `rnea_derivatives`."""
+    if w.state.n > COUNTED:
+        return moves(True, 1)
+    state = (*w.state.q, *w.state.qd, *w.state.qdd)
+
+    def price(one: MoveDerivatives) -> int:
+        return cost(chain(*(kind.values() for kind in (one.by_position, one.by_rate, one.by_acceleration))), state)
+
+    return min((moves(*choices) for choices in product((False, True), (0, 1, 2))), key=price)
 
 
 def _beside_bodies(w: Workspace) -> list[list[Expr]]:
