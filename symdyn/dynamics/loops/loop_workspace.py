@@ -11,8 +11,10 @@ from symdyn.dynamics.loops.constraint_rows import Constraints, differentiated, r
 from symdyn.dynamics.loops.manifold import Manifold, Solve
 from symdyn.dynamics.loops.partition import Partition
 from symdyn.dynamics.loops.reduction import (
+    AllRows,
     Reduction,
     all_by_normal_equations,
+    all_rows,
     reduction,
     solve_dependent,
     solve_transposed,
@@ -206,25 +208,32 @@ class LoopWorkspace:
         size = len(self.motion.independent)
         return factored(self.w.graph, range(-1, size), self.motion.mass(self.w.composite_mass) if size else [])
 
+    @cached_property
+    def _all_rows(self) -> AllRows:
+        """M, the kept rows and those of prescribed motions, factored once."""
+        w = self.w
+        units = [[w.graph.one if i == k else w.graph.zero for i in range(w.state.n)] for k in w.prescribed.place]
+        return all_rows(w.composite_mass, [*self.G(self.recursive), *units])
+
     def solved(
-        self, rest: Sequence[Expr], gamma: Sequence[Expr], given: Sequence[Expr] = ()
+        self, rest: Sequence[Expr], gamma: Sequence[Expr], given: Sequence[Expr] = (), together: bool = False
     ) -> tuple[list[Expr], list[Expr]]:
         """Return x, shape (nv,), as `given` (zero) where a motion is prescribed, and λ of the kept rows, by recursion.
 
-        What is solved often shares its factors; `rest` is of shape (nv,), `gamma` of shape (kept rows,).
+        What is solved often shares its factors: of a partition, or of all rows `together`, where every partition fails
+        somewhere. `rest` is of shape (nv,), `gamma` of shape (kept rows,).
         """
-        w, decisions, G, zero = self.w, self.decisions, self.G(self.recursive), self.w.graph.zero
+        w, partition, G, zero = self.w, self.decisions.partition, self.G(self.recursive), self.w.graph.zero
         M, n, place = w.composite_mass, range(w.state.n), w.prescribed.place
         led = given or [zero] * len(place)
-        if decisions.fails:
-            units = [[w.graph.one if i == k else zero for i in n] for k in place]
-            x, found = with_multipliers(M, [*G, *units], [*gamma, *(-one for one in led)], rest)
+        if together:
+            x, found = self._all_rows.solve(rest, [*gamma, *(-one for one in led)])
             return x, found[: len(G)]
-        fixed = solve_dependent(G, decisions.partition, [-one for one in gamma])
+        fixed = solve_dependent(G, partition, [-one for one in gamma])
         whole = Reduction(self.reduction.independent, self.reduction.T, tuple(fixed.get(k, zero) for k in n))
         motion = whole.led(place, led)
         left = [one - w.graph.total(M[k][j] * motion.s[j] for j in n) for k, one in enumerate(rest)]
         free = [row[0] for row in self._factored.solve([[one] for one in motion.gathered(left)])]
         x = motion.spread(free)
         excess = [w.graph.total(M[k][j] * x[j] for j in n) - one for k, one in enumerate(rest)]
-        return x, solve_transposed(G, decisions.partition, excess)
+        return x, solve_transposed(G, partition, excess)

@@ -28,7 +28,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics.loops.partition import Partition
-from symdyn.dynamics.mechanism.ldl import solve
+from symdyn.dynamics.mechanism.ldl import Factored, factored, solve
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph
 
@@ -228,6 +228,45 @@ def _schur(A: list[list[Expr]], G: Matrix, gamma: Sequence[Expr], rest: list[Exp
     right = [-gamma[i] - _product(G[i], free) for i in m]
     found = solve(range(-1, len(G)), S, right)
     return [x + graph.total(found[i] * pulled[i][k] for i in m) for k, x in enumerate(free)], found
+
+
+@dataclass(frozen=True)
+class AllRows:
+    """The same for many right sides: A = M, or M + Gᵀ G where that is singular, and G A⁻¹ Gᵀ, both factored."""
+
+    A: Factored
+    G: Matrix
+    pulled: list[list[Expr]]
+    S: Factored
+    shifts: bool
+
+    def solve(self, rest: Sequence[Expr], gamma: Sequence[Expr]) -> tuple[list[Expr], list[Expr]]:
+        """Return x and λ of M x = rest + Gᵀ λ, G x = -gamma."""
+        graph, pairs = self.A.graph, list(zip(self.G, gamma, strict=True))
+        if self.shifts:
+            rest = [one - graph.total(row[i] * c for row, c in pairs) for i, one in enumerate(rest)]
+        free = [row[0] for row in self.A.solve([[one] for one in rest])]
+        found = [row[0] for row in self.S.solve([[-c - _product(row, free)] for row, c in pairs])]
+        carried = list(zip(found, self.pulled, strict=True))
+        x = [one + graph.total(y * column[k] for y, column in carried) for k, one in enumerate(free)]
+        return x, found
+
+
+def all_rows(M: Matrix, G: Matrix) -> AllRows:
+    """Return M and G factored; Singular where even all rows leave something undetermined."""
+    n, graph = range(len(M)), M[0][0].graph
+
+    def tried(A: list[list[Expr]], shifts: bool) -> AllRows:
+        of_A = factored(graph, range(-1, len(A)), A)
+        columns = of_A.solve([[row[i] for row in G] for i in n]) if G else []
+        pulled = [[row[k] for row in columns] for k in range(len(G))]
+        S = factored(graph, range(-1, len(G)), [[_product(row, one) for one in pulled] for row in G])
+        return AllRows(of_A, G, pulled, S, shifts)
+
+    try:
+        return tried([list(row) for row in M], False)
+    except DerivationError:
+        return tried([[M[i][j] + graph.total(row[i] * row[j] for row in G) for j in n] for i in n], True)
 
 
 def _product(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:

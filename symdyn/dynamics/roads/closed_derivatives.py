@@ -130,22 +130,28 @@ def _equations(w: Workspace, forces: Sequence[Expr], rows: Constraints) -> list[
     return [*motion, *loops.gains(rows, loops.gamma(rows))]
 
 
-def _solution(w: Workspace) -> tuple[list[Expr], list[Expr]]:
+def _solution(w: Workspace, way: str) -> tuple[list[Expr], list[Expr]]:
     """Return u̇ and λ, of factors that their derivatives share."""
     _ = w.once(closed.forward)  # tells what moves no mass
     rest = [tau - h for tau, h in zip(w.state.tau, w.forces(w.still), strict=True)]
-    return w.loops.solved(rest, w.loops.gamma(w.loops.recursive), w.prescribed.acceleration)
+    gamma = w.loops.gamma(w.loops.recursive)
+    return w.loops.solved(rest, gamma, w.prescribed.acceleration, _together(w, way))
+
+
+def _together(w: Workspace, way: str) -> bool:
+    """Whether all rows are taken at once: where a partition fails, which directions along the manifold need anyway."""
+    return w.loops.decisions.fails and way == "free"
 
 
 def implicit(w: Workspace, way: str, *along: str) -> list[tuple[list[Expr], list[Expr]]]:
     """Return δu̇ and δλ of every column, by differentiating the equations of motion before they are solved."""
-    loops, n = w.loops, w.state.n
-    accelerations, multipliers = w.once(_solution)
+    n, together = w.state.n, _together(w, way)
+    accelerations, multipliers = w.once(_solution, way)
     known = dict(zip((*w.state.qdd, *multiplier_symbols(w)), (*accelerations, *multipliers), strict=True))
     entries = w.once(equations)
     sides = [tangents(entries, one) for one in WAYS[way](w, "implicit", along)]
     moved = [substitute(one, known) for one in sides]
-    found = [loops.solved([-x for x in one[:n]], one[n:]) for one in moved]
+    found = [w.loops.solved([-x for x in one[:n]], one[n:], together=together) for one in moved]
     for k, (pulled, _) in enumerate(found[-n:] if along[-1] == "tau" else ()):  # symmetric in fact: one of each pair
         for j in range(k):
             pulled[j] = found[j - n][0][k]
