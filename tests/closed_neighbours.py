@@ -13,6 +13,7 @@ from typing import Any
 from symdyn.algebra.big import BigFloats
 from symdyn.dynamics import LoopChoices, Workspace
 from symdyn.dynamics.loops.constraint_rows import Constraints
+from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.dynamics.roads import closed_outputs
 from symdyn.graph import Expr, evaluate, reachable, tangents
@@ -98,7 +99,7 @@ class Neighbours:
     def state(self, q: Sequence[Any], v: Sequence[Any], last: Sequence[Any], argument: str) -> dict[Expr, Any]:
         """Return a state on the manifold: q closed already, v independent velocities, forces or accelerations last."""
         s = self.w.state
-        known = dict(zip(s.q, q, strict=True))
+        known = dict(zip(s.q, q, strict=True)) | {self.w.graph.symbol(TIME): self.mp.mpf("0.3")}
         self.following(s.qd, v, [], known)
         if argument == "tau":
             known |= dict(zip(s.tau, last, strict=True))
