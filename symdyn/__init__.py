@@ -7,6 +7,7 @@
     symdyn.closed_form(scene).sympy("k_z", 0, 1)            one coefficient for SymPy
     symdyn.certify(scene).passed                            derivations proved equal, code measured
     symdyn.simulate(scene, until=10)                        a trajectory; symdyn.inverse: the forces of a motion
+    symdyn.sensitivity(scene, until=10)                     d(end of a run)/d(start, parameters)
     symdyn.linearize(scene)                                 A, B, C, D and modes next to a point
     symdyn.collocation(scene, until=2, cost="F**2")         a motion that is looked for, for solvers: optimal control
     symdyn.picture(scene)                                   SVG text; symdyn.animation: HTML
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from symdyn.linear import linearize
     from symdyn.program import lower
     from symdyn.scene import Scene, read
-    from symdyn.simulation import inverse, simulate
+    from symdyn.simulation import inverse, sensitivity, simulate
     from symdyn.transcription import collocation
     from symdyn.verify import certify
 
@@ -53,6 +54,7 @@ _DOORS = {
     "lower": "symdyn.program",
     "picture": "symdyn.draw",
     "read": "symdyn.scene",
+    "sensitivity": "symdyn.simulation",
     "simulate": "symdyn.simulation",
 }
 
@@ -71,6 +73,7 @@ __all__ = [
     "lower",
     "picture",
     "read",
+    "sensitivity",
     "simulate",
 ]
 

@@ -3,6 +3,7 @@
 from symdyn.simulation.feedback.controller import Feedback, read_feedback
 from symdyn.simulation.feedback.gains import Gains
 from symdyn.simulation.forward import simulate
+from symdyn.simulation.gradients import Sensitivity, sensitivity
 from symdyn.simulation.integrate import METHODS
 from symdyn.simulation.inverse_run import inverse
 from symdyn.simulation.prescribed.forces import Forces, read_forces
@@ -16,10 +17,12 @@ __all__ = [
     "Forces",
     "Gains",
     "SceneMotion",
+    "Sensitivity",
     "Trajectory",
     "inverse",
     "read_feedback",
     "read_forces",
     "read_motion",
+    "sensitivity",
     "simulate",
 ]

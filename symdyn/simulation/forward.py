@@ -120,7 +120,7 @@ def simulate(
     for note in notes:
         _tell(say, note)
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
-    _ready(system, x)
+    ready(system, x)
     flags = tuple(k < len(stops) for k in range(len(formulas)))
     looked_for = (*flags, *(True for _ in system.ends), *(False for _ in system.limits))
 
@@ -211,7 +211,7 @@ def check_run(
     return tuple(event for event in events if event is not None), times
 
 
-def _ready(system: StateEquations, x: Array) -> None:
+def ready(system: StateEquations, x: Array) -> None:
     """Raise SimulateError where the accelerations at the start do not exist."""
     with np.errstate(all="ignore"):
         rates = system.rates(0.0, x)

@@ -1,0 +1,164 @@
+"""The flow of a system next to a motion: its rates differentiated along directions, and against covectors.
+
+    x = (q, u)      ẋ = f(t, x, p)      p named parameters
+
+    along      δẋ = ∂f/∂x δx + ∂f/∂p δp              tangents of the graph, one direction a call, or a batch
+    against    (λᵀ ∂f/∂x, λᵀ ∂f/∂p)                  the gradient of λᵀ f, one covector a call, or a batch
+    held       δ(r, G u) of rows that hold positions, and of all rows
+    turned     H(q) v
+    led        δ(position, velocity) of prescribed motions, by δp
+
+Of a closed mechanism f takes all rows at once, with multipliers. The manifold r = 0, G u = 0 is kept by its flow, so
+that what is tangent to it stays so, and no choice of independent velocities can fail on the way. Where that f does not
+exist, as masses leave something open without the rows, and where loops hold coordinates in proportion, it is that of
+the chosen velocities.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.dynamics.mechanism.prescribed import prescribed
+from symdyn.dynamics.roads.named_functions import Function
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.graph import Expr, gradient, substitute, tangents
+from symdyn.simulation.equations.compiled_routines import Calls, Compiled, argument, compiled, plain
+from symdyn.simulation.equations.system import StateEquations
+
+ALONG, AGAINST = "along", "against"
+"""The two sweeps: which of them is written, and compiled."""
+
+
+@dataclass(frozen=True)
+class Flow:
+    """The flow of a system at values, and one sweep over it.
+
+    Attributes:
+        system: the mechanism under its forces.
+        parameters: names of p.
+        calls: the functions of the module's legend.
+    """
+
+    system: StateEquations
+    parameters: tuple[str, ...]
+    calls: Calls
+
+    @property
+    def size(self) -> int:
+        """Length of x."""
+        return self.system.nq + self.system.nv
+
+    def rates(self, t: float, x: Array) -> Array:
+        """Return f, shape (nx,)."""
+        q, u = self._parts(x)
+        found: Array = self._whole(q, u, self.system.given(t, q, u), t)
+        return found[: self.size]
+
+    @property
+    def _whole(self) -> Callable[..., Array]:
+        return self.system._together if _by_rows(self.system) else self.system._rates
+
+    def along(self, t: float, x: Array, ways: Array, changes: Array) -> Array:
+        """Return δẋ, shape (k, nx), of δx, shape (k, nx), and δp, shape (k, np)."""
+        q, u = self._parts(x)
+        dq, du = (np.ascontiguousarray(part) for part in self._parts(ways))
+        found: Array = self.calls[ALONG](q, u, self.system.given(t, q, u), t, dq, du, changes)
+        return found
+
+    def against(self, t: float, x: Array, covectors: Array) -> tuple[Array, Array]:
+        """Return λᵀ ∂f/∂x, shape (k, nx), and λᵀ ∂f/∂p, shape (k, np), of λ, shape (k, nx)."""
+        q, u = self._parts(x)
+        found: Array = self.calls[AGAINST](q, u, self.system.given(t, q, u), t, covectors)
+        return found[:, : self.size], found[:, self.size :]
+
+    def slopes(self, t: float, x: Array) -> tuple[Array, Array]:
+        """Return ∂f/∂x, shape (nx, nx), and ∂f/∂p, shape (nx, np), by the sweep that there is."""
+        n, k = self.size, len(self.parameters)
+        if AGAINST in self.calls:
+            return self.against(t, x, np.eye(n))
+        ways, changes = np.eye(n + k)[:, :n], np.eye(n + k, n + max(1, k))[:, n:]
+        found = self.along(t, x, ways, changes).T
+        return found[:, :n], found[:, n:]
+
+    def held(self, x: Array, ways: Array, changes: Array) -> Array:
+        """Return how residuals, then velocities against rows, change along directions, shape (k, rows)."""
+        q, u = self._parts(x)
+        dq, du = (np.ascontiguousarray(part) for part in self._parts(ways))
+        found: Array = self.calls["held"](q, u, dq, du, changes)
+        return found
+
+    def turned(self, q: Array) -> Array:
+        """Return H, shape (nq, nv)."""
+        found: Array = self.calls["turned"](q, np.eye(self.system.nv))
+        return found.T
+
+    def led(self, changes: Array) -> Array:
+        """Return how prescribed positions, then velocities, at t = 0 change with δp, shape (k, 2 of them)."""
+        found: Array = self.calls["led"](0.0, changes)
+        return found
+
+    def _parts(self, x: Array) -> tuple[Array, Array]:
+        nq = self.system.nq
+        return x[..., :nq], x[..., nq : self.size]
+
+
+def flow(system: StateEquations, parameters: Sequence[str], sweep: str) -> Flow:
+    """Return the flow of a system with one sweep over it, compiled once for all values."""
+    made, key = system.once(_nothing), (tuple(parameters), sweep)
+    if key not in made:
+        made[key] = _written(system, key[0], sweep)
+    return Flow(system, key[0], made[key].at(system.opened.values))
+
+
+def _nothing(system: StateEquations) -> dict[tuple[tuple[str, ...], str], Compiled]:
+    return {}
+
+
+def _by_rows(system: StateEquations) -> bool:
+    """Tell whether f takes all rows at once."""
+    return bool(system.closed and not system.linear and system.together)
+
+
+def _flowing(system: StateEquations) -> Function:
+    if _by_rows(system) and system.together is not None:
+        return system.together.program["together"].function
+    return system.program["rates"].function
+
+
+def _written(system: StateEquations, parameters: tuple[str, ...], sweep: str) -> Compiled:
+    """Return the functions of the module's legend but for f."""
+    nq, nv, f = system.nq, system.nv, _flowing(system)
+    graph, entries = f.entries[0].graph, f.entries[: nq + nv]
+    w = Workspace(system.opened.scene, system.opened.closing)
+    known = {one.name: one for one in f.arguments}
+    others = [one for name, one in known.items() if name not in ("q", "qd", "tau", "t")]
+    inputs = (*known["q"].symbols, *known["qd"].symbols, *map(graph.symbol, parameters))
+    dq, du = argument(graph, "dq", nq), argument(graph, "du", nv)
+    dp = argument(graph, "dp", len(parameters)) if parameters else argument(graph, "dp", 1)
+    moving = (*dq.symbols, *du.symbols, *dp.symbols[: len(parameters)])
+    seeds = dict(zip(inputs, moving, strict=True))
+    if sweep == ALONG:
+        functions = [plain(ALONG, tangents(entries, seeds), (*f.arguments, dq, du, dp))]
+    else:
+        covector = argument(graph, "covector", nq + nv)
+        total = graph.total(x * y for x, y in zip(covector.symbols, entries, strict=True))
+        functions = [plain(AGAINST, gradient(total, inputs), (*f.arguments, covector))]
+    v = argument(graph, "v", nv)
+    rates = substitute(substitute(w.state.rates, {}, graph), dict(zip(known["qd"].symbols, v.symbols, strict=True)))
+    functions.append(plain("turned", rates, (known["q"], *others, v)))
+    rows: list[Expr] = []
+    if system.rows:
+        residual = system.program["constraint_residual"].function.entries
+        rows = [*(one for one in residual if not one.is_zero), *system.program["row_rates"].function.entries]
+        changing = tangents(substitute(rows, {}, graph), seeds)
+        functions.append(plain("held", changing, (known["q"], known["qd"], *others, dq, du, dp)))
+    motion = prescribed(w.scene, graph)
+    if motion.place:
+        by = dict(zip(inputs[nq + nv :], dp.symbols, strict=False))
+        changing = tangents((*motion.position, *motion.velocity), by)
+        functions.append(plain("led", changing, (known["t"], *others, dp)))
+    return compiled(system.opened.scene, graph, functions)

@@ -1,0 +1,255 @@
+"""How the end of a run depends on its start and on parameters: the door `sensitivity`.
+
+    Φ = ∂(end)/∂(start, p)        by variational equations (forward) or by adjoints (backward), see `tape`
+
+Positions move along the velocities, d/dε f(q ∘ exp(ε X_k)), velocities by themselves, each with the other held. The
+start of a closed mechanism moves along its manifold: independent positions (of rows that hold positions) and
+independent velocities (of all rows) are the columns, what depends on them follows, δr = 0 and δ(G u) = 0. A parameter
+changes while the independent start is held: what depends on it follows the parameter too, as prescribed motions do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.dynamics.mechanism.prescribed import prescribed
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.errors import SimulateError
+from symdyn.graph import Graph, Op, reachable
+from symdyn.scene import Scene, bind
+from symdyn.scene.values.names import suggestion
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.equations.system import StateEquations
+from symdyn.simulation.equations.variational import AGAINST, ALONG, Flow, flow
+from symdyn.simulation.equations.written import state_equations
+from symdyn.simulation.feedback.gains import state_names
+from symdyn.simulation.forward import check_run, ready
+from symdyn.simulation.initial import Start, read_start
+from symdyn.simulation.integrate.tape import Tape, taped
+from symdyn.simulation.integrator import is_stiff
+from symdyn.simulation.prescribed.forces import Forces, read_forces
+from symdyn.simulation.prescribed.formulas_in_time import close, noted
+
+DOORS = {"forward": ALONG, "adjoint": AGAINST}
+
+RTOL = 1e-12
+"""Tolerance of a step: of the motion, and so of its derivatives, whose steps are the same."""
+
+FAILS = 1e-9
+"""Smallest singular value of G_d over the largest of G with which independent velocities determine the others."""
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """How the end of a run depends on its start and on parameters.
+
+    Attributes:
+        scene: the mechanism.
+        t: time of the end, s.
+        q, u: coordinates and velocities there, shapes (nq,) and (nv,).
+        rows: names of positions and velocities at the end.
+        columns: names of positions and velocities at the start, then of parameters.
+        matrix: shape (rows, columns); units are those of the row over those of the column.
+        by: "forward" or "adjoint".
+        method: the integrator.
+        steps: how many it took.
+    """
+
+    scene: Scene
+    t: float
+    q: Array
+    u: Array
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+    matrix: Array = field(repr=False)
+    by: str
+    method: str
+    steps: int
+
+    def __getitem__(self, names: tuple[str, str]) -> float:
+        """Return the entry of a row and a column by their names; KeyError if there is none."""
+        for name, known in zip(names, (self.rows, self.columns), strict=True):
+            if name not in known:
+                raise KeyError(f"{name} is not there; {suggestion(name, known)}")
+        return float(self.matrix[self.rows.index(names[0]), self.columns.index(names[1])])
+
+
+def sensitivity(
+    scene: Scene,
+    forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
+    until: float = 10.0,
+    start: Mapping[str, str] | Start | None = None,
+    start_rates: Mapping[str, str] | None = None,
+    parameters: Sequence[str] | None = None,
+    of: Sequence[str] | None = None,
+    by: str = "forward",
+    rtol: float | None = None,
+    atol: float | None = None,
+    values: Mapping[str, object] | None = None,
+) -> Sensitivity:
+    """Return how the state at the end of a run depends on its start and on parameters.
+
+    Args:
+        scene: the mechanism, its parameters bound.
+        forces: driving forces, from `read_forces`, or what that takes.
+        until: time of the end, s.
+        start: formulas by coordinate, in place of what the scene says; or a whole state.
+        start_rates: formulas by velocity.
+        parameters: names of those that are varied; None for all that are free in the equations.
+        of: positions and velocities at the end; None for all. Adjoints cost by them, not by the columns.
+        by: "forward", variational equations, or "adjoint".
+        rtol: relative tolerance of a step; None takes 1e-12.
+        atol: absolute tolerance of a step; None takes rtol.
+        values: of parameters, in place of those that the scene gives.
+
+    Raises:
+        SimulateError: with every fault of the arguments; the run ends sooner; or its equations jump.
+        DerivationError: there is no forward dynamics, or loops cannot be closed.
+    """
+    scene = bind(scene, values) if values else scene
+    faults = Faults("")
+    forces = forces if isinstance(forces, Forces) else read_forces(scene, forces)
+    with noted(faults):
+        initial = read_start(scene, start, start_rates)
+    with noted(faults):
+        check_run(scene, until, None, rtol, atol)
+    if by not in DOORS:
+        faults.add("by", f"{by} is not known; {suggestion(by, DOORS)}")
+    every, known = state_names(scene), [one.name for one in scene.parameters]
+    rows = tuple(every if of is None else of)
+    for name in rows:
+        if name not in every:
+            faults.add("of", f"{name} is no position or velocity of the end; {suggestion(name, every)}")
+    for name in parameters or ():
+        if name not in known:
+            faults.add("parameters", f"{name} is not known; {suggestion(name, known)}")
+    close(faults)
+    system = state_equations(scene, forces, (), initial.q if isinstance(start, Start) else None)
+    x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
+    ready(system, x)
+    _check_smooth(system)
+    along = flow(system, _varied(system, parameters), DOORS[by])
+    rtol = RTOL if rtol is None else rtol
+    ways, changes, names = _start(along, x[: along.size])
+    stiff, probe = is_stiff(system, x, until), _probe(along, ways, changes)
+    tape = taped(along, x[: along.size], probe, until, rtol, rtol if atol is None else atol, stiff)
+    wanted = [every.index(name) for name in rows]
+    covectors = _ends(along, tape.x)[wanted]
+    if by == "forward":
+        matrix = covectors @ tape.forward(along, ways, changes).T
+    else:
+        moved, changed = tape.backward(along, covectors)
+        matrix = moved @ ways.T + changed @ changes[:, : len(along.parameters)].T
+    return _found(along, tape, until, rows, names, matrix, by)
+
+
+def _probe(along: Flow, ways: Array, changes: Array) -> tuple[Array, Array]:
+    """Return a variation with a part of every column, of parameters by their size, δx and δp."""
+    parts = np.cos(1.0 + np.arange(len(ways)))
+    sizes = [abs(along.system.opened.values[name]) or 1.0 for name in along.parameters]
+    parts[len(parts) - len(sizes) :] *= sizes
+    return parts @ ways, parts @ changes[:, : len(sizes)]
+
+
+def _found(
+    along: Flow, tape: Tape, until: float, rows: tuple[str, ...], names: tuple[str, ...], matrix: Array, by: str
+) -> Sensitivity:
+    scene, nq = along.system.scene, along.system.nq
+    if not np.all(np.isfinite(matrix)):
+        raise SimulateError(f"{scene.name}: a derivative has no finite value on the way to t = {until:g} s")
+    return Sensitivity(scene, until, tape.x[:nq], tape.x[nq:], rows, names, matrix, by, tape.method, len(tape.steps))
+
+
+def _check_smooth(system: StateEquations) -> None:
+    """Raise SimulateError where forces jump: the time of a jump depends on the start, which no tangent sees."""
+    if any(node.op is Op.SIGN for node in reachable(system.program["rates"].function.entries)):
+        raise SimulateError(
+            f"{system.scene.name}: a force with sign jumps, and a run has no derivative by what moves the jump; write "
+            "a steep tanh(v/0.01) in place of sign(v), or give the joint friction with smoothing"
+        )
+
+
+def _varied(system: StateEquations, asked: Sequence[str] | None) -> tuple[str, ...]:
+    """Return the parameters that are varied; SimulateError where one is none of the equations."""
+    free = [one.name for one in system.opened.scene.free_parameters]
+    if asked is None:
+        return tuple(free)
+    fixed = [f"{name} = {system.opened.values[name]:g}" for name in asked if name not in free]
+    if fixed:
+        raise SimulateError(
+            f"{system.scene.name}: {', '.join(fixed)} decides which terms the equations have, as zero and right angles "
+            "do, so that they cannot be differentiated by it; give a value next to that, such as 1e-9"
+        )
+    return tuple(asked)
+
+
+def _ends(along: Flow, x: Array) -> Array:
+    """Return the covectors of all positions along the velocities, and of velocities, at a state, shape (2 nv, nx)."""
+    nq, nv = along.system.nq, along.system.nv
+    found = np.zeros((2 * nv, along.size))
+    found[:nv, :nq] = np.linalg.pinv(along.turned(x[:nq]))
+    found[nv:, nq:] = np.eye(nv)
+    return found
+
+
+def _start(along: Flow, x: Array) -> tuple[Array, Array, tuple[str, ...]]:
+    """Return δx and δp of every column, shapes (k, nx) and (k, at least 1), and their names."""
+    system = along.system
+    scene, nq, nv, np_ = system.scene, system.nq, system.nv, len(along.parameters)
+    motion, names = prescribed(scene, Graph()), state_names(scene)
+    H = along.turned(x[:nq])
+    positions, velocities = _independent(system)
+    count = len(positions) + len(velocities) + np_
+    moves, rates = np.zeros((count, nv)), np.zeros((count, nv))  # δξ and δu
+    changes = np.zeros((count, max(1, np_)))
+    for row, k in enumerate(positions):
+        moves[row, k] = 1.0
+    for row, k in enumerate(velocities, len(positions)):
+        rates[row, k] = 1.0
+    changes[count - np_ :, :np_] = np.eye(np_)
+    if motion.place and np_:
+        led = along.led(changes)
+        moves[:, motion.place], rates[:, motion.place] = np.split(led, 2, axis=1)
+    follows = [[k for k in range(nv) if k not in (*some, *motion.place)] for some in (positions, velocities)]
+    if system.rows:
+        _follow(along, x, H, (moves, rates, changes), follows)
+    columns = (*(names[k] for k in positions), *(names[nv + k] for k in velocities), *along.parameters)
+    return np.hstack([moves @ H.T, rates]), changes, columns
+
+
+def _independent(system: StateEquations) -> tuple[list[int], list[int]]:
+    """Return the independent positions and velocities; prescribed motions are none."""
+    led = prescribed(system.scene, Graph()).place
+    positions = velocities = tuple(range(system.nv))
+    if system.decisions.partition is not None:
+        w = Workspace(system.opened.scene, system.opened.closing)
+        positions, velocities = w.loops.held_positions[1].independent, w.loops.decisions.partition.independent
+    found = ([k for k in sorted(some) if k not in led] for some in (positions, velocities))
+    return next(found), next(found)
+
+
+def _follow(
+    along: Flow, x: Array, H: Array, start: tuple[Array, Array, Array], follows: Sequence[Sequence[int]]
+) -> None:
+    """Let dependent positions and velocities follow, so that δr = 0 and δ(G u) = 0; they are written in place."""
+    moves, rates, changes = start
+    nv, rows = along.system.nv, along.system.rows
+    none = np.zeros((nv, changes.shape[1]))
+    held = along.held(x, np.hstack([H.T, np.zeros((nv, nv))]), none)
+    G_h, G = held[:, :-rows].T, along.held(x, np.hstack([0 * H.T, np.eye(nv)]), none)[:, -rows:].T
+    for values, matrix, part, own in ((moves, G_h, slice(0, -rows), 0), (rates, G, slice(-rows, None), 1)):
+        dependent = list(follows[own])
+        if not dependent:
+            continue
+        sizes = [np.linalg.svd(one, compute_uv=False) for one in (matrix[:, dependent], matrix)]
+        if len(sizes[0]) < len(dependent) or sizes[0][-1] < FAILS * sizes[1][0]:
+            raise SimulateError(
+                f"{along.system.scene.name}: the independent velocities do not determine the others at this start; "
+                "give another one"
+            )
+        missed = along.held(x, np.hstack([moves @ H.T, rates]), changes)[:, part]
+        values[:, dependent] -= np.linalg.lstsq(matrix[:, dependent], missed.T)[0].T
