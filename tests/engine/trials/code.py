@@ -117,6 +117,10 @@ class Code:
 
 
 COEFFICIENTS = ("k_z", "k_C", "k_D", "k_G", "k_E", "coriolis_matrix")
+CENTROIDAL = (
+    "centre_of_mass", "centre_of_mass_jacobian", "centroidal_momentum_matrix", "centroidal_momentum_bias",
+)  # fmt: skip
+
 FEW = 5
 """Velocities up to which what grows with their cube is asked for."""
 
@@ -138,7 +142,7 @@ def requests(scene: Scene, asked: str, axes: str) -> list[str]:
         found = [name for name in found if not OUTPUTS[name].cubic]
     body = scene.bodies[-1]
     if asked == "kinematics":
-        found += of_place(body.name)
+        found += [*of_place(body.name), *CENTROIDAL]
         found += [f"com_acceleration:{body.name}"] * (body.com is not None and not body.particles)
     suffix = "" if axes == "body" else f":{axes}"
     return [*found, f"reactions{suffix}", f"forward_reactions{suffix}"]

@@ -19,10 +19,11 @@ import numpy as np
 
 from ..balance import Solution, balance
 from ..jets import Jet, number, value
+from ..joints import tilde
 from ..mechanism import Array, State
 from ..states import free_motions, rows
 from .cases import Case, draw
-from .code import Code
+from .code import CENTROIDAL, Code
 from .options import choice
 
 TOLERANCE = {"double": 1e-8, "float": 1e-2}
@@ -245,6 +246,7 @@ class Trial:
             "positions": True,  # few loops have a closed form
             "forward_dynamics": lost, "drive_forces": lost, "multipliers": lost,
             "reactions": loose, "forward_reactions": loose or lost,
+            **dict.fromkeys(CENTROIDAL, not centre(self.truths[0])[0]),
         }.get(name, False)  # fmt: skip
 
     def called(self, request: str, truths: list[Truth], solution: str = "given", **more: Any) -> Array:
@@ -424,7 +426,58 @@ def closed_form_rows(truth: Truth) -> Array:
     return np.array([[getattr(one, part) for _, one in sorted(truth.led.items())] for part in ("x", "v", "a")], float)
 
 
+def moving(truth: Truth) -> list[int]:
+    """Return the places of the bodies that move."""
+    moves = {"ground": False}
+    for joint in truth.m.scene.joints:
+        free = bool(joint.rates or joint.coupling) and joint.name not in truth.locked
+        moves[joint.child] = moves[joint.parent] or free
+    return [k for k, body in enumerate(truth.m.bodies) if moves[body]]
+
+
+def centre(truth: Truth) -> tuple[float, Array]:
+    """Return mass and centre of mass of the bodies that move."""
+    m, h = 0.0, np.zeros(3)
+    for body in (truth.m.bodies[k] for k in moving(truth)):
+        (mass, first, _), T = truth.m.inertia[body], truth.still.T[body].x
+        m, h = m + mass, h + mass * T[:3, 3] + T[:3, :3] @ first
+    return m, h / m if m else h
+
+
+def about_centre(truth: Truth, parts: Array) -> Array:
+    """Return the sum of momenta, or of wrenches, of the bodies that move, (6n, …): about their centre of mass."""
+    total, (_, C) = np.zeros((6, *parts.shape[1:])), centre(truth)
+    for k in moving(truth):
+        linear, angular = parts[6 * k : 6 * k + 3], parts[6 * k + 3 : 6 * k + 6]
+        arm = truth.still.T[truth.m.bodies[k]].x[:3, 3] - C
+        total += np.concatenate([linear, angular + np.tensordot(tilde(arm), linear, 1)])
+    return total
+
+
+def momentum_matrix(truth: Truth) -> Array:
+    """Return the matrix of momentum about the centre of mass, of all velocities."""
+    return about_centre(truth, truth.still.inertias()[0] @ truth.still.columns)
+
+
+def momentum_bias(truth: Truth) -> Array:
+    """Return the rate of momentum that velocities alone make."""
+    M, b = truth.still.inertias()
+    return about_centre(truth, M @ truth.still.twists()[1] + b)
+
+
+def columns(want: Callable[[Truth], Array]) -> Comparison:
+    """Compare matrices with a column for every velocity."""
+    return lambda trial, request: (
+        (truth, got, want(truth)[:, trial.code.u], 0.0)
+        for truth, got in zip(trial.truths, trial.called(request, trial.truths), strict=True)
+    )
+
+
 COMPARED: Mapping[str, Comparison] = {
+    "centre_of_mass": equal(lambda x: centre(x)[1]),
+    "centre_of_mass_jacobian": columns(lambda x: momentum_matrix(x)[:3] / centre(x)[0]),
+    "centroidal_momentum_matrix": columns(momentum_matrix),
+    "centroidal_momentum_bias": equal(momentum_bias),
     "inverse_dynamics": inverse,
     "forward_dynamics": found(lambda one: one.du),
     "drive_forces": found(lambda one: one.tau),
@@ -448,10 +501,7 @@ COMPARED: Mapping[str, Comparison] = {
         for truth, got in zip(trial.truths, trial.called(request, trial.truths), strict=True)
     ),
     "pose": equal(lambda x: placed(x).x[:3, :4]),
-    "jacobian": lambda trial, request: (
-        (truth, got, truth.still.columns[-6:, trial.code.u], 0.0)
-        for truth, got in zip(trial.truths, trial.called(request, trial.truths), strict=True)
-    ),
+    "jacobian": columns(lambda x: x.still.columns[-6:]),
     "jdot_qdot": equal(lambda x: x.still.twists()[1][-6:]),
     "com_acceleration": equal(centre_acceleration),
     "constraint_residual": lambda trial, request: (
