@@ -105,7 +105,9 @@ def solve(problem: Collocation, guess: Array | None = None, exact: bool | None =
     stats, z = solver.stats(), np.array(found["x"], dtype=np.float64).ravel()
     objective, miss = float(problem.objective(z)), violation(problem, z)
     status, iterations = str(stats["return_status"]), int(stats["iter_count"])
-    return Solution(problem, z, objective, miss, bool(stats["success"]), status, iterations, wall)
+    multipliers = np.zeros(problem.rows)
+    multipliers[kept] = np.array(found["lam_g"], dtype=np.float64).ravel()
+    return Solution(problem, z, multipliers, objective, miss, bool(stats["success"]), status, iterations, wall)
 
 
 def _hessian(problem: Collocation, kept: NDArray[np.bool_], takes: Sequence[Any]) -> Any:

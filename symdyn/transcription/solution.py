@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,10 +16,32 @@ from symdyn.scene import Scene, bind
 from symdyn.simulation import Forces, Trajectory, simulate
 from symdyn.simulation.initial import Start
 from symdyn.simulation.prescribed.forces import Table
+from symdyn.transcription.tableaux import Row
 from symdyn.transcription.transcribed import Collocation
 
-FINE = 16
-"""Rows of a table of forces in an interval."""
+
+@dataclass(frozen=True)
+class Pieces(Table):
+    """A polynomial in each interval, through the values at the stages; t are the ends of the intervals.
+
+    Attributes:
+        c: stages within an interval, 0 … 1.
+        values: at the stages, shape (N, s).
+    """
+
+    c: Row = ()
+    values: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @cached_property
+    def _curve(self) -> Callable[[Array], Array]:
+        from scipy.interpolate import PPoly
+
+        powers = np.vander([float(x) for x in self.c])  # highest first, as PPoly has them
+        widths = np.diff(self.t)
+        found: Callable[[Array], Array] = PPoly(
+            np.linalg.solve(powers, self.values.T) / widths ** np.arange(len(self.c))[::-1, None], self.t
+        )
+        return found
 
 
 def along(problem: Collocation, motion: Trajectory) -> Array:
@@ -52,6 +76,7 @@ class Solution:
     Attributes:
         problem: what was solved.
         z: the unknowns, shape (size,).
+        multipliers: of the equations, shape (rows,): f falls by so much a unit by which one is let go.
         objective: f(z).
         violation: largest miss of a bound or an equation.
         success: whether the solver says that it is optimal.
@@ -62,6 +87,7 @@ class Solution:
 
     problem: Collocation = field(repr=False)
     z: Array = field(repr=False)
+    multipliers: Array = field(repr=False)
     objective: float
     violation: float
     success: bool
@@ -96,22 +122,18 @@ class Solution:
 
     @property
     def forces(self) -> Forces:
-        """The driving forces over time, as polynomials through the stages of each interval; for `simulate`."""
+        """The driving forces over time, for `simulate`: a polynomial through the stages of each interval.
+
+        Where an interval has one stage alone, as in the midpoint rule, a smooth curve goes through those of all.
+        """
         problem, grid = self.problem, self.problem.grid
-        c = np.array([float(x) for x in problem.method.c])
-        t = self.duration * grid.share[grid.stage]
         values = self.z[problem.place["force"]]
-        if len(c) > 1:
-            fine = np.arange(FINE) / FINE
-            basis = np.array([[np.prod([(x - b) / (a - b) for b in c if b != a]) for a in c] for x in fine])
-            begins = np.concatenate([[0.0], np.cumsum(grid.widths)[:-1]])
-            t = self.duration * np.append(np.ravel(begins[:, None] + grid.widths[:, None] * fine), 1.0)
-            values = np.vstack(
-                [np.einsum("fs,nsk->nfk", basis, values[grid.of]).reshape(-1, values.shape[1]), values[-1]]
-            )
-        return Forces(
-            tables={k: Table(t, np.ascontiguousarray(x)) for k, x in zip(problem.driven, values.T, strict=True)}
-        )
+        if len(problem.method.c) == 1:
+            t = self.duration * grid.share[grid.stage]
+            return Forces(tables={k: Table(t, x) for k, x in zip(problem.driven, values.T, strict=True)})
+        t = self.duration * grid.share[grid.node]
+        tables = [Pieces(t, np.zeros(len(t)), problem.method.c, x[grid.of]) for x in values.T]
+        return Forces(tables=dict(zip(problem.driven, tables, strict=True)))
 
     def simulated(self, **options: Any) -> Trajectory:
         """Return the motion that the forces give, from the same start; `options` are those of `simulate`."""
