@@ -54,7 +54,8 @@ def in_complex_numbers(problem: Collocation, formulas: dict[str, list[str]]) -> 
 
         return value
 
-    return replace(problem, locals={n: replace(one, value=function(n)) for n, one in problem.locals.items()})
+    others = {n: replace(one, value=function(n)) for n, one in problem.locals.items()}
+    return replace(problem, source=replace(problem.source, locals=others))
 
 
 WHAT = {  # a tree, loops, rolling, quaternions, a prescribed motion, parameters that are looked for

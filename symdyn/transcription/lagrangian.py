@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.graph import gradient, tangents
 from symdyn.simulation.equations.compiled_routines import argument, compiled, plain
 from symdyn.transcription.grid import Places
-from symdyn.transcription.local import appearing, argument_of, inputs_of
+from symdyn.transcription.local import Source, appearing, argument_of, inputs_of
 from symdyn.transcription.transcribed import PLACES, Collocation
 
 WEIGHTS = "weights"
@@ -66,7 +67,7 @@ class Lagrangian:
 
 def lagrangian(problem: Collocation) -> Lagrangian:
     """Return the Hessian of a problem's Lagrangian as a function, compiled."""
-    bends = _compiled(problem)
+    bends = _compiled(problem.source)
     wires: dict[str, tuple[NDArray[np.bool_], Array]] = {}
     places: list[tuple[Places, Places]] = []
     for name, one in bends.items():
@@ -132,9 +133,10 @@ def _parts(of: Lagrangian, z: Array, sigma: float, multipliers: Array) -> list[A
     return found
 
 
-def _compiled(problem: Collocation) -> dict[str, Bends]:
+@lru_cache(maxsize=16)
+def _compiled(source: Source) -> dict[str, Bends]:
     """Return the second derivatives of the local functions that are not linear."""
-    w, written = problem.source
+    w, written = source.workspace, source.written
     functions, pairs, takes = [], {}, {}
     for name, entries in written.entries.items():
         if not entries:

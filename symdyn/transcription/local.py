@@ -23,6 +23,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain, product
+from operator import add
 
 import numpy as np
 
@@ -30,6 +32,7 @@ from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.roads import recursive_derivatives
 from symdyn.dynamics.roads.named_functions import Argument
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, gradient, reachable, substitute, tangents
@@ -68,6 +71,7 @@ class Written:
         driven: velocities whose driving forces are unknowns.
         rows: number of rows, those of prescribed motions last.
         holding: the rows among them that hold a position.
+        rest: the balance without what inverse dynamics finds.
     """
 
     kinds: Mapping[str, tuple[Expr, ...]]
@@ -75,6 +79,22 @@ class Written:
     driven: tuple[int, ...]
     rows: int
     holding: tuple[int, ...]
+    rest: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """Where the functions of a problem come from: the same for every mesh, method and bounds.
+
+    Attributes:
+        workspace: with the graph that they are written on.
+        written: their entries.
+        locals: the functions, compiled.
+    """
+
+    workspace: Workspace
+    written: Written
+    locals: Mapping[str, Local]
 
 
 def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Quantity]]) -> Written:
@@ -102,7 +122,7 @@ def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Q
     forces = w.forces(list(w.state.qdd))
     across = [[row[k] for row in G] for k in range(n)]
     held = [graph.total(x * y for x, y in zip(row, kinds["multiplier"], strict=True)) for row in across]
-    balance = [f - (w.state.tau[k] if k in driven else graph.zero) - held[k] for k, f in enumerate(forces)]
+    acting = [-(w.state.tau[k] if k in driven else graph.zero) - held[k] for k in range(n)]
     nu, mu = kinds["slack"][: len(holding)], kinds["slack"][len(holding) : len(holding) + len(G)]
     moved = [graph.total(across[k][r] * x for r, x in zip(holding, nu, strict=True)) for k in range(n)]
     pull = substitute(w.state.rates, dict(zip(w.state.qd, moved, strict=True)))
@@ -112,13 +132,13 @@ def written(w: Workspace, free: Sequence[str], formulas: Mapping[str, Sequence[Q
     pull += [graph.total(x * y for x, y in zip(row, mu, strict=True)) for row in across]
     lengths = [graph.total(w.state.q[k] * w.state.q[k] for k in part) - graph.one for part in parts]
     entries: dict[str, Sequence[Expr]] = {
-        "balance": [*balance, *acceleration],
+        "balance": [*map(add, forces, acting), *acceleration],
         "rates": list(w.state.rates),
         "held": [*(residual[k] for k in holding), *rate, *lengths],
         "pull": pull if kinds["slack"] else [],
     }
     entries |= {name: _expressed(w, found) for name, found in formulas.items()}
-    return Written(kinds, entries, driven, len(G), holding)
+    return Written(kinds, entries, driven, len(G), holding, (*acting, *acceleration))
 
 
 def _rows(w: Workspace) -> tuple[list[list[Expr]], list[Expr], list[Expr], list[Expr]]:
@@ -171,6 +191,26 @@ def partials(entries: Sequence[Expr], inputs: Sequence[Expr]) -> dict[tuple[int,
     return {place: slope for place, slope in found.items() if not slope.is_zero}
 
 
+def _slopes_of(w: Workspace, found: Written, name: str, inputs: Sequence[Expr]) -> dict[tuple[int, int], Expr]:
+    """Return the partial derivatives of a local function; those of inverse dynamics by recursion where that costs less.
+
+    The recursion differentiates along velocities, which are plain partial derivatives where no quaternion is.
+    """
+    by_graph = partials(found.entries[name], inputs)
+    if name != "balance" or w.state.rates != w.state.qd:
+        return by_graph
+    state, n = {"q": w.state.q, "qd": w.state.qd, "qdd": w.state.qdd}, w.state.n
+    place = {x: k for k, x in enumerate(chain(*state.values()))}
+    recursion = recursive_derivatives.inverse(w, tuple(state))
+    slopes = {(i, k): x for (i, k), x in by_graph.items() if i >= n or inputs[k] not in place}
+    beside = partials(found.rest[:n], inputs)
+    for i, (k, x) in product(range(n), enumerate(inputs)):
+        if x in place:
+            slope = recursion[i * 3 * n + place[x]] + beside.get((i, k), w.graph.zero)
+            slopes |= {} if slope.is_zero else {(i, k): slope}
+    return min(by_graph, slopes, key=lambda one: cost(one.values(), inputs))
+
+
 def locals_of(w: Workspace, found: Written) -> dict[str, Local]:
     """Return the local functions that have entries, compiled into one library."""
     functions, patterns, takes = [], {}, {}
@@ -178,7 +218,7 @@ def locals_of(w: Workspace, found: Written) -> dict[str, Local]:
         if not entries:
             continue
         inputs = inputs_of(found, entries)
-        slopes = partials(entries, [symbol for _, _, symbol in inputs])
+        slopes = _slopes_of(w, found, name, [symbol for _, _, symbol in inputs])
         places = sorted(slopes)
         patterns[name] = tuple((i, *inputs[k][:2]) for i, k in places)
         for which, some in ((name, list(entries)), (_slopes(name), [slopes[place] for place in places])):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from symdyn.simulation.initial import Start, read_start
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import close, noted, number_of, parameter_values, read_formula
 from symdyn.transcription.grid import Grid, grid, numbered
-from symdyn.transcription.local import Written, locals_of, written
+from symdyn.transcription.local import Source, Written, locals_of, written
 from symdyn.transcription.tableaux import METHODS
 from symdyn.transcription.transcribed import Collocation
 
@@ -89,8 +90,8 @@ def collocation(
         "final": _formulas((final_cost,) if final_cost else (), state, "final cost", faults),
     }
     close(faults)
-    w = _workspace(scene, free, values)
-    found = written(w, free, formulas)
+    source = _source(scene, tuple(free), tuple(formulas.items()))
+    found = source.written
     made = _Layout(scene, tuple(free), found, grid(METHODS[method], mesh), len(formulas["path"]), span)
     lower, upper = made.bounded(first, bounds or {}, values, faults)
     last = made.ended(end or {}, end_rates or {}, values, lower, upper, faults)
@@ -102,15 +103,19 @@ def collocation(
     return Collocation(
         scene, METHODS[method], made.grid, tuple(free), tuple(made.names[k] for k in found.driven), found.driven,
         made.place, made.row, made.size, made.rows, sum(span) / 2, lower, upper, rows_lower, rows_upper, guess,
-        locals_of(w, found), (w, found),
+        source,
     )  # fmt: skip
 
 
-def _workspace(scene: Scene, free: Sequence[str], values: Mapping[str, Quantity]) -> Workspace:
-    """Return a workspace in which the parameters that are unknowns have no value; theirs decide about loops."""
+@lru_cache(maxsize=16)
+def _source(scene: Scene, free: tuple[str, ...], formulas: tuple[tuple[str, tuple[Quantity, ...]], ...]) -> Source:
+    """Return the functions of a scene, the parameters that are unknowns without value; theirs decide about loops."""
+    values = parameter_values(scene)
     opened = replace(scene, parameters=tuple(replace(p, value=None) if p.name in free else p for p in scene.parameters))
     at = {name: number_of(values[name], values, f"parameters.{name}", Faults("")) or 0.0 for name in free}
-    return Workspace(opened, LoopChoices(parameters=tuple(at.items())))
+    w = Workspace(opened, LoopChoices(parameters=tuple(at.items())))
+    found = written(w, free, dict(formulas))
+    return Source(w, found, locals_of(w, found))
 
 
 def _texts(given: Mapping[str, Number] | None) -> dict[str, str]:
@@ -150,9 +155,9 @@ def _span(until: float | tuple[float, float], faults: Faults) -> tuple[float, fl
     return float(least), float(most)
 
 
-def _formulas(texts: Sequence[str], allowed: Sequence[str], where: str, faults: Faults) -> list[Quantity]:
+def _formulas(texts: Sequence[str], allowed: Sequence[str], where: str, faults: Faults) -> tuple[Quantity, ...]:
     found = [read_formula(text, allowed, where, faults) for text in texts]
-    return [one for one in found if one is not None]
+    return tuple(one for one in found if one is not None)
 
 
 def _range(given: Range, where: str, faults: Faults) -> tuple[float, float]:

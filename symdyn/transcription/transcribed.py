@@ -29,10 +29,9 @@ from numpy.typing import NDArray
 
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.scene import Scene
 from symdyn.transcription.grid import Grid, Places
-from symdyn.transcription.local import Local, Written
+from symdyn.transcription.local import Local, Source
 from symdyn.transcription.tableaux import Method
 
 if TYPE_CHECKING:
@@ -71,8 +70,7 @@ class Collocation:
         lower, upper: bounds of z, shape (size,).
         rows_lower, rows_upper: bounds of g, shape (rows,).
         guess: z of a straight way from the start to the end, shape (size,).
-        locals: functions of one place.
-        source: the graph that they were written on, and their entries.
+        source: the functions of one place, and the graph that they were written on.
     """
 
     scene: Scene
@@ -91,8 +89,12 @@ class Collocation:
     rows_lower: Array
     rows_upper: Array
     guess: Array
-    locals: Mapping[str, Local] = field(repr=False)
-    source: tuple[Workspace, Written] = field(repr=False)
+    source: Source = field(repr=False)
+
+    @property
+    def locals(self) -> Mapping[str, Local]:
+        """The functions of one place, by name."""
+        return self.source.locals
 
     # Values
 
