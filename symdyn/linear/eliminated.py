@@ -70,12 +70,8 @@ def place(v: Variations, parameters: Mapping[str, float], t: float, q: Array, u:
         LinearizeError: loops or rows lose rank there, or a motion moves no mass.
         NoValueError: something has no value there.
     """
-    w, scene = v.w, v.w.scene
-    graph, state = w.graph, w.state
-    values: dict[Expr, float] = {graph.symbol(name): x for name, x in parameters.items()}
-    values |= dict(zip(state.q, q.tolist(), strict=True)) | dict(zip(state.qd, u.tolist(), strict=True))
-    values |= dict.fromkeys([*state.qdd, *v.multipliers, *map(graph.symbol, v.inputs)], 0.0)
-    values |= dict(zip(state.tau, given.tolist(), strict=True)) | {graph.symbol(TIME): t}
+    scene, state = v.w.scene, v.w.state
+    values = symbols_at(v, parameters, t, q, u, given)
     found = v.motion.at(values)
     M, G, h = found["M"], found["G"], found["h"] - given
     diagonal = np.abs(np.diag(M))
@@ -93,6 +89,17 @@ def place(v: Variations, parameters: Mapping[str, float], t: float, q: Array, u:
     values |= dict(zip(state.qdd, a[:, 0].tolist(), strict=True))
     values |= dict(zip(v.multipliers, multipliers[:, 0].tolist(), strict=True))
     return Place(point, values, M, G, np.array(v.holding, dtype=bool), found["H"], sizes)
+
+
+def symbols_at(
+    v: Variations, parameters: Mapping[str, float], t: float, q: Array, u: Array, given: Array
+) -> dict[Expr, float]:
+    """Return values of all symbols at a state, accelerations, multipliers and free inputs zero."""
+    graph, state = v.w.graph, v.w.state
+    values: dict[Expr, float] = {graph.symbol(name): x for name, x in parameters.items()}
+    values |= dict(zip(state.q, q.tolist(), strict=True)) | dict(zip(state.qd, u.tolist(), strict=True))
+    values |= dict.fromkeys([*state.qdd, *v.multipliers, *map(graph.symbol, v.inputs)], 0.0)
+    return values | dict(zip(state.tau, given.tolist(), strict=True)) | {graph.symbol(TIME): t}
 
 
 def _free(name: str, G: Array) -> Array:
@@ -132,7 +139,11 @@ def chosen(here: Place, wanted: Sequence[int]) -> Choice:
     dependent = [k for k in range(len(here.M)) if k not in wanted]
     scaled = here.G * here.sizes
     velocities = _dependent(scaled, dependent)
-    positions = _dependent(scaled[here.holding], velocities)
+    return independent(here, _dependent(scaled[here.holding], velocities), velocities)
+
+
+def independent(here: Place, positions: Sequence[int], velocities: Sequence[int]) -> Choice:
+    """Return what follows from dependent positions and velocities."""
     N_h, N = _followed(here.G[here.holding], positions), _followed(here.G, velocities)
     every = range(len(here.M))
     return Choice(tuple(k for k in every if k not in positions), tuple(k for k in every if k not in velocities), N_h, N)
@@ -162,18 +173,19 @@ def _followed(G: Array, dependent: Sequence[int]) -> Array:
 
 @dataclass(frozen=True)
 class Matrices:
-    """A, B, C, D at a place, inputs being `drives` and then free symbols; δξ and δu of all directions by state."""
+    """A, B, C, D at a place; δq and δξ by position, δu by state."""
 
     A: Array
     B: Array
     C: Array
     D: Array
     moves: Array
+    directions: Array
     rates: Array
 
 
 def matrices(v: Variations, here: Place, choice: Choice, drives: Sequence[int]) -> Matrices:
-    """Return the linear system at a place."""
+    """Return the linear system at a place, inputs being `drives` and then free symbols."""
     n, p, inputs = len(here.M), len(choice.positions), len(drives) + len(v.inputs)
     slopes, told = v.slopes.at(here.values), v.outputs.at(here.values)
     e, c, s = slopes["e"], slopes["c"], slopes["s"]
@@ -198,7 +210,7 @@ def matrices(v: Variations, here: Place, choice: Choice, drives: Sequence[int]) 
         driven[k, states + column] = 1.0
     own[:, states + len(drives) :] = np.eye(len(v.inputs))
     y = told["y_"] @ np.vstack([moved, a, multipliers, driven, own])
-    return Matrices(A, B, y[:, :states], y[:, states:], here.H @ choice.N_h, rates)
+    return Matrices(A, B, y[:, :states], y[:, states:], here.H @ choice.N_h, choice.N_h, rates)
 
 
 def _turning(v: Variations, u: Array) -> Array:

@@ -9,9 +9,10 @@ coordinate (quaternions), a displacement along that velocity: q moves to q ∘ e
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from symdyn.algebra.numeric import Array
 from symdyn.errors import LinearizeError
 from symdyn.linear.modes import Mode, Spectrum, spectrum, untouched
 from symdyn.scene import Scene
+
+Kind = Literal["rest", "steady", "moving"]
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,10 @@ class Axis:
     def __len__(self) -> int:
         """Return how many there are."""
         return len(self.names)
+
+    def of(self, places: Sequence[int]) -> Axis:
+        """Return some of them."""
+        return Axis(tuple(self.names[k] for k in places), tuple(self.units[k] for k in places))
 
 
 @dataclass(frozen=True)
@@ -65,8 +72,10 @@ class Linearization:
         A, B, C, D: shapes (nx, nx), (nx, nw), (ny, nx), (ny, nw).
         positions: p, how many states are positions; the others are velocities.
         moves: how all coordinates move with the positions, shape (nq, p): δq = moves ξ.
+        directions: how all displacements along velocities do, shape (nv, p).
         rates: how all velocities move with the states, shape (nv, nx).
-        dropped: cyclic coordinates of a steady motion that are no states, as nothing depends on them.
+        kind: whether x = 0 is an equilibrium ("rest"), a motion along which A is constant ("steady") or neither.
+        dropped: cyclic positions of a steady motion that are no states, as nothing depends on them.
         notes: what a user should know.
     """
 
@@ -81,9 +90,23 @@ class Linearization:
     D: Array
     positions: int
     moves: Array = field(repr=False)
+    directions: Array = field(repr=False)
     rates: Array = field(repr=False)
+    kind: Kind = "rest"
     dropped: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+
+    def without(self, positions: Sequence[int]) -> Linearization:
+        """Return the system without some positions on which nothing depends, and without outputs of them."""
+        states = [k for k in range(len(self.states)) if k not in positions]
+        outputs = [k for k in range(len(self.outputs)) if not self.C[k, list(positions)].any()]
+        p = [k for k in range(self.positions) if k not in positions]
+        return replace(
+            self, states=self.states.of(states), outputs=self.outputs.of(outputs), A=self.A[np.ix_(states, states)],
+            B=self.B[states], C=self.C[np.ix_(outputs, states)], D=self.D[outputs], positions=len(p),
+            moves=self.moves[:, p], directions=self.directions[:, p], rates=self.rates[:, states],
+            dropped=(*self.dropped, *(self.states.names[k] for k in positions)),
+        )  # fmt: skip
 
     @cached_property
     def spectrum(self) -> Spectrum:

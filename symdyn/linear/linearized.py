@@ -1,25 +1,20 @@
-"""The door: a scene and a point, read as `simulate` reads them, and the linear system there."""
+"""The doors: the linear systems of a scene at a point, at all positions of rest, or along a run."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
-from symdyn.algebra.numeric import Array
-from symdyn.dynamics import LoopChoices
-from symdyn.dynamics.roads.derivative_outputs import COLUMNS
-from symdyn.errors import LinearizeError, NoValueError
-from symdyn.linear.eliminated import Place, chosen, matrices, place
-from symdyn.linear.linearization import Axis, Linearization
-from symdyn.linear.outputs import Outputs, read_outputs
-from symdyn.linear.variations import Variations, variations
+from symdyn.linear.equilibrium import Equilibria, equilibria
+from symdyn.linear.linearization import Linearization
+from symdyn.linear.prepared import prepared
+from symdyn.linear.steady import settled
 from symdyn.scene import Scene, bind
-from symdyn.scene.units import velocity_units
-from symdyn.simulation.equations.opened import opened
+from symdyn.simulation import Trajectory
 from symdyn.simulation.initial import Start, read_start
-from symdyn.simulation.prescribed.forces import Forces, inputs_of, read_forces
+from symdyn.simulation.prescribed.forces import Forces
 
 
 def linearize(
@@ -31,6 +26,7 @@ def linearize(
     independent: Sequence[str] = (),
     t: float = 0.0,
     values: Mapping[str, object] | None = None,
+    anywhere: bool = False,
 ) -> Linearization:
     """Return how a mechanism moves next to a point, to first order.
 
@@ -44,89 +40,54 @@ def linearize(
         independent: coordinates that determine the others where loops close; () leaves the choice to conditioning.
         t: time, s, of what depends on it.
         values: of parameters, in place of those that the scene gives.
+        anywhere: take points too that are neither of rest nor of a steady motion.
 
     Raises:
-        LinearizeError: there is no one linear motion there.
+        LinearizeError: there is no one linear motion there, or no equilibrium and no steady motion.
         SimulateError: with every fault of the arguments, one line each.
         DerivationError: loops cannot be closed, or friction is ideal.
     """
     scene = bind(scene, values) if values else scene
     asked = prepared(scene, forces, outputs, independent)
     start = read_start(scene, at, rates)
-    return asked.at(start.q, start.u, t, start.notes)
+    return settled(asked, asked.at(start.q, start.u, t, start.notes), anywhere)
 
 
-@dataclass(frozen=True)
-class Prepared:
-    """What is linearised: a scene at its values under forces, and what is looked at; the functions are derived."""
-
-    scene: Scene
-    forces: Forces
-    outputs: Outputs
-    functions: Variations
-    wanted: tuple[int, ...]
-
-    @property
-    def drives(self) -> list[int]:
-        """Velocities whose drives are inputs; a prescribed motion finds its own."""
-        led = self.functions.w.prescribed.place
-        return [k for k, drive in enumerate(self.scene.drives) if drive and k not in led]
-
-    def place(self, q: Array, u: Array, t: float = 0.0, given: Array | None = None) -> Place:
-        """Return what happens at a state; forces are `given` in place of what tables say, shape (nv,)."""
-        values = opened(self.scene).values
-        tables = self.forces.tabulated(np.asarray(t), len(u)) if given is None else given
-        try:
-            return place(self.functions, values, t, q, u, tables)
-        except NoValueError as fault:
-            raise LinearizeError(f"{self.scene.name}: {fault}") from None
-
-    def at(
-        self, q: Array, u: Array, t: float = 0.0, notes: Sequence[str] = (), given: Array | None = None
-    ) -> Linearization:
-        """Return the linear system at a state; errors as of `linearize`."""
-        v, scene = self.functions, self.scene
-        here = self.place(q, u, t, given)
-        choice = chosen(here, self.wanted)
-        try:
-            found = matrices(v, here, choice, self.drives)
-        except NoValueError as fault:
-            raise LinearizeError(f"{scene.name}: {fault}") from None
-        for matrix in (found.A, found.B, found.C, found.D):
-            if not np.isfinite(matrix).all():
-                raise LinearizeError(f"{scene.name}: a derivative has no finite value there; give another place")
-        units, labels = velocity_units(scene), COLUMNS["q"](v.w)
-        states = Axis(
-            (*(labels[k] for k in choice.positions), *(scene.velocities[k] for k in choice.velocities)),
-            (*(units[k] for k in choice.positions), *(f"{units[k]}/s" for k in choice.velocities)),
-        )
-        inputs = Axis(
-            (*(str(scene.drives[k]) for k in self.drives), *v.inputs),
-            (*("N m" if units[k] == "rad" else "N" for k in self.drives), *("" for _ in v.inputs)),
-        )
-        return Linearization(
-            scene, here.point, states, inputs, Axis(self.outputs.names, self.outputs.units), found.A, found.B, found.C,
-            found.D, len(choice.positions), found.moves, found.rates, notes=tuple(notes),
-        )  # fmt: skip
-
-
-def prepared(
+def linearize_at_rest(
     scene: Scene,
     forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
     outputs: Sequence[str] = (),
     independent: Sequence[str] = (),
-) -> Prepared:
-    """Return what is linearised, derived once for all values of parameters; arguments and errors as of `linearize`."""
-    found = opened(scene)
-    if not scene.velocities:
-        raise LinearizeError(f"{scene.name}: nothing moves: no joint has a coordinate")
-    forces = forces if isinstance(forces, Forces) else read_forces(scene, forces, inputs=True)
-    looked = read_outputs(scene, outputs)
-    closing = LoopChoices(tuple(independent), parameters=found.closing.parameters)
-    inputs = inputs_of(scene, forces)
-    if not scene.is_closed:
-        closing = LoopChoices()  # nothing is decided in numbers, and one derivation serves all values
-    v = variations(found.scene, closing, tuple(forces.formulas.items()), inputs, looked.formulas)
-    every = range(len(scene.velocities))
-    wanted = v.w.loops.decisions.partition.independent if scene.is_closed else every
-    return Prepared(scene, forces, looked, v, tuple(k for k in wanted if k not in v.w.prescribed.place))
+    values: Mapping[str, object] | None = None,
+) -> tuple[tuple[Linearization, ...], Equilibria]:
+    """Return the systems at all positions of rest that seeded starts lead to, and how these were found.
+
+    Arguments and errors as of `linearize`.
+    """
+    scene = bind(scene, values) if values else scene
+    asked = prepared(scene, forces, outputs, independent)
+    found = equilibria(asked)
+    still = np.zeros(len(scene.velocities))
+    return tuple(asked.at(place.q, still) for place in found.places), found
+
+
+def linearize_along(
+    scene: Scene,
+    run: Trajectory,
+    forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
+    outputs: Sequence[str] = (),
+    independent: Sequence[str] = (),
+) -> tuple[Linearization, ...]:
+    """Return the systems along a run, one a sample, whose driving forces are inputs that stay at what they are there.
+
+    Independent positions and velocities are those of the first sample, as long as they determine the others well.
+    Arguments and errors as of `linearize`; where `forces` give a drive a formula, that feeds back.
+    """
+    asked = prepared(scene, forces, outputs, independent)
+    fed = [k for k in range(len(scene.velocities)) if k in asked.forces.formulas]
+    found: list[Linearization] = []
+    for t, q, u, tau in zip(run.t, run.q, run.qd, run.tau, strict=True):
+        given = tau.copy()
+        given[[*fed, *asked.functions.w.prescribed.place]] = 0.0
+        found.append(replace(asked.at(q, u, float(t), given=given), kind="moving"))
+    return tuple(found)

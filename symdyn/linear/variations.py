@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -93,6 +93,21 @@ class Variations:
     motion: Block = field(repr=False)
     slopes: Block = field(repr=False)
     outputs: Block = field(repr=False)
+
+    @cached_property
+    def statics(self) -> Block:
+        """At rest: "f" = e at u = u̇ = 0, "K" its derivative along q, "G", and "r" of rows that hold positions."""
+        w, n = self.w, self.w.state.n
+        still = dict.fromkeys([*w.state.qd, *w.state.qdd], w.graph.zero)
+        (rows, _), G = self.motion.parts["G"]
+        _, e = self.slopes.parts["e"]
+        width = len(e) // n
+        K = substitute([e[i * width + k] for i in range(n) for k in range(n)], still)
+        forces = substitute(self.motion.parts["h"][1], still)
+        pulled = [w.graph.total(G[r * n + k] * x for r, x in enumerate(self.multipliers)) for k in range(n)]
+        f = [h - tau - more for h, tau, more in zip(forces, w.state.tau, pulled, strict=True)]
+        r = [one for one, holds in zip(self.motion.parts["r"][1], self.holding, strict=True) if holds]
+        return block(f=((n,), f), K=((n, n), K), G=((rows, n), list(G)), r=((len(r),), r), H=self.motion.parts["H"])
 
 
 @lru_cache(maxsize=16)

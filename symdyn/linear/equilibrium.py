@@ -1,0 +1,268 @@
+"""Where a mechanism stays at rest: roots of the forces, by Newton's method from many starts at once.
+
+    f(q, λ) = e at u = u̇ = 0      forces that nothing balances, λ of all rows, those of rolling included
+    r(q)                           residuals of the rows that hold positions
+
+    [X f  -Gᵀ] [δξ]     [f]
+    [G_h   0 ] [δλ] = - [r]        solved in least squares: where equilibria are not isolated the nearest is taken
+
+Seeds are fixed, so that the same scene gives the same list. Coordinates on which nothing depends stay where the scene
+starts. Where angles are singular, forces may vanish though no body is in balance: such places are no equilibria.
+"""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.errors import LinearizeError
+from symdyn.graph import Expr, reachable
+from symdyn.linear.modes import Complexes
+from symdyn.linear.prepared import Prepared
+from symdyn.scene.units import coordinate_units
+from symdyn.simulation.equations.opened import numbers_at, opened
+from symdyn.simulation.initial import read_start
+from symdyn.simulation.prescribed.formulas_in_time import TIME
+
+STARTS = 200
+"""Seeded starts."""
+
+STEPS, SMALL = 60, 1e-11
+"""Newton steps at most, and the step, rad or m, that is none."""
+
+FARTHEST = 0.7
+"""Longest step, rad or m."""
+
+BALANCED = 1e-8
+"""Forces over the largest of their parts that are in balance."""
+
+SAME = 1e-6
+"""Distance of positions that are one, rad or m."""
+
+ALIKE = 1e-5
+"""Distance of eigenvalues, over the largest, that are one."""
+
+FLAT = 1e-8
+"""Singular values of the stiffness, over the largest, below which positions next to it are equilibria too."""
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A position of rest.
+
+    Attributes:
+        q: coordinates, shape (nq,).
+        found: how many of the starts led there.
+        family: whether others are next to it, along more than coordinates on which nothing depends.
+    """
+
+    q: Array
+    found: int
+    family: bool
+
+
+@dataclass(frozen=True)
+class Equilibria:
+    """What was found.
+
+    Attributes:
+        places: in the order of their coordinates.
+        starts: how many starts were tried.
+        lost: how many of them led nowhere.
+        singular: how many of them led to where angles are singular, a wheel lies flat, or branches of loops meet.
+        idle: coordinates on which nothing depends: they may have any value.
+    """
+
+    places: tuple[Equilibrium, ...]
+    starts: int
+    lost: int
+    singular: int
+    idle: tuple[str, ...]
+
+
+def equilibria(asked: Prepared, t: float = 0.0, starts: int = STARTS) -> Equilibria:
+    """Return the positions of rest that seeded starts lead to, at a time, s."""
+    search = _Search(asked, t)
+    q, good = search.roots(search.drawn(starts))
+    clear = np.array([bool(ok) and search.regular(one) for one, ok in zip(q, good, strict=True)])
+    places: list[Equilibrium] = []
+    spectra: list[Complexes] = []
+    for one in (search.wrapped(x) for x in q[clear]):
+        family = search.flat(one)
+        known = next((k for k, other in enumerate(places) if search.same(one, other.q)), None)
+        values = search.eigenvalues(one) if family and known is None else np.zeros(0, dtype=np.complex128)
+        if known is None and family:
+            some = (k for k, other in enumerate(places) if other.family and _alike(values, spectra[k]))
+            known = next(some, None)
+        if known is None:
+            places.append(Equilibrium(one, 1, family))
+            spectra.append(values)
+        else:
+            places[known] = replace(places[known], found=places[known].found + 1)
+    places.sort(key=lambda place: [round(float(x), 6) for x in place.q])
+    return Equilibria(
+        tuple(places), starts, int(np.sum(np.logical_not(good))), int(np.sum(good)) - int(np.sum(clear)),
+        tuple(name for name, idle in zip(asked.scene.coordinates, search.idle, strict=True) if idle),
+    )  # fmt: skip
+
+
+def nearest(asked: Prepared, q: Array, t: float = 0.0) -> Array | None:
+    """Return the equilibrium that Newton's method leads to from a position, None where it leads nowhere."""
+    search = _Search(asked, t)
+    found, good = search.roots(q[None, :])
+    return search.wrapped(found[0]) if good[0] and search.regular(found[0]) else None
+
+
+class _Search:
+    """Newton's method over many positions at once, shape (N, nq)."""
+
+    def __init__(self, asked: Prepared, t: float) -> None:
+        self.asked, self.v, self.scene, self.t = asked, asked.functions, asked.scene, t
+        self.block, state, graph = self.v.statics, self.v.w.state, self.v.w.graph
+        self.values: dict[Expr, Any] = {graph.symbol(name): x for name, x in opened(self.scene).values.items()}
+        self.values |= dict.fromkeys(map(graph.symbol, self.v.inputs), 0.0) | {graph.symbol(TIME): t}
+        self.values |= dict(zip(state.tau, asked.forces.tabulated(np.asarray(t), state.n).tolist(), strict=True))
+        parts = self.block.parts
+        needed = set(reachable([x for name in "frG" for x in parts[name][1]]))
+        self.idle = [q not in needed for q in state.q]
+        self.start = read_start(self.scene).q
+        here = asked.place(self.start, np.zeros(state.n), t)
+        self.sizes, self.units = here.sizes, coordinate_units(self.scene)
+        self.turns, self.numbers = self._turns(), numbers_at(self.scene)
+
+    def at(self, q: Array, multipliers: Array) -> dict[str, Array]:
+        """Return the parts of the equations, shape (N, ...)."""
+        values = dict(self.values)
+        values |= dict(zip(self.v.w.state.q, q.T, strict=True))
+        values |= dict(zip(self.v.multipliers, multipliers.T, strict=True))
+        return self.block.over(values, len(q))
+
+    def drawn(self, count: int) -> Array:
+        """Return seeded positions; the first is the scene's start."""
+        rng, found = random.Random(1), [self.start]
+        for _ in range(count - 1):
+            found.append(np.array([rng.uniform(-np.pi, np.pi) for _ in self.start]))
+        q = np.array(found)
+        q[:, self.idle] = self.start[self.idle]
+        return self._unit(q)
+
+    def _unit(self, q: Array) -> Array:
+        names = list(self.scene.coordinates)
+        for group in quaternions(self.scene):
+            part = slice(names.index(group[0]), names.index(group[0]) + 4)
+            q[:, part] /= np.linalg.norm(q[:, part], axis=1, keepdims=True)
+        return q
+
+    def roots(self, q: Array) -> tuple[Array, Array]:
+        """Return where starts lead, and which of these places are roots."""
+        n, rows = self.v.w.state.n, len(self.v.multipliers)
+        multipliers = np.zeros((len(q), rows))
+        for _ in range(STEPS):
+            found = self.at(q, multipliers)
+            J, F = self._scaled(found)
+            fine = np.isfinite(J).all(axis=(1, 2)) & np.isfinite(F).all(axis=1)
+            J[~fine], F[~fine] = 0.0, 0.0
+            step = -np.einsum("nij,nj->ni", np.linalg.pinv(J, rcond=1e-10), F)
+            moved = step[:, :n] * self.sizes
+            longest = np.abs(moved).max(axis=1, initial=0.0)
+            short = np.minimum(1.0, FARTHEST / np.maximum(longest, 1e-300))[:, None]
+            q = self._unit(q + np.einsum("nij,nj->ni", found["H"], moved * short))
+            multipliers = multipliers + step[:, n:] * short
+            if np.all(longest[fine] <= SMALL):
+                break
+        found = self.at(q, multipliers)
+        J, F = self._scaled(found)
+        parts = np.abs(J[:, :n, n:]) * np.abs(multipliers)[:, None, :]
+        size = np.abs(J[:, :n, :n]).max(axis=(1, 2), initial=0.0) + parts.max(axis=(1, 2), initial=0.0)
+        size = np.maximum(size, self._typical)
+        off = np.maximum(np.abs(F[:, :n]).max(axis=1, initial=0.0) / size, np.abs(F[:, n:]).max(axis=1, initial=0.0))
+        with np.errstate(invalid="ignore"):
+            return q, np.isfinite(q).all(axis=1) & (off <= BALANCED)
+
+    def _scaled(self, found: dict[str, Array]) -> tuple[Array, Array]:
+        """Return the Jacobian and the left side of the equations, velocities in units of their sizes."""
+        G, d = found["G"] * self.sizes, self.sizes
+        holding = list(np.flatnonzero(self.v.holding))
+        K = found["K"] * d[:, None] * d
+        top = np.concatenate([K, -G.transpose(0, 2, 1)], axis=2)
+        below = np.concatenate([G[:, holding], np.zeros((len(G), len(holding), G.shape[1]))], axis=2)
+        return np.concatenate([top, below], axis=1), np.concatenate([found["f"] * d, found["r"]], axis=1)
+
+    @property
+    def _typical(self) -> float:
+        """Force, in the scaled units, that is no rounding: the largest at the start."""
+        found = self.at(self.start[None, :], np.zeros((1, len(self.v.multipliers))))
+        size = float(np.nan_to_num(np.abs(found["f"] * self.sizes)).max(initial=0.0))
+        return max(size, 1e-6)
+
+    def _turns(self) -> list[bool]:
+        """Which coordinates are angles that a whole turn brings back, as it does not where a spring counts turns."""
+        here = np.array([[0.3 + 0.7 * k for k in range(len(self.start))]])
+        none, found = np.zeros((1, len(self.v.multipliers))), []
+        before = self.at(here, none)
+        for k, unit in enumerate(self.units):
+            after = self.at(here + 2 * np.pi * (np.arange(here.shape[1]) == k), none)
+            same = all(
+                np.allclose(before[name], after[name], rtol=1e-9, atol=1e-9 * (1 + np.abs(before[name]).max(initial=0)))
+                for name in "fr"
+            )
+            found.append(unit == "rad" and same)
+        return found
+
+    def wrapped(self, q: Array) -> Array:
+        """Return a position with angles within (-π, π] where a turn brings all back, and one of q and -q."""
+        found = q.copy()
+        for k, (turns, idle) in enumerate(zip(self.turns, self.idle, strict=True)):
+            if turns and not idle:
+                turned = np.pi - (np.pi - q[k]) % (2 * np.pi)
+                found[k] = np.pi if abs(turned + np.pi) < SAME else turned
+            if abs(found[k]) < SAME**2:
+                found[k] = 0.0
+        names = list(self.scene.coordinates)
+        for group in quaternions(self.scene):
+            part = slice(names.index(group[0]), names.index(group[0]) + 4)
+            first = found[part][np.abs(found[part]) > SAME][:1]
+            if first.size and first[0] < 0:
+                found[part] *= -1
+        return found
+
+    def regular(self, q: Array) -> bool:
+        """Tell whether a place is none where angles are singular, a wheel lies flat or branches of loops meet."""
+        if self.numbers.singular_angles(q) or self.numbers.lying_flat(q):
+            return False
+        try:
+            self.asked.place(q, np.zeros(self.v.w.state.n), self.t)
+        except LinearizeError:
+            return False
+        return True
+
+    def same(self, x: Array, y: Array) -> bool:
+        """Tell whether two places are one."""
+        apart = np.abs(x - y)
+        turned = np.abs(np.pi - np.abs(apart % (2 * np.pi) - np.pi))
+        return bool(np.where(self.turns, turned, apart).max(initial=0.0) < SAME)
+
+    def flat(self, q: Array) -> bool:
+        """Tell whether there are equilibria next to one, moves of idle coordinates apart."""
+        here = self.asked.place(q, np.zeros(self.v.w.state.n), self.t)
+        found = self.at(q[None, :], here.point.multipliers[None, :])
+        J, _ = self._scaled(found)
+        lost = J.shape[2] - int(np.linalg.matrix_rank(J[0], tol=FLAT * np.abs(J[0]).max(initial=1e-300)))
+        return bool(lost > sum(self.idle))
+
+    def eigenvalues(self, q: Array) -> Complexes:
+        """Return the eigenvalues of the motion next to a place."""
+        return self.asked.at(q, np.zeros(self.v.w.state.n), self.t).eigenvalues
+
+
+def _alike(x: Complexes, y: Complexes) -> bool:
+    """Tell whether two sets of eigenvalues are one."""
+    if len(x) != len(y):
+        return False
+    apart, size = np.abs(x[:, None] - y[None, :]), max(float(np.abs(x).max(initial=0.0)), 1e-9)
+    return bool(np.max([apart.min(axis=0), apart.min(axis=1)], initial=0.0) < ALIKE * size)

@@ -1,0 +1,117 @@
+"""What is linearised, derived once for all values of parameters; and the linear system at a state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.dynamics import LoopChoices
+from symdyn.dynamics.roads.derivative_outputs import COLUMNS
+from symdyn.errors import LinearizeError, NoValueError
+from symdyn.linear.eliminated import Choice, Place, chosen, independent, matrices, place, symbols_at
+from symdyn.linear.linearization import Axis, Linearization
+from symdyn.linear.outputs import Outputs, read_outputs
+from symdyn.linear.variations import Variations, variations
+from symdyn.scene import Scene
+from symdyn.scene.units import velocity_units
+from symdyn.simulation.equations.opened import opened
+from symdyn.simulation.prescribed.forces import Forces, inputs_of, read_forces
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """What is linearised: a scene at its values under forces, and what is looked at; the functions are derived."""
+
+    scene: Scene
+    forces: Forces
+    outputs: Outputs
+    functions: Variations
+    wanted: tuple[int, ...]
+
+    @property
+    def drives(self) -> list[int]:
+        """Velocities whose drives are inputs; a prescribed motion finds its own."""
+        led = self.functions.w.prescribed.place
+        return [k for k, drive in enumerate(self.scene.drives) if drive and k not in led]
+
+    def place(self, q: Array, u: Array, t: float = 0.0, given: Array | None = None) -> Place:
+        """Return what happens at a state; forces are `given` in place of what tables say, shape (nv,)."""
+        values = opened(self.scene).values
+        tables = self.forces.tabulated(np.asarray(t), len(u)) if given is None else given
+        try:
+            return place(self.functions, values, t, q, u, tables)
+        except NoValueError as fault:
+            raise LinearizeError(f"{self.scene.name}: {fault}") from None
+
+    def kinematics(self, q: Array, t: float = 0.0) -> tuple[Array, Array]:
+        """Return the rows that hold velocities, those of prescribed motions last, shape (rows, nv), and H: q̇ = H u."""
+        v, none = self.functions, np.zeros(len(self.scene.velocities))
+        found = v.motion.at(symbols_at(v, opened(self.scene).values, t, q, none, none))
+        return found["G"], found["H"]
+
+    def at(
+        self,
+        q: Array,
+        u: Array,
+        t: float = 0.0,
+        notes: Sequence[str] = (),
+        given: Array | None = None,
+        like: Linearization | None = None,
+    ) -> Linearization:
+        """Return the linear system at a state, of the same states as another one is; errors as of `linearize`."""
+        v, scene = self.functions, self.scene
+        here = self.place(q, u, t, given)
+        try:
+            choice = chosen(here, self.wanted) if like is None else self._like(here, like)
+            found = matrices(v, here, choice, self.drives)
+        except NoValueError as fault:
+            raise LinearizeError(f"{scene.name}: {fault}") from None
+        except np.linalg.LinAlgError:
+            raise LinearizeError(f"{scene.name}: independent states do not determine the others there") from None
+        for matrix in (found.A, found.B, found.C, found.D):
+            if not np.isfinite(matrix).all():
+                raise LinearizeError(f"{scene.name}: a derivative has no finite value there; give another place")
+        units, labels = velocity_units(scene), COLUMNS["q"](v.w)
+        states = Axis(
+            (*(labels[k] for k in choice.positions), *(scene.velocities[k] for k in choice.velocities)),
+            (*(units[k] for k in choice.positions), *(f"{units[k]}/s" for k in choice.velocities)),
+        )
+        inputs = Axis(
+            (*(str(scene.drives[k]) for k in self.drives), *v.inputs),
+            (*("N m" if units[k] == "rad" else "N" for k in self.drives), *("" for _ in v.inputs)),
+        )
+        return Linearization(
+            scene, here.point, states, inputs, Axis(self.outputs.names, self.outputs.units), found.A, found.B, found.C,
+            found.D, len(choice.positions), found.moves, found.directions, found.rates, notes=tuple(notes),
+        )  # fmt: skip
+
+    def _like(self, here: Place, other: Linearization) -> Choice:
+        names, labels = self.scene.velocities, COLUMNS["q"](self.functions.w)
+        p = other.positions
+        positions = [k for k, name in enumerate(labels) if name not in other.states.names[:p]]
+        return independent(here, positions, [k for k, name in enumerate(names) if name not in other.states.names[p:]])
+
+
+def prepared(
+    scene: Scene,
+    forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
+    outputs: Sequence[str] = (),
+    independent: Sequence[str] = (),
+) -> Prepared:
+    """Return what is linearised, derived once for all values of parameters; arguments and errors as of `linearize`."""
+    found = opened(scene)
+    if not scene.velocities:
+        raise LinearizeError(f"{scene.name}: nothing moves: no joint has a coordinate")
+    forces = forces if isinstance(forces, Forces) else read_forces(scene, forces, inputs=True)
+    looked = read_outputs(scene, outputs)
+    closing = LoopChoices(tuple(independent), parameters=found.closing.parameters)
+    inputs = inputs_of(scene, forces)
+    if not scene.is_closed:
+        closing = LoopChoices()  # nothing is decided in numbers, and one derivation serves all values
+    v = variations(found.scene, closing, tuple(forces.formulas.items()), inputs, looked.formulas)
+    every = range(len(scene.velocities))
+    wanted = v.w.loops.decisions.partition.independent if scene.is_closed else every
+    return Prepared(scene, forces, looked, v, tuple(k for k in wanted if k not in v.w.prescribed.place))

@@ -1,0 +1,274 @@
+"""Whether a point is one of rest or of a steady motion, and the coordinates in which A is constant along that.
+
+Along a steady motion the independent velocities stay, and A with them once positions that move and on which nothing
+depends are no states any more: the place of a wheel on the ground, the angle of a spindle. Whether it does stay is
+looked at a second time, after the mechanism has moved on by about a radian.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.dynamics.loops.loop_numbers import Numbers
+from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.state import placement, vector
+from symdyn.dynamics.roads.derivative_outputs import COLUMNS
+from symdyn.errors import DerivationError, LinearizeError
+from symdyn.linear.equilibrium import nearest
+from symdyn.linear.linearization import Linearization
+from symdyn.linear.modes import untouched
+from symdyn.linear.prepared import Prepared
+from symdyn.scene import JOINTS, Joint, acceleration_name
+from symdyn.scene.units import velocity_units
+from symdyn.simulation.equations.opened import numbers_at
+
+BALANCED = 1e-6
+"""Accelerations, over the largest entry of A or 1, that are none."""
+
+STILL = 1e-12
+"""Velocities, rad/s or m/s, that are none."""
+
+EQUAL = 1e-6
+"""Differences of A between two times, over its largest entry, that are none."""
+
+TRIES, CLOSE, FARTHEST, CLOSING = 40, 1e-9, 0.3, 6
+"""Newton steps to a steady motion, the step that is none, the longest, rad or m, and steps that close loops again."""
+
+ON, STEPS = 0.9, 32
+"""How far, rad or m, the mechanism is moved on, and in how many steps."""
+
+
+def settled(asked: Prepared, found: Linearization, anywhere: bool = False) -> Linearization:
+    """Return a system at a point of rest, or of a steady motion with its cyclic positions dropped.
+
+    Raises:
+        LinearizeError: it is neither, with what is out of balance and where it is not; not if `anywhere` is asked for.
+    """
+    velocities = [found.scene.velocities.index(name) for name in found.states.names[found.positions :]]
+    size = max(1.0, float(np.abs(found.A[found.positions :]).max(initial=0.0)))
+    off = [k for k in velocities if abs(found.point.udot[k]) > BALANCED * size]
+    still = np.abs(found.point.u).max(initial=0.0) <= STILL
+    if not off and still:
+        return found
+    if off:
+        if anywhere:
+            return replace(found, kind="moving")
+        raise LinearizeError(_out_of_balance(asked, found, off, still))
+    steady, why = _steady(asked, found)
+    if steady is not None:
+        return steady
+    if anywhere:
+        return replace(found, kind="moving")
+    raise LinearizeError(f"{found.scene.name}: {why}")
+
+
+def _steady(asked: Prepared, found: Linearization) -> tuple[Linearization | None, str]:
+    """Return the system along a steady motion, or why it is none."""
+    rates = _rates_of_positions(asked, found)
+    labels = COLUMNS["q"](asked.functions.w)
+    q, time = _later(asked, found)
+    try:
+        later = asked.at(q, _velocities(asked, found, q), found.point.t + time, like=found)
+    except LinearizeError:
+        later = found
+    for words, spin in _spins(asked, found) if later is not found else ():
+        here, there = (_turned(one, found, labels, spin, after) for one, after in ((found, 0.0), (later, time)))
+        dropped = _cyclic(here, rates)
+        one, other = here.without(dropped), there.without(dropped)
+        apart = float(np.abs(one.A - other.A).max(initial=0.0))
+        if apart <= EQUAL * max(1.0, float(np.abs(one.A).max(initial=0.0))):
+            return _told(one, time, apart, found, words), ""
+    moving = ", ".join(found.states.names[k] for k in range(found.positions) if abs(rates[k]) > STILL)
+    return None, (
+        f"no steady motion: A changes as {moving} move on; velocities stay, but forces depend on where it is. Take "
+        "coordinates of which those that move are cyclic, such as angles in place of a quaternion, or --anywhere for A "
+        "at this instant"
+    )
+
+
+def _cyclic(found: Linearization, rates: Array) -> list[int]:
+    """Return the positions that move and on which nothing depends, one after the other."""
+    dropped: list[int] = []
+    while True:
+        rest = [k for k in range(len(found.states)) if k not in dropped]
+        moving = [i for i, k in enumerate(rest) if k < found.positions and abs(rates[k]) > STILL]
+        more = [rest[i] for i in untouched(found.A[np.ix_(rest, rest)], moving)]
+        if not more:
+            return sorted(dropped)
+        dropped += more
+
+
+def _spins(asked: Prepared, found: Linearization) -> list[tuple[str, Array]]:
+    """Return ways to look at what turns in a moved frame, none first: words, and Ω of Ṙ = Ω R, shape (nv, nv).
+
+    R takes components in the body's axes to those of a frame that turns with the body but for its spin about an axis n:
+    ω = a n + b e with e the vertical, Ω = a ñ.
+    """
+    n = len(found.point.u)
+    ways = [("", np.zeros((n, n)))]
+    first = 0
+    for joint in found.scene.moving:
+        at = first
+        for block in JOINTS[joint.type].blocks(joint):
+            wide = len(block.velocities)
+            turning = found.point.u[at + wide - 3 : at + wide] if block.letters else np.zeros(0)
+            if np.abs(turning).max(initial=0.0) > STILL:
+                vertical = _vertical(found, joint)
+                for k, axis in enumerate(np.eye(3)):
+                    basis = np.stack([axis, vertical], axis=1)
+                    parts = np.linalg.lstsq(basis, turning, rcond=1e-9)[0]
+                    if np.abs(basis @ parts - turning).max() <= EQUAL * np.abs(turning).max():
+                        spin = np.zeros((n, n))
+                        for part in range(at, at + wide, 3):
+                            spin[part : part + 3, part : part + 3] = parts[0] * _skew(axis)
+                        ways.append((f"in axes of {joint.child} that do not spin with it about its {'xyz'[k]}", spin))
+            at += wide
+        first += len(joint.rates)
+    return ways
+
+
+def _vertical(found: Linearization, joint: Joint) -> Array:
+    """Return the direction of gravity, or zero, in the frame that a joint has moved."""
+    numbers = numbers_at(found.scene)
+    graph = numbers.graph
+    R = (body_placements(found.scene, graph)[joint.child] @ placement(joint.tip, graph).inverse()).R
+    down = vector(found.scene.gravity, graph)
+    turned = numbers.at([sum((R[r][c] * down[r] for r in range(3)), graph.zero) for c in range(3)], found.point.q)
+    return turned / (float(np.linalg.norm(turned)) or 1.0)
+
+
+def _skew(axis: Array) -> Array:
+    x, y, z = axis
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
+def _turn(spin: Array) -> Array:
+    """Return exp of a skew matrix, by its eigenvectors."""
+    values, vectors = np.linalg.eigh(1j * spin)
+    return np.asarray((vectors * np.exp(-1j * values)) @ vectors.conj().T).real
+
+
+def _turned(
+    found: Linearization, start: Linearization, labels: Sequence[str], spin: Array, time: float
+) -> Linearization:
+    """Return a system after some time with its states in a frame that spins by Ω against the body's axes.
+
+    States are some entries P of N x, N of the point in that frame; there N stays, so
+
+        X = P R⁻¹ N,  x̃ = X⁻¹ x,  Ã = X⁻¹ A X + X⁻¹ P R⁻¹ Ω N
+    """
+    if not spin.any():
+        return found
+    p = start.positions
+    N = np.vstack([np.hstack([start.directions, np.zeros((len(spin), len(start.states) - p))]), start.rates])
+    velocities = start.scene.velocities
+    n = len(spin)
+    chosen = [labels.index(name) for name in start.states.names[:p]]
+    chosen += [n + velocities.index(name) for name in start.states.names[p:]]
+    back = np.kron(np.eye(2), _turn(-time * spin))
+    both = np.kron(np.eye(2), spin)
+    X = (back @ N)[chosen]
+    A = np.linalg.solve(X, found.A @ X + (back @ both @ N)[chosen])
+    return replace(found, A=A)
+
+
+def _told(steady: Linearization, time: float, apart: float, full: Linearization, words: str) -> Linearization:
+    """Return a steady system with the notes that say how it is known to be one."""
+    same = "the same" if apart == 0 else f"the same to {apart:.1g}"
+    notes = [f"steady motion: A is {same} at t = {full.point.t:g} s and {full.point.t + time:.3g} s"]
+    if words:
+        notes.append(f"directions and velocities along axes of a body are {words}")
+    if steady.dropped:
+        notes.append(f"cyclic, and no states: {', '.join(steady.dropped)}")
+    lost = [name for name in full.outputs.names if name not in steady.outputs.names]
+    if lost:
+        notes.append(f"no outputs, as they move on for ever: {', '.join(lost)}")
+    return replace(steady, kind="steady", notes=(*full.notes, *notes))
+
+
+def _rates_of_positions(asked: Prepared, found: Linearization) -> Array:
+    """Return how fast each independent position moves, shape (p,)."""
+    labels = COLUMNS["q"](asked.functions.w)
+    return np.array([found.point.u[labels.index(name)] for name in found.states.names[: found.positions]])
+
+
+def _velocities(asked: Prepared, found: Linearization, q: Array) -> Array:
+    """Return velocities at a position whose independent ones are those of the point."""
+    G, _ = asked.kinematics(q, found.point.t)
+    independent = [found.scene.velocities.index(name) for name in found.states.names[found.positions :]]
+    led = list(asked.functions.w.prescribed.place)
+    kept = [*independent, *led]
+    dependent = [k for k in range(len(found.point.u)) if k not in kept]
+    u = found.point.u.copy()
+    if dependent:
+        u[dependent] = -np.linalg.lstsq(G[:, dependent], G[:, kept] @ u[kept], rcond=None)[0]
+    return u
+
+
+def _later(asked: Prepared, found: Linearization) -> tuple[Array, float]:
+    """Return where the mechanism is after about a radian or a metre, and when, s; what has no rate has stayed."""
+    numbers, labels = numbers_at(found.scene), COLUMNS["q"](asked.functions.w)
+    time = ON / float(np.abs(found.point.u).max())
+    q, step = found.point.q.copy(), time / STEPS
+
+    def rate(place: Array) -> Array:
+        return asked.kinematics(place)[1] @ _velocities(asked, found, place)
+
+    for _ in range(STEPS):  # Runge and Kutta's
+        first = rate(q)
+        second = rate(q + step / 2 * first)
+        third = rate(q + step / 2 * second)
+        q = q + step / 6 * (first + 2 * second + 2 * third + rate(q + step * third))
+    q = _closed(numbers, q)
+    for k, name in enumerate(found.scene.coordinates):
+        if name in labels and abs(found.point.u[labels.index(name)]) <= STILL:
+            q[k] = found.point.q[k]
+    return q, time
+
+
+def _closed(numbers: Numbers, q: Array) -> Array:
+    """Return the closed position next to one."""
+    q = numbers.normalised(q)
+    for _ in range(CLOSING if numbers.scene.is_closed else 0):
+        back = np.linalg.lstsq(numbers.residual_rates(q), -numbers.residual(q), rcond=1e-9)[0]
+        q = numbers.moved(q, np.asarray(back, dtype=np.float64))
+    return q
+
+
+def _out_of_balance(asked: Prepared, found: Linearization, off: Sequence[int], still: bool) -> str:
+    """Return what is said of a point that is no equilibrium: what accelerates, and where nothing would."""
+    scene, units = found.scene, velocity_units(found.scene)
+    told = ", ".join(
+        f"{acceleration_name(scene.velocities[k])} = {found.point.udot[k]:.6g} {units[k]}/s^2" for k in off
+    )
+    what = "equilibrium" if still else "steady motion"
+    words = f"{scene.name}: no {what} at this point: {told}"
+    place = nearest(asked, found.point.q, found.point.t) if still else _balanced(asked, found)
+    if place is None:
+        return f"{words}; none is near; give forces or rates that balance it, or --anywhere for A at this instant"
+    near = ",".join(f"{name}={x + 0.0:.9g}" for name, x in zip(scene.coordinates, place, strict=True))
+    kept = "" if still else " and the same rates"
+    return f"{words}; the nearest {what} is at --at {near}{kept}; or give forces that hold it, or --anywhere"
+
+
+def _balanced(asked: Prepared, found: Linearization) -> Array | None:
+    """Return the position next to a point at which its independent velocities stay, None where Newton finds none."""
+    numbers, here, p = numbers_at(found.scene), found, found.positions
+    places = [found.scene.velocities.index(name) for name in found.states.names[p:]]
+    for _ in range(TRIES):
+        step = -np.linalg.lstsq(here.A[p:, :p], here.point.udot[places], rcond=1e-9)[0]
+        longest = float(np.abs(step).max(initial=0.0))
+        if longest < CLOSE:
+            size = max(1.0, float(np.abs(here.A[p:]).max(initial=0.0)))
+            return here.point.q if np.abs(here.point.udot[places]).max() <= BALANCED * size else None
+        q = here.point.q + here.moves @ (step * min(1.0, FARTHEST / longest))
+        q = _closed(numbers, q)
+        try:
+            here = asked.at(q, _velocities(asked, found, q), found.point.t, like=found)
+        except (LinearizeError, DerivationError):
+            return None
+    return None
