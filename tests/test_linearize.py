@@ -76,7 +76,7 @@ def parameters(scene: symdyn.Scene) -> dict[str, float]:
 def test_a_and_b_are_what_differences_of_the_equations_tend_to(name: str) -> None:
     scene = example(name)
     at, rates = PLAIN[name]
-    linear = symdyn.linearize(scene, at, rates)
+    linear = symdyn.linearize(scene, at, rates, anywhere=True)
     moving, step = Moving(linear), 1e-6
     columns = []
     for x in np.eye(len(linear.states)):

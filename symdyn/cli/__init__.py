@@ -21,6 +21,7 @@ VERBS = {
     "verify": "prove the equations, measure the code",
     "simulate": "compute the motion that forces give",
     "inverse": "compute the forces that a motion takes",
+    "linearize": "A, B, C, D, modes and stability next to a point",
     "bench": "measure run time against error",
     "stress": "hard cases for the numerics",
     "info": "show the mechanism and what its functions cost",

@@ -111,11 +111,16 @@ def equilibria(asked: Prepared, t: float = 0.0, starts: int = STARTS) -> Equilib
     )  # fmt: skip
 
 
-def nearest(asked: Prepared, q: Array, t: float = 0.0) -> Array | None:
-    """Return the equilibrium that Newton's method leads to from a position, None where it leads nowhere."""
+def nearest(asked: Prepared, q: Array, t: float = 0.0, whole: bool = True) -> Array | None:
+    """Return the equilibrium that Newton's method leads to from a position, None where it leads nowhere.
+
+    Whole turns are taken away, but for those who compare it with where it began.
+    """
     search = _Search(asked, t)
     found, good = search.roots(q[None, :])
-    return search.wrapped(found[0]) if good[0] and search.regular(found[0]) else None
+    if not (good[0] and search.regular(found[0])):
+        return None
+    return search.wrapped(found[0]) if whole else found[0]
 
 
 class _Search:

@@ -18,7 +18,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.errors import LinearizeError
-from symdyn.linear.modes import Mode, Spectrum, spectrum, untouched
+from symdyn.linear.modes import Mode, Spectrum, spectrum
 from symdyn.scene import Scene
 
 Kind = Literal["rest", "steady", "moving"]
@@ -76,6 +76,8 @@ class Linearization:
         rates: how all velocities move with the states, shape (nv, nx).
         kind: whether x = 0 is an equilibrium ("rest"), a motion along which A is constant ("steady") or neither.
         dropped: cyclic positions of a steady motion that are no states, as nothing depends on them.
+        cyclic: positions that can be anywhere: equilibria, or motions, are the same there; one eigenvalue zero each.
+        family: how many more directions lead to other equilibria next to this one.
         notes: what a user should know.
     """
 
@@ -94,6 +96,8 @@ class Linearization:
     rates: Array = field(repr=False)
     kind: Kind = "rest"
     dropped: tuple[str, ...] = ()
+    cyclic: tuple[str, ...] = ()
+    family: int = 0
     notes: tuple[str, ...] = ()
 
     def without(self, positions: Sequence[int]) -> Linearization:
@@ -125,11 +129,6 @@ class Linearization:
         for mode in self.modes:
             found += [mode.value, mode.value.conjugate()] if mode.oscillates else [mode.value]
         return np.array([*found, *[0j] * self.spectrum.zeros])
-
-    @cached_property
-    def cyclic(self) -> tuple[str, ...]:
-        """Positions on which no rate depends: each has an eigenvalue zero."""
-        return tuple(self.states.names[k] for k in untouched(self.A, range(self.positions)))
 
     def control(self) -> Any:
         """Return it as a StateSpace of python-control, names included.

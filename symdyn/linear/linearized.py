@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from symdyn.linear.equilibrium import Equilibria, equilibria
 from symdyn.linear.linearization import Linearization
-from symdyn.linear.prepared import prepared
-from symdyn.linear.steady import settled
+from symdyn.linear.prepared import Prepared, prepared
+from symdyn.linear.steady import at_rest, settled
 from symdyn.scene import Scene, bind
 from symdyn.simulation import Trajectory
 from symdyn.simulation.initial import Start, read_start
@@ -67,8 +65,7 @@ def linearize_at_rest(
     scene = bind(scene, values) if values else scene
     asked = prepared(scene, forces, outputs, independent)
     found = equilibria(asked)
-    still = np.zeros(len(scene.velocities))
-    return tuple(asked.at(place.q, still) for place in found.places), found
+    return tuple(at_rest(asked, place) for place in found.places), found
 
 
 def linearize_along(
@@ -80,14 +77,39 @@ def linearize_along(
 ) -> tuple[Linearization, ...]:
     """Return the systems along a run, one a sample, whose driving forces are inputs that stay at what they are there.
 
-    Independent positions and velocities are those of the first sample, as long as they determine the others well.
+    Independent positions and velocities are those of the first sample.
     Arguments and errors as of `linearize`; where `forces` give a drive a formula, that feeds back.
     """
-    asked = prepared(scene, forces, outputs, independent)
-    fed = [k for k in range(len(scene.velocities)) if k in asked.forces.formulas]
+    return along(prepared(scene, forces, outputs, independent), run)
+
+
+def along(asked: Prepared, run: Trajectory) -> tuple[Linearization, ...]:
+    """Return the systems along a run; see `linearize_along`."""
+    fed = [*asked.forces.formulas, *asked.functions.w.prescribed.place]
     found: list[Linearization] = []
     for t, q, u, tau in zip(run.t, run.q, run.qd, run.tau, strict=True):
         given = tau.copy()
-        given[[*fed, *asked.functions.w.prescribed.place]] = 0.0
-        found.append(replace(asked.at(q, u, float(t), given=given), kind="moving"))
+        given[fed] = 0.0
+        like = found[0] if found else None
+        found.append(replace(asked.at(q, u, float(t), given=given, like=like), kind="moving"))
     return tuple(found)
+
+
+def told_of(places: Equilibria, systems: Sequence[tuple[Prepared, Linearization]]) -> list[str]:
+    """Return what is said of how positions of rest were found."""
+    count = len(places.places)
+    starts = f"{places.starts} seeded starts of Newton's method"
+    found = (
+        f"{count} position{'s' * (count != 1)} of rest found from {starts}"
+        if count
+        else f"no position of rest was found from {starts}"
+    )
+    lines = [f"{found}; there may be more"]
+    if places.singular:
+        lines.append(
+            f"{places.singular} of them led to where angles are singular, a wheel lies flat or branches of loops meet, "
+            "which are no equilibria"
+        )
+    if any(place.family for place in places.places):
+        lines.append("where equilibria are not isolated, one of each family is told")
+    return lines

@@ -18,9 +18,9 @@ from symdyn.dynamics.mechanism.placements import body_placements
 from symdyn.dynamics.mechanism.state import placement, vector
 from symdyn.dynamics.roads.derivative_outputs import COLUMNS
 from symdyn.errors import DerivationError, LinearizeError
-from symdyn.linear.equilibrium import nearest
+from symdyn.linear.equilibrium import Equilibrium, nearest
 from symdyn.linear.linearization import Linearization
-from symdyn.linear.modes import untouched
+from symdyn.linear.modes import NOTHING, balance, untouched
 from symdyn.linear.prepared import Prepared
 from symdyn.scene import JOINTS, Joint, acceleration_name
 from symdyn.scene.units import velocity_units
@@ -38,6 +38,9 @@ EQUAL = 1e-6
 TRIES, CLOSE, FARTHEST, CLOSING = 40, 1e-9, 0.3, 6
 """Newton steps to a steady motion, the step that is none, the longest, rad or m, and steps that close loops again."""
 
+AWAY = 0.05
+"""How far, rad or m, to look whether equilibria go on."""
+
 ON, STEPS = 0.9, 32
 """How far, rad or m, the mechanism is moved on, and in how many steps."""
 
@@ -53,7 +56,7 @@ def settled(asked: Prepared, found: Linearization, anywhere: bool = False) -> Li
     off = [k for k in velocities if abs(found.point.udot[k]) > BALANCED * size]
     still = np.abs(found.point.u).max(initial=0.0) <= STILL
     if not off and still:
-        return found
+        return with_families(asked, found)
     if off:
         if anywhere:
             return replace(found, kind="moving")
@@ -81,13 +84,59 @@ def _steady(asked: Prepared, found: Linearization) -> tuple[Linearization | None
         one, other = here.without(dropped), there.without(dropped)
         apart = float(np.abs(one.A - other.A).max(initial=0.0))
         if apart <= EQUAL * max(1.0, float(np.abs(one.A).max(initial=0.0))):
-            return _told(one, time, apart, found, words), ""
+            return _cyclic_at_rest(asked, found, _told(one, time, apart, found, words), dropped), ""
     moving = ", ".join(found.states.names[k] for k in range(found.positions) if abs(rates[k]) > STILL)
     return None, (
         f"no steady motion: A changes as {moving} move on; velocities stay, but forces depend on where it is. Take "
         "coordinates of which those that move are cyclic, such as angles in place of a quaternion, or --anywhere for A "
         "at this instant"
     )
+
+
+def at_rest(asked: Prepared, place: Equilibrium) -> Linearization:
+    """Return the system at a position of rest."""
+    return with_families(asked, asked.at(place.q, np.zeros(len(asked.scene.velocities))))
+
+
+def with_families(asked: Prepared, found: Linearization) -> Linearization:
+    """Return a system at rest with the directions named that lead to other equilibria: not to first order alone."""
+    p = found.positions
+    alone = [k for k in untouched(found.A, range(p)) if _leads_on(asked, found, np.eye(p)[k])]
+    others = [k for k in range(p) if k not in alone]
+    scale = balance(found.A)
+    _, values, rows = np.linalg.svd((found.A * scale[None, :] / scale[:, None])[:, others])
+    size = float(np.abs(values).max(initial=0.0))
+    rank = int(np.sum(values > NOTHING * size)) if size else 0
+    ways = np.zeros((len(others) - rank, p))
+    ways[:, others] = rows[rank:] * scale[others]
+    family = sum(_leads_on(asked, found, way / np.abs(way).max()) for way in ways)
+    return replace(found, cyclic=tuple(found.states.names[k] for k in alone), family=family)
+
+
+def _leads_on(asked: Prepared, found: Linearization, way: Array) -> bool:
+    """Tell whether equilibria go on along a direction of positions: Newton's method does not come back."""
+    numbers = numbers_at(found.scene)
+    there = _closed(numbers, numbers.moved(found.point.q, AWAY * (found.directions @ way)))
+    place = nearest(asked, there, found.point.t, whole=False)
+    far = np.abs(there - found.point.q).max()
+    return place is not None and bool(np.abs(place - there).max() < far / 4)
+
+
+def _cyclic_at_rest(
+    asked: Prepared, full: Linearization, steady: Linearization, dropped: Sequence[int]
+) -> Linearization:
+    """Return a steady system with those of its positions named that do not move and on which nothing depends."""
+    numbers, names = numbers_at(full.scene), []
+    for k in untouched(steady.A, range(steady.positions)):
+        way = full.directions[:, full.states.names.index(steady.states.names[k])]
+        q = _closed(numbers, numbers.moved(full.point.q, AWAY * way))
+        try:
+            there = asked.at(q, _velocities(asked, full, q), full.point.t, like=full).without(dropped)
+        except LinearizeError:
+            continue
+        if np.allclose(there.A, full.without(dropped).A, rtol=EQUAL, atol=EQUAL * np.abs(full.A).max()):
+            names.append(steady.states.names[k])
+    return replace(steady, cyclic=tuple(names))
 
 
 def _cyclic(found: Linearization, rates: Array) -> list[int]:

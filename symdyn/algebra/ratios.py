@@ -1,0 +1,230 @@
+"""Rational functions of what a graph names, in lowest terms: what small exact matrices are solved in.
+
+Generators are symbols, π, and functions of anything (sin q, a root), each an unknown of its own but for
+
+    sin²x = 1 - cos²x,  √x² = x            x any node; of roots only where x is a polynomial
+
+so that equal functions may still look different where angles are added: they are equal, and no one says that they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from flint import Ordering, fmpq, fmpq_mpoly_ctx
+
+from symdyn.algebra.form import Form, Number, form_of, power_of, product_of, sum_of
+from symdyn.graph import Expr, Op, reachable
+
+Polynomial = Any  # flint.fmpq_mpoly, which carries no type hints
+
+EXTRA = "x"
+"""Name of the generator that stands for an eigenvalue."""
+
+
+class Ratio(NamedTuple):
+    """A quotient in lowest terms, the denominator's leading coefficient one."""
+
+    over: Polynomial
+    under: Polynomial
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether it is zero."""
+        return bool(self.over == 0)
+
+    @property
+    def size(self) -> int:
+        """How many terms it has."""
+        return len(self.over) + len(self.under)
+
+
+class Ratios:
+    """The field: an `Algebra`."""
+
+    def __init__(self, outputs: Iterable[Expr]) -> None:
+        """Take the generators that `outputs` need."""
+        plain = (Op.CONSTANT, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG)
+        self.atoms = [node for node in reachable(outputs) if node.op not in plain]
+        self.atoms.sort(key=lambda node: node.op is not Op.SQRT)  # so that roots are divided by before what is in them
+        self._ctx = fmpq_mpoly_ctx.get((EXTRA, *(f"a{k}" for k in range(len(self.atoms)))), Ordering.lex)
+        self.extra, *generators = self._ctx.gens()
+        self._generators = dict(zip(self.atoms, generators, strict=True))
+        self._one = self.extra**0
+        self.zero, self.one = self._ratio(0 * self._one), self._ratio(self._one)
+        self._relations: dict[Expr, Polynomial] = {}
+        for node in self.atoms:
+            if node.op is Op.SIN:
+                other = self._generators.get(node.graph.cos(node.args[0]))
+                if other is not None:
+                    self._relations[node] = self._generators[node] ** 2 + other**2 - 1
+
+    def _ratio(self, over: Polynomial, under: Polynomial | None = None) -> Ratio:
+        under = self._one if under is None else under
+        for relation in self._relations.values() if hasattr(self, "_relations") else ():
+            over, under = divmod(over, relation)[1], divmod(under, relation)[1]
+        if under == 0:
+            raise ZeroDivisionError
+        if over == 0:
+            return Ratio(over, self._one)
+        common = over.gcd(under)
+        over, under = divmod(over, common)[0], divmod(under, common)[0]
+        lead = under.leading_coefficient()
+        return Ratio(over / lead, under / lead)
+
+    def constant(self, value: Fraction) -> Ratio:
+        """Return a number."""
+        return Ratio(self._one * fmpq(value.numerator, value.denominator), self._one)
+
+    def pi(self) -> Ratio:
+        """Return π, a generator."""
+        (node,) = [one for one in self.atoms if one.op is Op.PI]
+        return Ratio(self._generators[node], self._one)
+
+    def symbol(self, node: Expr) -> Ratio:
+        """Return a symbol, a generator."""
+        return Ratio(self._generators[node], self._one)
+
+    def add(self, a: Ratio, b: Ratio) -> Ratio:
+        """Return a + b."""
+        return self._ratio(a.over * b.under + b.over * a.under, a.under * b.under)
+
+    def sub(self, a: Ratio, b: Ratio) -> Ratio:
+        """Return a - b."""
+        return self._ratio(a.over * b.under - b.over * a.under, a.under * b.under)
+
+    def mul(self, a: Ratio, b: Ratio) -> Ratio:
+        """Return a b."""
+        return self._ratio(a.over * b.over, a.under * b.under)
+
+    def div(self, a: Ratio, b: Ratio) -> Ratio:
+        """Return a / b."""
+        return self._ratio(a.over * b.under, a.under * b.over)
+
+    def neg(self, a: Ratio) -> Ratio:
+        """Return -a."""
+        return Ratio(-a.over, a.under)
+
+    def function(self, node: Expr, args: Sequence[Ratio]) -> Ratio:
+        """Return a function, a generator; its square where it is a root."""
+        if node.op is Op.SQRT and args[0].under == 1 and node not in self._relations:
+            self._relations[node] = self._generators[node] ** 2 - args[0].over
+        return Ratio(self._generators[node], self._one)
+
+    def values(self) -> dict[Expr, Ratio]:
+        """Return the value of every symbol."""
+        return {node: self.symbol(node) for node in self.atoms if node.op is Op.SYMBOL}
+
+    def form(self, ratio: Ratio) -> Form:
+        """Return a quotient as a formula, both sides in factors."""
+        if ratio.is_zero:
+            return Number(Fraction(0))
+        above, over = self._factors(ratio.over)
+        below, under = self._factors(ratio.under)
+        return product_of((Number(above / below), *over, *(power_of(one, -1) for one in under)))
+
+    def _factors(self, p: Polynomial) -> tuple[Fraction, list[Form]]:
+        scale, factors = p.factor()
+        number, found = Fraction(int(scale.p), int(scale.q)), []
+        for one, power in factors:
+            content = Fraction(int(one.leading_coefficient().p), int(one.leading_coefficient().q))
+            terms = [(powers, Fraction(int(c.p), int(c.q))) for powers, c in one.terms()]
+            sign = -1 if sum(c < 0 for _, c in terms) * 2 > len(terms) else 1
+            number *= Fraction(sign) ** int(power)
+            assert content != 0, "a factor has a leading term"
+            found.append(power_of(sum_of([self._term(sign * c, powers) for powers, c in terms]), int(power)))
+        return number, found
+
+    def _term(self, coefficient: Fraction, powers: Sequence[int]) -> Form:
+        """Return a term; the first generator is the extra one, which no formula shows."""
+        bases = [form_of(node) for node in self.atoms]
+        factors = [power_of(base, int(k)) for base, k in zip(bases, powers[1:], strict=True) if k]
+        return product_of((Number(coefficient), *factors))
+
+
+def solved(field: Ratios, A: Sequence[Sequence[Ratio]], B: Sequence[Sequence[Ratio]]) -> list[list[Ratio]]:
+    """Return X of A X = B, by Gauss and Jordan with the shortest pivots; ZeroDivisionError where A is singular."""
+    n = len(A)
+    rows = [[*a, *b] for a, b in zip(A, B, strict=True)]
+    for k in range(n):
+        pivot = min((r for r in range(k, n) if not rows[r][k].is_zero), key=lambda r: rows[r][k].size, default=None)
+        if pivot is None:
+            raise ZeroDivisionError
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        head = rows[k][k]
+        rows[k] = [x if x.is_zero else field.div(x, head) for x in rows[k]]
+        for r in range(n):
+            share = rows[r][k]
+            if r != k and not share.is_zero:
+                rows[r] = [
+                    x if y.is_zero else field.sub(x, field.mul(share, y)) for x, y in zip(rows[r], rows[k], strict=True)
+                ]
+    return [row[n:] for row in rows]
+
+
+def product(field: Ratios, A: Sequence[Sequence[Ratio]], B: Sequence[Sequence[Ratio]]) -> list[list[Ratio]]:
+    """Return A B."""
+    columns = list(zip(*B, strict=True))
+    return [[_dot(field, row, column) for column in columns] for row in A]
+
+
+def _dot(field: Ratios, a: Sequence[Ratio], b: Sequence[Ratio]) -> Ratio:
+    total = field.zero
+    for x, y in zip(a, b, strict=True):
+        if not (x.is_zero or y.is_zero):
+            total = field.add(total, field.mul(x, y))
+    return total
+
+
+def characteristic(field: Ratios, A: Sequence[Sequence[Ratio]]) -> list[Ratio]:
+    """Return the coefficients of det(λ - A), that of λⁿ first, by Faddeev and LeVerrier."""
+    n = len(A)
+    coefficients, M = [field.one], [[field.zero] * n for _ in range(n)]
+    for k in range(1, n + 1):
+        M = product(field, A, M)
+        for i in range(n):
+            M[i][i] = field.add(M[i][i], coefficients[-1])
+        trace = field.zero
+        for i, row in enumerate(product(field, A, M)):
+            trace = field.add(trace, row[i])
+        coefficients.append(field.mul(field.constant(Fraction(-1, k)), trace))
+    return coefficients
+
+
+def factors(field: Ratios, coefficients: Sequence[Ratio]) -> list[tuple[list[Ratio], int]]:
+    """Return the factors of a polynomial, each monic by its coefficients, highest first, and how often it is one."""
+    under = field.one.over
+    for one in coefficients:
+        under = divmod(under * one.under, under.gcd(one.under))[0]
+    n = len(coefficients) - 1
+    whole = sum(divmod(one.over * under, one.under)[0] * field.extra ** (n - k) for k, one in enumerate(coefficients))
+    found = []
+    for factor, power in whole.factor()[1]:
+        parts: dict[int, Polynomial] = {}
+        for powers, c in factor.terms():
+            rest = field.one.over * c
+            for generator, exponent in zip(field._ctx.gens()[1:], powers[1:], strict=True):
+                rest = rest * generator ** int(exponent)
+            parts[int(powers[0])] = parts.get(int(powers[0]), 0) + rest
+        top = max(parts)
+        if top:
+            zero = 0 * field.one.over
+            found.append(([field._ratio(parts.get(k, zero), parts[top]) for k in range(top, -1, -1)], int(power)))
+    return found
+
+
+def number_at(ratio: Ratio, field: Ratios, values: Mapping[Expr, float]) -> float:
+    """Return the value of a quotient where all its generators have one."""
+
+    def value(p: Polynomial) -> float:
+        total = 0.0
+        for powers, c in p.terms():
+            term = int(c.p) / int(c.q)
+            for node, exponent in zip(field.atoms, powers[1:], strict=True):
+                term *= values[node] ** int(exponent) if exponent else 1.0
+            total += term
+        return total
+
+    return value(ratio.over) / value(ratio.under)

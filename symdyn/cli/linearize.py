@@ -1,0 +1,167 @@
+"""`symdyn linearize SCENE`: A, B, C, D next to a point of rest, a steady motion or along a run; modes and stability."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from symdyn.cli.scene_options import add_reading_options, read_scene_to_move, split
+from symdyn.cli.talk import Waiting, print_json, print_paths, say
+from symdyn.cli.trajectory_options import collected, flattened, pairs
+from symdyn.errors import LinearizeError
+from symdyn.linear.equilibrium import equilibria
+from symdyn.linear.linearization import Linearization
+from symdyn.linear.linearized import along, told_of
+from symdyn.linear.prepared import Prepared, prepared
+from symdyn.linear.record import check_record, record
+from symdyn.linear.report import as_json, latex, text
+from symdyn.linear.run_files import read_run
+from symdyn.linear.steady import at_rest, settled
+from symdyn.linear.symbolic import Symbolic, symbolic
+from symdyn.scene import Scene
+from symdyn.scene.values.formula import split_commas
+from symdyn.simulation.initial import read_start
+from symdyn.simulation.prescribed.forces import read_forces
+
+FORMATS: Mapping[str, Callable[[Linearization, Symbolic | None], str]] = {"text": text, "latex": latex}
+
+REST = "rest"
+
+
+@dataclass(frozen=True)
+class System:
+    """A linear system and what it came from.
+
+    Attributes:
+        asked: what was linearised; linear systems at other places, and values, are asked of it.
+        found: the system.
+        formulas: the same in formulas, where it is small.
+    """
+
+    asked: Prepared
+    found: Linearization
+    formulas: Symbolic | None
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What more can be asked of linear systems: an option, what is printed for it, and what stands in JSON.
+
+    Attributes:
+        flag: the option, such as "--lqr".
+        how: further arguments of `add_argument`.
+        text: what is printed, "" for nothing.
+        json: what stands in JSON under the name of the option; None for nothing.
+    """
+
+    flag: str
+    how: Mapping[str, Any] = field(default_factory=dict)
+    text: Callable[[System, argparse.Namespace], str] = lambda system, options: ""
+    json: Callable[[System, argparse.Namespace], Any] = lambda system, options: None
+
+    @property
+    def name(self) -> str:
+        """Name of its value among the options."""
+        return self.flag.removeprefix("--").replace("-", "_")
+
+
+ASKED: tuple[Asked, ...] = ()
+"""What more can be asked, in the order in which it is told."""
+
+
+def add_options(verb: argparse.ArgumentParser) -> None:
+    """Add what the verb takes."""
+    add_reading_options(verb)
+    verb.add_argument(
+        "--at",
+        metavar="LIST",
+        help="coordinates there, e.g. theta=pi,x=0, or rest for all positions of rest; else as the scene starts",
+    )
+    verb.add_argument("--rates", metavar="LIST", help="velocities there, e.g. q1=2")
+    verb.add_argument(
+        "--forces",
+        nargs="+",
+        action="append",
+        metavar="F",
+        help='name=formula, such as "tau1=-2*q1+r": names that nobody knows, as r, are inputs; or a .toml or .csv file',
+    )
+    verb.add_argument("--along", metavar="FILE", help="a run, .csv or .npz, as simulate -o writes it")
+    verb.add_argument(
+        "--outputs",
+        metavar="LIST",
+        help="formulas in coordinates, velocities, point_tip_x, reaction_hinge_fx, ...; default: all coordinates",
+    )
+    verb.add_argument(
+        "--independent", metavar="LIST", help="coordinates that determine the others; else the best conditioned"
+    )
+    verb.add_argument(
+        "--anywhere", action="store_true", help="take points too that are neither of rest nor of a steady motion"
+    )
+    verb.add_argument("--format", choices=tuple(FORMATS), default="text", help="default: text")
+    verb.add_argument("--json", action="store_true", help="for machines, all digits")
+    verb.add_argument("-o", "--output", metavar="FILE", help=".npz, .mat or .csv")
+    for one in ASKED:
+        verb.add_argument(one.flag, **one.how)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Linearise, print, write."""
+    scene = read_scene_to_move(options)
+    if options.along is not None and (options.at or options.rates):
+        raise LinearizeError("--along takes its points from a run; leave --at and --rates out")
+    if options.at == REST and options.rates:
+        raise LinearizeError("--at rest has no velocities; leave --rates out, or say where with --at")
+    if options.output:
+        check_record(Path(options.output))
+    with Waiting() as progress:
+        progress("linearising")
+        systems, notes = _systems(scene, options)
+        told = [_json(one, options) if options.json else _text(one, options) for one in systems]
+    for note in notes:
+        say(f"symdyn: {note}")
+    if options.output:
+        record([one.found for one in systems], Path(options.output))
+        print_paths(options.output)
+    if options.json:
+        print_json(told if options.along is not None or options.at == REST else told[0])
+    elif not (options.output and options.along):
+        print("\n\n".join(map(str, told)))
+    return 0
+
+
+def _systems(scene: Scene, options: argparse.Namespace) -> tuple[list[System], Sequence[str]]:
+    """Return the linear systems that the options ask for, and what is said of how they were found."""
+    outputs, independent = split_commas(options.outputs or ""), split(options.independent) or ()
+    forces, start = collected(
+        lambda: read_forces(scene, flattened(options.forces), inputs=True),
+        lambda: (
+            None
+            if options.at == REST or options.along is not None
+            else read_start(scene, pairs(options.at, "--at"), pairs(options.rates, "--rates"))
+        ),
+    )
+    asked = prepared(scene, forces, outputs, independent)  # type: ignore[arg-type]
+    if options.along is not None:
+        return [System(asked, one, None) for one in along(asked, read_run(scene, Path(options.along)))], ()
+    if start is not None:
+        found = settled(asked, asked.at(start.q, start.u, notes=start.notes), options.anywhere)  # type: ignore[attr-defined]
+        return [System(asked, found, symbolic(asked, found))], ()
+    places = equilibria(asked)
+    systems = [at_rest(asked, place) for place in places.places]
+    notes = told_of(places, [(asked, one) for one in systems])
+    if not systems:
+        raise LinearizeError(f"{scene.name}: {notes[0]}; give forces that hold it, as in --forces NAME=FORMULA")
+    return [System(asked, one, symbolic(asked, one)) for one in systems], notes
+
+
+def _text(system: System, options: argparse.Namespace) -> str:
+    parts = [FORMATS[options.format](system.found, system.formulas)]
+    return "\n\n".join([*parts, *filter(None, (one.text(system, options) for one in ASKED))])
+
+
+def _json(system: System, options: argparse.Namespace) -> dict[str, Any]:
+    more = {one.name: value for one in ASKED if (value := one.json(system, options)) is not None}
+    return as_json(system.found, system.formulas) | more

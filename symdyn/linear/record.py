@@ -1,0 +1,101 @@
+"""Linear systems on disk: NumPy's .npz, MATLAB's .mat, and CSV with names on rows and columns."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from symdyn.emit import writing
+from symdyn.errors import LinearizeError, SimulateError
+from symdyn.linear.linearization import Axis, Linearization
+from symdyn.linear.report import as_json
+from symdyn.simulation.record import write_whole
+
+
+def arrays(found: Sequence[Linearization]) -> dict[str, Any]:
+    """Return the arrays of a system, or of several, then with one more axis in front; times and points beside them."""
+    parts: dict[str, Any] = {letter: np.array([getattr(one, letter) for one in found]) for letter in "ABCD"}
+    parts |= {name: np.array([getattr(one.point, name) for one in found]) for name in ("t", "q", "u", "tau")}
+    parts["eigenvalues"] = np.array([one.eigenvalues for one in found])
+    parts = {name: part[0] if len(found) == 1 else part for name, part in parts.items()}
+    for name in ("states", "inputs", "outputs"):
+        axis: Axis = getattr(found[0], name)
+        parts[name], parts[f"{name[:-1]}_units"] = np.array(axis.names), np.array(axis.units)
+    return parts
+
+
+def write_npz(found: Sequence[Linearization], file: IO[bytes]) -> None:
+    """Write arrays, names, units, and JSON of the rest."""
+    about = np.array(json.dumps([_about(one) for one in found], ensure_ascii=False))
+    np.savez_compressed(file, **arrays(found), about=about)
+
+
+def write_mat(found: Sequence[Linearization], file: IO[bytes]) -> None:
+    """Write arrays, names and units for MATLAB and Octave; several systems have a last axis more, one a system."""
+    from scipy.io import savemat
+
+    parts = arrays(found)
+    if len(found) > 1:
+        parts |= {letter: np.moveaxis(parts[letter], 0, -1) for letter in "ABCD"}
+    names = [name for name, part in parts.items() if part.dtype.kind == "U"]
+    parts |= {name: np.array(parts[name].tolist(), dtype=object) for name in names}
+    whole = io.BytesIO()
+    savemat(whole, parts)  # type: ignore[arg-type]  # a file serves
+    text = whole.getvalue()
+    file.write(b"symdyn linearize".ljust(116) + text[116:])  # in place of the date
+
+
+def csv_text(found: Sequence[Linearization]) -> str:
+    """Return A, B, C, D one below the other: the matrix, its row, and a column for every state and input."""
+    first = found[0]
+    lines = [",".join(["t", "matrix", "row", "unit", *map(_cell, (*first.states.names, *first.inputs.names))])]
+    for one in found:
+        for left, right, axis, name in ((one.A, one.B, one.states, "rate"), (one.C, one.D, one.outputs, "output")):
+            units = [f"{unit}/s" if name == "rate" else unit for unit in axis.units]
+            for row, unit, x, w in zip(axis.names, units, left.tolist(), right.tolist(), strict=True):
+                lines.append(",".join([repr(one.point.t), name, _cell(row), _cell(unit), *map(repr, (*x, *w))]))
+    return "\n".join(lines) + "\n"
+
+
+def _cell(text: str) -> str:
+    return '"' + text.replace('"', '""') + '"' if any(x in text for x in ',"\n') else text
+
+
+def _about(one: Linearization) -> dict[str, Any]:
+    return {key: value for key, value in as_json(one).items() if key not in ("A", "B", "C", "D", "formulas")}
+
+
+WRITERS: Mapping[str, Callable[[Sequence[Linearization]], writing.Contents]] = {
+    ".npz": lambda found: partial(write_npz, found),
+    ".mat": lambda found: partial(write_mat, found),
+    ".csv": csv_text,
+}
+
+
+def check_record(path: Path) -> None:
+    """Raise LinearizeError for a file that a system cannot be written to."""
+    if path.suffix.lower() not in WRITERS:
+        raise LinearizeError(f"{path}: linear systems are written to {' or '.join(WRITERS)} files")
+    if not path.parent.is_dir():
+        raise LinearizeError(f"{path}: there is no folder {path.parent}")
+
+
+def record(found: Sequence[Linearization], path: Path) -> None:
+    """Write systems of the same states, inputs and outputs to a file.
+
+    Raises:
+        LinearizeError: another ending, systems of different states, or a file that cannot be written.
+    """
+    check_record(path)
+    if len({(one.states, one.inputs, one.outputs) for one in found}) != 1:
+        raise LinearizeError(f"{path}: these are systems of different states; write one at a time, with --at")
+    try:
+        write_whole(path, WRITERS[path.suffix.lower()](found))
+    except SimulateError as fault:
+        raise LinearizeError(fault.faults) from None

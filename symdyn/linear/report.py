@@ -1,0 +1,256 @@
+"""What is told of a linear system: as text, as LaTeX, and for JSON.
+
+Formulas stand where the mechanism is small; numbers in all other cases, to six digits in print and all digits in JSON.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from symdyn.algebra.form import MINUS_ONE, Form, Number, product_of
+from symdyn.algebra.numeric import Array
+from symdyn.emit.print.breaking import bmatrix
+from symdyn.emit.print.formula_text import Latex, text_of
+from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.linear.linearization import Axis, Linearization
+from symdyn.linear.modes import Mode
+from symdyn.linear.stability import ZEROS, stability
+from symdyn.linear.symbolic import Root, Rows, Symbolic
+from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.simulation.prescribed.forces import drive_names
+
+DIGITS, NOTHING = 6, 1e-12
+"""Digits of numbers in print, and what beside the largest entry of a matrix is zero in print."""
+
+KINDS = {"rest": "at rest", "steady": "along a steady motion", "moving": "at an instant of a motion"}
+
+
+def number(x: float, size: float = 0.0) -> str:
+    """Return a number in print; one that is nothing beside `size` is 0."""
+    return "0" if abs(x) <= NOTHING * size else f"{x + 0.0:.{DIGITS}g}"
+
+
+def text(found: Linearization, formulas: Symbolic | None = None) -> str:
+    """Return a system as text: where, states, matrices, modes, stability."""
+    lines = [f"{found.scene.name}, linearised {KINDS[found.kind]}", f"  {_where(found)}"]
+    lines += [f"  {note}" for note in found.notes]
+    for letter, axis in (("x", found.states), ("w", found.inputs), ("y", found.outputs)):
+        lines.append(f"  {letter} = ({', '.join(_named(axis)) or 'nothing'})")
+    lines.append("")
+    every = {"A": (found.states, found.states), "B": (found.states, found.inputs),
+             "C": (found.outputs, found.states), "D": (found.outputs, found.inputs)}  # fmt: skip
+    for letter, (rows, columns) in every.items():
+        matrix: Array = getattr(found, letter)
+        if matrix.size and (letter in "AB" or matrix.any()):
+            lines += [*_table(letter, matrix, rows, columns), ""]
+        elif matrix.size:
+            lines += [f"{letter} = 0", ""]
+    if formulas is not None:
+        told = [line for letter in "ABCD" for line in _formulas(letter, getattr(formulas, letter), every[letter])]
+        lines += [*told, ""] if told else []
+    lines += [*_modes(found), *(f"  {line}" for line in roots(formulas)), ""]
+    verdict = stability(found)
+    lines.append(f"stability: {verdict.words}")
+    for kind, count in verdict.zeros.items():
+        names = f" ({', '.join(verdict.names)})" if kind == "cyclic" else ""
+        lines.append(f"  {count} eigenvalue{'s' * (count > 1)} zero {ZEROS[kind]}{names}")
+    return "\n".join(lines)
+
+
+def roots(formulas: Symbolic | None) -> list[str]:
+    """Return what closed forms say of eigenvalues, one line each."""
+    found = []
+    for root in formulas.roots if formulas is not None else ():
+        times = f"   ({root.times} times)" if root.times > 1 else ""
+        if root.kind != "zero":
+            found.append(_root(root) + times)
+    return found
+
+
+def _root(root: Root) -> str:
+    first, second = text_of(root.first), text_of(root.second)
+    if root.kind == "real":
+        return f"λ = {first}"
+    if root.kind == "coupled":
+        return f"ω⁴ - b ω² + c = 0 with b = {second}, c = {first}"
+    if first.startswith("-"):
+        grows = text_of(negated(root.first))
+        return f"λ² = {grows}" if root.kind == "pair" else f"λ² + ({second}) λ = {grows}"
+    return f"ω² = {first}" if root.kind == "pair" else f"ω² = {first}, 2 ζ ω = {second}"
+
+
+def negated(form: Form) -> Form:
+    """Return -form."""
+    return product_of((MINUS_ONE, form))
+
+
+def _named(axis: Axis) -> list[str]:
+    return [f"{name} [{unit}]" if unit else name for name, unit in zip(axis.names, axis.units, strict=True)]
+
+
+def _where(found: Linearization) -> str:
+    """Return the operating point: coordinates, velocities that are not zero, forces that are not."""
+    scene, point = found.scene, found.point
+    parts = [
+        f"{name} = {number(x)} {unit}"
+        for name, x, unit in zip(scene.coordinates, point.q, coordinate_units(scene), strict=True)
+    ]
+    units = velocity_units(scene)
+    parts += [f"{n} = {number(x)} {u}/s" for n, x, u in zip(scene.velocities, point.u, units, strict=True) if x]
+    names = drive_names(scene)
+    parts += [
+        f"{names[k]} = {number(x)} {'N m' if units[k] == 'rad' else 'N'}"
+        for k, x in enumerate(point.tau)
+        if abs(x) > NOTHING
+    ]
+    parts = [part.removesuffix(" 1") for part in parts]
+    return f"at {', '.join(parts)}" + (f"; t = {number(point.t)} s" if point.t else "")
+
+
+def _table(letter: str, matrix: Array, rows: Axis, columns: Axis) -> list[str]:
+    """Return a matrix with names on its rows and columns."""
+    size = float(np.abs(matrix).max(initial=0.0))
+    cells = [[letter, *columns.names]]
+    cells += [[name, *(number(x, size) for x in row)] for name, row in zip(rows.names, matrix.tolist(), strict=True)]
+    return _aligned(cells)
+
+
+def _aligned(cells: Sequence[Sequence[str]]) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return [
+        "  ".join([row[0].ljust(widths[0]), *(x.rjust(w) for x, w in zip(row[1:], widths[1:], strict=True))]).rstrip()
+        for row in cells
+    ]
+
+
+def _formulas(letter: str, rows: Rows, axes: tuple[Axis, Axis]) -> list[str]:
+    """Return the entries that are no numbers as formulas."""
+    return [
+        f"{letter}[{row}, {column}] = {text_of(entry)}"
+        for row, entries in zip(axes[0].names, rows, strict=True)
+        for column, entry in zip(axes[1].names, entries, strict=True)
+        if not isinstance(entry, Number)
+    ]
+
+
+def _modes(found: Linearization) -> list[str]:
+    """Return a line a mode: eigenvalue, frequency, damping, what moves."""
+    if not found.modes:
+        return ["all eigenvalues are zero"]
+    cells = [["eigenvalue, 1/s", "frequency, Hz", "damping ratio", "shape"]]
+    for mode in found.modes:
+        cells.append(
+            [
+                eigenvalue(mode, found),
+                number(mode.frequency) if mode.oscillates else "-",
+                number(mode.damping, 1.0),
+                shape(mode, found),
+            ]
+        )
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return ["  ".join(x.ljust(w) for x, w in zip(row, widths, strict=True)).rstrip() for row in cells]
+
+
+def eigenvalue(mode: Mode, found: Linearization) -> str:
+    """Return an eigenvalue in print, ± where it is a pair."""
+    size = 1e3 * found.spectrum.size
+    real = number(mode.value.real, size)
+    return f"{real} ± {number(mode.value.imag, size)} i" if mode.oscillates else real
+
+
+def shape(mode: Mode, found: Linearization) -> str:
+    """Return how the positions move in a mode, phases in degrees; the velocities where no position does."""
+    p = found.positions if np.abs(mode.shape[: found.positions]).max(initial=0.0) > NOTHING else 0
+    some = mode.shape[:p] if p else mode.shape
+    names = found.states.names[:p] if p else found.states.names
+    some = some / some[np.abs(some).argmax()]
+    parts = []
+    for name, x in zip(names, some, strict=True):
+        if abs(x) < SMALL:
+            continue
+        angle = float(np.degrees(np.angle(x)))
+        if abs(angle) < TURN or abs(abs(angle) - 180) < TURN:
+            parts.append(f"{name} {x.real:.3g}")
+        else:
+            parts.append(f"{name} {abs(x):.3g} ∠ {angle:.0f}°")
+    return ", ".join(parts)
+
+
+SMALL, TURN = 1e-6, 0.5
+"""Parts of a shape that are not told, and phases in degrees that are none."""
+
+
+def latex(found: Linearization, formulas: Symbolic | None = None) -> str:
+    """Return ẋ = A x + B w, y = C x + D w in LaTeX: formulas where there are some, else numbers."""
+    names = latex_symbols(found.scene)
+    write = Latex(names)
+
+    def entries(letter: str) -> list[list[str]]:
+        matrix: Array = getattr(found, letter)
+        rows: Rows | None = None if formulas is None else getattr(formulas, letter)
+        size = float(np.abs(matrix).max(initial=0.0))
+        if rows is not None:
+            return [[write.unbroken(entry) for entry in row] for row in rows]
+        return [[_latex_number(number(x, size)) for x in row] for row in matrix.tolist()]
+
+    def column(axis: Axis) -> str:
+        return bmatrix([[names.get(name) or rf"\mathrm{{{_escaped(name)}}}"] for name in axis.names])
+
+    lines = [r"\begin{align*}"]
+    driven = rf" + {bmatrix(entries('B'))} w" if len(found.inputs) else ""
+    lines.append(
+        rf"x &= {column(found.states)}" + (rf", \quad w = {column(found.inputs)}" if len(found.inputs) else "") + r" \\"
+    )
+    lines.append(rf"\dot x &= {bmatrix(entries('A'))} x{driven} \\")
+    through = rf" + {bmatrix(entries('D'))} w" if found.D.any() else ""
+    lines.append(rf"{column(found.outputs)} &= {bmatrix(entries('C'))} x{through}")
+    return "\n".join([*lines, r"\end{align*}"])
+
+
+def _latex_number(text: str) -> str:
+    mantissa, _, exponent = text.partition("e")
+    return rf"{mantissa} \cdot 10^{{{int(exponent)}}}" if exponent else mantissa
+
+
+def _escaped(name: str) -> str:
+    return name.replace("_", r"\_").replace("*", r"\cdot ").replace("^", r"\hat{}")
+
+
+def as_json(found: Linearization, formulas: Symbolic | None = None) -> dict[str, Any]:
+    """Return a system for JSON, all digits."""
+    scene, point, verdict = found.scene, found.point, stability(found)
+    axes = {name: getattr(found, name) for name in ("states", "inputs", "outputs")}
+    return {
+        "scene": scene.name,
+        "kind": found.kind,
+        "point": {
+            "t": point.t,
+            "q": dict(zip(scene.coordinates, point.q.tolist(), strict=True)),
+            "u": dict(zip(scene.velocities, point.u.tolist(), strict=True)),
+            "tau": dict(zip(drive_names(scene), point.tau.tolist(), strict=True)),
+        },
+        **{name: [{"name": n, "unit": u} for n, u in zip(a.names, a.units, strict=True)] for name, a in axes.items()},
+        "positions": found.positions,
+        **{letter: getattr(found, letter).tolist() for letter in "ABCD"},
+        "formulas": None
+        if formulas is None
+        else {letter: [[text_of(x) for x in row] for row in getattr(formulas, letter)] for letter in "ABCD"}
+        | {"eigenvalues": roots(formulas)},
+        "eigenvalues": [
+            {
+                "re": mode.value.real,
+                "im": mode.value.imag,
+                "frequency_hz": mode.frequency,
+                "damping": mode.damping,
+                "shape": {n: [x.real, x.imag] for n, x in zip(found.states.names, mode.shape.tolist(), strict=True)},
+            }
+            for mode in found.modes
+        ],
+        "zero": verdict.zeros,
+        "stability": verdict.verdict,
+        "dropped": list(found.dropped),
+        "notes": list(found.notes),
+    }

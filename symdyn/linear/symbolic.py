@@ -1,0 +1,238 @@
+"""A, B, C, D as formulas in the parameters, where a mechanism is small, and what eigenvalues have a closed form.
+
+Angles at the point that are multiples of 15 degrees, and what is zero, are exact; other coordinates stay symbols in the
+formulas, as those of a four-bar do. Balance is used: at rest accelerations are zero, and multipliers follow from the
+rows of dependent velocities. What is found is compared with the numbers at the point before it is shown.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from symdyn.algebra.form import Form
+from symdyn.algebra.numeric import Array, Floats
+from symdyn.algebra.ratios import Ratio, Ratios, characteristic, factors, number_at, product, solved
+from symdyn.dynamics.roads.derivative_outputs import COLUMNS
+from symdyn.graph import Expr, evaluate, growing, reachable, substitute
+from symdyn.linear.linearization import Linearization
+from symdyn.linear.prepared import Prepared
+from symdyn.scene.units import coordinate_units
+from symdyn.simulation.equations.opened import opened
+
+MOST_STATES, MOST_NODES, MOST_TERMS = 6, 2500, 90
+"""States, nodes of the graph and terms of an entry that are small."""
+
+PART = math.pi / 12
+"""What angles are exact multiples of."""
+
+EXACT, SAME = 1e-11, 1e-7
+"""How nearly an angle is one, and formulas and numbers are the same."""
+
+Rows = tuple[tuple[Form, ...], ...]
+
+
+@dataclass(frozen=True)
+class Root:
+    """Eigenvalues in closed form.
+
+    Attributes:
+        kind: "zero"; "real", λ = first; "pair", ω² = first, of λ² + ω² = 0; "damped", λ² + second λ + first = 0;
+            "coupled", λ⁴ + second λ² + first = 0.
+        first, second: formulas.
+        times: how often it is one.
+    """
+
+    kind: str
+    first: Form
+    second: Form
+    times: int
+
+
+@dataclass(frozen=True)
+class Symbolic:
+    """Formulas of A, B, C, D, and those of eigenvalues that have one.
+
+    Attributes:
+        A, B, C, D: as in the linearization.
+        roots: eigenvalues in closed form; not all may be.
+        held: coordinates that the formulas keep as symbols.
+    """
+
+    A: Rows
+    B: Rows
+    C: Rows
+    D: Rows
+    roots: tuple[Root, ...]
+    held: tuple[str, ...]
+
+
+@growing()
+def symbolic(asked: Prepared, found: Linearization) -> Symbolic | None:
+    """Return a system at rest in formulas, None where it is not small, or not at rest."""
+    v = asked.functions
+    slopes = v.slopes.parts
+    if found.kind != "rest" or len(found.states) > MOST_STATES or len(v.slopes.order) > MOST_NODES:
+        return None
+    w, n, rows = v.w, v.w.state.n, len(v.multipliers)
+    place, held = _exact(asked, found)
+    if held and found.scene.is_closed:
+        return None
+    place |= dict.fromkeys([*w.state.qd, *w.state.qdd, *w.state.tau, *map(w.graph.symbol, v.inputs)], w.graph.zero)
+    parts = {"G": v.motion.parts["G"], "h": v.motion.parts["h"], "H": v.motion.parts["H"], "M": v.motion.parts["M"]}
+    parts |= dict(slopes) | {"y_": v.outputs.parts["y_"]}
+    try:
+        entries = substitute([x for _, some in parts.values() for x in some], place)
+        field = Ratios(entries)
+        values = field.values()
+        if v.multipliers:
+            flat = iter(substitute([*v.motion.parts["G"][1], *v.motion.parts["h"][1]], place))
+            known = evaluate(list(flat), field, values)
+            multipliers = _multipliers(field, known[: rows * n], known[rows * n :], asked, found)
+            values |= dict(zip(v.multipliers, multipliers, strict=True))
+        given = iter(evaluate(entries, field, values))
+        blocks = {
+            name: [[next(given) for _ in range(shape[1] if len(shape) > 1 else 1)] for _ in range(shape[0])]
+            for name, (shape, _) in parts.items()
+        }
+        A, B, C, D = _matrices(field, blocks, asked, found)
+        small = all(x.size <= MOST_TERMS for matrix in (A, B, C, D) for row in matrix for x in row)
+        if not small or not _true(field, (A, B, C, D), asked, found):
+            return None
+        roots = _roots(field, A)
+    except ZeroDivisionError:
+        return None
+    forms = [tuple(tuple(map(field.form, row)) for row in matrix) for matrix in (A, B, C, D)]
+    return Symbolic(forms[0], forms[1], forms[2], forms[3], roots, held)
+
+
+def _exact(asked: Prepared, found: Linearization) -> tuple[dict[Expr, Expr], tuple[str, ...]]:
+    """Return exact values of coordinates at the point, and those that there are none of."""
+    w, place, held = asked.functions.w, dict[Expr, Expr](), []
+    needed = set(reachable([x for _, some in asked.functions.slopes.parts.values() for x in some]))
+    exact = True
+    for q, x, unit in zip(w.state.q, found.point.q.tolist(), coordinate_units(found.scene), strict=True):
+        parts = round(x / PART)
+        if abs(x) <= EXACT:
+            place[q] = w.graph.zero
+        elif unit == "rad" and abs(x - parts * PART) <= EXACT * max(1, abs(parts)):
+            place[q] = w.graph.pi * Fraction(parts, 12)
+        elif unit == "1" and abs(abs(x) - 1) <= EXACT:
+            place[q] = w.graph.constant(round(x))
+        else:
+            exact = exact and q not in needed
+            held.append(q)
+    if exact or not found.scene.is_closed:
+        return place, tuple(str(q.value) for q in held if q in needed)
+    kept = [q for q in w.state.q if q in needed]  # loops hold positions: exact ones beside others would not close
+    return {}, tuple(str(q.value) for q in kept)
+
+
+def _places(asked: Prepared, found: Linearization) -> tuple[list[int], list[int]]:
+    """Return independent positions and velocities by number of the velocity."""
+    labels, names, p = COLUMNS["q"](asked.functions.w), found.scene.velocities, found.positions
+    return [labels.index(x) for x in found.states.names[:p]], [names.index(x) for x in found.states.names[p:]]
+
+
+def _multipliers(
+    field: Ratios, G: Sequence[Ratio], h: Sequence[Ratio], asked: Prepared, found: Linearization
+) -> list[Ratio]:
+    """Return λ of h = Gᵀ λ, of the rows of dependent velocities."""
+    n = len(h)
+    rows = len(G) // n
+    dependent = [k for k in range(n) if k not in _places(asked, found)[1]]
+    transposed = [[G[r * n + k] for r in range(rows)] for k in dependent]
+    return [x for (x,) in solved(field, transposed, [[h[k]] for k in dependent])]
+
+
+Ratioed = list[list[Ratio]]
+
+
+def _matrices(
+    field: Ratios, blocks: dict[str, Ratioed], asked: Prepared, found: Linearization
+) -> tuple[Ratioed, Ratioed, Ratioed, Ratioed]:
+    """Return A, B, C, D at rest, as `eliminated.matrices` does in numbers; there S and ad_u vanish."""
+    v = asked.functions
+    n, rows, drives, inputs = v.w.state.n, len(v.multipliers), asked.drives, len(v.inputs)
+    positions, velocities = _places(asked, found)
+    holding = [r for r, holds in enumerate(v.holding) if holds]
+    zero, one = field.zero, field.one
+    N_h = _followed(field, [blocks["G"][r] for r in holding], positions, n)
+    N = _followed(field, blocks["G"], velocities, n)
+    p, m = len(positions), len(velocities)
+    width = p + m + len(drives) + inputs
+    moved = [[*row, *[zero] * (width - p)] for row in N_h]
+    moved += [[*[zero] * p, *row, *[zero] * (width - p - m)] for row in N]
+    e, c = blocks["e"], blocks["c"]
+    right = product(field, [row[: 2 * n] for row in e], moved)
+    for i in range(n):
+        for column, k in enumerate(drives):
+            right[i][p + m + column] = field.sub(right[i][p + m + column], one if i == k else zero)
+        for column in range(inputs):
+            at = p + m + len(drives) + column
+            right[i][at] = field.add(right[i][at], e[i][3 * n + column])
+    below = product(field, c, moved) if rows else []
+    K = [[*blocks["M"][i], *(field.neg(blocks["G"][r][i]) for r in range(rows))] for i in range(n)]
+    K += [[*blocks["G"][r], *[zero] * rows] for r in range(rows)]
+    x = [[field.neg(entry) for entry in row] for row in solved(field, K, [*right, *below])]
+    upper = [moved[n + k] for k in positions]
+    AB = [*upper, *(x[k] for k in velocities)]
+    driven = [
+        [one if column == p + m + j and k == i else zero for column in range(width)]
+        for i in range(n)
+        for j, k in [next(((j, k) for j, k in enumerate(drives) if k == i), (-1, -1))]
+    ]
+    own = [[one if column == p + m + len(drives) + j else zero for column in range(width)] for j in range(inputs)]
+    CD = product(field, blocks["y_"], [*moved, *x, *driven, *own])
+    split = p + m
+    return (
+        [row[:split] for row in AB], [row[split:] for row in AB], [row[:split] for row in CD],
+        [row[split:] for row in CD],
+    )  # fmt: skip
+
+
+def _followed(field: Ratios, G: Ratioed, independent: Sequence[int], n: int) -> Ratioed:
+    """Return all velocities in terms of the independent ones, shape (n, those)."""
+    dependent = [k for k in range(n) if k not in independent]
+    found = [[field.one if k == i else field.zero for i in independent] for k in range(n)]
+    if dependent:
+        left = [[row[k] for k in dependent] for row in G]
+        right = [[field.neg(row[k]) for k in independent] for row in G]
+        for k, row in zip(dependent, solved(field, left, right), strict=True):
+            found[k] = row
+    return found
+
+
+def _true(field: Ratios, exact: Sequence[Ratioed], asked: Prepared, found: Linearization) -> bool:
+    """Tell whether formulas have the numbers as values at the point."""
+    w = asked.functions.w
+    values = {w.graph.symbol(name): x for name, x in opened(found.scene).values.items()}
+    values |= dict(zip(w.state.q, found.point.q.tolist(), strict=True))
+    numbers = dict(zip(field.atoms, evaluate(field.atoms, Floats(), values), strict=True))
+    for matrix, known in zip(exact, (found.A, found.B, found.C, found.D), strict=True):
+        size = max(1.0, float(np.abs(known).max(initial=0.0)))
+        value: Array = np.array([[number_at(x, field, numbers) for x in row] for row in matrix]).reshape(known.shape)
+        if np.abs(value - known).max(initial=0.0) > SAME * size:
+            return False
+    return True
+
+
+def _roots(field: Ratios, A: Ratioed) -> tuple[Root, ...]:
+    """Return the eigenvalues that have a closed form."""
+    found, nothing = [], field.form(field.zero)
+    for monic, times in factors(field, characteristic(field, A)):
+        form, degree = [field.form(x) for x in monic], len(monic) - 1
+        odd = [x for k, x in enumerate(monic) if (degree - k) % 2]
+        even = degree % 2 == 0 and all(x.is_zero for x in odd)
+        if degree == 1:
+            first = field.form(field.neg(monic[1]))
+            found.append(Root("zero" if monic[1].is_zero else "real", first, nothing, times))
+        elif degree == 2:
+            found.append(Root("pair" if even else "damped", form[2], form[1], times))
+        elif degree == 4 and even:
+            found.append(Root("coupled", form[4], form[2], times))
+    return tuple(found)
