@@ -286,12 +286,28 @@ def test_roads_are_proved_equal_off_the_manifold_too(name: str) -> None:
     blocks = ["forward_dynamics_by_tau", "inverse_dynamics_by_qdd", "velocities_by_ui", "motion_residual_by_lambda"]
     whole = [f"{one}_derivatives" for one in (*ASKED, "velocities", "positions", "motion_residual")]
     free = [f"{one}_unprojected_derivatives" for one in ASKED]
-    assert proved(Workspace(scene(name)), [*whole, *blocks, *free, "motion_residual", "state_matrices"]) == {PROVED}
+    products = [f"{one}_{way}" for one in ASKED for way in ("jvp", "vjp")]
+    asked = [*whole, *blocks, *free, *products, "motion_residual", "state_matrices"]
+    assert proved(Workspace(scene(name)), asked) == {PROVED}
 
 
 def test_roads_of_what_rolls_and_turns_are_proved_equal() -> None:
     for name, asked in (("rolling_disc", "state_matrices"), ("rssr", "inverse_dynamics_derivatives")):
         assert proved(Workspace(scene(name)), [asked]) == {PROVED}
+
+
+def multiplications(w: Workspace, request: str) -> int:
+    function = derive_one(w, request)
+    varying = [symbol for argument in function.arguments for symbol in argument.symbols]
+    return Counter(operations(function.entries, varying))["multiplications"]
+
+
+@pytest.mark.parametrize("name", ["four_bar", "slider_crank", "governor", "rolling_disc"])
+def test_products_with_derivatives_cost_less_than_three_times_the_function(name: str) -> None:
+    w = Workspace(scene(name))
+    for output in ("forward_dynamics", "multipliers"):
+        for way in ("jvp", "vjp"):
+            assert multiplications(w, f"{output}_{way}") <= 2.83 * multiplications(w, output), (output, way)
 
 
 @pytest.mark.parametrize(

@@ -15,16 +15,18 @@ Reference: Bayo and García de Jalón, Kinematic and Dynamic Simulation of Multi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 from symdyn.dynamics.loops.partition import Partition
+from symdyn.dynamics.loops.reduction import solve_transposed
 from symdyn.dynamics.mechanism.state import State
-from symdyn.graph import Expr, tangents
+from symdyn.graph import Expr, Graph, gradient, substitute, tangents
 
 Matrix = Sequence[Sequence[Expr]]
 Seeds = dict[Expr, Expr]
+Slopes = dict[str, list[Expr]]
 Solve = Callable[[Matrix, Partition, Sequence[Expr]], dict[int, Expr]]
 
 
@@ -61,7 +63,7 @@ class Manifold:
 
     def _columns(self, rows: Matrix, partition: Partition) -> list[dict[int, Expr]]:
         return [
-            {i: self.state.q[0].graph.one} | self._solved(rows, partition, [-row[i] for row in rows])
+            {i: self.graph.one} | self._solved(rows, partition, [-row[i] for row in rows])
             for i in partition.independent
         ]
 
@@ -70,21 +72,39 @@ class Manifold:
             return {}
         return {k: x for k, x in self.solve(rows, partition, b).items() if not x.is_zero}
 
+    @cached_property
+    def powers(self) -> list[Expr]:
+        """G u, shape (kept rows,)."""
+        return self._through(self.G, self.state.qd)
+
+    @cached_property
+    def gains(self) -> list[Expr]:
+        """G u̇ + Ġ u, shape (kept rows,)."""
+        return [power + rest for power, rest in zip(self._through(self.G, self.state.qdd), self.bias, strict=True)]
+
+    def _through(self, rows: Matrix, x: Sequence[Expr]) -> list[Expr]:
+        return [self.graph.total(entry * one for entry, one in zip(row, x, strict=True)) for row in rows]
+
+    @property
+    def graph(self) -> Graph:
+        """The graph of the scene."""
+        return self.state.q[0].graph
+
     # Seeds of the columns of a Jacobian
 
     @cached_property
     def by_position(self) -> list[Seeds]:
         """How coordinates and velocities move with each independent position."""
-        graph, u = self.state.q[0].graph, self.state.qd
-        powers = [graph.total(x * speed for x, speed in zip(row, u, strict=True)) for row in self.G]
-        found = []
-        for column in self.slopes:
-            seeds: Seeds = {}
-            for k, x in column.items():
-                for q, h in self.along[k].items():
-                    seeds[q] = seeds.get(q, graph.zero) + x * h
-            found.append(seeds | self._following(powers, seeds, u))
-        return found
+        still: dict[int, Expr] = {}
+        return [self._moved(column, still) for column in self.slopes]
+
+    def _moved(self, step: dict[int, Expr], speeds: dict[int, Expr]) -> Seeds:
+        """Return how coordinates move along a step of all directions, and velocities with them."""
+        seeds: Seeds = {}
+        for k, x in step.items():
+            for q, h in self.along[k].items():
+                seeds[q] = seeds.get(q, self.graph.zero) + x * h
+        return seeds | self._following(self.powers, seeds, self.state.qd, speeds)
 
     @cached_property
     def by_velocity(self) -> list[Seeds]:
@@ -98,19 +118,59 @@ class Manifold:
 
     def accelerating(self, seeds: Seeds) -> Seeds:
         """Return how accelerations move too, those of the independent velocities held."""
-        graph, rates = self.state.q[0].graph, self.state.qdd
-        gains = [
-            graph.total([*(x * rate for x, rate in zip(row, rates, strict=True)), rest])
-            for row, rest in zip(self.G, self.bias, strict=True)
-        ]
-        return seeds | self._following(gains, seeds, rates)
+        return seeds | self._following(self.gains, seeds, self.state.qdd, {})
 
     @cached_property
     def by_acceleration(self) -> list[Seeds]:
         """How accelerations move with each independent acceleration."""
         return [{self.state.qdd[k]: x for k, x in column.items()} for column in self.spread]
 
-    def _following(self, vanishing: Sequence[Expr], seeds: Seeds, symbols: Sequence[Expr]) -> Seeds:
-        """Return how dependent symbols, multiplied by G in what vanishes, move when others do."""
-        moved = self._solved(self.G, self.partition, [-x for x in tangents(vanishing, seeds)])
-        return {symbols[k]: x for k, x in moved.items()}
+    def _following(
+        self, vanishing: Sequence[Expr], seeds: Seeds, symbols: Sequence[Expr], free: dict[int, Expr]
+    ) -> Seeds:
+        """Return how symbols move, multiplied by G in what vanishes: the independent ones freely, others with them."""
+        rates = tangents(vanishing, seeds)
+        carried = [self.graph.total(row[k] * x for k, x in free.items()) for row in self.G]
+        moved = self._solved(self.G, self.partition, [-x - y for x, y in zip(rates, carried, strict=True)])
+        return {symbols[k]: x for k, x in (free | moved).items()}
+
+    # One direction, and one weighted sum
+
+    def direction(self, amounts: Mapping[str, Sequence[Expr]]) -> Seeds:
+        """Return how all symbols move with amounts of what is independent, by argument: "q", "qd", "qdd", "tau"."""
+        places = dict(zip(self.places.independent, amounts["q"], strict=True))
+        speeds = dict(zip(self.partition.independent, amounts["qd"], strict=True))
+        carried = [-self.graph.total(row[k] * x for k, x in places.items()) for row in self.held]
+        seeds = self._moved(places | self._solved(self.held, self.places, carried), speeds)
+        if "qdd" in amounts:
+            gaining = dict(zip(self.partition.independent, amounts["qdd"], strict=True))
+            return seeds | self._following(self.gains, seeds, self.state.qdd, gaining)
+        return seeds | dict(zip(self.state.tau, amounts["tau"], strict=True))
+
+    def pulled(self, phi: Expr, arguments: Sequence[str]) -> Slopes:
+        """Return the slopes of one number along what is independent, by argument, by sweeps backwards.
+
+        What follows is taken out of the sum by multipliers: y with G_dᵀ y = ∂φ/∂u̇_d, then y·(G u̇ + Ġ u) is taken off
+        φ, and so on with u and with q. One sweep for each, last that of all that is left.
+        """
+        found, known, state = Slopes(), dict[Expr, Expr](), self.state
+        found["tau"] = gradient(phi, state.tau)
+        for name, symbols, vanishing in (("qdd", state.qdd, self.gains), ("qd", state.qd, self.powers)):
+            if name not in arguments:
+                continue
+            slopes = substitute(gradient(phi, symbols), known)
+            y = solve_transposed(self.G, self.partition, slopes)
+            found[name] = self._left(self.G, self.partition, slopes, y)
+            fixed = [self.graph.symbol(f"y {name}[{k}]") for k in range(len(y))]
+            known |= dict(zip(fixed, y, strict=True))
+            phi = phi - self.graph.total(a * x for a, x in zip(fixed, vanishing, strict=True))
+        partial = dict(zip(state.q, substitute(gradient(phi, state.q), known), strict=True))
+        slopes = [self.graph.total(h * partial[q] for q, h in seeds.items()) for seeds in self.along]
+        y = solve_transposed(self.held, self.places, slopes)
+        found["q"] = self._left(self.held, self.places, slopes, y)
+        return {name: found[name] for name in arguments}
+
+    def _left(self, rows: Matrix, partition: Partition, slopes: Sequence[Expr], y: Sequence[Expr]) -> list[Expr]:
+        """Return slopes along independent ones, others following: ∂φ/∂u_i - G_iᵀ y."""
+        pairs = list(zip(rows, y, strict=True))
+        return [slopes[i] - self.graph.total(row[i] * x for row, x in pairs) for i in partition.independent]

@@ -23,9 +23,10 @@ section IV, for the derivatives of what is solved by those of what is not.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
+from symdyn.dynamics.loops import reduction
 from symdyn.dynamics.loops.constraint_rows import Constraints
 from symdyn.dynamics.loops.manifold import Manifold, Seeds
 from symdyn.dynamics.mechanism.cost import cost
@@ -130,7 +131,7 @@ def _equations(w: Workspace, forces: Sequence[Expr], rows: Constraints) -> list[
     return [*motion, *loops.gains(rows, loops.gamma(rows))]
 
 
-def _solution(w: Workspace, way: str) -> tuple[list[Expr], list[Expr]]:
+def solution(w: Workspace, way: str) -> tuple[list[Expr], list[Expr]]:
     """Return u̇ and λ, of factors that their derivatives share."""
     _ = w.once(closed.forward)  # tells what moves no mass
     rest = [tau - h for tau, h in zip(w.state.tau, w.forces(w.still), strict=True)]
@@ -146,7 +147,7 @@ def _together(w: Workspace, way: str) -> bool:
 def implicit(w: Workspace, way: str, *along: str) -> list[tuple[list[Expr], list[Expr]]]:
     """Return δu̇ and δλ of every column, by differentiating the equations of motion before they are solved."""
     n, together = w.state.n, _together(w, way)
-    accelerations, multipliers = w.once(_solution, way)
+    accelerations, multipliers = w.once(solution, way)
     known = dict(zip((*w.state.qdd, *multiplier_symbols(w)), (*accelerations, *multipliers), strict=True))
     entries = w.once(equations)
     sides = [tangents(entries, one) for one in WAYS[way](w, "implicit", along)]
@@ -163,6 +164,26 @@ def _implicit(part: int, w: Workspace, way: str, *along: str) -> list[Expr]:
     return by_row(columns, len(w.loops.decisions.kept) if part else w.state.n)
 
 
+def carried_forces(w: Workspace) -> list[Expr]:
+    """Return f - Gᵀ λ at fixed λ: the drives of inverse dynamics, once λ is what its partition finds."""
+    forces = w.forces(list(w.state.qdd))
+    return [f - x for f, x in zip(forces, w.loops.constraint_forces(multiplier_symbols(w)), strict=True)]
+
+
+def driven(w: Workspace, moved: Sequence[Expr]) -> list[Expr]:
+    """Return how the drives change, from how what is carried does at fixed λ."""
+    loops = w.loops
+    known = dict(zip(multiplier_symbols(w), w.once(closed.carried), strict=True))
+    changes = substitute(moved, known)
+    G = loops.G(loops.recursive)
+    return closed.at_drives(w, changes, G, reduction.solve_transposed(G, loops.driven, changes))
+
+
+def _implicit_inverse(w: Workspace, way: str, *along: str) -> list[Expr]:
+    entries = w.once(carried_forces)
+    return by_row([driven(w, tangents(entries, one)) for one in WAYS[way](w, "implicit", along)], w.state.n)
+
+
 COUNTED = 8
 """Velocities up to which both roads are counted; beyond, what differentiates unsolved equations is cheaper."""
 
@@ -171,7 +192,7 @@ def _cheaper(roads: dict[str, Road], w: Workspace) -> str:
     """Return "implicit" or "forward", whichever costs less."""
     if w.state.n > COUNTED:
         return "implicit"
-    varying = (*w.state.q, *w.state.qd, *w.state.tau)
+    varying = (*w.state.q, *w.state.qd, *w.state.qdd, *w.state.tau)
     return min(("implicit", "forward"), key=lambda name: cost(w.once(roads[name].derive), varying))
 
 
@@ -209,7 +230,7 @@ class Derivative:
         units: its unit.
         roads: derivations, each takes the workspace, a way and the arguments along which derivatives are wanted.
         depends: which choices about closed loops its formulas depend on.
-        of: its entries, for what is told of kinks; None where there can be none.
+        solved: its entries by road, those of which derivatives are taken after they are solved.
         way: how symbols move along the manifold, a key of `WAYS`.
     """
 
@@ -220,7 +241,7 @@ class Derivative:
     units: str
     roads: dict[str, Callable[..., Sequence[Expr]]]
     depends: tuple[str, ...]
-    of: Entries | None = None
+    solved: dict[str, Entries] = field(default_factory=dict)
     way: str = "manifold"
 
     def row(self, along: tuple[str, ...]) -> Output:
@@ -238,7 +259,6 @@ class Derivative:
             name: (by_lagrange if name == "lagrange" else Road)(_derived(derive, way, along))
             for name, derive in self.roads.items()
         }
-        of = self.of
         return Output(
             f"derivatives [{' | '.join(f'd{self.result}/d{one}' for one in blocks)}] {how} of {self.text}",
             self.arguments,
@@ -252,8 +272,18 @@ class Derivative:
             lacks="told",
             depends=self.depends,
             prefer=partial(_cheaper, roads) if "implicit" in roads else None,
-            remark=(lambda w: kinks(w.once(of), (*w.state.q, *w.state.qd))) if of else None,
+            remark=self.kinks,
         )
+
+    def kinks(self, w: Workspace) -> str:
+        """Return what is told of kinks."""
+        entries: Sequence[Expr] = w.once(self.solved["forward"]) if self.solved else ()
+        return kinks(entries, (*w.state.q, *w.state.qd))
+
+    @property
+    def blocks(self) -> str:
+        """What J is made of, in words."""
+        return f"[{' | '.join(f'd{self.result}/d{BLOCKS[name]}' for name in self.arguments)}]"
 
 
 def _derived(derive: Callable[..., Sequence[Expr]], way: str, along: tuple[str, ...]) -> Entries:
@@ -275,10 +305,10 @@ ALONG_MANIFOLD: dict[str, Derivative] = {
         {
             "implicit": partial(_implicit, 0),
             "forward": partial(_tangent, closed.forward, "forward"),
-            "lagrange": partial(_tangent, lambda w: w.loops.lagrange_solution[0], "lagrange"),
+            "lagrange": partial(_tangent, closed.lagrange_forward, "lagrange"),
         },
         _CHOICES,
-        closed.forward,
+        {"forward": closed.forward, "lagrange": closed.lagrange_forward},
     ),
     "multipliers": Derivative(
         "the multipliers",
@@ -292,7 +322,7 @@ ALONG_MANIFOLD: dict[str, Derivative] = {
             "lagrange": partial(_tangent, closed.lagrange_multipliers, "lagrange"),
         },
         _CHOICES,
-        closed.multipliers,
+        {"forward": closed.multipliers, "lagrange": closed.lagrange_multipliers},
     ),
     "inverse_dynamics": Derivative(
         "the driving forces of the closed mechanism",
@@ -301,11 +331,12 @@ ALONG_MANIFOLD: dict[str, Derivative] = {
         labels.velocities,
         FORCES,
         {
+            "implicit": _implicit_inverse,
             "forward": partial(_tangent, closed.inverse, "forward"),
             "lagrange": partial(_tangent, closed.lagrange_inverse, "lagrange"),
         },
         ("independent",),
-        closed.inverse,
+        {"forward": closed.inverse, "lagrange": closed.lagrange_inverse},
         "motion",
     ),
     "velocities": Derivative(

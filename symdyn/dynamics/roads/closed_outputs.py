@@ -60,6 +60,11 @@ def multipliers(w: Workspace) -> list[Expr]:
     return reduction.solve_transposed(w.loops.G(w.loops.recursive), w.loops.decisions.partition, excess)
 
 
+def lagrange_forward(w: Workspace) -> list[Expr]:
+    """Return u̇ by Lagrange's equations."""
+    return w.loops.lagrange_solution[0]
+
+
 def lagrange_multipliers(w: Workspace) -> list[Expr]:
     """Return λ of the kept rows by Lagrange's equations."""
     return w.loops.lagrange_solution[1][: len(w.loops.decisions.kept)]
@@ -90,26 +95,30 @@ def _lagrange_drives(w: Workspace) -> list[Expr]:
 
 def inverse(w: Workspace) -> list[Expr]:
     """Return driving forces by recursion: of the tree, less what the loops carry."""
+    multipliers = w.once(carried)
+    return at_drives(w, w.forces(list(w.state.qdd)), w.loops.G(w.loops.recursive), multipliers)
+
+
+def carried(w: Workspace) -> list[Expr]:
+    """Return λ of the kept rows for a motion that the loops allow."""
     partition, G = w.loops.driven, w.loops.G(w.loops.recursive)
-    forces = w.forces(list(w.state.qdd))
-    carried = reduction.solve_transposed(G, partition, forces)
-    return _at_drives(w, forces, G, carried)
+    return reduction.solve_transposed(G, partition, w.forces(list(w.state.qdd)))
 
 
 def lagrange_inverse(w: Workspace) -> list[Expr]:
     """Return them by Lagrange's equations."""
     partition, G, forces = w.loops.driven, w.loops.G(w.loops.differentiated), w.loops.lagrange_forces
     transposed = [[row[k] for row in G] for k in partition.dependent]
-    carried = reduction.solve_normal(transposed, [forces[k] for k in partition.dependent]) if G else []
-    return _at_drives(w, forces, G, carried)
+    found = reduction.solve_normal(transposed, [forces[k] for k in partition.dependent]) if G else []
+    return at_drives(w, forces, G, found)
 
 
-def _at_drives(w: Workspace, forces: list[Expr], G: list[list[Expr]], carried: list[Expr]) -> list[Expr]:
+def at_drives(w: Workspace, forces: list[Expr], G: list[list[Expr]], multipliers: list[Expr]) -> list[Expr]:
     """Return f - Gᵀ λ at the driven velocities, zero at the passive ones; without any drive, at independent ones."""
     driven = driven_velocities(w.scene) or list(w.loops.driven.independent)
     tau = [w.graph.zero] * w.state.n
     for k in driven:
-        tau[k] = forces[k] - w.graph.total(row[k] * x for row, x in zip(G, carried, strict=True))
+        tau[k] = forces[k] - w.graph.total(row[k] * x for row, x in zip(G, multipliers, strict=True))
     return tau
 
 
@@ -139,7 +148,7 @@ def _positions(w: Workspace) -> list[Expr]:
 
 
 FORWARD_IN_LOOPS = Own(
-    {"crba": Road(forward), "lagrange": by_lagrange(lambda w: w.loops.lagrange_solution[0])},
+    {"crba": Road(forward), "lagrange": by_lagrange(lagrange_forward)},
     "accelerations qdd of the closed mechanism: M(q) qdd + h = tau + G^T lambda, G qdd + Gdot qd = 0",
     ("mass_matrix", "tree_forces", "constraint_jacobian", "constraint_bias"),
 )

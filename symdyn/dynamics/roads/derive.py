@@ -14,7 +14,8 @@ from symdyn.dynamics.mechanism.ldl import Singular, moves_no_mass
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import TIME, has_motion
 from symdyn.dynamics.mechanism.tree import build_tree
-from symdyn.dynamics.roads.closed_derivatives import CLOSED_DERIVATIVES
+from symdyn.dynamics.roads.closed_derivatives import ALONG_MANIFOLD, CLOSED_DERIVATIVES
+from symdyn.dynamics.roads.closed_products import CLOSED_PRODUCTS
 from symdyn.dynamics.roads.named_functions import DRIVES, Equations, Function, arguments
 from symdyn.dynamics.roads.operators import TOLD, of_another
 from symdyn.dynamics.roads.output import TREE_NAME, Output, Unasked
@@ -151,7 +152,8 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     name, _, place = request.partition(":")
     if request in OUTPUTS:
         name, place = request, ""
-    row = OUTPUTS.get(name) or _of_state(name, scene) or of_another(name, OUTPUTS)
+    closed = scene is not None and scene.is_closed
+    row = OUTPUTS.get(name) or _of_state(name, closed) or of_another(name, OUTPUTS) or CLOSED.get(name)
     if row is None and (asked := name.removeprefix(TREE_NAME)) in OUTPUTS:
         raise DerivationError(f"{name} is what {asked} is called where loops close a scene; ask for {asked}")
     if row is None:
@@ -172,12 +174,24 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     return row.where_closed if scene.is_closed else row, place
 
 
-def _of_state(name: str, scene: Scene | None) -> Output | None:
-    """Return the row of state matrices, or one that closed scenes have in place of what operators make of another."""
-    closed = scene is not None and scene.is_closed
+CLOSED = {**CLOSED_DERIVATIVES, **CLOSED_PRODUCTS}
+
+
+def _of_state(name: str, closed: bool) -> Output | None:
+    """Return the row of state matrices, or one that closed scenes have in place of what operators make of another.
+
+    Raises:
+        DerivationError: closed scenes have no such derivatives of what changes along their manifold.
+    """
     if name == STATE_MATRICES:
         return state_matrices(closed)
-    return CLOSED_DERIVATIVES.get(name) if closed else None
+    if not closed or name in CLOSED:
+        return CLOSED.get(name) if closed else None
+    of = next((one for one in ALONG_MANIFOLD if name.startswith(f"{one}_") and of_another(name, OUTPUTS)), None)
+    if of is not None:
+        there = [one for one in CLOSED if one.startswith(f"{of}_")]
+        raise DerivationError(f"{name} is about trees; where loops or rows close a scene there are {', '.join(there)}")
+    return None
 
 
 def roads_of(request: str, scene: Scene | None = None) -> tuple[str, ...]:

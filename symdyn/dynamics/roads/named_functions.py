@@ -107,8 +107,14 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "dqi": ("direction of the independent positions", {"rad": "rad", "m": "m"}),
     "dui": ("direction of the independent velocities", {"rad": "rad/s", "m": "m/s"}),
     "dlambda": ("direction of the multipliers", {"": "N or N m"}),
+    "dq_i": ("direction of the independent positions, along the velocities", {"rad": "rad", "m": "m"}),
+    "dqd_i": ("direction of the independent velocities", {"rad": "rad/s", "m": "m/s"}),
+    "dqdd_i": ("direction of the independent accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
     "weights": ("weights of the entries of the result, row by row", {"": ""}),
 }
+
+ALONG_MANIFOLD = {"q": "dq_i", "qd": "dqd_i", "qdd": "dqdd_i", "tau": "dtau"}
+"""The same of closed scenes, where dependent positions, velocities and accelerations move along."""
 
 MULTIPLIERS = "lambda"
 """The argument of what takes the multipliers as given."""
@@ -194,6 +200,13 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
             told = "; ".join(decisions.names[k] for k in decisions.kept)
             nodes = direction(workspace.graph, name, len(decisions.kept))
             result.append(Argument(name, nodes, f"{text}: {told}", ()))
+            continue
+        if name in ("dq_i", "dqd_i", "dqdd_i"):
+            loops = workspace.loops
+            among = (loops.held_positions[1] if name == "dq_i" else loops.decisions.partition).independent
+            told = runs([scene.velocities[k] for k in among])
+            nodes, entries = direction(workspace.graph, name, len(among)), tuple(spelled[speeds[k]] for k in among)
+            result.append(Argument(name, nodes, f"{text}: {told}", entries))
             continue
         kinds, nodes = units if name == "q" else ["s"] if name == TIME else speeds, symbols.get(name, ())
         if name in OF_INDEPENDENT:
