@@ -59,9 +59,9 @@ def solve(problem: Collocation, guess: Array | None = None, exact: bool | None =
     if z.shape != (problem.size,):
         raise SimulateError(f"guess: has the shape {z.shape}; the problem has {problem.size} unknowns")
     with np.errstate(all="ignore"):
-        first = np.append(problem.residual(z), problem.jacobian_values(z))
-    if not np.isfinite(first).all():
-        raise SimulateError("guess: the equations have no value there; give another one")
+        parts = [problem.residual(z), problem.jacobian_values(z), problem.gradient(z), np.array([problem.objective(z)])]
+    if not all(np.isfinite(part).all() for part in parts):
+        raise SimulateError("guess: the equations, the cost or their slopes have no value there; give another guess")
     _contradictions(problem, z)
     kept = problem.binding
     inside = kept[problem.jacobian_rows]
@@ -96,11 +96,13 @@ def solve(problem: Collocation, guess: Array | None = None, exact: bool | None =
     try:
         solver = casadi.nlpsol("solver", "ipopt", nlp, settings)
         began = time.perf_counter()
-        found = solver(
-            x0=z, lbx=problem.lower, ubx=problem.upper, lbg=problem.rows_lower[kept], ubg=problem.rows_upper[kept]
-        )
+        with np.errstate(all="ignore"):  # a step that leads where nothing has a value is made shorter
+            found = solver(
+                x0=z, lbx=problem.lower, ubx=problem.upper, lbg=problem.rows_lower[kept], ubg=problem.rows_upper[kept]
+            )
     except RuntimeError as fault:
-        raise SimulateError(f"IPOPT: {str(fault).strip().splitlines()[-1]}") from None
+        words = str(fault).strip().splitlines()[-1]
+        raise SimulateError(f"IPOPT: {words.rpartition('.cpp:')[2].partition(': ')[2] or words}") from None
     wall = time.perf_counter() - began
     stats, z = solver.stats(), np.array(found["x"], dtype=np.float64).ravel()
     objective, miss = float(problem.objective(z)), violation(problem, z)

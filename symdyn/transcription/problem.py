@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from operator import index
 
 import numpy as np
 
@@ -29,6 +30,9 @@ Range = tuple[float | None, float | None]
 Number = str | float
 """A formula in parameters, or a number."""
 
+CLOSE = 1e-9
+"""What a start or an end may be beyond its bounds by rounding."""
+
 MOST = 100_000
 """Intervals that are more than anybody solves."""
 
@@ -46,7 +50,7 @@ def collocation(
     end_rates: Mapping[str, Number] | None = None,
     bounds: Mapping[str, Range] | None = None,
     path: Mapping[str, Range] | None = None,
-    free: Sequence[str] = (),
+    free: str | Sequence[str] = (),
 ) -> Collocation:
     """Return the equations of a motion that is looked for, from a start to an end, as a problem in numbers.
 
@@ -67,7 +71,7 @@ def collocation(
         bounds: smallest and largest value by the name of a coordinate, velocity, drive or parameter that is free; None
             for none. They narrow those of the joints' limits.
         path: smallest and largest value of formulas without drives, held at all ends of intervals.
-        free: names of parameters that are unknowns; the scene's values are their guess.
+        free: name of a parameter that is an unknown, or names; the scene's values are their guess.
 
     Raises:
         SimulateError: with every fault of the arguments, one line each.
@@ -79,6 +83,7 @@ def collocation(
         first = read_start(scene, start if isinstance(start, Start) else _texts(start), _texts(start_rates))
     values = parameter_values(scene)
     mesh = _mesh(intervals, faults)
+    free = (free,) if isinstance(free, str) else tuple(dict.fromkeys(free))
     if method not in METHODS:
         faults.add("", f"method {method} is not known; {suggestion(method, METHODS)}")
     _known("free", free, values, faults)
@@ -90,9 +95,9 @@ def collocation(
         "final": _formulas((final_cost,) if final_cost else (), state, "final cost", faults),
     }
     close(faults)
-    source = _source(scene, tuple(free), tuple(formulas.items()))
+    source = _source(scene, free, tuple(formulas.items()))
     found = source.written
-    made = _Layout(scene, tuple(free), found, grid(METHODS[method], mesh), len(formulas["path"]), span)
+    made = _Layout(scene, free, found, grid(METHODS[method], mesh), len(formulas["path"]), span)
     lower, upper = made.bounded(first, bounds or {}, values, faults)
     last = made.ended(end or {}, end_rates or {}, values, lower, upper, faults)
     around = np.array([_range(one, f"path: {name}", faults) for name, one in (path or {}).items()]).reshape(-1, 2)
@@ -101,7 +106,7 @@ def collocation(
     rows_lower[made.row["path"]], rows_upper[made.row["path"]] = around.T
     guess = np.clip(made.guessed(first, last, values), lower, upper)
     return Collocation(
-        scene, METHODS[method], made.grid, tuple(free), tuple(made.names[k] for k in found.driven), found.driven,
+        scene, METHODS[method], made.grid, free, tuple(made.names[k] for k in found.driven), found.driven,
         made.place, made.row, made.size, made.rows, sum(span) / 2, lower, upper, rows_lower, rows_upper, guess,
         source,
     )  # fmt: skip
@@ -134,25 +139,33 @@ def _known(where: str, names: Sequence[str], known: Sequence[str] | Mapping[str,
 
 def _mesh(intervals: int | Sequence[float], faults: Faults) -> Array:
     """Return where intervals end, shares of time, shape (N + 1,)."""
-    if isinstance(intervals, int):
-        if not 1 <= intervals <= MOST:
-            faults.add("", f"intervals = {intervals} is no number of them; give one from 1 to {MOST}")
-            return np.linspace(0.0, 1.0, 2)
-        return np.linspace(0.0, 1.0, intervals + 1)
-    mesh = np.asarray(intervals, dtype=np.float64)
-    if mesh.ndim != 1 or len(mesh) < 2 or mesh[0] != 0 or mesh[-1] != 1 or not np.all(np.diff(mesh) > 0):
-        faults.add("", "intervals are a number of them, or rising shares of time from 0 to 1, such as [0, 0.25, 1]")
-        return np.linspace(0.0, 1.0, 2)
-    return mesh
+    words = "are a number of them, or rising shares of time from 0 to 1, such as [0, 0.25, 1]"
+    try:
+        count = index(intervals)  # type: ignore[arg-type]
+    except TypeError:
+        count = -1
+    if 1 <= count <= MOST:
+        return np.linspace(0.0, 1.0, count + 1)
+    try:
+        mesh = np.asarray(intervals, dtype=np.float64)
+    except (TypeError, ValueError):
+        mesh = np.zeros(0)
+    if mesh.ndim == 1 and 2 <= len(mesh) <= MOST and mesh[0] == 0 and mesh[-1] == 1 and np.all(np.diff(mesh) > 0):
+        return mesh
+    faults.add("", f"intervals = {intervals}: they {words}; {MOST} are the most")
+    return np.linspace(0.0, 1.0, 2)
 
 
 def _span(until: float | tuple[float, float], faults: Faults) -> tuple[float, float]:
     """Return the smallest and the largest time of the end."""
-    least, most = (until, until) if isinstance(until, (int, float)) else until
+    try:
+        least, most = (float(x) for x in (until if isinstance(until, Sequence) else (until, until)))
+    except (TypeError, ValueError):
+        least, most = 0.0, 0.0
     if not 0 < least <= most < np.inf:
         faults.add("", f"until = {until} is no time after the start; give a positive one, or a smaller and a larger")
         return 1.0, 1.0
-    return float(least), float(most)
+    return least, most
 
 
 def _formulas(texts: Sequence[str], allowed: Sequence[str], where: str, faults: Faults) -> tuple[Quantity, ...]:
@@ -170,6 +183,7 @@ def _range(given: Range, where: str, faults: Faults) -> tuple[float, float]:
         return -np.inf, np.inf
     if not least <= most:
         faults.add(where, f"nothing lies between {least:g} and {most:g}; give the smaller value first")
+        return -np.inf, np.inf
     return least, most
 
 
@@ -227,8 +241,9 @@ class _Layout:
                 lower[columns[name]] = np.maximum(lower[columns[name]], least)
                 upper[columns[name]] = np.minimum(upper[columns[name]], most)
         lower[place["T"]], upper[place["T"]] = self.span
-        self._fix(0, "q", range(len(start.q)), start.q, lower, upper)
-        self._fix(0, "u", range(len(start.u)), start.u, lower, upper)
+        for kind, names, x in (("q", scene.coordinates, start.q), ("u", scene.velocities, start.u)):
+            for k, name in enumerate(names):
+                self._fix(0, kind, k, name, float(x[k]), "start", lower, upper, faults)
         return lower, upper
 
     def ended(
@@ -253,11 +268,7 @@ class _Layout:
                 formula = read_formula(str(text), values, f"{where}: {name}", faults)
                 x = None if formula is None else number_of(formula, values, f"{where}: {name}", faults)
                 if name in names and x is not None:
-                    k = names.index(name)
-                    column = self.place[kind][self.grid.node[-1], k]
-                    if not lower[column] - 1e-9 <= x <= upper[column] + 1e-9:
-                        faults.add(where, f"{name} = {x:g} is beyond its bounds {lower[column]:g} … {upper[column]:g}")
-                    self._fix(-1, kind, [k], [x], lower, upper)
+                    self._fix(-1, kind, names.index(name), name, x, where, lower, upper, faults)
         if faults.lines:
             return None
         try:
@@ -266,10 +277,13 @@ class _Layout:
             return None
 
     def _fix(
-        self, node: int, kind: str, which: Sequence[int], x: Sequence[float] | Array, lower: Array, upper: Array
+        self, node: int, kind: str, k: int, name: str, x: float, where: str, lower: Array, upper: Array, faults: Faults
     ) -> None:
-        columns = self.place[kind][self.grid.node[node], list(which)]
-        lower[columns] = upper[columns] = x
+        """Give an unknown at the start or the end its value; one beyond its bounds is a fault."""
+        column = self.place[kind][self.grid.node[node], k]
+        if not lower[column] - CLOSE <= x <= upper[column] + CLOSE:
+            faults.add(where, f"{name} = {x:g} is beyond its bounds {lower[column]:g} … {upper[column]:g}")
+        lower[column] = upper[column] = x
 
     def guessed(self, first: Start, last: Start | None, values: Mapping[str, Quantity]) -> Array:
         """Return z of a straight way from the start to the end, free of forces."""

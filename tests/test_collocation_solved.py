@@ -1,0 +1,189 @@
+"""Optimal motions: optimality of what IPOPT found once, and IPOPT itself where CasADi is installed.
+
+`pytest tests/test_collocation_solved.py --update-golden` solves again and writes tests/data/optimal_motions.json.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import runpy
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symdyn
+from symdyn.errors import SimulateError
+from symdyn.transcription import Collocation, Solution, solve
+
+pytestmark = pytest.mark.runs("cc")
+
+ROOT = Path(__file__).parent.parent
+GOLDEN = Path(__file__).parent / "data" / "optimal_motions.json"
+SWING = symdyn.read(ROOT / "benchmarks" / "data" / "swing_up.toml")
+FIVE = symdyn.read(ROOT / "benchmarks" / "data" / "five_bar.toml")
+
+PONTRYAGIN = 58.807667458
+"""Cost of the swing-up by the minimum principle: `scipy.integrate.solve_bvp` at 1e-10 for state and costate, with the
+equations (6.1) and (6.2) of Kelly's paper as printed there, u = -∂f/∂u · p / 2."""
+
+
+def swing_up(intervals: int, method: str = "hermite_simpson", **more) -> Collocation:
+    end = {"end": {"q1": 1, "q2": "pi"}, "end_rates": {"q1": 0, "q2": 0}}
+    return symdyn.collocation(SWING, 2, intervals, method, cost="u**2", **end, **more)
+
+
+def line(intervals: int) -> Collocation:
+    start = {"q1": 2.5972485047095892, "q2": 1.2913215826173419, "q3": -1.633337088591388, "q4": 1.2965377133062668}
+    end = {"q1": 1.7604507816378998, "q2": 0.4896135508405477}
+    return symdyn.collocation(
+        FIVE, 0.5, intervals, cost="M1**2 + M2**2", start=start, end=end, end_rates={"q1": 0, "q2": 0},
+        path={"point_tool_y": (0.35, 0.35)},
+    )  # fmt: skip
+
+
+PROBLEMS = {"swing_up": lambda: swing_up(25), "five_bar": lambda: line(10)}
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_what_ipopt_found_fulfils_the_conditions_of_an_optimum(name, request):
+    """Equations hold, and the gradient is one of the equations wherever no bound is met (Karush, Kuhn, Tucker)."""
+    problem = PROBLEMS[name]()
+    if request.config.getoption("--update-golden"):
+        found = solve(problem, tol=1e-11)
+        known = json.loads(GOLDEN.read_text()) if GOLDEN.exists() else {}
+        known[name] = {"z": found.z.tolist(), "multipliers": found.multipliers.tolist(), "objective": found.objective}
+        GOLDEN.write_text(json.dumps(known) + "\n")
+    known = json.loads(GOLDEN.read_text())[name]
+    z, multipliers = np.array(known["z"]), np.array(known["multipliers"])
+    inside = (z - problem.lower > 1e-6) & (problem.upper - z > 1e-6)
+    slope = problem.gradient(z) + multipliers @ problem.jacobian(z)
+
+    assert problem.objective(z) == pytest.approx(known["objective"], rel=1e-10)
+    assert np.abs(problem.residual(z)[problem.row["defects"]]).max() < 1e-9
+    assert np.abs(problem.residual(z)[problem.row["balance"]]).max() < 1e-8
+    assert np.count_nonzero(inside) > 0.9 * np.count_nonzero(~problem.given)
+    assert np.abs(slope[inside]).max() < 1e-6 * np.abs(problem.gradient(z)).max()
+
+
+def test_the_forces_that_were_found_swing_the_pole_up():
+    problem, known = swing_up(25), json.loads(GOLDEN.read_text())["swing_up"]
+    found = Solution(problem, np.array(known["z"]), np.zeros(problem.rows), known["objective"], 0.0, True, "", 0, 0.0)
+
+    end = found.simulated(rtol=1e-9)
+
+    assert end.q[-1] == pytest.approx([1, np.pi], abs=0.03)
+    assert found.motion.q[-1] == pytest.approx([1, np.pi])
+    assert found.objective == pytest.approx(PONTRYAGIN, rel=1e-4)
+
+
+def test_the_five_bar_keeps_to_its_line_and_its_loop_closes():
+    problem, known = line(10), json.loads(GOLDEN.read_text())["five_bar"]
+    found = Solution(problem, np.array(known["z"]), np.zeros(problem.rows), known["objective"], 0.0, True, "", 0, 0.0)
+
+    end = found.simulated(rtol=1e-9)
+
+    assert np.abs(end["point_tool_y"] - 0.35).max() < 1e-4
+    assert end["point_tool_x"][-1] == pytest.approx(0.12, abs=1e-4)
+    assert end.monitors["loops"] < 1e-10
+
+
+def test_the_cost_goes_to_that_of_the_minimum_principle_with_the_order():
+    pytest.importorskip("casadi", reason="needs casadi, the extra optimal")
+    off = [solve(swing_up(intervals, tol_method)).objective - PONTRYAGIN for intervals, tol_method in MESHES]
+
+    assert np.log2(off[0] / off[1]) == pytest.approx(2, abs=0.1)
+    assert abs(off[2]) < 1e-5 * PONTRYAGIN
+
+
+MESHES = ((100, "trapezoidal"), (200, "trapezoidal"), (60, "hermite_simpson"))
+
+
+def test_second_derivatives_and_none_lead_to_the_same_motion():
+    pytest.importorskip("casadi", reason="needs casadi, the extra optimal")
+    problem = swing_up(15)
+    near = solve(problem, max_iter=100).z
+
+    newton, limited = (solve(problem, near, exact=exact, tol=1e-7) for exact in (True, False))
+
+    assert newton.success
+    assert limited.success
+    assert limited.objective == pytest.approx(newton.objective, rel=1e-7)
+    assert newton.violation < 1e-9
+
+
+def test_contradictions_and_wrong_options_are_told():
+    pytest.importorskip("casadi", reason="needs casadi, the extra optimal")
+    with pytest.raises(SimulateError, match=r"given at t = 0 s contradicts itself.*a formula of the path is missed"):
+        solve(symdyn.collocation(FIVE, 1, 4, path={"point_tool_y": (1, 1)}))
+    with pytest.raises(SimulateError, match=r"given at t = 1 s contradicts itself.*loops do not close"):
+        solve(symdyn.collocation(FIVE, 1, 4, end={"q1": 1, "q2": 2, "q3": 0.3, "q4": 0.3}))
+    with pytest.raises(SimulateError, match=r"IPOPT: No such IPOPT option: max_itr"):
+        solve(swing_up(4), max_itr=3)
+    with pytest.raises(SimulateError, match=r"has the shape \(3,\); the problem has"):
+        solve(swing_up(4), np.zeros(3))
+    with pytest.raises(SimulateError, match="have no value there"):
+        solve(symdyn.collocation(SWING, 2, 4, cost="log(q1)"))
+
+
+def test_without_casadi_it_is_said_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "casadi", None)
+    with pytest.raises(SimulateError, match=r"pip install casadi; or hand the problem's residual"):
+        solve(swing_up(4))
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"until": -1}, "until = -1 is no time after the start"),
+        ({"until": (3, 1)}, r"until = \(3, 1\) is no time"),
+        ({"until": "soon"}, "until = soon is no time"),
+        ({"intervals": 0}, "intervals = 0: they are a number of them, or rising shares"),
+        ({"intervals": [0, 0.5]}, "rising shares of time from 0 to 1"),
+        ({"intervals": "many"}, "rising shares of time from 0 to 1"),
+        ({"method": "simpson"}, "method simpson is not known; did you mean hermite_simpson"),
+        ({"cost": "F**2"}, "cost: .* uses F, which is not known here"),
+        ({"final_cost": "u"}, "final cost: .* uses u, which is not known here"),
+        ({"end": {"q9": 1}}, "end: q9 is not known; known are q1, q2"),
+        ({"end": {"q1": 5}}, "end: q1 = 5 is beyond its bounds -2 … 2"),
+        ({"start": {"q1": 3}}, "start: q1 = 3 is beyond its bounds -2 … 2"),
+        ({"bounds": {"q1": (1, 0)}}, "^bounds: q1: nothing lies between 1 and 0; give the smaller value first$"),
+        ({"bounds": {"q1": 3}}, "bounds: q1: 3 is not a smallest and a largest value"),
+        ({"bounds": {"l": (0, 1)}}, "bounds: l is not known; known are q1, q2, q1_dot, q2_dot, u"),
+        ({"path": {"zz": (0, 1)}}, "path: .* uses zz"),
+        ({"free": "zz"}, "free: zz is not known; known are m1, m2, l, g"),
+        ({"until": -1, "method": "x", "end": {"q9": 1}}, "(?s)method x is not known.*until = -1"),
+    ],
+)
+def test_what_cannot_be_asked_is_told(given, said):
+    with pytest.raises(SimulateError, match=said):
+        symdyn.collocation(SWING, **{"until": 2, "intervals": 4} | given)
+
+
+def test_limits_of_joints_are_bounds():
+    problem = swing_up(3, bounds={"q1": (-5, 1.5), "q2_dot": (None, 9)})
+    q1, force, rate = problem.place["q"][1:-1, 0], problem.place["force"], problem.place["u"][1:-1, 1]
+
+    assert set(problem.lower[q1]) == {-2.0}
+    assert set(problem.upper[q1]) == {1.5}
+    assert set(problem.lower[force[:, 0]]) == {-20.0}
+    assert set(problem.upper[force[:, 0]]) == {20.0}
+    assert (set(problem.lower[rate]), set(problem.upper[rate])) == ({-np.inf}, {9.0})
+
+
+@pytest.mark.long(0)
+def test_the_page_of_collocation_says_what_its_examples_print(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("casadi", reason="needs casadi, the extra optimal")
+    text = (ROOT / "docs" / "collocation.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n((?:[^`].*\n|\n)*)```\n\n((?:    .*\n)+)", text)
+    script = tmp_path / "page.py"
+    script.write_text("".join(code for code, _ in blocks), encoding="utf-8")
+    monkeypatch.chdir(ROOT)
+
+    runpy.run_path(str(script))
+
+    printed = "".join(line.removeprefix("    ") for _, said in blocks for line in said.splitlines(keepends=True))
+    assert len(blocks) == text.count("```python")
+    assert capsys.readouterr().out == printed
