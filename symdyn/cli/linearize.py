@@ -4,10 +4,18 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from symdyn.cli.linear_tools import (
+    ASKED,
+    System,
+    add_asked,
+    check_asked,
+    check_one,
+    found_over,
+    rates_of,
+)
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move, split
 from symdyn.cli.talk import Waiting, print_json, print_paths, say
 from symdyn.cli.trajectory_options import collected, flattened, pairs
@@ -15,7 +23,7 @@ from symdyn.errors import LinearizeError
 from symdyn.linear.equilibrium import equilibria
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.linearized import along, told_of
-from symdyn.linear.prepared import Prepared, prepared
+from symdyn.linear.prepared import prepared
 from symdyn.linear.record import check_record, record
 from symdyn.linear.report import as_json, latex, text
 from symdyn.linear.run_files import read_run
@@ -29,47 +37,6 @@ from symdyn.simulation.prescribed.forces import read_forces
 FORMATS: Mapping[str, Callable[[Linearization, Symbolic | None], str]] = {"text": text, "latex": latex}
 
 REST = "rest"
-
-
-@dataclass(frozen=True)
-class System:
-    """A linear system and what it came from.
-
-    Attributes:
-        asked: what was linearised; linear systems at other places, and values, are asked of it.
-        found: the system.
-        formulas: the same in formulas, where it is small.
-    """
-
-    asked: Prepared
-    found: Linearization
-    formulas: Symbolic | None
-
-
-@dataclass(frozen=True)
-class Asked:
-    """What more can be asked of linear systems: an option, what is printed for it, and what stands in JSON.
-
-    Attributes:
-        flag: the option, such as "--lqr".
-        how: further arguments of `add_argument`.
-        text: what is printed, "" for nothing.
-        json: what stands in JSON under the name of the option; None for nothing.
-    """
-
-    flag: str
-    how: Mapping[str, Any] = field(default_factory=dict)
-    text: Callable[[System, argparse.Namespace], str] = lambda system, options: ""
-    json: Callable[[System, argparse.Namespace], Any] = lambda system, options: None
-
-    @property
-    def name(self) -> str:
-        """Name of its value among the options."""
-        return self.flag.removeprefix("--").replace("-", "_")
-
-
-ASKED: tuple[Asked, ...] = ()
-"""What more can be asked, in the order in which it is told."""
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
@@ -103,13 +70,22 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--format", choices=tuple(FORMATS), default="text", help="default: text")
     verb.add_argument("--json", action="store_true", help="for machines, all digits")
     verb.add_argument("-o", "--output", metavar="FILE", help=".npz, .mat or .csv")
-    for one in ASKED:
-        verb.add_argument(one.flag, **one.how)
+    add_asked(verb)
 
 
 def run(options: argparse.Namespace) -> int:
     """Linearise, print, write."""
     scene = read_scene_to_move(options)
+    check_asked(options)
+    if options.over:
+        with Waiting() as progress:
+            progress("linearising")
+            lines, data = found_over(scene, options)
+        if options.json:
+            print_json(data)
+        else:
+            print("\n".join(lines))
+        return 0
     if options.along is not None and (options.at or options.rates):
         raise LinearizeError("--along takes its points from a run; leave --at and --rates out")
     if options.at == REST and options.rates:
@@ -119,6 +95,7 @@ def run(options: argparse.Namespace) -> int:
     with Waiting() as progress:
         progress("linearising")
         systems, notes = _systems(scene, options)
+        check_one(systems, options)
         told = [_json(one, options) if options.json else _text(one, options) for one in systems]
     for note in notes:
         say(f"symdyn: {note}")
@@ -140,7 +117,7 @@ def _systems(scene: Scene, options: argparse.Namespace) -> tuple[list[System], S
         lambda: (
             None
             if options.at == REST or options.along is not None
-            else read_start(scene, pairs(options.at, "--at"), pairs(options.rates, "--rates"))
+            else read_start(scene, pairs(options.at, "--at"), rates_of(options))
         ),
     )
     asked = prepared(scene, forces, outputs, independent)  # type: ignore[arg-type]
@@ -158,10 +135,10 @@ def _systems(scene: Scene, options: argparse.Namespace) -> tuple[list[System], S
 
 
 def _text(system: System, options: argparse.Namespace) -> str:
-    parts = [FORMATS[options.format](system.found, system.formulas)]
-    return "\n\n".join([*parts, *filter(None, (one.text(system, options) for one in ASKED))])
+    more = ["\n".join(one.find(system, options)[0]) for one in ASKED if one.given(options)]
+    return "\n\n".join([FORMATS[options.format](system.found, system.formulas), *more])
 
 
 def _json(system: System, options: argparse.Namespace) -> dict[str, Any]:
-    more = {one.name: value for one in ASKED if (value := one.json(system, options)) is not None}
+    more = {one.name: one.find(system, options)[1] for one in ASKED if one.given(options)}
     return as_json(system.found, system.formulas) | more

@@ -29,6 +29,9 @@ NOTHING = 1e-9
 SIDEWAYS = 1e-9
 """Real parts over the size of the largest eigenvalue that are zero."""
 
+ROUNDING = 1e-14
+"""Entries over the largest that rounding leaves where there is nothing."""
+
 ROUNDS = 12
 """Times that all states are balanced at most."""
 
@@ -88,12 +91,12 @@ class Spectrum:
         return tuple(mode for mode in self.modes if mode.value.real < -SIDEWAYS * self.size)
 
 
-def spectrum(A: Array) -> Spectrum:
-    """Return the eigenvalues of A, shape (nx, nx), 1/s."""
+def spectrum(A: Array, whole: float = 0.0) -> Spectrum:
+    """Return the eigenvalues of A, shape (nx, nx), 1/s; zero is what is nothing beside the size of the `whole`."""
     n = len(A)
     scale = balance(A)
     left = A * scale[None, :] / scale[:, None]  # D⁻¹ A D
-    size = float(np.abs(left).max(initial=0.0))
+    size = float(np.abs(left).max(initial=whole))
     Q, zeros, still = np.eye(n), 0, np.zeros((n, 0))
     while zeros < n:
         part = left[zeros:, zeros:]
@@ -124,6 +127,7 @@ def spectrum(A: Array) -> Spectrum:
 def balance(A: Array) -> Array:
     """Return scales d, powers of two, shape (nx,), that make rows and columns of D⁻¹ A D of one size."""
     d, left = np.ones(len(A)), np.abs(A) * (1 - np.eye(len(A)))
+    left[left <= ROUNDING * np.abs(A).max(initial=0.0)] = 0.0  # it would be blown up
     for _ in range(ROUNDS):
         changed = False
         for k in range(len(A)):

@@ -6,6 +6,7 @@ import contextlib
 import importlib.util
 import io
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -81,16 +82,9 @@ def panels(trajectory: Trajectory) -> list[tuple[str, list[tuple[str, Array]]]]:
 
 def draw(trajectory: Trajectory, kind: str) -> bytes:
     """Return the picture as "svg" or "png"; the same trajectory, the same bytes."""
-    mpl = _matplotlib()
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     parts = panels(trajectory)
-    with mpl.rc_context():
-        mpl.rcdefaults()  # whatever settings stand in files of the user or of the program around us
-        mpl.rcParams.update({"svg.hashsalt": trajectory.scene.name, "svg.fonttype": "none", "font.size": 9.0})
-        figure = Figure(figsize=(8.0, 2.2 * len(parts)), layout="constrained")
-        FigureCanvasAgg(figure)
+
+    def fill(figure: Any) -> None:
         axes: Any = figure.subplots(len(parts), 1, sharex=True, squeeze=False)[:, 0]
         for axis, (title, curves) in zip(axes, parts, strict=True):
             for name, values in curves[:MOST_LINES]:
@@ -102,7 +96,23 @@ def draw(trajectory: Trajectory, kind: str) -> bytes:
             for event in trajectory.events:
                 axis.axvline(event.t, color="0.5", linewidth=0.6, linestyle=":")
         axes[-1].set_xlabel("t, s")
-        figure.suptitle(trajectory.scene.name, x=0.01, ha="left")
+
+    return framed(trajectory.scene.name, (8.0, 2.2 * len(parts)), kind, fill)
+
+
+def framed(title: str, size: tuple[float, float], kind: str, fill: Callable[[Any], None]) -> bytes:
+    """Return a picture as "svg" or "png" that `fill` draws on a figure, its size in inches."""
+    mpl = _matplotlib()
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context():
+        mpl.rcdefaults()  # whatever settings stand in files of the user or of the program around us
+        mpl.rcParams.update({"svg.hashsalt": title, "svg.fonttype": "none", "font.size": 9.0})
+        figure = Figure(figsize=size, layout="constrained")
+        FigureCanvasAgg(figure)
+        fill(figure)
+        figure.suptitle(title, x=0.01, ha="left")
         buffer = io.BytesIO()
         metadata = {"Date": None} if kind == "svg" else {"Software": None}
         figure.savefig(buffer, format=kind, dpi=150, metadata=metadata)

@@ -1,0 +1,369 @@
+"""What more can be asked of `symdyn linearize`: a row a flag, and the flags that make many systems.
+
+A row finds something of a system, tells it in lines, and as data for --json. The endings of files say what is written.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from symdyn.cli.scene_options import split
+from symdyn.cli.trajectory_options import flattened, pairs
+from symdyn.emit import writing
+from symdyn.errors import LinearizeError
+from symdyn.linear import bode, locus, moving, over_values
+from symdyn.linear.linearization import Linearization
+from symdyn.linear.prepared import Prepared
+from symdyn.linear.reach import Reach, controllability, observability, shown
+from symdyn.linear.regulator import Observer, Regulator, kalman, lqr
+from symdyn.linear.sampled import Sampled, along_a_step, sampled
+from symdyn.linear.symbolic import Symbolic
+from symdyn.linear.transfer import transfers
+from symdyn.linear.weights import read_weights
+from symdyn.scene import Scene
+from symdyn.scene.values.table import Faults
+from symdyn.simulation.plot import check_plot
+from symdyn.simulation.record import write_whole
+
+Lines: TypeAlias = list[str]
+Data: TypeAlias = dict[str, Any]
+
+PICTURES = (".svg", ".png")
+
+
+@dataclass(frozen=True)
+class System:
+    """A linear system and what it came from.
+
+    Attributes:
+        asked: what was linearised; linear systems at other places, and values, are asked of it.
+        found: the system.
+        formulas: the same in formulas, where it is small.
+    """
+
+    asked: Prepared
+    found: Linearization
+    formulas: Symbolic | None
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What more can be asked of a linear system.
+
+    Attributes:
+        flag: the option, such as "--lqr".
+        how: further arguments of `add_argument`.
+        find: what it finds: lines to print, and what stands in JSON under the name of the option.
+        writes: the option that names its file, if it has one.
+    """
+
+    flag: str
+    how: Mapping[str, Any]
+    find: Callable[[System, argparse.Namespace], tuple[Lines, Any]]
+    writes: str = ""
+
+    @property
+    def name(self) -> str:
+        """Name of its value among the options."""
+        return self.flag.removeprefix("--").replace("-", "_")
+
+    def given(self, options: argparse.Namespace) -> bool:
+        """Whether it is asked for."""
+        return getattr(options, self.name) not in (None, False)
+
+
+def _transfer(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
+    lines, data = [], []
+    for one in transfers(system.found):
+        if one.gain == 0:
+            lines.append(f"{one.output} / {one.input}: 0, it does not follow")
+        else:
+            lines += [
+                f"{one.output} / {one.input}: gain {one.gain:.6g}",
+                f"  zeros: {_listed(one.zeros)}",
+                f"  poles: {_listed(one.poles)}",
+            ]
+        data.append({
+            "output": one.output, "input": one.input, "gain": one.gain, "zeros": _pairs(one.zeros),
+            "poles": _pairs(one.poles), "numerator": one.numerator.tolist(), "denominator": one.denominator.tolist(),
+        })  # fmt: skip
+    return lines or ["no input drives anything"], data
+
+
+def _listed(values: Any) -> str:
+    once = [value for value in values if value.imag >= 0]
+    return ", ".join(map(shown, once)) or "none"
+
+
+def _pairs(values: Any) -> list[list[float]]:
+    return [[float(value.real), float(value.imag)] for value in values]
+
+
+def _reach(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
+    lines: Lines = []
+    data: Data = {}
+    for word, how, verb, found in (
+        ("controllability", "no input moves", "moved", controllability(system.found)),
+        ("observability", "no output shows", "seen", observability(system.found)),
+    ):
+        margin = f", {found.margin:.2g} of the size of A from less" if found.rank else ""
+        lines.append(f"{word}: rank {found.rank} of {found.order}{margin}")
+        lines += [f"  {how} the mode {shown(mark.value)} 1/s, of {', '.join(mark.states)}" for mark in found.hidden]
+        near = [mark for mark in found.marks if not mark.hidden][:1]
+        lines += [f"  least {verb}: the mode {shown(mark.value)} 1/s, by {', '.join(mark.states)}" for mark in near]
+        data[word] = _reached(found)
+    return lines, data
+
+
+def _reached(found: Reach) -> Data:
+    marks = [
+        {"eigenvalue": _pairs([m.value])[0], "margin": m.margin, "hidden": m.hidden, "states": list(m.states)}
+        for m in found.marks
+    ]
+    return {"rank": found.rank, "order": found.order, "margin": found.margin, "modes": marks}
+
+
+def _bode(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
+    hertz = over_values.numbers(options.hertz, "--hertz") if options.hertz else None
+    found = bode.bode(system.found, hertz)
+    if not options.bode:
+        return bode.table(found).splitlines(), _response(found)
+    title = f"{system.found.scene.name}: frequency response"
+    written = _written(options.bode, lambda: bode.table(found), lambda kind: bode.plot(found, title, kind), "--bode")
+    return written, _response(found)
+
+
+def _response(found: bode.Bode) -> Data:
+    channels = [
+        {"of": title, "decibels": _finite(size), "degrees": _finite(phase)} for title, size, phase in found.pairs
+    ]
+    return {"hertz": found.hertz.tolist(), "channels": channels}
+
+
+def _finite(values: Any) -> list[float | None]:
+    return [float(x) if math.isfinite(x) else None for x in values]
+
+
+def _animate(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
+    found = moving.animate(system.found, Path(options.animate))
+    lines = [
+        f"{path}: the mode {shown(mode.value)} 1/s"
+        + (f", {mode.frequency:.6g} Hz, a round in {moving.PERIOD:g} s" if mode.oscillates else "")
+        for path, mode in found
+    ]
+    return lines, [{"file": str(path), "eigenvalue": _pairs([mode.value])[0]} for path, mode in found]
+
+
+def _sampled(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
+    period = options.dt
+    exact, stepped = sampled(system.found, period), along_a_step(system.asked, system.found, period)
+    apart = max(float(np.abs(x - y).max(initial=0.0)) for x, y in ((exact.A, stepped.A), (exact.B, stepped.B)))
+    told = stepped if system.found.kind == "moving" else exact
+    lines = [f"x(t + T) = Phi x(t) + Gamma w(t), T = {period:g} s, inputs held"]
+    lines += _matrix("Phi", told.A) + (_matrix("Gamma", told.B) if told.B.size else [])
+    lines.append(f"eigenvalues: {', '.join(map(shown, [z for z in told.eigenvalues if z.imag >= 0]))}")
+    lines.append(
+        f"by variational equations along the step the same to {apart:.1g}"
+        if system.found.kind != "moving"
+        else f"along the motion from this point; with A and B of its beginning entries are off by up to {apart:.1g}"
+    )
+    return lines, _steps(told) | {"roads_differ_by": apart}
+
+
+def _steps(found: Sampled) -> Data:
+    return {"period": found.period, "Phi": found.A.tolist(), "Gamma": found.B.tolist(),
+            "eigenvalues": _pairs(found.eigenvalues)}  # fmt: skip
+
+
+def _matrix(name: str, M: Any) -> Lines:
+    cells = [[f"{x:.6g}" for x in row] for row in M.tolist()]
+    width = max(len(cell) for row in cells for cell in row)
+    head = f"{name} = "
+    return [
+        (head if k == 0 else " " * len(head)) + "[" + " ".join(cell.rjust(width) for cell in row) + "]"
+        for k, row in enumerate(cells)
+    ]
+
+
+def _lqr(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
+    given = read_weights("--lqr", options.lqr, ("Q", "R"))
+    found = lqr(system.found, given.get("Q"), given.get("R"), options.dt)
+    lines = [f"{row} = {_terms(found, k)}" for k, row in enumerate(system.found.inputs.names)]
+    lines.append(f"closed-loop poles: {_listed(found.poles)}" + (" (of Phi - Gamma K)" if found.period else " 1/s"))
+    lines += list(found.notes)
+    if options.gains:
+        path = Path(options.gains)
+        if path.suffix.lower() != ".json":
+            raise LinearizeError(f"{path}: gains are written to a .json file")
+        write_whole(path, found.text())
+        lines += [str(path), f"run it: symdyn simulate {options.scene} --until 10 --feedback {path}"]
+    return lines, found.gains() | {"poles": _pairs(found.poles), "notes": list(found.notes)}
+
+
+def _terms(found: Regulator, row: int) -> str:
+    parts = [
+        f"{-x:+.6g} {name}" for x, name in zip(found.K[row], found.system.states.names, strict=True) if abs(x) > 1e-12
+    ]
+    return " ".join(parts).replace("+", "+ ").replace("-", "- ").replace("e- ", "e-").replace("e+ ", "e+") or "0"
+
+
+def _kalman(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
+    given = read_weights("--kalman", options.kalman, ("W", "V"))
+    found = kalman(system.found, given.get("W"), given.get("V"), options.dt)
+    lines = _matrix("L", found.L)
+    lines.append(f"filter poles: {_listed(found.poles)}" + (" (of Phi - L C)" if found.period else " 1/s"))
+    return lines + list(found.notes), _observer(found, system.found)
+
+
+def _observer(found: Observer, one: Linearization) -> Data:
+    return {
+        "L": found.L.tolist(), "states": list(one.states.names), "outputs": list(one.outputs.names),
+        "poles": _pairs(found.poles),
+    }  # fmt: skip
+
+
+ASKED: tuple[Asked, ...] = (
+    Asked(
+        "--transfer",
+        {"action": "store_true", "help": "transfer functions from every input to every output: gains, zeros, poles"},
+        _transfer,
+    ),
+    Asked(
+        "--reach",
+        {"action": "store_true", "help": "controllability and observability: ranks, how far from less, hidden modes"},
+        _reach,
+    ),
+    Asked(
+        "--bode",
+        {"nargs": "*", "metavar": "FILE", "help": "frequency responses: .csv, .svg, .png; without a file as CSV"},
+        _bode,
+        "bode",
+    ),
+    Asked(
+        "--dt",
+        {"type": float, "metavar": "T", "help": "the sampled system, inputs held for T s; gains are those of it then"},
+        _sampled,
+    ),
+    Asked(
+        "--lqr",
+        {
+            "nargs": "*",
+            "metavar": "WEIGHT",
+            "help": 'the linear quadratic regulator: "Q=x:10;theta:100" "R=F:0.1", what is not named weighs 0 in Q '
+            "and 1 in R; or an .npz file with Q and R; without any all weigh 1",
+        },
+        _lqr,
+        "gains",
+    ),
+    Asked(
+        "--kalman",
+        {
+            "nargs": "*",
+            "metavar": "VARIANCE",
+            "help": 'the gain of a Kalman filter: "W=F:1" of what disturbs states or inputs, "V=x:1e-4" of outputs; '
+            "or an .npz file",
+        },
+        _kalman,
+    ),
+    Asked(
+        "--animate",
+        {"metavar": "FILE", "help": "every mode as a moving picture, numbered: .svg, or .html with buttons"},
+        _animate,
+        "animate",
+    ),
+)
+"""What more can be asked, in the order in which it is told."""
+
+
+def add_asked(verb: argparse.ArgumentParser) -> None:
+    """Add a flag for every row, and those that say more of them."""
+    group = verb.add_argument_group("of the linear system")
+    for one in ASKED:
+        group.add_argument(one.flag, **one.how)
+    group.add_argument("--hertz", metavar="RANGE", help="frequencies of --bode, Hz: geomspace(0.1,10,200) or [1, 2, 5]")
+    group.add_argument("--gains", metavar="FILE", help="where --lqr writes its gains, .json, for simulate --feedback")
+    group = verb.add_argument_group("over a parameter or a speed")
+    group.add_argument("--over", metavar="RANGE", help='eigenvalues over "v=linspace(0,10,100)", and critical values')
+    group.add_argument(
+        "--speed", metavar="LIST", help="rates of a steady motion, which may name that of --over, e.g. x_dot=v"
+    )
+    group.add_argument("--locus", nargs="+", metavar="FILE", help="the root locus of --over: .csv, .svg or .png")
+
+
+def check_asked(options: argparse.Namespace) -> None:
+    """Raise LinearizeError for flags that want another one, or files that could not be written in the end."""
+    faults = Faults("")
+    for name, wants in {"hertz": "bode", "gains": "lqr", "locus": "over"}.items():
+        if getattr(options, name) is not None and getattr(options, wants) is None:
+            faults.add(f"--{name}", f"belongs to --{wants}, which is not given")
+    if options.over is not None:
+        alone = [one.flag for one in ASKED if one.given(options)]
+        alone += [flag for flag, given in (("--output", options.output), ("--along", options.along)) if given]
+        for flag in alone:
+            faults.add(flag, "is of one system, and --over makes many; give one of them")
+        if options.at == "rest":
+            faults.add("--at", "rest may be many places; name one, and it is followed: --at NAME=VALUE")
+    files = [*(options.bode or []), *(options.locus or []), *filter(None, (options.gains, options.animate))]
+    for name in files:
+        if not Path(name).parent.is_dir():
+            faults.add(name, f"there is no folder {Path(name).parent}")
+    if faults.lines:
+        raise LinearizeError(tuple(faults.lines))
+
+
+def check_one(systems: Sequence[System], options: argparse.Namespace) -> None:
+    """Raise LinearizeError where several systems would go into one file."""
+    files = [one.flag for one in ASKED if one.given(options) and one.writes and getattr(options, one.writes)]
+    if len(systems) > 1 and files:
+        raise LinearizeError(
+            f"{', '.join(files)}: there are {len(systems)} systems; give the place of one, as --at LIST"
+        )
+
+
+def rates_of(options: argparse.Namespace) -> dict[str, str]:
+    """Return the velocities that --rates and --speed give, formulas by name."""
+    return pairs(options.rates, "--rates") | pairs(options.speed, "--speed")
+
+
+def found_over(scene: Scene, options: argparse.Namespace) -> tuple[Lines, Data]:
+    """Return lines and data of the root locus over a range, and write its files."""
+    name, values = over_values.read_values(options.over)
+    system = over_values.systems(
+        scene, name, pairs(options.at, "--at"), rates_of(options), flattened(options.forces), (),
+        split(options.independent) or (), options.anywhere,
+    )  # fmt: skip
+    found = locus.over(name, values, system)
+    title = f"{scene.name}: eigenvalues over {name}"
+    lines = locus.told(found)
+    lines += _written(
+        options.locus or [], lambda: locus.table(found), lambda kind: locus.plot(found, title, kind), "--locus"
+    )
+    data = {
+        "over": name, "values": found.values.tolist(), "growing": found.growing.tolist(),
+        "eigenvalues": [_pairs(row) for row in found.branches],
+        "critical": [{"value": c.value, "hertz": c.frequency, "grows_above": c.grows} for c in found.critical],
+    }  # fmt: skip
+    return lines, data
+
+
+def _written(names: Sequence[str], table: Callable[[], str], picture: Callable[[str], bytes], option: str) -> Lines:
+    for name in names:
+        path = Path(name)
+        ending = path.suffix.lower()
+        contents: writing.Contents
+        if ending == ".csv":
+            contents = table()
+        elif ending in PICTURES:
+            check_plot(path)
+            contents = picture(ending[1:])
+        else:
+            raise LinearizeError(f"{option}: {name} is no .csv, {' or '.join(PICTURES)} file")
+        write_whole(path, contents)
+    return [str(name) for name in names]

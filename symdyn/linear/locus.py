@@ -1,0 +1,239 @@
+"""Root loci: eigenvalues over a parameter or the speed of a steady motion, and where stability begins and ends.
+
+    λ_k(x)    branches, followed from value to value by the nearest pairs
+    x_c       critical: a real part crosses zero; where the counts of growing modes at two values differ it is bracketed
+              by bisection, and then the zero of the polynomial through Re λ at Chebyshev points of the bracket; of
+              λ² where a pair on the axis, as without damping, meets at zero
+
+Eigenvalues that are zero at every value, of what drifts, say nothing of stability and are left out of the counts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from scipy.optimize import brentq, linear_sum_assignment
+
+from symdyn.algebra.numeric import Array
+from symdyn.errors import LinearizeError
+from symdyn.linear.linearization import Linearization
+from symdyn.linear.modes import Complexes
+from symdyn.simulation.plot import framed
+
+BRACKET = 2.0**-7
+"""Part of a step to which bisection narrows."""
+
+DEGREE = 8
+"""Of the polynomial through real parts inside a bracket."""
+
+HALVINGS = 30
+"""Of a bracket, where nothing is smooth."""
+
+MOST = 20_000
+"""Values of a parameter at most."""
+
+
+@dataclass(frozen=True)
+class Critical:
+    """Where an eigenvalue, or a pair, crosses the imaginary axis.
+
+    Attributes:
+        value: of the parameter.
+        frequency: of the pair there, Hz; 0 of a real eigenvalue.
+        grows: whether the mode grows above the value, and decays below; else the other way round.
+    """
+
+    value: float
+    frequency: float
+    grows: bool
+
+    def __str__(self) -> str:
+        """Return it in words."""
+        what = (
+            f"a mode that oscillates at {self.frequency:.6g} Hz" if self.frequency else "a mode that does not oscillate"
+        )
+        return f"{self.value:.12g}: {what} {'begins to grow' if self.grows else 'ceases to grow'}"
+
+
+@dataclass(frozen=True)
+class Locus:
+    """Eigenvalues over a parameter.
+
+    Attributes:
+        name: of the parameter.
+        values: shape (N,), increasing.
+        eigenvalues: 1/s, shape (N, n): a column is a branch; those that are zero are among them.
+        growing: how many grow at each value, pairs as two, shape (N,).
+        critical: where that changes.
+    """
+
+    name: str
+    values: Array
+    eigenvalues: Complexes
+    growing: Array
+    critical: tuple[Critical, ...]
+
+    @cached_property
+    def branches(self) -> Complexes:
+        """The branches that are not zero everywhere, shape (N, branches)."""
+        return self.eigenvalues[:, np.any(self.eigenvalues != 0, axis=0)]
+
+    @property
+    def ranges(self) -> list[tuple[float, float, int]]:
+        """Ranges of the parameter with one count of growing eigenvalues each: from, to, count."""
+        edges = [float(self.values[0]), *(one.value for one in self.critical), float(self.values[-1])]
+        counts = [int(self.growing[0])]
+        for one in self.critical:
+            counts.append(counts[-1] + (1 if one.grows else -1) * (2 if one.frequency else 1))
+        return list(zip(edges[:-1], edges[1:], counts, strict=True))
+
+
+def over(name: str, values: Sequence[float] | Array, system: Callable[[float], Linearization]) -> Locus:
+    """Return the eigenvalues of a system at values of a parameter, and where their real parts cross zero.
+
+    Args:
+        name: of the parameter, for what is told.
+        values: increasing, two at least.
+        system: the linear system at a value.
+
+    Raises:
+        LinearizeError: the values do not increase, or are too many; and what `system` raises.
+    """
+    x = np.asarray(values, dtype=np.float64)
+    if x.ndim != 1 or not 2 <= len(x) <= MOST or not np.isfinite(x).all() or np.any(np.diff(x) <= 0):
+        raise LinearizeError(
+            f"--over {name}: values must be finite and increase, two at least and {MOST} at most; such as "
+            f'"{name}=linspace(0,10,100)"'
+        )
+    found = [system(float(value)) for value in x]
+    counts = [_count(one) for one in found]
+    critical: list[Critical] = []
+    for k in range(len(x) - 1):
+        critical += _crossings(system, x[k], x[k + 1], counts[k], counts[k + 1])
+    return Locus(name, x, _followed(found), np.array(counts), tuple(critical))
+
+
+def _followed(found: Sequence[Linearization]) -> Complexes:
+    """Return eigenvalues in the order of branches, shape (N, n); zeros follow zeros where there are as many of them."""
+    rows = [one.eigenvalues for one in found]
+    rows = [np.concatenate([row, np.zeros(max(map(len, rows)) - len(row))]) for row in rows]
+    for k in range(1, len(rows)):
+        before, now = rows[k - 1], rows[k]
+        moving, fresh = np.flatnonzero(before), now[now != 0]
+        if len(moving) != len(fresh):
+            moving, fresh = np.arange(len(before)), now
+        rows[k] = np.zeros(len(now), dtype=np.complex128)
+        rows[k][moving] = fresh[linear_sum_assignment(np.abs(before[moving, None] - fresh[None, :]))[1]]
+    return np.array(rows)
+
+
+def _count(one: Linearization) -> int:
+    return sum(2 if mode.oscillates else 1 for mode in one.spectrum.growing)
+
+
+def _crossings(
+    system: Callable[[float], Linearization], low: float, high: float, below: int, above: int
+) -> list[Critical]:
+    """Return where counts change between two values, one crossing after the other."""
+    if below == above:
+        return []
+    left, right = low, high
+    while right - left > BRACKET * (high - low):
+        middle = (left + right) / 2
+        if _count(system(middle)) == below:
+            left = middle
+        else:
+            right = middle
+    count = _count(system(right))
+    return [*_refined(system, left, right), *_crossings(system, right, high, count, above)]
+
+
+def _refined(system: Callable[[float], Linearization], low: float, high: float) -> list[Critical]:
+    """Return where counts change between two values close to each other."""
+    nodes = (low + high) / 2 + (high - low) / 2 * chebyshev.chebpts2(DEGREE + 1)
+    branches = _followed([system(float(x)) for x in nodes]).T
+    found = []
+    for branch in branches:
+        if branch[0].real * branch[-1].real < 0 and branch[0].imag >= 0:
+            value = _zero(nodes, branch.real)
+            frequency = abs(float(chebyshev.Chebyshev.fit(nodes, branch.imag, DEGREE)(value))) / (2 * np.pi)
+            found.append(Critical(value, frequency, bool(branch[-1].real > 0)))
+    if not found:  # a pair on the axis meets at zero, and parts along the real axis: its square goes through zero
+        squares = [(branch**2).real for branch in branches]
+        turning = [one for one in squares if one[0] * one[-1] < 0]
+        found = [Critical(_zero(nodes, one), 0.0, bool(one[-1] > 0)) for one in turning[:1]]
+    return sorted(found, key=lambda one: one.value) or [_halved(system, low, high)]
+
+
+def _zero(nodes: Array, values: Array) -> float:
+    """Return where the polynomial through values at Chebyshev points is zero; it changes sign between its ends."""
+    return float(brentq(chebyshev.Chebyshev.fit(nodes, values, DEGREE), nodes[0], nodes[-1], rtol=8.9e-16))
+
+
+def _halved(system: Callable[[float], Linearization], low: float, high: float) -> Critical:
+    """Return where a count changes by bisection alone: two pairs on the axis meet, and one leaves it."""
+    below, above = _count(system(low)), _count(system(high))
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if _count(system(middle)) == below else (low, middle)
+    fastest = system(high if above > below else low).modes[0]
+    return Critical((low + high) / 2, fastest.frequency, above > below)
+
+
+def told(found: Locus) -> list[str]:
+    """Return critical values and ranges in words, one line each."""
+    lines = [f"{found.name} = {one}" for one in found.critical]
+    for low, high, count in found.ranges:
+        what = {0: "nothing grows", 1: "1 eigenvalue grows"}.get(count, f"{count} eigenvalues grow")
+        lines.append(f"{found.name} = {low:.6g} ... {high:.6g}: {what}")
+    return lines
+
+
+def table(found: Locus) -> str:
+    """Return lines of CSV: the value, real and imaginary parts of the branches, 1/s, and how many grow."""
+    n = found.branches.shape[1]
+    head = [found.name, *(f"{part}{k + 1}" for k in range(n) for part in ("re", "im")), "growing"]
+    lines = [",".join(head)]
+    for x, row, count in zip(found.values, found.branches, found.growing, strict=True):
+        parts = [repr(float(y)) for value in row for y in (value.real, value.imag)]
+        lines.append(",".join([repr(float(x)), *parts, str(int(count))]))
+    return "\n".join([*lines, ""])
+
+
+def plot(found: Locus, title: str, kind: str) -> bytes:
+    """Return the plot as "svg" or "png": real and imaginary parts over the parameter, and the locus in the plane."""
+
+    def fill(figure: Any) -> None:
+        over_it, plane = figure.subplots(1, 2, gridspec_kw={"width_ratios": [3, 2]})
+        for k, branch in enumerate(found.branches.T):
+            colour = f"C{k % 10}"
+            over_it.plot(found.values, branch.real, color=colour, linewidth=1.4)
+            if np.any(branch.imag > 0):
+                over_it.plot(found.values, np.where(branch.imag > 0, branch.imag, np.nan), color=colour, linewidth=0.9,
+                             linestyle="--")  # fmt: skip
+            plane.plot(branch.real, branch.imag, color=colour, linewidth=1.0)
+            plane.plot(branch.real[:1], branch.imag[:1], "x", color=colour, markersize=5)
+        for low, high, count in found.ranges:
+            if not count:
+                over_it.axvspan(low, high, color="C2", alpha=0.12, linewidth=0)
+        for one in found.critical:
+            over_it.axvline(one.value, color="0.4", linewidth=0.7, linestyle=":")
+            over_it.annotate(
+                f"{one.value:.4g}", (one.value, 1), xycoords=("data", "axes fraction"), xytext=(2, -2),
+                textcoords="offset points", fontsize=8, va="top",
+            )  # fmt: skip
+        over_it.axhline(0, color="0.3", linewidth=0.7)
+        plane.axvline(0, color="0.3", linewidth=0.7)
+        over_it.set_title("real parts (solid), imaginary (dashed), 1/s; shaded: nothing grows", loc="left", fontsize=9)
+        plane.set_title("the same in the plane, 1/s; × where it begins", loc="left", fontsize=9)
+        over_it.set_xlabel(found.name)
+        plane.set_xlabel("real part")
+        for axis in (over_it, plane):
+            axis.grid(alpha=0.3)
+
+    return framed(title, (11.0, 4.6), kind, fill)

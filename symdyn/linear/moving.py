@@ -1,0 +1,117 @@
+"""Modes as motions that can be drawn: q(t) = q₀ moved by Re(a v e^{iφ(t)}), at a size that is seen.
+
+What oscillates goes round once in PERIOD seconds, however fast it is; what does not goes out and comes back. Growth and
+decay are left out, and loops are closed at every moment: a shape is shown, and not a run. Positions on which no
+velocity depends, as where a bicycle is and where it heads, do not tell the size, and stay where they would go far: the
+picture is that of who rides along.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.draw.pictures import spread
+from symdyn.draw.places import places
+from symdyn.draw.pose import values_of
+from symdyn.dynamics.loops.newton import newton
+from symdyn.dynamics.roads.derivative_outputs import COLUMNS
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.errors import LinearizeError
+from symdyn.linear.linearization import Linearization
+from symdyn.linear.modes import Mode, untouched
+from symdyn.simulation.equations.opened import numbers_at
+from symdyn.simulation.record import FILMS, check_film, write_whole
+
+PERIOD, MOMENTS = 2.0, 61
+"""Seconds that one round is shown in, and moments of it."""
+
+ANGLE, PART = 0.3, 0.12
+"""The largest displacement: of an angle, rad, and of a length over the size of the mechanism."""
+
+FAR = 2.0
+"""Times that displacement beyond which a position on which nothing depends stays."""
+
+MOVES = 1e-6
+"""Displacements over the largest state of a mode below which nothing is seen to move."""
+
+
+def motion(one: Linearization, mode: Mode) -> tuple[Array, Array]:
+    """Return times, s, shape (N,), and coordinates, shape (N, nq), of one round of a mode.
+
+    Raises:
+        LinearizeError: no position that is a state moves in it.
+    """
+    shape, units = mode.shape[: one.positions], one.states.units[: one.positions]
+    if not np.abs(shape).max(initial=0.0) > MOVES * np.abs(mode.shape).max(initial=0.0):
+        raise LinearizeError(f"{one.scene.name}: in the mode {mode.value:.6g} only velocities change; it has no shape")
+    length = _size(one)
+    limits = np.array([ANGLE if unit == "rad" else PART * length for unit in units])
+    along = _ridden(one)
+    rest = [k for k in range(one.positions) if k not in along and shape[k]] or list(range(one.positions))
+    shape = shape / float((np.abs(shape) / limits)[rest].max())
+    shape = np.where(np.abs(shape) <= FAR * limits, shape, 0.0)
+    turn = np.linspace(0.0, 2 * math.pi, MOMENTS)
+    course = np.exp(1j * turn) if mode.oscillates else (1 - np.cos(turn)) / 2
+    shifts = np.real(np.outer(course, shape))
+    numbers, point = numbers_at(one.scene), one.point.q
+    labels = COLUMNS["q"](Workspace(one.scene))
+    held = [labels.index(name) for name in (*one.states.names[: one.positions], *one.dropped)]
+    found = [newton(numbers, numbers.normalised(point + one.moves @ shift), held) for shift in shifts]
+    return turn / (2 * math.pi) * PERIOD, np.array(found)
+
+
+def _ridden(one: Linearization) -> list[int]:
+    """Return positions on which no velocity depends, nor any position but these."""
+    found: list[int] = []
+    while True:
+        rest = [k for k in range(len(one.states)) if k not in found]
+        positions = [i for i, k in enumerate(rest) if k < one.positions]
+        more = [rest[i] for i in untouched(one.A[np.ix_(rest, rest)], positions)]
+        if not more:
+            return found
+        found += more
+
+
+def _size(one: Linearization) -> float:
+    """Return the largest extent of the mechanism at the point, m; 1 of what has none."""
+    values = values_of(one.scene, {})
+    spots = spread(one.scene, places(one.scene, one.point.q[None], values)).reshape(-1, 3)
+    return float(np.ptp(spots, axis=0).max()) or 1.0
+
+
+def shown(one: Linearization) -> list[Mode]:
+    """Return the modes in which something moves."""
+    return [mode for mode in one.modes if np.abs(mode.shape[: one.positions]).max(initial=0.0) > MOVES]
+
+
+def files(one: Linearization, path: Path) -> list[tuple[Path, Mode]]:
+    """Return the file of every mode that can be shown: the one given, numbered where there are several.
+
+    Raises:
+        LinearizeError: nothing moves in any mode.
+        SimulateError: an ending that no moving picture has.
+    """
+    check_film(path)
+    modes = shown(one)
+    if not modes:
+        raise LinearizeError(f"{one.scene.name}: --animate: no mode has a shape; all eigenvalues are zero")
+    if len(modes) == 1:
+        return [(path, modes[0])]
+    return [(path.with_name(f"{path.stem}-{k + 1}{path.suffix}"), mode) for k, mode in enumerate(modes)]
+
+
+def animate(one: Linearization, path: Path) -> Sequence[tuple[Path, Mode]]:
+    """Write every mode as a moving picture, .svg or .html, and return which is where.
+
+    Raises:
+        LinearizeError, SimulateError: as of `files`, or a file that cannot be written.
+    """
+    found = files(one, path)
+    for place, mode in found:
+        write_whole(place, FILMS[place.suffix.lower()](one.scene, *motion(one, mode)))
+    return found

@@ -1,0 +1,142 @@
+"""Which modes inputs move and outputs show: a staircase for the ranks, and the test of Popov, Belevitch and Hautus.
+
+    V, W     orthonormal: [V W]ᵀ A [V W] = [A_v *; 0 A_w], [V W]ᵀ B = [B_v; 0]; what B reaches, and what is left
+    σ(λ)     the smallest singular value of [A - λ, B]: how far the mode of λ is from one that no input moves
+
+States have different units: A is balanced, D⁻¹ A D, and B and C are scaled to the size of A, before sizes are compared.
+Of observability all is the same with Aᵀ and Cᵀ.
+
+Reference: Van Dooren, The generalized eigenstructure problem in linear system theory, IEEE Trans. Aut. Control 26
+(1981); Eising, Between controllable and uncontrollable, Systems & Control Letters 4 (1984), for σ.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from symdyn.algebra.numeric import Array
+from symdyn.linear.linearization import Linearization
+from symdyn.linear.modes import balance, spectrum
+
+NOTHING = 1e-9
+"""Singular values over the size of the balanced A below which nothing is reached."""
+
+SAID, NAMED = 0.1, 4
+"""Parts of a mode, of the largest, that are named, and how many at most."""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """How far the mode of an eigenvalue is from being hidden.
+
+    Attributes:
+        value: eigenvalue, 1/s.
+        margin: σ(λ) over the size of A and B; below 1e-9 the mode is hidden.
+        states: names of the states that take part most in what no input moves, or no output shows.
+    """
+
+    value: complex
+    margin: float
+    states: tuple[str, ...]
+
+    @property
+    def hidden(self) -> bool:
+        """Whether no input moves it, or no output shows it."""
+        return self.margin <= NOTHING
+
+
+@dataclass(frozen=True)
+class Reach:
+    """What all inputs together move, or all outputs together show.
+
+    Attributes:
+        rank: of how many states.
+        order: how many states there are.
+        marks: one an eigenvalue, those that are zero as one, nearest to hidden first.
+    """
+
+    rank: int
+    order: int
+    marks: tuple[Mark, ...]
+
+    @property
+    def margin(self) -> float:
+        """How far the rank is from being less: the least margin of what is not hidden; 0 of a rank of zero."""
+        return min((one.margin for one in self.marks if not one.hidden), default=0.0)
+
+    @property
+    def hidden(self) -> tuple[Mark, ...]:
+        """Modes that no input moves, or no output shows."""
+        return tuple(one for one in self.marks if one.hidden)
+
+
+def controllability(one: Linearization) -> Reach:
+    """Return what the inputs move."""
+    A, B, _, _ = balanced(one)
+    return _reach(A, B, one.states.names)
+
+
+def observability(one: Linearization) -> Reach:
+    """Return what the outputs show."""
+    A, _, C, _ = balanced(one)
+    return _reach(A.T, C.T, one.states.names)
+
+
+def _reach(A: Array, B: Array, names: tuple[str, ...]) -> Reach:
+    found, B = spectrum(A), alike(A, B)
+    values = [mode.value for mode in found.modes] + ([0j] if found.zeros else [])
+    size = float(np.linalg.norm(A, 2)) or 1.0
+    marks = []
+    for value in values:
+        rows, sizes, _ = np.linalg.svd(np.hstack([A - value * np.eye(len(A)), B]))
+        margin, many = float(sizes[-1]) / size, max(1, int(np.sum(sizes <= NOTHING * size)))
+        share = np.linalg.norm(rows[:, -many:], axis=1)
+        most = [k for k in np.argsort(-share, kind="stable") if share[k] > SAID * share.max()]
+        marks.append(Mark(value, margin if margin > NOTHING else 0.0, tuple(names[k] for k in most[:NAMED])))
+    rank = staircase(A, B)[0].shape[1]
+    return Reach(rank, len(A), tuple(sorted(marks, key=lambda mark: mark.margin)))
+
+
+def balanced(one: Linearization) -> tuple[Array, Array, Array, Array]:
+    """Return D⁻¹ A D, D⁻¹ B, C D and the diagonal of D."""
+    scale = balance(one.A)
+    return one.A * scale[None, :] / scale[:, None], one.B / scale[:, None], one.C * scale[None, :], scale
+
+
+def alike(A: Array, B: Array) -> Array:
+    """Return B with columns as long as A is large, those that are zero left out of it."""
+    lengths = np.linalg.norm(B, axis=0)
+    return np.asarray(B * ((float(np.linalg.norm(A, 2)) or 1.0) / np.where(lengths > 0, lengths, 1.0)))
+
+
+def staircase(A: Array, B: Array) -> tuple[Array, Array]:
+    """Return V, shape (n, rank), and W: what B reaches of balanced states, and what is beside it."""
+    size = float(np.linalg.norm(A, 2)) or 1.0
+    n, V, step = len(A), np.zeros((len(A), 0)), alike(A, B)
+    while V.shape[1] < n and step.shape[1]:
+        step = step - V @ (V.T @ step)
+        rows, sizes, _ = np.linalg.svd(step, full_matrices=False)
+        fresh = rows[:, sizes > NOTHING * size]
+        fresh = fresh - V @ (V.T @ fresh)
+        fresh = np.linalg.qr(fresh)[0] if fresh.shape[1] else fresh
+        V, step = np.hstack([V, fresh]), A @ fresh
+    W = np.linalg.svd(V, full_matrices=True)[0][:, V.shape[1] :] if V.shape[1] else np.eye(n)
+    return V, W
+
+
+def minimal(A: Array, B: Array, C: Array) -> tuple[Array, Array, Array]:
+    """Return A, B, C on the states that B reaches and C shows; all of balanced states."""
+    V, _ = staircase(A, B)
+    A, B, C = V.T @ A @ V, V.T @ B, C @ V
+    V, _ = staircase(A.T, C.T)
+    return V.T @ A @ V, V.T @ B, C @ V
+
+
+def shown(value: complex) -> str:
+    """Return an eigenvalue, pole or zero as text: a pair once."""
+    x, y = float(value.real), float(value.imag)
+    if y == 0:
+        return f"{x:.6g}"
+    return f"{x:.6g} ± {abs(y):.6g}i" if abs(x) > NOTHING * abs(y) else f"±{abs(y):.6g}i"

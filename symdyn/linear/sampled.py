@@ -1,0 +1,103 @@
+"""A system between samples, its inputs held: x(t + T) = Φ x(t) + Γ w(t), by two roads.
+
+    exact        exp([A B; 0 0] T) = [Φ Γ; 0 1]                         at a point where A and B stay
+    variations   d/dt [Φ Γ] = A(t) [Φ Γ] + [0 B(t)], Φ(0) = 1, Γ(0) = 0       along the motion from the point
+
+The second integrates the motion itself beside its variations, and holds where the point is no equilibrium too; at one,
+and along a steady motion, both are the same.
+
+Reference: Van Loan, Computing integrals involving the matrix exponential, IEEE Trans. Aut. Control 23 (1978).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+from symdyn.algebra.numeric import Array
+from symdyn.errors import LinearizeError
+from symdyn.linear.linearization import Linearization
+from symdyn.linear.modes import Complexes
+from symdyn.linear.prepared import Prepared
+from symdyn.simulation.equations.opened import numbers_at
+
+TOLERANCE = 1e-12
+"""Relative, of a step of the integration; the absolute one is this over the size of a state, at least 1e-2."""
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """A system with a period.
+
+    Attributes:
+        period: T, s.
+        A, B: Φ, shape (nx, nx), and Γ, shape (nx, nw).
+    """
+
+    period: float
+    A: Array
+    B: Array
+
+    @property
+    def eigenvalues(self) -> Complexes:
+        """Of Φ, largest first; inside the unit circle decays."""
+        found = np.linalg.eigvals(self.A).astype(np.complex128)
+        return found[np.argsort(-np.abs(found), kind="stable")]
+
+
+def check_period(period: float) -> None:
+    """Raise LinearizeError for what is no period."""
+    if not (math.isfinite(period) and period > 0):
+        raise LinearizeError(f"--dt {period:g}: a period is finite and above zero, in s")
+
+
+def sampled(one: Linearization, period: float) -> Sampled:
+    """Return the system with its inputs held between samples, by the matrix exponential.
+
+    Raises:
+        LinearizeError: the period is none, or so long that something grows beyond what a double can hold.
+    """
+    check_period(period)
+    n, inputs = one.B.shape
+    whole = np.zeros((n + inputs, n + inputs))
+    whole[:n, :n], whole[:n, n:] = one.A, one.B
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = expm(whole * period)
+    if not np.isfinite(found).all():
+        raise LinearizeError(f"--dt {period:g}: something grows beyond all numbers within a period; give a shorter one")
+    return Sampled(period, found[:n, :n], found[:n, n:])
+
+
+def along_a_step(asked: Prepared, one: Linearization, period: float) -> Sampled:
+    """Return the same by variational equations, along the motion from the point.
+
+    Raises:
+        LinearizeError: the period is none, or the choice of independent coordinates does not hold for it.
+    """
+    check_period(period)
+    point, numbers = one.point, numbers_at(one.scene)
+    full = asked.at(point.q, point.u, point.t)
+    n, inputs, nq, nv = len(full.A), full.B.shape[1], len(point.q), len(point.u)
+
+    def rates(t: float, y: Array) -> Array:
+        q, u, variations = numbers.normalised(y[:nq]), y[nq : nq + nv], y[nq + nv :].reshape(n, n + inputs)
+        here = asked.at(q, u, t)
+        if here.states != full.states:
+            raise LinearizeError(
+                f"--dt {period:g}: other coordinates have to determine the rest within a period; give a shorter one"
+            )
+        moved = here.A @ variations
+        moved[:, n:] += here.B
+        return np.concatenate([asked.place(q, u, t).H @ u, here.point.udot, moved.ravel()])
+
+    start = np.concatenate([point.q, point.u, np.eye(n, n + inputs).ravel()])
+    run = solve_ivp(rates, (point.t, point.t + period), start, "DOP853", rtol=TOLERANCE, atol=TOLERANCE * 1e-2)
+    if not run.success or not np.isfinite(run.y[:, -1]).all():
+        raise LinearizeError(f"--dt {period:g}: the motion from the point cannot be followed that long")
+    found = run.y[nq + nv :, -1].reshape(n, n + inputs)
+    kept = [full.states.names.index(name) for name in one.states.names]
+    return Sampled(period, found[np.ix_(kept, kept)], found[kept, n:])

@@ -1,0 +1,443 @@
+"""Transfer functions, reach, gains, sampled systems, root loci: against python-control, the bicycle's paper, and laws.
+
+tests/data/control.json is what `python tests/control_reference.py` printed with python-control 0.10.2; the bicycle's
+numbers are of Meijaard, Papadopoulos, Ruina and Schwab (Proc. R. Soc. A 463, 2007), evaluated in 50 digits.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from symdyn.errors import LinearizeError
+from symdyn.linear import linearize
+from symdyn.linear.bode import bode, table
+from symdyn.linear.locus import over, told
+from symdyn.linear.moving import animate, motion
+from symdyn.linear.over_values import read_values, systems
+from symdyn.linear.prepared import prepared
+from symdyn.linear.reach import controllability, observability
+from symdyn.linear.regulator import kalman, lqr
+from symdyn.linear.sampled import along_a_step, sampled
+from symdyn.linear.transfer import transfers, zeros
+from symdyn.linear.weights import read_weights
+from symdyn.scene import read, read_text
+from symdyn.simulation import simulate
+
+ROOT = Path(__file__).parent.parent
+DATA = ROOT / "tests" / "data"
+CONTROL = json.loads((DATA / "control.json").read_text(encoding="utf-8"))
+PAPER = json.loads((DATA / "bicycle_benchmark.json").read_text(encoding="utf-8"))
+STATES = {
+    "cart_pole": ("x", "theta", "x_dot", "theta_dot"),
+    "bicycle": ("phi", "delta", "phi_dot", "delta_dot"),
+}
+WEIGHTS = {"cart_pole": ({"x": 10, "theta": 100}, {"F": 0.1}), "bicycle": ({"phi": 10, "delta": 1}, {"T": 1})}
+
+
+def example(name):
+    return read(ROOT / "examples" / f"{name}.toml")
+
+
+@cache
+def system(name, *outputs):
+    return linearize(example(name), outputs=outputs or STATES[name][:2])
+
+
+def found(name, key):
+    return np.array(CONTROL[name][key])
+
+
+def pairs(values):
+    return sorted([float(z.real), float(z.imag)] for z in values)
+
+
+def columns(name):
+    return [system(name).states.names.index(one) for one in STATES[name]]
+
+
+def close(values, wanted, tolerance=1e-9):
+    """Whether two sets of complex numbers are one, each next to its own."""
+    wanted = [complex(*one) for one in wanted]
+    assert len(values) == len(wanted)
+    for value in values:
+        nearest = min(wanted, key=lambda one: abs(one - value))
+        assert abs(nearest - value) <= tolerance * max(1.0, abs(value))
+        wanted.remove(nearest)
+
+
+# The benchmark bicycle
+
+DRIVES = 'drives = [false, false, false, "lean", false]'
+
+
+def test_the_bicycle_has_the_matrices_of_its_paper():
+    """M, C1, K0 and K2 out of A and B, with a torque on the lean and one on the handlebars as inputs."""
+    text = (ROOT / "examples" / "bicycle.toml").read_text(encoding="utf-8")
+    passive = 'units = ["m", "m", "rad", "rad", "rad"]\ndrive = false'
+    assert passive in text
+    scene = read_text(text.replace(passive, passive.replace("drive = false", DRIVES)), "bicycle.toml")
+    M, C, K = {}, {}, {}
+    for v in (0, 1, 7):
+        one = linearize(scene, values={"v": v})
+        names = list(one.states.names)
+        p, u = [[names.index(name) for name in group] for group in (("phi", "delta"), ("phi_dot", "delta_dot"))]
+        inverse = one.B[np.ix_(u, [one.inputs.names.index(name) for name in ("lean", "T")])]
+        M[v] = np.linalg.inv(inverse)
+        C[v], K[v] = -M[v] @ one.A[np.ix_(u, u)], -M[v] @ one.A[np.ix_(u, p)]
+    paper = {name: np.array(PAPER[name], dtype=float) for name in ("M", "C1", "K0", "K2")}
+
+    for v in (0, 1, 7):
+        assert_allclose(M[v], paper["M"], rtol=1e-13)
+        assert_allclose(C[v], v * paper["C1"], rtol=2e-12, atol=2e-12)
+        assert_allclose(K[v], 9.81 * paper["K0"] + v**2 * paper["K2"], rtol=2e-12, atol=2e-11)
+
+
+@pytest.mark.long
+def test_the_bicycle_has_the_eigenvalues_and_the_critical_speeds_of_its_paper():
+    make = systems(example("bicycle"), "v")
+    speeds = np.arange(0.0, 11.0)
+    locus = over("v", speeds, make)
+
+    for v, row in zip(speeds, locus.eigenvalues, strict=True):
+        wanted = [[float(x) for x in pair] for pair in PAPER["eigenvalues_re_im_by_speed"][f"{v:.0f}"]]
+        close(row[row != 0], wanted, 1e-12)
+    weave, capsize = locus.critical
+    assert weave.value == pytest.approx(float(PAPER["v_weave"]), rel=1e-12)
+    assert capsize.value == pytest.approx(float(PAPER["v_capsize"]), rel=1e-11)
+    assert (weave.frequency > 0.5, weave.grows, capsize.frequency, capsize.grows) == (True, False, 0.0, True)
+    assert [count for _, _, count in locus.ranges] == [2, 0, 1]
+    assert told(locus)[3] == "v = 4.29238 ... 6.02426: nothing grows"
+
+
+# Against python-control
+
+
+@pytest.mark.parametrize("name", STATES)
+def test_a_and_b_are_those_that_books_write(name):
+    one, k = system(name), columns(name)
+
+    assert_allclose(one.A[np.ix_(k, k)], found(name, "A"), rtol=1e-12, atol=1e-12)
+    assert_allclose(one.B[k], found(name, "B"), rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize("name", STATES)
+def test_poles_and_zeros_are_those_of_python_control(name):
+    for one, wanted in zip(transfers(system(name)), CONTROL[name]["channels"], strict=True):
+        poles, found_zeros = wanted["poles"], wanted["zeros"]
+        if one.output == "theta":  # where a pole and a zero of x cancel, python-control keeps both
+            poles, found_zeros = [p for p in poles if p != [0, 0]], [[0.0, 0.0]]
+        close(one.poles, poles)
+        close(one.zeros, found_zeros)
+
+
+@pytest.mark.parametrize("name", STATES)
+def test_responses_are_those_of_python_control_and_of_the_transfer_functions(name):
+    answer = bode(system(name), CONTROL[name]["hertz"])
+    wanted = found(name, "response_real") + 1j * found(name, "response_imaginary")
+
+    assert_allclose(answer.response[:, :, 0].T, wanted, rtol=1e-10)
+    for k, one in enumerate(transfers(system(name))):
+        assert_allclose([one.at(2j * np.pi * f) for f in answer.hertz], answer.response[:, k, 0], rtol=1e-10)
+        s = 2j * np.pi * answer.hertz
+        assert_allclose(
+            np.polyval(one.numerator, s) / np.polyval(one.denominator, s), answer.response[:, k, 0], rtol=1e-9
+        )
+
+
+@pytest.mark.parametrize("name", STATES)
+def test_gains_are_those_of_python_control(name):
+    one, k, (Q, R) = system(name), columns(name), WEIGHTS[name]
+    regulator, period = lqr(one, Q, R), CONTROL[name]["period"]
+
+    assert_allclose(regulator.K[:, k], found(name, "lqr"), rtol=1e-8, atol=1e-10)
+    close(regulator.poles, CONTROL[name]["lqr_poles"], 1e-8)
+    assert_allclose(lqr(one, Q, R, period).K[:, k], found(name, "dlqr"), rtol=1e-7, atol=1e-9)
+
+
+def test_the_gain_of_the_filter_is_that_of_python_control():
+    observer = kalman(system("cart_pole"), {"F": 1}, {"x": 1e-4, "theta": 1e-4})
+
+    assert_allclose(observer.L, found("cart_pole", "lqe"), rtol=1e-8)
+    close(observer.poles, CONTROL["cart_pole"]["lqe_poles"], 1e-8)
+
+
+@pytest.mark.parametrize("name", STATES)
+def test_a_sampled_system_is_that_of_python_control(name):
+    answer, k = sampled(system(name), CONTROL[name]["period"]), columns(name)
+
+    assert_allclose(answer.A[np.ix_(k, k)], found(name, "zoh_A"), rtol=1e-12, atol=1e-12)
+    assert_allclose(answer.B[k], found(name, "zoh_B"), rtol=1e-11, atol=1e-13)
+
+
+# Laws
+
+
+@pytest.mark.parametrize(("name", "period"), [("cart_pole", 0.05), ("bicycle", 0.02)])
+def test_both_roads_to_a_sampled_system_meet_where_the_motion_is_steady(name, period):
+    scene = example(name)
+    one = linearize(scene)
+    exact, stepped = sampled(one, period), along_a_step(prepared(scene), one, period)
+
+    assert_allclose(stepped.A, exact.A, atol=1e-9 * np.abs(exact.A).max())
+    assert_allclose(stepped.B, exact.B, atol=1e-9)
+
+
+@pytest.mark.runs
+def test_along_a_motion_variations_are_differences_of_runs():
+    """∂(end)/∂(start) of a double pendulum in motion, against runs from starts that differ by 1e-5."""
+    scene = example("double_pendulum")
+    start, rates = {"q1": "0.7", "q2": "-0.4"}, {"q1": "1.1", "q2": "0.3"}
+    one = linearize(scene, start, rates, anywhere=True)
+    found_there = along_a_step(prepared(scene), one, 0.2)
+
+    def end(k, step):
+        x = [0.7, -0.4, 1.1, 0.3]
+        x[k] += step
+        q, u = ({"q1": repr(x[2 * i]), "q2": repr(x[2 * i + 1])} for i in range(2))
+        run = simulate(scene, until=0.2, start=q, start_rates=u, method="dop853", rtol=1e-12)
+        return np.concatenate([run.q[-1], run.qd[-1]])
+
+    differences = np.array([(end(k, 1e-5) - end(k, -1e-5)) / 2e-5 for k in range(4)]).T
+    assert_allclose(found_there.A, differences, atol=2e-7)
+    assert np.abs(sampled(one, 0.2).A - differences).max() > 1e-3  # A of the beginning would not do
+
+
+@pytest.mark.runs
+def test_the_pole_is_held_upright_by_its_gains():
+    """A run with the feedback: it comes to rest from 0.3 rad, in the end as fast as the slowest pole says."""
+    scene = example("cart_pole")
+    regulator = lqr(system("cart_pole"), *WEIGHTS["cart_pole"])
+    run = simulate(scene, until=8, start={"theta": "0.3"}, feedback=regulator.gains(), method="dop853")
+    free = simulate(scene, until=2, start={"theta": "0.3"}, method="dop853")
+
+    assert abs(run.q[-1]).max() < 1e-3
+    assert abs(free.q[-1, 1]) > 1
+    slowest = max(regulator.poles.real)
+    ends = [np.linalg.norm(run.q[run.t >= t][0]) for t in (5, 7)]
+    assert np.log(ends[1] / ends[0]) / 2 == pytest.approx(slowest, rel=0.5)
+
+
+def test_what_no_input_moves_is_named():
+    """A wheel's own speed: no torque on the handlebars changes it to first order."""
+    reach = controllability(system("bicycle"))
+
+    assert (reach.rank, reach.order) == (6, 7)
+    assert [(mark.value, mark.states) for mark in reach.hidden] == [(0j, ("theta_R_dot",))]
+    assert 1e-3 < reach.margin < 1
+
+
+def test_what_no_output_shows_is_named():
+    reach = observability(system("cart_pole", "theta"))
+
+    assert (reach.rank, reach.order) == (3, 4)
+    assert [mark.states for mark in reach.hidden] == [("x",)]
+    assert observability(system("cart_pole", "x")).hidden == ()
+
+
+def test_ranks_are_those_of_python_control():
+    for name, states in STATES.items():
+        more = len(system(name).states) - len(states)  # y and psi, which the steering moves, and the speed
+        hidden = len(controllability(system(name)).hidden)
+        assert controllability(system(name)).rank == CONTROL[name]["controllability_rank"] + more - hidden
+
+
+def test_symmetric_arms_hide_what_they_do_against_each_other():
+    """Two equal pendulums on a driven cart: the force moves their sum, and their difference swings by itself."""
+    arm = """
+    [bodies.{n}]
+    mass = 1
+    com = [0, -0.5, 0]
+    [joints.{n}]
+    type = "revolute"
+    parent = "cart"
+    child = "{n}"
+    axis = [0, 0, 1]
+    coordinate = "{n}"
+    drive = false
+    """
+    cart = 'gravity = [0, -9.81, 0]\n[bodies.cart]\nmass = 2\n[joints.rail]\ntype = "prismatic"\nparent = "ground"\n'
+    cart += 'child = "cart"\naxis = [1, 0, 0]\ncoordinate = "x"\ndrive = "F"\n'
+    one = linearize(read_text(cart + arm.format(n="a") + arm.format(n="b"), "two.toml"))
+    (hidden,) = controllability(one).hidden
+
+    assert abs(hidden.value) == pytest.approx(np.sqrt(9.81 / 0.5))
+    assert set(hidden.states) == {"a", "b", "a_dot", "b_dot"}
+    with pytest.raises(LinearizeError, match=r"no input moves the mode ±4\.42945i, of a, b, a_dot, b_dot"):
+        lqr(one)
+    assert len(transfers(one)[0].poles) == 4  # two of six cancel
+    close(transfers(one)[0].zeros, [[0, np.sqrt(9.81 / 0.5)], [0, -np.sqrt(9.81 / 0.5)]])
+
+
+def test_zeros_of_several_inputs_and_outputs_are_those_of_the_whole():
+    """G = [1/(s+1), 2/(s+3); 1/(s+1), 1/(s+1)] has the zero 1 that none of its entries has (Maciejowski)."""
+    A, B = np.diag([-1.0, -3.0, -1.0]), np.array([[1.0, 0.0], [0.0, 1.0], [0.0, 1.0]])
+    C, D = np.array([[1.0, 2.0, 0.0], [1.0, 0.0, 1.0]]), np.zeros((2, 2))
+
+    close(zeros(A, B, C, D, 3.0), [[1.0, 0.0]])
+    close(zeros(A[:1, :1], B[:1, :1], C[:1, :1], np.array([[2.0]]), 1.0), [[-1.5, 0.0]])  # 2 + 1/(s + 1)
+
+
+def test_a_place_of_rest_is_followed_as_a_torque_grows():
+    """sin θ = P/(m g l): ω² = (g/l) cos θ, until it can hold no more."""
+    scene = read_text(PENDULUM, "pendulum.toml")
+    locus = over("P", np.linspace(0, 9, 7), systems(scene, "P", forces={"T": "P"}))
+    omega = np.sqrt(9.81 * np.cos(np.arcsin(locus.values / 9.81)))
+
+    assert_allclose(np.abs(locus.eigenvalues[:, 0]), omega, rtol=1e-9)
+    assert not locus.critical
+    with pytest.raises(LinearizeError, match="no equilibrium"):
+        systems(scene, "P", forces={"T": "P"})(9.82)
+
+
+PENDULUM = """
+gravity = [0, -9.81, 0]
+[bodies.bob]
+particles = [{ mass = 1, at = [0, -1, 0] }]
+[joints.pin]
+type = "revolute"
+parent = "ground"
+child = "bob"
+axis = [0, 0, 1]
+coordinate = "theta"
+drive = "T"
+"""
+
+
+def test_a_hoop_holds_its_bead_below_until_it_turns_at_the_root_of_g_over_r():
+    """A driven turn Ω = w t: θ = 0 is stable for Ω² < g/r."""
+    text = PENDULUM.replace('drive = "T"', "drive = false").replace('parent = "ground"', 'parent = "spindle"')
+    text = text.replace("[bodies.bob]", "[parameters]\nw = 1\n[bodies.spindle]\n[bodies.bob]")
+    text += '[joints.shaft]\ntype = "revolute"\nparent = "ground"\nchild = "spindle"\naxis = [0, 1, 0]\n'
+    text += 'coordinate = "turn"\nmotion = "w*t"\n'
+    locus = over("w", np.linspace(1, 5, 9), systems(read_text(text, "hoop.toml"), "w"))
+
+    assert [one.value for one in locus.critical] == [pytest.approx(np.sqrt(9.81), rel=1e-6)]
+
+
+@pytest.mark.parametrize("name", ["bicycle", "four_bar"])
+def test_a_mode_is_drawn_with_its_loops_closed_and_comes_back(name, tmp_path):
+    scene = example(name)
+    one = linearize(scene, **({} if name == "bicycle" else {"anywhere": True}))
+    t, q = motion(one, one.modes[0])
+
+    assert_allclose(q[0], q[-1], atol=1e-12)
+    assert 0.05 < np.abs(q - one.point.q).max() < 0.7
+    numbers = prepared(scene).functions.w.loops.numbers
+    assert max(np.abs(numbers.residual(row)).max() for row in q) < 1e-9
+    written = animate(one, tmp_path / "mode.svg")
+    assert len(written) == len([mode for mode in one.modes if np.abs(mode.shape[: one.positions]).max() > 1e-6])
+    assert all("<animate" in path.read_text(encoding="utf-8") for path, _ in written)
+    assert len(t) == len(q)
+
+
+# What is refused
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"Q": {"tetha": 1}}, "Q: tetha is not known; did you mean theta"),
+        ({"Q": {"x": -1}}, "Q: x: -1 is no weight; give one of 0 or more"),
+        ({"R": {"F": 0}}, "R: F: 0 is no weight; give one above zero"),
+        ({"Q": {"x": float("nan")}}, "Q: x: nan is no weight"),
+        ({"Q": np.diag([1, -2, 1, 1])}, "Q: is not positive semidefinite: it has the eigenvalue -2, mostly of theta"),
+        ({"Q": np.ones((2, 2))}, "Q: is no matrix of 4 x 4 finite numbers, for x, theta, x_dot, theta_dot"),
+        ({"Q": np.triu(np.ones((4, 4)))}, "Q: is not symmetric"),
+        ({"R": [[0.0]]}, "R: is not positive definite"),
+        ({"period": 0.0}, "--dt 0: a period is finite and above zero"),
+        ({"period": 1e6}, "grows beyond all numbers"),
+    ],
+)
+def test_weights_that_are_none_are_told(given, message):
+    with pytest.raises(LinearizeError, match=message):
+        lqr(system("cart_pole"), **given)
+
+
+@pytest.mark.parametrize(
+    ("said", "message"),
+    [
+        (["Q=x:10;theta"], 'Q: "theta" has no weight; write theta:1'),
+        (["x:10"], '"x:10" is no Q=NAME:1'),
+        (["Q=x:1/0"], "Q: x: .*divides by zero"),
+        (["Q=x:m"], "Q: x: m is no number"),
+        (["none.npz"], "none.npz: cannot be read"),
+    ],
+)
+def test_weights_are_read_or_told(said, message):
+    with pytest.raises(LinearizeError, match=message):
+        read_weights("--lqr", said, ("Q", "R"))
+
+
+def test_weights_are_read_by_name_and_from_a_file(tmp_path):
+    np.savez(tmp_path / "w.npz", Q=np.eye(4), other=np.ones(2))
+
+    assert read_weights("--lqr", ["Q=x:10; theta:2*50", "R=F:1e-1"], ("Q", "R")) == {
+        "Q": {"x": 10.0, "theta": 100.0},
+        "R": {"F": 0.1},
+    }
+    assert list(read_weights("--lqr", [str(tmp_path / "w.npz")], ("Q", "R"))) == ["Q"]
+    with pytest.raises(LinearizeError, match="has no array W or V"):
+        read_weights("--kalman", [str(tmp_path / "w.npz")], ("W", "V"))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("v", '"v" names nothing; write "NAME=linspace'),
+        ("v=0..10", '"0..10" is no range'),
+        ("v=linspace(0,10)", "wants a beginning, an end and how many"),
+        ("v=linspace(0,10,2.5)", "wants a beginning, an end and how many"),
+        ("v=geomspace(0,10,5)", "same side of zero"),
+        ("v=linspace(0,x,5)", "x is no number"),
+        ("v=linspace(0,10,1e9)", "2 to 20000"),
+    ],
+)
+def test_ranges_are_read_or_told(text, message):
+    with pytest.raises(LinearizeError, match=message):
+        read_values(text)
+
+
+def test_ranges_are_those_of_numpy():
+    assert read_values("v = linspace(0, pi, 5)")[1].tolist() == np.linspace(0, np.pi, 5).tolist()
+    assert read_values("v=[1, 2, 5/2]")[1].tolist() == [1, 2, 2.5]
+    assert_allclose(read_values("k=geomspace(0.1,10,3)")[1], [0.1, 1, 10])
+
+
+def test_a_name_that_changes_nothing_is_told():
+    with pytest.raises(LinearizeError, match=r"speed is no parameter \(they are: mc, mp, l, b, g\) and in no formula"):
+        systems(example("cart_pole"), "speed")
+    with pytest.raises(LinearizeError, match="values must be finite and increase"):
+        over("b", [1.0, 0.5], systems(example("cart_pole"), "b"))
+
+
+def test_a_system_without_inputs_has_no_responses_and_no_gains():
+    one = linearize(example("rolling_disc"), anywhere=True)
+
+    with pytest.raises(LinearizeError, match="nothing drives it"):
+        bode(one)
+    with pytest.raises(LinearizeError, match="nothing drives it"):
+        lqr(one)
+    with pytest.raises(LinearizeError, match="frequencies must be finite and above zero"):
+        bode(system("cart_pole"), [0.0])
+
+
+def test_a_table_of_responses_has_a_column_for_what_follows():
+    head, first, *_ = table(bode(system("cart_pole"), [1.0])).splitlines()
+
+    assert head == "frequency_Hz,x / F dB,x / F deg,theta / F dB,theta / F deg"
+    assert len(first.split(",")) == 5
+
+
+def test_python_control_agrees_where_it_is_installed():
+    control = pytest.importorskip("control")
+    one = system("cart_pole")
+    K, _, _ = control.lqr(one.A, one.B, np.diag([10.0, 100.0, 0.0, 0.0]), [[0.1]])
+
+    assert_allclose(lqr(one, *WEIGHTS["cart_pole"]).K, K, rtol=1e-8)
+    assert_allclose(one.control().A, one.A)
