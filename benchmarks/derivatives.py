@@ -18,7 +18,7 @@ import json
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +37,7 @@ from robots import robot_folder  # noqa: E402
 from run import installed, ready, say  # noqa: E402
 
 from symdyn.bench.reference import Reference, reference  # noqa: E402
-from symdyn.scene import Scene, read  # noqa: E402
+from symdyn.scene import Scene, number, read  # noqa: E402
 
 PEERS = ("ours_c", "pinocchio_cpp", "casadi_c", "casadi_analytical")
 
@@ -49,7 +49,9 @@ class NotInstalledError(Exception):
 
 
 def robot_file(name: str, floating_base: str | None = None) -> Scene:
-    """Return a robot of example-robot-data; some of its files have a massless base whose inertia is negative by 1e-22.
+    """Return a robot of example-robot-data without friction and damping, which Pinocchio's recursions leave out.
+
+    Some of its files have a massless base whose inertia is negative by 1e-22.
 
     Raises:
         NotInstalledError: without that package.
@@ -57,7 +59,9 @@ def robot_file(name: str, floating_base: str | None = None) -> Scene:
     folder = robot_folder()
     if folder is None:
         raise NotInstalledError("example-robot-data is not installed")
-    return read(folder / name, floating_base=floating_base, allow_invalid_inertia=True)
+    found = read(folder / name, floating_base=floating_base, allow_invalid_inertia=True)
+    joints = tuple(replace(joint, damping=number(0), friction=number(0)) for joint in found.joints)
+    return replace(found, joints=joints)
 
 
 ANYMAL, TALOS = "anymal_b_simple_description/robots/anymal.urdf", "talos_data/robots/talos_reduced.urdf"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import re
 import shutil
 import subprocess
 import warnings
@@ -28,7 +29,7 @@ from symdyn.emit.code.c_stages import PIECE
 from symdyn.errors import EmitError
 from symdyn.graph import Graph, Op
 from symdyn.program import lower
-from symdyn.scene import Scene
+from symdyn.scene import Scene, read
 
 pytestmark = pytest.mark.runs("cc")
 
@@ -288,6 +289,22 @@ def test_a_long_routine_is_cut_into_loops_that_compile_in_linear_time():
     assert len(sizes[30]) == 1, "short ones stay one loop"
     assert len(sizes[60]) > 2
     assert max(sizes[60]) <= PIECE
+
+
+def test_a_loop_over_states_stays_whole_where_one_state_is_computed_in_parts(monkeypatch):
+    program = lower(derive(read(EXAMPLES / "puma560.toml"), ("inverse_dynamics_derivatives",)))
+    name = "inverse_dynamics_derivatives"
+
+    whole = emit(program, "c", option="batch")["puma560.c"]
+    monkeypatch.setattr("symdyn.emit.code.c_batch.WIDEST_LOOP", 6 * 18 - 1)
+    cut = emit(program, "c", option="batch")["puma560.c"]
+
+    loops = [text.count("#pragma omp simd\n    for (size_t k = 0; k < 32;") for text in (whole, cut)]
+    assert loops[0] == 1
+    assert loops[1] > 4
+    parts = [re.findall(rf"PART static void {name}_part\d+\(.*?\n}}\n", text, re.S) for text in (whole, cut)]
+    assert len(parts[0]) > 4
+    assert parts[0] == parts[1], "the function of one state is the same"
 
 
 # Accuracy of batches

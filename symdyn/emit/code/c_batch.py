@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import prod
 
 from symdyn.emit.code.c_plan import Pass, SineCosine, plan
-from symdyn.emit.code.c_stages import LONGEST
+from symdyn.emit.code.c_stages import LONGEST, LONGEST_LOOP, WIDEST_LOOP
 from symdyn.emit.code.c_writer import LANED, SINGLE, PassText, ScalarStage, Writer
 from symdyn.emit.code.operators import Printer
 from symdyn.emit.code.real import Real
@@ -49,7 +49,7 @@ class CutText:
     """One long function of a file without batch code, cut into parts; the attributes are those of `BatchText`."""
 
     size: int
-    rows: int
+    kept: int
     scalar: tuple[ScalarStage, ...]
     parts: tuple[PassText, ...]
     sincos: bool = False
@@ -68,6 +68,7 @@ class BatchText:
         rows: rows of work space.
         passes: the loops.
         calls: statements of the block function, in running order.
+        kept: rows of work space of the scalar function.
         scalar: stages of the scalar function; () leaves it as it is without batch code.
         results: entries of the result, as these stages name them.
         parts: functions of their own that a long scalar function is cut into; () for a short one.
@@ -86,6 +87,7 @@ class BatchText:
     rows: int
     passes: tuple[PassText, ...]
     calls: tuple[str, ...]
+    kept: int
     scalar: tuple[ScalarStage, ...]
     results: tuple[str, ...]
     parts: tuple[PassText, ...]
@@ -119,22 +121,24 @@ def cuts(program: Program, page: Page, printer: Printer) -> tuple[CutText | None
 
 
 def _cut(routine: Routine, text: FunctionText, program: Program, printer: Printer) -> CutText | None:
-    if not _is_long(routine):
+    if _length(routine) <= LONGEST:
         return None
-    writer = _writer(routine, text, program, printer, short=False)
+    writer = _writer(routine, text, program, printer, LONGEST, short=False)
     parts = _parts(writer)
     if not parts:
         return None
     return CutText(prod(text.shape), writer.plan.rows, writer.scalar_calls(_by_address(text), together=False), parts)
 
 
-def _is_long(routine: Routine) -> bool:
-    return routine.counts.multiplications + routine.counts.additions > LONGEST
+def _length(routine: Routine) -> int:
+    return routine.counts.multiplications + routine.counts.additions
 
 
-def _writer(routine: Routine, text: FunctionText, program: Program, printer: Printer, short: bool) -> Writer:
+def _writer(
+    routine: Routine, text: FunctionText, program: Program, printer: Printer, longest: int, short: bool
+) -> Writer:
     places = {symbol: (a.name, i) for a in routine.function.arguments for i, symbol in enumerate(a.symbols)}
-    made = plan(routine, program.constants, short)
+    made = plan(routine, program.constants, short, longest)
     if len(made.names) == len(routine.inputs) + len(routine.steps):  # no name was added
         printed = {line.target: line.code for line in text.steps}
     else:
@@ -159,7 +163,9 @@ def _check_names(names: Sequence[str]) -> None:
 
 
 def _batch(routine: Routine, text: FunctionText, program: Program, printer: Printer, width: int) -> BatchText:
-    writer = _writer(routine, text, program, printer, _is_long(routine))
+    single = writer = _writer(routine, text, program, printer, LONGEST, _length(routine) > LONGEST)
+    if _length(routine) > LONGEST and prod(text.shape) <= WIDEST_LOOP:
+        writer = _writer(routine, text, program, printer, LONGEST_LOOP, _length(routine) > LONGEST_LOOP)
     made = writer.plan
     states, length = [], 0
     names = [argument.name for argument in text.arguments]
@@ -180,12 +186,12 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
             passes.append(writer.loop(stage, len(passes) + 1, LANED))
             work = "w" if made.rows else "0"
             calls.append(f"{text.name}_pass{len(passes)}(stride, {_handed(text, {})}{work}, out);")
-    loops = [stage for stage in made.stages if isinstance(stage, Pass)]
-    parts = _parts(writer)
+    parts = _parts(single)
     if parts:
-        scalar = writer.scalar_calls(_by_address(text), together=True)
+        scalar = single.scalar_calls(_by_address(text), together=True)
     else:
-        scalar = writer.scalar() if len(made.stages) - len(loops) >= FEW else ()
+        angles = sum(isinstance(stage, SineCosine) for stage in single.plan.stages)
+        scalar = single.scalar() if angles >= FEW else ()
     rowwise = lanes > 0 and any(isinstance(stage, SineCosine) for stage in made.stages)
     return BatchText(
         function=text,
@@ -196,9 +202,10 @@ def _batch(routine: Routine, text: FunctionText, program: Program, printer: Prin
         rows=made.rows,
         passes=tuple(passes),
         calls=tuple(calls),
+        kept=single.plan.rows,
         scalar=scalar,
         parts=parts,
-        results=tuple(writer.entry(place) for place in range(size)),
+        results=tuple(single.entry(place) for place in range(size)),
         aliased=ALIAS // width if size > WAYS else 0,
         single=lanes // 8,
         columns=_handed(text, {a.name: f"{a.name} + k" for a, _ in states}),

@@ -14,7 +14,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
 
-from symdyn.emit.code.c_stages import TRIGONOMETRIC, Constants, Stage, complete, needs_of, place_outputs, stages_of
+from symdyn.emit.code.c_stages import (
+    LONGEST,
+    TRIGONOMETRIC,
+    Constants,
+    Stage,
+    complete,
+    needs_of,
+    place_outputs,
+    stages_of,
+)
 from symdyn.graph import Expr
 from symdyn.program import Routine, Step
 from symdyn.program.assemble import shared
@@ -83,8 +92,11 @@ class Plan:
     names: Mapping[Expr, str]
 
 
-def plan(routine: Routine, known: Constants, short: bool = False) -> Plan:
-    """Return the stages of `routine`; `short` cuts its lines up, so that fewer values wait between stages."""
+def plan(routine: Routine, known: Constants, short: bool = False, longest: int = LONGEST) -> Plan:
+    """Return the stages of `routine`, passes of more than `longest` operations cut.
+
+    `short` cuts its lines up, too, so that fewer values wait between stages.
+    """
     steps = complete(routine, known, short)
     named = {step.node: step.name for step in (*routine.inputs, *steps)}
     needs = {step.node: needs_of(step.node.args, named, known) for step in steps}
@@ -94,7 +106,7 @@ def plan(routine: Routine, known: Constants, short: bool = False) -> Plan:
         if all(node in everywhere for node in needs[step.node]):
             everywhere.add(step.node)
     varying = [step for step in steps if step.node not in everywhere]
-    stages = stages_of(varying, needs, named, known)
+    stages = stages_of(varying, needs, named, known, longest)
     entries = [needs_of((entry,), named, known) for entry in routine.function.entries]
     place_outputs(stages, entries)
     return _finish(routine, steps, stages, needs, entries, everywhere, named)

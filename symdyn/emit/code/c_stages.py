@@ -18,9 +18,15 @@ from symdyn.program.schedule import schedule
 Constants = Mapping[Expr, Fraction]
 
 LONGEST = 1200
-"""Operations up to which a routine stays one loop. 7 axes need half of them."""
+"""Operations up to which a routine of one state stays whole. 7 axes need half of them."""
+LONGEST_LOOP, WIDEST_LOOP = 4500, 500
+"""Operations and entries of the result up to which a routine stays one loop over states.
+
+Loops of fewer operations are slower where much is used again, as in derivatives; those of more compile for long. gcc
+makes no vectors of a loop that reads and writes 1,000 places.
+"""
 PIECE = 300
-"""Operations of one loop of a longer routine: time to compile grows faster than its length.
+"""Operations of one piece of a longer routine: time to compile grows faster than its length.
 
 Of 100 to 600, all compiled 64 joints about as fast; 300 ran as fast as any, with batch code and without.
 """
@@ -109,8 +115,12 @@ def stages_of(
     needs: Mapping[Expr, Sequence[Expr]],
     named: Mapping[Expr, str],
     known: Constants,
+    longest: int,
 ) -> list[Stage]:
-    """Return the stages: what calls wait for as early as can be, all the rest after the last call."""
+    """Return the stages: what calls wait for as early as can be, all the rest after the last call.
+
+    Passes of more than `longest` operations are cut.
+    """
     level: dict[Expr, int] = {}
     for step in steps:
         level[step.node] = max((level.get(n, 0) for n in needs[step.node]), default=0) + (step.node.op in CALLS)
@@ -131,14 +141,16 @@ def stages_of(
         plain = (s for s in steps if s.node.op not in CALLS)
         mine = [s for s in plain if here == (level[s.node] if s.node in early else last)]
         if mine or here == last:
-            stages += _passes(mine, needs, {s.node: _operations(s, named, known) for s in mine})
+            stages += _passes(mine, needs, {s.node: _operations(s, named, known) for s in mine}, longest)
     return stages
 
 
-def _passes(steps: Sequence[Step], needs: Mapping[Expr, Sequence[Expr]], sizes: Mapping[Expr, int]) -> list[Stage]:
+def _passes(
+    steps: Sequence[Step], needs: Mapping[Expr, Sequence[Expr]], sizes: Mapping[Expr, int], longest: int
+) -> list[Stage]:
     """Return `steps` as one pass, or cut into several in the better of two orders: as given, and with short lives."""
     total = sum(sizes.values())
-    if total <= LONGEST:
+    if total <= longest:
         return [Stage("pass", list(steps), [])]
     count = -(-total // PIECE)
     ordered = [steps[place] for place in schedule([(step.node, needs[step.node]) for step in steps])]
