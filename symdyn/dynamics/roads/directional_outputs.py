@@ -289,9 +289,7 @@ def _hessian_row(name: str, row: Output) -> Output:
         row,
         f"second derivatives along the directions of {{d}}{_sum(row)}; {ORDER}",
         {
-            **{
-                f"{sweep} over {way}": partial(hessian, sweep, first) for way, first in ways.items() for sweep in SWEEPS
-            },
+            **{f"{way} over {of}": partial(hessian, way, ways[of]) for of in ways for way in ("reverse", "forward")},
             "columns": hessian_by_columns,
         },
         arguments=_given(row, WEIGHTS),
