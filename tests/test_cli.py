@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+import symdyn
 from symdyn.cli import main
 from symdyn.emit import emit
 from symdyn.program import formulate, lower
@@ -218,3 +220,8 @@ def test_what_computes_with_no_arrays_starts_without_numpy(words: list[str], tmp
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path, timeout=60)
 
     assert done.stdout.splitlines()[-1] == "False"
+
+
+def test_lists_are_split_by_one_reader() -> None:
+    verbs = sorted((Path(symdyn.__file__).parent / "cli").glob("*.py"))
+    assert [path.name for path in verbs if re.search(r"split\(\s*[\"'],", path.read_text(encoding="utf-8"))] == []

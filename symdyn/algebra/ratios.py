@@ -20,12 +20,15 @@ from symdyn.graph import Expr, Op, reachable
 
 Polynomial = Any  # flint.fmpq_mpoly, which carries no type hints
 
+LONG = 2000
+"""Products of terms above and below a line beyond which what they share is not looked for; that grows fast."""
+
 EXTRA = "x"
 """Name of the generator that stands for an eigenvalue."""
 
 
 class Ratio(NamedTuple):
-    """A quotient in lowest terms, the denominator's leading coefficient one."""
+    """A quotient, in lowest terms if it is not long, the denominator's leading coefficient one."""
 
     over: Polynomial
     under: Polynomial
@@ -69,8 +72,9 @@ class Ratios:
             raise ZeroDivisionError
         if over == 0:
             return Ratio(over, self._one)
-        common = over.gcd(under)
-        over, under = divmod(over, common)[0], divmod(under, common)[0]
+        if len(over) * len(under) <= LONG:
+            common = over.gcd(under)
+            over, under = divmod(over, common)[0], divmod(under, common)[0]
         lead = under.leading_coefficient()
         return Ratio(over / lead, under / lead)
 
@@ -113,6 +117,11 @@ class Ratios:
             self._relations[node] = self._generators[node] ** 2 - args[0].over
         return Ratio(self._generators[node], self._one)
 
+    def used(self, ratio: Ratio) -> list[Expr]:
+        """Return the generators that a quotient uses."""
+        powers = [one for part in ratio for one in part.monoms()]
+        return [node for k, node in enumerate(self.atoms, start=1) if any(one[k] for one in powers)]
+
     def values(self) -> dict[Expr, Ratio]:
         """Return the value of every symbol."""
         return {node: self.symbol(node) for node in self.atoms if node.op is Op.SYMBOL}
@@ -123,7 +132,11 @@ class Ratios:
             return Number(Fraction(0))
         above, over = self._factors(ratio.over)
         below, under = self._factors(ratio.under)
-        return product_of((Number(above / below), *over, *(power_of(one, -1) for one in under)))
+        value = above / below  # 3 g/(2 l) is read more easily than (3/2) g/l
+        number = Number(Fraction(value.numerator))
+        under = under if value.denominator == 1 else [Number(Fraction(value.denominator)), *under]
+        whole = product_of(under) if under else None
+        return product_of((number, *over, *([] if whole is None else [power_of(whole, -1)])))
 
     def _factors(self, p: Polynomial) -> tuple[Fraction, list[Form]]:
         scale, factors = p.factor()

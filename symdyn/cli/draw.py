@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
         if options.body is not None:
             text = free_body(scene, options.body, q, None, values, view, scheme=options.scheme)
         else:
-            labels = tuple(name.strip() for name in options.labels.split(",") if name.strip())
+            labels = tuple(filter(None, split_commas(options.labels)))
             text = picture(scene, q, values, view, options.frames, labels, scheme=options.scheme)
     if not options.output:
         print(text, end="")
@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _view(text: str) -> tuple[float, float]:
     """Return azimuth and elevation."""
-    parts = text.split(",")
+    parts = split_commas(text)
     try:
         azimuth, elevation = (float(part) for part in parts)
     except ValueError:

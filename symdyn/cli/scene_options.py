@@ -12,6 +12,7 @@ from symdyn.cli.talk import say
 from symdyn.dynamics import OUTPUTS, LoopChoices, Unasked
 from symdyn.errors import DerivationError, printable
 from symdyn.scene import ReadOptions, Scene, bind, in_numbers, read_bindings, read_noting, with_symbols
+from symdyn.scene.values.formula import split_commas
 
 MOST_NOTES = 20
 
@@ -98,7 +99,7 @@ def closing_of(options: argparse.Namespace, scene: Scene) -> LoopChoices:
             f"{scene.name}: {' and '.join(given)}: it has no loops and no rows, all its coordinates are independent; "
             f"leave {' and '.join(given)} out"
         )
-    names = tuple(name.strip() for name in (options.independent or "").split(",") if name.strip())
+    names = split(options.independent) or ()
     if options.independent is not None and not names:
         raise DerivationError("--independent: no name is given; write --independent phi,psi")
     alpha, beta = (Fraction(0), Fraction(0)) if options.baumgarte is None else _rates(options.baumgarte)
@@ -108,7 +109,7 @@ def closing_of(options: argparse.Namespace, scene: Scene) -> LoopChoices:
 def _rates(text: str) -> tuple[Fraction, Fraction]:
     """Return alpha and beta."""
     try:
-        alpha, beta = (Fraction(part.strip()) for part in text.split(","))
+        alpha, beta = (Fraction(part.strip()) for part in split_commas(text))
     except (ValueError, ZeroDivisionError) as fault:
         raise DerivationError(
             f"--baumgarte {text}: these are no two numbers; write ALPHA,BETA in 1/s, as in --baumgarte 5,5"
@@ -122,7 +123,7 @@ def _rates(text: str) -> tuple[Fraction, Fraction]:
 
 def read_scene(options: argparse.Namespace) -> Scene:
     """Return the scene that the options name; what the reader notes goes to stderr."""
-    cuts = options.spanning_tree and tuple(name.strip() for name in options.spanning_tree.split(","))
+    cuts = options.spanning_tree and tuple(split_commas(options.spanning_tree))
     how = ReadOptions(options.snap, options.allow_invalid_inertia, cuts, options.floating_base)
     reading = read_noting(options.scene, how)
     for note in reading.notes[:MOST_NOTES]:
@@ -163,4 +164,4 @@ def again(options: argparse.Namespace, always: str = "") -> str:
 
 def split(names: str | None) -> tuple[str, ...] | None:
     """Return the names of a comma-separated list, each once; None for no list."""
-    return None if names is None else tuple(dict.fromkeys(name.strip() for name in names.split(",") if name.strip()))
+    return None if names is None else tuple(dict.fromkeys(filter(None, split_commas(names))))

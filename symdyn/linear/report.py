@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.form import MINUS_ONE, Form, Number, product_of
+from symdyn.algebra.form import Number
 from symdyn.algebra.numeric import Array
 from symdyn.emit.print.breaking import bmatrix
 from symdyn.emit.print.formula_text import Latex, text_of
@@ -18,7 +18,7 @@ from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.modes import Mode
 from symdyn.linear.stability import ZEROS, stability
-from symdyn.linear.symbolic import Root, Rows, Symbolic
+from symdyn.linear.symbolic import Root, Rows, Symbolic, negated
 from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.simulation.prescribed.forces import drive_names
 
@@ -50,6 +50,7 @@ def text(found: Linearization, formulas: Symbolic | None = None) -> str:
             lines += [f"{letter} = 0", ""]
     if formulas is not None:
         told = [line for letter in "ABCD" for line in _formulas(letter, getattr(formulas, letter), every[letter])]
+        told += [f"with {name} = {text_of(form)}" for name, form in formulas.defined]
         lines += [*told, ""] if told else []
     lines += [*_modes(found), *(f"  {line}" for line in roots(formulas)), ""]
     verdict = stability(found)
@@ -80,11 +81,6 @@ def _root(root: Root) -> str:
         grows = text_of(negated(root.first))
         return f"λ² = {grows}" if root.kind == "pair" else f"λ² + ({second}) λ = {grows}"
     return f"ω² = {first}" if root.kind == "pair" else f"ω² = {first}, 2 ζ ω = {second}"
-
-
-def negated(form: Form) -> Form:
-    """Return -form."""
-    return product_of((MINUS_ONE, form))
 
 
 def _named(axis: Axis) -> list[str]:
@@ -238,7 +234,7 @@ def as_json(found: Linearization, formulas: Symbolic | None = None) -> dict[str,
         "formulas": None
         if formulas is None
         else {letter: [[text_of(x) for x in row] for row in getattr(formulas, letter)] for letter in "ABCD"}
-        | {"eigenvalues": roots(formulas)},
+        | {"eigenvalues": roots(formulas), "with": {name: text_of(form) for name, form in formulas.defined}},
         "eigenvalues": [
             {
                 "re": mode.value.real,

@@ -103,8 +103,9 @@ def with_families(asked: Prepared, found: Linearization) -> Linearization:
     p = found.positions
     alone = [k for k in untouched(found.A, range(p)) if _leads_on(asked, found, np.eye(p)[k])]
     others = [k for k in range(p) if k not in alone]
-    scale = balance(found.A)
-    _, values, rows = np.linalg.svd((found.A * scale[None, :] / scale[:, None])[:, others])
+    A = found.A
+    scale = balance(A)
+    _, values, rows = np.linalg.svd((A * scale[None, :] / scale[:, None])[:, others])
     size = float(np.abs(values).max(initial=0.0))
     rank = int(np.sum(values > NOTHING * size)) if size else 0
     ways = np.zeros((len(others) - rank, p))

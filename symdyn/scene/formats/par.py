@@ -36,7 +36,7 @@ from symdyn.scene.formats.par_sheet import (
 from symdyn.scene.formats.snap import snap_angle
 from symdyn.scene.joints.held_or_reversed import inverse
 from symdyn.scene.values.folding import FormulaError, neg
-from symdyn.scene.values.formula import parse
+from symdyn.scene.values.formula import parse, split_commas
 from symdyn.scene.values.model import GROUND, Pose
 from symdyn.scene.values.names import FORMULA_NAMES
 from symdyn.scene.values.quantity import ZERO, Quantity
@@ -138,7 +138,7 @@ class _Reader:
 
     def names(self, remark: str, default: str, n: int) -> list[str]:
         """Return the names that a comment gives, link1, link2, ... without one."""
-        given = [name.strip() for name in self.sheet.remarks.get(remark, "").split(",") if name.strip()]
+        given = list(filter(None, split_commas(self.sheet.remarks.get(remark, ""))))
         if len(dict.fromkeys(given)) != n:
             return [f"{default}{j + 1}" for j in range(n)]
         return list(self.printable(given, default).values())

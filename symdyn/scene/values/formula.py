@@ -212,10 +212,14 @@ class _Reader:
 
 
 def split_commas(text: str) -> list[str]:
-    """Return the parts between the commas that stand in no bracket, as that of atan2(y, x) does."""
+    """Return the parts between the commas that stand in no bracket, as that of atan2(y, x) does.
+
+    >>> split_commas("phi=atan2(1, 2), Q=[1, 2]")
+    ['phi=atan2(1, 2)', 'Q=[1, 2]']
+    """
     parts, depth, last = [], 0, 0
     for place, letter in enumerate(text):
-        depth += (letter == "(") - (letter == ")")
+        depth += (letter in "([{") - (letter in ")]}")
         if letter == "," and depth <= 0:
             parts.append(text[last:place])
             last = place + 1
