@@ -21,7 +21,7 @@ from symdyn.dynamics.loops.continuation import fitting
 from symdyn.dynamics.mechanism.cost import operations
 from symdyn.graph import Expr, evaluate, tangents
 from symdyn.scene import Scene, read_text
-from symdyn.verify import PROVED, Claim, prove
+from symdyn.verify import PROVED, Claim, certify, prove
 from symdyn.verify.quaternions import on_unit_sphere
 
 DATA, EXAMPLES = Path(__file__).parent / "data", Path(__file__).parent.parent / "examples"
@@ -283,7 +283,12 @@ def proved(w: Workspace, requests: Sequence[str]) -> set[str]:
 
 @pytest.mark.parametrize("name", ["four_bar", "rsup", "cart_with_wheel", "skate"])
 def test_roads_are_proved_equal_off_the_manifold_too(name: str) -> None:
-    blocks = ["forward_dynamics_by_tau", "inverse_dynamics_by_qdd", "velocities_by_ui", "motion_residual_by_lambda"]
+    blocks = [
+        "forward_dynamics_by_tau",
+        "inverse_dynamics_by_qdd",
+        "velocities_by_ui",
+        "motion_residual_by_multipliers",
+    ]
     whole = [f"{one}_derivatives" for one in (*ASKED, "velocities", "positions", "motion_residual")]
     free = [f"{one}_unprojected_derivatives" for one in ASKED]
     products = [f"{one}_{way}" for one in ASKED for way in ("jvp", "vjp")]
@@ -294,6 +299,14 @@ def test_roads_are_proved_equal_off_the_manifold_too(name: str) -> None:
 def test_roads_of_what_rolls_and_turns_are_proved_equal() -> None:
     for name, asked in (("rolling_disc", "state_matrices"), ("rssr", "inverse_dynamics_derivatives")):
         assert proved(Workspace(scene(name)), [asked]) == {PROVED}
+
+
+@pytest.mark.usefixtures("numpy_alone")
+def test_code_of_what_takes_directions_weights_and_multipliers_is_certified() -> None:
+    asked = ["forward_dynamics_jvp", "multipliers_vjp", "motion_residual_by_multipliers", "velocities_derivatives"]
+    found = certify(scene("four_bar"), asked)
+    assert found.passed
+    assert {one.function for one in found.accuracy} == set(asked)
 
 
 def multiplications(w: Workspace, request: str) -> int:

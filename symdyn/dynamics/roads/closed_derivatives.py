@@ -10,8 +10,9 @@ solves once more:
 
     M δu̇ - Gᵀ δλ = -δR,    G δu̇ = -δC
 
-and needs one tangent of unsolved equations a column. The other roads differentiate what is solved, each its own. All of
-it is proved off the manifold too, as M u̇ + h = τ + Gᵀ λ and G u̇ + γ = 0 hold there.
+and needs one tangent of unsolved equations a column; "recursive" takes that of the tree's forces from its recursion.
+The other roads differentiate what is solved, each its own. All of it is proved off the manifold too, where
+M u̇ + h = τ + Gᵀ λ and G u̇ + γ = 0 hold as well.
 
 Who keeps all coordinates and multipliers asks for the derivatives of "motion_residual", which are R and C, by q, u, u̇,
 τ and λ; or for "unprojected" derivatives of what is solved, its coordinates taken as independent.
@@ -31,10 +32,11 @@ from symdyn.dynamics.loops.constraint_rows import Constraints
 from symdyn.dynamics.loops.manifold import Manifold, Seeds
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.roads import closed_outputs as closed
+from symdyn.dynamics.roads import recursive_derivatives
 from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads.derivative_outputs import COLUMNS, along_all, derivatives
 from symdyn.dynamics.roads.kinks import kinks
-from symdyn.dynamics.roads.named_functions import multiplier_symbols
+from symdyn.dynamics.roads.named_functions import MULTIPLIERS, multiplier_symbols
 from symdyn.dynamics.roads.output import FORCES, Output, Road, Unasked, by_lagrange
 from symdyn.dynamics.roads.result_labels import Axis
 from symdyn.dynamics.roads.workspace import Workspace
@@ -146,11 +148,44 @@ def _together(w: Workspace, way: str) -> bool:
 
 def implicit(w: Workspace, way: str, *along: str) -> list[tuple[list[Expr], list[Expr]]]:
     """Return δu̇ and δλ of every column, by differentiating the equations of motion before they are solved."""
+    entries = w.once(equations)
+    return _solved(w, way, along, [tangents(entries, one) for one in WAYS[way](w, "implicit", along)])
+
+
+def by_recursion(w: Workspace, way: str, *along: str) -> list[tuple[list[Expr], list[Expr]]]:
+    """Return the same, forces of the tree differentiated along all directions by its recursion first."""
+    n, tau = w.state.n, w.state.tau
+    by_tree = recursive_derivatives.inverse(w, ("q", "qd"))
+    carried = w.loops.constraint_forces(multiplier_symbols(w))
+    rest = [*(-x - force for x, force in zip(carried, tau, strict=True)), *w.once(equations)[n:]]
+    sides = []
+    for seeds, step in zip(WAYS[way](w, "implicit", along), _steps(w, way, along), strict=True):
+        moved = tangents(rest, seeds)
+        for i in range(n):
+            moved[i] = moved[i] + w.graph.total(by_tree[2 * n * i + k] * x for k, x in step.items())
+        sides.append(moved)
+    return _solved(w, way, along, sides)
+
+
+def _steps(w: Workspace, way: str, along: Sequence[str]) -> list[dict[int, Expr]]:
+    """Return how directions (from 0) and velocities (from nv) move, a column each."""
+    n, every = w.state.n, w.loops.recursive_manifold.slopes
+    slopes = every if way == "manifold" else [{k: w.graph.one} for k in range(n)]
+    slopes = slopes if "q" in along else []
+    return [
+        (slopes[k] if k < len(slopes) else {}) | {n + i: seeds[u] for i, u in enumerate(w.state.qd) if u in seeds}
+        for k, seeds in enumerate(WAYS[way](w, "implicit", along))
+    ]
+
+
+Solved = list[tuple[list[Expr], list[Expr]]]
+
+
+def _solved(w: Workspace, way: str, along: Sequence[str], sides: Sequence[list[Expr]]) -> Solved:
+    """Return δu̇ and δλ from δR and δC at symbols for u̇ and λ."""
     n, together = w.state.n, _together(w, way)
     accelerations, multipliers = w.once(solution, way)
     known = dict(zip((*w.state.qdd, *multiplier_symbols(w)), (*accelerations, *multipliers), strict=True))
-    entries = w.once(equations)
-    sides = [tangents(entries, one) for one in WAYS[way](w, "implicit", along)]
     moved = [substitute(one, known) for one in sides]
     found = [w.loops.solved([-x for x in one[:n]], one[n:], together=together) for one in moved]
     for k, (pulled, _) in enumerate(found[-n:] if along[-1] == "tau" else ()):  # symmetric in fact: one of each pair
@@ -159,8 +194,8 @@ def implicit(w: Workspace, way: str, *along: str) -> list[tuple[list[Expr], list
     return found
 
 
-def _implicit(part: int, w: Workspace, way: str, *along: str) -> list[Expr]:
-    columns = [one[part] for one in w.once(implicit, way, *along)]
+def _columns(by: Callable[..., Solved], part: int, w: Workspace, way: str, *along: str) -> list[Expr]:
+    columns = [one[part] for one in w.once(by, way, *along)]
     return by_row(columns, len(w.loops.decisions.kept) if part else w.state.n)
 
 
@@ -185,15 +220,16 @@ def _implicit_inverse(w: Workspace, way: str, *along: str) -> list[Expr]:
 
 
 COUNTED = 8
-"""Velocities up to which both roads are counted; beyond, what differentiates unsolved equations is cheaper."""
+"""Velocities up to which roads are counted; beyond, the recursion is cheaper where it is, then unsolved equations."""
 
 
 def _cheaper(roads: dict[str, Road], w: Workspace) -> str:
-    """Return "implicit" or "forward", whichever costs less."""
+    """Return the road that costs least."""
+    quick = [name for name in ("recursive", "implicit", "forward") if name in roads]
     if w.state.n > COUNTED:
-        return "implicit"
+        return quick[0]
     varying = (*w.state.q, *w.state.qd, *w.state.qdd, *w.state.tau)
-    return min(("implicit", "forward"), key=lambda name: cost(w.once(roads[name].derive), varying))
+    return min(quick, key=lambda name: cost(w.once(roads[name].derive), varying))
 
 
 def _velocities(w: Workspace, way: str, *along: str) -> list[Expr]:
@@ -303,7 +339,8 @@ ALONG_MANIFOLD: dict[str, Derivative] = {
         labels.velocities,
         "rad/s^2 or m/s^2",
         {
-            "implicit": partial(_implicit, 0),
+            "implicit": partial(_columns, implicit, 0),
+            "recursive": partial(_columns, by_recursion, 0),
             "forward": partial(_tangent, closed.forward, "forward"),
             "lagrange": partial(_tangent, closed.lagrange_forward, "lagrange"),
         },
@@ -317,7 +354,8 @@ ALONG_MANIFOLD: dict[str, Derivative] = {
         labels.kept_rows,
         "N or N m",
         {
-            "implicit": partial(_implicit, 1),
+            "implicit": partial(_columns, implicit, 1),
+            "recursive": partial(_columns, by_recursion, 1),
             "forward": partial(_tangent, closed.multipliers, "forward"),
             "lagrange": partial(_tangent, closed.lagrange_multipliers, "lagrange"),
         },
@@ -366,7 +404,7 @@ ALONG_MANIFOLD: dict[str, Derivative] = {
 
 MOTION_RESIDUAL = Output(
     "what vanishes in every motion: M qdd + h - tau - G^T lambda, then G qdd + Gdot qd",
-    ("q", "qd", "qdd", "tau", "lambda"),
+    ("q", "qd", "qdd", "tau", MULTIPLIERS),
     "residual",
     (lambda w: (*w.scene.velocities, *labels.kept_rows(w)),),
     f"{FORCES}, then m/s^2 or 1/s^2",

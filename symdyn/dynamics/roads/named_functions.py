@@ -99,14 +99,14 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     TIME: ("time", {"s": "s"}),
     "qi": ("independent joint positions", {"rad": "rad", "m": "m"}),
     "ui": ("independent joint velocities", {"rad": "rad/s", "m": "m/s"}),
-    "lambda": ("multipliers of the rows that close loops", {"": "N or N m"}),
+    "multipliers": ("multipliers of the rows that close loops", {"": "N or N m"}),
     "dq": ("direction of the positions, along the velocities", {"rad": "rad", "m": "m"}),
     "dqd": ("direction of the velocities", {"rad": "rad/s", "m": "m/s"}),
     "dqdd": ("direction of the accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
     "dtau": ("direction of the driving forces", {"rad": "N m", "m": "N"}),
     "dqi": ("direction of the independent positions", {"rad": "rad", "m": "m"}),
     "dui": ("direction of the independent velocities", {"rad": "rad/s", "m": "m/s"}),
-    "dlambda": ("direction of the multipliers", {"": "N or N m"}),
+    "dmultipliers": ("direction of the multipliers", {"": "N or N m"}),
     "dq_i": ("direction of the independent positions, along the velocities", {"rad": "rad", "m": "m"}),
     "dqd_i": ("direction of the independent velocities", {"rad": "rad/s", "m": "m/s"}),
     "dqdd_i": ("direction of the independent accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
@@ -116,10 +116,18 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
 ALONG_MANIFOLD = {"q": "dq_i", "qd": "dqd_i", "qdd": "dqdd_i", "tau": "dtau"}
 """The same of closed scenes, where dependent positions, velocities and accelerations move along."""
 
-MULTIPLIERS = "lambda"
+MULTIPLIERS = "multipliers"
 """The argument of what takes the multipliers as given."""
 
-DIRECTIONS = {"q": "dq", "qd": "dqd", "qdd": "dqdd", "tau": "dtau", "qi": "dqi", "ui": "dui", MULTIPLIERS: "dlambda"}
+DIRECTIONS = {
+    "q": "dq",
+    "qd": "dqd",
+    "qdd": "dqdd",
+    "tau": "dtau",
+    "qi": "dqi",
+    "ui": "dui",
+    MULTIPLIERS: "dmultipliers",
+}
 """The argument that says along which way another one moves."""
 
 OF_INDEPENDENT = {"qi", "ui", "dqi", "dui"}
