@@ -12,6 +12,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+from cases import chain
 from robots_dh import ROBOTS, Robot, robot_scene
 
 from symdyn.dynamics import Equations, Workspace, derive_one
@@ -29,6 +30,13 @@ OUTPUTS: tuple[tuple[str, str | None], ...] = (
     ("forward_dynamics", "crba"),
 )
 """What is counted, and the road where another one is longer."""
+
+DERIVATIVES: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("inverse_dynamics_derivatives", ("recursive", "reverse")),
+    ("forward_dynamics_derivatives", ("recursive",)),
+    ("coriolis_matrix", ("derivatives", "crba")),
+)
+"""What is counted by the road that costs least, and the roads that may."""
 
 PEERS = (
     ("OpenSYMORO", "inverse dynamics", "panda", "414/354"),
@@ -83,6 +91,16 @@ EMITTED = (
     "",
 )
 
+DERIVED = """
+## Derivatives
+
+By the road of fewest operations, before any pass: ∂τ/∂q, ∂τ/∂q̇ and M together; ∂q̈/∂q, ∂q̈/∂q̇ and M⁻¹ together,
+q̈ worked out on the way; C(q, q̇) of Christoffel's symbols. *Sweeps* is reverse differentiation of inverse dynamics on
+the graph, row by row.
+
+| robot | inertia | inverse dynamics | sweeps | forward dynamics | C(q, q̇) |
+|---|---|--:|--:|--:|--:|"""
+
 MEANS = """
 ## What does it
 
@@ -94,6 +112,10 @@ MEANS = """
   ω̇ without a multiplication.
 - A symmetric matrix turns about an axis for 8 multiplications, `w = c (a - b) - 2 s d`.
 - In M(q) a momentum from outside passes parallel axes in one turn by the sum of their angles.
+- Derivatives: velocities of bodies count from the origin at hand, so that the origin's own takes no part; twice of
+  them is carried, so that no result is doubled; a joint is seen from the inner end of its rise. What comes into
+  parallel axes from outside keeps its axes there. The joint on the ground is seen from up to two frames further out.
+- Derivatives of forward dynamics: LᵀDL once, one reciprocal a pivot, M⁻¹ symmetric from L⁻¹.
 - Between parallel axes a shift along them stays at the outer joint, so that forces further in need not be known.
 """
 
@@ -137,6 +159,22 @@ def prepared(scene: Scene) -> tuple[list[tuple[Counts, Counts]], Counts, int]:
     return pairs, first.counts, len(first.function.entries)
 
 
+def derived(scene: Scene) -> list[Counts]:
+    """Return the counts of `DERIVATIVES`, and of the first by reverse sweeps."""
+    workspace = Workspace(scene)
+    counted = {
+        name: {road: state_dependent_counts(derive_one(workspace, name, road)) for road in roads}
+        for name, roads in DERIVATIVES
+    }
+    cheapest = [min(by_road.values(), key=lambda counts: counts.cost) for by_road in counted.values()]
+    return [*cheapest, counted[DERIVATIVES[0][0]]["reverse"]]
+
+
+def chains() -> list[tuple[str, str, Scene]]:
+    """Return text, inertia structure and scene of chains of revolute joints."""
+    return [(f"chain of {n}", "numbers", chain(n)) for n in (4, 8, 16)]
+
+
 def page() -> str:
     """Return the page in Markdown."""
     lines = [HEAD, "## symdyn", "", "| robot | inertia | inverse dynamics | M(q) | forward dynamics | sin/cos |"]
@@ -157,6 +195,11 @@ def page() -> str:
         pairs, once, values = prepared(scene)
         shown = " | ".join(f"{_pair(before)} → {_pair(after)}" for before, after in pairs)
         lines.append(f"| {text} | {structure} | {shown} | {_pair(once)} | {values} |")
+    lines.append(DERIVED)
+    for text, structure, scene in [*((text, structure, scene) for _, text, structure, scene in cases()), *chains()]:
+        inverse, forward, coriolis, sweeps = derived(scene)
+        shown = f"{_pair(inverse)} | {_pair(sweeps)} | {_pair(forward)}, {forward.divisions} div | {_pair(coriolis)}"
+        lines.append(f"| {text} | {structure} | {shown} |")
     lines += ["", "## Other generators, full inertias", "", "| robot | output | generator | theirs | symdyn |"]
     lines.append("|---|---|---|--:|--:|")
     robots: dict[str, Robot] = {one.name: one for one in ROBOTS}

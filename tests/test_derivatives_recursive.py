@@ -44,20 +44,27 @@ def numbers(scene: Scene, output: str, roads: tuple[str, ...]) -> list[np.ndarra
     return [np.array([np.broadcast_to(x, 3) for x in one]) for one in results]
 
 
-@pytest.mark.parametrize("output", ["inverse_dynamics_derivatives", "forward_dynamics_derivatives"])
+ROADS = {
+    "inverse_dynamics_derivatives": ("recursive", "forward"),
+    "forward_dynamics_derivatives": ("recursive", "forward"),
+    "coriolis_matrix": ("derivatives", "crba"),
+}
+
+
+@pytest.mark.parametrize("output", ROADS)
 @pytest.mark.parametrize(
     "scene", [*OPEN, *TREES, *COUPLED, *LOADED, *OF_KINDS, *IN_ROWS, *BALLS], ids=lambda scene: scene.name
 )
 def test_recursion_is_differentiation_in_numbers(scene: Scene, output: str) -> None:
-    recursive, differentiated = numbers(scene, output, ("recursive", "forward"))
+    recursive, differentiated = numbers(scene, output, ROADS[output])
     assert recursive == pytest.approx(differentiated, rel=1e-9, abs=1e-9 * max(1.0, np.abs(differentiated).max()))
 
 
-PROVED = [COUPLED[3], jointed("revolute", "free"), jointed("custom")]
+PROVED = [COUPLED[3], jointed("revolute", "spherical"), jointed("free"), jointed("custom")]
 
 
 @pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.parametrize("scene", PROVED, ids=lambda scene: scene.name)
 def test_all_roads_are_proved_equal(scene: Scene) -> None:
-    found = certify(scene, ["inverse_dynamics_derivatives", "forward_dynamics_derivatives"])
+    found = certify(scene, list(ROADS))
     assert found.passed, found.findings

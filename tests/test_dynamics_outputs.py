@@ -25,7 +25,7 @@ from symdyn.dynamics.mechanism.prescribed import has_motion
 from symdyn.dynamics.roads.centroidal_outputs import CENTROIDAL
 from symdyn.errors import DerivationError
 from symdyn.graph import reachable
-from symdyn.program.formulation import candidates
+from symdyn.program.formulation import candidates, cheapest
 from symdyn.scene import Scene, bind, number, read, read_text
 from symdyn.scene.starters import starter
 from symdyn.verify import PROVED, certify, laws, prove
@@ -389,11 +389,19 @@ def up_to(name: str, way: str, closed: bool) -> None:
     assert sizes[0] <= sizes[1], (way, sizes)
 
 
+def apart(name: str, way: str, closed: bool) -> None:
+    """What is weighed apart, and is not the cheapest, leaves nothing behind."""
+    w = Workspace(two_link())
+    assert way in candidates(w, name)
+    assert cheapest(w, name).formulation != way
+    assert (name, way) not in w.derived, way
+
+
 @pytest.mark.parametrize(("field", "name", "way", "closed"), SAYING)
 def test_a_road_that_loses_a_field_fails_the_check_of_this_field(
     field: str, name: str, way: str, closed: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    check = {"trees_only": trees_only, "up_to": up_to}[field]
+    check = {"trees_only": trees_only, "up_to": up_to, "apart": apart}[field]
     check(name, way, closed)
     row = OUTPUTS[name]
     default = next(one.default for one in fields(Road) if one.name == field)
@@ -411,13 +419,13 @@ def test_a_road_that_loses_a_field_fails_the_check_of_this_field(
 @pytest.mark.usefixtures("numpy_alone")
 @pytest.mark.long(0)
 def test_each_road_is_derived_once_and_loops_are_closed_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    derived: Counter[tuple[str, str, int]] = Counter()
+    derived: Counter[tuple[str, str, int, Workspace]] = Counter()
     closed: Counter[str] = Counter()
     close = loop_decisions.close
 
     def counted(name: str, way: str, road: Road) -> Road:
         def derive(w: Workspace, *asked: str) -> object:
-            derived[name, way, hash(asked)] += 1
+            derived[name, way, hash(asked), w] += 1
             return road.derive(w, *asked)
 
         return replace(road, derive=derive)

@@ -49,6 +49,17 @@ PREPARED = {  # multiplications and additions of one call of the same with prepa
     "puma560_zeros": (((176, 150), (88, 79), (303, 265)), 49),
 }
 
+DERIVED = {  # [dtau/dq dtau/dqd M], [dqdd/dq dqdd/dqd 1/M], C: multiplications, additions, divisions
+    "general_6r": ((1850, 1530, 0), (2662, 2241, 5), (1044, 842, 0)),
+    "puma560": ((1043, 967, 0), (1749, 1586, 5), (494, 476, 0)),
+    "stanford": ((833, 764, 0), (1515, 1363, 5), (346, 313, 0)),
+    "rx90": ((954, 879, 0), (1654, 1490, 5), (458, 411, 0)),
+    "iiwa": ((1235, 1104, 0), (2285, 2042, 6), (598, 528, 0)),
+    "panda": ((1371, 1232, 0), (2437, 2186, 6), (693, 620, 0)),
+    "puma560_diagonal": ((924, 802, 0), (1565, 1344, 5), (459, 380, 0)),
+    "puma560_zeros": ((761, 672, 0), (1356, 1193, 5), (378, 329, 0)),
+}
+
 CASES = {name: case for name, _, _, case in operation_counts.cases()}
 
 
@@ -63,6 +74,12 @@ def test_emitted_counts_are_these(name):
     assert operation_counts.emitted(CASES[name]) == [Counts(*numbers) for numbers in EMITTED[name]]
 
 
+@pytest.mark.parametrize("name", DERIVED)
+def test_counts_of_derivatives_are_these(name):
+    counted = operation_counts.derived(CASES[name])[:3]
+    assert [(one.multiplications, one.additions, one.divisions) for one in counted] == list(DERIVED[name])
+
+
 @pytest.mark.parametrize("name", PREPARED)
 def test_prepared_counts_are_these(name):
     pairs, _, values = operation_counts.prepared(CASES[name])
@@ -72,7 +89,7 @@ def test_prepared_counts_are_these(name):
 
 
 def test_every_robot_is_counted():
-    assert CASES.keys() == COUNTS.keys() == EMITTED.keys()
+    assert CASES.keys() == COUNTS.keys() == EMITTED.keys() == DERIVED.keys()
 
 
 @pytest.mark.long

@@ -5,6 +5,9 @@ values; of equals the first in the table wins. Two shortcuts keep this quick. A 
 `HOPELESS` times the cheapest ones is not lowered. And roads that grow fast are tried for few coordinates only, none at
 all beyond `LONGEST`, where the table's own rule decides.
 
+A road that is weighed apart is derived on a graph of its own, and on the scene's if it wins: programs are written in
+the order in which nodes are born, which what is only weighed must not change.
+
 Closed forms with sums of angles are no road: they trade multiplications for sines, and a rounded sum of angles has lost
 digits that the product form keeps.
 """
@@ -75,11 +78,14 @@ def cheapest(workspace: Workspace, request: str) -> Function:
     names = candidates(workspace, request)
     if len(names) < 2:
         return derive_one(workspace, request, *names)
-    functions = [derive_one(workspace, request, road) for road in names]
+    row, scene = row_of(request, workspace.scene)[0], workspace.scene
+    places = [Workspace(scene, workspace.closing) if row.roads[road].apart else workspace for road in names]
+    functions = [derive_one(place, request, road) for place, road in zip(places, names, strict=True)]
     costs = [count(function).cost for function in functions]
-    hopeful = [f for f, cost in zip(functions, costs, strict=True) if cost <= HOPELESS * min(costs)]
-    scene, graph = workspace.scene, workspace.graph
-    return min(hopeful, key=lambda f: lower(Equations(scene, graph, (f,))).routines[0].counts.cost)
+    hopeful = [k for k, cost in enumerate(costs) if cost <= HOPELESS * min(costs)]
+    lowered = {k: lower(Equations(scene, places[k].graph, (functions[k],))) for k in hopeful}
+    best = min(hopeful, key=lambda k: lowered[k].routines[0].counts.cost)
+    return derive_one(workspace, request, names[best])
 
 
 def candidates(workspace: Workspace, request: str) -> tuple[str, ...]:

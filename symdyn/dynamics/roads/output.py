@@ -51,11 +51,13 @@ class Road:
         derive: takes the workspace, and the body or point of an output of one; returns the entries, row by row.
         trees_only: knows no prescribed motion and no velocity that several moves share, as of screws and cams.
         up_to: coordinates up to which it pays to derive it beside others, to see which costs least.
+        apart: whether it is derived on a graph of its own for that.
     """
 
     derive: Callable[..., Sequence[Expr]]
     trees_only: bool = False
     up_to: float = inf
+    apart: bool = False
 
 
 def by_lagrange(derive: Callable[..., Sequence[Expr]]) -> Road:

@@ -15,6 +15,7 @@ from symdyn.dynamics.mechanism import kinematics
 from symdyn.dynamics.mechanism.directions import has_quaternions, rates_of_placements
 from symdyn.dynamics.mechanism.prescribed import has_motion
 from symdyn.dynamics.recursive.lean_tree import potential_energy
+from symdyn.dynamics.roads import recursive_derivatives
 from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads import tree_roads as roads
 from symdyn.dynamics.roads.centroidal_outputs import CENTROIDAL
@@ -176,6 +177,7 @@ OUTPUTS: dict[str, Output] = {
         {
             "crba": Road(lambda w: roads.flat(w.composite_christoffel.coriolis_matrix(w.state.qd))),
             "rnea": Road(roads.polarised_matrix),
+            "derivatives": Road(recursive_derivatives.coriolis_matrix, apart=True),
             "lagrange": by_lagrange(lambda w: roads.flat(w.lagrange_christoffel.coriolis_matrix(w.state.qd))),
         },
         unasked=Unasked.WRITTEN,

@@ -15,24 +15,31 @@ Forward dynamics solves M u̇ + h = τ; at its u̇, with M = Lᵀ D L factored o
 
     X u̇ = -M⁻¹ X τ(q, u, u̇)    ∂u̇/∂u = -M⁻¹ ∂τ/∂u    ∂u̇/∂τ = M⁻¹
 
+The Coriolis matrix is half of ∂c/∂u, c = C u, and what directions that do not commute add to it (`directions`):
+
+    C_kl = ½ ∂c_k/∂u_l + ½ Σ_m γ^i_ml M_ik u_m
+
 Reference: Carpentier and Mansard, Analytical derivatives of rigid body dynamics algorithms, RSS 2018.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from itertools import chain, product
 from operator import mul
 
 from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.ldl import factored
 from symdyn.dynamics.recursive.rnea import rnea
-from symdyn.dynamics.recursive.rnea_derivatives import MoveDerivatives, rnea_derivatives
+from symdyn.dynamics.recursive.rnea_derivatives import MoveDerivatives, Pair, halves_by_rate, rnea_derivatives
 from symdyn.dynamics.roads.workspace import Matrix, Workspace
-from symdyn.graph import Expr, substitute, tangents
+from symdyn.graph import Expr, gradient, substitute, tangents
 
 Slopes = dict[str, Matrix]
 """Derivatives along each argument, shape (nv, nv)."""
+
+COUNTED = 16
+"""Velocities up to which variants are compared by counting."""
 
 
 def inverse(w: Workspace, along: Sequence[str]) -> list[Expr]:
@@ -40,99 +47,144 @@ def inverse(w: Workspace, along: Sequence[str]) -> list[Expr]:
     return _beside(w.once(_inverse), along)
 
 
-def _beside(slopes: Slopes, along: Sequence[str]) -> list[Expr]:
-    return [entry for rows in zip(*(slopes[name] for name in along), strict=True) for entry in chain(*rows)]
-
-
-def _inverse(w: Workspace) -> Slopes:
-    """Return the derivatives of inverse dynamics."""
-    state = w.state
-
-    def moves(leaping: bool, far: int) -> MoveDerivatives:
-        return rnea_derivatives(w.whole, state.qd, state.qdd, leaping=leaping, far=far)
-
-    found = _gathered(w, _cheapest(w, moves))
-    rest = [sum(parts[1:], parts[0]) for parts in zip(*_beside_bodies(w), strict=True)]
-    seeds = {
-        "q": w.directions.along,
-        "qd": [{one: w.graph.one} for one in state.qd],
-        "qdd": [{one: w.graph.one} for one in state.qdd],
-    }
-    for name, matrix in found.items():
-        for m, seed in enumerate(seeds[name]):
-            for k, slope in enumerate(tangents(rest, seed)):
-                matrix[k][m] = matrix[k][m] + slope
-    return found
-
-
-COUNTED = 16
-"""Velocities up to which the variants of the recursion are compared by counting."""
-
-
-def _cheapest(w: Workspace, moves: Callable[[bool, int], MoveDerivatives]) -> MoveDerivatives:
-    """Return the variant of the recursion that costs least; see `rnea_derivatives`."""
-    if w.state.n > COUNTED:
-        return moves(True, 1)
-    state = (*w.state.q, *w.state.qd, *w.state.qdd)
-
-    def price(one: MoveDerivatives) -> int:
-        return cost(chain(*(kind.values() for kind in (one.by_position, one.by_rate, one.by_acceleration))), state)
-
-    return min((moves(*choices) for choices in product((False, True), (0, 1, 2))), key=price)
-
-
-def _beside_bodies(w: Workspace) -> list[list[Expr]]:
-    """Return what inverse dynamics finds beside what bodies need, shape (nv,) each."""
-    tree, state = w.whole, w.state
-    acceleration = tree.accelerations(state.qd, state.qdd)
-    rotors = tree.gather([a * inertia for a, inertia in zip(acceleration, tree.armature, strict=True)])
-    for ball in tree.balls:
-        for k, moment in zip(ball.velocities, ball.forces(state.qd, state.qdd), strict=True):
-            rotors[k] = rotors[k] + moment
-    loads = rnea(tree, w.still, w.still, gravity=False, acting=w.loads)
-    return [w.elastic.forces, loads, [-push for push in w.pushes], rotors]
-
-
-def _gathered(w: Workspace, moves: MoveDerivatives) -> Slopes:
-    """Return the derivatives of what bodies need; see the module's legend."""
-    tree, (u, du), n = w.whole, (w.state.qd, w.state.qdd), w.state.n
-    found = {name: [[w.graph.zero] * n for _ in range(n)] for name in ("q", "qd", "qdd")}
-    kinds = {"q": moves.by_position, "qd": moves.by_rate, "qdd": moves.by_acceleration}
-    for name, by_move in kinds.items():
-        for (i, j), value in by_move.items():
-            for k, x in tree.A[i]:
-                for m, y in tree.A[j]:
-                    found[name][k][m] = found[name][k][m] + x * y * value
-    curved = [j for j in tree.outward() if len(tree.block[j]) == 1 and tree.b[j]]
-    for j in curved:
-        rate, acceleration = tree.rates(u)[j], tree.accelerations(u, du)[j]
-        for m in range(n):
-            r, a = w.directions.derivative([rate, acceleration], m)
-            (by_rate,) = tangents([acceleration], {u[m]: w.graph.one})
-            for i in tree.outward():
-                if (i, j) not in moves.by_acceleration:
-                    continue
-                M, bent = moves.by_acceleration[i, j], moves.by_rate[i, j] * r
-                for k, x in tree.A[i]:
-                    found["q"][k][m] = found["q"][k][m] + x * (bent + M * a)
-                    found["qd"][k][m] = found["qd"][k][m] + x * M * by_rate
-            for k, x in tree.A[j]:
-                (turned,) = w.directions.derivative([x], m)
-                found["q"][k][m] = found["q"][k][m] + turned * moves.forces[j]
-    return found
-
-
-# Forward dynamics
-
-
 def forward(w: Workspace, along: Sequence[str]) -> list[Expr]:
     """Return the derivatives of forward dynamics along "q", "qd" or "tau", row by row."""
     return _beside(w.once(_forward), along)
 
 
+def coriolis_matrix(w: Workspace) -> list[Expr]:
+    """Return C(q, u), row by row."""
+    tree, u, n = w.whole, w.state.qd, range(w.state.n)
+    moves = _cheapest(
+        w,
+        lambda leaping, far: halves_by_rate(tree, u, leaping, far),
+        lambda one: one.by_rate.values(),
+        (*w.state.q, *u),
+    )
+    half = w.graph.one / 2
+    bent, _ = _curved(w, moves)
+    rotors = _rotors(w, w.still)
+    C = _gathered(w, moves.by_rate)
+    for j in n:
+        own = tangents(rotors, {u[j]: w.graph.one})
+        for i in n:
+            turned = (
+                w.composite_mass[m][i] * value * u[k] for k in n for m, value in w.directions.brackets.get((k, j), ())
+            )
+            C[i][j] = C[i][j] + (bent[i][j] + own[i] + w.graph.total(turned)) * half
+    return list(chain(*C))
+
+
+def _beside(slopes: Slopes, along: Sequence[str]) -> list[Expr]:
+    return [entry for rows in zip(*(slopes[name] for name in along), strict=True) for entry in chain(*rows)]
+
+
+# Inverse dynamics
+
+
+def _inverse(w: Workspace) -> Slopes:
+    """Return the derivatives of inverse dynamics."""
+    tree, state = w.whole, w.state
+    moves = _cheapest(
+        w,
+        lambda leaping, far: rnea_derivatives(tree, state.qd, state.qdd, leaping=leaping, far=far),
+        lambda one: chain(one.by_position.values(), one.by_rate.values(), one.by_acceleration.values()),
+        (*state.q, *state.qd, *state.qdd),
+    )
+    kinds = {"q": moves.by_position, "qd": moves.by_rate, "qdd": moves.by_acceleration}
+    found = {name: _gathered(w, by_move) for name, by_move in kinds.items()}
+    by_rate, by_position = _curved(w, moves)
+    rest = [sum(parts[1:], parts[0]) for parts in zip(*_beside_bodies(w), strict=True)]
+    for k in range(state.n):
+        for m in range(state.n):
+            found["q"][k][m] = found["q"][k][m] + by_position[k][m]
+            found["qd"][k][m] = found["qd"][k][m] + by_rate[k][m]
+    for name, along in _directions(w).items():
+        for m, seed in enumerate(along):
+            for k, slope in enumerate(tangents(rest, seed)):
+                found[name][k][m] = found[name][k][m] + slope
+    return found
+
+
+def _directions(w: Workspace) -> dict[str, Sequence[dict[Expr, Expr]]]:
+    """Return the directions of the arguments of inverse dynamics."""
+    one = w.graph.one
+    return {"q": w.directions.along, "qd": [{x: one} for x in w.state.qd], "qdd": [{x: one} for x in w.state.qdd]}
+
+
+def _cheapest(
+    w: Workspace,
+    derive: Callable[[bool, int], MoveDerivatives],
+    wanted: Callable[[MoveDerivatives], Iterable[Expr]],
+    state: Collection[Expr],
+) -> MoveDerivatives:
+    """Return the variant of the recursion of which what is wanted costs least; see `rnea_derivatives`."""
+    if w.state.n > COUNTED:
+        return derive(True, 1)
+    variants = [derive(*choices) for choices in product((False, True), (0, 1, 2))]
+    return min(variants, key=lambda one: cost(wanted(one), state))
+
+
+def _gathered(w: Workspace, by_move: dict[Pair, Expr]) -> Matrix:
+    """Return Σ_ij A_ik x_ij A_jl."""
+    matrix = _zeros(w)
+    for (i, j), value in by_move.items():
+        for k, x in w.whole.A[i]:
+            for m, y in w.whole.A[j]:
+                matrix[k][m] = matrix[k][m] + x * y * value
+    return matrix
+
+
+def _zeros(w: Workspace) -> Matrix:
+    return [[w.graph.zero] * w.state.n for _ in w.state.qd]
+
+
+def _curved(w: Workspace, moves: MoveDerivatives) -> tuple[Matrix, Matrix]:
+    """Return what moves by formulas add by rates and by positions, for their A depends on q and their a on u."""
+    tree, (u, du) = w.whole, (w.state.qd, w.state.qdd)
+    by_rate, by_position = _zeros(w), _zeros(w)
+    for j in tree.outward():
+        if not tree.b[j] or len(tree.block[j]) > 1 or not tree.block[j]:
+            continue
+        rate, acceleration = tree.rates(u)[j], tree.accelerations(u, du)[j]
+        carried = [i for i in tree.outward() if (i, j) in moves.by_acceleration]
+        for m in range(w.state.n):
+            r, a = w.directions.derivative([rate, acceleration], m)
+            (a_by_rate,) = tangents([acceleration], {u[m]: w.graph.one})
+            for i in carried:
+                M, D = moves.by_acceleration[i, j], moves.by_rate[i, j]
+                for k, x in tree.A[i]:
+                    by_rate[k][m] = by_rate[k][m] + x * (M * a_by_rate)
+                    by_position[k][m] = by_position[k][m] + x * (D * r + M * a)
+            for k, x in tree.A[j] if j in moves.forces else ():
+                (turned,) = w.directions.derivative([x], m)
+                by_position[k][m] = by_position[k][m] + turned * moves.forces[j]
+    return by_rate, by_position
+
+
+def _beside_bodies(w: Workspace) -> list[list[Expr]]:
+    """Return what inverse dynamics finds beside what bodies need, shape (nv,) each."""
+    loads = rnea(w.whole, w.still, w.still, gravity=False, acting=w.loads)
+    return [w.elastic.forces, loads, [-push for push in w.pushes], _rotors(w, w.state.qdd)]
+
+
+def _rotors(w: Workspace, qdd: Sequence[Expr]) -> list[Expr]:
+    """Return what rotors at the joints need, shape (nv,)."""
+    tree, u = w.whole, w.state.qd
+    accelerations = tree.accelerations(u, qdd)
+    forces = tree.gather([a * inertia for a, inertia in zip(accelerations, tree.armature, strict=True)])
+    for ball in tree.balls:
+        for k, moment in zip(ball.velocities, ball.forces(u, qdd), strict=True):
+            forces[k] = forces[k] + moment
+    return forces
+
+
+# Forward dynamics
+
+
 def _forward(w: Workspace) -> Slopes:
     """Return the derivatives of forward dynamics; prescribed accelerations depend on no argument."""
-    slopes, given, n = w.once(_inverse), w.prescribed, w.state.n
+    slopes, given, n = w.once(_inverse_to_solve), w.prescribed, w.state.n
     free = given.free
     factors = factored(w.graph, w.tree.velocity_parents(free), [[slopes["qdd"][i][j] for j in free] for i in free])
     bias = w.forces(given.entered(w.still))
@@ -153,3 +205,18 @@ def _forward(w: Workspace) -> Slopes:
         for j, value in zip(free, by_force, strict=True):
             found["tau"][i][j] = value
     return found
+
+
+def _inverse_to_solve(w: Workspace) -> Slopes:
+    """Return the derivatives of inverse dynamics by recursion or by reverse sweeps, whichever cost less."""
+    by_recursion: Slopes = w.once(_inverse)
+    if w.state.n > COUNTED:
+        return by_recursion
+    forces, along = w.forces(list(w.state.qdd)), _directions(w)
+    inputs = list(dict.fromkeys(symbol for seeds in along.values() for seed in seeds for symbol in seed))
+    partials = [dict(zip(inputs, gradient(force, inputs), strict=True)) for force in forces]
+    by_sweeps = {
+        name: [[w.graph.total(h * row[x] for x, h in seed.items()) for seed in seeds] for row in partials]
+        for name, seeds in along.items()
+    }
+    return min((by_recursion, by_sweeps), key=lambda one: cost(_beside(one, list(one)), inputs))
