@@ -29,9 +29,8 @@ IN_ROWS = [jointed("free", "free", orientation=one) for one in ("quaternion", "z
 BALLS = [with_loads(jointed("revolute", "spherical", "cylindrical"), 3), with_loads(jointed("free", "helical"), 4)]
 
 
-def numbers(scene: Scene, output: str, roads: tuple[str, ...]) -> list[np.ndarray]:
+def numbers(workspace: Workspace, output: str, roads: tuple[str, ...]) -> list[np.ndarray]:
     """Return what each road gives at random states."""
-    workspace = Workspace(scene)
     functions = [derive_one(workspace, output, road) for road in roads]
     draw = np.random.default_rng(3)
     found = reachable([entry for one in functions for entry in one.entries])
@@ -51,16 +50,17 @@ ROADS = {
 }
 
 
-@pytest.mark.parametrize("output", ROADS)
 @pytest.mark.parametrize(
-    "scene", [*OPEN, *TREES, *COUPLED, *LOADED, *OF_KINDS, *IN_ROWS, *BALLS], ids=lambda scene: scene.name
+    "scene", [*OPEN, *TREES[:4], *COUPLED[:3], *LOADED, *OF_KINDS, *IN_ROWS, *BALLS], ids=lambda scene: scene.name
 )
-def test_recursion_is_differentiation_in_numbers(scene: Scene, output: str) -> None:
-    recursive, differentiated = numbers(scene, output, ROADS[output])
-    assert recursive == pytest.approx(differentiated, rel=1e-9, abs=1e-9 * max(1.0, np.abs(differentiated).max()))
+def test_recursion_is_differentiation_in_numbers(scene: Scene) -> None:
+    workspace = Workspace(scene)
+    for output, roads in ROADS.items():
+        recursive, other = numbers(workspace, output, roads)
+        assert recursive == pytest.approx(other, rel=1e-9, abs=1e-9 * max(1.0, np.abs(other).max())), output
 
 
-PROVED = [COUPLED[3], jointed("revolute", "spherical"), jointed("free"), jointed("custom")]
+PROVED = [COUPLED[3], jointed("spherical"), jointed("custom")]
 
 
 @pytest.mark.usefixtures("numpy_alone")
