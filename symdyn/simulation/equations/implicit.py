@@ -1,6 +1,6 @@
 """What implicit methods ask for: the derivative of the rates, or equations with multipliers, F(y, ẏ, t) = 0 of index 1.
 
-Of the rates f the graph is differentiated by the state, ∂f/∂x:
+Of the rates f the graph is differentiated by the state, ∂f/∂x, once a run has asked for a few differences:
 
     c, H, fit    a closed mechanism's correction -G_d⁻¹ r, zero where its loops are closed; q̇ = H u; fitted velocities
     δq' = δq + H δc        δu' = δfit(q', u)        δf = δrates(q', u')
@@ -48,8 +48,32 @@ RELATIVE = 1e-6
 """Size of a difference, over that of the coordinate or 1: where the graph has no value."""
 
 
-def slopes(system: StateEquations) -> Callable[[float, Array], Array]:
-    """Return the function of (t, x) whose value is ∂f/∂x, shape (nx, nx)."""
+Slope = Callable[[float, Array], Array]
+
+FEW = 20
+"""Derivatives of a run that are differences, before exact ones are worth the time to derive and compile them."""
+
+
+def slopes_in_turn(system: StateEquations) -> Slope:
+    """Return the function of (t, x) whose value is ∂f/∂x, for one run: differences first, exact if it is a long one.
+
+    Whether the exact ones are compiled already makes no difference, so that a run repeats itself to the last digit.
+    """
+    asked, exact = 0, None
+
+    def slope(t: float, x: Array) -> Array:
+        nonlocal asked, exact
+        asked += 1
+        if asked <= FEW:
+            return differences(system, t, x, RELATIVE)
+        exact = exact or slopes(system)
+        return exact(t, x)
+
+    return slope
+
+
+def slopes(system: StateEquations) -> Slope:
+    """Return the function of (t, x) whose value is ∂f/∂x, shape (nx, nx), exact."""
     nq, nv = system.nq, system.nv
     calls = system.once(_along).at(system.opened.values)
     along, brought_back = calls["along"], calls.get("ways")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.simulation.equations.implicit import slopes
+from symdyn.simulation.equations.implicit import slopes_in_turn
 from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem, Step, follow
 
 MULTISTEP = ("BDF", "LSODA")
@@ -37,7 +37,7 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
     share = SHARE if name in MULTISTEP else 1.0
     options: dict[str, Any] = {"rtol": max(share * problem.rtol, SMALLEST), "atol": share * problem.atol}
     if name in IMPLICIT:
-        options["jac"] = slopes(problem.system)
+        options["jac"] = slopes_in_turn(problem.system)
     solver: Any = kind(problem.system.rates, 0.0, problem.x, problem.bound, **options)
     spent = 0
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.simulation.equations.implicit import Implicit, slopes
+from symdyn.simulation.equations.implicit import Implicit, slopes_in_turn
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.integrate.method import SHARE, IntegrationError, Method, Piece, Problem, Step, follow
 
@@ -36,7 +36,7 @@ def run(problem: Problem, name: str) -> Iterator[Piece]:
     """
     from sksundae.cvode import CVODE
 
-    count, derivative = 0, slopes(problem.system)
+    count, derivative = 0, slopes_in_turn(problem.system)
 
     def right(t: float, x: Array, out: Array) -> None:
         nonlocal count
