@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from symdyn.cli import main
 from symdyn.errors import LinearizeError
 from symdyn.linear import linearize
 from symdyn.linear.bode import bode, table
@@ -230,6 +231,7 @@ def test_what_no_input_moves_is_named():
     assert (reach.rank, reach.order) == (6, 7)
     assert [(mark.value, mark.states) for mark in reach.hidden] == [(0j, ("theta_R_dot",))]
     assert 1e-3 < reach.margin < 1
+    assert "theta_R_dot" not in {name for mark in reach.marks if not mark.hidden for name in mark.states}
 
 
 def test_what_no_output_shows_is_named():
@@ -318,6 +320,17 @@ def test_a_hoop_holds_its_bead_below_until_it_turns_at_the_root_of_g_over_r():
     locus = over("w", np.linspace(1, 5, 9), systems(read_text(text, "hoop.toml"), "w"))
 
     assert [one.value for one in locus.critical] == [pytest.approx(np.sqrt(9.81), rel=1e-6)]
+
+
+def test_a_disc_rolls_upright_where_it_is_fast_enough():
+    """C (C + m r²) ω² > A m g r, which is ω² > g/(3 r) of a thin disc; the letter of the speed is no parameter."""
+    disc = read(DATA / "found" / "rolling_disc_zxy.toml")
+    upright = {"q1": "0", "q2": "0", "q3": "0", "z": "r"}
+    locus = over("s", np.linspace(1, 8, 8), systems(disc, "s", upright, {"q3": "s", "q1": "0", "q2": "0"}))
+
+    assert [(one.value, one.grows) for one in locus.critical] == [
+        (pytest.approx(np.sqrt(9.81 / (3 * 0.26)), rel=1e-10), False)
+    ]
 
 
 @pytest.mark.parametrize("name", ["bicycle", "four_bar"])
@@ -432,6 +445,67 @@ def test_a_table_of_responses_has_a_column_for_what_follows():
 
     assert head == "frequency_Hz,x / F dB,x / F deg,theta / F dB,theta / F deg"
     assert len(first.split(",")) == 5
+
+
+# The verb
+
+
+def test_rows_print_what_they_find_and_write_their_files(tmp_path, capsys):
+    scene, gains = str(ROOT / "examples" / "cart_pole.toml"), tmp_path / "gains.json"
+    words = ["--transfer", "--reach", "--dt", "0.02", "--lqr", "Q=x:10;theta:100", "R=F:0.1", "--gains", str(gains)]
+    words += ["--bode", str(tmp_path / "r.csv"), "--hertz", "geomspace(0.1,10,5)", "--kalman", "W=F:1", "V=x:1e-4"]
+
+    assert main(["linearize", scene, *words]) == 0
+    told = capsys.readouterr().out
+    for line in (
+        "theta / F: gain 2.92683", "controllability: rank 4 of 4", "  poles: 5.61664, -0.0909073, -5.62329, 0",
+        "by variational equations along the step the same to", "closed-loop poles: 0.97", "filter poles: 0.896918",
+    ):  # fmt: skip
+        assert line in told
+    said = json.loads(gains.read_text(encoding="utf-8"))
+    assert_allclose(said["K"], found("cart_pole", "dlqr"), rtol=1e-7)
+    assert (said["states"], said["inputs"], said["period"]) == (list(STATES["cart_pole"]), ["F"], 0.02)
+    assert len((tmp_path / "r.csv").read_text(encoding="utf-8").splitlines()) == 6
+    assert main(["linearize", scene, *words, "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert {"transfer", "reach", "bode", "dt", "lqr", "kalman"} <= set(data)
+
+
+def test_a_range_prints_critical_values_and_writes_the_locus(tmp_path, capsys):
+    disc = str(DATA / "found" / "rolling_disc_zxy.toml")
+    words = ["--at", "q1=0,q2=0,q3=0,z=r", "--over", "s=linspace(3,4,3)", "--speed", "q3=s"]
+
+    assert main(["linearize", disc, *words, "--locus", str(tmp_path / "l.csv"), str(tmp_path / "l.svg")]) == 0
+    assert "s = 3.5463957868" in capsys.readouterr().out
+    head, first, *_ = (tmp_path / "l.csv").read_text(encoding="utf-8").splitlines()
+    assert head == "s,re1,im1,re2,im2,growing"
+    assert first.endswith(",1")
+    assert "<svg" in (tmp_path / "l.svg").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--hertz [1]", "--hertz: belongs to --bode, which is not given"),
+        ("--gains g.json", "--gains: belongs to --lqr, which is not given"),
+        ("--lqr --gains g.txt", "g.txt: gains are written to a .json file"),
+        ("--bode r.txt", "--bode: r.txt is no .csv, .svg or .png file"),
+        ("--bode nowhere/r.csv", "nowhere/r.csv: there is no folder nowhere"),
+        ("--over b=[1,2] --transfer", "--transfer: is of one system, and --over makes many"),
+        ("--over b=[1,2] --at rest", "--at: rest may be many places"),
+        ("--over b=[1,2] --locus l.txt", "--locus: l.txt is no .csv, .svg or .png file"),
+        ("--over b=[-1,1]", "parameters.b: value = -1 is not positive"),
+        ("--at rest --animate m.svg", "--animate: there are 2 systems; give the place of one"),
+        ("--animate m.gif", "m.gif: animations are written to .html or .svg files"),
+        ("--dt 0", "--dt 0: a period is finite and above zero"),
+    ],
+)
+def test_flags_that_cannot_be_are_told(words, message, capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+
+    assert main(["linearize", str(ROOT / "examples" / "cart_pole.toml"), *words.split()]) == 1
+    assert message in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_python_control_agrees_where_it_is_installed():

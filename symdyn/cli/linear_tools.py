@@ -76,7 +76,8 @@ class Asked:
 
     def given(self, options: argparse.Namespace) -> bool:
         """Whether it is asked for."""
-        return getattr(options, self.name) not in (None, False)
+        value = getattr(options, self.name)
+        return value is not None and value is not False
 
 
 def _transfer(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:

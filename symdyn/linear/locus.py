@@ -22,7 +22,7 @@ from scipy.optimize import brentq, linear_sum_assignment
 from symdyn.algebra.numeric import Array
 from symdyn.errors import LinearizeError
 from symdyn.linear.linearization import Linearization
-from symdyn.linear.modes import Complexes
+from symdyn.linear.modes import SIDEWAYS, Complexes
 from symdyn.simulation.plot import framed
 
 BRACKET = 2.0**-7
@@ -157,9 +157,11 @@ def _refined(system: Callable[[float], Linearization], low: float, high: float) 
     """Return where counts change between two values close to each other."""
     nodes = (low + high) / 2 + (high - low) / 2 * chebyshev.chebpts2(DEGREE + 1)
     branches = _followed([system(float(x)) for x in nodes]).T
+    nothing = SIDEWAYS * float(np.abs(branches).max(initial=0.0))
     found = []
     for branch in branches:
-        if branch[0].real * branch[-1].real < 0 and branch[0].imag >= 0:
+        first, last = (0.0 if abs(one.real) <= nothing else one.real for one in (branch[0], branch[-1]))
+        if first * last < 0 and branch[0].imag >= 0:
             value = _zero(nodes, branch.real)
             frequency = abs(float(chebyshev.Chebyshev.fit(nodes, branch.imag, DEGREE)(value))) / (2 * np.pi)
             found.append(Critical(value, frequency, bool(branch[-1].real > 0)))

@@ -1,7 +1,7 @@
 """Which modes inputs move and outputs show: a staircase for the ranks, and the test of Popov, Belevitch and Hautus.
 
     V, W     orthonormal: [V W]ᵀ A [V W] = [A_v *; 0 A_w], [V W]ᵀ B = [B_v; 0]; what B reaches, and what is left
-    σ(λ)     the smallest singular value of [A - λ, B]: how far the mode of λ is from one that no input moves
+    σ(λ)     the smallest singular value of [A_v - λ, B_v]: how far the mode of λ is from one that no input moves
 
 States have different units: A is balanced, D⁻¹ A D, and B and C are scaled to the size of A, before sizes are compared.
 Of observability all is the same with Aᵀ and Cᵀ.
@@ -33,7 +33,7 @@ class Mark:
 
     Attributes:
         value: eigenvalue, 1/s.
-        margin: σ(λ) over the size of A and B; below 1e-9 the mode is hidden.
+        margin: σ(λ) over the size of A, on what is reached; 0 of a mode that is hidden.
         states: names of the states that take part most in what no input moves, or no output shows.
     """
 
@@ -44,7 +44,7 @@ class Mark:
     @property
     def hidden(self) -> bool:
         """Whether no input moves it, or no output shows it."""
-        return self.margin <= NOTHING
+        return self.margin == 0.0
 
 
 @dataclass(frozen=True)
@@ -85,18 +85,27 @@ def observability(one: Linearization) -> Reach:
 
 
 def _reach(A: Array, B: Array, names: tuple[str, ...]) -> Reach:
-    found, B = spectrum(A), alike(A, B)
-    values = [mode.value for mode in found.modes] + ([0j] if found.zeros else [])
-    size = float(np.linalg.norm(A, 2)) or 1.0
-    marks = []
-    for value in values:
-        rows, sizes, _ = np.linalg.svd(np.hstack([A - value * np.eye(len(A)), B]))
-        margin, many = float(sizes[-1]) / size, max(1, int(np.sum(sizes <= NOTHING * size)))
-        share = np.linalg.norm(rows[:, -many:], axis=1)
+    size, B = float(np.linalg.norm(A, 2)) or 1.0, alike(A, B)
+    V, W = staircase(A, B)
+    marks = [Mark(value, 0.0, states) for value, _, states in _least(A, B[:, :0], W, names, size)]
+    marks += [Mark(*one) for one in _least(A, B, V, names, size)]
+    return Reach(V.shape[1], len(A), tuple(sorted(marks, key=lambda mark: mark.margin)))
+
+
+def _least(
+    A: Array, B: Array, space: Array, names: tuple[str, ...], size: float
+) -> list[tuple[complex, float, tuple[str, ...]]]:
+    """Return the eigenvalues in a space, σ of [A - λ, B] there over the size of A, and who takes part in it most."""
+    part, way = space.T @ A @ space, space.T @ B
+    found = spectrum(part, size)
+    told = []
+    for value in [*(mode.value for mode in found.modes), *([0j] if found.zeros else [])]:
+        rows, sizes, _ = np.linalg.svd(np.hstack([part - value * np.eye(len(part)), way]))
+        many = max(1, int(np.sum(sizes <= NOTHING * size)))
+        share = np.linalg.norm(space @ rows[:, -many:], axis=1)
         most = [k for k in np.argsort(-share, kind="stable") if share[k] > SAID * share.max()]
-        marks.append(Mark(value, margin if margin > NOTHING else 0.0, tuple(names[k] for k in most[:NAMED])))
-    rank = staircase(A, B)[0].shape[1]
-    return Reach(rank, len(A), tuple(sorted(marks, key=lambda mark: mark.margin)))
+        told.append((value, float(sizes[-1]) / size, tuple(names[k] for k in most[:NAMED])))
+    return told
 
 
 def balanced(one: Linearization) -> tuple[Array, Array, Array, Array]:
