@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from scipy.optimize import brentq, linear_sum_assignment
 
 from symdyn.algebra.numeric import Array
 from symdyn.errors import LinearizeError
@@ -120,6 +119,8 @@ def over(name: str, values: Sequence[float] | Array, system: Callable[[float], L
 
 def _followed(found: Sequence[Linearization]) -> Complexes:
     """Return eigenvalues in the order of branches, shape (N, n); zeros follow zeros where there are as many of them."""
+    from scipy.optimize import linear_sum_assignment  # late: it takes a second to load
+
     rows = [one.eigenvalues for one in found]
     rows = [np.concatenate([row, np.zeros(max(map(len, rows)) - len(row))]) for row in rows]
     for k in range(1, len(rows)):
@@ -174,6 +175,8 @@ def _refined(system: Callable[[float], Linearization], low: float, high: float) 
 
 def _zero(nodes: Array, values: Array) -> float:
     """Return where the polynomial through values at Chebyshev points is zero; it changes sign between its ends."""
+    from scipy.optimize import brentq
+
     return float(brentq(chebyshev.Chebyshev.fit(nodes, values, DEGREE), nodes[0], nodes[-1], rtol=8.9e-16))
 
 

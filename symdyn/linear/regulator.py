@@ -17,7 +17,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_continuous_are, solve_discrete_are
 
 from symdyn.algebra.numeric import Array
 from symdyn.errors import LinearizeError
@@ -168,6 +167,8 @@ def _gain(
     words: Words, names: tuple[str, ...],
 ) -> tuple[Array, Complexes, tuple[str, ...]]:  # fmt: skip
     """Return K, the poles, and notes; `step` and `held` are A and B, or those of a sampled system."""
+    from scipy.linalg import solve_continuous_are, solve_discrete_are  # late: it takes long to load
+
     scale = balance(A)
     A, B, Q = A * scale[None, :] / scale[:, None], B / scale[:, None], Q * scale[None, :] * scale[:, None]
     step, held = step * scale[None, :] / scale[:, None], held / scale[:, None]

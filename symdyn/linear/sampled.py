@@ -15,8 +15,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.linalg import expm
 
 from symdyn.algebra.numeric import Array
 from symdyn.errors import LinearizeError
@@ -61,6 +59,8 @@ def sampled(one: Linearization, period: float) -> Sampled:
     Raises:
         LinearizeError: the period is none, or so long that something grows beyond what a double can hold.
     """
+    from scipy.linalg import expm  # late: it takes long to load
+
     check_period(period)
     n, inputs = one.B.shape
     whole = np.zeros((n + inputs, n + inputs))
@@ -78,6 +78,8 @@ def along_a_step(asked: Prepared, one: Linearization, period: float) -> Sampled:
     Raises:
         LinearizeError: the period is none, or the choice of independent coordinates does not hold for it.
     """
+    from scipy.integrate import solve_ivp  # late, too
+
     check_period(period)
     point, numbers = one.point, numbers_at(one.scene)
     full = asked.at(point.q, point.u, point.t)
