@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import keyword
 import random
 from collections.abc import Iterator
 from dataclasses import replace
@@ -17,6 +18,7 @@ from small_steps import BIG, Numbers, State, apart
 import symdyn
 from symdyn.dynamics import OUTPUTS, Workspace, derive, derive_one, roads_of
 from symdyn.dynamics.roads.count import state_dependent_counts
+from symdyn.dynamics.roads.named_functions import ARGUMENTS, DIRECTIONS
 from symdyn.dynamics.roads.operators import OPERATORS
 from symdyn.errors import DerivationError
 from symdyn.program import formulate
@@ -404,3 +406,28 @@ def test_beside_a_kink_derivatives_are_those_of_its_side() -> None:
     call = symdyn.lambdify(read_text(RUBBING, "rubbing.toml"), "inverse_dynamics_by_qd")
     for side in (1.0, -1.0):
         assert call([0.0], [side * 1e-9], [0.0])[0, 0] == pytest.approx(8e-9, rel=1e-6)
+
+
+def test_arguments_are_names_in_every_language() -> None:
+    """A target's file would not be read: `lambda` is none of Python's, `default` none of C's."""
+    words = {
+        *keyword.kwlist,
+        *[
+            "auto",
+            "break",
+            "case",
+            "default",
+            "delete",
+            "do",
+            "double",
+            "export",
+            "float",
+            "int",
+            "new",
+            "null",
+            "this",
+            "void",
+        ],
+    }
+    assert not words & set(ARGUMENTS)
+    assert set(DIRECTIONS) | set(DIRECTIONS.values()) <= set(ARGUMENTS)
