@@ -81,3 +81,11 @@ def numbered(shapes: Mapping[str, tuple[int, ...]]) -> tuple[dict[str, Places], 
         found[name] = np.arange(first, first + size).reshape(shape)
         first += size
     return found, first
+
+
+def sliced(places: Places) -> slice | Places:
+    """Return places that are equally far apart as a slice, which views and does not copy; others as they are."""
+    steps = np.diff(places)
+    if len(places) < 2 or np.any(steps != steps[0]):
+        return places
+    return slice(int(places[0]), int(places[-1]) + 1, int(steps[0]))

@@ -191,7 +191,7 @@ def partials(entries: Sequence[Expr], inputs: Sequence[Expr]) -> dict[tuple[int,
     return {place: slope for place, slope in found.items() if not slope.is_zero}
 
 
-def _slopes_of(w: Workspace, found: Written, name: str, inputs: Sequence[Expr]) -> dict[tuple[int, int], Expr]:
+def slopes_of(w: Workspace, found: Written, name: str, inputs: Sequence[Expr]) -> dict[tuple[int, int], Expr]:
     """Return the partial derivatives of a local function; those of inverse dynamics by recursion where that costs less.
 
     The recursion differentiates along velocities, which are plain partial derivatives where no quaternion is.
@@ -218,7 +218,7 @@ def locals_of(w: Workspace, found: Written) -> dict[str, Local]:
         if not entries:
             continue
         inputs = inputs_of(found, entries)
-        slopes = _slopes_of(w, found, name, [symbol for _, _, symbol in inputs])
+        slopes = slopes_of(w, found, name, [symbol for _, _, symbol in inputs])
         places = sorted(slopes)
         patterns[name] = tuple((i, *inputs[k][:2]) for i, k in places)
         for which, some in ((name, list(entries)), (_slopes(name), [slopes[place] for place in places])):

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.scene import Scene
-from symdyn.transcription.grid import Grid, Places
+from symdyn.transcription.grid import Grid, Places, sliced
 from symdyn.transcription.local import Local, Source
 from symdyn.transcription.tableaux import Method
 
@@ -100,21 +100,51 @@ class Collocation:
 
     def residual(self, z: Array) -> Array:
         """Return g(z), shape (rows,)."""
-        g, grid = np.zeros(self.rows, z.dtype), self.grid
-        stages = self.at(z, "stage")
-        g[self.row["balance"]] = self.locals["balance"].value(stages)
-        slopes = np.concatenate([self.locals["rates"].value(stages), stages["a"]], axis=1)
-        y = np.concatenate([z[self.place["q"]], z[self.place["u"]]], axis=1)
-        steps = np.einsum("rj,njk->nrk", grid.weights, slopes[grid.of]) * (self.time(z) * grid.widths)[:, None, None]
-        defects = y[grid.target] - y[grid.node[:-1], None] - steps
-        nodes = self.at(z, "node")
+        g = np.empty(self.rows, z.dtype)
+        stages, nodes = self.at(z, "stage"), self._nodes(z)
+        self._part(g, self.row["balance"])[:] = self.locals["balance"].value(stages)
+        rates = self.locals["rates"].value(stages)
+        defects, nq = self._part(g, self.row["defects"]), rates.shape[1]
+        for part, y, f in ((np.s_[:nq], "q", rates), (np.s_[nq:], "u", stages["a"])):
+            points, at = self._part(z, self.place[y]), defects[..., part]
+            for r, (target, sums) in enumerate(zip(self._slices["target"], self._sums(f), strict=True)):
+                np.subtract(points[target], points[self._slices["start"]], out=at[:, r])
+                at[:, r] -= (self.time(z) * self.grid.widths)[:, None] * sums
         if "pull" in self.locals:
             defects[:, -1] -= self.locals["pull"].value({kind: _behind(kind, x) for kind, x in nodes.items()})
-        g[self.row["defects"]] = defects
         for name in ("held", "path"):
             if name in self.locals:
-                g[self.row[name]] = self.locals[name].value(nodes)
+                self._part(g, self.row[name])[:] = self.locals[name].value(nodes)
         return g
+
+    def _nodes(self, z: Array) -> dict[str, Array]:
+        """Return the unknowns at all nodes, where a function asks for them."""
+        return self.at(z, "node") if any(PLACES[name] == "node" for name in self.locals) else {}
+
+    def _sums(self, f: Array) -> list[Array]:
+        """Return Σ A_ij f_j of every defect, shape (N, …) each."""
+        found: list[Any] = [0.0] * len(self.grid.weights)
+        for r, j in self._used:
+            found[r] = found[r] + self.grid.weights[r, j] * f[self._slices["of"][j]]
+        return found
+
+    @staticmethod
+    def _part(x: Array, places: Places) -> Array:
+        """Return what stands at places that follow one another, as a view in their shape."""
+        return x[places.flat[0] : places.flat[-1] + 1].reshape(places.shape) if places.size else np.zeros(places.shape)
+
+    @cached_property
+    def _slices(self) -> dict[str, Any]:
+        """Points and stages of all intervals, without copies where they are equally far apart."""
+        grid = self.grid
+        return {
+            "start": sliced(grid.node[:-1]),
+            "target": [sliced(column) for column in grid.target.T],
+            "of": [sliced(column) for column in grid.of.T],
+            "stage": sliced(grid.stage),
+            "node": sliced(grid.node),
+            "end": grid.node[-1:],
+        }
 
     def jacobian_values(self, z: Array) -> Array:
         """Return the entries of ∂g/∂z at (`jacobian_rows`, `jacobian_columns`), shape (nonzeros,)."""
@@ -226,27 +256,34 @@ class Collocation:
         """Return the parts of ∂g/∂z, each an array; several may belong to one entry."""
         grid, shape = self.grid, self.row["defects"].shape
         found = [np.ones(shape), np.full(shape, -1.0)]
-        stages, nodes = self.at(z, "stage"), self.at(z, "node")
+        of = self._slices["of"]
+        stages, nodes = self.at(z, "stage"), self._nodes(z)
         slopes = self.locals["rates"].slopes(stages)
         h = self.time(z) * grid.widths[:, None]
         for r, j in self._used:
-            found.append(-h * grid.weights[r, j] * slopes[grid.of[:, j]])
-            found.append(np.repeat(-h * grid.weights[r, j], self.place["a"].shape[1], axis=1))
+            scale = -h * grid.weights[r, j]
+            found.append(scale * slopes[of[j]])
+            found.append(np.broadcast_to(scale, (len(h), self.place["a"].shape[1])))
         if len(self.place["T"]):
             rates = np.concatenate([self.locals["rates"].value(stages), stages["a"]], axis=1)
-            found.append(-grid.widths[:, None, None] * np.einsum("rj,njk->nrk", grid.weights, rates[grid.of]))
+            found.append(-grid.widths[:, None, None] * np.stack(self._sums(rates), axis=1))
         if "pull" in self.locals:
             found.append(-self.locals["pull"].slopes({kind: _behind(kind, x) for kind, x in nodes.items()}))
         for name in self._rowwise:
-            _, known, chain = self.wires[name]
             values = self.locals[name].slopes(stages if PLACES[name] == "stage" else nodes)
-            found.append((values * chain)[known])
+            _, known, chain = self.wires[name]
+            found.append(values if name in self._plain else (values * chain)[known])
         return found
 
     @cached_property
     def _used(self) -> list[tuple[int, int]]:
         """Defects and stages whose weight is not zero."""
         return [(int(r), int(j)) for r, j in np.argwhere(self.grid.weights != 0)]
+
+    @cached_property
+    def _plain(self) -> set[str]:
+        """Functions whose slopes are entries as they are: by unknowns alone, and none by time."""
+        return {name for name, (_, known, chain) in self.wires.items() if known.all() and np.all(chain == 1.0)}
 
     @cached_property
     def _rowwise(self) -> list[str]:
@@ -289,10 +326,10 @@ class Collocation:
 
     def at(self, z: Array, where: str) -> dict[str, Array]:
         """Return the unknowns at all stages or nodes, or at the end, by kind."""
-        place, points = self.place, self.points(where)
-        found = {kind: z[place[kind][points]] for kind in ("q", "u")}
+        place, points = self.place, self._slices[where]
+        found = {kind: self._part(z, place[kind])[points] for kind in ("q", "u")}
         if where == "stage":
-            found |= {kind: z[place[kind]] for kind in ("a", "multiplier", "force")}
+            found |= {kind: self._part(z, place[kind]) for kind in ("a", "multiplier", "force")}
         if where == "node":
             found["slack"] = np.concatenate([np.zeros((1, place["slack"].shape[1])), z[place["slack"]]])
         found["free"] = z[place["free"]]
