@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Callable, Sequence
 from fractions import Fraction
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 from closed_mechanisms import bricard, crank_rocker, symbolic_four_bar
 from closed_neighbours import Neighbours
+from test_centre_of_mass import FLYER
 
 import symdyn
 from symdyn.algebra.numeric import Floats
@@ -141,10 +143,15 @@ HARD: dict[str, Callable[[], Neighbours]] = {
 }  # fmt: skip
 
 
-STILL = ("four_bar", "rsup", "body hung up by a ball", "angles")
+STILL = ("four_bar", "body hung up by a ball", "angles")
+LONG = ("slider_crank", "spatial_slider_crank", "rsup", "governor", "skate", "rolling_disc")
+CASES = [
+    *(pytest.param(name, False, marks=[pytest.mark.slow] if name in LONG else []) for name in HARD),
+    *((name, True) for name in STILL),
+]
 
 
-@pytest.mark.parametrize(("name", "still"), [*((name, False) for name in HARD), *((name, True) for name in STILL)])
+@pytest.mark.parametrize(("name", "still"), CASES)
 def test_derivatives_are_differences_of_neighbours_on_the_manifold(name: str, still: bool) -> None:
     near = HARD[name]()
     q, v, tau, a = near.drawn(still=still)
@@ -267,6 +274,45 @@ def test_the_benchmark_bicycle_at_five_metres_a_second() -> None:
     assert np.sort_complex(np.linalg.eigvals(A)) == pytest.approx(np.array([*table, *[0] * 6]), abs=1e-7)
 
 
+# Pinocchio
+
+
+def held_to_the_ground(state: dict[str, Any], point: Sequence[float]) -> Scene:
+    """Return the robot of `pinocchio_closed_derivatives` where a state has it."""
+    starts = {"trunk": state["q"][:7], "arm": state["q"][7:11], "hand": state["q"][11]}
+    text = FLYER
+    for body, start in starts.items():
+        text = text.replace(f'child = "{body}"\n', f'child = "{body}"\nstart = {start}\n')
+    tip = [-x for x in point]
+    foot = f'origin = {state["anchor"]}\ntip = {tip}\nname = "foot"\ntype = "spherical"\n'
+    return read_text(f'{text}[[loop]]\n{foot}parent = "ground"\nchild = "hand"\n')
+
+
+@pytest.mark.parametrize("number", [0, 3])
+def test_a_robot_held_to_the_ground_has_pinocchios_derivatives(number: int) -> None:
+    facts = json.loads((DATA / "closed_derivatives_pinocchio.json").read_text(encoding="utf-8"))
+    state = facts["states"][number]
+    w = Workspace(held_to_the_ground(state, facts["point"]))
+    s = w.state
+    known = {x: value for name in ("q", "qd", "tau") for x, value in zip(getattr(s, name), state[name], strict=True)}
+
+    def ours(request: str) -> np.ndarray:
+        function = derive_one(w, request)
+        return np.array(evaluate(function.entries, Floats(), known)).reshape(function.shape)
+
+    slopes, speeds = ours("positions_derivatives"), ours("velocities_derivatives")
+    p, m = slopes.shape[1], speeds.shape[1] - slopes.shape[1]
+    ends = np.zeros((s.n, s.n))
+    along = np.block([[slopes, np.zeros((s.n, m)), ends], [speeds, ends], [np.zeros((s.n, p + m)), np.eye(s.n)]])
+    force = np.array(state["force_derivatives"])
+    theirs = np.array(state["forward_dynamics"])
+    assert ours("forward_dynamics") == pytest.approx(np.array(state["qdd"]), abs=1e-11)
+    assert ours("multipliers") == pytest.approx(np.array(state["multipliers"]), abs=1e-11)
+    assert ours("forward_dynamics_derivatives") == pytest.approx(theirs @ along, abs=1e-10)
+    assert ours("multipliers_derivatives") == pytest.approx(force @ along, abs=1e-10)
+    assert ours("forward_dynamics_unprojected_derivatives") == pytest.approx(theirs, abs=1e-10)
+
+
 # Roads, and what they cost
 
 
@@ -281,7 +327,7 @@ def proved(w: Workspace, requests: Sequence[str]) -> set[str]:
     return {one.verdict for one in prove(on_unit_sphere(w.scene, claims))[1]}
 
 
-@pytest.mark.parametrize("name", ["four_bar", "rsup", "cart_with_wheel", "skate"])
+@pytest.mark.parametrize("name", ["four_bar", "cart_with_wheel", "skate"])
 def test_roads_are_proved_equal_off_the_manifold_too(name: str) -> None:
     blocks = [
         "forward_dynamics_by_tau",
@@ -296,9 +342,16 @@ def test_roads_are_proved_equal_off_the_manifold_too(name: str) -> None:
     assert proved(Workspace(scene(name)), asked) == {PROVED}
 
 
-def test_roads_of_what_rolls_and_turns_are_proved_equal() -> None:
-    for name, asked in (("rolling_disc", "state_matrices"), ("rssr", "inverse_dynamics_derivatives")):
-        assert proved(Workspace(scene(name)), [asked]) == {PROVED}
+@pytest.mark.parametrize(
+    ("name", "request_"),
+    [
+        pytest.param("rolling_disc", "state_matrices", marks=pytest.mark.slow),
+        ("rssr", "inverse_dynamics_derivatives"),
+        ("rsup", "multipliers_vjp"),
+    ],
+)
+def test_roads_of_what_rolls_and_turns_are_proved_equal(name: str, request_: str) -> None:
+    assert proved(Workspace(scene(name)), [request_]) == {PROVED}
 
 
 @pytest.mark.usefixtures("numpy_alone")
