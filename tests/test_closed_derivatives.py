@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from itertools import combinations
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from closed_mechanisms import bricard, crank_rocker, symbolic_four_bar
+from closed_mechanisms import bricard, crank_rocker, exact, four_bar, symbolic_four_bar
 from closed_neighbours import Neighbours
 from test_centre_of_mass import FLYER
 
@@ -21,6 +22,7 @@ from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import LoopChoices, Workspace, derive_one, roads_of
 from symdyn.dynamics.loops.continuation import fitting
 from symdyn.dynamics.mechanism.cost import operations
+from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, tangents
 from symdyn.scene import Scene, read_text
 from symdyn.verify import PROVED, Claim, certify, prove
@@ -167,6 +169,62 @@ def test_derivatives_are_differences_of_neighbours_on_the_manifold(name: str, st
         assert function.shape == (len(columns[0]), len(columns))
         off = max(abs(x - y) for x, y in zip(found, expected, strict=True))
         assert off < 1e-28 * (1 + max(map(abs, expected))), output
+
+
+PARALLELOGRAM = (exact(1), exact(2), exact(1), exact(2), (exact(1), exact(2), exact(1)))
+
+
+@pytest.mark.parametrize(
+    ("one", "start"),
+    [
+        (lambda: scene("slider_crank"), (0.0, 0.0, 1.0)),  # straight, which the crank's angle can pass
+        (lambda: four_bar(*PARALLELOGRAM, ("1", "-1", "1")), (1.0, -1.0, 1.0)),  # equal angles
+        (lambda: four_bar(*PARALLELOGRAM, ("1", "-1", "1")), (np.pi / 2, -np.pi / 2, np.pi / 2)),  # upright
+    ],
+    ids=["dead centre", "equal angles", "upright"],
+)
+def test_natural_positions_are_differentiated_as_others(one: Callable[[], Scene], start: Sequence[float]) -> None:
+    near = Neighbours(one())
+    q = near.closed([near.mp.mpf(x) for x in start])
+    _, v, tau, _ = near.drawn()
+    expected = np.array(near.differences(near.entries("forward_dynamics"), q, v, tau, "tau"), dtype=float).T
+    function = derive_one(near.w, "forward_dynamics_derivatives")
+    found = np.array(near.values(function.entries, near.state(q, v, tau, "tau")), dtype=float)
+    assert found.reshape(function.shape) == pytest.approx(expected, rel=1e-12, abs=1e-12 * np.abs(expected).max())
+
+
+def test_a_folded_four_bar_is_told_to_have_none() -> None:
+    folded = four_bar(*PARALLELOGRAM, ("0", "0", "0"))
+    w = Workspace(folded)
+    assert any("change point" in note for note in w.loops.decisions.assembly.notes)
+    function = derive_one(w, "forward_dynamics_derivatives")
+    assert "no number where independent positions or velocities do not determine the others" in function.text
+    with np.errstate(all="ignore"):
+        code = symdyn.lambdify(folded, "forward_dynamics_derivatives", target="numpy")
+        assert not np.isfinite(code(np.zeros(3), np.zeros(3), np.zeros(3))).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "request_", "words"),
+    [
+        ("four_bar", "forward_dynamics_hessian", "about trees; .* there are forward_dynamics_derivatives, .*_jvp"),
+        ("four_bar", "velocities_by_qd", "velocities takes q, ui"),
+        ("two_link", "motion_residual", "about closed loops and rows, of which two_link has none"),
+        ("two_link", "forward_dynamics_unprojected_derivatives", "about closed loops and rows"),
+        ("two_link", "positions_derivatives", "about closed loops and rows"),
+    ],
+)
+def test_what_a_scene_lacks_is_told(name: str, request_: str, words: str) -> None:
+    with pytest.raises(DerivationError, match=words):
+        derive_one(Workspace(scene(name)), request_)
+
+
+def test_drives_that_are_too_many_have_no_derivatives_either() -> None:
+    driven = replace(
+        crank_rocker(), joints=tuple(replace(one, drives=(f"u_{one.name}",)) for one in crank_rocker().joints)
+    )
+    with pytest.raises(DerivationError, match="over-driven, 3 drives"):
+        derive_one(Workspace(driven), "inverse_dynamics_derivatives")
 
 
 # The same linear system, however it is asked for

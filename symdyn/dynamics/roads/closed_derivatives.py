@@ -308,13 +308,13 @@ class Derivative:
             lacks="told",
             depends=self.depends,
             prefer=partial(_cheaper, roads) if "implicit" in roads else None,
-            remark=self.kinks,
+            remark=self.remark,
         )
 
-    def kinks(self, w: Workspace) -> str:
-        """Return what is told of kinks."""
+    def remark(self, w: Workspace) -> str:
+        """Return where it has no value."""
         entries: Sequence[Expr] = w.once(self.solved["forward"]) if self.solved else ()
-        return kinks(entries, (*w.state.q, *w.state.qd))
+        return UNDETERMINED + kinks(entries, (*w.state.q, *w.state.qd))
 
     @property
     def blocks(self) -> str:
@@ -325,6 +325,8 @@ class Derivative:
 def _derived(derive: Callable[..., Sequence[Expr]], way: str, along: tuple[str, ...]) -> Entries:
     return lambda w: derive(w, way, *along)
 
+
+UNDETERMINED = "; no number where independent positions or velocities do not determine the others"
 
 BLOCKS = {"q": "q_i", "qd": "qd_i", "ui": "ui", "qdd": "qdd_i", "tau": "tau"}
 

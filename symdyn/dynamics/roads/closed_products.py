@@ -100,7 +100,7 @@ def _row(one: Derivative, text: str, roads: dict[str, Entries], **more: object) 
         unasked=Unasked.NEVER,
         lacks="told",
         depends=one.depends,
-        remark=one.kinks,
+        remark=one.remark,
         **more,  # type: ignore[arg-type]
     )
 
