@@ -6,8 +6,18 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from symdyn.dynamics import LARGEST, Equations, LoopChoices, Workspace, available_on, unique_reactions
+from symdyn.dynamics import (
+    LARGEST,
+    Equations,
+    LoopChoices,
+    Unasked,
+    Workspace,
+    available_on,
+    expected,
+    unique_reactions,
+)
 from symdyn.dynamics.loops.mobility import mobility
+from symdyn.dynamics.roads.operators import WORDS
 from symdyn.dynamics.roads.result_labels import COMPONENTS, joints_of, told
 from symdyn.emit.print.equations_text import base_parameter_texts
 from symdyn.emit.print.frames_text import frame_texts
@@ -66,6 +76,7 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
         "rows": [{"name": row.name, "type": row.kind, "says": FORCES[row.kind].says(row)} for row in scene.rows],
         "leaves": list(leaves(scene)),
         "points": [{"name": point.name, "body": point.body} for point in scene.points],
+        "on_request": on_request(scene),
         "parameters": [
             {"name": p.name, "value": spell(p.value) if p.value else None, "unit": p.unit, "text": p.text}
             for p in scene.parameters
@@ -73,6 +84,11 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
         **counted,
     }
     return facts, left_out
+
+
+def on_request(scene: Scene) -> list[str]:
+    """Return the outputs of the whole scene that no one has unasked, and how derivatives of all are asked for."""
+    return [*(name for name in expected(scene, Unasked.NEVER) if name not in expected(scene)), *WORDS]
 
 
 def _counted(equations: Equations, outputs: Sequence[str]) -> tuple[dict[str, Any], list[str]]:

@@ -29,7 +29,11 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     add_reading_options(verb)
     known = "; ".join(f"{name}: {target.text}" for name, target in TARGETS.items())
     verb.add_argument("--target", choices=tuple(TARGETS), default=first, help=f"{known} (default: {first})")
-    verb.add_argument("--functions", metavar="LIST", help="comma-separated, e.g. inverse_dynamics,pose:tool")
+    verb.add_argument(
+        "--functions",
+        metavar="LIST",
+        help="comma-separated, e.g. inverse_dynamics,pose:tool,forward_dynamics_derivatives",
+    )
     verb.add_argument("--real", choices=tuple(REALS), default="double", help="number type (default: double)")
     group = verb.add_mutually_exclusive_group()
     for name in dict.fromkeys(name for target in TARGETS.values() for name in target.options):

@@ -100,6 +100,7 @@ def show(facts: dict[str, Any]) -> None:
         shape = " x ".join(map(str, function["shape"])) or "scalar"
         rows.append((function["name"], shape, function["road"], *(str(count) for count in operations.values())))
     print_table("Operations of one call that depend on the state", columns, rows)
+    print(f"with --functions also: {', '.join(facts['on_request'])}\n")
     show_skipped(facts)
 
 

@@ -17,7 +17,7 @@ from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.roads.closed_derivatives import ALONG_MANIFOLD, CLOSED_DERIVATIVES
 from symdyn.dynamics.roads.closed_products import CLOSED_PRODUCTS
 from symdyn.dynamics.roads.named_functions import DRIVES, Equations, Function, arguments
-from symdyn.dynamics.roads.operators import TOLD, of_another
+from symdyn.dynamics.roads.operators import WORDS, of_another
 from symdyn.dynamics.roads.output import TREE_NAME, Output, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS
 from symdyn.dynamics.roads.result_labels import told
@@ -159,7 +159,7 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     if row is None:
         raise DerivationError(
             f"there is no output {name!r}; there are {', '.join(OUTPUTS)}; and derivatives of each, such as "
-            f"inverse_dynamics_derivatives: {TOLD}; {STATE_MATRICES}"
+            f"inverse_dynamics_derivatives: {', '.join(WORDS)}; {STATE_MATRICES}"
         )
     if row.place and not place:
         raise DerivationError(f"{name} needs a {row.place}; write {name}:NAME")

@@ -20,7 +20,7 @@ OPERATORS: dict[str, Callable[[str, Output], Output]] = {
 }
 """What can be asked of every output, by what is written behind its name, as in "inverse_dynamics_derivatives"."""
 
-TOLD = f"NAME{', NAME'.join(OPERATORS)}, NAME{BY}PARAMETER"
+WORDS = tuple(f"NAME{one}" for one in (*OPERATORS, f"{BY}PARAMETER"))
 """The same in words, of an output called NAME."""
 
 
