@@ -157,6 +157,17 @@ def test_a_law_may_drive_some_of_several_velocities() -> None:
     assert np.allclose(run.tau[:, 1], -0.1 * run.qd[:, 1])
 
 
+def test_without_names_a_law_drives_all_drives_but_those_of_prescribed_motions() -> None:
+    text = (EXAMPLES / "double_pendulum.toml").read_text(encoding="utf-8")
+    double = read_text(text)
+    head = f"[joints.{double.joints[0].name}]\n"
+    led = read_text(text.replace(head, f'{head}motion = "t**2"\n'))
+
+    assert placed(double, Feedback(lambda t, q, u: 0), 1.0).places == (0, 1)
+    assert placed(led, Feedback(lambda t, q, u: 0), 1.0).places == (1,)
+    assert placed(double, Feedback(lambda t, q, u: 0, double.drives[1]), 1.0).places == (1,)  # type: ignore[arg-type]
+
+
 # Balls and free bodies
 
 
@@ -268,6 +279,10 @@ BAD = [
     ({"x0": [1]}, "x0: is no table of numbers by name"),
     ({"u0": {"G": 1}}, "u0: G is no input"),
     ({"u0": {"F": float("inf")}}, "u0: F = inf is no finite number"),
+    ({"u0": {"F": 10**400}}, "is no finite number"),
+    ({"K": [[1, 2, 3, 10**400]]}, "K: is no matrix of numbers"),
+    ({"K": [], "inputs": []}, "inputs: names none"),
+    ({"limits": {"F": [3, -3]}}, "limits: F: [3, -3] is neither a size above 0"),
     ({"k": 1}, "k: is not known"),
     ({"period": "soon"}, "period: 'soon' is no number of seconds"),
     ({"period": -1}, "-1 s is no period"),

@@ -37,8 +37,7 @@ class Feedback:
             (inputs,), N or N m; a number where there is one input. `Gains` are such a law. Without a period it is asked
             at states that are tried and dropped too, back and forth in time, and must keep nothing; with one it is
             asked once a sample, in order.
-        inputs: what it drives, by the names that forces have; () are all named drives, or all velocities that are not
-            passive where no drive has a name.
+        inputs: what it drives, by the names that forces have; () are all drives but those of prescribed motions.
         period: seconds between samples; None is none, the law holds all the time.
         delay: seconds from a sample to its force, whole periods or not; until the first one the force is `initial`.
         limits: largest size, or smallest and largest value, by input.
@@ -101,10 +100,10 @@ def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
         SimulateError: with every fault, one line each.
     """
     faults, places = Faults(""), places_of(scene)
-    names = feedback.inputs or tuple(drive for drive in scene.drives if drive)
-    if not names:
-        free = [k for k, drive in enumerate(scene.drives) if drive is not None]
-        names = tuple(scene.velocities[k] for k in free if place_of(scene, places, scene.velocities[k], "", Faults("")))
+    asked = (feedback.inputs,) if isinstance(feedback.inputs, str) else tuple(feedback.inputs)
+    names = asked or tuple(
+        one for one in scene.drives if one and place_of(scene, places, one, "", Faults("")) is not None
+    )
     found = [place_of(scene, places, name, "feedback: inputs", faults) for name in names]
     if not names:
         faults.add("feedback", f"{scene.name} has no drive; give a joint one")
@@ -143,11 +142,15 @@ def _ranges(feedback: Feedback, names: Sequence[str], faults: Faults) -> dict[st
         if name not in found:
             faults.add(where, f"is no input of the controller; it has {', '.join(names)}")
             continue
-        pair = (-abs(limit), abs(limit)) if isinstance(limit, (int, float)) else tuple(limit)
-        if len(pair) != 2 or not pair[0] < pair[1]:
+        try:
+            ends = (-abs(limit), abs(limit)) if isinstance(limit, (int, float)) else limit
+            least, most = map(float, ends)
+        except (TypeError, ValueError):
+            least = most = math.nan
+        if not least < most:
             faults.add(where, f"{limit} is neither a size above 0 nor [smallest, largest]")
         else:
-            found[name] = (float(pair[0]), float(pair[1]))
+            found[name] = (least, most)
     return found
 
 

@@ -34,6 +34,9 @@ NEEDED, ALLOWED = ("K", "states", "inputs"), ("K", "states", "inputs", "x0", "u0
 ALONG = "along "
 """Begins the name of a position that is a displacement along a velocity."""
 
+LARGEST = 1.7e308
+"""Numbers beyond are not finite as doubles."""
+
 STEP = 1e-6
 """Difference by which the difference on the group is differentiated."""
 
@@ -172,6 +175,8 @@ def _names(said: object, where: str, faults: Faults) -> list[str]:
         faults.add(where, "is no list of names")
         return []
     found = list(said)
+    if not found:
+        faults.add(where, "names none")
     for name in dict.fromkeys(found):
         if found.count(name) > 1:
             faults.add(where, f"{name} is named twice")
@@ -181,7 +186,7 @@ def _names(said: object, where: str, faults: Faults) -> list[str]:
 def _matrix(said: object, rows: int, columns: int, faults: Faults) -> Array | None:
     try:
         K = np.asarray(said, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         faults.add("K", "is no matrix of numbers, a list of rows of the same length")
         return None
     if rows and columns and K.shape != (rows, columns):
@@ -203,7 +208,7 @@ def _numbers(said: object, where: str, faults: Faults) -> dict[str, float]:
 
 
 def _finite(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and bool(np.isfinite(value))
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
 def _pair(value: object) -> bool:
