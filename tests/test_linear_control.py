@@ -29,6 +29,7 @@ from symdyn.linear.transfer import transfers, zeros
 from symdyn.linear.weights import read_weights
 from symdyn.scene import read, read_text
 from symdyn.simulation import simulate
+from symdyn.simulation.gradients import sensitivity
 
 ROOT = Path(__file__).parent.parent
 DATA = ROOT / "tests" / "data"
@@ -190,23 +191,16 @@ def test_both_roads_to_a_sampled_system_meet_where_the_motion_is_steady(name, pe
 
 
 @pytest.mark.runs
-def test_along_a_motion_variations_are_differences_of_runs():
-    """∂(end)/∂(start) of a double pendulum in motion, against runs from starts that differ by 1e-5."""
-    scene = example("double_pendulum")
-    start, rates = {"q1": "0.7", "q2": "-0.4"}, {"q1": "1.1", "q2": "0.3"}
-    one = linearize(scene, start, rates, anywhere=True)
-    found_there = along_a_step(prepared(scene), one, 0.2)
+@pytest.mark.parametrize("name", ["heavy_top", "four_bar"])
+def test_along_a_motion_a_step_is_what_sensitivities_of_a_run_are(name):
+    """Two ways that share no derivative: A and B along the motion, and the flow of the run's own equations."""
+    scene = example(name)
+    one = linearize(scene, anywhere=True)
+    stepped, run = along_a_step(prepared(scene), one, 0.05), sensitivity(scene, until=0.05, parameters=[])
+    rows, columns = ([names.index(state) for state in one.states.names] for names in (run.rows, run.columns))
 
-    def end(k, step):
-        x = [0.7, -0.4, 1.1, 0.3]
-        x[k] += step
-        q, u = ({"q1": repr(x[2 * i]), "q2": repr(x[2 * i + 1])} for i in range(2))
-        run = simulate(scene, until=0.2, start=q, start_rates=u, method="dop853", rtol=1e-12)
-        return np.concatenate([run.q[-1], run.qd[-1]])
-
-    differences = np.array([(end(k, 1e-5) - end(k, -1e-5)) / 2e-5 for k in range(4)]).T
-    assert_allclose(found_there.A, differences, atol=2e-7)
-    assert np.abs(sampled(one, 0.2).A - differences).max() > 1e-3  # A of the beginning would not do
+    assert_allclose(stepped.A, run.matrix[np.ix_(rows, columns)], atol=1e-10)
+    assert np.abs(sampled(one, 0.05).A - stepped.A).max() > 1e-2  # A of the beginning would not do
 
 
 @pytest.mark.runs
@@ -273,6 +267,7 @@ def test_symmetric_arms_hide_what_they_do_against_each_other():
     with pytest.raises(LinearizeError, match=r"no input moves the mode ±4\.42945i, of a, b, a_dot, b_dot"):
         lqr(one)
     assert len(transfers(one)[0].poles) == 4  # two of six cancel
+    assert [len(transfers(one)[k].denominator) for k in range(3)] == [5, 3, 3]
     close(transfers(one)[0].zeros, [[0, np.sqrt(9.81 / 0.5)], [0, -np.sqrt(9.81 / 0.5)]])
 
 
@@ -425,6 +420,8 @@ def test_ranges_are_those_of_numpy():
 def test_a_name_that_changes_nothing_is_told():
     with pytest.raises(LinearizeError, match=r"speed is no parameter \(they are: mc, mp, l, b, g\) and in no formula"):
         systems(example("cart_pole"), "speed")
+    with pytest.raises(LinearizeError, match="x moves; a range is of a parameter"):
+        systems(example("cart_pole"), "x", forces={"F": "-x"})
     with pytest.raises(LinearizeError, match="values must be finite and increase"):
         over("b", [1.0, 0.5], systems(example("cart_pole"), "b"))
 

@@ -101,6 +101,9 @@ def systems(
     """
     formulas = [*(at or {}).values(), *(rates or {}).values()]
     formulas += list(forces.values()) if isinstance(forces, Mapping) else list(forces)
+    taken = {*scene.coordinates, *scene.velocities, *filter(None, scene.drives), "t"}
+    if name in taken:
+        raise LinearizeError(f"--over: {name} moves; a range is of a parameter, or of a letter that formulas name")
     if name not in [one.name for one in scene.parameters]:
         if not any(re.search(rf"\b{re.escape(name)}\b", text) for text in formulas):
             there = ", ".join(one.name for one in scene.parameters) or "none"

@@ -42,7 +42,7 @@ class Transfer:
     @property
     def numerator(self) -> Array:
         """Coefficients, highest power of s first."""
-        return self.gain * np.real(np.poly(self.zeros))
+        return self.gain * np.atleast_1d(np.real(np.poly(self.zeros)))
 
     @property
     def denominator(self) -> Array:
