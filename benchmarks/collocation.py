@@ -1,6 +1,6 @@
 """Optimal control beside opty: lines to write, seconds to build, to evaluate and to solve, for opty's own pendulums.
 
-    python benchmarks/collocation.py [--opty PYTHON] [--rounds N]
+    python benchmarks/collocation.py [--opty PYTHON] [--rounds N] [--problems NAME …] [--rules NAME …]
     python benchmarks/collocation.py --counts
 
 Without an interpreter that has opty and cyipopt only our side is measured. cyipopt has no wheels for Linux; it builds
@@ -23,7 +23,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import chain
 from pathlib import Path
 from statistics import median
@@ -75,6 +75,9 @@ PROBLEMS: dict[str, Callable[[str], Collocation]] = {
     "cart_pole": cart_pole,
 }
 SCENES = {"fixed_pendulum": "driven_pendulum", "free_pendulum": "driven_pendulum", "cart_pole": "swing_up"}
+MOST = 1000
+"""Iterations of IPOPT."""
+
 OURS = ("implicit_midpoint", "trapezoidal", "hermite_simpson")
 THEIRS = ("implicit_midpoint", "backward_euler")
 
@@ -115,10 +118,11 @@ def code_lines(path: Path) -> int:
     return sum(bool(line.split("#")[0].strip()) for line in path.read_text(encoding="utf-8").splitlines())
 
 
-def main(python: str | None, rounds: int) -> None:
+def main(python: str | None, rounds: int, wanted: Sequence[str], rules: Sequence[str]) -> None:
     """Print a table a problem."""
     opty = Opty(python) if python else None
-    for name, make in PROBLEMS.items():
+    for name in wanted:
+        make = PROBLEMS[name]
         own, scene = len(inspect.getsource(make).splitlines()), code_lines(DATA / f"{SCENES[name]}.toml")
         print(f"\n{name}, {INTERVALS} intervals; symdyn: {own} lines and a scene of {scene}")
         problems, samples = {}, {}
@@ -133,7 +137,7 @@ def main(python: str | None, rounds: int) -> None:
             print(f"  symdyn {method}: built in {built:.2f} s, Hessian {more:.2f} s, ", end="")
             entries = f"{len(problem.jacobian_rows)} and {len(of.rows)} entries"
             print(f"{problem.size} unknowns, {problem.rows} equations, {entries}")
-        for rule in THEIRS if opty else ():
+        for rule in rules if opty else ():
             told = opty.ask(name, rule, "build")
             words = f"built in {told['seconds']:.2f} s, {told['unknowns']} unknowns, {told['rows']} equations"
             print(f"  opty {rule}: {words}; {told['lines']} lines")
@@ -148,7 +152,7 @@ def main(python: str | None, rounds: int) -> None:
                 }
                 for what, call in calls.items():
                     samples.setdefault(("symdyn", method, what), []).append(timed(call))
-            for rule in THEIRS if opty else ():
+            for rule in rules if opty else ():
                 for what, seconds in opty.ask(name, rule, "time").items():
                     samples.setdefault(("opty", rule, what), []).append(seconds)
         for (who, rule, what), seconds in samples.items():
@@ -157,10 +161,10 @@ def main(python: str | None, rounds: int) -> None:
             print(f"  {who} {rule}, {what}: {1e6 * median(seconds):.0f} µs, {ratio:.2f} times ours by midpoints")
         for method, problem in problems.items():
             for exact in (True, False):
-                found = solve(problem, exact=exact, max_iter=3000)
+                found = solve(problem, exact=exact, max_iter=MOST)
                 words = f"{found.wall:.2f} s, {found.iterations} iterations, cost {found.objective:.6f}, {found.status}"
-                print(f"  symdyn {method}, {'with' if exact else 'without'} Hessian: {words}")
-        for rule in THEIRS if opty else ():
+                print(f"  symdyn {method}, {'with' if exact else 'without'} Hessian: {words}", flush=True)
+        for rule in rules if opty else ():
             told = opty.ask(name, rule, "solve")
             words = f"{told['seconds']:.2f} s, {told['iterations']} iterations, cost {told['objective']:.6f}"
             print(f"  opty {rule}: {words}, {told['status']}")
@@ -193,10 +197,12 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--opty", metavar="PYTHON", help="an interpreter that has opty and cyipopt")
     parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--problems", nargs="*", choices=[*PROBLEMS], default=[*PROBLEMS])
+    parser.add_argument("--rules", nargs="*", choices=THEIRS, default=THEIRS, help="opty's")
     parser.add_argument("--counts", action="store_true", help="count operations instead")
     options = parser.parse_args()
     if options.counts:
         counts()
     else:
-        main(options.opty, options.rounds)
+        main(options.opty, options.rounds, options.problems, options.rules)
     sys.exit(0)

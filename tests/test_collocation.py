@@ -14,7 +14,8 @@ from symdyn.algebra.numeric import Batches
 from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import evaluate
-from symdyn.scene import Scene, express, parse
+from symdyn.scene import Scene, bind, express, parse
+from symdyn.scene.toml import read_text
 from symdyn.transcription import METHODS, Collocation, along
 from symdyn.transcription.lagrangian import lagrangian
 from symdyn.transcription.local import written
@@ -26,6 +27,11 @@ CART = symdyn.read(EXAMPLES / "cart_pole.toml")
 
 
 def example(name: str) -> Scene:
+    if name == "led_cart":
+        text = (EXAMPLES / "cart_pole.toml").read_text().replace('drive = "F"', 'motion = "0.2*sin(5*t)"')
+        return read_text(text)
+    if name == "every_kind":
+        return bind(symdyn.read(Path(__file__).parent / "data" / "every_kind.toml"), {"F": 1})
     return symdyn.read(EXAMPLES / f"{name}.toml")
 
 
@@ -63,11 +69,16 @@ WHAT = {  # a tree, loops, rolling, quaternions, a prescribed motion, parameters
     "four_bar": {"cost": "M**2"},
     "rolling_disc": {},
     "free_body": {"final_cost": "t**2"},
+    "led_cart": {"cost": "t*theta_dot**2"},
 }
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", WHAT)
+PAIRS = [*(("cart_pole", method) for method in METHODS), *((name, "hermite_simpson") for name in WHAT)]
+PAIRS += [("four_bar", "implicit_midpoint"), ("free_body", "implicit_midpoint")]
+"""Scenes and methods: one scene by all, every scene by one, and what is held at nodes that are no stages."""
+
+
+@pytest.mark.parametrize(("name", "method"), dict.fromkeys(PAIRS))
 def test_derivatives_are_those_of_complex_steps(name, method):
     """Imaginary steps of 1e-30 have no cancellation; what is differentiated here is evaluated without our tangents."""
     scene, given = example(name), WHAT[name]
@@ -91,8 +102,18 @@ def test_derivatives_are_those_of_complex_steps(name, method):
         np.testing.assert_allclose(problem.gradient(z), slopes, rtol=1e-11, atol=1e-12)
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", WHAT)
+def test_a_scene_of_every_kind_has_exact_derivatives():
+    scene = example("every_kind")
+    problem = symdyn.collocation(scene, (0.5, 1.5), [0, 0.4, 1])
+    z = problem.guess + 0.05 * np.random.default_rng(1).standard_normal(problem.size)
+    other = in_complex_numbers(problem, {"path": [], "running": [], "final": []})
+
+    expected = np.stack([other.residual(z + 1e-30j * way).imag / 1e-30 for way in np.eye(problem.size)], axis=1)
+
+    np.testing.assert_allclose(problem.jacobian(z).toarray(), expected, rtol=1e-11, atol=1e-12)
+
+
+@pytest.mark.parametrize(("name", "method"), dict.fromkeys(PAIRS))
 def test_the_hessian_is_the_slope_of_the_gradient_of_the_lagrangian(name, method):
     scene, given = example(name), WHAT[name]
     path = {f"{scene.coordinates[0]} + t*{scene.velocities[-1]}": (-1, 1)}
@@ -149,12 +170,22 @@ MOVES = {  # a scene, the time of the end, a start
     "rolling_disc": (0.4, {}, {}),
     "free_body": (0.5, {}, {}),
     "governor": (0.2, {}, {}),
+    "led_cart": (0.6, {"theta": "2"}, {"theta": "1"}),
 }
 
 
-@pytest.mark.parametrize(("method", "order"), [("trapezoidal", 2), ("hermite_simpson", 4), ("implicit_midpoint", 2)])
-@pytest.mark.parametrize("name", MOVES)
-def test_errors_fall_with_the_order_of_the_method(name, method, order):
+ORDERS = {"trapezoidal": 2, "hermite_simpson": 4, "implicit_midpoint": 2}
+EVERY = ("cart_pole", "four_bar", "rolling_disc")
+"""Scenes whose order is looked at by all methods."""
+
+
+@pytest.mark.parametrize(
+    ("name", "method"),
+    [(name, method) for name in MOVES for method in ORDERS if name in EVERY or method == "hermite_simpson"],
+)
+def test_errors_fall_with_the_order_of_the_method(name, method):
+    order = ORDERS[method]
+    assert order == METHODS[method].order
     scene, (until, start, rates) = example(name), MOVES[name]
     errors, residuals = [], []
     for intervals in (10, 20):

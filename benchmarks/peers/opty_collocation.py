@@ -154,6 +154,7 @@ def answer(name, rule, task, made):
         return {"residual": timed(prob.con, at), "jacobian": timed(prob.con_jac, at)}
     prob.add_option("print_level", 0)
     prob.add_option("sb", "yes")
+    prob.add_option("max_iter", 1000)
     began = time.perf_counter()
     _, info = prob.solve(guess(name, prob))
     wall = time.perf_counter() - began
