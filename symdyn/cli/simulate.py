@@ -38,8 +38,8 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--feedback",
         metavar="FILE",
-        help='gains of a linear feedback of the state, as linearize --lqr writes them: {"K": [[...]], "states": [...], '
-        '"inputs": [...], "x0": {...}, "u0": {...}}',
+        help='gains of a linear feedback of the state, as linearize --lqr --gains writes them: {"K": [[...]], '
+        '"states": [...], "inputs": [...], "x0": {...}, "u0": {...}}',
     )
     verb.add_argument("--period", type=float, metavar="T", help="seconds between samples of --feedback")
     verb.add_argument("--delay", type=float, metavar="T", help="seconds from a sample to its force")

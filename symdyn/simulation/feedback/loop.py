@@ -8,6 +8,7 @@ can be told of again without asking the controller twice.
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections import deque
 
 import numpy as np
@@ -74,22 +75,23 @@ class Loop:
         return True
 
     def __call__(self, t: npt.ArrayLike, q: Array, u: Array) -> Array:
-        """Return the forces at times (...) and states, shape (..., nv)."""
+        """Return the forces at times () or (N,) and states, shape (nv,) or (N, nv)."""
         times = np.asarray(t, dtype=np.float64)
         found = np.zeros((*times.shape, self.nv))
         places = list(self.placed.places)
-        if self.period is not None:
-            last = np.searchsorted(np.array(self._since), times, side="right") - 1
-            found[..., places] = np.array(self._held)[last]
-        elif times.ndim:
-            for k, one in enumerate(times):
-                try:
-                    found[k, places] = self.asked(float(one), q[k], u[k])
-                except ControllerError:  # the run has ended there
-                    found[k, places] = math.nan
-        else:
-            found[places] = self.asked(float(times), q, u)
+        if not times.ndim:
+            now = float(times)
+            found[places] = self.asked(now, q, u) if self.period is None else self._acting(now)
+            return found
+        for k, now in enumerate(times.tolist()):
+            try:
+                found[k, places] = self.asked(now, q[k], u[k]) if self.period is None else self._acting(now)
+            except ControllerError:  # the run has ended there
+                found[k, places] = math.nan
         return found
+
+    def _acting(self, t: float) -> Array:
+        return self._held[bisect_right(self._since, t) - 1]
 
     def asked(self, t: float, q: Array, u: Array) -> Array:
         """Return what the law says, cut at its limits, shape (m,).
