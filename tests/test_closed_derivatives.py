@@ -171,6 +171,28 @@ def test_derivatives_are_differences_of_neighbours_on_the_manifold(name: str, st
         assert off < 1e-28 * (1 + max(map(abs, expected))), output
 
 
+@pytest.mark.parametrize(
+    ("name", "by"), [("parameters free", "a"), ("parameters free", "m2"), ("rolling_disc_zxy", "r")]
+)
+def test_dependent_positions_and_velocities_move_with_parameters_too(name: str, by: str) -> None:
+    near = HARD[name]() if name in HARD else Neighbours(scene(name))
+    q, v, tau, a = near.drawn()
+    symbol, h = near.w.graph.symbol(by), near.mp.mpf("1e-20")
+    given = near.parameters[symbol]
+    for output, last, argument in (("forward_dynamics", tau, "tau"), ("inverse_dynamics", a, "qdd")):
+        ends = []
+        for value in (given + h, given - h):
+            near.parameters[symbol] = value
+            ends.append(near.values(near.entries(output), near.state(near.closed(q), v, last, argument)))
+        near.parameters[symbol] = given
+        expected = [(there - here) / (2 * h) for there, here in zip(*ends, strict=True)]
+        known = near.state(q, v, last, argument)
+        for road in ("forward", "lagrange"):
+            found = near.values(derive_one(near.w, f"{output}_by_{by}", road).entries, known)
+            off = max(abs(x - y) for x, y in zip(found, expected, strict=True))
+            assert off < 1e-28 * (1 + max(map(abs, expected))), (output, road)
+
+
 PARALLELOGRAM = (exact(1), exact(2), exact(1), exact(2), (exact(1), exact(2), exact(1)))
 
 
@@ -410,6 +432,10 @@ def test_roads_are_proved_equal_off_the_manifold_too(name: str) -> None:
 )
 def test_roads_of_what_rolls_and_turns_are_proved_equal(name: str, request_: str) -> None:
     assert proved(Workspace(scene(name)), [request_]) == {PROVED}
+
+
+def test_roads_to_derivatives_by_a_length_are_proved_equal() -> None:
+    assert proved(Workspace(symbolic_four_bar()), ["forward_dynamics_by_a"]) == {PROVED}
 
 
 @pytest.mark.usefixtures("numpy_alone")

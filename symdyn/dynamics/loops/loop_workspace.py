@@ -102,6 +102,10 @@ class LoopWorkspace:
         """Return residuals of the kept rows, shape (m,)."""
         return [rows.residual[k] for k in self.decisions.kept]
 
+    def held_residual(self, rows: Constraints) -> list[Expr]:
+        """Return residuals of the rows that hold positions."""
+        return [rows.residual[k] for k in self.held_positions[0]]
+
     def G(self, rows: Constraints) -> Matrix:
         """Return the kept rows, shape (m, nv)."""
         return [list(rows.G[k]) for k in self.decisions.kept]

@@ -95,12 +95,17 @@ class Manifold:
     @cached_property
     def by_position(self) -> list[Seeds]:
         """How coordinates and velocities move with each independent position."""
-        still: dict[int, Expr] = {}
-        return [self._moved(column, still) for column in self.slopes]
+        return [self._moved(column, {}, {}) for column in self.slopes]
 
-    def _moved(self, step: dict[int, Expr], speeds: dict[int, Expr]) -> Seeds:
-        """Return how coordinates move along a step of all directions, and velocities with them."""
-        seeds: Seeds = {}
+    def by_parameter(self, symbol: Expr, residual: Sequence[Expr]) -> Seeds:
+        """Return how all moves with a parameter, what is independent held: residuals of the held rows stay zero."""
+        seeds = {symbol: self.graph.one}
+        step = self._solved(self.held, self.places, [-x for x in tangents(residual, seeds)])
+        return self._moved(step, {}, seeds)
+
+    def _moved(self, step: dict[int, Expr], speeds: dict[int, Expr], more: Seeds) -> Seeds:
+        """Return how coordinates move along a step of all directions, beside more, and velocities with them."""
+        seeds = dict(more)
         for k, x in step.items():
             for q, h in self.along[k].items():
                 seeds[q] = seeds.get(q, self.graph.zero) + x * h
@@ -141,7 +146,7 @@ class Manifold:
         places = dict(zip(self.places.independent, amounts["q"], strict=True))
         speeds = dict(zip(self.partition.independent, amounts["qd"], strict=True))
         carried = [-self.graph.total(row[k] * x for k, x in places.items()) for row in self.held]
-        seeds = self._moved(places | self._solved(self.held, self.places, carried), speeds)
+        seeds = self._moved(places | self._solved(self.held, self.places, carried), speeds, {})
         if "qdd" in amounts:
             gaining = dict(zip(self.partition.independent, amounts["qdd"], strict=True))
             return seeds | self._following(self.gains, seeds, self.state.qdd, gaining)

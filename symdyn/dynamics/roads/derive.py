@@ -14,8 +14,7 @@ from symdyn.dynamics.mechanism.ldl import Singular, moves_no_mass
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import TIME, has_motion
 from symdyn.dynamics.mechanism.tree import build_tree
-from symdyn.dynamics.roads.closed_derivatives import ALONG_MANIFOLD, CLOSED_DERIVATIVES
-from symdyn.dynamics.roads.closed_products import CLOSED_PRODUCTS
+from symdyn.dynamics.roads.closed_operators import CLOSED, of_closed
 from symdyn.dynamics.roads.named_functions import DRIVES, Equations, Function, arguments
 from symdyn.dynamics.roads.operators import WORDS, of_another
 from symdyn.dynamics.roads.output import TREE_NAME, Output, Unasked
@@ -174,24 +173,9 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     return row.where_closed if scene.is_closed else row, place
 
 
-CLOSED = {**CLOSED_DERIVATIVES, **CLOSED_PRODUCTS}
-
-
 def _of_state(name: str, closed: bool) -> Output | None:
-    """Return the row of state matrices, or one that closed scenes have in place of what operators make of another.
-
-    Raises:
-        DerivationError: closed scenes have no such derivatives of what changes along their manifold.
-    """
-    if name == STATE_MATRICES:
-        return state_matrices(closed)
-    if not closed or name in CLOSED:
-        return CLOSED.get(name) if closed else None
-    of = next((one for one in ALONG_MANIFOLD if name.startswith(f"{one}_") and of_another(name, OUTPUTS)), None)
-    if of is not None:
-        there = [one for one in CLOSED if one.startswith(f"{of}_")]
-        raise DerivationError(f"{name} is about trees; where loops or rows close a scene there are {', '.join(there)}")
-    return None
+    """Return the row of state matrices, or one that closed scenes have in place of what operators make of another."""
+    return state_matrices(closed) if name == STATE_MATRICES else of_closed(name) if closed else None
 
 
 def roads_of(request: str, scene: Scene | None = None) -> tuple[str, ...]:

@@ -1,0 +1,33 @@
+"""What can be asked of closed scenes in place of what operators make of their outputs, along the manifold."""
+
+from __future__ import annotations
+
+from symdyn.dynamics.roads.closed_derivatives import ALONG_MANIFOLD, CLOSED_DERIVATIVES
+from symdyn.dynamics.roads.closed_parameters import SOLVED, by_parameters
+from symdyn.dynamics.roads.closed_products import CLOSED_PRODUCTS
+from symdyn.dynamics.roads.derivative_outputs import COLUMNS
+from symdyn.dynamics.roads.operators import BY, of_another
+from symdyn.dynamics.roads.output import Output
+from symdyn.dynamics.roads.outputs import OUTPUTS
+from symdyn.errors import DerivationError
+
+CLOSED: dict[str, Output] = {**CLOSED_DERIVATIVES, **CLOSED_PRODUCTS}
+"""Rows of closed scenes, by what is asked; beside them derivatives by parameters, NAME_by_PARAMETER."""
+
+
+def of_closed(name: str) -> Output | None:
+    """Return the row that closed scenes have for what is asked; None where there is no other than that of all scenes.
+
+    Raises:
+        DerivationError: closed scenes have no such derivatives of what changes along their manifold.
+    """
+    if name in CLOSED:
+        return CLOSED[name]
+    output, by, parameter = name.partition(BY)
+    if by and output in SOLVED and parameter not in COLUMNS:
+        return by_parameters(output, "" if parameter == "parameters" else parameter)
+    of = next((one for one in ALONG_MANIFOLD if name.startswith(f"{one}_") and of_another(name, OUTPUTS)), None)
+    if of is None:
+        return None
+    there = [one for one in CLOSED if one.startswith(f"{of}_")]
+    raise DerivationError(f"{name} is about trees; where loops or rows close a scene there are {', '.join(there)}")
