@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import symdyn
+from symdyn.algebra.numeric import Floats
+from symdyn.dynamics.roads.derive import derive_one
 from symdyn.errors import LinearizeError
-from symdyn.linear import Linearization, linearize_along, linearize_at_rest
-from symdyn.linear.stability import stability
+from symdyn.graph import evaluate
+from symdyn.linear import Axis, Linearization, linearize_along, linearize_at_rest
+from symdyn.linear.completeness import complete
+from symdyn.linear.equilibrium import equilibria
+from symdyn.linear.prepared import prepared
+from symdyn.linear.verdict import stability
+from symdyn.simulation.initial import read_start
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -335,3 +343,33 @@ def test_python_control_takes_it() -> None:
     system = symdyn.linearize(symdyn.read(EXAMPLES / "cart_pole.toml")).control()
     assert system.state_labels == ["x", "theta", "x_dot", "theta_dot"]
     assert system.input_labels == ["F"]
+
+
+def test_all_positions_are_known_where_real_solutions_are_counted(tmp_path: Path) -> None:
+    asked = prepared(scene(tmp_path, TWO_MASSES))
+    found = equilibria(asked)
+    assert len(found.places) == 4
+    assert complete(asked, found)
+    assert not complete(asked, replace(found, places=found.places[:3]))
+    spring = TWO_MASSES + 'drive = false\nforce = "-3*q2"\n'  # angle and sine: no polynomial
+    other = prepared(scene(tmp_path, spring))
+    assert not complete(other, equilibria(other))
+
+
+@pytest.mark.parametrize("name", ["governor", "rolling_disc", "slider_crank", "heavy_top"])
+def test_rows_of_the_equations_give_the_same_matrices(name: str) -> None:
+    """`state_matrices` eliminates on the graph, linearize in numbers."""
+    one = symdyn.read(EXAMPLES / f"{name}.toml")
+    asked, start = prepared(one), read_start(one)
+    found, w = asked.at(start.q, start.u), asked.functions.w
+    function = derive_one(w, "state_matrices")
+    names = [row.removeprefix("rate of ") for row in function.labels[0]]
+    if names != list(found.states.names):  # of the same number, chosen otherwise
+        found = asked.at(start.q, start.u, like=replace(found, states=Axis(tuple(names), found.states.units)))
+    assert names == list(found.states.names)
+    values = dict(asked.place(start.q, start.u).values)
+    AB = np.array(evaluate(function.entries, Floats(), values)).reshape(function.shape)
+    n = len(names)
+    size = max(1.0, float(np.abs(found.A).max()))
+    assert AB[:, :n] == pytest.approx(found.A, abs=1e-9 * size)
+    assert AB[:, n:][:, asked.drives] == pytest.approx(found.B, abs=1e-9 * size)

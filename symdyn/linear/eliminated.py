@@ -210,7 +210,8 @@ def matrices(v: Variations, here: Place, choice: Choice, drives: Sequence[int]) 
         driven[k, states + column] = 1.0
     own[:, states + len(drives) :] = np.eye(len(v.inputs))
     y = told["y_"] @ np.vstack([moved, a, multipliers, driven, own])
-    return Matrices(A, B, y[:, :states], y[:, states:], here.H @ choice.N_h, choice.N_h, rates)
+    parts = (A, B, y[:, :states], y[:, states:], here.H @ choice.N_h, choice.N_h, rates)
+    return Matrices(*(part + 0.0 for part in parts))  # -0 is 0
 
 
 def _turning(v: Variations, u: Array) -> Array:

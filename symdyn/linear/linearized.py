@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from symdyn.linear.completeness import complete
 from symdyn.linear.equilibrium import Equilibria, equilibria
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared, prepared
@@ -13,6 +14,9 @@ from symdyn.scene import Scene, bind
 from symdyn.simulation import Trajectory
 from symdyn.simulation.initial import Start, read_start
 from symdyn.simulation.prescribed.forces import Forces
+
+MORE = "there may be more"
+"""What is said where it is not proved that all positions of rest were found."""
 
 
 def linearize(
@@ -104,7 +108,13 @@ def told_of(places: Equilibria, systems: Sequence[tuple[Prepared, Linearization]
         if count
         else f"no position of rest was found from {starts}"
     )
-    lines = [f"{found}; there may be more"]
+    sure = bool(systems) and complete(systems[0][0], places)
+    lines = [f"{found}; {'these are all: the equations are polynomials, solved exactly' if sure else MORE}"]
+    if count and places.idle:
+        many = len(places.idle) > 1
+        lines.append(
+            f"{', '.join(places.idle)} may have any value{'s' * many}: no force depends on {'them' if many else 'it'}"
+        )
     if places.singular:
         lines.append(
             f"{places.singular} of them led to where angles are singular, a wheel lies flat or branches of loops meet, "

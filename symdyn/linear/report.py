@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from symdyn.algebra.form import Number
+from symdyn.algebra.form import Number, Symbol
 from symdyn.algebra.numeric import Array
 from symdyn.emit.print.breaking import bmatrix
 from symdyn.emit.print.formula_text import Latex, text_of
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.modes import Mode
-from symdyn.linear.stability import ZEROS, stability
 from symdyn.linear.symbolic import Root, Rows, Symbolic, negated
+from symdyn.linear.verdict import ZEROS, stability
 from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.simulation.prescribed.forces import drive_names
 
@@ -195,15 +195,17 @@ def latex(found: Linearization, formulas: Symbolic | None = None) -> str:
     def column(axis: Axis) -> str:
         return bmatrix([[names.get(name) or rf"\mathrm{{{_escaped(name)}}}"] for name in axis.names])
 
-    lines = [r"\begin{align*}"]
-    driven = rf" + {bmatrix(entries('B'))} w" if len(found.inputs) else ""
-    lines.append(
-        rf"x &= {column(found.states)}" + (rf", \quad w = {column(found.inputs)}" if len(found.inputs) else "") + r" \\"
-    )
-    lines.append(rf"\dot x &= {bmatrix(entries('A'))} x{driven} \\")
-    through = rf" + {bmatrix(entries('D'))} w" if found.D.any() else ""
-    lines.append(rf"{column(found.outputs)} &= {bmatrix(entries('C'))} x{through}")
-    return "\n".join([*lines, r"\end{align*}"])
+    x, w, y = (rf"\mathbf{{{letter}}}" for letter in "xwy")
+    axes = [(x, found.states), (w, found.inputs), (y, found.outputs)]
+    told = r", \quad ".join(f"{letter} = {column(axis)}" for letter, axis in axes if len(axis))
+    driven = rf" + {bmatrix(entries('B'))} {w}" if len(found.inputs) else ""
+    through = rf" + {bmatrix(entries('D'))} {w}" if found.D.any() else ""
+    rows = [told.replace(" = ", " &= ", 1), rf"\dot{{{x}}} &= {bmatrix(entries('A'))} {x}{driven}"]
+    if len(found.outputs):
+        rows.append(rf"{y} &= {bmatrix(entries('C'))} {x}{through}")
+    for name, form in formulas.defined if formulas is not None else ():
+        rows.append(rf"{write.unbroken(Symbol(name))} &= {write.unbroken(form)}")
+    return "\n".join([r"\begin{align*}", " \\\\\n".join(rows), r"\end{align*}"])
 
 
 def _latex_number(text: str) -> str:
