@@ -201,6 +201,13 @@ def test_what_is_asked_for_alone_is_the_same() -> None:
         whole["theta_dt", "l"]
 
 
+def test_what_was_moved_so_that_loops_close_is_noted() -> None:
+    found = sensitivity(example("four_bar"), until=0.05, start={"phi": "0.9"}, rtol=1e-16, parameters=[], by="adjoint")
+
+    assert "the start was moved so that the loops close" in " ".join(found.notes)
+    assert found.matrix.shape == (6, 2)
+
+
 def test_what_has_no_gradient_is_told() -> None:
     cart, pendulum = example("cart_pole"), example("pendulum")
     with pytest.raises(SimulateError) as faults:

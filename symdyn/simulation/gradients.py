@@ -11,7 +11,7 @@ changes while the independent start is held: what depends on it follows the para
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -39,6 +39,9 @@ DOORS = {"forward": ALONG, "adjoint": AGAINST}
 RTOL = 1e-12
 """Tolerance of a step: of the motion, and so of its derivatives, whose steps are the same."""
 
+FINEST = 100 * float(np.finfo(np.float64).eps)
+"""The finest relative tolerance that the methods take."""
+
 FAILS = 1e-9
 """Smallest singular value of G_d over the largest of G with which independent velocities determine the others."""
 
@@ -57,6 +60,7 @@ class Sensitivity:
         by: "forward" or "adjoint".
         method: the integrator.
         steps: how many it took.
+        notes: what a user should know of the start.
     """
 
     scene: Scene
@@ -69,6 +73,7 @@ class Sensitivity:
     by: str
     method: str
     steps: int
+    notes: tuple[str, ...] = ()
 
     def __getitem__(self, names: tuple[str, str]) -> float:
         """Return the entry of a row and a column by their names; KeyError if there is none."""
@@ -133,7 +138,7 @@ def sensitivity(
     ready(system, x)
     _check_smooth(system)
     along = flow(system, _varied(system, parameters), DOORS[by])
-    rtol = RTOL if rtol is None else rtol
+    rtol = max(RTOL if rtol is None else rtol, FINEST)
     ways, changes, names = _start(along, x[: along.size])
     stiff, probe = is_stiff(system, x, until), _probe(along, ways, changes)
     tape = taped(along, x[: along.size], probe, until, rtol, rtol if atol is None else atol, stiff)
@@ -144,7 +149,7 @@ def sensitivity(
     else:
         moved, changed = tape.backward(along, covectors)
         matrix = moved @ ways.T + changed @ changes[:, : len(along.parameters)].T
-    return _found(along, tape, until, rows, names, matrix, by)
+    return replace(_found(along, tape, until, rows, names, matrix, by), notes=(*initial.notes, *system.notes))
 
 
 def _probe(along: Flow, ways: Array, changes: Array) -> tuple[Array, Array]:

@@ -91,7 +91,8 @@ class Loop:
         return found
 
     def _acting(self, t: float) -> Array:
-        return self._held[bisect_right(self._since, t) - 1]
+        slack = SAME * (self.period or 0.0)  # a row's time and a sample's may be rounded differently
+        return self._held[bisect_right(self._since, t + slack) - 1]
 
     def asked(self, t: float, q: Array, u: Array) -> Array:
         """Return what the law says, cut at its limits, shape (m,).
