@@ -1,4 +1,4 @@
-"""What more can be asked of `symdyn linearize`: a row a flag, and the flags that make many systems.
+"""What more can be asked of a linear system that `symdyn linearize` has found: a row a flag.
 
 A row finds something of a system, tells it in lines, and as data for --json. The endings of files say what is written.
 """
@@ -14,11 +14,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from symdyn.cli.scene_options import split
-from symdyn.cli.trajectory_options import flattened, pairs
 from symdyn.emit import writing
-from symdyn.errors import LinearizeError
-from symdyn.linear import bode, locus, moving, over_values
+from symdyn.linear import bode, moving, over_values
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared
 from symdyn.linear.reach import Reach, controllability, observability, shown
@@ -27,9 +24,6 @@ from symdyn.linear.sampled import Sampled, along_a_step, sampled
 from symdyn.linear.symbolic import Symbolic
 from symdyn.linear.transfer import transfers
 from symdyn.linear.weights import read_weights
-from symdyn.scene import Scene
-from symdyn.scene.values.table import Faults
-from symdyn.simulation.plot import check_plot
 from symdyn.simulation.record import write_whole
 
 Lines: TypeAlias = list[str]
@@ -92,8 +86,8 @@ def _transfer(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
                 f"  poles: {_listed(one.poles)}",
             ]
         data.append({
-            "output": one.output, "input": one.input, "gain": one.gain, "zeros": _pairs(one.zeros),
-            "poles": _pairs(one.poles), "numerator": one.numerator.tolist(), "denominator": one.denominator.tolist(),
+            "output": one.output, "input": one.input, "gain": one.gain, "zeros": pairs_of(one.zeros),
+            "poles": pairs_of(one.poles), "numerator": one.numerator.tolist(), "denominator": one.denominator.tolist(),
         })  # fmt: skip
     return lines or ["no input drives anything"], data
 
@@ -103,7 +97,8 @@ def _listed(values: Any) -> str:
     return ", ".join(map(shown, once)) or "none"
 
 
-def _pairs(values: Any) -> list[list[float]]:
+def pairs_of(values: Any) -> list[list[float]]:
+    """Return complex numbers for JSON, real and imaginary parts."""
     return [[float(value.real), float(value.imag)] for value in values]
 
 
@@ -125,7 +120,7 @@ def _reach(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
 
 def _reached(found: Reach) -> Data:
     marks = [
-        {"eigenvalue": _pairs([m.value])[0], "margin": m.margin, "hidden": m.hidden, "states": list(m.states)}
+        {"eigenvalue": pairs_of([m.value])[0], "margin": m.margin, "hidden": m.hidden, "states": list(m.states)}
         for m in found.marks
     ]
     return {"rank": found.rank, "order": found.order, "margin": found.margin, "modes": marks}
@@ -137,8 +132,8 @@ def _bode(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     if not options.bode:
         return bode.table(found).splitlines(), _response(found)
     title = f"{system.found.scene.name}: frequency response"
-    written = _written(options.bode, lambda: bode.table(found), lambda kind: bode.plot(found, title, kind), "--bode")
-    return written, _response(found)
+    lines = written(options.bode, lambda: bode.table(found), lambda kind: bode.plot(found, title, kind))
+    return lines, _response(found)
 
 
 def _response(found: bode.Bode) -> Data:
@@ -159,7 +154,7 @@ def _animate(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
         + (f", {mode.frequency:.6g} Hz, a round in {moving.PERIOD:g} s" if mode.oscillates else "")
         for path, mode in found
     ]
-    return lines, [{"file": str(path), "eigenvalue": _pairs([mode.value])[0]} for path, mode in found]
+    return lines, [{"file": str(path), "eigenvalue": pairs_of([mode.value])[0]} for path, mode in found]
 
 
 def _sampled(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
@@ -180,7 +175,7 @@ def _sampled(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
 
 def _steps(found: Sampled) -> Data:
     return {"period": found.period, "Phi": found.A.tolist(), "Gamma": found.B.tolist(),
-            "eigenvalues": _pairs(found.eigenvalues)}  # fmt: skip
+            "eigenvalues": pairs_of(found.eigenvalues)}  # fmt: skip
 
 
 def _matrix(name: str, M: Any) -> Lines:
@@ -196,16 +191,14 @@ def _matrix(name: str, M: Any) -> Lines:
 def _lqr(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     given = read_weights("--lqr", options.lqr, ("Q", "R"))
     found = lqr(system.found, given.get("Q"), given.get("R"), options.dt)
-    lines = [f"{row} = {_terms(found, k)}" for k, row in enumerate(system.found.inputs.names)]
+    lines = [f"{row} = {_terms(found, k)}" for k, row in enumerate(found.inputs)]
     lines.append(f"closed-loop poles: {_listed(found.poles)}" + (" (of Phi - Gamma K)" if found.period else " 1/s"))
     lines += list(found.notes)
     if options.gains:
         path = Path(options.gains)
-        if path.suffix.lower() != ".json":
-            raise LinearizeError(f"{path}: gains are written to a .json file")
         write_whole(path, found.text())
         lines += [str(path), f"run it: symdyn simulate {options.scene} --until 10 --feedback {path}"]
-    return lines, found.gains() | {"poles": _pairs(found.poles), "notes": list(found.notes)}
+    return lines, found.gains() | {"poles": pairs_of(found.poles), "notes": list(found.notes)}
 
 
 def _terms(found: Regulator, row: int) -> str:
@@ -226,7 +219,7 @@ def _kalman(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
 def _observer(found: Observer, one: Linearization) -> Data:
     return {
         "L": found.L.tolist(), "states": list(one.states.names), "outputs": list(one.outputs.names),
-        "poles": _pairs(found.poles),
+        "poles": pairs_of(found.poles),
     }  # fmt: skip
 
 
@@ -283,88 +276,10 @@ ASKED: tuple[Asked, ...] = (
 """What more can be asked, in the order in which it is told."""
 
 
-def add_asked(verb: argparse.ArgumentParser) -> None:
-    """Add a flag for every row, and those that say more of them."""
-    group = verb.add_argument_group("of the linear system")
-    for one in ASKED:
-        group.add_argument(one.flag, **one.how)
-    group.add_argument("--hertz", metavar="RANGE", help="frequencies of --bode, Hz: geomspace(0.1,10,200) or [1, 2, 5]")
-    group.add_argument("--gains", metavar="FILE", help="where --lqr writes its gains, .json, for simulate --feedback")
-    group = verb.add_argument_group("over a parameter or a speed")
-    group.add_argument("--over", metavar="RANGE", help='eigenvalues over "v=linspace(0,10,100)", and critical values')
-    group.add_argument(
-        "--speed", metavar="LIST", help="rates of a steady motion, which may name that of --over, e.g. x_dot=v"
-    )
-    group.add_argument("--locus", nargs="+", metavar="FILE", help="the root locus of --over: .csv, .svg or .png")
-
-
-def check_asked(options: argparse.Namespace) -> None:
-    """Raise LinearizeError for flags that want another one, or files that could not be written in the end."""
-    faults = Faults("")
-    for name, wants in {"hertz": "bode", "gains": "lqr", "locus": "over"}.items():
-        if getattr(options, name) is not None and getattr(options, wants) is None:
-            faults.add(f"--{name}", f"belongs to --{wants}, which is not given")
-    if options.over is not None:
-        alone = [one.flag for one in ASKED if one.given(options)]
-        alone += [flag for flag, given in (("--output", options.output), ("--along", options.along)) if given]
-        for flag in alone:
-            faults.add(flag, "is of one system, and --over makes many; give one of them")
-        if options.at == "rest":
-            faults.add("--at", "rest may be many places; name one, and it is followed: --at NAME=VALUE")
-    files = [*(options.bode or []), *(options.locus or []), *filter(None, (options.gains, options.animate))]
-    for name in files:
-        if not Path(name).parent.is_dir():
-            faults.add(name, f"there is no folder {Path(name).parent}")
-    if faults.lines:
-        raise LinearizeError(tuple(faults.lines))
-
-
-def check_one(systems: Sequence[System], options: argparse.Namespace) -> None:
-    """Raise LinearizeError where several systems would go into one file."""
-    files = [one.flag for one in ASKED if one.given(options) and one.writes and getattr(options, one.writes)]
-    if len(systems) > 1 and files:
-        raise LinearizeError(
-            f"{', '.join(files)}: there are {len(systems)} systems; give the place of one, as --at LIST"
-        )
-
-
-def rates_of(options: argparse.Namespace) -> dict[str, str]:
-    """Return the velocities that --rates and --speed give, formulas by name."""
-    return pairs(options.rates, "--rates") | pairs(options.speed, "--speed")
-
-
-def found_over(scene: Scene, options: argparse.Namespace) -> tuple[Lines, Data]:
-    """Return lines and data of the root locus over a range, and write its files."""
-    name, values = over_values.read_values(options.over)
-    system = over_values.systems(
-        scene, name, pairs(options.at, "--at"), rates_of(options), flattened(options.forces), (),
-        split(options.independent) or (), options.anywhere,
-    )  # fmt: skip
-    found = locus.over(name, values, system)
-    title = f"{scene.name}: eigenvalues over {name}"
-    lines = locus.told(found)
-    lines += _written(
-        options.locus or [], lambda: locus.table(found), lambda kind: locus.plot(found, title, kind), "--locus"
-    )
-    data = {
-        "over": name, "values": found.values.tolist(), "growing": found.growing.tolist(),
-        "eigenvalues": [_pairs(row) for row in found.branches],
-        "critical": [{"value": c.value, "hertz": c.frequency, "grows_above": c.grows} for c in found.critical],
-    }  # fmt: skip
-    return lines, data
-
-
-def _written(names: Sequence[str], table: Callable[[], str], picture: Callable[[str], bytes], option: str) -> Lines:
+def written(names: Sequence[str], table: Callable[[], str], picture: Callable[[str], bytes]) -> Lines:
+    """Write files by their endings, and return their names."""
     for name in names:
-        path = Path(name)
-        ending = path.suffix.lower()
-        contents: writing.Contents
-        if ending == ".csv":
-            contents = table()
-        elif ending in PICTURES:
-            check_plot(path)
-            contents = picture(ending[1:])
-        else:
-            raise LinearizeError(f"{option}: {name} is no .csv, {' or '.join(PICTURES)} file")
-        write_whole(path, contents)
+        ending = Path(name).suffix.lower()
+        contents: writing.Contents = table() if ending == ".csv" else picture(ending[1:])
+        write_whole(Path(name), contents)
     return [str(name) for name in names]

@@ -7,15 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from symdyn.cli.linear_tools import (
-    ASKED,
-    System,
-    add_asked,
-    check_asked,
-    check_one,
-    found_over,
-    rates_of,
-)
+from symdyn.cli.linear_options import add_asked, check_asked, check_one, found_over, rates_of
+from symdyn.cli.linear_tools import ASKED, System
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move, split
 from symdyn.cli.talk import Waiting, print_json, print_paths, say
 from symdyn.cli.trajectory_options import collected, flattened, pairs

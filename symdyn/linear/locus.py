@@ -30,6 +30,9 @@ BRACKET = 2.0**-7
 DEGREE = 8
 """Of the polynomial through real parts inside a bracket."""
 
+CROSSINGS = 6
+"""Critical values between two values at most."""
+
 HALVINGS = 30
 """Of a bracket, where nothing is smooth."""
 
@@ -138,10 +141,15 @@ def _count(one: Linearization) -> int:
 
 
 def _crossings(
-    system: Callable[[float], Linearization], low: float, high: float, below: int, above: int
+    system: Callable[[float], Linearization],
+    low: float,
+    high: float,
+    below: int,
+    above: int,
+    left_over: int = CROSSINGS,
 ) -> list[Critical]:
     """Return where counts change between two values, one crossing after the other."""
-    if below == above:
+    if below == above or not left_over:
         return []
     left, right = low, high
     while right - left > BRACKET * (high - low):
@@ -151,7 +159,7 @@ def _crossings(
         else:
             right = middle
     count = _count(system(right))
-    return [*_refined(system, left, right), *_crossings(system, right, high, count, above)]
+    return [*_refined(system, left, right), *_crossings(system, right, high, count, above, left_over - 1)]
 
 
 def _refined(system: Callable[[float], Linearization], low: float, high: float) -> list[Critical]:

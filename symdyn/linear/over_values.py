@@ -1,7 +1,8 @@
 """Systems over values of one name: a parameter of the scene, or a letter that positions, rates or forces name.
 
 Equations are derived once, with parameters free; only a value that changes their form, as zero does, derives again.
-Where a value moves the place of rest it is followed, from the last one.
+Where a value moves the place of rest it is followed, from the last one. That A is the same at two times of a steady
+motion is looked at for the first value; at the others, that velocities stay and that the same positions are cyclic.
 """
 
 from __future__ import annotations
@@ -127,7 +128,7 @@ def systems(
         still = bool(np.abs(start.u).max() <= STILL)
         like, slim = known.get((form, still), (None, None))
         found = asked.at(start.q, start.u, 0.0, start.notes, like=like)
-        if like is not None and slim is not None and balanced(found):
+        if like is not None and slim is not None and stays(found):
             dropped = [found.states.names.index(one) for one in slim.dropped]
             if len(untouched(found.A, dropped)) == len(dropped):
                 return replace(found.without(dropped), kind=slim.kind)
@@ -147,7 +148,7 @@ def systems(
     return system
 
 
-def balanced(found: Linearization) -> bool:
+def stays(found: Linearization) -> bool:
     """Whether the independent velocities stay at the point of a system."""
     velocities = [found.scene.velocities.index(name) for name in found.states.names[found.positions :]]
     size = max(1.0, float(np.abs(found.A[found.positions :]).max(initial=0.0)))

@@ -34,13 +34,15 @@ class Regulator:
 
     Attributes:
         system: what it was found for.
-        K: shape (nw, nx).
+        inputs: the drives, which it acts by; all inputs of a scene without any.
+        K: shape (inputs, nx).
         poles: eigenvalues of the closed loop, 1/s; of a sampled one those of Φ - Γ K.
         period: seconds between samples; None is none.
         notes: what a user should know.
     """
 
     system: Linearization
+    inputs: tuple[str, ...]
     K: Array
     poles: Complexes
     period: float | None = None
@@ -55,9 +57,9 @@ class Regulator:
         found: dict[str, object] = {
             "K": self.K.tolist(),
             "states": list(one.states.names),
-            "inputs": list(one.inputs.names),
+            "inputs": list(self.inputs),
             "x0": point,
-            "u0": {name: float(one.point.tau[drives.index(name)]) for name in one.inputs.names if name in drives},
+            "u0": {name: float(one.point.tau[drives.index(name)]) for name in self.inputs if name in drives},
         }
         return found if self.period is None else found | {"period": self.period}
 
@@ -87,7 +89,7 @@ def lqr(
     Args:
         one: the system.
         Q: weights of states by name, others 0, or a matrix, shape (nx, nx), positive semidefinite; 1 each without.
-        R: of inputs likewise, positive definite.
+        R: of drives likewise, positive definite, others 1; other inputs are no controls where there are drives.
         period: seconds between samples, for gains of a sampled controller.
 
     Raises:
@@ -96,13 +98,16 @@ def lqr(
     """
     if not one.inputs.names:
         raise LinearizeError(f"{one.scene.name}: nothing drives it; declare a drive, or name an input: --forces NAME=w")
+    drives = [k for k, name in enumerate(one.inputs.names) if name in one.scene.drives]
+    used = drives or list(range(len(one.inputs)))
+    inputs = one.inputs.of(used)
     faults = Faults("")
     heavy = weight("Q", Q, one.states, faults)
-    light = weight("R", R, one.inputs, faults, definite=True)
+    light = weight("R", R, inputs, faults, definite=True)
     _close(faults)
     A, B = _steps(one, period)
-    K, poles, notes = _gain(one.A, one.B, A, B, heavy, light, period, WORDS["lqr"], one.states.names)
-    return Regulator(one, K, poles, period, notes)
+    K, poles, notes = _gain(one.A, one.B[:, used], A, B[:, used], heavy, light, period, WORDS["lqr"], one.states.names)
+    return Regulator(one, inputs.names, K, poles, period, notes)
 
 
 def kalman(

@@ -36,12 +36,16 @@ def read_weights(option: str, said: Sequence[str], names: Sequence[str]) -> dict
         if not equals or name not in names:
             faults.add(option, f'"{text}" is no {names[0]}=NAME:1;NAME:2, no {names[1]}=... and no .npz file')
             continue
+        if name in found:
+            faults.add(option, f"{name} is given twice")
         found[name] = {}
         for part in filter(None, (one.strip() for one in rest.split(";"))):
             key, colon, value = (one.strip() for one in part.rpartition(":"))
             if not colon:
                 faults.add(option, f'{name}: "{part}" has no weight; write {part}:1')
                 continue
+            if key in found[name]:
+                faults.add(option, f"{name}: {key} is named twice")
             try:
                 found[name][key] = number_in(value)
             except FormulaError as error:
