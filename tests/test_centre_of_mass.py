@@ -66,6 +66,7 @@ def flyer() -> Scene:
     return read_text(FLYER, "flyer.toml")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ASKED)
 def test_it_is_what_pinocchio_says_of_a_free_flyer_with_a_ball(name: str) -> None:
     """Only the quaternion's w has another place: v and ω along the moved frame are Pinocchio's tangent."""
@@ -99,6 +100,7 @@ MOMENTUM = ("centre_of_mass", "centre_of_mass_jacobian", "centroidal_momentum_ma
 
 
 @pytest.mark.usefixtures("numpy_alone")
+@pytest.mark.long(0)
 def test_laws_of_momentum_are_proved_of_a_free_base() -> None:
     certificate = certify(flyer(), [*MOMENTUM, "gravity_forces", "momentum"])
     told = [finding.claim.partition(":")[0] for finding in certificate.findings]

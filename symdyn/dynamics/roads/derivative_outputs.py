@@ -125,6 +125,12 @@ def rows_of(row: Output) -> Axis:
 
 def derived(row: Output, varied: Sequence[str], **changes: object) -> Output:
     """Return a row that is asked of another one, differentiated along arguments: what all such rows have in common."""
+
+    def remark(w: Workspace, *place: str) -> str:
+        told = kinks(entries_of(w, row, *place), [x for one in along_all(w, varied) for x in one])
+        chosen = row.unique is not None and not all(row.unique(w))
+        return told + ("; of one choice among many where rigid bodies do not tell an entry" if chosen else "")
+
     common = replace(
         row,
         in_loops="refuse" if row.own else row.in_loops,
@@ -136,7 +142,7 @@ def derived(row: Output, varied: Sequence[str], **changes: object) -> Output:
         solves=(),
         multiplies=None,
         cubic=False,
-        remark=lambda w, *place: kinks(entries_of(w, row, *place), [x for one in along_all(w, varied) for x in one]),
+        remark=remark,
     )
     return replace(common, **changes)  # type: ignore[arg-type]
 
