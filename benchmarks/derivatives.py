@@ -5,8 +5,10 @@
 
 Ours write [∂τ/∂q | ∂τ/∂q̇ | M] and [∂q̈/∂q | ∂q̈/∂q̇ | M⁻¹]; Pinocchio's are computeRNEADerivatives and
 computeABADerivatives; CasADi's the jacobians of rnea (beside crba) and aba, and the C of Pinocchio's own derivatives
-over its symbols. All are compared with ours before they are timed, and with 50 digits. Peers and robots that are not
-installed are skipped with a note, and so are the bars that are about them:
+over its symbols. Where feet are held
+to the ground, ours are unprojected and Pinocchio's are computeConstraintDynamicsDerivatives behind constraintDynamics.
+All are compared with ours before they are timed, and with 50 digits. Peers and robots that are not installed are
+skipped with a note, and so are the bars that are about them:
 
     pip install -e '.[bench,robots]'
 """
@@ -32,7 +34,9 @@ import machine  # noqa: E402
 import report  # noqa: E402
 from cases import EXAMPLES, Case, chain, tree  # noqa: E402
 from harness import Timed, measure  # noqa: E402
+from held import Held, held_quadruped  # noqa: E402
 from native import FOLDER  # noqa: E402
+from peers import ours_c, pinocchio_cpp, pinocchio_held  # noqa: E402
 from robots import robot_folder  # noqa: E402
 from run import installed, ready, say  # noqa: E402
 
@@ -42,6 +46,7 @@ from symdyn.scene import Scene, number, read  # noqa: E402
 PEERS = ("ours_c", "pinocchio_cpp", "casadi_c", "casadi_analytical")
 
 OUTPUTS = ("inverse_dynamics_derivatives", "forward_dynamics_derivatives")
+HELD_OUTPUTS = ("forward_dynamics_unprojected_derivatives",)
 
 
 class NotInstalledError(Exception):
@@ -66,7 +71,7 @@ def robot_file(name: str, floating_base: str | None = None) -> Scene:
 
 ANYMAL, TALOS = "anymal_b_simple_description/robots/anymal.urdf", "talos_data/robots/talos_reduced.urdf"
 
-ROBOTS: dict[str, Callable[[], Scene]] = {
+SCENES: dict[str, Callable[[], Scene]] = {
     "puma560": lambda: read(EXAMPLES / "puma560.toml"),
     "arm7": lambda: read(EXAMPLES / "arm7.toml"),
     "anymal": lambda: robot_file(ANYMAL),
@@ -78,7 +83,12 @@ ROBOTS: dict[str, Callable[[], Scene]] = {
 }
 """Small ones first; the last two float, all others stand on a fixed base."""
 
+ROBOTS = (*SCENES, "quadruped_held")
+
 QUICK = ("puma560", "arm7")
+
+HOLDING = {ours_c: ours_c, pinocchio_cpp: pinocchio_held}
+"""Who computes derivatives where points are held, by who computes the others."""
 
 
 @dataclass(frozen=True)
@@ -120,14 +130,15 @@ def main(arguments: list[str] | None = None) -> int:
     measured, errors = [], []
     for name in names:
         try:
-            known[name] = Case(name, ROBOTS[name]())
+            case = known[name] = Case(name, SCENES[name]()) if name in SCENES else held_quadruped()
         except NotInstalledError as fault:
             notes[f"{name}: all of it: {fault}"] = None
             continue
-        for output in OUTPUTS:
+        held = isinstance(case, Held)
+        for output in HELD_OUTPUTS if held else OUTPUTS:
             say(f"{name} {output}", start)
-            timed = ready(known[name], output, peers, notes)
-            exact = reference(function_of(known[name], output), known[name].states, len(known[name].states["q"]))
+            timed = ready(case, output, [HOLDING[peer] for peer in peers if peer in HOLDING] if held else peers, notes)
+            exact = reference(function_of(case, output), case.states, len(case.states["q"]))
             errors += [accuracy(exact, one) for one in timed]
             measured += measure(timed, rounds, seconds)
     about = machine.describe(opening, [(peer.NAME, peer.version()) for peer in peers])

@@ -16,9 +16,10 @@ END = "<!-- Here it ends. -->"
 TITLES = {
     "inverse_dynamics_derivatives": "Derivatives of inverse dynamics: ∂τ/∂q, ∂τ/∂q̇ and M",
     "forward_dynamics_derivatives": "Derivatives of forward dynamics: ∂q̈/∂q, ∂q̈/∂q̇ and M⁻¹",
+    "forward_dynamics_unprojected_derivatives": "The same where four feet are held to the ground",
 }
 
-ID, FD = TITLES
+ID, FD, _ = TITLES
 PIN, JACOBIAN, ANALYTICAL = "Pinocchio C++", "CasADi C", "CasADi C, analytical"
 
 WAYS = {"state": "C, one state a call", "batch": "batch", "threads": "batch, two threads"}

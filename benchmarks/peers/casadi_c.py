@@ -30,8 +30,8 @@ CODES = {
     "gravity_forces": 7,
 }
 
-LONGEST = 2_000_000
-"""Bytes of C above which nobody waits for the compiler: gcc takes more than five minutes for 3.5 MB."""
+LONGEST, LARGEST = 2_000_000, 16
+"""Bytes of C, and joints, above which nobody waits for derivatives: gcc takes more than five minutes for 3.5 MB."""
 
 
 def version() -> str:
@@ -70,6 +70,8 @@ def timed(case: Case, output: str) -> list[Timed]:
 
 def generated(case: Case, output: str, name: str, program: int) -> Timed:
     """Return what a program's output makes of a case, under a name."""
+    if case.n > LARGEST and output not in OUTPUTS:
+        raise MissingError(f"more than {LARGEST} joints, for whose derivatives nobody waits")
     text, places = generate(case, program)
     if len(text) > LONGEST:
         raise MissingError(f"{len(text) / 1e6:.1f} MB of C, whose compilation is not waited for")
