@@ -51,8 +51,9 @@ accuracy: $(READY)  ## run time against error of the examples, and the hard case
 	$(BIN)/python benchmarks/accuracy_page.py
 
 bench: $(READY)  ## side by side with other libraries; updates docs/performance.md
-	$(BIN)/python -m pip install --quiet -e '.[bench]'
+	$(BIN)/python -m pip install --quiet -e '.[bench,robots]'
 	$(BIN)/python benchmarks/run.py --docs docs
+	$(BIN)/python benchmarks/derivatives.py --docs docs
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)

@@ -225,9 +225,12 @@ def test_without_a_compiler_the_rest_is_measured(monkeypatch, capsys, tmp_path):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr("symdyn.build.compiler.find_spec", lambda name: None)
 
-    assert main(["bench", str(EXAMPLES / "pendulum.toml"), "--quick", "--functions", "mass_matrix,gravity_forces"]) == 0
+    functions = "mass_matrix,gravity_forces,forward_dynamics_derivatives"
+    assert main(["bench", str(EXAMPLES / "pendulum.toml"), "--quick", "--functions", functions]) == 0
     out = capsys.readouterr().out
     assert "C and ufunc were not measured" in out
+    assert "forward_dynamics_derivatives" in out
+    assert "error 99 %" in out
     assert "NumPy module" in out
 
 
