@@ -159,7 +159,8 @@ class LoopWorkspace:
         G = self.G(rows)
         held_rows = G if held == self.decisions.kept else [list(rows.G[k]) for k in held]
         along, partition = self.w.directions.along, self.decisions.partition
-        return Manifold(self.w.state, along, held_rows, places, G, self.bias(rows), partition, solve)
+        bias = self.bias(rows)
+        return Manifold(self.w.graph, self.w.state, along, held_rows, places, G, bias, partition, solve)
 
     # Recursive road: coordinates partitioned
 

@@ -35,6 +35,7 @@ class Manifold:
     """The manifold of one scene, by one road.
 
     Attributes:
+        graph: the graph of the scene.
         state: symbols of the state.
         along: directions of the velocities, as of `Directions`.
         held, places: rows that hold positions, shape (rows, nv), and the partition of positions.
@@ -42,6 +43,7 @@ class Manifold:
         solve: returns x with G_d x = b, by velocity.
     """
 
+    graph: Graph
     state: State
     along: Sequence[Seeds]
     held: Matrix
@@ -84,11 +86,6 @@ class Manifold:
 
     def _through(self, rows: Matrix, x: Sequence[Expr]) -> list[Expr]:
         return [self.graph.total(entry * one for entry, one in zip(row, x, strict=True)) for row in rows]
-
-    @property
-    def graph(self) -> Graph:
-        """The graph of the scene."""
-        return self.state.q[0].graph
 
     # Seeds of the columns of a Jacobian
 

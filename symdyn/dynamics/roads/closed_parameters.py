@@ -12,7 +12,8 @@ from functools import partial
 
 from symdyn.dynamics.loops.manifold import Seeds
 from symdyn.dynamics.roads import parameter_outputs as parameters
-from symdyn.dynamics.roads.closed_derivatives import ALONG_MANIFOLD, Derivative, by_row, manifold_of
+from symdyn.dynamics.roads.closed_derivatives import ALONG_MANIFOLD, Derivative
+from symdyn.dynamics.roads.closed_slopes import by_row, manifold_of
 from symdyn.dynamics.roads.output import Output, Road, Unasked, by_lagrange
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, substitute, tangents

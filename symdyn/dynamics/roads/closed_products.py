@@ -13,16 +13,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from symdyn.dynamics.roads.closed_derivatives import (
-    ALONG,
-    ALONG_MANIFOLD,
-    Derivative,
-    carried_forces,
-    driven,
-    equations,
-    manifold_of,
-    solution,
-)
+from symdyn.dynamics.roads.closed_derivatives import ALONG, ALONG_MANIFOLD, Derivative
+from symdyn.dynamics.roads.closed_slopes import carried_forces, driven, equations, manifold_of, solution
 from symdyn.dynamics.roads.named_functions import ALONG_MANIFOLD as NAMES
 from symdyn.dynamics.roads.named_functions import WEIGHTS, direction, multiplier_symbols
 from symdyn.dynamics.roads.output import Output, Road, Unasked, by_lagrange

@@ -19,12 +19,8 @@ from dataclasses import replace
 from functools import partial
 
 from symdyn.dynamics.loops.manifold import Seeds
-from symdyn.dynamics.roads.closed_derivatives import (
-    CLOSED_DERIVATIVES,
-    independent_positions,
-    independent_velocities,
-    manifold_of,
-)
+from symdyn.dynamics.roads.closed_derivatives import CLOSED_DERIVATIVES, independent_positions, independent_velocities
+from symdyn.dynamics.roads.closed_slopes import manifold_of
 from symdyn.dynamics.roads.derivative_outputs import COLUMNS, derivatives
 from symdyn.dynamics.roads.output import Output, Unasked
 from symdyn.dynamics.roads.outputs import OUTPUTS
