@@ -15,9 +15,6 @@ from symdyn.simulation import Trajectory
 from symdyn.simulation.initial import Start, read_start
 from symdyn.simulation.prescribed.forces import Forces
 
-MORE = "there may be more"
-"""What is said where it is not proved that all positions of rest were found."""
-
 
 def linearize(
     scene: Scene,
@@ -102,14 +99,13 @@ def along(asked: Prepared, run: Trajectory) -> tuple[Linearization, ...]:
 def told_of(places: Equilibria, systems: Sequence[tuple[Prepared, Linearization]]) -> list[str]:
     """Return what is said of how positions of rest were found."""
     count = len(places.places)
-    starts = f"{places.starts} seeded starts of Newton's method"
-    found = (
-        f"{count} position{'s' * (count != 1)} of rest found from {starts}"
-        if count
-        else f"no position of rest was found from {starts}"
-    )
-    sure = bool(systems) and complete(systems[0][0], places)
-    lines = [f"{found}; {'these are all: the equations are polynomials, solved exactly' if sure else MORE}"]
+    starts = f"from {places.starts} seeded starts of Newton's method"
+    if not count:
+        lines = [f"no position of rest was found {starts}"]
+    else:
+        sure = complete(systems[0][0], places)
+        there = "these are all: the equations are polynomials, solved exactly" if sure else "there may be more"
+        lines = [f"{count} position{'s' * (count > 1)} of rest found {starts}; {there}"]
     if count and places.idle:
         many = len(places.idle) > 1
         lines.append(

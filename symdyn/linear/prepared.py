@@ -11,6 +11,7 @@ from symdyn.algebra.numeric import Array
 from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.roads.derivative_outputs import COLUMNS
 from symdyn.errors import LinearizeError, NoValueError
+from symdyn.graph import Op, reachable
 from symdyn.linear.eliminated import Choice, Place, chosen, independent, matrices, place, symbols_at
 from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.outputs import Outputs, read_outputs
@@ -19,6 +20,9 @@ from symdyn.scene import Scene
 from symdyn.scene.units import velocity_units
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.prescribed.forces import Forces, inputs_of, read_forces
+
+CORNER = 1e-12
+"""What a sign is of, as far as it is zero."""
 
 
 @dataclass(frozen=True)
@@ -85,8 +89,25 @@ class Prepared:
         )
         return Linearization(
             scene, here.point, states, inputs, Axis(self.outputs.names, self.outputs.units), found.A, found.B, found.C,
-            found.D, len(choice.positions), found.moves, found.directions, found.rates, notes=tuple(notes),
+            found.D, len(choice.positions), found.moves, found.directions, found.rates,
+            notes=(*notes, *self._corners(here)),
         )  # fmt: skip
+
+    def _corners(self, here: Place) -> list[str]:
+        """Return what is said of signs and absolute values that turn over at a place."""
+        corners = self.functions.corners
+        (_, nodes), values = corners.parts["of"], corners.at(here.values)["of"]
+        known = {*self.scene.coordinates, *self.scene.velocities}
+        turned = (node for node, x in zip(nodes, values.tolist(), strict=True) if abs(x) <= CORNER)
+        names = dict.fromkeys(
+            str(one.value) for node in turned for one in reachable([node]) if one.op is Op.SYMBOL and one.value in known
+        )
+        if not names:
+            return []
+        return [
+            f"one-sided: a sign or an absolute value of {', '.join(names)} turns over here; A takes signs for constant "
+            "and absolute values for flat, which dry friction at rest is not"
+        ]
 
     def _like(self, here: Place, other: Linearization) -> Choice:
         names, labels = self.scene.velocities, COLUMNS["q"](self.functions.w)
@@ -105,6 +126,11 @@ def prepared(
     found = opened(scene)
     if not scene.velocities:
         raise LinearizeError(f"{scene.name}: nothing moves: no joint has a coordinate")
+    if independent and not scene.is_closed:
+        raise LinearizeError(
+            f"{scene.name}: --independent: it has no loops and no rows, all its coordinates are independent; leave "
+            "--independent out"
+        )
     forces = forces if isinstance(forces, Forces) else read_forces(scene, forces, inputs=True)
     looked = read_outputs(scene, outputs)
     closing = LoopChoices(tuple(independent), parameters=found.closing.parameters)

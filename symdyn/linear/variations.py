@@ -22,7 +22,7 @@ from symdyn.algebra.numeric import Array, Batches, Floats
 from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.roads.workspace import Workspace
-from symdyn.graph import Expr, evaluate, growing, reachable, substitute, tangents
+from symdyn.graph import Expr, Op, evaluate, growing, reachable, substitute, tangents
 from symdyn.linear.outputs import on_graph
 from symdyn.program import cheapest
 from symdyn.scene import Quantity, Scene, express
@@ -93,6 +93,13 @@ class Variations:
     motion: Block = field(repr=False)
     slopes: Block = field(repr=False)
     outputs: Block = field(repr=False)
+
+    @cached_property
+    def corners(self) -> Block:
+        """What signs and absolute values in the forces are of: where one is zero, they have no one derivative."""
+        forces = self.motion.parts["h"][1]
+        turned = dict.fromkeys(node.args[0] for node in reachable(forces) if node.op in (Op.SIGN, Op.ABS))
+        return block(of=((len(turned),), list(turned)))
 
     @cached_property
     def statics(self) -> Block:
