@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -100,6 +101,20 @@ def test_derivatives_are_those_of_complex_steps(name, method):
     if formulas["running"] or formulas["final"]:
         slopes = [other.objective(step).imag / 1e-30 for step in steps]
         np.testing.assert_allclose(problem.gradient(z), slopes, rtol=1e-11, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_every_row_of_methods_fulfils_the_conditions_of_its_order(name):
+    """Butcher's simplifying assumptions B(p) and C(s): stages integrate polynomials exactly."""
+    method = METHODS[name]
+    s = len(method.c)
+
+    assert (method.starts, method.ends) == (method.c[0] == 0, method.c[-1] == 1)
+    for k in range(1, method.order + 1):
+        assert sum(b * c ** (k - 1) for b, c in zip(method.b, method.c, strict=True)) == Fraction(1, k)
+    for k in range(1, s + 1):
+        sums = [sum(a * c ** (k - 1) for a, c in zip(row, method.c, strict=True)) for row in method.A]
+        assert sums == [c**k / k for c in method.c]
 
 
 def test_a_scene_of_every_kind_has_exact_derivatives():

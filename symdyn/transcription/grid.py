@@ -23,7 +23,7 @@ Places = NDArray[np.int64]
 """Indices."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Grid:
     """Points, nodes and stages of a mesh, and how they hang together.
 

@@ -42,7 +42,7 @@ class Bends:
     value: Callable[[Mapping[str, Array], Array], Array]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Lagrangian:
     """The Hessian of a problem's Lagrangian, upper triangle.
 
@@ -105,8 +105,7 @@ def _parts(of: Lagrangian, z: Array, sigma: float, multipliers: Array) -> list[A
     problem, grid = of.problem, of.problem.grid
     by_row = {kind: multipliers[row] for kind, row in problem.row.items()}
     defects, nq = by_row["defects"], problem.place["q"].shape[1]
-    shares = np.zeros((len(grid.stage), defects.shape[2]))  # of what T multiplies, at every stage
-    np.add.at(shares, grid.of, -grid.widths[:, None, None] * np.einsum("rj,nrk->njk", grid.weights, defects))
+    shares = -(problem.between[1].T @ defects.ravel()).reshape(len(grid.stage), -1)  # of what T multiplies
     T = problem.time(z)
     weights = {
         "balance": by_row["balance"],

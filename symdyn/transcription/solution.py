@@ -69,7 +69,7 @@ def along(problem: Collocation, motion: Trajectory) -> Array:
     return z
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Solution:
     """A point that a solver ended at.
 

@@ -50,7 +50,7 @@ PLACES = {
 """Where each local function is asked for."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Collocation:
     """A motion of a scene that is looked for, in N intervals.
 
@@ -73,22 +73,22 @@ class Collocation:
         source: the functions of one place, and the graph that they were written on.
     """
 
-    scene: Scene
-    method: Method
-    grid: Grid
+    scene: Scene = field(repr=False)
+    method: Method = field(repr=False)
+    grid: Grid = field(repr=False)
     free: tuple[str, ...]
     drives: tuple[str, ...]
     driven: tuple[int, ...]
-    place: Mapping[str, Places]
-    row: Mapping[str, Places]
+    place: Mapping[str, Places] = field(repr=False)
+    row: Mapping[str, Places] = field(repr=False)
     size: int
     rows: int
     duration: float
-    lower: Array
-    upper: Array
-    rows_lower: Array
-    rows_upper: Array
-    guess: Array
+    lower: Array = field(repr=False)
+    upper: Array = field(repr=False)
+    rows_lower: Array = field(repr=False)
+    rows_upper: Array = field(repr=False)
+    guess: Array = field(repr=False)
     source: Source = field(repr=False)
 
     @property
@@ -100,16 +100,12 @@ class Collocation:
 
     def residual(self, z: Array) -> Array:
         """Return g(z), shape (rows,)."""
-        g = np.empty(self.rows, z.dtype)
+        g = np.empty(self.rows, np.result_type(z, np.float64))
         stages, nodes = self.at(z, "stage"), self._nodes(z)
         self._part(g, self.row["balance"])[:] = self.locals["balance"].value(stages)
-        rates = self.locals["rates"].value(stages)
-        defects, nq = self._part(g, self.row["defects"]), rates.shape[1]
-        for part, y, f in ((np.s_[:nq], "q", rates), (np.s_[nq:], "u", stages["a"])):
-            points, at = self._part(z, self.place[y]), defects[..., part]
-            for r, (target, sums) in enumerate(zip(self._slices["target"], self._sums(f), strict=True)):
-                np.subtract(points[target], points[self._slices["start"]], out=at[:, r])
-                at[:, r] -= (self.time(z) * self.grid.widths)[:, None] * sums
+        between, sums = self.between
+        defects = self._part(g, self.row["defects"])
+        defects[:] = (between @ z - self.time(z) * (sums @ self._rates(stages))).reshape(defects.shape)
         if "pull" in self.locals:
             defects[:, -1] -= self.locals["pull"].value({kind: _behind(kind, x) for kind, x in nodes.items()})
         for name in ("held", "path"):
@@ -121,12 +117,33 @@ class Collocation:
         """Return the unknowns at all nodes, where a function asks for them."""
         return self.at(z, "node") if any(PLACES[name] == "node" for name in self.locals) else {}
 
-    def _sums(self, f: Array) -> list[Array]:
-        """Return Σ A_ij f_j of every defect, shape (N, …) each."""
-        found: list[Any] = [0.0] * len(self.grid.weights)
-        for r, j in self._used:
-            found[r] = found[r] + self.grid.weights[r, j] * f[self._slices["of"][j]]
-        return found
+    @cached_property
+    def between(self) -> tuple[csr_array, csr_array]:
+        """What defects are without slacks: (y_i - y_0) as a matrix on z, and Σ A_ij f_j, over T, as one on rates f.
+
+        Rates are q̇ and u̇ of all stages, one stage after the other, shape (S (nq + nv),).
+        """
+        from scipy.sparse import csr_array
+
+        grid, shape = self.grid, self.row["defects"].shape
+        y = np.concatenate([self.place["q"], self.place["u"]], axis=1)
+        index = np.arange(self.row["defects"].size).reshape(shape)
+        start = np.broadcast_to(y[grid.node[:-1], None], shape)
+        columns = np.concatenate([y[grid.target].ravel(), start.ravel()])
+        signs = np.repeat([1.0, -1.0], index.size)
+        rows = np.concatenate([index.ravel(), index.ravel()])
+        places = np.arange(len(grid.stage) * shape[2]).reshape(-1, shape[2])
+        parts = [
+            np.broadcast_arrays(grid.widths[:, None] * grid.weights[r, j], index[:, r], places[grid.of[:, j]])
+            for r, j in self._used
+        ]
+        weights, at, stages = (np.concatenate([part[k].ravel() for part in parts]) for k in range(3))
+        difference = csr_array((signs, (rows, columns)), shape=(index.size, self.size))
+        return difference, csr_array((weights, (at, stages)), shape=(index.size, places.size))
+
+    def _rates(self, stages: Mapping[str, Array]) -> Array:
+        """Return q̇ and u̇ of all stages, as `between` takes them."""
+        return np.concatenate([self.locals["rates"].value(stages), stages["a"]], axis=1).ravel()
 
     @staticmethod
     def _part(x: Array, places: Places) -> Array:
@@ -138,8 +155,6 @@ class Collocation:
         """Points and stages of all intervals, without copies where they are equally far apart."""
         grid = self.grid
         return {
-            "start": sliced(grid.node[:-1]),
-            "target": [sliced(column) for column in grid.target.T],
             "of": [sliced(column) for column in grid.of.T],
             "stage": sliced(grid.stage),
             "node": sliced(grid.node),
@@ -255,7 +270,7 @@ class Collocation:
     def _parts(self, z: Array) -> list[Array]:
         """Return the parts of ∂g/∂z, each an array; several may belong to one entry."""
         grid, shape = self.grid, self.row["defects"].shape
-        found = [np.ones(shape), np.full(shape, -1.0)]
+        found: list[Array] = [np.ones(shape), np.full(shape, -1.0)]
         of = self._slices["of"]
         stages, nodes = self.at(z, "stage"), self._nodes(z)
         slopes = self.locals["rates"].slopes(stages)
@@ -265,8 +280,7 @@ class Collocation:
             found.append(scale * slopes[of[j]])
             found.append(np.broadcast_to(scale, (len(h), self.place["a"].shape[1])))
         if len(self.place["T"]):
-            rates = np.concatenate([self.locals["rates"].value(stages), stages["a"]], axis=1)
-            found.append(-grid.widths[:, None, None] * np.stack(self._sums(rates), axis=1))
+            found.append(-(self.between[1] @ self._rates(stages)))
         if "pull" in self.locals:
             found.append(-self.locals["pull"].slopes({kind: _behind(kind, x) for kind, x in nodes.items()}))
         for name in self._rowwise:
