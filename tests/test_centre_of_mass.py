@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,8 +11,9 @@ import pytest
 from oracles import DATA, oracle
 
 import symdyn
-from symdyn.dynamics import derive, roads_of
+from symdyn.dynamics import OUTPUTS, Road, Workspace, derive, roads_of
 from symdyn.errors import DerivationError
+from symdyn.graph import Expr
 from symdyn.scene import Scene, read_text
 from symdyn.verify import certify
 
@@ -173,3 +175,19 @@ def test_without_mass_there_is_no_centre(name: str, road: int) -> None:
 
 def test_nobody_has_them_unasked() -> None:
     assert not set(symdyn.dynamics.available(flyer())[0]) & set(MOMENTUM)
+
+
+@pytest.mark.usefixtures("numpy_alone")
+@pytest.mark.long
+@pytest.mark.parametrize("name", MOMENTUM)
+def test_a_fault_that_all_roads_share_breaks_a_law(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, row = read_text(WELDED, "welded.toml"), OUTPUTS[name]
+    asked = [*MOMENTUM, "gravity_forces"]
+    assert certify(scene, asked).passed
+
+    def faulty(w: Workspace) -> list[Expr]:
+        first, *rest = row.roads["recursive"].derive(w)
+        return [first + w.state.q[0], *rest]
+
+    monkeypatch.setitem(OUTPUTS, name, replace(row, roads={"recursive": Road(faulty)}))
+    assert not certify(scene, asked).passed

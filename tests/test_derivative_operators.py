@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from arms import chain
 from mechanisms import COUPLED, jointed, with_loads
@@ -20,7 +21,9 @@ from symdyn.dynamics import OUTPUTS, Workspace, derive, derive_one, roads_of
 from symdyn.dynamics.roads.count import state_dependent_counts
 from symdyn.dynamics.roads.named_functions import ARGUMENTS, DIRECTIONS
 from symdyn.dynamics.roads.operators import OPERATORS
+from symdyn.emit import emit
 from symdyn.errors import DerivationError
+from symdyn.program import formulate, lower
 from symdyn.scene import Scene, bind, read, read_text
 from symdyn.verify import certify
 
@@ -298,6 +301,35 @@ def test_arguments_and_columns_are_named() -> None:
     assert "moved frame" in by_name["dq"].names
     assert by_name["weights"].shape == (6,)
     assert function.labels[0][:4] == ("along flight_vx", "along flight_vy", "along flight_vz", "along flight_wx")
+
+
+def test_headers_tell_the_arguments_that_the_words_add() -> None:
+    program = lower(formulate(scenes()["free_body"], ["inverse_dynamics_hessian_vector"]))
+    header = next(text for name, text in emit(program, "c").items() if name.endswith(".h"))
+    for told in (
+        "inverse_dynamics_hessian_vector(q, qd, qdd, weights, dq, dqd, dqdd) -> Hd, shape (18,)",
+        "dq, shape (6,); m, m, m, rad, rad, rad: direction of the positions, along the velocities",
+        "weights, shape (6,): weights of the entries of the result, row by row",
+        "row k, column j: X_j X_k, not symmetric where quaternions turn",
+    ):
+        assert told in header, told
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.long
+def test_compiled_products_of_many_states_are_those_of_their_matrices() -> None:
+    """The tensor has three axes in C and in ufuncs, too."""
+    scene, rng = scenes()["heavy_top"], np.random.default_rng(2)
+    words = ("derivatives", "jvp", "vjp", "second_derivatives", "hessian")
+    names = tuple(f"inverse_dynamics_{word}" for word in words)
+    e, d, w = rng.normal(size=(5, 4)), rng.normal(size=(3, 5, 3)), rng.normal(size=(5, 3))
+    state = (e / np.linalg.norm(e, axis=1, keepdims=True), *rng.normal(size=(2, 5, 3)))
+    loaded = symdyn.load(scene, names)
+    for calls in (symdyn.lambdify(scene, names, "c"), tuple(loaded[name] for name in names)):
+        J, jvp, vjp, tensor, H = calls
+        assert np.allclose(np.einsum("sij,sj->si", J(*state), np.concatenate(d, axis=1)), jvp(*state, *d))
+        assert np.allclose(np.einsum("sij,si->sj", J(*state), w), vjp(*state, w))
+        assert np.allclose(np.einsum("sikj,si->skj", tensor(*state), w), H(*state, w))
 
 
 def test_one_number_needs_no_weights() -> None:
