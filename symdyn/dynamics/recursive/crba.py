@@ -127,10 +127,8 @@ def _extend(run: _Run, link: Link, below: Link) -> _Run:
     """Return the run with one more link, which turns before the run's; a branch may have lifted the frame below."""
     graph = link.rise.graph
     shift = (link.shift[0], link.shift[1], graph.zero)
-    c, s, turn = below.turn.cos, below.turn.sin, run.turn
-    both = PlanarTurn(2, c * turn.cos - s * turn.sin, s * turn.cos + c * turn.sin)
     rise = run.rise + link.shift[2] + below.rise
-    return _Run(add(run.P, turn.out(shift)), below.turn.back(add(run.Q, shift)), both, rise)
+    return _Run(add(run.P, run.turn.out(shift)), below.turn.back(add(run.Q, shift)), below.turn.after(run.turn), rise)
 
 
 def _leave(run: _Run, link: Link, n: Vec, f: Vec) -> tuple[Vec, Vec]:

@@ -71,6 +71,11 @@ class PlanarTurn:
         turned[i], turned[j] = c * x[i] - s * x[j], s * x[i] + c * x[j]
         return (turned[0], turned[1], turned[2])
 
+    def after(self, first: PlanarTurn) -> PlanarTurn:
+        """Return both turns in one, about the same axis: the sine and cosine of a sum of angles."""
+        c, s = self.cos, self.sin
+        return PlanarTurn(self.k, c * first.cos - s * first.sin, s * first.cos + c * first.sin)
+
     def tensor_back(self, J: Mat) -> Mat:
         """Return R J Rᵀ for a symmetric J."""
         k, i, j, c, s = self.k, (self.k + 1) % 3, (self.k + 2) % 3, self.cos, self.sin

@@ -253,7 +253,7 @@ class _Recursion:
                 return
             if not plain:
                 now = now.moved(up)
-            turn = link.turn if held is upright else _sum(link.turn, held)
+            turn = link.turn if held is upright else link.turn.after(held)
             if self.leaping and entered and not link.fixed and plain and self._plain(p):
                 held, now = turn, now.moved(self.shift[j].out(turn))
             else:
@@ -261,11 +261,6 @@ class _Recursion:
                     now = now.turned(one)
                 held, entered, now = upright, bool(link.fixed), now.moved(self.shift[j])
             j = p
-
-
-def _sum(a: PlanarTurn, b: PlanarTurn) -> PlanarTurn:
-    """Return a turn about z and another one before it."""
-    return PlanarTurn(2, a.cos * b.cos - a.sin * b.sin, a.sin * b.cos + a.cos * b.sin)
 
 
 def _out(link: Link, twist: Twist) -> Twist:

@@ -186,7 +186,10 @@ def _forward(w: Workspace) -> Slopes:
     """Return the derivatives of forward dynamics; prescribed accelerations depend on no argument."""
     slopes, given, n = w.once(_inverse_to_solve), w.prescribed, w.state.n
     free = given.free
-    factors = factored(w.graph, w.tree.velocity_parents(free), [[slopes["qdd"][i][j] for j in free] for i in free])
+    _, factors = (  # that a branch has no mass is seen in the recursion's M, whatever sweeps have made of it
+        factored(w.graph, w.tree.velocity_parents(free), [[one["qdd"][i][j] for j in free] for i in free])
+        for one in (w.once(_inverse), slopes)
+    )
     bias = w.forces(given.entered(w.still))
     accelerations = given.entered(w.still)
     for i, (value,) in zip(free, factors.solve([[w.state.tau[i] - bias[i]] for i in free]), strict=True):
@@ -194,11 +197,11 @@ def _forward(w: Workspace) -> Slopes:
     moving = dict(zip(w.state.qdd, accelerations, strict=True))
     rows = [substitute([-entry for name in ("q", "qd") for entry in slopes[name][i]], moving) for i in free]
     inverse = factors.inverse()
-    state = (*w.state.q, *w.state.qd, *w.state.tau)
-    columns = list(zip(*rows, strict=True))
-    by_inverse = [[w.graph.total(map(mul, row, column)) for column in columns] for row in inverse]
-    both = factors.solve(rows), by_inverse
-    solved = min(both, key=lambda one: cost(chain(*one, *inverse), state))
+    solved = factors.solve(rows)
+    if n <= COUNTED:
+        state, columns = (*w.state.q, *w.state.qd, *w.state.tau), list(zip(*rows, strict=True))
+        by_inverse = [[w.graph.total(map(mul, row, column)) for column in columns] for row in inverse]
+        solved = min((solved, by_inverse), key=lambda one: cost(chain(*one, *inverse), state))
     found = {name: [[w.graph.zero] * n for _ in range(n)] for name in ("q", "qd", "tau")}
     for i, row, by_force in zip(free, solved, inverse, strict=True):
         found["q"][i], found["qd"][i] = row[:n], row[n:]
