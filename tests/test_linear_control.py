@@ -492,6 +492,14 @@ def test_a_range_prints_critical_values_and_writes_the_locus(tmp_path, capsys):
     assert "<svg" in (tmp_path / "l.svg").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("name", ["rssr", "free_body", "pendulum"])
+def test_rows_serve_scenes_with_multipliers_quaternions_or_one_state(name, capsys):
+    words = ["--anywhere", "--transfer", "--reach", "--dt", "0.01"]
+
+    assert main(["linearize", str(ROOT / "examples" / f"{name}.toml"), *words]) == 0
+    assert "observability: rank" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -21,7 +21,7 @@ from symdyn.algebra.ratios import Ratio, Ratios, characteristic, factors, number
 from symdyn.dynamics.closed_forms.frames_and_parameters import formulas
 from symdyn.dynamics.roads.derivative_outputs import COLUMNS
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, Graph, evaluate, growing, reachable, substitute
+from symdyn.graph import Expr, Graph, Op, evaluate, growing, reachable, substitute
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared
 from symdyn.scene.units import coordinate_units
@@ -339,6 +339,8 @@ def _true(field: Ratios, exact: Sequence[Ratioed], asked: Prepared, found: Linea
     w = asked.functions.w
     values = {w.graph.symbol(name): x for name, x in opened(found.scene).values.items()}
     values |= dict(zip(w.state.q, found.point.q.tolist(), strict=True))
+    if any(node.op is Op.SYMBOL and node not in values for node in reachable(field.atoms)):
+        return False  # multipliers, which no formula here tells
     numbers = dict(zip(field.atoms, evaluate(field.atoms, Floats(), values), strict=True))
     for matrix, known in zip(exact, (found.A, found.B, found.C, found.D), strict=True):
         size = max(1.0, float(np.abs(known).max(initial=0.0)))
