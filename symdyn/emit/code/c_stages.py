@@ -17,8 +17,8 @@ from symdyn.program.schedule import schedule
 
 Constants = Mapping[Expr, Fraction]
 
-LONGEST = 1200
-"""Operations up to which a routine of one state stays whole. 7 axes need half of them."""
+LONGEST = 1600
+"""Operations up to which a routine of one state stays whole. 7 axes need a third of them."""
 LONGEST_LOOP, WIDEST_LOOP = 4500, 500
 """Operations and entries of the result up to which a routine stays one loop over states.
 
