@@ -24,6 +24,7 @@ from symdyn.dynamics.loops.continuation import fitting
 from symdyn.dynamics.mechanism.cost import operations
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, evaluate, tangents
+from symdyn.linear import linearize
 from symdyn.scene import Scene, read_text
 from symdyn.verify import PROVED, Claim, certify, prove
 from symdyn.verify.quaternions import on_unit_sphere
@@ -220,7 +221,7 @@ def test_a_folded_four_bar_is_told_to_have_none() -> None:
     w = Workspace(folded)
     assert any("change point" in note for note in w.loops.decisions.assembly.notes)
     function = derive_one(w, "forward_dynamics_derivatives")
-    assert "no number where independent positions or velocities do not determine the others" in function.text
+    assert "independent positions are q_A, velocities q_A_dot; no number where these do not" in function.text
     with np.errstate(all="ignore"):
         code = symdyn.lambdify(folded, "forward_dynamics_derivatives", target="numpy")
         assert not np.isfinite(code(np.zeros(3), np.zeros(3), np.zeros(3))).all()
@@ -229,7 +230,7 @@ def test_a_folded_four_bar_is_told_to_have_none() -> None:
 @pytest.mark.parametrize(
     ("name", "request_", "words"),
     [
-        ("four_bar", "forward_dynamics_hessian", "about trees; .* there are forward_dynamics_derivatives, .*_jvp"),
+        ("four_bar", "forward_dynamics_hessian", "none where loops .* there are forward_dynamics_derivatives, .*_jvp"),
         ("four_bar", "velocities_by_qd", "velocities takes q, ui"),
         ("two_link", "motion_residual", "about closed loops and rows, of which two_link has none"),
         ("two_link", "forward_dynamics_unprojected_derivatives", "about closed loops and rows"),
@@ -352,6 +353,20 @@ def test_the_benchmark_bicycle_at_five_metres_a_second() -> None:
     table = [-14.07838969279822, -0.77534188219585 - 4.46486771378823j, -0.77534188219585 + 4.46486771378823j,
              -0.32286642900409]  # fmt: skip
     assert np.sort_complex(np.linalg.eigvals(A)) == pytest.approx(np.array([*table, *[0] * 6]), abs=1e-7)
+
+
+@pytest.mark.parametrize("name", ["four_bar", "rssr", "rolling_disc", "heavy_top"])
+def test_state_matrices_are_what_linearize_eliminates_in_numbers(name: str) -> None:
+    there = linearize(scene(name), anywhere=True)
+    closing = LoopChoices(independent=there.states.names[there.positions :] if there.scene.is_closed else ())
+    w = Workspace(scene(name), closing)
+    known = w.loops.values(there.point.q) if w.scene.is_closed else dict(zip(w.state.q, there.point.q, strict=True))
+    known |= {x: float(v) for x, v in zip(w.state.qd, there.point.u, strict=True)}
+    known |= {x: float(v) for x, v in zip(w.state.tau, there.point.tau, strict=True)}
+    function = derive_one(w, "state_matrices")
+    found = np.array(evaluate(function.entries, Floats(), known)).reshape(function.shape)
+    place = [function.labels[1].index(one) for one in there.states.names]
+    assert found[:, : len(place)][np.ix_(place, place)] == pytest.approx(there.A, abs=1e-11)
 
 
 # Pinocchio

@@ -132,13 +132,17 @@ class Derivative:
             lacks="told",
             depends=self.depends,
             prefer=partial(_cheaper, roads) if "implicit" in roads else None,
-            remark=self.remark,
+            remark=self.kinks if way == "free" else self.remark,
         )
 
     def remark(self, w: Workspace) -> str:
-        """Return where it has no value."""
+        """Return what is independent, and where there is no value."""
+        return chosen(w) + self.kinks(w)
+
+    def kinks(self, w: Workspace) -> str:
+        """Return where it has no slope."""
         entries: Sequence[Expr] = w.once(self.solved["forward"]) if self.solved else ()
-        return UNDETERMINED + kinks(entries, (*w.state.q, *w.state.qd))
+        return kinks(entries, (*w.state.q, *w.state.qd))
 
     @property
     def blocks(self) -> str:
@@ -150,7 +154,13 @@ def _derived(derive: Callable[..., Sequence[Expr]], way: str, along: tuple[str, 
     return lambda w: derive(w, way, *along)
 
 
-UNDETERMINED = "; no number where independent positions or velocities do not determine the others"
+def chosen(w: Workspace) -> str:
+    """Return what is independent in a closed scene, behind the text of what moves along its manifold."""
+    places, speeds = (", ".join(one(w)) or "nothing" for one in (independent_positions, independent_velocities))
+    return (
+        f"; independent positions are {places}, velocities {speeds}; no number where these do not determine the others"
+    )
+
 
 BLOCKS = {"q": "q_i", "qd": "qd_i", "ui": "ui", "qdd": "qdd_i", "tau": "tau"}
 

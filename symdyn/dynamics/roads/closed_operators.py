@@ -29,5 +29,5 @@ def of_closed(name: str) -> Output | None:
     of = next((one for one in ALONG_MANIFOLD if name.startswith(f"{one}_") and of_another(name, OUTPUTS)), None)
     if of is None:
         return None
-    there = [one for one in CLOSED if one.startswith(f"{of}_")]
-    raise DerivationError(f"{name} is about trees; where loops or rows close a scene there are {', '.join(there)}")
+    there = [*(one for one in CLOSED if one.startswith(f"{of}_")), *([f"{of}{BY}PARAMETER"] if of in SOLVED else [])]
+    raise DerivationError(f"{name} is none where loops or rows close a scene; there are {', '.join(there)}")
