@@ -103,8 +103,11 @@ def test_prescribed_motion_is_no_function_of_the_state() -> None:
     assert all(entry.is_zero for entry in rows)
 
 
-def test_a_joint_that_moves_no_mass_is_named() -> None:
+@pytest.mark.parametrize("led", [False, True])
+def test_a_joint_that_moves_no_mass_is_named(led: bool) -> None:
     scene = symdyn.read(EXAMPLES / "two_link.toml")
+    if led:
+        scene = replace(scene, joints=(replace(scene.joints[0], motion=symbol("t")), *scene.joints[1:]))
     tip = replace(scene.bodies[-1], particles=())
     with pytest.raises(DerivationError, match=f"joint {scene.joints[-1].name}, which carries {tip.name}, moves no"):
         symdyn.derive(replace(scene, bodies=(*scene.bodies[:-1], tip)), ["forward_dynamics_derivatives"], "recursive")

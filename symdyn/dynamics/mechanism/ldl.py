@@ -47,7 +47,14 @@ def solve(parent: Sequence[int], M: list[list[Expr]], b: Sequence[Expr]) -> list
 
 @dataclass(frozen=True)
 class Factored:
-    """M = Lᵀ D L, for many right sides: entries of L below the diagonal, row by row, and 1/D."""
+    """M = Lᵀ D L, for many right sides: one reciprocal a pivot in place of a division an entry.
+
+    Attributes:
+        graph: where the entries live.
+        parent: as for `solve`.
+        L: entries below the diagonal, row by row; what stands on it and above is no part.
+        reciprocal: 1/D.
+    """
 
     graph: Graph
     parent: Sequence[int]
@@ -78,8 +85,8 @@ class Factored:
             for j in _path(self.parent, self.parent[i + 1]):
                 Y[i] = self._less(Y[i], i + 1, j, Y[j - 1])
         Z = [[entry * d for entry, d in zip(row, self.reciprocal, strict=True)] for row in Y]
-        upper = [[self.graph.total(z * y for z, y in zip(Z[i], Y[j], strict=True)) for j in n] for i in n]
-        return [[upper[min(i, j)][max(i, j)] for j in n] for i in n]
+        lower = [[self.graph.total(z * y for z, y in zip(Z[i], Y[j], strict=True)) for j in n[: i + 1]] for i in n]
+        return [[lower[max(i, j)][min(i, j)] for j in n] for i in n]
 
 
 def factored(graph: Graph, parent: Sequence[int], M: list[list[Expr]]) -> Factored:

@@ -29,7 +29,7 @@ from itertools import chain, product
 from operator import mul
 
 from symdyn.dynamics.mechanism.cost import cost
-from symdyn.dynamics.mechanism.ldl import factored
+from symdyn.dynamics.mechanism.ldl import Factored, Singular, factored
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.recursive.rnea_derivatives import MoveDerivatives, Pair, halves_by_rate, rnea_derivatives
 from symdyn.dynamics.roads.workspace import Matrix, Workspace
@@ -186,10 +186,8 @@ def _forward(w: Workspace) -> Slopes:
     """Return the derivatives of forward dynamics; prescribed accelerations depend on no argument."""
     slopes, given, n = w.once(_inverse_to_solve), w.prescribed, w.state.n
     free = given.free
-    _, factors = (  # that a branch has no mass is seen in the recursion's M, whatever sweeps have made of it
-        factored(w.graph, w.tree.velocity_parents(free), [[one["qdd"][i][j] for j in free] for i in free])
-        for one in (w.once(_inverse), slopes)
-    )
+    _factored(w, w.once(_inverse))  # sees that a branch has no mass, whatever sweeps have made of M
+    factors = _factored(w, slopes)
     bias = w.forces(given.entered(w.still))
     accelerations = given.entered(w.still)
     for i, (value,) in zip(free, factors.solve([[w.state.tau[i] - bias[i]] for i in free]), strict=True):
@@ -208,6 +206,15 @@ def _forward(w: Workspace) -> Slopes:
         for j, value in zip(free, by_force, strict=True):
             found["tau"][i][j] = value
     return found
+
+
+def _factored(w: Workspace, slopes: Slopes) -> Factored:
+    """Return the factors of M where no motion is prescribed; Singular where there are none."""
+    free = w.prescribed.free
+    try:
+        return factored(w.graph, w.tree.velocity_parents(free), [[slopes["qdd"][i][j] for j in free] for i in free])
+    except Singular as fault:
+        raise Singular(free[fault.velocity]) from fault
 
 
 def _inverse_to_solve(w: Workspace) -> Slopes:
