@@ -9,8 +9,8 @@ includedir stand, and `PKG_CONFIG_PATH=… LDFLAGS=-Wl,-rpath,FOLDER pip install
 
 Problems have 500 intervals. Both start from the straight way between start and end, without forces. Evaluations are
 medians over rounds in which both take turns, ratios medians of the ratios inside a round. Times are processor time,
-those of building wall time, for there compilers run. opty has no Hessian; ours is
-solved with and, by the rules that both have, without. What is counted with `--counts` are multiplications and additions at one place that depend on
+those of building wall time, for there compilers run. opty has no Hessian; ours is solved with, and by the rules that
+both have also without. What is counted with `--counts` are multiplications and additions at one place that depend on
 the state, lowered: the dynamics with all its derivatives, as inverse dynamics with accelerations for unknowns, and as
 forward dynamics.
 """

@@ -37,7 +37,7 @@ def swing_up(intervals: int, method: str = "hermite_simpson", **more) -> Colloca
 
 def line(intervals: int) -> Collocation:
     start = {"q1": 2.5972485047095892, "q2": 1.2913215826173419, "q3": -1.633337088591388, "q4": 1.2965377133062668}
-    end = {"q1": 1.7604507816378998, "q2": 0.4896135508405477}
+    end = {"q1": 1.7604507816378998}
     return symdyn.collocation(
         FIVE, 0.5, intervals, cost="M1**2 + M2**2", start=start, end=end, end_rates={"q1": 0, "q2": 0},
         path={"point_tool_y": (0.35, 0.35)},
