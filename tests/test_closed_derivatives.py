@@ -449,6 +449,12 @@ def test_roads_of_what_rolls_and_turns_are_proved_equal(name: str, request_: str
     assert proved(Workspace(scene(name)), [request_]) == {PROVED}
 
 
+@pytest.mark.parametrize("name", ["motion prescribed", "stabilised"])
+def test_roads_are_proved_equal_with_motions_and_baumgartes_terms(name: str) -> None:
+    asked = ["forward_dynamics_unprojected_derivatives", "state_matrices", "multipliers_vjp", "forward_dynamics_by_t"]
+    assert proved(HARD[name]().w, asked) == {PROVED}
+
+
 def test_roads_to_derivatives_by_a_length_are_proved_equal() -> None:
     assert proved(Workspace(symbolic_four_bar()), ["forward_dynamics_by_a"]) == {PROVED}
 

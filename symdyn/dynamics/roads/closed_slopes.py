@@ -14,9 +14,6 @@ and needs one tangent of unsolved equations a column; "recursive" takes that of 
 The other roads differentiate what is solved, each its own. All of it is proved off the manifold too, where
 M u̇ + h = τ + Gᵀ λ and G u̇ + γ = 0 hold as well.
 
-Who keeps all coordinates and multipliers asks for the derivatives of "motion_residual", which are R and C, by q, u, u̇,
-τ and λ; or for "unprojected" derivatives of what is solved, its coordinates taken as independent.
-
 Reference: Carpentier, Budhiraja and Mansard, Proximal and sparse resolution of constrained dynamic equations (2021),
 section IV, for the derivatives of what is solved by those of what is not.
 """
