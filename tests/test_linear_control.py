@@ -327,6 +327,20 @@ def test_a_hoop_holds_its_bead_below_until_it_turns_at_the_root_of_g_over_r():
     assert [one.value for one in locus.critical] == [pytest.approx(np.sqrt(9.81), rel=1e-6)]
 
 
+def test_the_arms_of_a_governor_are_followed_as_it_turns_faster():
+    """Nothing grows, and at each speed the system is the one at the arms' own steady angle."""
+    scene = example("governor")
+    make = systems(scene, "w", rates={"phi": "w"})
+    found = [make(w) for w in (9.0, 10.0, 11.0)]
+    angles = [one.point.q[scene.coordinates.index("alpha")] for one in found]
+
+    assert angles == sorted(angles)
+    assert angles[-1] - angles[0] > 0.05
+    for one in found:
+        assert np.abs(one.point.udot).max() < 1e-6
+        assert one.dropped == ("phi",)
+
+
 def test_a_disc_rolls_upright_where_it_is_fast_enough():
     """C (C + m r²) ω² > A m g r, which is ω² > g/(3 r) of a thin disc; the letter of the speed is no parameter."""
     disc = read(DATA / "found" / "rolling_disc_zxy.toml")

@@ -1,8 +1,9 @@
 """Systems over values of one name: a parameter of the scene, or a letter that positions, rates or forces name.
 
 Equations are derived once, with parameters free; only a value that changes their form, as zero does, derives again.
-Where a value moves the place of rest it is followed, from the last one. That A is the same at two times of a steady
-motion is looked at for the first value; at the others, that velocities stay and that the same positions are cyclic.
+Where a value moves the place of rest, or of a steady motion, it is followed from the last one. That A is the same at
+two times of a steady motion is looked at for the first value; at the others, that velocities stay and that the same
+positions are cyclic.
 """
 
 from __future__ import annotations
@@ -20,12 +21,12 @@ from symdyn.linear.linearization import Linearization
 from symdyn.linear.locus import MOST
 from symdyn.linear.modes import untouched
 from symdyn.linear.prepared import Prepared, prepared
-from symdyn.linear.steady import BALANCED, STILL, settled
+from symdyn.linear.steady import BALANCED, STILL, settled, steady_next_to
 from symdyn.scene import FormulaError, Parameter, Scene, bind
 from symdyn.scene.values.formula import parse, split_commas
 from symdyn.scene.values.value import value_of
 from symdyn.simulation.equations.opened import opened
-from symdyn.simulation.initial import Start, read_start
+from symdyn.simulation.initial import read_start
 from symdyn.simulation.prescribed.forces import Forces, read_forces
 
 RANGES: Mapping[str, Callable[[float, float, int], Array]] = {"linspace": np.linspace, "geomspace": np.geomspace}
@@ -128,24 +129,28 @@ def systems(
         still = bool(np.abs(start.u).max() <= STILL)
         like, slim = known.get((form, still), (None, None))
         found = asked.at(start.q, start.u, 0.0, start.notes, like=like)
+        if not (anywhere or stays(found)):
+            found = _followed(asked, found, start.q, still, last) or found
         if like is not None and slim is not None and stays(found):
             dropped = [found.states.names.index(one) for one in slim.dropped]
             if len(untouched(found.A, dropped)) == len(dropped):
+                last[:] = [found.point.q]
                 return replace(found.without(dropped), kind=slim.kind)
-        full = found
-        try:
-            found = settled(asked, full, anywhere)
-        except LinearizeError:
-            place = nearest(asked, last[-1] if last else start.q) if still else None
-            if place is None:
-                raise
-            full = asked.at(read_start(bound, Start(place, start.u)).q, start.u)
-            found = settled(asked, full, anywhere)
+        known[form, still] = found, settled(asked, found, anywhere)
         last[:] = [found.point.q]
-        known[form, still] = full, found
-        return found
+        return known[form, still][1]
 
     return system
+
+
+def _followed(
+    asked: Prepared, found: Linearization, start: Array, still: bool, last: Sequence[Array]
+) -> Linearization | None:
+    """Return the system at the place of rest, or the steady motion, next to the last one; None where none is near."""
+    if still:
+        place = nearest(asked, last[-1] if last else start)
+        return None if place is None else asked.at(place, np.zeros(len(found.point.u)), like=found)
+    return steady_next_to(asked, found, last[-1] if last else None)
 
 
 def stays(found: Linearization) -> bool:

@@ -305,6 +305,13 @@ def _out_of_balance(asked: Prepared, found: Linearization, off: Sequence[int], s
     return f"{words}; the nearest {what} is at --at {near}{kept}; or give forces that hold it, or --anywhere"
 
 
+def steady_next_to(asked: Prepared, found: Linearization, q: Array | None = None) -> Linearization | None:
+    """Return the system at the steady motion next to a point, or to q, with its independent velocities, or None."""
+    here = found if q is None else asked.at(q, _velocities(asked, found, q), found.point.t, like=found)
+    place = _balanced(asked, here)
+    return None if place is None else asked.at(place, _velocities(asked, found, place), found.point.t, like=found)
+
+
 def _balanced(asked: Prepared, found: Linearization) -> Array | None:
     """Return the position next to a point at which its independent velocities stay, None where Newton finds none."""
     numbers, here, p = numbers_at(found.scene), found, found.positions
