@@ -176,6 +176,8 @@ def test_without_names_a_law_drives_all_drives_but_those_of_prescribed_motions()
     assert placed(double, Feedback(lambda t, q, u: 0), 1.0).places == (0, 1)
     assert placed(led, Feedback(lambda t, q, u: 0), 1.0).places == (1,)
     assert placed(double, Feedback(lambda t, q, u: 0, double.drives[1]), 1.0).places == (1,)  # type: ignore[arg-type]
+    one = Gains(double, np.zeros((1, 1)), ("q1",), (str(double.drives[1]),), np.zeros(2), np.zeros(2), (0.0,))
+    assert placed(double, Feedback(one), 1.0).places == (1,)
 
 
 # Balls and free bodies

@@ -100,7 +100,8 @@ def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
         SimulateError: with every fault, one line each.
     """
     faults, places = Faults(""), places_of(scene)
-    asked = (feedback.inputs,) if isinstance(feedback.inputs, str) else tuple(feedback.inputs)
+    said = feedback.inputs or getattr(feedback.law, "inputs", ())  # gains name their own
+    asked = (said,) if isinstance(said, str) else tuple(said)
     names = asked or tuple(
         one for one in scene.drives if one and place_of(scene, places, one, "", Faults("")) is not None
     )
