@@ -127,8 +127,9 @@ def _extend(run: _Run, link: Link, below: Link) -> _Run:
     """Return the run with one more link, which turns before the run's; a branch may have lifted the frame below."""
     graph = link.rise.graph
     shift = (link.shift[0], link.shift[1], graph.zero)
+    both = below.turn.after(run.turn)  # before the rest: programs are written in the order of birth
     rise = run.rise + link.shift[2] + below.rise
-    return _Run(add(run.P, run.turn.out(shift)), below.turn.back(add(run.Q, shift)), below.turn.after(run.turn), rise)
+    return _Run(add(run.P, run.turn.out(shift)), below.turn.back(add(run.Q, shift)), both, rise)
 
 
 def _leave(run: _Run, link: Link, n: Vec, f: Vec) -> tuple[Vec, Vec]:
