@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mechanisms import TREES
 
 import symdyn
 from symdyn.algebra.numeric import Floats
@@ -18,7 +19,10 @@ from symdyn.linear import Axis, Linearization, linearize_along, linearize_at_res
 from symdyn.linear.completeness import complete
 from symdyn.linear.equilibrium import equilibria
 from symdyn.linear.prepared import prepared
+from symdyn.linear.steady import at_rest
+from symdyn.linear.symbolic import symbolic
 from symdyn.linear.verdict import stability
+from symdyn.scene import bind
 from symdyn.simulation.initial import read_start
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -374,3 +378,11 @@ def test_rows_of_the_equations_give_the_same_matrices(name: str) -> None:
     size = max(1.0, float(np.abs(found.A).max()))
     assert AB[:, :n] == pytest.approx(found.A, abs=1e-9 * size)
     assert AB[:, n:][:, asked.drives] == pytest.approx(found.B, abs=1e-9 * size)
+
+
+def test_formulas_of_what_is_not_small_are_given_up_soon() -> None:
+    """The third random tree took minutes."""
+    tree = bind(TREES[3], {"m0": 1, "beta": 1})
+    asked = prepared(tree)
+    place = equilibria(asked).places[0]
+    assert symbolic(asked, at_rest(asked, place)) is None

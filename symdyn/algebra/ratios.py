@@ -23,6 +23,9 @@ Polynomial = Any  # flint.fmpq_mpoly, which carries no type hints
 LONG = 2000
 """Products of terms above and below a line beyond which what they share is not looked for; that grows fast."""
 
+MOST = 20_000
+"""Products of terms above and below lines, all together, that small matrices take; OverflowError beyond."""
+
 EXTRA = "x"
 """Name of the generator that stands for an eigenvalue."""
 
@@ -49,6 +52,7 @@ class Ratios:
 
     def __init__(self, outputs: Iterable[Expr]) -> None:
         """Take the generators that `outputs` need."""
+        self._spent = 0
         plain = (Op.CONSTANT, Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.NEG)
         self.atoms = [node for node in reachable(outputs) if node.op not in plain]
         self.atoms.sort(key=lambda node: node.op is not Op.SQRT)  # so that roots are divided by before what is in them
@@ -72,6 +76,9 @@ class Ratios:
             raise ZeroDivisionError
         if over == 0:
             return Ratio(over, self._one)
+        self._spent += len(over) * len(under)
+        if self._spent > MOST:
+            raise OverflowError("a quotient that is no small one")
         if len(over) * len(under) <= LONG:
             common = over.gcd(under)
             over, under = divmod(over, common)[0], divmod(under, common)[0]

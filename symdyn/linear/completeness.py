@@ -30,7 +30,7 @@ from symdyn.scene.units import coordinate_units
 
 CIRCLE = ("sin", "cos")
 
-MOST_UNKNOWNS, MOST_SOLUTIONS = 6, 32
+MOST_UNKNOWNS, MOST_SOLUTIONS = 4, 32
 """Sines, cosines and slides, and complex solutions, that are few."""
 
 

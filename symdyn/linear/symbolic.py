@@ -113,7 +113,7 @@ def symbolic(asked: Prepared, found: Linearization) -> Symbolic | None:
         if not small or not _true(field, (A, B, C, D), asked, found):
             return None
         roots = _roots(field, A)
-    except ZeroDivisionError:
+    except (ZeroDivisionError, OverflowError):
         return None
     forms = [tuple(tuple(map(field.form, row)) for row in matrix) for matrix in (A, B, C, D)]
     return Symbolic(forms[0], forms[1], forms[2], forms[3], roots, held)
