@@ -386,3 +386,12 @@ def test_formulas_of_what_is_not_small_are_given_up_soon() -> None:
     asked = prepared(tree)
     place = equilibria(asked).places[0]
     assert symbolic(asked, at_rest(asked, place)) is None
+
+
+def test_a_loop_whose_rows_say_nothing_is_linearised_as_a_tree() -> None:
+    door = symdyn.read(Path(__file__).parent / "data" / "door.toml")
+    asked = prepared(door)
+    assert asked.functions.multipliers == ()
+    systems = [at_rest(asked, place) for place in equilibria(asked).places]
+    assert systems
+    assert symbolic(asked, systems[0]) is not None

@@ -89,7 +89,7 @@ def symbolic(asked: Prepared, found: Linearization) -> Symbolic | None:
         return None
     w, n, rows = v.w, v.w.state.n, len(v.multipliers)
     place, held = _exact(asked, found)
-    if held and found.scene.is_closed:
+    if held and v.multipliers:
         return _with_definitions(asked, found, held)
     place |= dict.fromkeys([*w.state.qd, *w.state.qdd, *w.state.tau, *map(w.graph.symbol, v.inputs)], w.graph.zero)
     parts = {"G": v.motion.parts["G"], "h": v.motion.parts["h"], "H": v.motion.parts["H"], "M": v.motion.parts["M"]}
@@ -171,7 +171,7 @@ def _with_definitions(asked: Prepared, found: Linearization, held: tuple[str, ..
     w, n, graph = v.w, v.w.state.n, v.w.graph
     positions, velocities = _places(asked, found)
     rows = len(v.multipliers)
-    if positions != velocities or len(positions) != 1 or v.inputs or rows > MOST_ROWS:
+    if positions != velocities or len(positions) != 1 or v.inputs or rows > MOST_ROWS or rows != n - 1:
         return None
     free = positions[0]
     name, labels = found.states.names[0], COLUMNS["q"](w)
