@@ -108,14 +108,31 @@ origin = [0, "-l1", 0]
 
 
 def test_a_double_pendulum_has_the_frequencies_of_landau_and_lifshitz(tmp_path: Path) -> None:
-    """Landau and Lifshitz, Mechanics (3rd edition, 1976), section 23, problem 2, page 70."""
+    """Landau and Lifshitz, Mechanics (3rd edition, 1976), section 23, problem 2.
+
+    Also Kibble and Berkshire, Classical Mechanics (5th edition, 2004), page 260, (11.21).
+    """
     found = symdyn.linearize(scene(tmp_path, TWO_MASSES))
     m1, m2, l1, l2, g = 1.5, 0.7, 0.6, 0.4, 9.81
     whole = (m1 + m2) * (l1 + l2)
     root = math.sqrt((m1 + m2) * ((m1 + m2) * (l1 + l2) ** 2 - 4 * m1 * l1 * l2))
     squares = [g / (2 * m1 * l1 * l2) * (whole + sign * root) for sign in (-1, 1)]
     assert np.square(frequencies(found)) == pytest.approx(squares, rel=1e-12)
+    share = (m1 + m2) / m1
+    polynomial = [1, -share * (g / l1 + g / l2), share * g**2 / (l1 * l2)]
+    assert np.sort(np.roots(polynomial)) == pytest.approx(squares, rel=1e-12)
     assert stability(found).verdict == "oscillating"
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(0.999, "unstable"), (1.001, "oscillating")])
+def test_a_top_sleeps_upright_where_it_spins_fast_enough(share: float, verdict: str) -> None:
+    """Kibble and Berkshire, Classical Mechanics (5th edition, 2004), page 288, (12.26): ω₃² = 4 I₁ M g R / I₃²."""
+    spin = share * math.sqrt(4 * (0.234375 + 15) * 15 * 9.81) / 0.46875
+    upright = {"e0": "cos(pi/4)", "e1": "sin(pi/4)", "e2": "0", "e3": "0"}
+    rates = {"point_wx": "0", "point_wy": repr(spin), "point_wz": "0"}
+    found = symdyn.linearize(symdyn.read(EXAMPLES / "heavy_top.toml"), upright, rates)
+    assert found.kind == "steady"
+    assert stability(found).verdict == verdict
 
 
 HOOP = """
