@@ -26,8 +26,7 @@ SWING = symdyn.read(ROOT / "benchmarks" / "data" / "swing_up.toml")
 FIVE = symdyn.read(ROOT / "benchmarks" / "data" / "five_bar.toml")
 
 PONTRYAGIN = 58.807667458
-"""Cost of the swing-up by the minimum principle: `scipy.integrate.solve_bvp` at 1e-10 for state and costate, with the
-equations (6.1) and (6.2) of Kelly's paper as printed there, u = -∂f/∂u · p / 2."""
+"""Cost of the swing-up by the minimum principle, as `python benchmarks/swing_up.py` prints it."""
 
 
 def swing_up(intervals: int, method: str = "hermite_simpson", **more) -> Collocation:
@@ -77,6 +76,15 @@ def test_the_forces_that_were_found_swing_the_pole_up():
     assert end.q[-1] == pytest.approx([1, np.pi], abs=0.03)
     assert found.motion.q[-1] == pytest.approx([1, np.pi])
     assert found.objective == pytest.approx(PONTRYAGIN, rel=1e-4)
+
+
+def test_the_minimum_principle_gives_the_cost_of_the_swing_up():
+    truth = runpy.run_path(str(ROOT / "benchmarks" / "swing_up.py"))["truth"]
+    problem, known = swing_up(25), json.loads(GOLDEN.read_text())["swing_up"]
+
+    found = truth(problem, np.array(known["z"]), np.array(known["multipliers"]), 1e-6)
+
+    assert found == pytest.approx(PONTRYAGIN, abs=1e-7)
 
 
 def test_the_five_bar_keeps_to_its_line_and_its_loop_closes():
