@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+import re
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -218,3 +220,45 @@ def test_errors_fall_with_the_order_of_the_method(name, method):
 
     assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.35)
     assert np.log2(residuals[0] / residuals[1]) == pytest.approx(order, abs=0.5)
+
+
+def test_a_problem_and_its_hessian_pickle():
+    problem = symdyn.collocation(CART, (0.5, 1.5), 4, cost="F**2 + t*x**2", free="l")
+    again, of = pickle.loads(pickle.dumps((problem, lagrangian(problem))))
+    z, weights = problem.guess + 0.1, np.ones(problem.rows)
+
+    assert np.array_equal(again.residual(z), problem.residual(z))
+    assert np.array_equal(again.jacobian_values(z), problem.jacobian_values(z))
+    assert np.array_equal(of.values(z, 2.0, weights), lagrangian(problem).values(z, 2.0, weights))
+    assert (again.scene, again.free, again.notes) == (problem.scene, problem.free, problem.notes)
+
+
+FOUR = example("four_bar")
+SLIDES = read_text(
+    (EXAMPLES / "cart_pole.toml").read_text().replace('drive = "F"', 'drive = "F"\nlimits = { upper = "2*l" }')
+)
+
+
+@pytest.mark.parametrize(
+    ("scene", "given", "told"),
+    [
+        (CART, {"cost": "F**2", "path": {"x**2": (0, 1)}, "free": "l"}, []),
+        (CART, {"cost": "abs(F) + x"}, ["slopes of the cost are one-sided where .* turns over, of F: .*flat"]),
+        (CART, {"path": {"sign(theta)": (0, 1)}}, ["slopes of the path are one-sided where .*, of theta: "]),
+        (CART, {"final_cost": "sqrt(x**2)"}, [r"slopes of the final cost are no number \(NaN\) .*, of x"]),
+        (CART, {"end": {"x": "2*l", "theta": 0}, "free": ("l", "mp")}, ["end: x takes l as the scene has it, not .*"]),
+        (CART, {"end": {"x": "2*l"}}, []),
+        (SLIDES, {"free": "l"}, ["limits of .* takes l as the scene has it, .*"]),
+        (
+            FOUR,
+            {"start": {"phi": 1, "psi": 1}},
+            ["start: more coordinates are given than can be chosen freely; phi .*"],
+        ),
+        (FOUR, {"free": ("m1", "b")}, ["rows at the start, which is given whole, have b in them: .* are left"]),
+    ],
+)
+def test_kinks_and_what_stays_as_it_was_given_are_told(scene, given, told):
+    notes = symdyn.collocation(scene, 1, 2, **given).notes
+
+    assert len(notes) == len(told)
+    assert all(re.match(one, note) for one, note in zip(told, notes, strict=True)), notes

@@ -58,6 +58,10 @@ class Lagrangian:
     wires: Mapping[str, tuple[NDArray[np.bool_], Array]] = field(repr=False)
     merged: Places = field(repr=False)
 
+    def __reduce__(self) -> tuple[Callable[[Collocation], Lagrangian], tuple[Collocation]]:
+        """Return how it is made again."""
+        return lagrangian, (self.problem,)
+
     def values(self, z: Array, sigma: float, multipliers: Array) -> Array:
         """Return the entries at z, shape (nonzeros,)."""
         parts = np.concatenate([np.ravel(part) for part in _parts(self, z, sigma, multipliers)])

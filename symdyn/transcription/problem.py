@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass
 from operator import index
 
 import numpy as np
 
 from symdyn.algebra.numeric import Array
-from symdyn.dynamics import LoopChoices
 from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import SimulateError
 from symdyn.scene import Quantity, Scene, velocity_name
 from symdyn.scene.values.names import suggestion
@@ -22,7 +19,8 @@ from symdyn.simulation.initial import Start, read_start
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import close, noted, number_of, parameter_values, read_formula
 from symdyn.transcription.grid import Grid, grid, numbered
-from symdyn.transcription.local import Source, Written, locals_of, written
+from symdyn.transcription.local import Written, source
+from symdyn.transcription.remarks import remarks, taken
 from symdyn.transcription.tableaux import METHODS
 from symdyn.transcription.transcribed import Collocation
 
@@ -95,8 +93,8 @@ def collocation(
         "final": _formulas((final_cost,) if final_cost else (), state, "final cost", faults),
     }
     close(faults)
-    source = _source(scene, free, tuple(formulas.items()))
-    found = source.written
+    functions = source(scene, free, tuple(formulas.items()))
+    found = functions.written
     made = _Layout(scene, free, found, grid(METHODS[method], mesh), len(formulas["path"]), span)
     lower, upper = made.bounded(first, bounds or {}, values, faults)
     last = made.ended(end or {}, end_rates or {}, values, lower, upper, faults)
@@ -105,22 +103,13 @@ def collocation(
     rows_lower, rows_upper = np.zeros(made.rows), np.zeros(made.rows)
     rows_lower[made.row["path"]], rows_upper[made.row["path"]] = around.T
     guess = np.clip(made.guessed(first, last, values), lower, upper)
+    given = {"start": start, "start rates": start_rates, "end": end, "end rates": end_rates}
+    notes = (*first.notes, *taken(scene, free, {k: x for k, x in given.items() if isinstance(x, Mapping)}))
     return Collocation(
         scene, METHODS[method], made.grid, free, tuple(made.names[k] for k in found.driven), found.driven,
         made.place, made.row, made.size, made.rows, sum(span) / 2, lower, upper, rows_lower, rows_upper, guess,
-        source,
+        functions, (*notes, *remarks(functions)),
     )  # fmt: skip
-
-
-@lru_cache(maxsize=16)
-def _source(scene: Scene, free: tuple[str, ...], formulas: tuple[tuple[str, tuple[Quantity, ...]], ...]) -> Source:
-    """Return the functions of a scene, the parameters that are unknowns without value; theirs decide about loops."""
-    values = parameter_values(scene)
-    opened = replace(scene, parameters=tuple(replace(p, value=None) if p.name in free else p for p in scene.parameters))
-    at = {name: number_of(values[name], values, f"parameters.{name}", Faults("")) or 0.0 for name in free}
-    w = Workspace(opened, LoopChoices(parameters=tuple(at.items())))
-    found = written(w, free, dict(formulas))
-    return Source(w, found, locals_of(w, found))
 
 
 def _texts(given: Mapping[str, Number] | None) -> dict[str, str]:

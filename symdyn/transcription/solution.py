@@ -118,7 +118,7 @@ class Solution:
         stages = np.concatenate([self.z[problem.place["a"]], self._forces()], axis=1)
         a, tau = np.split(np.stack([np.interp(t, at, x) for x in stages.T], axis=1), 2, axis=1)
         q, u = self.z[problem.place["q"]], self.z[problem.place["u"]]
-        return Trajectory(self.scene, t, q, u, a, tau, notes=(self.status,), wall=self.wall)
+        return Trajectory(self.scene, t, q, u, a, tau, notes=(*problem.notes, self.status), wall=self.wall)
 
     @property
     def forces(self) -> Forces:

@@ -71,6 +71,7 @@ class Collocation:
         rows_lower, rows_upper: bounds of g, shape (rows,).
         guess: z of a straight way from the start to the end, shape (size,).
         source: the functions of one place, and the graph that they were written on.
+        notes: what a user should know: how loops closed at the start, where slopes are one-sided, one line each.
     """
 
     scene: Scene = field(repr=False)
@@ -90,6 +91,7 @@ class Collocation:
     rows_upper: Array = field(repr=False)
     guess: Array = field(repr=False)
     source: Source = field(repr=False)
+    notes: tuple[str, ...] = ()
 
     @property
     def locals(self) -> Mapping[str, Local]:
