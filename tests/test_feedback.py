@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -302,6 +303,7 @@ BAD = [
     ({"delay": 0.1}, "0.1 s without a period would be a differential equation with delay"),
     ({"delay": -1, "period": 1}, "-1 s is no delay"),
     ({"limits": {"F": 0}}, "limits: F: 0 is neither a size above 0"),
+    ({"limits": {"F": -3}}, "limits: F: -3 is neither a size above 0"),
     ({"limits": {"G": 1}}, "limits: G: is no input"),
     ({"limits": {"F": "a"}}, "limits: is no table of sizes"),
 ]
@@ -313,6 +315,28 @@ def test_bad_gains_are_told(more: dict[str, object], words: str) -> None:
         simulate(CART, until=1.0, feedback={**gains(), **more})
 
     assert words in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"limits": [3]}, "limits: [3] is no table of sizes by input"),
+        ({"limits": {"F": "3"}}, "limits: F: 3 is neither a size above 0"),
+        ({"period": "0.1"}, "period: '0.1' is no number of seconds"),
+        ({"period": 0.1, "delay": None}, "delay: None is no number of seconds"),
+    ],
+)
+def test_what_a_controller_cannot_have_is_told(more: dict[str, Any], words: str) -> None:
+    with pytest.raises(SimulateError) as fault:
+        simulate(CART, until=1.0, feedback=Feedback(lambda t, q, u: 1.0, **more))
+
+    assert words in str(fault.value)
+
+
+def test_a_limit_may_be_any_kind_of_number() -> None:
+    feedback = Feedback(lambda t, q, u: 30.0, ("F",), limits={"F": np.int64(3)})  # type: ignore[dict-item]
+
+    assert simulate(CART, until=0.1, feedback=feedback).tau[-1, 0] == 3.0
 
 
 def test_what_is_no_controller_and_what_needs_another_method_are_told() -> None:

@@ -189,13 +189,14 @@ def test_what_is_asked_for_alone_is_the_same() -> None:
     scene = example("cart_pole")
     whole = sensitivity(scene, until=0.5, start={"theta": "0.3"})
 
-    asked = {"parameters": ["l"], "of": ["theta_dot"], "by": "adjoint"}
+    asked = {"parameters": "mp", "of": "theta_dot", "by": "adjoint"}
     part = symdyn.sensitivity(scene, until=0.5, start={"theta": "0.3"}, **asked)  # type: ignore[arg-type]
 
     assert isinstance(part, Sensitivity)
     assert part.rows == ("theta_dot",)
-    assert part.columns[-1] == "l"
-    assert part["theta_dot", "l"] == pytest.approx(whole["theta_dot", "l"], rel=1e-11)
+    assert part.columns[-2:] == ("theta_dot", "mp")
+    assert part["theta_dot", "mp"] == pytest.approx(whole["theta_dot", "mp"], rel=1e-11)
+    assert sensitivity(scene, until=0.5, parameters=["mp", "mp"]).columns[-2:] == ("theta_dot", "mp")
     assert sensitivity(scene, until=0.5, parameters=[]).matrix.shape == (4, 4)
     with pytest.raises(KeyError, match="theta_dt is not there; did you mean theta_dot"):
         whole["theta_dt", "l"]

@@ -89,8 +89,8 @@ def sensitivity(
     until: float = 10.0,
     start: Mapping[str, str] | Start | None = None,
     start_rates: Mapping[str, str] | None = None,
-    parameters: Sequence[str] | None = None,
-    of: Sequence[str] | None = None,
+    parameters: str | Sequence[str] | None = None,
+    of: str | Sequence[str] | None = None,
     by: str = "forward",
     rtol: float | None = None,
     atol: float | None = None,
@@ -104,8 +104,8 @@ def sensitivity(
         until: time of the end, s.
         start: formulas by coordinate, in place of what the scene says; or a whole state.
         start_rates: formulas by velocity.
-        parameters: names of those that are varied; None for all that are free in the equations.
-        of: positions and velocities at the end; None for all. Adjoints cost by them, not by the columns.
+        parameters: name of the one that is varied, or names; None for all that are free in the equations.
+        of: a position or velocity at the end, or several; None for all. Adjoints cost by them, not by the columns.
         by: "forward", variational equations, or "adjoint".
         rtol: relative tolerance of a step; None takes 1e-12.
         atol: absolute tolerance of a step; None takes rtol.
@@ -125,7 +125,8 @@ def sensitivity(
     if by not in DOORS:
         faults.add("by", f"{by} is not known; {suggestion(by, DOORS)}")
     every, known = state_names(scene), [one.name for one in scene.parameters]
-    rows = tuple(every if of is None else of)
+    rows = tuple(every) if of is None else _each(of)
+    parameters = None if parameters is None else _each(parameters)
     for name in rows:
         if name not in every:
             faults.add("of", f"{name} is no position or velocity of the end; {suggestion(name, every)}")
@@ -150,6 +151,11 @@ def sensitivity(
         moved, changed = tape.backward(along, covectors)
         matrix = moved @ ways.T + changed @ changes[:, : len(along.parameters)].T
     return replace(_found(along, tape, until, rows, names, matrix, by), notes=(*initial.notes, *system.notes))
+
+
+def _each(names: str | Sequence[str]) -> tuple[str, ...]:
+    """Return names once each; one name alone is one."""
+    return (names,) if isinstance(names, str) else tuple(dict.fromkeys(names))
 
 
 def _probe(along: Flow, ways: Array, changes: Array) -> tuple[Array, Array]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from numbers import Real
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -122,6 +123,10 @@ def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
 
 def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
     period, delay = feedback.period, feedback.delay
+    for name, value in (("period", period), ("delay", delay)):
+        if not (isinstance(value, Real) or (name == "period" and value is None)):
+            faults.add(f"feedback: {name}", f"{value!r} is no number of seconds")
+            return
     if not (math.isfinite(delay) and delay >= 0):
         faults.add("feedback: delay", f"{delay:g} s is no delay; give 0 or more")
     elif period is None and delay > 0:
@@ -138,14 +143,17 @@ def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:
 def _ranges(feedback: Feedback, names: Sequence[str], faults: Faults) -> dict[str, tuple[float, float]]:
     """Return smallest and largest value by input."""
     found = dict.fromkeys(names, (-math.inf, math.inf))
+    if not isinstance(feedback.limits, Mapping):
+        faults.add("feedback: limits", f"{feedback.limits!r} is no table of sizes by input, such as {{'F': 5}}")
+        return found
     for name, limit in feedback.limits.items():
         where = f"feedback: limits: {name}"
         if name not in found:
             faults.add(where, f"is no input of the controller; it has {', '.join(names)}")
             continue
         try:
-            ends = (-abs(limit), abs(limit)) if isinstance(limit, (int, float)) else limit
-            least, most = map(float, ends)
+            ends = (-float(limit), float(limit)) if isinstance(limit, Real) else limit
+            least, most = map(float, ends)  # type: ignore[arg-type]
         except (TypeError, ValueError):
             least = most = math.nan
         if not least < most:
