@@ -52,7 +52,7 @@ def test_files_hold_the_matrices_and_their_names(ending: str, tmp_path: Path) ->
     else:
         lines = [line.split(",") for line in path.read_text(encoding="utf-8").splitlines()]
         assert lines[0] == ["t", "matrix", "row", "unit", "x", "theta", "x_dot", "theta_dot", "F"]
-        assert lines[4][:4] == ["0.0", "rate", "theta_dot", "rad/s/s"]
+        assert lines[4][:4] == ["0.0", "rate", "theta_dot", "rad/s^2"]
         assert [float(x) for x in lines[4][4:8]] == A[3].tolist()
 
 

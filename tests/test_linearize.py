@@ -10,9 +10,15 @@ import pytest
 import symdyn
 from symdyn.algebra.numeric import Array, Floats
 from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.errors import LinearizeError, SimulateError
 from symdyn.graph import evaluate
-from symdyn.linear import Linearization
+from symdyn.linear import Linearization, linearize_at_rest, stability
+from symdyn.linear.prepared import prepared
+from symdyn.linear.record import csv_text
+from symdyn.linear.steady import settled
+from symdyn.linear.symbolic import symbolic
 from symdyn.program import cheapest
+from symdyn.scene import bind, read_text
 from symdyn.simulation.equations.opened import numbers_at
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -90,3 +96,98 @@ def test_a_and_b_are_what_differences_of_the_equations_tend_to(name: str) -> Non
         nothing = np.zeros(len(linear.states))
         more = moving.rates(nothing, linear.point.tau + push) - moving.rates(nothing, linear.point.tau)
         assert linear.B[:, k] == pytest.approx(more, abs=1e-9 * max(1.0, np.abs(linear.B).max()))
+
+
+def held_hoop(motion: str) -> symdyn.Scene:
+    """Return a bead on a hoop of 0.5 m that is turned about the vertical."""
+    return read_text(f"""
+name = "hoop"
+gravity = [0, 0, -9.81]
+[bodies.ring]
+mass = 0
+[bodies.bead]
+particles = [{{ mass = 0.1, at = [0, 0, -0.5] }}]
+[joints.spin]
+type = "revolute"
+parent = "ground"
+child = "ring"
+axis = [0, 0, 1]
+coordinate = "phi"
+motion = "{motion}"
+[joints.slide]
+type = "revolute"
+parent = "ring"
+child = "bead"
+axis = [0, -1, 0]
+coordinate = "theta"
+drive = false
+""")
+
+
+def test_a_hoop_that_is_turned_has_steady_motions_and_no_position_of_rest() -> None:
+    turned = symdyn.linearize(held_hoop("6*t"))
+    np.testing.assert_allclose(turned.A, [[0, 1], [36 - 9.81 / 0.5, 0]], atol=1e-12)
+    with pytest.raises(LinearizeError, match="no position of rest: a prescribed motion goes on, phi_dot = 6"):
+        linearize_at_rest(held_hoop("6*t"))
+    for motion in ("t**2", "sin(t)"):  # it does not turn on as it does now
+        with pytest.raises(LinearizeError, match="phi_ddot"):
+            symdyn.linearize(held_hoop(motion))
+    (systems, _), size = linearize_at_rest(held_hoop("0.3")), 9.81 / 0.5
+    assert sorted(round(float(one.A[1, 0]), 9) for one in systems) == [-size, size]
+
+
+@pytest.mark.parametrize("force", ["-10*t", "-x*t"])
+def test_what_balances_at_one_instant_is_no_equilibrium(force: str) -> None:
+    cart = example("cart_pole")
+    with pytest.raises(LinearizeError, match=r"no equilibrium at this point: at t = 0\.37 s"):
+        symdyn.linearize(cart, forces={"F": force})
+    with pytest.raises(LinearizeError, match=r"no equilibrium at this point: at t = 0\.37 s"):
+        linearize_at_rest(cart, forces={"F": force})
+    assert symdyn.linearize(cart, forces={"F": force}, anywhere=True).kind == "moving"
+
+
+def test_steady_motion_ends_where_a_force_grows() -> None:
+    governor, at = example("governor"), {"alpha": "0.695903503"}
+    assert symdyn.linearize(governor, at).kind == "steady"
+    with pytest.raises(LinearizeError, match=r"no steady motion: at t = .* would not be zero any more"):
+        symdyn.linearize(governor, at, forces={str(next(filter(None, governor.drives))): "t"})
+
+
+def test_an_arm_whose_weight_is_compensated_stays_where_it_is_put() -> None:
+    arm, free = example("scara"), {"tau3": "-14.715"}
+    weighed = symdyn.linearize(arm, forces=free)
+    assert set(weighed.cyclic) == {"q1", "q2", "q3", "q4"}
+    links = bind(example("two_link"), {"m1": 1, "m2": 2, "h1": 0.4, "h2": 0.3, "g": 9.81})
+    at = {"q1": "0.7", "q2": "-0.4"}
+    with pytest.raises(LinearizeError) as told:
+        symdyn.linearize(links, at)
+    given = str(told.value).partition("it is held there by --forces ")[2].partition(", or")[0].split()
+    assert symdyn.linearize(links, at, forces=given).kind == "rest"
+    weight = {
+        "M1": "g*(m1 + m2)*h1*sin(q1) + g*m2*h2*sin(q1 + q2)",
+        "M2": "g*m2*h2*sin(q1 + q2)",
+    }
+    held = symdyn.linearize(links, at, forces=weight)
+    assert np.abs(held.A[2:]).max() < 1e-12
+    assert stability(held).zeros == {"cyclic": 2, "drifting": 2}
+
+
+def test_formulas_of_a_compensated_weight_are_zero_where_numbers_are() -> None:
+    links = bind(example("two_link"), {"m1": 1, "m2": 2, "h1": 0.4, "h2": 0.3, "g": 9.81})
+    weight = {"M1": "9.81*(1.2*sin(q1) + 0.6*sin(q1 + q2))", "M2": "9.81*0.6*sin(q1 + q2)"}
+    asked = prepared(links, weight)
+    found = settled(asked, asked.at(np.array([0.7, -0.4]), np.zeros(2)))
+    formulas = symbolic(asked, found)
+    assert formulas is not None
+    assert {entry for row in formulas.A[2:] for entry in row} == {formulas.A[0][0]}
+    assert not found.spectrum.modes
+
+
+def test_units_of_rows_in_a_csv_file_are_those_of_rates() -> None:
+    rows = [line.split(",")[:4] for line in csv_text([symdyn.linearize(example("cart_pole"))]).splitlines()[1:5]]
+    assert [row[3] for row in rows] == ["m/s", "rad/s", "m/s^2", "rad/s^2"]
+
+
+def test_outputs_are_given_once() -> None:
+    with pytest.raises(SimulateError, match="outputs: x is given twice"):
+        symdyn.linearize(example("cart_pole"), outputs=["x", "x"])

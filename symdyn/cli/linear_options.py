@@ -50,6 +50,8 @@ def check_asked(options: argparse.Namespace) -> None:
     if options.over is not None:
         alone = [one.flag for one in ASKED if one.given(options)]
         alone += [flag for flag, given in (("--output", options.output), ("--along", options.along)) if given]
+        if options.outputs is not None:
+            faults.add("--outputs", "has no part in eigenvalues, which are what --over finds; leave it out")
         for flag in alone:
             faults.add(flag, "is of one system, and --over makes many; give one of them")
         if options.at == "rest":

@@ -104,7 +104,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _systems(scene: Scene, options: argparse.Namespace) -> tuple[list[System], Sequence[str]]:
     """Return the linear systems that the options ask for, and what is said of how they were found."""
-    outputs, independent = split_commas(options.outputs or ""), split(options.independent) or ()
+    outputs = [] if options.outputs is None else split_commas(options.outputs) or [""]
+    independent = split(options.independent) or ()
     forces, start = collected(
         lambda: read_forces(scene, flattened(options.forces), inputs=True),
         lambda: (

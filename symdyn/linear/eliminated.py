@@ -37,6 +37,9 @@ RANK = 1e-7
 MASS = 1e-12
 """Eigenvalues of the reduced mass matrix with unit diagonal that are zero."""
 
+CANCELLED = 1e-12
+"""What is left of a force's slope, over it, where the mechanism's own cancels it: that of a weight compensated."""
+
 WELL = 0.02
 """How well a choice of independent velocities has to determine the others, by singular values, to be kept."""
 
@@ -189,6 +192,7 @@ def matrices(v: Variations, here: Place, choice: Choice, drives: Sequence[int]) 
     n, p, inputs = len(here.M), len(choice.positions), len(drives) + len(v.inputs)
     slopes, told = v.slopes.at(here.values), v.outputs.at(here.values)
     e, c, s = slopes["e"], slopes["c"], slopes["s"]
+    e = np.where(np.abs(e) <= CANCELLED * np.abs(slopes["p"]), 0.0, e)
     S = np.zeros((n, p))
     dependent = [k for k in range(n) if k not in choice.velocities]
     if dependent:

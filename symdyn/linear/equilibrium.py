@@ -35,6 +35,9 @@ STARTS = 200
 STEPS, SMALL = 60, 1e-11
 """Newton steps at most, and the step, rad or m, that is none."""
 
+PUSHED = 8
+"""Starts at which it is looked how large forces are."""
+
 FARTHEST = 0.7
 """Longest step, rad or m."""
 
@@ -86,7 +89,18 @@ class Equilibria:
 
 
 def equilibria(asked: Prepared, t: float = 0.0, starts: int = STARTS) -> Equilibria:
-    """Return the positions of rest that seeded starts lead to, at a time, s."""
+    """Return the positions of rest that seeded starts lead to, at a time, s.
+
+    Raises:
+        LinearizeError: a prescribed motion does not rest.
+    """
+    scene, u = asked.scene, read_start(asked.scene).u
+    led = ", ".join(f"{scene.velocities[k]} = {u[k]:g}" for k in asked.functions.w.prescribed.place if u[k])
+    if led:
+        raise LinearizeError(
+            f"{scene.name}: no position of rest: a prescribed motion goes on, {led}; for a steady motion say where, "
+            "as in --at NAME=VALUE"
+        )
     search = _Search(asked, t)
     q, good = search.roots(search.drawn(starts))
     clear = np.array([bool(ok) and search.regular(one) for one, ok in zip(q, good, strict=True)])
@@ -166,13 +180,14 @@ class _Search:
     def roots(self, q: Array) -> tuple[Array, Array]:
         """Return where starts lead, and which of these places are roots."""
         n, rows = self.v.w.state.n, len(self.v.multipliers)
-        multipliers = np.zeros((len(q), rows))
+        multipliers, pushed = np.zeros((len(q), rows)), self._pushed
         for _ in range(STEPS):
             found = self.at(q, multipliers)
             J, F = self._scaled(found)
             fine = np.isfinite(J).all(axis=(1, 2)) & np.isfinite(F).all(axis=1)
             J[~fine], F[~fine] = 0.0, 0.0
-            step = -np.einsum("nij,nj->ni", np.linalg.pinv(J, rcond=1e-10), F)
+            most = np.abs(J).max(axis=(1, 2), initial=1e-300)
+            step = -np.einsum("nij,nj->ni", np.linalg.pinv(J, rcond=1e-10 * np.maximum(1.0, pushed / most)), F)
             moved = step[:, :n] * self.sizes
             longest = np.abs(moved).max(axis=1, initial=0.0)
             short = np.minimum(1.0, FARTHEST / np.maximum(longest, 1e-300))[:, None]
@@ -197,6 +212,13 @@ class _Search:
         top = np.concatenate([K, -G.transpose(0, 2, 1)], axis=2)
         below = np.concatenate([G[:, holding], np.zeros((len(G), len(holding), G.shape[1]))], axis=2)
         return np.concatenate([top, below], axis=1), np.concatenate([found["f"] * d, found["r"]], axis=1)
+
+    @property
+    def _pushed(self) -> float:
+        """Force, in the scaled units, that formulas of `forces` have at some positions; others may cancel it there."""
+        q = self.drawn(PUSHED)
+        found = self.at(q, np.zeros((len(q), len(self.v.multipliers))))
+        return float(np.nan_to_num(np.abs(found["push"] * self.sizes)).max(initial=0.0))
 
     @property
     def _typical(self) -> float:

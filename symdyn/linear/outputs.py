@@ -49,6 +49,8 @@ def read_outputs(scene: Scene, texts: Sequence[str]) -> Outputs:
     for text in texts:
         later = _late(text)  # known once it is derived
         formulas.append(read_formula(text, (TIME, *units, *parameters, *later), "outputs", faults))
+    for text in dict.fromkeys(text for text in texts if list(texts).count(text) > 1):
+        faults.add("outputs", f"{text} is given twice; give it once")
     close(faults)
     found = tuple(one for one in formulas if one is not None)
     return Outputs(tuple(texts), found, tuple(_unit(one, units) for one in found))

@@ -21,7 +21,8 @@ from symdyn.linear.linearization import Linearization
 from symdyn.linear.locus import MOST
 from symdyn.linear.modes import untouched
 from symdyn.linear.prepared import Prepared, prepared
-from symdyn.linear.steady import BALANCED, STILL, settled, steady_next_to
+from symdyn.linear.spinning import STILL
+from symdyn.linear.steady import BALANCED, settled, steady_next_to
 from symdyn.scene import FormulaError, Parameter, Scene, bind
 from symdyn.scene.values.formula import parse, split_commas
 from symdyn.scene.values.value import value_of

@@ -20,6 +20,7 @@ from symdyn.scene import Scene
 from symdyn.scene.units import velocity_units
 from symdyn.simulation.equations.opened import opened
 from symdyn.simulation.prescribed.forces import Forces, inputs_of, read_forces
+from symdyn.simulation.prescribed.formulas_in_time import TIME
 
 CORNER = 1e-12
 """What a sign is of, as far as it is zero."""
@@ -40,6 +41,12 @@ class Prepared:
         """Velocities whose drives are inputs; a prescribed motion finds its own."""
         led = self.functions.w.prescribed.place
         return [k for k, drive in enumerate(self.scene.drives) if drive and k not in led]
+
+    @property
+    def timed(self) -> bool:
+        """Whether time itself acts: in formulas of forces and loads, tables, and prescribed accelerations."""
+        v = self.functions
+        return bool(self.forces.tables) or v.w.graph.symbol(TIME) in v.motion.order
 
     def place(self, q: Array, u: Array, t: float = 0.0, given: Array | None = None) -> Place:
         """Return what happens at a state; forces are `given` in place of what tables say, shape (nv,)."""

@@ -57,10 +57,14 @@ def csv_text(found: Sequence[Linearization]) -> str:
     lines = [",".join(["t", "matrix", "row", "unit", *map(_cell, (*first.states.names, *first.inputs.names))])]
     for one in found:
         for left, right, axis, name in ((one.A, one.B, one.states, "rate"), (one.C, one.D, one.outputs, "output")):
-            units = [f"{unit}/s" if name == "rate" else unit for unit in axis.units]
+            units = [_rate(unit) if name == "rate" else unit for unit in axis.units]
             for row, unit, x, w in zip(axis.names, units, left.tolist(), right.tolist(), strict=True):
                 lines.append(",".join([repr(one.point.t), name, _cell(row), _cell(unit), *map(repr, (*x, *w))]))
     return "\n".join(lines) + "\n"
+
+
+def _rate(unit: str) -> str:
+    return f"{unit}^2" if unit.endswith("/s") else f"{unit}/s"
 
 
 def _cell(text: str) -> str:

@@ -14,29 +14,25 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.loops.loop_numbers import Numbers
-from symdyn.dynamics.mechanism.placements import body_placements
-from symdyn.dynamics.mechanism.state import placement, vector
 from symdyn.dynamics.roads.derivative_outputs import COLUMNS
 from symdyn.errors import DerivationError, LinearizeError
 from symdyn.linear.equilibrium import Equilibrium, nearest
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import NOTHING, balance, untouched
 from symdyn.linear.prepared import Prepared
-from symdyn.scene import JOINTS, Joint, acceleration_name
+from symdyn.linear.spinning import EQUAL, STILL, spins, turned
+from symdyn.scene import acceleration_name
 from symdyn.scene.units import velocity_units
 from symdyn.simulation.equations.opened import numbers_at
 
 BALANCED = 1e-6
 """Accelerations, over the largest entry of A or 1, that are none."""
 
-STILL = 1e-12
-"""Velocities, rad/s or m/s, that are none."""
-
-EQUAL = 1e-6
-"""Differences of A between two times, over its largest entry, that are none."""
-
 TRIES, CLOSE, FARTHEST, CLOSING = 40, 1e-9, 0.3, 6
 """Newton steps to a steady motion, the step that is none, the longest, rad or m, and steps that close loops again."""
+
+LATER = (0.37, 1.1, 2.9)
+"""Times, s, at which it is looked whether a point lasts where time itself acts."""
 
 AWAY = 0.05
 """How far, rad or m, to look whether equilibria go on."""
@@ -51,12 +47,13 @@ def settled(asked: Prepared, found: Linearization, anywhere: bool = False) -> Li
     Raises:
         LinearizeError: it is neither, with what is out of balance and where it is not; not if `anywhere` is asked for.
     """
-    velocities = [found.scene.velocities.index(name) for name in found.states.names[found.positions :]]
-    size = max(1.0, float(np.abs(found.A[found.positions :]).max(initial=0.0)))
-    off = [k for k in velocities if abs(found.point.udot[k]) > BALANCED * size]
+    off = _accelerated(asked, found)
     still = np.abs(found.point.u).max(initial=0.0) <= STILL
     if not off and still:
-        return with_families(asked, found)
+        why = _passing(asked, found)
+        if why and not anywhere:
+            raise LinearizeError(f"{found.scene.name}: {why}")
+        return replace(found, kind="moving") if why else with_families(asked, found)
     if off:
         if anywhere:
             return replace(found, kind="moving")
@@ -69,6 +66,28 @@ def settled(asked: Prepared, found: Linearization, anywhere: bool = False) -> Li
     raise LinearizeError(f"{found.scene.name}: {why}")
 
 
+def _accelerated(asked: Prepared, found: Linearization) -> list[int]:
+    """Return the velocities that change, of those that are independent or prescribed."""
+    velocities = [found.scene.velocities.index(name) for name in found.states.names[found.positions :]]
+    size = max(1.0, float(np.abs(found.A[found.positions :]).max(initial=0.0)))
+    watched = (*velocities, *asked.functions.w.prescribed.place)
+    return [k for k in watched if abs(found.point.udot[k]) > BALANCED * size]
+
+
+def _passing(asked: Prepared, found: Linearization) -> str:
+    """Return why a point of rest does not last, "" where it does: forces and motions that time changes."""
+    for more in LATER if asked.timed else ():
+        later = asked.at(found.point.q, found.point.u, found.point.t + more, like=found)
+        changed = ", ".join(acceleration_name(found.scene.velocities[k]) for k in _accelerated(asked, later))
+        what = f"{changed} would not be zero any more" if changed else "A is another"
+        if changed or not np.allclose(later.A, found.A, rtol=EQUAL, atol=EQUAL * np.abs(found.A).max(initial=0.0)):
+            return (
+                f"no equilibrium at this point: at t = {later.point.t:g} s {what}, as forces or motions depend on "
+                "time; give forces that last, or --anywhere for A at this instant"
+            )
+    return ""
+
+
 def _steady(asked: Prepared, found: Linearization) -> tuple[Linearization | None, str]:
     """Return the system along a steady motion, or why it is none."""
     rates = _rates_of_positions(asked, found)
@@ -78,8 +97,15 @@ def _steady(asked: Prepared, found: Linearization) -> tuple[Linearization | None
         later = asked.at(q, _velocities(asked, found, q), found.point.t + time, like=found)
     except LinearizeError:
         later = found
-    for words, spin in _spins(asked, found) if later is not found else ():
-        here, there = (_turned(one, found, labels, spin, after) for one, after in ((found, 0.0), (later, time)))
+    changed = _accelerated(asked, later) if asked.timed else []
+    if changed:
+        told = ", ".join(acceleration_name(found.scene.velocities[k]) for k in changed)
+        return None, (
+            f"no steady motion: at t = {later.point.t:.3g} s {told} would not be zero any more, as forces or motions "
+            "depend on time; give forces that last, or --anywhere for A at this instant"
+        )
+    for words, spin in spins(found) if later is not found else ():
+        here, there = (turned(one, found, labels, spin, after) for one, after in ((found, 0.0), (later, time)))
         dropped = _cyclic(here, rates)
         one, other = here.without(dropped), there.without(dropped)
         apart = float(np.abs(one.A - other.A).max(initial=0.0))
@@ -94,8 +120,11 @@ def _steady(asked: Prepared, found: Linearization) -> tuple[Linearization | None
 
 
 def at_rest(asked: Prepared, place: Equilibrium) -> Linearization:
-    """Return the system at a position of rest."""
-    return with_families(asked, asked.at(place.q, np.zeros(len(asked.scene.velocities))))
+    """Return the system at a position of rest; errors as of `settled`."""
+    found = asked.at(place.q, np.zeros(len(asked.scene.velocities)))
+    if why := _passing(asked, found):
+        raise LinearizeError(f"{asked.scene.name}: {why}")
+    return with_families(asked, found)
 
 
 def with_families(asked: Prepared, found: Linearization) -> Linearization:
@@ -150,80 +179,6 @@ def _cyclic(found: Linearization, rates: Array) -> list[int]:
         if not more:
             return sorted(dropped)
         dropped += more
-
-
-def _spins(asked: Prepared, found: Linearization) -> list[tuple[str, Array]]:
-    """Return ways to look at what turns in a moved frame, none first: words, and Ω of Ṙ = Ω R, shape (nv, nv).
-
-    R takes components in the body's axes to those of a frame that turns with the body but for its spin about an axis n:
-    ω = a n + b e with e the vertical, Ω = a ñ.
-    """
-    n = len(found.point.u)
-    ways = [("", np.zeros((n, n)))]
-    first = 0
-    for joint in found.scene.moving:
-        at = first
-        for block in JOINTS[joint.type].blocks(joint):
-            wide = len(block.velocities)
-            turning = found.point.u[at + wide - 3 : at + wide] if block.letters else np.zeros(0)
-            if np.abs(turning).max(initial=0.0) > STILL:
-                vertical = _vertical(found, joint)
-                for k, axis in enumerate(np.eye(3)):
-                    basis = np.stack([axis, vertical], axis=1)
-                    parts = np.linalg.lstsq(basis, turning, rcond=1e-9)[0]
-                    if np.abs(basis @ parts - turning).max() <= EQUAL * np.abs(turning).max():
-                        spin = np.zeros((n, n))
-                        for part in range(at, at + wide, 3):
-                            spin[part : part + 3, part : part + 3] = parts[0] * _skew(axis)
-                        ways.append((f"in axes of {joint.child} that do not spin with it about its {'xyz'[k]}", spin))
-            at += wide
-        first += len(joint.rates)
-    return ways
-
-
-def _vertical(found: Linearization, joint: Joint) -> Array:
-    """Return the direction of gravity, or zero, in the frame that a joint has moved."""
-    numbers = numbers_at(found.scene)
-    graph = numbers.graph
-    R = (body_placements(found.scene, graph)[joint.child] @ placement(joint.tip, graph).inverse()).R
-    down = vector(found.scene.gravity, graph)
-    turned = numbers.at([sum((R[r][c] * down[r] for r in range(3)), graph.zero) for c in range(3)], found.point.q)
-    return turned / (float(np.linalg.norm(turned)) or 1.0)
-
-
-def _skew(axis: Array) -> Array:
-    x, y, z = axis
-    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-
-
-def _turn(spin: Array) -> Array:
-    """Return exp of a skew matrix, by its eigenvectors."""
-    values, vectors = np.linalg.eigh(1j * spin)
-    return np.asarray((vectors * np.exp(-1j * values)) @ vectors.conj().T).real
-
-
-def _turned(
-    found: Linearization, start: Linearization, labels: Sequence[str], spin: Array, time: float
-) -> Linearization:
-    """Return a system after some time with its states in a frame that spins by Ω against the body's axes.
-
-    States are some entries P of N x, N of the point in that frame; there N stays, so
-
-        X = P R⁻¹ N,  x̃ = X⁻¹ x,  Ã = X⁻¹ A X + X⁻¹ P R⁻¹ Ω N
-    """
-    if not spin.any():
-        return found
-    p = start.positions
-    N = np.vstack([np.hstack([start.directions, np.zeros((len(spin), len(start.states) - p))]), start.rates])
-    velocities = start.scene.velocities
-    n = len(spin)
-    chosen = [labels.index(name) for name in start.states.names[:p]]
-    chosen += [n + velocities.index(name) for name in start.states.names[p:]]
-    back = np.kron(np.eye(2), _turn(-time * spin))
-    both = np.kron(np.eye(2), spin)
-    X = (back @ N)[chosen]
-    A = np.linalg.solve(X, found.A @ X + (back @ both @ N)[chosen])
-    return replace(found, A=A)
 
 
 def _told(steady: Linearization, time: float, apart: float, full: Linearization, words: str) -> Linearization:
@@ -298,11 +253,35 @@ def _out_of_balance(asked: Prepared, found: Linearization, off: Sequence[int], s
     what = "equilibrium" if still else "steady motion"
     words = f"{scene.name}: no {what} at this point: {told}"
     place = nearest(asked, found.point.q, found.point.t) if still else _balanced(asked, found)
+    held = _holding(asked, found) if still else ""
+    hold = f"it is held there by {held}" if held else "give forces that hold it"
     if place is None:
-        return f"{words}; none is near; give forces or rates that balance it, or --anywhere for A at this instant"
-    near = ",".join(f"{name}={x + 0.0:.9g}" for name, x in zip(scene.coordinates, place, strict=True))
+        other = hold if held else "give forces or rates that balance it"
+        return f"{words}; none is near; {other}, or --anywhere for A at this instant"
+    near = ",".join(f"{name}={_rounded(x)}" for name, x in zip(scene.coordinates, place, strict=True))
     kept = "" if still else " and the same rates"
-    return f"{words}; the nearest {what} is at --at {near}{kept}; or give forces that hold it, or --anywhere"
+    return f"{words}; the nearest {what} is at --at {near}{kept}; or {hold}, or --anywhere"
+
+
+def _rounded(x: float) -> str:
+    """Return a coordinate as a user would type it."""
+    return f"{0.0 if abs(x) < CLOSE else x:.9g}"
+
+
+def _holding(asked: Prepared, found: Linearization) -> str:
+    """Return the option by which drives hold a mechanism at rest at a point, "" where they do not, or in many ways."""
+    drives, point = asked.drives, found.point
+    if any(k in asked.forces.formulas or k in asked.forces.tables for k in drives):
+        return ""
+    here = asked.place(point.q, point.u, point.t)
+    missing = here.G.T @ point.multipliers - here.M @ point.udot
+    acting = np.hstack([np.eye(len(missing))[:, drives], here.G.T]) * here.sizes[:, None]
+    forces, _, rank, _ = np.linalg.lstsq(acting, missing * here.sizes, rcond=1e-9)
+    left = np.abs(acting @ forces - missing * here.sizes).max(initial=0.0)
+    if rank < acting.shape[1] or left > CLOSE * np.abs(missing * here.sizes).max(initial=0.0):
+        return ""
+    given = [(asked.scene.drives[k], _rounded(x)) for k, x in zip(drives, forces, strict=False)]
+    return " ".join(["--forces", *(f"{name}={x}" for name, x in given if x != "0")])
 
 
 def steady_next_to(asked: Prepared, found: Linearization, q: Array | None = None) -> Linearization | None:

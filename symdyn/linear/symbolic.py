@@ -93,7 +93,7 @@ def symbolic(asked: Prepared, found: Linearization) -> Symbolic | None:
         return _with_definitions(asked, found, held)
     place |= dict.fromkeys([*w.state.qd, *w.state.qdd, *w.state.tau, *map(w.graph.symbol, v.inputs)], w.graph.zero)
     parts = {"G": v.motion.parts["G"], "h": v.motion.parts["h"], "H": v.motion.parts["H"], "M": v.motion.parts["M"]}
-    parts |= dict(slopes) | {"y_": v.outputs.parts["y_"]}
+    parts |= {name: slopes[name] for name in "ecs"} | {"y_": v.outputs.parts["y_"]}
     try:
         entries = substitute([x for _, some in parts.values() for x in some], place)
         field = Ratios(entries)
@@ -109,6 +109,10 @@ def symbolic(asked: Prepared, found: Linearization) -> Symbolic | None:
             for name, (shape, _) in parts.items()
         }
         A, B, C, D = _matrices(field, blocks, asked, found)
+        A = [
+            [field.zero if number == 0 else x for x, number in zip(row, numbers, strict=True)]  # forces that cancel
+            for row, numbers in zip(A, found.A.tolist(), strict=True)
+        ]
         small = all(x.size <= MOST_TERMS for matrix in (A, B, C, D) for row in matrix for x in row)
         if not small or not _true(field, (A, B, C, D), asked, found):
             return None

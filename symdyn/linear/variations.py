@@ -82,7 +82,8 @@ class Variations:
         inputs: free symbols of the forces, in order.
         motion: what tells accelerations and multipliers: "M", "h" (e at u̇ = 0 and λ = 0), "G", "b" (c at u̇ = 0),
             "r" (residuals), "s", "push" (formulas of forces), "H" (q̇ = H u).
-        slopes: "e" along q, u, u̇ and w, shape (nv, 3 nv + nw); "c" along q and u, "s" along q.
+        slopes: "e" and the part "p" of it that formulas of forces have, along q, u, u̇ and w, shape (nv, 3 nv + nw); "c"
+            along q and u, "s" along q.
         outputs: "y", and "y_" along q, u, u̇, λ, τ and w.
     """
 
@@ -103,7 +104,7 @@ class Variations:
 
     @cached_property
     def statics(self) -> Block:
-        """At rest: "f" = e at u = u̇ = 0, "K" its derivative along q, "G", and "r" of rows that hold positions."""
+        """At rest: "f" = e at u = u̇ = 0, "K" its derivative along q, "G", "r" of rows that hold positions, "push"."""
         w, n = self.w, self.w.state.n
         still = dict.fromkeys([*w.state.qd, *w.state.qdd], w.graph.zero)
         (rows, _), G = self.motion.parts["G"]
@@ -114,7 +115,11 @@ class Variations:
         pulled = [w.graph.total(G[r * n + k] * x for r, x in enumerate(self.multipliers)) for k in range(n)]
         f = [h - tau - more for h, tau, more in zip(forces, w.state.tau, pulled, strict=True)]
         r = [one for one, holds in zip(self.motion.parts["r"][1], self.holding, strict=True) if holds]
-        return block(f=((n,), f), K=((n, n), K), G=((rows, n), list(G)), r=((len(r),), r), H=self.motion.parts["H"])
+        push = substitute(self.motion.parts["push"][1], still)
+        return block(
+            f=((n,), f), K=((n, n), K), G=((rows, n), list(G)), r=((len(r),), r), H=self.motion.parts["H"],
+            push=((n,), push),
+        )  # fmt: skip
 
 
 @lru_cache(maxsize=16)
@@ -188,7 +193,7 @@ def _written(
             b=((len(G),), bias), r=((len(G),), residual), s=((len(G),), rates), push=((n,), push),
             H=((len(state.q), n), along_q),
         ),
-        block(e=swept, c=columns(moving, q, u), s=columns(rates, q)),
+        block(e=swept, p=columns(push, q, u, a, each(own)), c=columns(moving, q, u), s=columns(rates, q)),
         block(y=((len(y),), y), y_=columns(y, q, u, a, each(multipliers), each(state.tau), each(own))),
     )  # fmt: skip
 
