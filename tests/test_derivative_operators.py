@@ -267,9 +267,10 @@ def test_all_roads_of_all_words_are_proved_equal(name: str) -> None:
 # What it costs
 
 
-@pytest.mark.parametrize("name", ["arm7", "puma560"])
-def test_a_product_with_derivatives_costs_little_more_than_the_function(name: str) -> None:
-    w = Workspace(read(EXAMPLES / f"{name}.toml"))
+@pytest.mark.parametrize("name", ["arm7", "puma560", "quadruped", 4, 8, 16])
+def test_a_product_with_derivatives_costs_little_more_than_the_function(name: str | int) -> None:
+    """Of arms, of a robot on legs, and of chains in a plane, where all that is turned is a vector of two components."""
+    w = Workspace(chain(name) if isinstance(name, int) else read(EXAMPLES / f"{name}.toml"))
     for request, most in (("inverse_dynamics", 2.5), ("forward_dynamics", 2.75), ("kinetic_energy", 3.0)):
         alone, *products = (
             state_dependent_counts(derive_one(w, request + word)).multiplications for word in ("", "_jvp", "_vjp")
@@ -284,7 +285,7 @@ def test_a_long_chain_solves_as_its_forward_dynamics_does() -> None:
         state_dependent_counts(derive_one(w, f"forward_dynamics{word}")).multiplications
         for word in ("", "_jvp", "_vjp")
     )
-    assert max(jvp, vjp) <= 3 * alone
+    assert max(jvp, vjp) <= 2.75 * alone
     assert derive_one(w, "forward_dynamics").formulation == "aba"
     assert derive_one(w, "forward_dynamics_jvp").formulation == "solved"
 

@@ -10,7 +10,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from symdyn.algebra.big import BigFloats
-from symdyn.graph import ARITY, FUNCTIONS, Graph, Op, evaluate, gradient, substitute, tangents
+from symdyn.graph import (
+    ARITY,
+    FUNCTIONS,
+    Graph,
+    Op,
+    evaluate,
+    gradient,
+    operands,
+    reachable,
+    substitute,
+    tangents,
+    turns,
+)
 from symdyn.graph.differentiate import PARTIALS
 
 BIG = BigFloats(60)
@@ -102,6 +114,75 @@ def test_reverse_and_forward_agree_with_differences(recipe):
     for a, b, c in zip(backward, forward, measured, strict=True):
         assert abs(a - b) < 1e-45 * size
         assert abs(a - c) < 1e-25 * size**3
+
+
+# Turns
+
+
+def turned(angle, x, y):
+    graph = angle.graph
+    c, s = graph.cos(angle), graph.sin(angle)
+    return c * x - s * y, s * x + c * y
+
+
+def multiplications(nodes):
+    return sum(node.op is Op.MUL for node in reachable(nodes))
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(RECIPES, RECIPES, RECIPES, st.booleans())
+def test_what_has_turned_has_the_same_derivatives_by_its_angle_as_by_its_operands(angle, x, y, back):
+    """Also where what turns depends on the angle, is a sine of it, or is the same in both components."""
+    graph = Graph()
+    symbols = [graph.symbol(name) for name in PLACES]
+    angle, x, y = (cook(graph, one) for one in (angle, x, y))
+    found = turned(symbols[0] - angle, *turned(-angle if back else angle, x, y))
+    node = graph.sin(found[0]) * found[1] - found[0]
+
+    for read in (operands, turns([node])):
+        backward = [value(entry, PLACES) for entry in gradient(node, symbols, read)]
+        forward = [value(tangents([node], {symbol: graph.one}, read)[0], PLACES) for symbol in symbols]
+        measured = [slope(node, name) for name in PLACES]
+        size = 1 + max(abs(x) for x in measured)
+        for a, b, c in zip(backward, forward, measured, strict=True):
+            assert abs(a - b) < 1e-40 * size
+            assert abs(a - c) < 1e-25 * size**3
+
+
+def test_a_turn_is_differentiated_for_six_multiplications():
+    graph = Graph()
+    q, x, y, dq, dx, dy, a, b = (graph.symbol(name) for name in ("q", "x", "y", "dq", "dx", "dy", "a", "b"))
+    pair = turned(q, x, y)
+    sides, seeds = turned(q, dx, dy), {q: dq, x: dx, y: dy}
+
+    assert tangents(pair, seeds, turns(pair)) == [sides[0] - pair[1] * dq, sides[1] + pair[0] * dq]
+    assert multiplications([*pair, *tangents(pair, seeds, turns(pair))]) == 4 + 6
+    assert multiplications([*pair, *tangents(pair, seeds)]) == 4 + 8 + 2
+
+    phi = a * pair[0] + b * pair[1]
+    assert multiplications([*pair, *gradient(phi, [q, x, y], turns([phi]))]) == 4 + 6
+    assert multiplications([*pair, *gradient(phi, [q, x, y])]) == 4 + 8 + 2
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_single_product_and_a_negative_partner_are_read_too(sign):
+    graph = Graph()
+    q, x, dq = (graph.symbol(name) for name in ("q", "x", "dq"))
+    lone = [graph.cos(q) * x, sign * graph.sin(q) * x]
+    turned_back = [graph.sin(q) * dq - graph.cos(q) * x, -(graph.cos(q) * dq) - graph.sin(q) * x]
+
+    assert tangents(lone, {q: dq}, turns(lone)) == [-(graph.sin(q) * x) * dq, sign * (graph.cos(q) * x) * dq]
+    assert tangents(turned_back, {q: x}, turns(turned_back)) == [-turned_back[1] * x, turned_back[0] * x]
+
+
+def test_what_has_no_partner_is_differentiated_by_its_operands():
+    graph = Graph()
+    q, x, y = (graph.symbol(name) for name in ("q", "x", "y"))
+    for node in (graph.cos(q) * x - graph.sin(q) * y, graph.cos(q) * x + graph.sin(y) * x, graph.cos(q) * x + y):
+        assert tangents([node], {q: x, y: q}, turns([node])) == tangents([node], {q: x, y: q})
+
+    two_angles = [graph.cos(q) * x - graph.sin(y) * x, graph.sin(q) * x + graph.cos(y) * x]
+    assert tangents(two_angles, {y: x}, turns(two_angles)) == tangents(two_angles, {y: x})
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)

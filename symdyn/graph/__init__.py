@@ -1,11 +1,12 @@
 """The expression graph: operations, hash-consed nodes, evaluation, differentiation. Knows no mechanics."""
 
-from symdyn.graph.differentiate import copy_node, gradient, substitute, tangents
+from symdyn.graph.differentiate import Slopes, copy_node, gradient, operands, substitute, tangents
 from symdyn.graph.evaluate import Algebra, Arithmetic, arithmetic, evaluate, reachable
 from symdyn.graph.expression import Expr, Graph, Scalar
 from symdyn.graph.growing import growing
 from symdyn.graph.identities import LinearForm, linear_form
 from symdyn.graph.ops import ARITY, FUNCTIONS, Op
+from symdyn.graph.turns import turns
 
 __all__ = [
     "ARITY",
@@ -17,13 +18,16 @@ __all__ = [
     "LinearForm",
     "Op",
     "Scalar",
+    "Slopes",
     "arithmetic",
     "copy_node",
     "evaluate",
     "gradient",
     "growing",
     "linear_form",
+    "operands",
     "reachable",
     "substitute",
     "tangents",
+    "turns",
 ]

@@ -2,11 +2,13 @@
 
 Forward: ẏ = Σ ∂y/∂x ẋ, one sweep for one direction of all inputs (a time derivative, a column of a Jacobian).
 Reverse: x̄ = Σ ∂y/∂x ȳ, one sweep for all partial derivatives of one output (a gradient).
+
+∂y/∂x are a node's derivatives by its operands, or by what `turns` reads in it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from symdyn.graph.evaluate import reachable
 from symdyn.graph.expression import Expr, Graph
@@ -31,8 +33,16 @@ PARTIALS: dict[Op, Partials] = {  # z = op(x, y)  ->  (dz/dx, dz/dy)
     Op.ATAN2: lambda z, y, x: (x / (x * x + y * y), -y / (x * x + y * y)),
 }
 
+Slopes = Callable[[Expr], Iterable[tuple[Expr, Expr]]]
+"""Gives pairs of a node that another one is made of, and the derivative by that."""
 
-def tangents(outputs: Sequence[Expr], seeds: Mapping[Expr, Expr]) -> list[Expr]:
+
+def operands(node: Expr) -> Iterable[tuple[Expr, Expr]]:
+    """Return the operands of a node, and its derivatives by them."""
+    return zip(node.args, PARTIALS[node.op](node, *node.args), strict=True)
+
+
+def tangents(outputs: Sequence[Expr], seeds: Mapping[Expr, Expr], slopes: Slopes = operands) -> list[Expr]:
     """Return ẏ of every output y along one direction: `seeds` are ẋ of the inputs that move, all others rest."""
     if not outputs:
         return []
@@ -43,7 +53,7 @@ def tangents(outputs: Sequence[Expr], seeds: Mapping[Expr, Expr]) -> list[Expr]:
             moving[node] = seeds[node]
         elif any(arg in moving for arg in node.args):
             rate = zero
-            for arg, partial in zip(node.args, PARTIALS[node.op](node, *node.args), strict=True):
+            for arg, partial in slopes(node):
                 if arg in moving:
                     rate = rate + partial * moving[arg]
             if rate is not zero:
@@ -51,7 +61,7 @@ def tangents(outputs: Sequence[Expr], seeds: Mapping[Expr, Expr]) -> list[Expr]:
     return [moving.get(node, zero) for node in outputs]
 
 
-def gradient(output: Expr, inputs: Sequence[Expr]) -> list[Expr]:
+def gradient(output: Expr, inputs: Sequence[Expr], slopes: Slopes = operands) -> list[Expr]:
     """Return the partial derivatives of one output with respect to `inputs`, shape (len(inputs),).
 
     >>> graph = Graph()
@@ -70,7 +80,7 @@ def gradient(output: Expr, inputs: Sequence[Expr]) -> list[Expr]:
     for node in reversed(nodes):
         if node not in moving or node not in adjoint or node in wanted:
             continue
-        for arg, partial in zip(node.args, PARTIALS[node.op](node, *node.args), strict=True):
+        for arg, partial in slopes(node):
             if arg in moving:
                 adjoint[arg] = adjoint.get(arg, graph.zero) + adjoint[node] * partial
     return [adjoint.get(node, graph.zero) for node in inputs]

@@ -27,7 +27,7 @@ from symdyn.dynamics.roads.output import Output, Road, Unasked
 from symdyn.dynamics.roads.result_labels import Axis
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, gradient, tangents
+from symdyn.graph import Expr, Slopes, gradient, operands, tangents
 from symdyn.scene import acceleration_name
 
 Direction = dict[Expr, Expr]
@@ -71,18 +71,18 @@ def directions_of(w: Workspace, argument: str) -> list[Direction]:
 # Differentiation of a graph
 
 
-def forward(entries: Sequence[Expr], directions: Sequence[Direction]) -> list[Expr]:
+def forward(entries: Sequence[Expr], directions: Sequence[Direction], slopes: Slopes = operands) -> list[Expr]:
     """Return the derivatives of entries along directions, row by row, a sweep for each column."""
-    columns = [tangents(entries, seeds) for seeds in directions]
+    columns = [tangents(entries, seeds, slopes) for seeds in directions]
     return [column[i] for i in range(len(entries)) for column in columns]
 
 
-def reverse(entries: Sequence[Expr], directions: Sequence[Direction]) -> list[Expr]:
+def reverse(entries: Sequence[Expr], directions: Sequence[Direction], slopes: Slopes = operands) -> list[Expr]:
     """Return the derivatives of entries along directions, row by row, a sweep for each row."""
     inputs = list(dict.fromkeys(symbol for one in directions for symbol in one))
     found = []
     for entry in entries:
-        partials = dict(zip(inputs, gradient(entry, inputs), strict=True))
+        partials = dict(zip(inputs, gradient(entry, inputs, slopes), strict=True))
         found += [entry.graph.total(h * partials[x] for x, h in one.items()) for one in directions]
     return found
 

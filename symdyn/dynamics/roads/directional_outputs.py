@@ -11,6 +11,9 @@ H is what differentiates vjp along all columns of J, and not symmetric where a q
     X_j X_k φ - X_k X_j φ = Σ_l γ^l_jk X_l φ        brackets of the velocities, 0 for rates of coordinates
 
 (H + Hᵀ)/2 is the second order of φ(q ∘ exp ξ, …) in ξ, which differential dynamic programming wants.
+
+Sweeps that code is generated from read turns (`symdyn.graph.turns`) where that costs less; those beside which they are
+proved do not.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
+from symdyn.dynamics.mechanism.cost import cost
 from symdyn.dynamics.mechanism.ldl import solve
 from symdyn.dynamics.recursive.aba import aba
 from symdyn.dynamics.roads import tree_roads
@@ -40,7 +44,7 @@ from symdyn.dynamics.roads.output import Output, Road
 from symdyn.dynamics.roads.result_labels import Axis
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
-from symdyn.graph import Expr, substitute, tangents
+from symdyn.graph import Expr, Slopes, operands, substitute, tangents, turns
 from symdyn.spatial import zero_vector
 
 Ways = Sequence[str]
@@ -77,12 +81,19 @@ def weighted(w: Workspace, row: Output, *place: str) -> Expr:
     return w.graph.total(a * f for a, f in zip(weights(w, len(entries), row), entries, strict=True))
 
 
+def cheaper(w: Workspace, nodes: Sequence[Expr], sweep: Callable[[Slopes], list[Expr]]) -> list[Expr]:
+    """Return what a sweep over nodes finds, turns read as such or not: by the variant that costs least."""
+    state = (*w.state.q, *w.state.qd, *w.state.qdd, *w.state.tau)
+    return min((sweep(slopes) for slopes in (operands, turns(nodes))), key=lambda found: cost(found, state))
+
+
 # J d and wᵀ J
 
 
 def jvp(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return J d by one sweep forward."""
-    return tangents(entries_of(w, row, *place), moving(w, along))
+    entries = entries_of(w, row, *place)
+    return cheaper(w, entries, partial(tangents, entries, moving(w, along)))
 
 
 def jvp_of_rows(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
@@ -93,7 +104,8 @@ def jvp_of_rows(w: Workspace, row: Output, along: Ways, *place: str) -> list[Exp
 
 def vjp(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return wᵀ J by one sweep backwards."""
-    return reverse([weighted(w, row, *place)], along_all(w, along))
+    phi = [weighted(w, row, *place)]
+    return cheaper(w, phi, partial(reverse, phi, along_all(w, along)))
 
 
 def vjp_of_columns(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
@@ -110,7 +122,8 @@ def vjp_of_columns(w: Workspace, row: Output, along: Ways, *place: str) -> list[
 
 def solved_jvp(w: Workspace, row: Output, along: Ways) -> list[Expr]:
     """Return J d of forward dynamics."""
-    carried = tangents(w.forces(list(w.state.qdd)), moving(w, ("q", "qd")))
+    forces = w.forces(list(w.state.qdd))
+    carried = cheaper(w, forces, partial(tangents, forces, moving(w, ("q", "qd"))))
     carried = substitute(carried, dict(zip(w.state.qdd, entries_of(w, row), strict=True)))
     pushed = direction(w.graph, DIRECTIONS["tau"], w.state.n)
     return _accelerated(w, [push - force for push, force in zip(pushed, carried, strict=True)])
@@ -122,7 +135,7 @@ def solved_vjp(w: Workspace, row: Output, along: Ways) -> list[Expr]:
     free = [w.graph.zero if k in w.prescribed.place else one for k, one in enumerate(w_)]
     mu = _accelerated(w, free)
     carried = w.graph.total(a * force for a, force in zip(w_, w.forces(list(w.state.qdd)), strict=True))
-    slopes = [-one for one in reverse([carried], along_all(w, ("q", "qd")))]
+    slopes = [-one for one in cheaper(w, [carried], partial(reverse, [carried], along_all(w, ("q", "qd"))))]
     known = dict(zip((*w_, *w.state.qdd), (*mu, *entries_of(w, row)), strict=True))
     return [*substitute(slopes, known), *mu]
 
@@ -145,13 +158,17 @@ def hessian(sweep: str, first: Way, w: Workspace, row: Output, along: Ways, *pla
     """Return H row by row, from wᵀ J; its lower half from the upper one by brackets: X_k X_j = X_j X_k + [X_k, X_j]."""
     directions, slopes = along_all(w, along), first(w, row, along, *place)
     N = len(directions)
-    H = [[w.graph.zero] * N for _ in range(N)]
-    for k in range(N):
-        H[k][k:] = SWEEPS[sweep]([slopes[k]], directions[k:])
-        for j in range(k + 1, N):
-            turned = w.graph.total(value * slopes[m] for m, value in _brackets(w, along, k, j))
-            H[j][k] = H[k][j] + turned
-    return [entry for line in H for entry in line]
+
+    def entries(read: Slopes) -> list[Expr]:
+        H = [[w.graph.zero] * N for _ in range(N)]
+        for k in range(N):
+            H[k][k:] = SWEEPS[sweep]([slopes[k]], directions[k:], read)
+            for j in range(k + 1, N):
+                turned = w.graph.total(value * slopes[m] for m, value in _brackets(w, along, k, j))
+                H[j][k] = H[k][j] + turned
+        return [entry for line in H for entry in line]
+
+    return cheaper(w, slopes, entries)
 
 
 def hessian_by_columns(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
@@ -162,7 +179,8 @@ def hessian_by_columns(w: Workspace, row: Output, along: Ways, *place: str) -> l
 
 def hessian_vector(first: Way, w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
     """Return H d: wᵀ J moved along d."""
-    return tangents(first(w, row, along, *place), moving(w, along))
+    slopes = first(w, row, along, *place)
+    return cheaper(w, slopes, partial(tangents, slopes, moving(w, along)))
 
 
 def hessian_vector_backwards(w: Workspace, row: Output, along: Ways, *place: str) -> list[Expr]:
