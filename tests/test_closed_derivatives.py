@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 from closed_mechanisms import bricard, crank_rocker, exact, four_bar, symbolic_four_bar
 from closed_neighbours import Neighbours
+from small_steps import BIG, Numbers, apart
 from test_centre_of_mass import FLYER
 
 import symdyn
@@ -230,8 +232,10 @@ def test_a_folded_four_bar_is_told_to_have_none() -> None:
 @pytest.mark.parametrize(
     ("name", "request_", "words"),
     [
-        ("four_bar", "forward_dynamics_hessian", "none where loops .* there are forward_dynamics_derivatives, .*_jvp"),
+        ("four_bar", "forward_dynamics_hessian", "where loops .* no forward_dynamics_hessian; there .*_jvp"),
         ("four_bar", "velocities_by_qd", "velocities takes q, ui"),
+        ("two_link", "motion_residual_jvp", "about closed loops and rows, of which two_link has none"),
+        ("four_bar", "motion_residual_jvp_by_q", "of motion_residual there are .*_hessian, .*_by_multipliers"),
         ("two_link", "motion_residual", "about closed loops and rows, of which two_link has none"),
         ("two_link", "forward_dynamics_unprojected_derivatives", "about closed loops and rows"),
         ("two_link", "positions_derivatives", "about closed loops and rows"),
@@ -248,6 +252,22 @@ def test_drives_that_are_too_many_have_no_derivatives_either() -> None:
     )
     with pytest.raises(DerivationError, match="over-driven, 3 drives"):
         derive_one(Workspace(driven), "inverse_dynamics_derivatives")
+
+
+def test_unsolved_equations_have_every_word_as_an_output_of_the_full_state_has() -> None:
+    """What optimisation along a motion of a closed scene takes: weighted second derivatives, against differences."""
+    n = Numbers(Workspace(read_text(HUNG)))
+    function = n.function("motion_residual_hessian")
+    rng = random.Random(3)
+    state = {one.name: [BIG.number(rng.uniform(-1, 1)) for _ in one.symbols] for one in function.arguments}
+    state["q"][3:] = [BIG.context.mpf(x) / 10 for x in (1, 1, 7, 7)]
+    ways = [(one.name, k) for one in function.arguments[:5] for k in range(6 if one.name == "q" else len(one.symbols))]
+    assert function.shape == (len(ways), len(ways)) == (27, 27)
+    J, H = n.at("motion_residual_derivatives", state), n.at("motion_residual_hessian", state)
+    for j in range(len(ways)):
+        slopes = n.slope("motion_residual", state, *ways[j])
+        assert apart(J[j :: len(ways)], slopes) < 1e-20
+        assert apart(H[j :: len(ways)], n.slope("motion_residual_vjp", state, *ways[j])) < 1e-20
 
 
 # The same linear system, however it is asked for

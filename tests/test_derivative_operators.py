@@ -351,6 +351,13 @@ def test_one_number_needs_no_weights() -> None:
             "two_link: mass is neither an argument .* nor a parameter of the scene; there are m1",
         ),
         ("inverse_dynamic_jvp", "NAME_jvp, NAME_vjp, NAME_hessian_vector"),
+        ("kinetic_energy_grad", "of kinetic_energy there are kinetic_energy_jvp, .*_by_qd, kinetic_energy_by_t, "),
+        (
+            "forward_dynamics_jvp_by_q",
+            "of forward_dynamics there are forward_dynamics_jvp, .*_by_qd, .*_by_tau, .*_by_t",
+        ),
+        ("reactions_jvp:elbow", "is about the whole scene"),
+        ("inverse_dynamics_by_ui", "ui is neither an argument .* nor a parameter of the scene; there are m1"),
         ("pose_jvp", "pose_jvp needs a point; write pose_jvp:NAME"),
         ("inverse_dynamics_jvp:tool", "is about the whole scene"),
     ],
@@ -376,6 +383,33 @@ def test_closed_scenes_have_derivatives_of_what_is_a_function_of_the_full_state(
     scene = read(EXAMPLES / "four_bar.toml")
     assert derive(scene, [f"constraint_residual{word}"]).functions[0].entries
     assert derive(scene, [f"mass_matrix{word}"]).functions[0].name == f"tree_mass_matrix{word}"
+
+
+@pytest.mark.parametrize("request_", ["reactions:ground", "forward_reactions:joint"])
+def test_outputs_with_axes_in_their_name_have_derivatives_too(request_: str) -> None:
+    n = numbers("two_link")
+    (state,) = states("two_link", suffixed(request_, "_jvp"), natural=False)
+    ways = [(name, k) for name in OUTPUTS[request_].arguments for k in range(2)]
+    slopes = [n.slope(request_, state, *way) for way in ways]
+    expected = [
+        sum(state[f"d{one}"][k] * x for (one, k), x in zip(ways, row, strict=True)) for row in zip(*slopes, strict=True)
+    ]
+    assert apart(n.at(suffixed(request_, "_jvp"), state), expected) < 1e-20
+    usual = request_.partition(":")[0]
+    assert apart(n.at(f"{usual}_jvp", state), expected) > 1e-3
+    assert n.function(suffixed(request_, "_by_m1")).name == request_.replace(":", "_by_m1_")
+
+
+@pytest.mark.parametrize("name", ["slider_crank", "cart_pole"])
+def test_a_parameter_may_have_the_name_of_an_argument_of_something_else(name: str) -> None:
+    text = (EXAMPLES / f"{name}.toml").read_text()
+    there = read(EXAMPLES / f"{name}.toml")
+    p = "m1" if name == "slider_crank" else "mc"
+    scene = read_text(text.replace(f"{p} =", "ui =").replace(f'"{p}"', '"ui"'))
+    for request in DYNAMICS:
+        own, usual = (derive(one, [f"{request}_by_{by}"]) for one, by in ((scene, "ui"), (there, p)))
+        assert own.functions[0].labels[1] == ("ui",)
+        assert len(own.functions[0].entries) == len(usual.functions[0].entries)
 
 
 def test_derivatives_of_reactions_that_are_one_choice_say_so() -> None:

@@ -17,8 +17,10 @@ from symdyn.dynamics import (
     unique_reactions,
 )
 from symdyn.dynamics.loops.mobility import mobility
+from symdyn.dynamics.roads.closed_derivatives import RESIDUAL, UNPROJECTED
 from symdyn.dynamics.roads.operators import WORDS
 from symdyn.dynamics.roads.result_labels import COMPONENTS, joints_of, told
+from symdyn.dynamics.roads.state_matrices import STATE_MATRICES
 from symdyn.emit.print.equations_text import base_parameter_texts
 from symdyn.emit.print.frames_text import frame_texts
 from symdyn.errors import DerivationError
@@ -88,7 +90,8 @@ def gather(scene: Scene, road: str | None, closing: LoopChoices) -> tuple[dict[s
 
 def on_request(scene: Scene) -> list[str]:
     """Return the outputs of the whole scene that no one has unasked, and how derivatives of all are asked for."""
-    return [*(name for name in expected(scene, Unasked.NEVER) if name not in expected(scene)), *WORDS]
+    alone = [STATE_MATRICES, *((RESIDUAL, f"NAME{UNPROJECTED}") if scene.is_closed else ())]
+    return [*(name for name in expected(scene, Unasked.NEVER) if name not in expected(scene)), *alone, *WORDS]
 
 
 def _counted(equations: Equations, outputs: Sequence[str]) -> tuple[dict[str, Any], list[str]]:

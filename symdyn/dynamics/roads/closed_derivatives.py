@@ -239,7 +239,7 @@ ALONG_MANIFOLD: dict[str, Derivative] = {
 
 
 MOTION_RESIDUAL = Output(
-    "what vanishes in every motion: M qdd + h - tau - G^T lambda, then G qdd + Gdot qd",
+    "residual of the equations of motion, M qdd + h - tau - G^T lambda, and of their rows, G qdd + Gdot qd",
     ("q", "qd", "qdd", "tau", MULTIPLIERS),
     "residual",
     (lambda w: (*w.scene.velocities, *labels.kept_rows(w)),),
@@ -253,7 +253,7 @@ MOTION_RESIDUAL = Output(
 )
 """The equations that closed scenes solve, unsolved."""
 
-RESIDUAL = "motion_residual"
+RESIDUAL, UNPROJECTED = "motion_residual", "_unprojected_derivatives"
 
 CLOSED_DERIVATIVES: dict[str, Output] = {
     **{f"{name}_derivatives": one.row(one.arguments) for name, one in ALONG_MANIFOLD.items()},
@@ -264,7 +264,7 @@ CLOSED_DERIVATIVES: dict[str, Output] = {
         if name != "positions"
     },
     **{
-        f"{name}_unprojected_derivatives": ALONG_MANIFOLD[name].unprojected()
+        f"{name}{UNPROJECTED}": ALONG_MANIFOLD[name].unprojected()
         for name in ("forward_dynamics", "inverse_dynamics", "multipliers")
     },
     **{
@@ -272,7 +272,5 @@ CLOSED_DERIVATIVES: dict[str, Output] = {
         for name in ("forward_dynamics", "inverse_dynamics", "multipliers")
     },
     RESIDUAL: MOTION_RESIDUAL,
-    f"{RESIDUAL}_derivatives": derivatives("", MOTION_RESIDUAL),
-    **{f"{RESIDUAL}_by_{one}": derivatives("", MOTION_RESIDUAL, one) for one in MOTION_RESIDUAL.arguments},
 }
-"""Rows of closed scenes, by what is asked; what operators make is asked of all others."""
+"""Rows of closed scenes, by what is asked; what operators make is asked of all others, and of the residual."""

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from symdyn.dynamics.roads.closed_derivatives import ALONG_MANIFOLD, CLOSED_DERIVATIVES
+from symdyn.dynamics.roads.closed_derivatives import ALONG_MANIFOLD, CLOSED_DERIVATIVES, MOTION_RESIDUAL, RESIDUAL
 from symdyn.dynamics.roads.closed_parameters import SOLVED, by_parameters
 from symdyn.dynamics.roads.closed_products import CLOSED_PRODUCTS
-from symdyn.dynamics.roads.derivative_outputs import COLUMNS
-from symdyn.dynamics.roads.operators import BY, of_another
+from symdyn.dynamics.roads.operators import BY, of_another, words_of
 from symdyn.dynamics.roads.output import Output
 from symdyn.dynamics.roads.outputs import OUTPUTS
 from symdyn.errors import DerivationError
+from symdyn.scene.values.names import GENERATED_NAMES
 
 CLOSED: dict[str, Output] = {**CLOSED_DERIVATIVES, **CLOSED_PRODUCTS}
 """Rows of closed scenes, by what is asked; beside them derivatives by parameters, NAME_by_PARAMETER."""
+
+MANY: dict[str, Output] = {**OUTPUTS, RESIDUAL: MOTION_RESIDUAL}
+"""Rows of which many others can be asked for, by a word behind their name."""
 
 
 def of_closed(name: str) -> Output | None:
@@ -24,10 +27,19 @@ def of_closed(name: str) -> Output | None:
     if name in CLOSED:
         return CLOSED[name]
     output, by, parameter = name.partition(BY)
-    if by and output in SOLVED and parameter not in COLUMNS:
+    if by and output in SOLVED and parameter not in GENERATED_NAMES:
         return by_parameters(output, "" if parameter == "parameters" else parameter)
     of = next((one for one in ALONG_MANIFOLD if name.startswith(f"{one}_") and of_another(name, OUTPUTS)), None)
     if of is None:
         return None
-    there = [*(one for one in CLOSED if one.startswith(f"{of}_")), *([f"{of}{BY}PARAMETER"] if of in SOLVED else [])]
-    raise DerivationError(f"{name} is none where loops or rows close a scene; there are {', '.join(there)}")
+    raise DerivationError(
+        f"where loops or rows close a scene there is no {name}; there are {', '.join(words(of, True))}"
+    )
+
+
+def words(of: str, closed: bool) -> list[str]:
+    """Return what can be asked of an output, of closed scenes or of others."""
+    if not closed or of not in ALONG_MANIFOLD:
+        return words_of(of, MANY[of])
+    by = (f"{of}{BY}parameters", f"{of}{BY}PARAMETER") if of in SOLVED else ()
+    return [*(one for one in CLOSED if one.startswith(f"{of}_")), *by]

@@ -14,7 +14,7 @@ from symdyn.dynamics.mechanism.ldl import Singular, moves_no_mass
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
 from symdyn.dynamics.mechanism.prescribed import TIME, has_motion
 from symdyn.dynamics.mechanism.tree import build_tree
-from symdyn.dynamics.roads.closed_operators import CLOSED, of_closed
+from symdyn.dynamics.roads.closed_operators import CLOSED, MANY, of_closed, words
 from symdyn.dynamics.roads.named_functions import DRIVES, Equations, Function, arguments
 from symdyn.dynamics.roads.operators import WORDS, of_another
 from symdyn.dynamics.roads.output import TREE_NAME, Output, Unasked
@@ -149,17 +149,15 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
         DerivationError: there is no such output, or the scene cannot have it.
     """
     name, _, place = request.partition(":")
-    if request in OUTPUTS:
-        name, place = request, ""
     closed = scene is not None and scene.is_closed
-    row = OUTPUTS.get(name) or _of_state(name, closed) or of_another(name, OUTPUTS) or CLOSED.get(name)
+    there = {one.removesuffix(f":{place}"): row for one, row in OUTPUTS.items() if place and one.endswith(f":{place}")}
+    if row := there.get(name) or of_another(name, there):  # one of the whole scene, such as "reactions:ground"
+        place = ""
+    row = row or OUTPUTS.get(name) or _of_state(name, closed) or of_another(name, MANY) or CLOSED.get(name)
     if row is None and (asked := name.removeprefix(TREE_NAME)) in OUTPUTS:
         raise DerivationError(f"{name} is what {asked} is called where loops close a scene; ask for {asked}")
     if row is None:
-        raise DerivationError(
-            f"there is no output {name!r}; there are {', '.join(OUTPUTS)}; and derivatives of each, such as "
-            f"inverse_dynamics_derivatives: {', '.join(WORDS)}; {STATE_MATRICES}"
-        )
+        raise DerivationError(f"there is no output {name!r}; {_those_there(name, closed)}")
     if row.place and not place:
         raise DerivationError(f"{name} needs a {row.place}; write {name}:NAME")
     if place and not row.place:
@@ -171,6 +169,15 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     if row.in_loops == "refuse" and scene.is_closed:
         raise DerivationError(f"{name} is about trees; loops or rows close {scene.name}")
     return row.where_closed if scene.is_closed else row, place
+
+
+def _those_there(name: str, closed: bool) -> str:
+    """Return what can be asked for in place of what there is not: of the output whose name it begins with, if any."""
+    of = max((one for one in MANY if name.startswith(f"{one}_")), key=len, default="")
+    if of:
+        return f"of {of} there are {', '.join(words(of, closed))}"
+    derived = f"derivatives of each, such as inverse_dynamics_derivatives: {', '.join(WORDS)}"
+    return f"there are {', '.join((*OUTPUTS, *(CLOSED if closed else ()), STATE_MATRICES))}; and {derived}"
 
 
 def _of_state(name: str, closed: bool) -> Output | None:

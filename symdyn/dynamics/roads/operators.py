@@ -5,23 +5,41 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from symdyn.dynamics.roads.derivative_outputs import COLUMNS, by_parameters, derivatives
+from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.roads.derivative_outputs import COLUMNS, by_parameters, derivatives, differentiable
 from symdyn.dynamics.roads.directional_outputs import ALONG_ONE
 from symdyn.dynamics.roads.output import Output
+from symdyn.scene.values.names import GENERATED_NAMES
 
 BY = "_by_"
 """Behind the name of an output, before that of an argument or a parameter."""
 
+
+def _by(name: str, row: Output, only: str) -> Output:
+    """Return the row of derivatives by an argument; by a parameter where that has the name and no argument has."""
+    argument = only in row.arguments or only in GENERATED_NAMES
+    return derivatives(name, row, only) if argument else by_parameters(name, row, only)
+
+
 OPERATORS: dict[str, Callable[[str, Output], Output]] = {
     **ALONG_ONE,
     "_derivatives": derivatives,
-    **{f"{BY}{one}": partial(derivatives, only=one) for one in COLUMNS},
+    **{f"{BY}{one}": partial(_by, only=one) for one in COLUMNS},
     f"{BY}parameters": by_parameters,
 }
 """What can be asked of every output, by what is written behind its name, as in "inverse_dynamics_derivatives"."""
 
 WORDS = tuple(f"NAME{one}" for one in (*OPERATORS, f"{BY}PARAMETER"))
 """The same in words, of an output called NAME."""
+
+
+def words_of(name: str, row: Output) -> list[str]:
+    """Return what can be asked of an output, those of arguments that it does not take left out."""
+    along = differentiable(row)
+    taken = [f"{BY}{one}" for one in (*along, *([TIME] if along else []), "parameters", "PARAMETER")]
+    return [
+        f"{name}{one}" for one in (*(OPERATORS if along else ()), f"{BY}PARAMETER") if BY not in one or one in taken
+    ]
 
 
 def of_another(name: str, outputs: Mapping[str, Output]) -> Output | None:
