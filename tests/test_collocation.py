@@ -222,10 +222,23 @@ def test_errors_fall_with_the_order_of_the_method(name, method):
     assert np.log2(residuals[0] / residuals[1]) == pytest.approx(order, abs=0.5)
 
 
+@pytest.mark.parametrize("name", ["cart_pole", "four_bar", "free_body", "led_cart"])
+@pytest.mark.parametrize("method", METHODS)
+def test_a_time_that_is_given_has_the_slopes_of_one_that_is_found(name, method):
+    scene = example(name)
+    given, found = (symdyn.collocation(scene, until, [0, 0.3, 1], method) for until in (1.5, (0.5, 2.5)))
+    z = np.random.default_rng(8).normal(size=given.size)
+
+    for one in (z, z + 1):  # the second call, too
+        whole = found.jacobian(np.append(one, 1.5)).toarray()[:, :-1]
+        assert given.jacobian(one).toarray() == pytest.approx(whole, rel=1e-13, abs=1e-13)
+
+
 def test_a_problem_and_its_hessian_pickle():
     problem = symdyn.collocation(CART, (0.5, 1.5), 4, cost="F**2 + t*x**2", free="l")
-    again, of = pickle.loads(pickle.dumps((problem, lagrangian(problem))))
     z, weights = problem.guess + 0.1, np.ones(problem.rows)
+    problem.jacobian_values(z)
+    again, of = pickle.loads(pickle.dumps((problem, lagrangian(problem))))
 
     assert np.array_equal(again.residual(z), problem.residual(z))
     assert np.array_equal(again.jacobian_values(z), problem.jacobian_values(z))

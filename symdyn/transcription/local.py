@@ -60,12 +60,14 @@ class Local:
         pattern: of each partial derivative that is not zero: entry, kind of the unknown, its place in that kind.
         value, slopes: functions of the unknowns by kind, shape (count, width), to (count, size) and (count,
             nonzeros).
+        linear: whether the slopes are the same everywhere.
     """
 
     size: int
     pattern: Pattern
     value: Callable[[Mapping[str, Array]], Array]
     slopes: Callable[[Mapping[str, Array]], Array]
+    linear: bool = False
 
 
 @dataclass(frozen=True)
@@ -243,7 +245,7 @@ def slopes_of(w: Workspace, found: Written, name: str, inputs: Sequence[Expr]) -
 
 def locals_of(w: Workspace, found: Written) -> dict[str, Local]:
     """Return the local functions that have entries, compiled into one library."""
-    functions, patterns, takes = [], {}, {}
+    functions, patterns, takes, linear = [], {}, {}, {}
     for name, entries in found.entries.items():
         if not entries:
             continue
@@ -251,6 +253,7 @@ def locals_of(w: Workspace, found: Written) -> dict[str, Local]:
         slopes = slopes_of(w, found, name, [symbol for _, _, symbol in inputs])
         places = sorted(slopes)
         patterns[name] = tuple((i, *inputs[k][:2]) for i, k in places)
+        linear[name] = not appearing(slopes.values()) & set(chain(*found.kinds.values()))
         for which, some in ((name, list(entries)), (_slopes(name), [slopes[place] for place in places])):
             symbols = appearing(some)
             kinds = [kind for kind, those in found.kinds.items() if kind == "q" or not symbols.isdisjoint(those)]
@@ -263,9 +266,13 @@ def locals_of(w: Workspace, found: Written) -> dict[str, Local]:
             return lambda at: np.zeros((len(at["q"]), 0))
         return lambda at: np.asarray(calls[which](*(at[kind] for kind in takes[which])), dtype=np.float64)
 
-    return {
-        name: Local(len(found.entries[name]), patterns[name], caller(name), caller(_slopes(name))) for name in patterns
+    made = {
+        name: Local(len(found.entries[name]), pattern, caller(name), caller(_slopes(name)), linear[name])
+        for name, pattern in patterns.items()
     }
+    if w.state.rates == w.state.qd:
+        made["rates"] = replace(made["rates"], value=lambda at: at["u"])
+    return made
 
 
 def inputs_of(found: Written, entries: Sequence[Expr]) -> list[tuple[str, int, Expr]]:

@@ -32,6 +32,7 @@ from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.scene import Scene
 from symdyn.transcription.grid import Grid, Places, sliced
 from symdyn.transcription.local import Local, Source
+from symdyn.transcription.slopes import Slopes
 from symdyn.transcription.tableaux import Method
 
 if TYPE_CHECKING:
@@ -103,19 +104,19 @@ class Collocation:
     def residual(self, z: Array) -> Array:
         """Return g(z), shape (rows,)."""
         g = np.empty(self.rows, np.result_type(z, np.float64))
-        stages, nodes = self.at(z, "stage"), self._nodes(z)
+        stages, nodes = self.at(z, "stage"), self.at_nodes(z)
         self._part(g, self.row["balance"])[:] = self.locals["balance"].value(stages)
         between, sums = self.between
         defects = self._part(g, self.row["defects"])
-        defects[:] = (between @ z - self.time(z) * (sums @ self._rates(stages))).reshape(defects.shape)
+        defects[:] = (between @ z - self.time(z) * (sums @ self.rates(stages))).reshape(defects.shape)
         if "pull" in self.locals:
-            defects[:, -1] -= self.locals["pull"].value({kind: _behind(kind, x) for kind, x in nodes.items()})
+            defects[:, -1] -= self.locals["pull"].value(self.behind(nodes))
         for name in ("held", "path"):
             if name in self.locals:
                 self._part(g, self.row[name])[:] = self.locals[name].value(nodes)
         return g
 
-    def _nodes(self, z: Array) -> dict[str, Array]:
+    def at_nodes(self, z: Array) -> dict[str, Array]:
         """Return the unknowns at all nodes, where a function asks for them."""
         return self.at(z, "node") if any(PLACES[name] == "node" for name in self.locals) else {}
 
@@ -137,13 +138,13 @@ class Collocation:
         places = np.arange(len(grid.stage) * shape[2]).reshape(-1, shape[2])
         parts = [
             np.broadcast_arrays(grid.widths[:, None] * grid.weights[r, j], index[:, r], places[grid.of[:, j]])
-            for r, j in self._used
+            for r, j in self.used
         ]
         weights, at, stages = (np.concatenate([part[k].ravel() for part in parts]) for k in range(3))
         difference = csr_array((signs, (rows, columns)), shape=(index.size, self.size))
         return difference, csr_array((weights, (at, stages)), shape=(index.size, places.size))
 
-    def _rates(self, stages: Mapping[str, Array]) -> Array:
+    def rates(self, stages: Mapping[str, Array]) -> Array:
         """Return q̇ and u̇ of all stages, as `between` takes them."""
         return np.concatenate([self.locals["rates"].value(stages), stages["a"]], axis=1).ravel()
 
@@ -157,7 +158,6 @@ class Collocation:
         """Points and stages of all intervals, without copies where they are equally far apart."""
         grid = self.grid
         return {
-            "of": [sliced(column) for column in grid.of.T],
             "stage": sliced(grid.stage),
             "node": sliced(grid.node),
             "end": grid.node[-1:],
@@ -165,10 +165,7 @@ class Collocation:
 
     def jacobian_values(self, z: Array) -> Array:
         """Return the entries of ∂g/∂z at (`jacobian_rows`, `jacobian_columns`), shape (nonzeros,)."""
-        parts = np.concatenate([np.ravel(part) for part in self._parts(z)])
-        order, first = self._merged[2:]
-        parts = parts[order]
-        return parts if len(first) == len(parts) else np.add.reduceat(parts, first)
+        return self._slopes.values(z)
 
     def jacobian(self, z: Array) -> csr_array:
         """Return ∂g/∂z as a sparse matrix, shape (rows, size)."""
@@ -231,80 +228,21 @@ class Collocation:
     @property
     def jacobian_rows(self) -> Places:
         """Rows of the entries of ∂g/∂z that are not always zero, ascending, shape (nonzeros,)."""
-        return self._merged[0]
+        return self._slopes.rows
 
     @property
     def jacobian_columns(self) -> Places:
         """Their columns, ascending in each row; none occurs twice."""
-        return self._merged[1]
+        return self._slopes.columns
 
     @cached_property
-    def _merged(self) -> tuple[Places, Places, Places, Places]:
-        """Rows, columns, the order of the parts, and where each entry begins among the ordered parts."""
-        places = [np.broadcast_arrays(rows, columns) for rows, columns in self._places()]
-        rows, columns = (np.concatenate([np.ravel(pair[k]) for pair in places]) for k in (0, 1))
-        keys = rows * self.size + columns
-        order = np.argsort(keys, kind="stable")
-        _, first = np.unique(keys[order], return_index=True)
-        return rows[order][first], columns[order][first], order, first
-
-    def _places(self) -> list[tuple[Places, Places]]:
-        """Return rows and columns of the parts of ∂g/∂z, in the order of `_parts`."""
-        grid, defects, place = self.grid, self.row["defects"], self.place
-        y = np.concatenate([place["q"], place["u"]], axis=1)
-        nq = place["q"].shape[1]
-        found = [(defects, y[grid.target]), (defects, np.broadcast_to(y[grid.node[:-1], None], defects.shape))]
-        for r, j in self._used:
-            entries = [i for i, _, _ in self.locals["rates"].pattern]
-            found.append((defects[:, r, entries], self.wires["rates"][0][grid.of[:, j]]))
-            found.append((defects[:, r, nq:], place["a"][grid.of[:, j]]))
-        if len(place["T"]):
-            found.append((defects, place["T"]))
-        if "pull" in self.locals:
-            entries = [i for i, _, _ in self.locals["pull"].pattern]
-            found.append((defects[:, -1, entries], self.wires["pull"][0][1:]))
-        for name in self._rowwise:
-            columns, known, _ = self.wires[name]
-            rows = self.row[name][:, [i for i, _, _ in self.locals[name].pattern]]
-            found.append((rows[known], columns[known]))
-        return found
-
-    def _parts(self, z: Array) -> list[Array]:
-        """Return the parts of ∂g/∂z, each an array; several may belong to one entry."""
-        grid, shape = self.grid, self.row["defects"].shape
-        found: list[Array] = [np.ones(shape), np.full(shape, -1.0)]
-        of = self._slices["of"]
-        stages, nodes = self.at(z, "stage"), self._nodes(z)
-        slopes = self.locals["rates"].slopes(stages)
-        h = self.time(z) * grid.widths[:, None]
-        for r, j in self._used:
-            scale = -h * grid.weights[r, j]
-            found.append(scale * slopes[of[j]])
-            found.append(np.broadcast_to(scale, (len(h), self.place["a"].shape[1])))
-        if len(self.place["T"]):
-            found.append(-(self.between[1] @ self._rates(stages)))
-        if "pull" in self.locals:
-            found.append(-self.locals["pull"].slopes({kind: _behind(kind, x) for kind, x in nodes.items()}))
-        for name in self._rowwise:
-            values = self.locals[name].slopes(stages if PLACES[name] == "stage" else nodes)
-            _, known, chain = self.wires[name]
-            found.append(values if name in self._plain else (values * chain)[known])
-        return found
+    def _slopes(self) -> Slopes:
+        return Slopes(self)
 
     @cached_property
-    def _used(self) -> list[tuple[int, int]]:
+    def used(self) -> list[tuple[int, int]]:
         """Defects and stages whose weight is not zero."""
         return [(int(r), int(j)) for r, j in np.argwhere(self.grid.weights != 0)]
-
-    @cached_property
-    def _plain(self) -> set[str]:
-        """Functions whose slopes are entries as they are: by unknowns alone, and none by time."""
-        return {name for name, (_, known, chain) in self.wires.items() if known.all() and np.all(chain == 1.0)}
-
-    @cached_property
-    def _rowwise(self) -> list[str]:
-        """Functions whose entries are equations as they are."""
-        return [name for name in ("balance", "held", "path") if name in self.locals]
 
     @cached_property
     def wires(self) -> dict[str, tuple[Places, NDArray[np.bool_], Array]]:
@@ -352,7 +290,7 @@ class Collocation:
         found[TIME] = self.time(z) * self.grid.share[points]
         return found
 
-
-def _behind(kind: str, x: Array) -> Array:
-    """Return what holds at all nodes but the first."""
-    return x if kind == "free" else x[1:]
+    @staticmethod
+    def behind(nodes: Mapping[str, Array]) -> dict[str, Array]:
+        """Return what holds at all nodes but the first."""
+        return {kind: x if kind == "free" else x[1:] for kind, x in nodes.items()}
