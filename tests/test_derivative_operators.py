@@ -471,6 +471,13 @@ def test_a_kink_is_told_and_an_ideal_sign_has_no_forward_dynamics() -> None:
         derive(scene, ["forward_dynamics_derivatives"])
 
 
+def test_an_angle_of_nothing_is_told() -> None:
+    scene = read_text(RUBBING.replace("sqrt(x_dot**2)", "atan2(x_dot, x)"), "rubbing.toml")
+    text = derive(scene, ["inverse_dynamics_derivatives"]).functions[0].text
+    assert text.endswith("no number (NaN) where both sides of an atan2 vanish, of x and x_dot")
+    assert "atan2" not in derive(scene, ["inverse_dynamics_by_qdd"]).functions[0].text
+
+
 def test_beside_a_kink_derivatives_are_those_of_its_side() -> None:
     call = symdyn.lambdify(read_text(RUBBING, "rubbing.toml"), "inverse_dynamics_by_qd")
     for side in (1.0, -1.0):

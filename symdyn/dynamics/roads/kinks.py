@@ -12,10 +12,11 @@ MOST = 6
 
 
 def kinks(entries: Sequence[Expr], varied: Collection[Expr]) -> str:
-    """Return what the text of derivatives says of signs, absolute values and roots of what varies; "" without such."""
+    """Return what the text of derivatives says of signs, absolute values, roots and angles; "" without such."""
     below = _below(entries, set(varied))
     jumps = [node.args[0] for node in below if node.op in (Op.SIGN, Op.ABS)]
     roots = [node.args[0] for node in below if node.op is Op.SQRT]
+    angles = [node for node in below if node.op is Op.ATAN2]
     words = []
     if jumps:
         words.append(
@@ -24,6 +25,8 @@ def kinks(entries: Sequence[Expr], varied: Collection[Expr]) -> str:
         )
     if roots:
         words.append(f"no number (NaN) where a root vanishes, of {_names(roots, below)}")
+    if angles:
+        words.append(f"no number (NaN) where both sides of an atan2 vanish, of {_names(angles, below)}")
     return "".join(f"; {one}" for one in words)
 
 
