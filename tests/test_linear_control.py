@@ -27,7 +27,7 @@ from symdyn.linear.regulator import kalman, lqr
 from symdyn.linear.sampled import along_a_step, sampled
 from symdyn.linear.transfer import transfers, zeros
 from symdyn.linear.weights import read_weights
-from symdyn.scene import read, read_text
+from symdyn.scene import bind, read, read_text
 from symdyn.simulation import simulate
 from symdyn.simulation.gradients import sensitivity
 
@@ -546,3 +546,26 @@ def test_python_control_agrees_where_it_is_installed():
 
     assert_allclose(lqr(one, *WEIGHTS["cart_pole"]).K, K, rtol=1e-8)
     assert_allclose(one.control().A, one.A)
+
+
+def test_gains_act_beside_forces_that_compensate_weight() -> None:
+    arm = bind(read(ROOT / "examples" / "two_link.toml"), {"m1": 1, "m2": 2, "h1": 0.4, "h2": 0.3, "g": 9.81})
+    at = {"q1": "0.7", "q2": "-0.4"}
+    weight = {"M1": "9.81*(1.2*sin(q1) + 0.6*sin(q1 + q2))", "M2": "9.81*0.6*sin(q1 + q2)"}
+    regulator = lqr(linearize(arm, at, forces=weight))
+    assert regulator.gains()["u0"] == {"M1": 0.0, "M2": 0.0}
+    assert any("--forces" in note for note in regulator.notes)
+    start = {"q1": "0.8", "q2": "-0.3"}
+    run = simulate(arm, until=25, start=start, forces=weight, feedback=regulator.gains(), method="dop853")
+    assert_allclose(run.q[-1], [0.7, -0.4], atol=1e-4)
+    constant = {"M1": repr(9.81 * (1.2 * np.sin(0.7) + 0.6 * np.sin(0.3))), "M2": repr(9.81 * 0.6 * np.sin(0.3))}
+    held = lqr(linearize(arm, at, forces=constant))
+    assert not held.notes
+    run = simulate(arm, until=25, start=start, feedback=held.gains(), method="dop853")
+    assert_allclose(run.q[-1], [0.7, -0.4], atol=1e-4)
+
+
+def test_gains_at_an_instant_of_a_motion_say_so() -> None:
+    cart = read(ROOT / "examples" / "cart_pole.toml")
+    (note,) = lqr(linearize(cart, {"theta": "0.3"}, anywhere=True)).notes
+    assert note.startswith("the point is neither of rest nor of a steady motion")

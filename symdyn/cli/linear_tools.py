@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from symdyn.cli.trajectory_options import flattened
 from symdyn.emit import writing
 from symdyn.linear import bode, moving, over_values
 from symdyn.linear.linearization import Linearization
@@ -197,7 +199,10 @@ def _lqr(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     if options.gains:
         path = Path(options.gains)
         write_whole(path, found.text())
-        lines += [str(path), f"run it: symdyn simulate {options.scene} --until 10 --feedback {path}"]
+        words = ["symdyn", "simulate", options.scene, "--until", "10", "--feedback", str(path)]
+        words += ["--bind", options.bind] if options.bind else []
+        words += ["--forces", *flattened(options.forces)] if system.found.feeding else []
+        lines += [str(path), f"run it: {shlex.join(words)}"]
     return lines, found.gains() | {"poles": pairs_of(found.poles), "notes": list(found.notes)}
 
 

@@ -78,6 +78,8 @@ class Linearization:
         dropped: cyclic positions of a steady motion that are no states, as nothing depends on them.
         cyclic: positions that can be anywhere: equilibria, or motions, are the same there; one eigenvalue zero each.
         family: how many more directions lead to other equilibria next to this one.
+        feeding: forces at the point, shape (nv,), where formulas of these depend on the state: part of A, and not of
+            what gains have to give; () where forces are constant.
         notes: what a user should know.
     """
 
@@ -98,6 +100,7 @@ class Linearization:
     dropped: tuple[str, ...] = ()
     cyclic: tuple[str, ...] = ()
     family: int = 0
+    feeding: tuple[float, ...] = ()
     notes: tuple[str, ...] = ()
 
     def without(self, positions: Sequence[int]) -> Linearization:

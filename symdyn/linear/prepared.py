@@ -97,8 +97,15 @@ class Prepared:
         return Linearization(
             scene, here.point, states, inputs, Axis(self.outputs.names, self.outputs.units), found.A, found.B, found.C,
             found.D, len(choice.positions), found.moves, found.directions, found.rates,
-            notes=(*notes, *self._corners(here)),
+            notes=(*notes, *self._corners(here)), feeding=self._feeding(here, given),
         )  # fmt: skip
+
+    def _feeding(self, here: Place, given: Array | None) -> tuple[float, ...]:
+        """Return the forces at a place, those `given` apart, if formulas of them depend on the state."""
+        state, formulas = {*self.scene.coordinates, *self.scene.velocities}, self.forces.formulas
+        if all(self.scene.drives[k] and not state.intersection(one.symbols) for k, one in formulas.items()):
+            return ()
+        return tuple((here.point.tau - (0.0 if given is None else given)).tolist())
 
     def _corners(self, here: Place) -> list[str]:
         """Return what is said of signs and absolute values that turn over at a place."""

@@ -27,6 +27,10 @@ from symdyn.linear.sampled import sampled
 from symdyn.linear.weights import Weights, weight
 from symdyn.scene.values.table import Faults
 
+FEEDING = "the formulas of --forces depend on the state: gains act beside them, give them to simulate, too"
+MOVING = "the point is neither of rest nor of a steady motion: nothing holds the mechanism there, gains neither"
+"""What is said of gains beside forces that feed back, and at a point where velocities change."""
+
 
 @dataclass(frozen=True)
 class Regulator:
@@ -54,12 +58,13 @@ class Regulator:
         drives = [str(drive) for drive in one.scene.drives]
         point = dict(zip(one.scene.coordinates, one.point.q.tolist(), strict=True))
         point |= dict(zip(one.scene.velocities, one.point.u.tolist(), strict=True))
+        held = one.point.tau - (one.feeding or 0.0)
         found: dict[str, object] = {
             "K": self.K.tolist(),
             "states": list(one.states.names),
             "inputs": list(self.inputs),
             "x0": point,
-            "u0": {name: float(one.point.tau[drives.index(name)]) for name in self.inputs if name in drives},
+            "u0": {name: float(held[drives.index(name)]) for name in self.inputs if name in drives},
         }
         return found if self.period is None else found | {"period": self.period}
 
@@ -107,6 +112,10 @@ def lqr(
     _close(faults)
     A, B = _steps(one, period)
     K, poles, notes = _gain(one.A, one.B[:, used], A, B[:, used], heavy, light, period, WORDS["lqr"], one.states.names)
+    if one.feeding:
+        notes = (*notes, FEEDING)
+    if one.kind == "moving":
+        notes = (*notes, MOVING)
     return Regulator(one, inputs.names, K, poles, period, notes)
 
 
