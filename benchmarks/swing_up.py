@@ -1,6 +1,6 @@
-"""The swing-up of docs/collocation.md: its cost by the minimum principle, and those of every method and mesh beside it.
+"""The swing-ups of docs/collocation.md: the cart-pole by the minimum principle and by every method, opty's pendulum.
 
-`python benchmarks/swing_up.py` needs CasADi for the table. The truth knows nothing of symdyn: state and costate p of
+`python benchmarks/swing_up.py` needs CasADi for all but the truth. That knows nothing of symdyn: state and costate p of
 Kelly's equations (6.1) and (6.2), SIAM Review 59 (2017) 849, obey
 
     x' = f(x, u),    p' = -∂(p · f)/∂x,    u = -p · ∂f/∂u / 2,    x given at both ends,
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_bvp
 
 import symdyn
-from symdyn.transcription import METHODS, Collocation, solve
+from symdyn.transcription import METHODS, Collocation, Solution, along, solve
 
 Array = NDArray[np.float64]
 
@@ -79,8 +79,26 @@ def problem(intervals: int, method: str = "hermite_simpson") -> Collocation:
     return symdyn.collocation(symdyn.read(SCENE), DURATION, intervals, method, cost="u**2", **end)
 
 
+def pendulum() -> None:
+    """Print what the pendulum of opty's example takes, from a straight way and from the motion of the fourth order."""
+    from collocation import fixed_pendulum
+
+    def told(method: str, where: str, found: Solution) -> None:
+        end, turns = found.simulated(rtol=1e-11).q[-1, 0], np.diff(np.sign(found.motion.qd[:, 0]))
+        words = f"cost {found.objective:.4f}, {np.count_nonzero(turns)} changes of sign, {found.iterations} iterations"
+        print(f"pendulum, {method} from {where}: {words}, simulated to {end:.4f} rad")
+
+    best = solve(fixed_pendulum("hermite_simpson"), max_iter=1000)
+    told("hermite_simpson", "a straight way", best)
+    run = best.simulated(rtol=1e-11, every=best.duration / 500)
+    for method in ("implicit_midpoint", "trapezoidal"):
+        told(method, "a straight way", solve(fixed_pendulum(method), max_iter=1000))
+        there = fixed_pendulum(method)
+        told(method, "that motion", solve(there, along(there, run), max_iter=1000))
+
+
 def main() -> None:
-    """Print the table."""
+    """Print the table, and what opty's pendulum takes."""
     first = solve(problem(100))
     print(f"minimum principle: {truth(first.problem, first.z, first.multipliers):.9f} N² s")
     for method in METHODS:
@@ -89,6 +107,7 @@ def main() -> None:
             off = abs(found.simulated(rtol=1e-11).q[-1] - found.motion.q[-1]).max()
             words = f"{intervals} intervals, cost {found.objective:.7f}, end error {off:.1e}"
             print(f"{method}: {words}, {found.iterations} iterations")
+    pendulum()
 
 
 if __name__ == "__main__":
