@@ -226,9 +226,15 @@ class _Layout:
         _known("bounds", tuple(bounds), columns, faults)
         given = [(name, _range(one, f"bounds: {name}", faults)) for name, one in bounds.items() if name in columns]
         for name, (least, most) in [*_limits(scene, self.names, values), *given]:
-            if name in columns:
-                lower[columns[name]] = np.maximum(lower[columns[name]], least)
-                upper[columns[name]] = np.minimum(upper[columns[name]], most)
+            if name not in columns:
+                continue
+            at = columns[name]
+            low, high = np.maximum(lower[at], least), np.minimum(upper[at], most)
+            if np.any(low > high):
+                limits = f"{np.max(lower[at]):g} … {np.min(upper[at]):g}"
+                faults.add(f"bounds: {name}", f"{least:g} … {most:g} leaves nothing of its joint's limits, {limits}")
+            else:
+                lower[at], upper[at] = low, high
         lower[place["T"]], upper[place["T"]] = self.span
         for kind, names, x in (("q", scene.coordinates, start.q), ("u", scene.velocities, start.u)):
             for k, name in enumerate(names):
@@ -245,9 +251,12 @@ class _Layout:
         faults: Faults,
     ) -> Start | None:
         """Fix what is given of the end; return a whole state there for the guess, None where none is found."""
-        speeds = {
-            (velocity_name(n) if velocity_name(n) in self.scene.velocities else n): x for n, x in end_rates.items()
-        }
+        speeds: dict[str, Number] = {}
+        for name, text in end_rates.items():
+            speed = velocity_name(name) if velocity_name(name) in self.scene.velocities else name
+            if speed in speeds:
+                faults.add("end rates", f"{speed} is given twice, as {speeds[speed]} and as {text}")
+            speeds[speed] = text
         for where, kind, given, names in (
             ("end", "q", end, self.scene.coordinates),
             ("end rates", "u", speeds, self.scene.velocities),
