@@ -191,3 +191,26 @@ def test_units_of_rows_in_a_csv_file_are_those_of_rates() -> None:
 def test_outputs_are_given_once() -> None:
     with pytest.raises(SimulateError, match="outputs: x is given twice"):
         symdyn.linearize(example("cart_pole"), outputs=["x", "x"])
+
+
+@pytest.mark.parametrize("axis", [0, 2])
+def test_a_free_body_that_spins_about_its_least_or_largest_axis_is_not_unstable(axis: int) -> None:
+    rates = {f"flight_w{name}": "3" if k == axis else "0" for k, name in enumerate("xyz")}
+    spun = symdyn.linearize(example("free_body"), rates=rates)
+    assert stability(spun).verdict == "oscillating"
+    inertia = (
+        1,
+        2,
+        3,
+    )  # its place and momentum turn by 3 rad/s in its own axes, twice and with one shape; and it nutates
+    first, second, third = inertia[axis], *(one for k, one in enumerate(inertia) if k != axis)
+    nutation = 3 * np.sqrt((first - second) * (first - third) / (second * third))
+    found = sorted(mode.value.imag for mode in spun.modes)
+    np.testing.assert_allclose(found, sorted([nutation, 3, 3, 3]), rtol=1e-6)
+    assert all(mode.value.real == pytest.approx(0, abs=3e-9) for mode in spun.modes)
+
+
+def test_a_free_body_that_spins_about_its_middle_axis_turns_over() -> None:
+    spun = symdyn.linearize(example("free_body"), rates={"flight_wx": "0", "flight_wy": "3", "flight_wz": "0"})
+    (growing,) = spun.spectrum.growing
+    assert growing.value == pytest.approx(3 / np.sqrt(3))

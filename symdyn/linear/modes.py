@@ -26,6 +26,9 @@ Complexes = npt.NDArray[np.complex128]
 NOTHING = 1e-9
 """Singular values of the balanced A over its largest that are zero."""
 
+PARTED = 1e-6
+"""Distance of eigenvalues over the largest that rounding makes of one that is multiple."""
+
 SIDEWAYS = 1e-9
 """Real parts over the size of the largest eigenvalue that are zero."""
 
@@ -111,6 +114,7 @@ def spectrum(A: Array, whole: float = 0.0) -> Spectrum:
         still = scale[:, None] * Q[:, :lost] if not zeros else still
         zeros += lost
     values, below = np.linalg.eig(left[zeros:, zeros:]) if zeros < n else (np.zeros(0), np.zeros((0, 0)))
+    values = _as_one(np.asarray(values, dtype=np.complex128))
     N, R = left[:zeros, :zeros], left[:zeros, zeros:]
     modes = []
     for value, y in zip(values, below.T, strict=True):
@@ -122,6 +126,21 @@ def spectrum(A: Array, whole: float = 0.0) -> Spectrum:
     top = max((abs(mode.value) for mode in modes), default=0.0)
     modes.sort(key=lambda mode: (-round(mode.value.real / top, 9), abs(mode.value)))
     return Spectrum(zeros, still, tuple(modes), top)
+
+
+def _as_one(values: Complexes) -> Complexes:
+    """Return eigenvalues, those of one that rounding parts about the imaginary axis at what they are in the mean.
+
+    A double eigenvalue with one shape, as of a body that turns and drifts, is found to the root of rounding,
+    the mean of the two to rounding itself.
+    """
+    top, found = float(np.abs(values).max(initial=0.0)), values.copy()
+    for value in values:
+        near = np.abs(values - value) <= PARTED * top
+        mean = values[near].mean()
+        if np.count_nonzero(near) > 1 and abs(mean.real) <= SIDEWAYS * top:
+            found[near] = complex(0.0, mean.imag)
+    return found
 
 
 def balance(A: Array) -> Array:
