@@ -161,7 +161,9 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     if row.place and not place:
         raise DerivationError(f"{name} needs a {row.place}; write {name}:NAME")
     if place and not row.place:
-        raise DerivationError(f"{name} is about the whole scene; write {name}")
+        axes = [one.partition(":") for one in OUTPUTS if ":" in one]
+        there_is = [name, *(f"{name}:{one}" for of, _, one in axes if name.startswith(of))]
+        raise DerivationError(f"{name} is about the whole scene; write {' or '.join(there_is)}")
     if scene is None:
         return row, place
     if row.loops_only and not scene.is_closed:
