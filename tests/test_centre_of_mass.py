@@ -17,6 +17,8 @@ from symdyn.graph import Expr
 from symdyn.scene import Scene, read_text
 from symdyn.verify import certify
 
+pytestmark = pytest.mark.long
+
 ASKED = (
     "inverse_dynamics_derivatives",
     "forward_dynamics_derivatives",

@@ -31,6 +31,8 @@ from symdyn.scene import Scene, read_text
 from symdyn.verify import PROVED, Claim, certify, prove
 from symdyn.verify.quaternions import on_unit_sphere
 
+pytestmark = pytest.mark.long
+
 DATA, EXAMPLES = Path(__file__).parent / "data", Path(__file__).parent.parent / "examples"
 
 LED = """

@@ -27,6 +27,8 @@ from symdyn.program import formulate, lower
 from symdyn.scene import Scene, bind, read, read_text
 from symdyn.verify import certify
 
+pytestmark = pytest.mark.long
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 LED = """

@@ -22,6 +22,8 @@ from symdyn.scene.forces import rub_of
 from symdyn.scene.values.quantity import symbol
 from symdyn.verify import certify
 
+pytestmark = pytest.mark.long
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 OPEN = [scene for scene in map(symdyn.read, sorted(EXAMPLES.glob("*.toml"))) if not scene.is_closed]
 

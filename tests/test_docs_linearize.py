@@ -55,6 +55,7 @@ def text_of(outputs: notebooks.Shown) -> str:
     return "\n".join("".join(one.get("text") or one["data"]["text/plain"]) for one in outputs)
 
 
+@pytest.mark.long
 def test_the_notebook_shows_what_its_cells_find() -> None:
     book, found = notebooks.run(BOOK)
     written = [cell["outputs"] for cell in book["cells"] if cell["cell_type"] == "code"]

@@ -129,6 +129,7 @@ def multiplications(nodes):
     return sum(node.op is Op.MUL for node in reachable(nodes))
 
 
+@pytest.mark.long
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(RECIPES, RECIPES, RECIPES, st.booleans())
 def test_what_has_turned_has_the_same_derivatives_by_its_angle_as_by_its_operands(angle, x, y, back):

@@ -31,6 +31,8 @@ from symdyn.scene import bind, read, read_text
 from symdyn.simulation import simulate
 from symdyn.simulation.gradients import sensitivity
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parent.parent
 DATA = ROOT / "tests" / "data"
 CONTROL = json.loads((DATA / "control.json").read_text(encoding="utf-8"))

@@ -21,6 +21,8 @@ from symdyn.program import cheapest
 from symdyn.scene import bind, read_text
 from symdyn.simulation.equations.opened import numbers_at
 
+pytestmark = pytest.mark.long
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 

@@ -25,6 +25,8 @@ from symdyn.linear.verdict import stability
 from symdyn.scene import bind
 from symdyn.simulation.initial import read_start
 
+pytestmark = pytest.mark.long
+
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
 

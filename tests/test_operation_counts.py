@@ -74,6 +74,7 @@ def test_emitted_counts_are_these(name):
     assert operation_counts.emitted(CASES[name]) == [Counts(*numbers) for numbers in EMITTED[name]]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", DERIVED)
 def test_counts_of_derivatives_are_these(name):
     counted = operation_counts.derived(CASES[name])[:3]
