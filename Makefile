@@ -20,7 +20,7 @@ test: $(READY)  ## everything that must hold
 	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal --durations=20 --durations-min=1
 
 slow: $(READY)  ## what takes minutes: robots against Pinocchio, 3,000 mechanisms against the reference of tests/engine
-	$(BIN)/python -m pip install --quiet -e '.[dev,mjcf,robots]'
+	$(BIN)/python -m pip install --quiet -e '.[dev,bench]'
 	$(BIN)/python -m pytest -m slow -n auto --maxprocesses 4
 
 SECONDS ?= 600
@@ -47,11 +47,11 @@ closed-forms: $(READY)  ## time of all coefficients in closed form
 	$(BIN)/python benchmarks/closed_forms.py
 
 accuracy: $(READY)  ## run time against error of the examples, and the hard cases; writes docs/accuracy.md
-	$(BIN)/python -m pip install --quiet -e '.[taylor,stiff]'
+	$(BIN)/python -m pip install --quiet -e '.[simulate]'
 	$(BIN)/python benchmarks/accuracy_page.py
 
 bench: $(READY)  ## side by side with other libraries; updates docs/performance.md
-	$(BIN)/python -m pip install --quiet -e '.[bench,robots]'
+	$(BIN)/python -m pip install --quiet -e '.[bench]'
 	$(BIN)/python benchmarks/run.py --docs docs
 	$(BIN)/python benchmarks/derivatives.py --docs docs
 

@@ -10,7 +10,7 @@ to the ground, ours are unprojected and Pinocchio's are computeConstraintDynamic
 All are compared with ours before they are timed, and with 50 digits. Peers and robots that are not installed are
 skipped with a note, and so are the bars that are about them:
 
-    pip install -e '.[bench,robots]'
+    pip install -e '.[bench]'
 """
 
 from __future__ import annotations

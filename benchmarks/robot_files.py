@@ -1,6 +1,6 @@
 """Every URDF of example-robot-data: joints, agreement with Pinocchio or the reason of its refusal, times.
 
-Run: PYTHONPATH=tests python benchmarks/robot_files.py (after: pip install symdyn[robots])
+Run: PYTHONPATH=tests python benchmarks/robot_files.py (after: pip install "symdyn[bench]")
 Agreement: largest difference at random states relative to the largest entry, read with the file's own digits
 (snap=False) and with invalid inertias allowed; forward dynamics is compared by the forces M (qdd - qdd'). Times: the
 quicker of two runs in one process, imports aside.
@@ -70,7 +70,7 @@ def main() -> int:
     """Print a table in Markdown."""
     folder = robot_folder()
     if folder is None:
-        print("robots: the package example-robot-data is not installed; pip install symdyn[robots]", file=sys.stderr)
+        print("robots: the package example-robot-data is not installed; pip install 'symdyn[bench]'", file=sys.stderr)
         return 1
     print(HEADER)
     print("|---|--:|--:|--:|---|---|--:|--:|")

@@ -138,7 +138,7 @@ def test_contradictions_and_wrong_options_are_told():
 
 def test_without_casadi_it_is_said_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "casadi", None)
-    with pytest.raises(SimulateError, match=r"pip install casadi; or hand the problem's residual"):
+    with pytest.raises(SimulateError, match=r"pip install .symdyn\[optimal\].; or hand the problem's residual"):
         solve(swing_up(4))
 
 

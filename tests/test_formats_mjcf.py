@@ -431,7 +431,7 @@ def test_a_mesh_in_the_file_itself_gives_its_inertia(tmp_path: Path) -> None:
 
 def test_without_mujoco_the_way_to_get_it_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "mujoco", None)
-    assert "pip install symdyn[mjcf]" in faults(world(tmp_path, body()))
+    assert 'pip install "symdyn[robots]"' in faults(world(tmp_path, body()))
 
 
 def test_an_old_mujoco_is_refused_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
+import tomllib
 import zipfile
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
+
+from symdyn.extras import EXTRAS
 
 pytestmark = pytest.mark.runs()
 
@@ -49,3 +54,26 @@ def test_the_wheel_does_the_main_job_without_a_checkout(installed: Path, target:
     assert symdyn("new", "arm", "--template", "rrp") == "arm.toml\n"
     assert "arm." in symdyn("generate", "arm.toml", "--target", target)
     assert r"\ddot q_1" in symdyn("equations", "arm.toml")
+
+
+def test_every_extra_is_one_that_pip_knows_and_brings_what_is_imported() -> None:
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+
+    for name, extra in EXTRAS.items():
+        packages = {re.split(r"[<>=]", entry)[0] for entry in declared[name]}
+        brought = packages_distributions()
+        assert all(packages & set(brought.get(module, packages)) for module in extra.modules), name
+    assert set(declared) - set(EXTRAS) == {"all", "docs", "bench", "dev"}
+
+
+def test_no_message_names_an_extra_that_is_not_there() -> None:
+    named = {
+        (file.name, extra)
+        for folder in ("symdyn", "docs", "benchmarks", "templates")
+        for file in (ROOT / folder).rglob("*.*")
+        if file.suffix in (".py", ".md", ".j2")
+        for words in re.findall(r"symdyn\[([a-z,]+)\]", file.read_text(encoding="utf-8"))
+        for extra in words.split(",")
+    }
+
+    assert {(file, extra) for file, extra in named if extra not in {*EXTRAS, "bench", "all", "docs", "dev"}} == set()

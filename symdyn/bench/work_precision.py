@@ -16,6 +16,7 @@ import numpy.typing as npt
 from symdyn.bench.extended import truth
 from symdyn.bench.measurements import Curve, MotionPrecision, Point, unbeaten
 from symdyn.errors import SimulateError
+from symdyn.extras import install
 from symdyn.scene import Scene
 from symdyn.scene.units import coordinate_units
 from symdyn.simulation.equations.projection import Projection
@@ -67,11 +68,7 @@ def motion(scene: Scene, quick: bool = False, progress: Callable[[str], None] = 
     for name, method in METHODS.items():
         if quick and name not in QUICK_METHODS:
             continue
-        why = (
-            ""
-            if importable(method.module)
-            else f"{method.library} is not installed; pip install 'symdyn[{method.extra}]'"
-        )
+        why = "" if importable(method.module) else f"{method.library} is not installed; {install(method.extra)}"
         why = why or method.refuses(system)
         if why:
             notes.append(f"{name} was not measured: {why}")

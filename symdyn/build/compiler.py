@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import IO
 
 from symdyn.errors import BuildError, MissingCompiler
+from symdyn.extras import install
 
 CANDIDATES = ("cc", "gcc", "clang")
 
@@ -91,7 +92,7 @@ def find_compiler(wanted: str | None = None, machine: str = "native") -> Compile
 
 def _ways_out() -> str:
     return (
-        "install one (`pip install ziglang` will do), or use the NumPy module, which needs none: "
+        f"install one (`{install('zig')}` will do), or use the NumPy module, which needs none: "
         "`symdyn generate SCENE --target numpy`"
     )
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.errors import LinearizeError
+from symdyn.extras import install
 from symdyn.linear.modes import Mode, Spectrum, spectrum
 from symdyn.scene import Scene
 
@@ -142,7 +143,7 @@ class Linearization:
         try:
             from control import ss
         except ImportError:
-            raise LinearizeError("python-control is not installed; pip install control") from None
+            raise LinearizeError(f"python-control is not installed; {install('control')}") from None
         names = {"states": list(self.states.names), "outputs": list(self.outputs.names)}
         if len(self.inputs):
             return ss(self.A, self.B, self.C, self.D, inputs=list(self.inputs.names), **names)

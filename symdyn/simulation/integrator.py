@@ -13,6 +13,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.errors import SimulateError
+from symdyn.extras import install
 from symdyn.scene.values.names import suggestion
 from symdyn.simulation.equations.implicit import differences
 from symdyn.simulation.equations.system import StateEquations
@@ -67,7 +68,7 @@ def choose(system: StateEquations, x: Array, until: float, asked: str | None = N
     if not why and size(system) > LARGEST:
         why = f"{size(system)} operations would take heyoka long to compile"
     if not why and not importable(METHODS["taylor"].module):
-        why = "heyoka is not installed; pip install 'symdyn[taylor]'"
+        why = f"heyoka is not installed; {install('simulate')}"
     if not why:
         return Choice("taylor", METHODS["taylor"], "", OTHERWISE if system.closed else None)
     return Choice("dop853", METHODS["dop853"], f"no Taylor method: {why}")
@@ -79,7 +80,7 @@ def _asked(system: StateEquations, asked: str) -> Choice:
         raise SimulateError(f"method {asked} is not known; {suggestion(asked, METHODS)}")
     method = METHODS[name]
     if not importable(method.module):
-        raise SimulateError(f"method {name} needs {method.library}; pip install 'symdyn[{method.extra}]'")
+        raise SimulateError(f"method {name} needs {method.library}; {install(method.extra)}")
     why = method.refuses(system)
     if why:
         raise SimulateError(f"method {name} does not apply: {why}; take dop853")

@@ -17,6 +17,7 @@ from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.emit.escape import in_html
 from symdyn.emit.render import render
 from symdyn.errors import SimulateError
+from symdyn.extras import install
 from symdyn.simulation.integrate import importable
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.record import write_whole
@@ -45,7 +46,7 @@ def check_plot(path: Path) -> None:
     if path.suffix.lower() not in ENDINGS:
         raise SimulateError(f"{path}: plots are written to {', '.join(ENDINGS)} files")
     if not importable("matplotlib"):
-        raise SimulateError("plots need matplotlib; pip install 'symdyn[plot]'")
+        raise SimulateError(f"plots need matplotlib; {install('plot')}")
 
 
 def plot(trajectory: Trajectory, path: Path) -> None:

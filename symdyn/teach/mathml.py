@@ -12,6 +12,7 @@ from itertools import accumulate
 from symdyn.emit.print.breaking import latex_width
 from symdyn.emit.print.formula_text import BREAK
 from symdyn.errors import EmitError
+from symdyn.extras import install
 
 BRACKET = 150.0  # pt at 10 pt: what is no longer stays in one line, which a phone has room for
 PART = " <wbr>"  # the space belongs to the line that ends
@@ -89,7 +90,7 @@ def inner(latex: str) -> str:
     try:
         from latex2mathml.converter import convert
     except ModuleNotFoundError as fault:
-        raise EmitError("mathematics in HTML needs latex2mathml: pip install 'symdyn[teach]'") from fault
+        raise EmitError(f"mathematics in HTML needs latex2mathml: {install('teach')}") from fault
     if not latex.strip():
         return ""
     spaced = _AFTER.sub(r"\1 \\, ", _BEFORE.sub(r" \\, ", latex))

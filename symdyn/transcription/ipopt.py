@@ -1,4 +1,4 @@
-"""IPOPT solves a problem, through the one that comes in CasADi's wheel: `pip install casadi`.
+"""IPOPT solves a problem, through the one that comes in CasADi's wheel (extra `optimal`).
 
 CasADi sees five functions, f, ∂f, g, ∂g and the Hessian of σ f + λᵀ g, whose values are computed here, and the patterns
 of the last two. Equations between
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from symdyn.algebra.numeric import Array
 from symdyn.errors import SimulateError
+from symdyn.extras import install
 from symdyn.transcription.lagrangian import lagrangian
 from symdyn.transcription.solution import Solution
 from symdyn.transcription.transcribed import Collocation
@@ -52,7 +53,7 @@ def solve(problem: Collocation, guess: Array | None = None, exact: bool | None =
         import casadi
     except ImportError:
         raise SimulateError(
-            "solving needs IPOPT, which comes with CasADi: pip install casadi; or hand the problem's residual, "
+            f"solving needs IPOPT, which comes with CasADi: {install('optimal')}; or hand the problem's residual, "
             "jacobian_values, objective and gradient to another solver"
         ) from None
     z = problem.guess if guess is None else np.asarray(guess, dtype=np.float64)

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from symdyn.errors import SceneError
+from symdyn.extras import install
 from symdyn.scene.declaration.declare import assemble
 from symdyn.scene.declaration.reading import Reading, ReadOptions
 from symdyn.scene.formats.mjcf_mesh import check_meshes, is_file, mesh_paths
@@ -186,14 +187,14 @@ def _package(path: Path) -> Any:
     try:
         mujoco = import_module("mujoco")
     except ImportError:
-        advice = "install it with pip install symdyn[mjcf]"
+        advice = f"install it with {install('robots')}"
         raise SceneError(
             f"{path}: MJCF is read by MuJoCo's compiler, and the package mujoco is missing; {advice}"
         ) from None
     version = re.match(r"(\d+)\.(\d+)", mujoco.__version__)
     if version is None or (int(version[1]), int(version[2])) < OLDEST:
         what = f"mujoco {mujoco.__version__} is too old, {OLDEST[0]}.{OLDEST[1]} is needed"
-        raise SceneError(f"{path}: {what}; pip install --upgrade symdyn[mjcf]")
+        raise SceneError(f"{path}: {what}; {install('robots')} --upgrade")
     return mujoco
 
 

@@ -121,9 +121,11 @@ def proportional(system: StateEquations) -> str:
 
 
 METHODS = {
-    "cvode": Method("SUNDIALS", "CVODE's BDF, for stiff systems", "sksundae", "stiff", 1e-8, partial(run, name="BDF")),
-    "adams": Method("SUNDIALS", "CVODE's Adams methods", "sksundae", "stiff", 1e-9, partial(run, name="Adams")),
+    "cvode": Method(
+        "SUNDIALS", "CVODE's BDF, for stiff systems", "sksundae", "simulate", 1e-8, partial(run, name="BDF")
+    ),
+    "adams": Method("SUNDIALS", "CVODE's Adams methods", "sksundae", "simulate", 1e-9, partial(run, name="Adams")),
     "ida": Method(
-        "SUNDIALS", "IDA's BDF, for loops with their multipliers", "sksundae", "stiff", 1e-8, run_ida, proportional
+        "SUNDIALS", "IDA's BDF, for loops with their multipliers", "sksundae", "simulate", 1e-8, run_ida, proportional
     ),
 }

@@ -259,5 +259,5 @@ SHORTEST = 1e-200
 
 
 METHODS = {
-    "taylor": Method("heyoka", "Taylor method of adaptive order and step", "heyoka", "taylor", 1e-12, run, refuses)
+    "taylor": Method("heyoka", "Taylor method of adaptive order and step", "heyoka", "simulate", 1e-12, run, refuses)
 }

@@ -1,0 +1,47 @@
+"""Packages that a user may have beside symdyn, each named by the job that it is for.
+
+`pyproject.toml` says which versions; a test holds both lists together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Extra:
+    """One job that takes packages of its own.
+
+    Attributes:
+        modules: what is imported, by which one sees whether it is there.
+        without: what a user does without where it is missing, one line.
+    """
+
+    modules: tuple[str, ...]
+    without: str
+
+
+EXTRAS = {
+    "plot": Extra(
+        ("matplotlib", "imageio_ffmpeg", "pygltflib"), "no plots, no PNG or PDF pictures, no GIF, MP4 or glTF"
+    ),
+    "simulate": Extra(("heyoka", "sksundae"), "SciPy integrates: no Taylor series, no SUNDIALS for stiff systems"),
+    "robots": Extra(("mujoco",), "MJCF is not read"),
+    "teach": Extra(("latex2mathml",), "no lessons in HTML"),
+    "control": Extra(("control",), "no hand-over to python-control"),
+    "optimal": Extra(("casadi",), "collocation is not solved here, only handed to a solver"),
+    "shell": Extra(("shtab",), "no completion of verbs and options in a shell"),
+    "zig": Extra(("ziglang",), "no compiler where the system has none: NumPy modules instead"),
+}
+"""By name, in the order in which `symdyn doctor` shows them."""
+
+
+def install(extra: str) -> str:
+    """Return the command that installs an extra, quoted so that every shell takes it.
+
+    >>> install("plot")
+    'pip install "symdyn[plot]"'
+    """
+    if extra not in EXTRAS:
+        raise KeyError(f"no extra {extra}; there are {', '.join(EXTRAS)}")
+    return f'pip install "symdyn[{extra}]"'
