@@ -1,6 +1,7 @@
 """symdyn: equations of motion of mechanisms, from a declared scene to proved code.
 
     scene = symdyn.read("arm.toml")                         a frozen Scene; or declare it with symdyn.scene
+    scene = symdyn.example("four_bar")                      one of those that come with the package
     equations = symdyn.derive(scene, ["mass_matrix"])       named functions on one expression graph
     M = symdyn.lambdify(scene, "mass_matrix")               a NumPy callable of q, (n,) or (..., n)
     arm = symdyn.load("arm.toml")                           all its functions, compiled: arm.mass_matrix(q)
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from symdyn.errors import SymdynError
     from symdyn.linear import linearize
     from symdyn.program import lower
-    from symdyn.scene import Scene, read
+    from symdyn.scene import Scene, example, read
     from symdyn.simulation import inverse, sensitivity, simulate
     from symdyn.transcription import collocation
     from symdyn.verify import certify
@@ -47,6 +48,7 @@ _DOORS = {
     "collocation": "symdyn.transcription",
     "closed_form": "symdyn.dynamics.closed_forms.closed_form",
     "derive": "symdyn.dynamics",
+    "example": "symdyn.scene",
     "inverse": "symdyn.simulation",
     "lambdify": "symdyn.build",
     "linearize": "symdyn.linear",
@@ -66,6 +68,7 @@ __all__ = [
     "closed_form",
     "collocation",
     "derive",
+    "example",
     "inverse",
     "lambdify",
     "linearize",

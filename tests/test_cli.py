@@ -8,6 +8,7 @@ import re
 import shlex
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -118,6 +119,21 @@ def test_new_writes_a_scene_that_generates_and_never_overwrites(
     assert main(["new", "chain", "--n", "3"]) == 1
     assert "chain.toml exists" in capsys.readouterr().err
     assert main(["new", "chain", "--n", "4", "--force"]) == 0
+
+
+def test_new_writes_an_example_under_its_own_name_or_another(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    assert main(["new", "--example", "four-bar"]) == 0
+    assert (tmp_path / "four_bar.toml").read_bytes() == (EXAMPLES / "four_bar.toml").read_bytes()
+    assert main(["new", "mine", "--example", "four_bar"]) == 0
+    assert read(tmp_path / "mine.toml") == replace(symdyn.example("four_bar"), name="mine")
+    assert main(["new", "--example", "fourbar"]) == 1
+    assert 'there is no example "fourbar"; did you mean four_bar?' in capsys.readouterr().err
+    assert main(["new"]) == 1
+    assert "symdyn new --example four_bar" in capsys.readouterr().err
 
 
 @pytest.mark.runs

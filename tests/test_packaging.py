@@ -35,6 +35,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_wheel_carries_templates_and_types_and_every_room(installed: Path) -> None:
     expected = {p.relative_to(ROOT) for p in (ROOT / "symdyn").rglob("*.py")}
     expected |= {Path("symdyn") / p.relative_to(ROOT) for p in (ROOT / "templates").rglob("*.*")}
+    expected |= {Path("symdyn") / p.relative_to(ROOT) for p in (ROOT / "examples").glob("*.toml")}
     expected |= {Path("symdyn/py.typed")}
 
     assert {p for p in expected if not (installed / p).exists()} == set()
@@ -54,6 +55,7 @@ def test_the_wheel_does_the_main_job_without_a_checkout(installed: Path, target:
     assert symdyn("new", "arm", "--template", "rrp") == "arm.toml\n"
     assert "arm." in symdyn("generate", "arm.toml", "--target", target)
     assert r"\ddot q_1" in symdyn("equations", "arm.toml")
+    assert symdyn("new", "--example", "four_bar") == "four_bar.toml\n"
 
 
 def test_every_extra_is_one_that_pip_knows_and_brings_what_is_imported() -> None:

@@ -1,4 +1,4 @@
-"""`symdyn new NAME`: write a commented scene to start from."""
+"""`symdyn new NAME`: write a commented scene to start from, or one of the examples."""
 
 from __future__ import annotations
 
@@ -8,26 +8,28 @@ from pathlib import Path
 from symdyn.cli.talk import print_paths
 from symdyn.emit import write
 from symdyn.emit.code.identifiers import is_device
-from symdyn.errors import EmitError
+from symdyn.errors import EmitError, SceneError
+from symdyn.scene.examples import example_text, examples
 from symdyn.scene.starters import STARTERS, starter
+from symdyn.scene.values.names import check_name
 
 
 def add_options(verb: argparse.ArgumentParser) -> None:
     """Add what the verb takes."""
-    verb.add_argument("name", help="name of the scene; NAME.toml is written here")
+    verb.add_argument("name", nargs="?", help="name of the scene; NAME.toml is written here (default: the example's)")
     verb.add_argument(
         "--template",
         help="rr, rrp, rrr, cart_pole, puma, arm7, chain, four_bar, slider_crank or n_four_bar; default: NAME, else rr",
     )
+    verb.add_argument("--example", metavar="EXAMPLE", help=f"a scene that comes with symdyn: {', '.join(examples())}")
     verb.add_argument("--n", type=int, help="number of links of a chain, of four-bars in a row")
     verb.add_argument("--force", action="store_true", help="overwrite an existing file")
 
 
 def run(options: argparse.Namespace) -> int:
     """Write the scene and print its path."""
-    name = options.name.replace("-", "_")
-    template = (options.template or (name if name in STARTERS else "rr")).replace("-", "_")
-    text = starter(name, template, options.n)
+    name = (options.name or options.example or "").replace("-", "_")
+    text = _example(options, name) if options.example else _starter(options, name)
     path = Path(f"{name}.toml")
     if is_device(name):
         raise EmitError(f"{path} is a device on Windows, whatever the letters' case; try {name}1")
@@ -36,3 +38,22 @@ def run(options: argparse.Namespace) -> int:
     write({path.name: text}, ".")
     print_paths(path)
     return 0
+
+
+def _starter(options: argparse.Namespace, name: str) -> str:
+    if not name:
+        raise SceneError("new: it needs a name; `symdyn new arm --template rr`, or `symdyn new --example four_bar`")
+    template = (options.template or (name if name in STARTERS else "rr")).replace("-", "_")
+    return starter(name, template, options.n)
+
+
+def _example(options: argparse.Namespace, name: str) -> str:
+    """Return the file of an example, called by the name that was chosen for it."""
+    beside = [f"--{word}" for word in ("template", "n") if getattr(options, word) is not None]
+    if beside:
+        raise SceneError(f"new: --example {options.example} is a whole scene; leave {' and '.join(beside)} out")
+    example = options.example.replace("-", "_")
+    text = example_text(example)
+    if fault := check_name(name):
+        raise SceneError(f'the name "{name}" {fault}')
+    return text.replace(f'name = "{example}"', f'name = "{name}"', 1)

@@ -21,6 +21,7 @@ from symdyn.scene.build_joints import (
 )
 from symdyn.scene.declaration.locking import lock
 from symdyn.scene.declaration.reading import ReadOptions, Written
+from symdyn.scene.examples import example, examples
 from symdyn.scene.forces import FORCES, pull_of
 from symdyn.scene.forces.body_load import load
 from symdyn.scene.forces.contact import knife_edge, rolling
@@ -95,6 +96,8 @@ __all__ = [
     "cylindrical",
     "damper",
     "dh_table",
+    "example",
+    "examples",
     "express",
     "fixed",
     "free",
