@@ -28,7 +28,7 @@ from symdyn.emit import emit
 from symdyn.errors import DerivationError, MissingCompiler, SimulateError
 from symdyn.program import formulate, lower
 from symdyn.program.formulation import candidates, cheapest
-from symdyn.scene import Scene
+from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.verify.accuracy import ROUNDOFF, TINIEST
 
 Array = npt.NDArray[np.float64]
@@ -40,7 +40,7 @@ MANY = 512
 
 
 def bench(
-    scene: Scene,
+    scene: SceneLike,
     functions: Sequence[str] | None = None,
     quick: bool = False,
     trajectories: bool = True,
@@ -63,6 +63,7 @@ def bench(
         DerivationError: a function does not exist.
         BuildError: the compiler refuses.
     """
+    scene = scene_of(scene)
     notes: list[str] = []
     names, left_out = available(scene)
     if functions is None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from os import PathLike
 from typing import Any, overload
 
 from symdyn.build.extension import build_extension
@@ -18,7 +17,7 @@ from symdyn.errors import EmitError
 from symdyn.program import Program, Routine, formulate, identifier, lower
 from symdyn.program import prepare as prepare_program
 from symdyn.program.prepare import is_prepared
-from symdyn.scene import Scene, bind, read
+from symdyn.scene import Scene, SceneLike, bind, scene_of
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ class Loaded:
 
 
 def load(
-    scene: Scene | str | PathLike[str],
+    scene: SceneLike,
     functions: str | Sequence[str] | None = None,
     parameters: Mapping[str, Any] | None = None,
     compiler: str | None = None,
@@ -114,7 +113,7 @@ def load(
         BuildError: the compiler that was asked for, here or as $CC, is not there; a compiler refuses; an unknown
             machine.
     """
-    known = scene if isinstance(scene, Scene) else read(scene)
+    known = scene_of(scene)
     known = bind(known, parameters) if parameters else known
     names = (functions,) if isinstance(functions, str) else functions
     requests = tuple(dict.fromkeys(usual(known, closing) if names is None else names))
@@ -158,14 +157,14 @@ def _signature(name: str, routine: Routine) -> str:
 
 @overload
 def lambdify(
-    scene: Scene, name: str, target: str = NUMPY.name, real: str = "double", closing: LoopChoices = ...
+    scene: SceneLike, name: str, target: str = NUMPY.name, real: str = "double", closing: LoopChoices = ...
 ) -> Call: ...
 @overload
 def lambdify(
-    scene: Scene, name: tuple[str, ...], target: str = NUMPY.name, real: str = "double", closing: LoopChoices = ...
+    scene: SceneLike, name: tuple[str, ...], target: str = NUMPY.name, real: str = "double", closing: LoopChoices = ...
 ) -> tuple[Call, ...]: ...
 def lambdify(
-    scene: Scene,
+    scene: SceneLike,
     name: str | tuple[str, ...],
     target: str = NUMPY.name,
     real: str = "double",
@@ -190,7 +189,7 @@ def lambdify(
     if target not in runners:
         raise EmitError(f"target {target!r} is not known; give {' or '.join(runners)}")
     wanted = (name,) if isinstance(name, str) else tuple(name)
-    program = lower(formulate(scene, tuple(dict.fromkeys(wanted)), closing=closing))
+    program = lower(formulate(scene_of(scene), tuple(dict.fromkeys(wanted)), closing=closing))
     sources = emit(program, target, real, option=runners[target].many)
     calls = dict(zip(dict.fromkeys(wanted), run_or_python(sources, runners[target].run)[0].values(), strict=True))
     return calls[name] if isinstance(name, str) else tuple(calls[one] for one in wanted)

@@ -25,7 +25,7 @@ from symdyn.draw.view import View
 from symdyn.emit.escape import in_html
 from symdyn.emit.render import render
 from symdyn.errors import DrawError
-from symdyn.scene import Scene
+from symdyn.scene import Scene, SceneLike, scene_of
 
 Indices = np.ndarray[Any, np.dtype[np.intp]]
 Rows = list[list[int]]
@@ -36,7 +36,7 @@ SAMPLES = 6  # moments at which labels keep clear of lines
 
 
 def animation(
-    scene: Scene,
+    scene: SceneLike,
     times: Sequence[float] | Array,
     positions: Sequence[Sequence[float]] | Array,
     parameters: Mapping[str, float] | None = None,
@@ -59,6 +59,7 @@ def animation(
     Raises:
         DrawError: shapes that do not fit, times that do not increase, or no real value at a position.
     """
+    scene = scene_of(scene)
     drawing, t = moving(scene, times, positions, parameters, view)
     text, table, depths = tagged(drawing, scheme, len(t))
     data = {"t": [round(float(x - t[0]), 6) for x in t], "first": round(float(t[0]), 6), "x": table, "order": depths}
@@ -185,7 +186,7 @@ TAGGED = re.compile(
 
 
 def moving_picture(
-    scene: Scene,
+    scene: SceneLike,
     times: Sequence[float] | Array,
     positions: Sequence[Sequence[float]] | Array,
     parameters: Mapping[str, float] | None = None,
@@ -197,6 +198,7 @@ def moving_picture(
     It has no buttons, and bodies that pass in front of each other keep the order of the first moment: `animation`,
     which takes the same and raises the same, makes a page with both.
     """
+    scene = scene_of(scene)
     drawing, t = moving(scene, times, positions, parameters, view)
     text, rows, _ = tagged(drawing, scheme, len(t))
     text = re.sub(r' data-item="\d+"', "", text)

@@ -21,14 +21,14 @@ from symdyn.draw.svg import Drawing, svg
 from symdyn.draw.view import View, look
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import DrawError
-from symdyn.scene import GROUND, Load, Scene
+from symdyn.scene import GROUND, Load, Scene, SceneLike, scene_of
 from symdyn.scene.values.names import suggestion
 
 LABELS = ("coordinates", "bodies", "joints", "points")
 
 
 def picture(
-    scene: Scene,
+    scene: SceneLike,
     q: Sequence[float] | Array | None = None,
     parameters: Mapping[str, float] | None = None,
     view: tuple[float, float] | None = None,
@@ -57,6 +57,7 @@ def picture(
     Raises:
         DrawError: q of another shape, an unknown name, loops that do not close, or no real value at q.
     """
+    scene = scene_of(scene)
     return svg(drawing(scene, q, parameters, view, frames, labels, wrenches), prefix, scheme)
 
 

@@ -10,14 +10,14 @@ from symdyn.linear.equilibrium import Equilibria, equilibria
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared, prepared
 from symdyn.linear.steady import at_rest, settled
-from symdyn.scene import Scene, bind
+from symdyn.scene import SceneLike, bind, scene_of
 from symdyn.simulation import Trajectory
 from symdyn.simulation.initial import Start, read_start
 from symdyn.simulation.prescribed.forces import Forces
 
 
 def linearize(
-    scene: Scene,
+    scene: SceneLike,
     at: Mapping[str, str] | Start | None = None,
     rates: Mapping[str, str] | None = None,
     forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
@@ -46,6 +46,7 @@ def linearize(
         SimulateError: with every fault of the arguments, one line each.
         DerivationError: loops cannot be closed, or friction is ideal.
     """
+    scene = scene_of(scene)
     scene = bind(scene, values) if values else scene
     asked = prepared(scene, forces, outputs, independent)
     start = read_start(scene, at, rates)
@@ -53,7 +54,7 @@ def linearize(
 
 
 def linearize_at_rest(
-    scene: Scene,
+    scene: SceneLike,
     forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
     outputs: Sequence[str] = (),
     independent: Sequence[str] = (),
@@ -63,6 +64,7 @@ def linearize_at_rest(
 
     Arguments and errors as of `linearize`.
     """
+    scene = scene_of(scene)
     scene = bind(scene, values) if values else scene
     asked = prepared(scene, forces, outputs, independent)
     found = equilibria(asked)
@@ -70,7 +72,7 @@ def linearize_at_rest(
 
 
 def linearize_along(
-    scene: Scene,
+    scene: SceneLike,
     run: Trajectory,
     forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
     outputs: Sequence[str] = (),
@@ -81,6 +83,7 @@ def linearize_along(
     Independent positions and velocities are those of the first sample.
     Arguments and errors as of `linearize`; where `forces` give a drive a formula, that feeds back.
     """
+    scene = scene_of(scene)
     return along(prepared(scene, forces, outputs, independent), run)
 
 

@@ -32,7 +32,7 @@ from symdyn.scene.forces.spring import Spring, spring
 from symdyn.scene.forces.velocity_row import Formula, row
 from symdyn.scene.joints import JOINTS, JointKind, JointMotion, Move
 from symdyn.scene.joints.start import starting_position, starting_velocity
-from symdyn.scene.scene_files import read, read_noting, write_text
+from symdyn.scene.scene_files import FileLike, SceneLike, read, read_noting, scene_of, write_text
 from symdyn.scene.symbolic import with_symbols
 from symdyn.scene.ten_parameters import with_symbolic_inertia
 from symdyn.scene.toml import read_text
@@ -65,6 +65,7 @@ __all__ = [
     "Coupling",
     "Damper",
     "Element",
+    "FileLike",
     "ForceKind",
     "Formula",
     "FormulaError",
@@ -86,6 +87,7 @@ __all__ = [
     "ReadOptions",
     "Row",
     "Scene",
+    "SceneLike",
     "Spring",
     "Strut",
     "Written",
@@ -126,6 +128,7 @@ __all__ = [
     "rolling",
     "row",
     "scene",
+    "scene_of",
     "spell",
     "spherical",
     "spring",

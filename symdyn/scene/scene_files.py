@@ -10,11 +10,20 @@ from pathlib import Path
 
 from symdyn.errors import SceneError
 from symdyn.graph import growing
-from symdyn.scene.declaration.reading import BEGIN, Reading, ReadOptions, Written, read_bounded
+from symdyn.scene.declaration.reading import (
+    BEGIN,
+    Opened,
+    Readable,
+    Reading,
+    ReadOptions,
+    Written,
+    opened,
+    read_bounded,
+)
 from symdyn.scene.robot_words import MOST, coordinates_of_joints
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import suggestion
-from symdyn.scene.values.table import Faults
+from symdyn.scene.values.table import Faults, show
 
 READERS: Mapping[str, str] = {
     "toml": "symdyn.scene.toml",
@@ -41,9 +50,24 @@ EXTENSIONS: Mapping[str, str] = {
 
 ROOTS: Mapping[str, str] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf"}
 
+FileLike = str | PathLike[str] | Readable
+"""A path, or an open file."""
+
+SceneLike = Scene | FileLike
+"""What every door takes for a scene."""
+
+
+def scene_of(source: SceneLike) -> Scene:
+    """Return a scene as it is, or the one in a file, as `read` does.
+
+    Raises:
+        SceneError: with every fault of the file, one line each.
+    """
+    return source if isinstance(source, Scene) else read(source)
+
 
 def read(
-    path: str | PathLike[str],
+    path: FileLike,
     *,
     snap: bool = True,
     allow_invalid_inertia: bool = False,
@@ -53,7 +77,8 @@ def read(
     """Return the scene in a file: TOML, URDF, MJCF or Khalil's .par.
 
     Args:
-        path: the extension says the format; for .xml the root element does.
+        path: the extension says the format; for .xml the root element does. Of an open file its name says it; without
+            one it is TOML, or what its root element says.
         snap: read decimals that are a small rational multiple of π at their own digits as that multiple.
         allow_invalid_inertia: accept inertias that no real body has, of every body.
         spanning_tree: names of the joints to cut where joints close loops; chosen when left out.
@@ -68,13 +93,13 @@ def read(
 
 
 @growing()
-def read_noting(path: str | PathLike[str], options: ReadOptions | None = None) -> Reading:
+def read_noting(path: FileLike, options: ReadOptions | None = None) -> Reading:
     """Return the scene in a file, and notes of what the reader changed, doubts or leaves out of the equations.
 
     Raises:
         SceneError: with every fault of the file, one line each.
     """
-    file, options = Path(path), options or ReadOptions()
+    file, options = _file(path), options or ReadOptions()
     format = _format(file)
     if options.floating_base is not None:
         from symdyn.scene.formats.floating import check_base
@@ -82,7 +107,7 @@ def read_noting(path: str | PathLike[str], options: ReadOptions | None = None) -
         faults = Faults(str(file))
         check_base(options.floating_base, format, faults)
         faults.close()
-    reader: Callable[[Path, ReadOptions], Reading] = import_module(READERS[format]).read
+    reader: Callable[[Path | Opened, ReadOptions], Reading] = import_module(READERS[format]).read
     reading = reader(file, options)
     told = coordinates_of_joints(reading.scene, MOST)
     return replace(reading, notes=(*reading.notes, f"{file}: coordinates: {told}")) if told else reading
@@ -121,21 +146,32 @@ def format_to_write(path: str | PathLike[str]) -> str:
     raise SceneError(f"{path}: does not say which format to write; give it one of the extensions {known}")
 
 
-def _format(path: Path) -> str:
+def _file(path: FileLike) -> Path | Opened:
+    """Return a file by its path, or what is left to be read in an open one."""
+    if isinstance(path, (str, PathLike)):
+        return Path(path)
+    if hasattr(path, "read"):
+        return opened(path)
+    raise SceneError(f"{show(path)} is no scene; give a Scene, the path of a file such as arm.toml, or an open file")
+
+
+def _format(file: Path | Opened) -> str:
     """Return the format of a file, a key of `READERS`."""
-    ending = path.suffix.lower()
+    ending = (file.path if isinstance(file, Opened) else file).suffix.lower()
     if ending in EXTENSIONS:
         return EXTENSIONS[ending]
     from symdyn.scene.formats.xml import LARGEST_FILE, TOO_LARGE, find_root, parse_xml
 
-    content = read_bounded(path, LARGEST_FILE, "a scene file such as arm.toml", TOO_LARGE, BEGIN)
-    if ending != ".xml":
-        known = ", ".join([*EXTENSIONS, ".xml"])
-        raise SceneError(f'{path}: the extension "{ending}" names no format; known are {known}')
+    content = read_bounded(file, LARGEST_FILE, "a scene file such as arm.toml", TOO_LARGE, BEGIN)
     first = find_root(content)
+    if isinstance(file, Opened) and first is None and ending != ".xml":
+        return "toml"
+    if not isinstance(file, Opened) and ending != ".xml":
+        known = ", ".join([*EXTENSIONS, ".xml"])
+        raise SceneError(f'{file}: the extension "{ending}" names no format; known are {known}')
     # where there is no element, the parser says what is wrong with the text
-    root = first[1].decode("ascii") if first else parse_xml(content, str(path)).tag
+    root = first[1].decode("ascii") if first else parse_xml(content, str(file)).tag
     if root not in ROOTS:
         known = ", ".join(f"<{name}>" for name in ROOTS)
-        raise SceneError(f"{path}: has the root element <{root[:40]}>; expected one of {known}")
+        raise SceneError(f"{file}: has the root element <{root[:40]}>; expected one of {known}")
     return ROOTS[root]

@@ -11,7 +11,7 @@ from typing import cast
 
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.declare import Declaration, assemble
-from symdyn.scene.declaration.reading import BEGIN, Reading, ReadOptions, read_bounded
+from symdyn.scene.declaration.reading import BEGIN, Opened, Reading, ReadOptions, read_bounded
 from symdyn.scene.forces import sections
 from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import check_name, suggestion
@@ -33,7 +33,7 @@ _DOTTED = re.compile(
 """Texts of several lines and comments, or else a dotted key; a text of one line, a word and a number look like one."""
 
 
-def read(path: Path, options: ReadOptions) -> Reading:
+def read(path: Path | Opened, options: ReadOptions) -> Reading:
     """Return the scene in a TOML file, and notes.
 
     Raises:

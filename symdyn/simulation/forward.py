@@ -11,7 +11,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.errors import SimulateError
-from symdyn.scene import Quantity, Scene, bind
+from symdyn.scene import Quantity, Scene, SceneLike, bind, scene_of
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.equations.compiled_routines import point_names
@@ -47,7 +47,7 @@ FINEST, SMALLEST = 1e-16, 1e-300
 
 
 def simulate(
-    scene: Scene,
+    scene: SceneLike,
     forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
     until: float = 10.0,
     start: Mapping[str, str] | Start | None = None,
@@ -97,6 +97,7 @@ def simulate(
         SceneError: a value that the scene cannot have, or of no parameter.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
+    scene = scene_of(scene)
     scene = bind(scene, values) if values else scene
     forces = forces if isinstance(forces, Forces) else read_forces(scene, forces)
     formulas, faults = (*stops, *reports), Faults("")

@@ -20,7 +20,7 @@ from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, Op, reachable
-from symdyn.scene import Scene, bind
+from symdyn.scene import Scene, SceneLike, bind, scene_of
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.equations.system import StateEquations
@@ -84,7 +84,7 @@ class Sensitivity:
 
 
 def sensitivity(
-    scene: Scene,
+    scene: SceneLike,
     forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
     until: float = 10.0,
     start: Mapping[str, str] | Start | None = None,
@@ -115,6 +115,7 @@ def sensitivity(
         SimulateError: with every fault of the arguments; the run ends sooner; or its equations jump.
         DerivationError: there is no forward dynamics, or loops cannot be closed.
     """
+    scene = scene_of(scene)
     scene = bind(scene, values) if values else scene
     faults = Faults("")
     forces = forces if isinstance(forces, Forces) else read_forces(scene, forces)

@@ -22,7 +22,7 @@ from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, tangents
 from symdyn.program import cheapest
-from symdyn.scene import Scene, bind, spell, velocity_name
+from symdyn.scene import Scene, SceneLike, bind, scene_of, spell, velocity_name
 from symdyn.scene.joints.start import starting_position
 from symdyn.scene.units import velocity_units
 from symdyn.scene.values.table import Faults
@@ -54,7 +54,7 @@ NOTHING = 1e-7
 
 
 def inverse(
-    scene: Scene,
+    scene: SceneLike,
     motion: SceneMotion | str | Sequence[str] | Mapping[str, str],
     times: npt.ArrayLike,
     reactions: bool | str = False,
@@ -81,6 +81,7 @@ def inverse(
         SceneError: a value that the scene cannot have, or of no parameter.
         DerivationError: the drives do not fit the loops.
     """
+    scene = scene_of(scene)
     scene = bind(scene, values) if values else scene
     motion = motion if isinstance(motion, SceneMotion) else read_motion(scene, motion)
     t = np.atleast_1d(np.asarray(times, dtype=np.float64))

@@ -11,7 +11,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.errors import SimulateError
-from symdyn.scene import Quantity, Scene, velocity_name
+from symdyn.scene import Quantity, Scene, SceneLike, scene_of, velocity_name
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.equations.compiled_routines import point_names
@@ -36,7 +36,7 @@ MOST = 100_000
 
 
 def collocation(
-    scene: Scene,
+    scene: SceneLike,
     until: float | tuple[float, float],
     intervals: int | Sequence[float] = 50,
     method: str = "hermite_simpson",
@@ -75,6 +75,7 @@ def collocation(
         SimulateError: with every fault of the arguments, one line each.
         DerivationError: the equations do not exist, or have no derivative.
     """
+    scene = scene_of(scene)
     faults = Faults("")
     first = Start(np.zeros(0), np.zeros(0))
     with noted(faults):

@@ -31,7 +31,7 @@ from symdyn.program import Program, choose, lower
 from symdyn.program import prepare as prepare_program
 from symdyn.program.formulation import chosen, known_road
 from symdyn.program.prepare import PREPARE, is_prepared
-from symdyn.scene import Scene, express
+from symdyn.scene import Scene, SceneLike, express, scene_of
 from symdyn.verify.accuracy import Accuracy, measure
 from symdyn.verify.equality import DIFFERENT, Claim, Fields, Finding, prove
 from symdyn.verify.law import Seen
@@ -75,7 +75,7 @@ class Certificate:
 
 
 def certify(
-    scene: Scene,
+    scene: SceneLike,
     outputs: Sequence[str] | None = None,
     seed: int = 1,
     progress: Progress = lambda _: None,
@@ -100,6 +100,7 @@ def certify(
     Raises:
         DerivationError: an output that was asked for by name does not exist, or no output has the road.
     """
+    scene = scene_of(scene)
     notes = [closing.words] if closing.words else []
     workspace = Workspace(scene, closing)
     progress("deriving")

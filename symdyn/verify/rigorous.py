@@ -25,7 +25,7 @@ from symdyn.emit.code.real import REALS
 from symdyn.errors import VerifyError
 from symdyn.graph import Expr, evaluate
 from symdyn.program import lower
-from symdyn.scene import Quantity, Scene, express
+from symdyn.scene import Quantity, Scene, SceneLike, express, scene_of
 from symdyn.scene.joints.start import starting_position, starting_velocity
 from symdyn.scene.values.names import suggestion
 from symdyn.verify.accuracy import ROUNDOFF, TINIEST, Array, sample, values_of
@@ -92,7 +92,7 @@ class Rigorous:
 
 
 def rigorous(
-    scene: Scene,
+    scene: SceneLike,
     outputs: Sequence[str] | None = None,
     at: Mapping[str, float] | None = None,
     states: int = 4,
@@ -121,6 +121,7 @@ def rigorous(
         DerivationError: an output that was asked for does not exist, or no output has the road.
         VerifyError: a name in `at` that is no argument.
     """
+    scene = scene_of(scene)
     workspace = Workspace(scene, closing)
     progress("deriving")
     _, functions, notes = taken(workspace, outputs, road)

@@ -30,7 +30,7 @@ from symdyn.dynamics.mechanism.state import State, joint_motion, state_symbols, 
 from symdyn.dynamics.mechanism.tree import body_inertia
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
-from symdyn.scene import JOINTS, Scene, express
+from symdyn.scene import JOINTS, Scene, SceneLike, express, scene_of
 from symdyn.scene.forces import elastic
 from symdyn.spatial import Inertia, Transform, apply, dot, no_inertia, symmetric, zero_vector
 
@@ -126,13 +126,14 @@ class ClosedForm:
         return Compactor(self.ring, self.parallel)
 
 
-def closed_form(scene: Scene) -> ClosedForm:
+def closed_form(scene: SceneLike) -> ClosedForm:
     """Return the closed forms of a scene.
 
     Raises:
         DerivationError: a coordinate stands in a function or a denominator, so that there is no trigonometric
             polynomial; or there are more terms than anyone reads.
     """
+    scene = scene_of(scene)
     for joint in scene.joints:
         if joint.velocities:
             raise DerivationError(

@@ -24,7 +24,7 @@ from symdyn.dynamics.roads.state_matrices import STATE_MATRICES, state_matrices
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, growing, reachable
-from symdyn.scene import Scene
+from symdyn.scene import Scene, SceneLike, scene_of
 from symdyn.scene.forces import elastic
 from symdyn.scene.values.names import listed
 
@@ -42,7 +42,7 @@ ASK = "ask with --functions"
 
 @growing()
 def derive(
-    scene: Scene,
+    scene: SceneLike,
     outputs: Sequence[str] | None = None,
     road: str | None = None,
     closing: LoopChoices = LoopChoices(),  # noqa: B008  frozen
@@ -59,6 +59,7 @@ def derive(
     Raises:
         DerivationError: an unknown output, road, body or point, or equations that do not exist.
     """
+    scene = scene_of(scene)
     workspace = Workspace(scene, closing)
     wanted = expected(scene) if outputs is None else outputs
     functions = [derive_one(workspace, request, road) for request in wanted]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from os import PathLike, fsdecode
 from pathlib import Path
+from typing import Protocol
 
 from symdyn.errors import SceneError
 from symdyn.scene.forces import FORCES, place_of
@@ -15,12 +17,57 @@ from symdyn.scene.values.spelling import spell
 BEGIN = "check the path, or begin a scene with symdyn new"
 """What to do where there is no scene."""
 
+LARGEST = 32 * 2**20
+"""No reader takes more bytes."""
 
-def read_bounded(path: Path, most: int, wanted: str, advice: str, missing: str = "check the path") -> bytes:
+
+class Readable(Protocol):
+    """An open file, of text or of bytes, or what else is read like one."""
+
+    def read(self, size: int, /) -> str | bytes:
+        """Return at most so many characters or bytes."""
+
+
+@dataclass(frozen=True)
+class Opened:
+    """What somebody else has opened, in place of a file.
+
+    Attributes:
+        path: its name, that of a file or another; what it names stands in its folder.
+        content: all that was left to be read in it.
+    """
+
+    path: Path
+    content: bytes
+
+    def __str__(self) -> str:
+        return str(self.path)
+
+
+def opened(file: Readable) -> Opened:
+    """Return what is left to be read in an open file; of more than any reader takes, as much as is too much.
+
+    Raises:
+        SceneError: it cannot be read, and why, or nothing is left in it.
+    """
+    name = getattr(file, "name", None)
+    path = Path(fsdecode(name) if isinstance(name, (str, bytes, PathLike)) else "scene")
+    try:
+        content = file.read(LARGEST + 1)
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
+    if not isinstance(content, (str, bytes)):
+        raise SceneError(f"{path}: gives {type(content).__name__} to be read; give a file opened for text or bytes")
+    if not content:
+        raise SceneError(f"{path}: nothing is left to be read; an open file is read once, seek(0) goes back")
+    return Opened(path, content.encode("utf-8", "surrogatepass") if isinstance(content, str) else content)
+
+
+def read_bounded(path: Path | Opened, most: int, wanted: str, advice: str, missing: str = "check the path") -> bytes:
     """Return the contents of a file of at most `most` bytes: a device without an end, or a film, fills no memory.
 
     Args:
-        path: of the file.
+        path: of the file, or the file that is open already.
         most: a multiple of 2**20.
         wanted: what kind of file, such as "a scene file".
         advice: behind the message that the file is larger.
@@ -30,8 +77,11 @@ def read_bounded(path: Path, most: int, wanted: str, advice: str, missing: str =
         SceneError: it cannot be read, and why, or holds more.
     """
     try:
-        with path.open("rb") as file:
-            content = file.read(most + 1)
+        if isinstance(path, Opened):
+            content = path.content
+        else:
+            with path.open("rb") as file:
+                content = file.read(most + 1)
     except FileNotFoundError:
         raise SceneError(f"{path}: there is no such file; {missing}") from None
     except IsADirectoryError:

@@ -20,7 +20,7 @@ from typing import Any
 from symdyn.errors import SceneError
 from symdyn.extras import install
 from symdyn.scene.declaration.declare import assemble
-from symdyn.scene.declaration.reading import Reading, ReadOptions
+from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions
 from symdyn.scene.formats.mjcf_mesh import check_meshes, is_file, mesh_paths
 from symdyn.scene.formats.mjcf_tree import Tree, nonzero
 from symdyn.scene.formats.xml import Element, read_xml
@@ -62,14 +62,15 @@ ARENA = ("memory", "nstack", "njmax", "nconmax")
 """Sizes of what a simulation works in; there will be none."""
 
 
-def read(path: Path, options: ReadOptions) -> Reading:
+def read(file: Path | Opened, options: ReadOptions) -> Reading:
     """Return the scene in an MJCF file.
 
     Raises:
         SceneError: with every fault found, one line each; or the package mujoco is not there.
     """
+    path = file.path if isinstance(file, Opened) else file
     faults = Faults(str(path))
-    root = read_xml(path, faults.note)
+    root = read_xml(file, faults.note)
     if root.tag != "mujoco":
         raise SceneError(f"{path}: its root is <{root.tag}>; the root of an MJCF file is <mujoco>")
     files = _files(path, root)
@@ -80,7 +81,7 @@ def read(path: Path, options: ReadOptions) -> Reading:
     mujoco = _package(path)
     said: list[str] = []
     with _heard(mujoco, path, said):
-        spec = _spec(mujoco, path, files)
+        spec = _spec(mujoco, file, files)
     _strip(mujoco, spec, path.parent, faults)
     faults.close()
     with _heard(mujoco, path, said):
@@ -94,12 +95,16 @@ def read(path: Path, options: ReadOptions) -> Reading:
     return Reading(scene, tuple(faults.notes))
 
 
-def _spec(mujoco: Any, path: Path, files: Mapping[Path, Element]) -> Any:
+def _spec(mujoco: Any, file: Path | Opened, files: Mapping[Path, Element]) -> Any:
     """Return the parsed file; MuJoCo opens no file whose name does not end in .xml, so such a one is handed over."""
-    if path.suffix == ".xml":
-        return mujoco.MjSpec.from_file(str(path))  # parses MJCF, opens nothing else
-    others = {os.path.relpath(file, path.parent): file.read_bytes() for file in files if file != path}
-    spec = mujoco.MjSpec.from_string(path.read_text(encoding="utf-8"), include=others)
+    if isinstance(file, Opened):
+        path, content = file.path, file.content
+    elif file.suffix == ".xml":
+        return mujoco.MjSpec.from_file(str(file))  # parses MJCF, opens nothing else
+    else:
+        path, content = file, file.read_bytes()
+    others = {os.path.relpath(other, path.parent): other.read_bytes() for other in files if other != path}
+    spec = mujoco.MjSpec.from_string(content.decode("utf-8"), include=others)
     spec.modelfiledir = str(path.parent)  # where meshes are looked for
     return spec
 

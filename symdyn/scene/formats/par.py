@@ -22,7 +22,7 @@ from pathlib import Path
 
 from symdyn.graph import Op
 from symdyn.scene.declaration.declare import Declaration, assemble
-from symdyn.scene.declaration.reading import Reading, ReadOptions, read_bounded
+from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions, read_bounded
 from symdyn.scene.formats.naming import printable_names
 from symdyn.scene.formats.par_sheet import (
     SCALAR_KEYS,
@@ -59,7 +59,7 @@ TYPES = ("revolute", "prismatic", "fixed")
 _WORD = re.compile(r"(?<![\w.])[A-Za-z_]\w*")
 
 
-def read(path: Path, options: ReadOptions) -> Reading:
+def read(path: Path | Opened, options: ReadOptions) -> Reading:
     """Return the scene in a parameter file.
 
     Raises:

@@ -9,10 +9,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from symdyn.errors import SceneError
-from symdyn.scene.declaration.reading import Reading, ReadOptions
+from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions
 
 
-def read(path: Path, options: ReadOptions) -> Reading:
+def read(path: Path | Opened, options: ReadOptions) -> Reading:
     """Refuse the file.
 
     Raises:

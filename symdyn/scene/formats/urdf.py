@@ -20,7 +20,7 @@ from typing import Any
 from symdyn.errors import SceneError
 from symdyn.scene.declaration.declare import Declaration, assemble
 from symdyn.scene.declaration.joint_table import STAND_IN, freedoms
-from symdyn.scene.declaration.reading import Reading, ReadOptions
+from symdyn.scene.declaration.reading import Opened, Reading, ReadOptions
 from symdyn.scene.formats.attributes import Attributes
 from symdyn.scene.formats.floating import free_base
 from symdyn.scene.formats.inertias import Entries, turned
@@ -54,7 +54,7 @@ UNLIMITED = 10**9
 INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
-def read(path: Path, options: ReadOptions) -> Reading:
+def read(path: Path | Opened, options: ReadOptions) -> Reading:
     """Return the scene in a URDF file.
 
     Raises:

@@ -22,10 +22,10 @@ from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
 from symdyn.errors import SceneError
-from symdyn.scene.declaration.reading import read_bounded
+from symdyn.scene.declaration.reading import LARGEST, Opened, read_bounded
 from symdyn.scene.values.table import shorten
 
-LARGEST_FILE = 32 * 2**20
+LARGEST_FILE = LARGEST
 LONGEST_TAG = 2**20
 DEEPEST = 200
 MOST_ELEMENTS = 500_000
@@ -85,7 +85,7 @@ class Element:
             stack.extend(reversed(element.children))
 
 
-def read_xml(path: Path, note: Note | None = None) -> Element:
+def read_xml(path: Path | Opened, note: Note | None = None) -> Element:
     """Return the root element of an XML file; `note` is told what was mended.
 
     Raises:
