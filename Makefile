@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo quick test slow fuzz lint types doctest golden closed-forms bench accuracy clean
+.PHONY: demo quick test slow fuzz lint types doctest wheel golden closed-forms bench accuracy clean
 
 demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 560 modules
 	$(BIN)/symdyn equations examples/two_link.toml
@@ -38,7 +38,10 @@ types: $(READY)
 
 doctest: $(READY)
 	$(BIN)/python -m pytest --doctest-modules symdyn
-	$(BIN)/python -m pytest --doctest-glob='*.md' README.md CONTRIBUTING.md
+	$(BIN)/python -m pytest --doctest-glob='*.md' README.md CONTRIBUTING.md docs/python.md
+
+wheel: $(READY)  ## the sdist, the wheel that it builds, and that wheel alone in an empty environment
+	$(BIN)/python tests/wheel.py
 
 golden: $(READY)  ## rewrite generated/ after a change that is meant
 	$(BIN)/python -m pytest tests/test_generated.py --update-golden

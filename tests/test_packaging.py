@@ -79,3 +79,35 @@ def test_no_message_names_an_extra_that_is_not_there() -> None:
     }
 
     assert {(file, extra) for file, extra in named if extra not in {*EXTRAS, "bench", "all", "docs", "dev"}} == set()
+
+
+def test_the_workflow_covers_every_python_and_system_that_the_wheel_names() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    workflow = (ROOT / ".github" / "workflows" / "test.yml").read_text(encoding="utf-8")
+    named = re.findall(r"Python :: (3\.\d+)$", "\n".join(project["classifiers"]), re.MULTILINE)
+
+    assert named == ["3.11", "3.12", "3.13", "3.14"]
+    assert f"python: [{', '.join(f'{chr(34)}{version}{chr(34)}' for version in named)}]" in workflow
+    assert "os: [ubuntu-latest, macos-latest, windows-latest]" in workflow
+    assert "bash .ci/run" in workflow
+    for command in re.findall(r"python (tests/\S+|-m \w+)", workflow):
+        assert command.startswith("-m ") or (ROOT / command).is_file(), command
+
+
+def test_every_link_of_the_readme_is_absolute_and_leads_to_a_file_that_is_there() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    home = project["urls"]["Source"]
+    shown = home.replace("github.com", "raw.githubusercontent.com")
+    links = re.findall(r"\]\(([^)]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+
+    assert links
+    for link in links:
+        kept = re.fullmatch(rf"(?:{re.escape(home)}/(?:blob|tree)|{re.escape(shown)})/main/([^#]+)(?:#.*)?", link)
+        assert kept, link
+        assert (ROOT / kept[1]).exists(), link
+
+
+def test_the_version_is_the_same_wherever_it_stands() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+    assert f"version: {project['version']}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
