@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo quick test slow fuzz lint types doctest wheel golden closed-forms bench accuracy clean
+.PHONY: demo quick test slow fuzz lint types doctest wheel golden docs notebooks closed-forms bench accuracy clean
 
 demo: $(READY)  ## print the two-link equations, generate and verify the PUMA 560 modules
 	$(BIN)/symdyn equations examples/two_link.toml
@@ -45,6 +45,13 @@ wheel: $(READY)  ## the sdist, the wheel that it builds, and that wheel alone in
 
 golden: $(READY)  ## rewrite generated/ after a change that is meant
 	$(BIN)/python -m pytest tests/test_generated.py --update-golden
+
+docs: $(READY)  ## the site of documentation, in build/site; a warning is an error
+	$(BIN)/sphinx-build -q -W --keep-going -E -c docs/site -d build/doctrees docs build/site
+	@echo build/site/index.html
+
+notebooks: $(READY)  ## run every notebook of docs and write what its cells show
+	$(BIN)/python tests/notebooks.py docs/notebooks/*.ipynb docs/gallery/*.ipynb
 
 closed-forms: $(READY)  ## time of all coefficients in closed form
 	$(BIN)/python benchmarks/closed_forms.py

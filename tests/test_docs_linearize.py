@@ -1,20 +1,18 @@
-"""What docs say of linearising runs: the page's commands and examples, and the notebook beside it."""
+"""What docs say of linearising runs: the page's commands and examples."""
 
 from __future__ import annotations
 
 import doctest
-import json
 import re
 import shlex
 from pathlib import Path
 
-import notebooks
 import pytest
 
 from symdyn.cli import main
 
 ROOT = Path(__file__).parent.parent
-PAGE, BOOK = ROOT / "docs" / "linearize.md", ROOT / "docs" / "notebooks" / "linearize.ipynb"
+PAGE = ROOT / "docs" / "linearize.md"
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e[-+]\d+)?")
 
 
@@ -48,23 +46,3 @@ def test_the_examples_of_the_page_run(monkeypatch: pytest.MonkeyPatch) -> None:
     found = doctest.testfile(str(PAGE), module_relative=False)
     assert found.failed == 0
     assert found.attempted > 8
-
-
-def text_of(outputs: notebooks.Shown) -> str:
-    """Return what stands below a cell as one text."""
-    return "\n".join("".join(one.get("text") or one["data"]["text/plain"]) for one in outputs)
-
-
-@pytest.mark.long
-def test_the_notebook_shows_what_its_cells_find() -> None:
-    book, found = notebooks.run(BOOK)
-    written = [cell["outputs"] for cell in book["cells"] if cell["cell_type"] == "code"]
-    for before, now in zip(map(text_of, written), map(text_of, found), strict=True):
-        assert NUMBER.split(before) == NUMBER.split(now)
-        numbers = [[float(one) for one in NUMBER.findall(text)] for text in (before, now)]
-        assert numbers[0] == pytest.approx(numbers[1], rel=1e-5, abs=1e-6)
-
-
-def test_the_notebook_is_one() -> None:
-    nbformat = pytest.importorskip("nbformat", reason="nbformat is not installed (extra dev)")
-    nbformat.validate(json.loads(BOOK.read_text(encoding="utf-8")))

@@ -1,0 +1,37 @@
+"""How the pages of docs become a site: `make docs` writes it to build/site, `make notebooks` runs its notebooks.
+
+Every page is plain Markdown or a notebook, which GitHub shows as well; the site adds search, the API and mathematics.
+Nothing in it is loaded from another address: formulas are MathML, scripts and fonts lie beside the pages.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+project = "symdyn"
+author = "the authors of symdyn"
+copyright = "the authors of symdyn, MIT licence"
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml_formulas"]
+exclude_patterns = ["site", "walkthroughs/*.ipynb"]
+suppress_warnings = ["myst.header"]  # a page of a lesson may begin with its second level
+
+myst_enable_extensions = ["dollarmath", "deflist"]
+myst_heading_anchors = 3
+myst_links_external_new_tab = False
+nb_execution_mode = "off"  # outputs are stored; `make notebooks` rewrites them
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+napoleon_use_rtype = False
+
+html_theme = "furo"
+html_title = "symdyn"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sourcelink = False
+html_theme_options = {"navigation_with_keys": True}
+templates_path: list[str] = []

@@ -1,0 +1,56 @@
+"""Notebooks of docs are small, complete and load nothing; the shortest show today what is stored in them."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+nbformat = pytest.importorskip("nbformat", reason="nbformat is not installed (extra dev)")
+import notebooks  # noqa: E402
+
+LARGEST = 200_000
+"""Bytes of a notebook with what its cells show."""
+
+SHORTEST = sorted(
+    notebooks.BOOKS, key=lambda path: sum(len(cell.source) for cell in notebooks.code(notebooks.stored(path)))
+)[:2]
+
+LOADED = re.compile(r"""(?:src|href|data)\s*=\s*["']?\s*(?:https?:)?//|@import|url\(\s*["']?(?:https?:)?//""")
+
+
+@pytest.mark.parametrize("path", notebooks.BOOKS, ids=lambda path: path.stem)
+def test_a_notebook_is_complete_and_small(path: Path) -> None:
+    book = notebooks.stored(path)
+    nbformat.validate(book)
+    assert path.stat().st_size < LARGEST
+    cells = notebooks.code(book)
+    assert [cell.execution_count for cell in cells] == list(range(1, len(cells) + 1))
+    outputs = [one for cell in cells for one in cell.outputs]
+    assert outputs
+    assert not [one for one in outputs if one.output_type == "error" or one.get("name") == "stderr"]
+    for one in outputs:
+        assert set(one.get("data", {})) <= {"text/plain", "text/html", "text/latex", "text/markdown", "image/svg+xml"}
+        assert not LOADED.search(str(one.get("data", {}).get("text/html", "")))
+
+
+def test_two_notebooks_are_run_in_every_test() -> None:
+    assert len(SHORTEST) == 2
+
+
+@pytest.mark.runs
+@pytest.mark.long(0)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(one, marks=() if one in SHORTEST else pytest.mark.slow) for one in notebooks.BOOKS],
+    ids=lambda path: path.stem,
+)
+def test_a_notebook_shows_what_is_stored_in_it(path: Path) -> None:
+    pytest.importorskip("nbclient", reason="nbclient is not installed (extra dev)")
+    pytest.importorskip("ipykernel", reason="ipykernel is not installed (extra dev)")
+    pairs = zip(notebooks.code(notebooks.stored(path)), notebooks.code(notebooks.run(path)), strict=True)
+    for before, now in (tuple(map(notebooks.shown, pair)) for pair in pairs):
+        assert notebooks.NUMBER.split(before) == notebooks.NUMBER.split(now)
+        numbers = [[float(one) for one in notebooks.NUMBER.findall(text)] for text in (before, now)]
+        assert numbers[0] == pytest.approx(numbers[1], rel=1e-5, abs=2e-6)
