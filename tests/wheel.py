@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 SCRIPTS = "Scripts" if os.name == "nt" else "bin"
 
-FURUTA = '''
+FURUTA = """
 gravity = [0, 0, "-9.81"]
 [bodies.arm]
 mass = 0.2
@@ -38,7 +38,7 @@ parent = "arm"
 child = "rod"
 origin = [0.2, 0, 0]
 axis = [1, 0, 0]
-'''
+"""
 
 PYTHON = """
 import symdyn, sys
@@ -46,7 +46,7 @@ assert "numpy" not in sys.modules, "importing symdyn imports NumPy"
 scene = symdyn.example("two_link")
 M = symdyn.lambdify(scene, "mass_matrix")([0, 0], [1, 1, 1, 1, 9.81])
 assert M.tolist() == [[5.0, 2.0], [2.0, 1.0]], M
-run = symdyn.simulate(symdyn.read("furuta.toml"), until=0.5, start={"q2": 0.3})
+run = symdyn.simulate("furuta.toml", until=0.5, start={"q2": 0.3})
 assert run.complete and run["q2"].shape == run.t.shape
 print("python: fine")
 """
@@ -109,9 +109,7 @@ def _built(kind: str, source: Path, folder: Path) -> Path:
 
 def _same(one: Path, other: Path) -> None:
     """Raise where two wheels hold different files."""
-    left, right = (
-        {entry.filename: entry.CRC for entry in zipfile.ZipFile(wheel).infolist()} for wheel in (one, other)
-    )
+    left, right = ({entry.filename: entry.CRC for entry in zipfile.ZipFile(wheel).infolist()} for wheel in (one, other))
     differ = {name for name in {*left, *right} if left.get(name) != right.get(name)}
     assert not differ, f"the wheel of the sdist is not the wheel of the checkout: {sorted(differ)}"
 
@@ -121,7 +119,9 @@ def _run(words: Sequence[str], folder: Path, fails: bool = False) -> str:
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))}
     done = subprocess.run(words, cwd=folder, env=kept, capture_output=True, text=True, check=False)
     said = done.stdout + done.stderr
-    assert (done.returncode != 0) == fails and "Traceback" not in said, f"{' '.join(words)}: {done.returncode}\n{said}"
+    as_expected = (done.returncode != 0) == fails
+    assert as_expected, f"{' '.join(words)}: {done.returncode}\n{said}"
+    assert "Traceback" not in said, f"{' '.join(words)}:\n{said}"
     return said
 
 
