@@ -36,7 +36,7 @@ def test_info_tells_the_tree_and_the_costs(capsys: Capture) -> None:
 
 def test_info_as_json_has_every_function(capsys: Capture) -> None:
     assert main(["info", str(EXAMPLES / "two_link.toml"), "--json"]) == 0
-    facts = json.loads(capsys.readouterr().out)
+    facts = json.loads(capsys.readouterr().out)["result"]
 
     assert facts["degrees_of_freedom"] == 2
     assert [p["name"] for p in facts["parameters"]] == ["m1", "m2", "h1", "h2", "g"]
@@ -139,7 +139,7 @@ def test_new_writes_an_example_under_its_own_name_or_another(
 @pytest.mark.runs
 def test_verify_reports_the_certificate_as_json(capsys: Capture) -> None:
     assert main(["verify", str(EXAMPLES / "pendulum.toml"), "--json"]) == 0
-    certificate = json.loads(capsys.readouterr().out)
+    certificate = json.loads(capsys.readouterr().out)["result"]
 
     assert certificate["passed"] is True
     assert len(certificate["fields"]["primes"]) == 2

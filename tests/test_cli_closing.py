@@ -55,7 +55,7 @@ def test_the_certificate_names_the_choice() -> None:
 
 def test_info_names_the_choice(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", FOUR_BAR, "--independent", "psi", "--json"]) == 0
-    facts = json.loads(capsys.readouterr().out)
+    facts = json.loads(capsys.readouterr().out)["result"]
 
     assert facts["chosen"] == "independent: psi"
     assert facts["mobility"]["independent"] == ["psi_dot"]
@@ -92,7 +92,7 @@ def test_info_names_all_coordinates_of_a_free_joint(capsys: pytest.CaptureFixtur
     assert main(["info", scene]) == 0
     text = capsys.readouterr().out
     assert main(["info", scene, "--json"]) == 0
-    (joint,) = json.loads(capsys.readouterr().out)["joints"]
+    (joint,) = json.loads(capsys.readouterr().out)["result"]["joints"]
 
     assert "x y z in m, e0 e1 e2 e3 in 1, velocities flight_vx flight_vy flight_vz in m/s" in text
     assert [one["name"] for one in joint["coordinates"]] == ["x", "y", "z", "e0", "e1", "e2", "e3"]

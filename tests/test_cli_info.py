@@ -111,7 +111,7 @@ def test_the_choice_of_a_road_is_reported_with_what_it_saves():
 
 def test_info_as_json_holds_the_report(capsys: Capture) -> None:
     assert main(["info", str(EXAMPLES / "two_link.toml"), "--bind", "m1=2,m2=1/2", "--json"]) == 0
-    facts = json.loads(capsys.readouterr().out)
+    facts = json.loads(capsys.readouterr().out)["result"]
     steps = {one["step"]: one for one in facts["skipped"]}
     functions = {one["name"]: one for one in facts["functions"]}
 
@@ -137,7 +137,7 @@ def test_info_for_people_shows_what_was_saved(capsys: Capture) -> None:
 @pytest.mark.long
 def test_info_shows_what_prepare_takes_out_of_a_call(capsys: Capture) -> None:
     assert main(["info", str(EXAMPLES / "two_link.toml"), "--json"]) == 0
-    facts = json.loads(capsys.readouterr().out)
+    facts = json.loads(capsys.readouterr().out)["result"]
     outputs, _ = available(two_link())
     first, *rest = prepare(lower(formulate(two_link(), outputs))).routines
 
@@ -148,13 +148,13 @@ def test_info_shows_what_prepare_takes_out_of_a_call(capsys: Capture) -> None:
     assert main(["info", str(EXAMPLES / "two_link.toml")]) == 0
     assert f"prepare, {len(first.function.entries)} values" in capsys.readouterr().out
     assert main(["info", str(EXAMPLES / "puma560.toml"), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["prepare"] is None
+    assert json.loads(capsys.readouterr().out)["result"]["prepare"] is None
 
 
 def test_info_and_generate_take_the_road_that_is_asked_for(tmp_path: Path, capsys: Capture) -> None:
     scene_file = str(EXAMPLES / "two_link.toml")
     assert main(["info", scene_file, "--formulation", "lagrange", "--json"]) == 0
-    functions = {one["name"]: one["road"] for one in json.loads(capsys.readouterr().out)["functions"]}
+    functions = {one["name"]: one["road"] for one in json.loads(capsys.readouterr().out)["result"]["functions"]}
     assert functions["inverse_dynamics"] == functions["k_C"] == "lagrange"
     assert functions["pose_tool"] == "recursive"
 

@@ -24,7 +24,7 @@ def run(*words: str) -> int:
 
 def test_json_has_all_digits_names_units_and_formulas(capsys: pytest.CaptureFixture[str]) -> None:
     assert run("pendulum", "--json") == 0
-    found = json.loads(capsys.readouterr().out)
+    found = json.loads(capsys.readouterr().out)["result"]
     exact = symdyn.linearize(symdyn.read(EXAMPLES / "pendulum.toml"))
     assert found["A"] == exact.A.tolist()
     assert found["states"] == [{"name": "q1", "unit": "rad"}, {"name": "q1_dot", "unit": "rad/s"}]
@@ -75,7 +75,7 @@ def test_along_a_file_there_is_a_system_a_row(tmp_path: Path, capsys: pytest.Cap
     path = tmp_path / "run.csv"
     path.write_text("t,q1,q1_dot,tau1\n0,0.1,0,0\n1,0.2,0.5,1\n", encoding="utf-8")
     assert run("pendulum", "--along", str(path), "--json") == 0
-    first, second = json.loads(capsys.readouterr().out)
+    first, second = json.loads(capsys.readouterr().out)["result"]
     assert first["A"][1][0] == pytest.approx(-9.81 / 0.5 * np.cos(0.1))
     assert second["point"] == {"t": 1.0, "q": {"q1": 0.2}, "u": {"q1_dot": 0.5}, "tau": {"tau1": 1.0}}
 

@@ -194,7 +194,7 @@ def test_info_prints_the_frames_alone(capsys):
 
 def test_info_as_json_holds_frames_and_base_parameters(capsys):
     assert main(["info", str(EXAMPLES / "two_link.toml"), "--frames", "--base-parameters", "--json"]) == 0
-    facts = json.loads(capsys.readouterr().out)
+    facts = json.loads(capsys.readouterr().out)["result"]
 
     assert [frame["link"] for frame in facts["frames"]] == ["Rz(q1 + 90 deg)", "Tx(-h1) Rz(q2)"]
     assert facts["base_parameters"][1] == {

@@ -492,7 +492,7 @@ def test_rows_print_what_they_find_and_write_their_files(tmp_path, capsys):
     assert (said["states"], said["inputs"], said["period"]) == (list(STATES["cart_pole"]), ["F"], 0.02)
     assert len((tmp_path / "r.csv").read_text(encoding="utf-8").splitlines()) == 6
     assert main(["linearize", scene, *words, "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
+    data = json.loads(capsys.readouterr().out)["result"]
     assert {"transfer", "reach", "bode", "dt", "lqr", "kalman"} <= set(data)
 
 

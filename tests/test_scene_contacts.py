@@ -162,7 +162,7 @@ def test_info_tells_contacts(capsys: pytest.CaptureFixture[str]) -> None:
         "[0, 0, 0], normal [0, 0, 1] (along, across, normal)"
     ) in told
     assert main(["info", "--json", str(DATA / "contacts" / "skate.toml")]) == 0
-    (row,) = json.loads(capsys.readouterr().out)["rows"]
+    (row,) = json.loads(capsys.readouterr().out)["result"]["rows"]
     assert row["says"].startswith("sled does not slide along its [0, 1, 0] at [0, 0, 0] on the plane of table")
 
 

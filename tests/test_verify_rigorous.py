@@ -150,7 +150,7 @@ def test_the_command_prints_a_row_an_entry(capsys: pytest.CaptureFixture[str]) -
     assert "Guaranteed at 1 state" in out
 
     assert main([*words, "--json"]) == 0
-    facts = json.loads(capsys.readouterr().out)
+    facts = json.loads(capsys.readouterr().out)["result"]
     assert facts["states"]["mass_matrix"][0]["q"] == [0.3, math.pi / 4]
     assert {row["module"] for row in facts["bounds"]} == MODULES
 

@@ -6,11 +6,14 @@ import argparse
 import sys
 import warnings
 from collections.abc import Callable, Sequence
+from difflib import get_close_matches
 from functools import partial
 from importlib import import_module
+from pathlib import Path
 from typing import Any, NoReturn
 
 from symdyn.cli.streams import prepare_streams, silence_stdout
+from symdyn.cli.talk import begin, fail, print_json, say
 from symdyn.errors import SymdynError, SymdynWarning, printable
 
 VERBS = {
@@ -32,10 +35,22 @@ VERBS = {
 """What each verb does; it is a file here, read once it is chosen."""
 
 
+CTRL_C = 130
+"""Exit status of what was interrupted."""
+
+
 class Parser(argparse.ArgumentParser):
-    """A parser whose messages are printable, whatever an argument holds; that of a verb reads the verb's file late."""
+    """A parser whose messages are printable, whatever an argument holds; that of a verb reads the verb's file late.
+
+    Options are written out: `--force` is none of `linearize`, which takes `--forces`, and must not be read as one.
+    """
 
     verb = ""
+
+    def __init__(self, *words: Any, **named: Any) -> None:
+        """Make a parser that takes no abbreviations."""
+        super().__init__(*words, **named)
+        self.allow_abbrev = False
 
     def complete(self) -> Parser:
         """Return this parser with all that it takes."""
@@ -43,17 +58,44 @@ class Parser(argparse.ArgumentParser):
             module = import_module(f"symdyn.cli.{self.verb.replace('-', '_')}")
             self.verb, self.description = "", module.__doc__
             module.add_options(self)
+            add_talk(self)
             self.set_defaults(run=module.run, parser=self)
         return self
 
     def parse_known_args(self, *words: Any, **named: Any) -> Any:
-        """Parse, knowing all that is taken."""
+        """Parse, knowing all that is taken; what looks like an option and is none is told what was meant."""
         self.complete()
-        return super().parse_known_args(*words, **named)
+        if self.get_default("run") is not None:
+            self._refuse_unknown([word for word in words[0] if word.startswith("--") and " " not in word])
+        found, rest = super().parse_known_args(*words, **named)
+        self._refuse_unknown([word for word in rest if word.startswith("-") and word != "-"])
+        return found, rest
+
+    def _refuse_unknown(self, words: Sequence[str]) -> None:
+        known = [name for action in self._actions for name in action.option_strings]
+        unknown = [name for name in (word.partition("=")[0] for word in words) if name not in (*known, "--")]
+        if unknown:
+            self.error("; ".join(f"{name} is no option of {self.prog}{_meant(name, known)}" for name in unknown))
 
     def error(self, message: str) -> NoReturn:
         """Print usage and message, and exit with 2."""
         super().error(printable(message))
+
+
+def _meant(word: str, known: Sequence[str]) -> str:
+    """Return what an unknown option may have meant, in words; "" for nothing near."""
+    longer = [name for name in known if len(word) > 2 and name.startswith(word)]
+    near = longer or get_close_matches(word, known, n=2)
+    return f"; {' or '.join(near)}?" if near else ""
+
+
+def add_talk(verb: argparse.ArgumentParser) -> None:
+    """Add how a verb speaks."""
+    group = verb.add_argument_group("talk")
+    group.add_argument(
+        "--json", action="store_true", help="print one JSON object, the same of every verb: docs/shell.md"
+    )
+    group.add_argument("--quiet", action="store_true", help="say nothing on stderr but errors")
 
 
 def parser() -> argparse.ArgumentParser:
@@ -91,7 +133,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _show(others: Callable[..., None], message: Warning | str, category: type[Warning], *where: Any) -> None:
     """Print a warning of ours as talk, any other as Python does."""
     if issubclass(category, SymdynWarning):
-        print(f"symdyn: {printable(str(message))}", file=sys.stderr)
+        say(str(message))
     else:
         others(message, category, *where)
 
@@ -99,20 +141,35 @@ def _show(others: Callable[..., None], message: Warning | str, category: type[Wa
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status."""
     prepare_streams()
+    begin()
     try:
         options = parser().parse_args(arguments)
-        status: int = options.run(options)
+        answer = begin(options.quiet, options.json)
+        status = _status(options)
+        if options.json:
+            scene = getattr(options, "scene", None)
+            print_json(answer.as_dict(options.verb, scene and Path(scene).name, status))
         sys.stdout.flush()
-    except SymdynError as fault:
-        print(f"symdyn: {fault}", file=sys.stderr)
-        return 1
     except KeyboardInterrupt:
-        print("symdyn: interrupted", file=sys.stderr)
-        return 130
+        fail("interrupted")
+        return CTRL_C
     except BrokenPipeError:  # the reader, such as head, has seen enough
         silence_stdout()
         return 0
     except OSError as fault:  # a full disk under stdout, for one
-        print(f"symdyn: {printable(fault.strerror or str(fault))}", file=sys.stderr)
+        fail(fault.strerror or fault)
         return 1
+    return status
+
+
+def _status(options: argparse.Namespace) -> int:
+    """Run a verb and return its exit status; what ends it is told."""
+    try:
+        status: int = options.run(options)
+    except SymdynError as fault:
+        fail(fault)
+        return 1
+    except KeyboardInterrupt:
+        fail("interrupted")
+        return CTRL_C
     return status

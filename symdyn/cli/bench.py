@@ -10,7 +10,7 @@ import argparse
 from symdyn.bench import Bench, bench
 from symdyn.bench.report import as_json, best, choices_of, html, markdown, nanoseconds
 from symdyn.cli.scene_options import add_reading_options, again, read_scene, split
-from symdyn.cli.talk import Waiting, print_table, say
+from symdyn.cli.talk import Waiting, give, print_table, say, wrote
 from symdyn.emit.writing import write
 
 LONG = (
@@ -30,7 +30,6 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     )
     verb.add_argument("--seed", type=int, default=1, help="of the states (default: 1)")
     verb.add_argument("-o", "--output", metavar="DIR", help="write bench.html, bench.md and bench.json there")
-    verb.add_argument("--json", action="store_true", help="print JSON")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -46,12 +45,11 @@ def run(options: argparse.Namespace) -> int:
         files = {"bench.html": html(found), "bench.md": markdown(found), "bench.json": as_json(found.as_dict())}
         paths = write(files, options.output)
     if options.json:
-        print(as_json(found.as_dict()), end="")
+        give(found.as_dict())
     else:
         show(found)
     if options.output is not None:
-        for path in paths:
-            say(f"symdyn: wrote {path}")
+        wrote(*paths)
     return 0
 
 

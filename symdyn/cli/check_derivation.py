@@ -9,11 +9,15 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import Any
 
-from symdyn.cli.scene_options import add_reading_options, read_scene
-from symdyn.cli.talk import Waiting, say
+from symdyn.algebra.form import Form
+from symdyn.cli.scene_options import STDIN, add_reading_options, read_scene
+from symdyn.cli.talk import Waiting, fail, give, print_text
+from symdyn.emit.print.formula_text import text_of
 from symdyn.errors import SymdynError, TeachError, printable
 from symdyn.teach import check_derivation, in_words
+from symdyn.teach.derivation_check import Answer
 from symdyn.teach.student.statements import find_target
 
 LARGEST = 1_000_000  # bytes of a file that is opened at all
@@ -33,6 +37,8 @@ def add_options(verb: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print an answer to every statement."""
     try:
+        if options.file == options.scene == STDIN:
+            raise TeachError("FILE and SCENE are both -, and standard input is read once; give one of them as a file")
         scene = read_scene(options)
         text, name = _text(options.file)
         target = find_target(options.what, scene) if options.what else None
@@ -40,18 +46,36 @@ def run(options: argparse.Namespace) -> int:
             progress("comparing")
             answers = check_derivation(text, scene, name, target, options.book)
     except SymdynError as fault:
-        say(f"symdyn: {fault}")
+        fail(fault)
         return 2
-    for answer in answers:
-        print(printable("\n".join(in_words(answer, options.language))))
+    words = [[printable(line) for line in in_words(answer, options.language)] for answer in answers]
+    if options.json:
+        give([as_dict(answer) | {"words": lines} for answer, lines in zip(answers, words, strict=True)])
+    else:
+        print_text("\n".join(line for lines in words for line in lines))
     return 0 if all(answer.right for answer in answers) else 1
+
+
+def as_dict(answer: Answer) -> dict[str, Any]:
+    """Return what became of one statement, for JSON; formulas as text."""
+
+    def formula(form: Form | None) -> str | None:
+        return None if form is None else text_of(form)
+
+    differences = [
+        {"kind": one.kind, "found": formula(one.found), "right": formula(one.right), "symbols": list(one.symbols)}
+        for one in answer.differences
+    ]
+    told = {name: getattr(answer, name) for name in ("line", "name", "verdict", "right", "error_log10", "turned")}
+    told |= {"shifted": formula(answer.shifted), "scaled": answer.scaled, "valued": list(answer.valued)}
+    return told | {"forgotten": answer.forgotten, "differences": differences}
 
 
 def _text(file: str) -> tuple[str, str]:
     """Return the student's text and its name for messages."""
-    name = "standard input" if file == "-" else Path(file).name
+    name = "standard input" if file == STDIN else Path(file).name
     try:
-        if file == "-":
+        if file == STDIN:
             data = sys.stdin.buffer.read(LARGEST + 1)
         else:
             with Path(file).open("rb") as opened:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from symdyn.cli.scene_options import add_reading_options, read_scene
-from symdyn.cli.talk import print_paths, say
+from symdyn.cli.talk import give, print_paths, say
 from symdyn.emit import write
 from symdyn.errors import EmitError
 from symdyn.scene import write_text
@@ -29,6 +29,7 @@ def run(options: argparse.Namespace) -> int:
         raise EmitError(f"{path} exists; give another name, or --force to overwrite it")
     written = write_text(read_scene(options), format, options.lossy)
     write({path.name: written.text}, path.parent)
+    give({"format": format, "lost": list(written.lost)})
     for line in written.lost:
         say(f"symdyn: left out: {line}")
     print_paths(path)

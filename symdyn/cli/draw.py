@@ -11,7 +11,7 @@ import math
 from pathlib import Path
 
 from symdyn.cli.scene_options import add_reading_options, read_scene
-from symdyn.cli.talk import Waiting, print_paths
+from symdyn.cli.talk import Waiting, print_paths, print_text
 from symdyn.draw import free_body, picture, pose
 from symdyn.emit import write
 from symdyn.errors import DrawError
@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
             labels = tuple(filter(None, split_commas(options.labels)))
             text = picture(scene, q, values, view, options.frames, labels, scheme=options.scheme)
     if not options.output:
-        print(text, end="")
+        print_text(text, end="")
         return 0
     path = Path(options.output)
     write({path.name: text}, path.parent)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from symdyn.cli.scene_options import add_reading_options, read_scene
-from symdyn.cli.talk import Waiting
+from symdyn.cli.talk import Waiting, print_text
 from symdyn.emit.print.equations_text import ANGLES, FORMATS, GROUPS, base_parameters_text, equations_text
 from symdyn.errors import EmitError
 from symdyn.scene import Scene
@@ -33,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
     with Waiting() as progress:
         progress("expanding")
         text = OTHERS.get(options.group, _equations)(scene, options)
-    print(text)
+    print_text(text)
     return 0
 
 

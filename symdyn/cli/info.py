@@ -12,7 +12,7 @@ from typing import Any
 
 from symdyn.cli.facts import gather, parts
 from symdyn.cli.scene_options import add_closing, add_formulation, add_reading_options, closing_of, read_scene
-from symdyn.cli.talk import Waiting, asking, print_json, print_rich, print_table, say, short
+from symdyn.cli.talk import Waiting, asking, give, print_rich, print_table, say, short
 from symdyn.graph import growing
 from symdyn.program import Counts
 
@@ -25,7 +25,6 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     add_reading_options(verb)
     add_formulation(verb)
     add_closing(verb)
-    verb.add_argument("--json", action="store_true", help="print JSON")
     alone = verb.add_argument_group("one thing alone")
     alone.add_argument("--frames", action="store_true", help="the link frames that the generator chose")
     alone.add_argument("--base-parameters", action="store_true", help="the regrouped inertias, as formulas")
@@ -41,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
             progress("regrouping" if options.base_parameters else "choosing frames")
             chosen = parts(scene, options.frames, options.base_parameters)
         if options.json:
-            print_json(chosen)
+            give(chosen)
         else:
             show_parts(chosen)
         return 0
@@ -51,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
     for reason in left_out:
         say(f"symdyn: {reason}")
     if options.json:
-        print_json(facts)
+        give(facts)
     else:
         show(facts)
     return 0

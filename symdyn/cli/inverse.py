@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
-from symdyn.cli.talk import Waiting, say
+from symdyn.cli.talk import Waiting, fail, say
 from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened
 from symdyn.simulation import inverse, read_motion
 from symdyn.simulation.prescribed.scene_motion import motion_times
@@ -48,5 +48,5 @@ def run(options: argparse.Namespace) -> int:
     deliver(trajectory, options)
     if trajectory.complete:
         return 0
-    say(f"symdyn: {trajectory.stopped}; the rows until then are kept")
+    fail(f"{trajectory.stopped}; the rows until then are kept")
     return 1

@@ -10,7 +10,7 @@ from typing import Any
 from symdyn.cli.linear_options import add_asked, check_asked, check_one, found_over, rates_of
 from symdyn.cli.linear_tools import ASKED, System
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move, split
-from symdyn.cli.talk import Waiting, print_json, print_paths, say
+from symdyn.cli.talk import Waiting, give, print_paths, print_text, say
 from symdyn.cli.trajectory_options import collected, flattened, pairs
 from symdyn.errors import LinearizeError
 from symdyn.linear.equilibrium import equilibria
@@ -61,7 +61,6 @@ def add_options(verb: argparse.ArgumentParser) -> None:
         "--anywhere", action="store_true", help="take points too that are neither of rest nor of a steady motion"
     )
     verb.add_argument("--format", choices=tuple(FORMATS), default="text", help="default: text")
-    verb.add_argument("--json", action="store_true", help="for machines, all digits")
     verb.add_argument("-o", "--output", metavar="FILE", help=".npz, .mat or .csv")
     add_asked(verb)
 
@@ -75,9 +74,9 @@ def run(options: argparse.Namespace) -> int:
             progress("linearising")
             lines, data = found_over(scene, options)
         if options.json:
-            print_json(data)
+            give(data)
         else:
-            print("\n".join(lines))
+            print_text("\n".join(lines))
         return 0
     if options.along is not None and (options.at or options.rates):
         raise LinearizeError("--along takes its points from a run; leave --at and --rates out")
@@ -96,9 +95,9 @@ def run(options: argparse.Namespace) -> int:
         record([one.found for one in systems], Path(options.output))
         print_paths(options.output)
     if options.json:
-        print_json(told if options.along is not None or options.at == REST else told[0])
+        give(told if options.along is not None or options.at == REST else told[0])
     elif not (options.output and options.along):
-        print("\n\n".join(map(str, told)))
+        print_text("\n\n".join(map(str, told)))
     return 0
 
 

@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import argparse
 import shlex
+import sys
 from fractions import Fraction
 from math import inf
 from pathlib import Path
 
 from symdyn.cli.talk import say
 from symdyn.dynamics import OUTPUTS, LoopChoices, Unasked
-from symdyn.errors import DerivationError, printable
+from symdyn.errors import DerivationError, SceneError, printable
 from symdyn.scene import ReadOptions, Scene, bind, in_numbers, read_bindings, read_noting, with_symbols
 from symdyn.scene.values.formula import split_commas
 
 MOST_NOTES = 20
 
+STDIN = "-"
+"""The scene that is standard input."""
+
 
 def add_reading_options(verb: argparse.ArgumentParser, optional: bool = False) -> None:
     """Add the scene, which may be left out where it is optional, and the options that say how to read it."""
-    files = "scene or robot file: .toml, .urdf, .mjcf, .xml or .par"
+    files = "scene or robot file: .toml, .urdf, .mjcf, .xml or .par; - reads TOML or XML from standard input"
     verb.add_argument("scene", metavar="SCENE", nargs="?" if optional else None, help=files)
     group = verb.add_argument_group("reading")
     group.add_argument(
@@ -121,15 +125,34 @@ def _rates(text: str) -> tuple[Fraction, Fraction]:
     return alpha, beta
 
 
+class StandardInput:
+    """What is piped in, as an open file."""
+
+    name = "stdin"
+
+    def read(self, size: int, /) -> bytes | str:
+        """Return at most so many bytes.
+
+        Raises:
+            SceneError: there is none.
+        """
+        content: bytes | str = getattr(sys.stdin, "buffer", sys.stdin).read(size)
+        if not content:
+            raise SceneError(f"{self.name}: is empty; pipe a scene in, as in `cat arm.toml | symdyn info -`")
+        return content
+
+
 def read_scene(options: argparse.Namespace) -> Scene:
     """Return the scene that the options name; what the reader notes goes to stderr."""
     cuts = options.spanning_tree and tuple(split_commas(options.spanning_tree))
     how = ReadOptions(options.snap, options.allow_invalid_inertia, cuts, options.floating_base)
-    reading = read_noting(options.scene, how)
+    path = Path(options.scene)
+    reading = read_noting(StandardInput() if options.scene == STDIN else path, how)
+    whole, name = (printable(str(one), keep="") for one in (path, path.name))
     for note in reading.notes[:MOST_NOTES]:
-        say(f"symdyn: {note}")
+        say(note.replace(whole, name, 1) if note.startswith(whole) else note)
     if len(reading.notes) > MOST_NOTES:
-        say(f"symdyn: {options.scene}: and {len(reading.notes) - MOST_NOTES} notes more")
+        say(f"{name}: and {len(reading.notes) - MOST_NOTES} notes more")
     scene = with_symbols(reading.scene, options.symbolic) if options.symbolic else reading.scene
     return bind(scene, read_bindings(options.bind)) if options.bind is not None else scene
 
@@ -151,7 +174,7 @@ def again(options: argparse.Namespace, always: str = "") -> str:
     words = ["symdyn", options.verb]
     for action in options.parser._actions:
         value = getattr(options, action.dest, None)
-        if value in (None, "") or action.dest in ("json", "output"):
+        if value in (None, "") or action.dest in ("json", "quiet", "digits", "output"):
             continue
         if not action.option_strings:
             words.append(shlex.quote(printable(Path(value).name, keep="")))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
-from symdyn.cli.talk import Bar, say
+from symdyn.cli.talk import Bar, fail, say
 from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened, pairs
 from symdyn.errors import SimulateError
 from symdyn.scene import Scene
@@ -89,9 +89,10 @@ def run(options: argparse.Namespace) -> int:
             feedback=feedback,  # type: ignore[arg-type]
         )
     deliver(trajectory, options)
+    ended = status(trajectory)
     for line in told(trajectory):
-        say(f"symdyn: {line}")
-    return status(trajectory)
+        fail(line) if ended else say(line)
+    return ended
 
 
 def _feedback(scene: Scene, options: argparse.Namespace) -> Feedback | None:

@@ -11,7 +11,7 @@ import argparse
 from symdyn.bench.report import as_json, stress_html, stress_markdown, stress_rows
 from symdyn.bench.stress import FAMILIES, Stress, stress
 from symdyn.cli.scene_options import add_reading_options, again, read_scene, split
-from symdyn.cli.talk import Waiting, print_table, say
+from symdyn.cli.talk import Waiting, give, print_table, print_text, wrote
 from symdyn.emit.writing import write
 
 
@@ -20,21 +20,19 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     add_reading_options(verb, optional=True)
     verb.add_argument("--families", metavar="LIST", help="comma-separated; default: all; --families '' lists them")
     verb.add_argument("-o", "--output", metavar="DIR", help="write stress.html, stress.md and stress.json there")
-    verb.add_argument("--json", action="store_true", help="print JSON")
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the cases, write, print."""
     if options.families is not None and not options.families.strip():
-        for name, family in FAMILIES.items():
-            print(f"{name:10s}{family.text}")
+        print_text("\n".join(f"{name:10s}{family.text}" for name, family in FAMILIES.items()))
         return 0
     scene = None if options.scene is None else read_scene(options)
     with Waiting() as progress:
         command = again(options) + (" -o DIR" if options.output is not None else "")
         found = stress(scene, split(options.families), command, progress)
     if options.json:
-        print(as_json(found.as_dict()), end="")
+        give(found.as_dict())
     else:
         show(found)
     if options.output is not None:
@@ -43,8 +41,7 @@ def run(options: argparse.Namespace) -> int:
             "stress.md": stress_markdown(found),
             "stress.json": as_json(found.as_dict()),
         }
-        for path in write(files, options.output):
-            say(f"symdyn: wrote {path}")
+        wrote(*write(files, options.output))
     return 0 if found.passed else 1
 
 

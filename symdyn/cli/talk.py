@@ -1,18 +1,22 @@
-"""What the command line says beside its results: tables on stdout, progress on stderr."""
+"""What the command line says: results on stdout, as text or as one JSON object, talk and progress on stderr."""
 
 from __future__ import annotations
 
 import json
+import math
 import re
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextvars import ContextVar
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Self
 
 from symdyn.errors import printable
 
+PREFIX = "symdyn: "
 PATIENCE = 2.0  # seconds after which a user wants to know what is going on
 WIDTH = 160  # of tables that are not shown on a terminal
 MOST_LEAVES = 8
@@ -21,19 +25,109 @@ LONGEST_NUMBER, DIGITS = 8, 6  # digits of a number that is shown as it is, and 
 _NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:/\d+)?(?![\w.])")
 
 
+@dataclass
+class Answer:
+    """What one command answers, gathered while it runs.
+
+    Attributes:
+        quiet: whether nothing but errors goes to stderr.
+        json: whether stdout gets one JSON object in the end, and nothing before.
+        result: what was found: a JSON value.
+        files: what was written.
+        notes: what was said on the way, one line each, every line once.
+        errors: why nothing was found, or not all.
+    """
+
+    quiet: bool = False
+    json: bool = False
+    result: Any = None
+    files: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    errors: list[str] = field(default_factory=list)
+
+    def as_dict(self, verb: str, scene: str | None, status: int) -> dict[str, Any]:
+        """Return the object that `--json` prints, the same of every verb (docs/shell.md)."""
+        told = {"verb": verb, "scene": scene, "status": status, "result": finite(self.result)}
+        return told | {"files": self.files, "notes": self.notes, "errors": self.errors}
+
+
+_ANSWER: ContextVar[Answer] = ContextVar("answer")
+
+
+def begin(quiet: bool = False, json: bool = False) -> Answer:
+    """Return the answer of a command that begins, in which all that it says from now on is gathered."""
+    answer = Answer(quiet, json)
+    _ANSWER.set(answer)
+    return answer
+
+
+def _answer() -> Answer:
+    found = _ANSWER.get(None)
+    return begin() if found is None else found
+
+
 def say(text: str) -> None:
-    """Print talk on stderr, made printable, as it may quote a stranger's file."""
-    print(printable(text), file=sys.stderr)
+    """Say something beside the result on stderr, one line, once; it is made printable, as it may quote a stranger."""
+    answer = _answer()
+    line = printable(" ".join(text.removeprefix(PREFIX).splitlines()), keep="")
+    if line in answer.notes:
+        return
+    answer.notes.append(line)
+    if not answer.quiet:
+        print(f"{PREFIX}{line}", file=sys.stderr)
+
+
+def fail(text: object) -> None:
+    """Say on stderr why a command fails, however quiet it is to be."""
+    words = printable(str(text))
+    _answer().errors += words.splitlines()
+    print(f"{PREFIX}{words}", file=sys.stderr)
 
 
 def print_paths(*paths: object) -> None:
     """Print where files were written, one a line, which no name breaks."""
+    lines = [printable(str(path), keep="") for path in paths]
+    answer = _answer()
+    answer.files += lines
+    if not answer.json:
+        print("\n".join(lines))
+
+
+def wrote(*paths: object) -> None:
+    """Say where files were written beside the result that is printed."""
+    answer = _answer()
     for path in paths:
-        print(printable(str(path), keep=""))
+        line = printable(str(path), keep="")
+        answer.files.append(line)
+        if not answer.quiet:
+            print(f"{PREFIX}wrote {line}", file=sys.stderr)
+
+
+def print_text(text: str, end: str = "\n") -> None:
+    """Print a result that is text."""
+    answer = _answer()
+    if answer.json:
+        answer.result = text
+    else:
+        print(text, end=end)
+
+
+def give(value: Any) -> None:
+    """Keep a result for machines: a JSON value, which `--json` prints in the end."""
+    _answer().result = value
+
+
+def finite(value: Any) -> Any:
+    """Return a JSON value with null where a number is none, or infinite."""
+    if isinstance(value, Mapping):
+        return {key: finite(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def print_json(value: Any) -> None:
-    """Print a result for machines."""
+    """Print JSON."""
     text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
     try:
         text.encode(sys.stdout.encoding or "utf-8")
@@ -90,6 +184,10 @@ def _rounded(number: str) -> str:
     return f"{float(Fraction(number)):.{DIGITS}g}"
 
 
+def _shows_progress() -> bool:
+    return sys.stderr.isatty() and not _answer().quiet
+
+
 class _Late:
     """What a terminal is shown on stderr once something has taken longer than `PATIENCE`."""
 
@@ -119,7 +217,7 @@ class Waiting(_Late):
 
     def __enter__(self) -> Self:
         """Start the clock, if there is a terminal to talk to."""
-        if sys.stderr.isatty():
+        if _shows_progress():
             self._timer.start()
         return self
 
@@ -151,7 +249,7 @@ class Bar(_Late):
 
     def __call__(self, share: float) -> None:
         """Show how much is done, from 0 to 1."""
-        if self._shown is None and sys.stderr.isatty() and time.monotonic() - self._begin > PATIENCE:
+        if self._shown is None and _shows_progress() and time.monotonic() - self._begin > PATIENCE:
             self._show()
         if self._shown is not None:
             self._shown.update(self._task, completed=share)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from symdyn.cli.talk import print_paths
+from symdyn.cli.talk import give, print_paths
 from symdyn.errors import SimulateError
 from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.table import Faults
@@ -16,7 +16,7 @@ from symdyn.simulation import Trajectory
 from symdyn.simulation.plot import check_plot, plot
 from symdyn.simulation.prescribed.formulas_in_time import close, words
 from symdyn.simulation.reaction_columns import axes_of
-from symdyn.simulation.record import check_film, check_record, csv_text, film, record
+from symdyn.simulation.record import about, check_film, check_record, csv_text, film, record
 
 
 def add_output_options(verb: argparse.ArgumentParser) -> None:
@@ -81,7 +81,12 @@ def _axes(named: str) -> None:
 
 def deliver(trajectory: Trajectory, options: argparse.Namespace) -> None:
     """Write the trajectory, or print it as CSV; the paths of files that were written go to stdout."""
-    if not (options.output or options.plot or options.animate):
+    files = options.output or options.plot or options.animate
+    if options.json:
+        names, table = trajectory.table()
+        columns = dict(zip(names, table.T.tolist(), strict=True))
+        give(about(trajectory) | ({} if files else {"columns": columns}))
+    elif not files:
         sys.stdout.write(csv_text(trajectory))
     for key, (_, write) in OUTPUTS.items():
         if name := getattr(options, key):

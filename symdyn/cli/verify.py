@@ -17,7 +17,7 @@ from symdyn.cli.scene_options import (
     read_scene,
     split,
 )
-from symdyn.cli.talk import Waiting, print_json, print_table
+from symdyn.cli.talk import Waiting, give, print_table
 from symdyn.emit.code.real import REALS
 from symdyn.errors import SceneError, VerifyError
 from symdyn.graph import Graph, evaluate
@@ -37,7 +37,6 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     add_prepare(verb)
     verb.add_argument("--real", choices=tuple(REALS), default="double", help="number type of the measured code")
     verb.add_argument("--seed", type=int, default=1, help="of primes, points and states (default: 1)")
-    verb.add_argument("--json", action="store_true", help="print the certificate as JSON")
     bounds = verb.add_argument_group("guaranteed bounds")
     bounds.add_argument(
         "--rigorous",
@@ -72,7 +71,7 @@ def run(options: argparse.Namespace) -> int:
                 scene, outputs, at, options.states, options.seed, options.real, options.formulation, progress, closing
             )
         if options.json:
-            print_json(bounds.as_dict())
+            give(bounds.as_dict())
         else:
             show_bounds(bounds)
         return 0 if bounds.passed else 1
@@ -81,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
             scene, outputs, options.seed, progress, options.real, options.formulation, options.prepare, closing
         )
     if options.json:
-        print_json(certificate.as_dict())
+        give(certificate.as_dict())
     else:
         show(certificate)
     return 0 if certificate.passed else 1

@@ -1,0 +1,198 @@
+"""Manners of the command line that all verbs share: one shape of JSON, silence, notes, options written out."""
+
+from __future__ import annotations
+
+import io
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from symdyn.cli import VERBS, main
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+PENDULUM = str(EXAMPLES / "pendulum.toml")
+TWO_LINK = str(EXAMPLES / "two_link.toml")
+
+Capture = pytest.CaptureFixture[str]
+
+KEYS = ["verb", "scene", "status", "result", "files", "notes", "errors"]
+
+STUDENT = "k_{z,22} = m_2 h_2^2\nk_{z,12} = m_2 h_1"
+
+LINES = {  # what a verb is asked, its exit status, what its result must hold
+    "equations": (["equations", TWO_LINK, "--format", "text"], 0, lambda told: "cos(q2)" in told),
+    "walkthrough": (["walkthrough", TWO_LINK, "-o", "lesson.md", "--until", "energies"], 0, lambda told: told is None),
+    "check-derivation": (["check-derivation", "own.tex", TWO_LINK], 1, lambda told: not told[1]["right"]),
+    "generate": (["generate", TWO_LINK, "--functions", "mass_matrix"], 0, lambda told: told is None),
+    "verify": (["verify", PENDULUM, "--functions", "mass_matrix"], 0, lambda told: told["passed"]),
+    "simulate": (
+        ["simulate", PENDULUM, "--until", "0.1", "--every", "0.05", "--method", "dop853"],
+        0,
+        lambda told: told["columns"]["t"] == [0, 0.05, 0.1] and told["method"] == "dop853",
+    ),
+    "inverse": (
+        ["inverse", PENDULUM, "--motion", "q1=t", "--until", "0.1", "--every", "0.05"],
+        0,
+        lambda told: told["columns"]["q1"] == [0, 0.05, 0.1],
+    ),
+    "linearize": (["linearize", PENDULUM], 0, lambda told: told["kind"] == "rest"),
+    "bench": (
+        ["bench", PENDULUM, "--quick", "--functions", "mass_matrix", "--no-trajectories"],
+        0,
+        lambda told: told["measured"],
+    ),
+    "stress": (["stress", PENDULUM, "--families", "angles"], 0, lambda told: told["cases"]),
+    "info": (["info", TWO_LINK], 0, lambda told: told["degrees_of_freedom"] == 2),
+    "draw": (["draw", TWO_LINK], 0, lambda told: told.startswith("<svg")),
+    "convert": (["convert", PENDULUM, "out.toml"], 0, lambda told: told == {"format": "toml", "lost": []}),
+    "new": (["new", "arm"], 0, lambda told: told is None),
+}
+
+
+def test_every_verb_is_asked() -> None:
+    assert set(LINES) == set(VERBS)
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.usefixtures("numpy_alone")
+@pytest.mark.parametrize("verb", LINES)
+def test_json_has_one_shape(verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.tex").write_text(STUDENT)
+    words, status, holds = LINES[verb]
+
+    assert main([*words, "--json", "--quiet"]) == status
+    out, err = capsys.readouterr()
+    told = json.loads(out)
+    assert list(told) == KEYS
+    assert (told["verb"], told["status"], told["errors"], err) == (verb, status, [], "")
+    assert holds(told["result"])
+    assert all((tmp_path / name).is_file() for name in told["files"])
+    assert told["files"] or told["result"] is not None
+
+
+def test_json_tells_errors_too(capsys: Capture) -> None:
+    assert main(["info", "nowhere/nothing.toml", "--json"]) == 1
+    out, err = capsys.readouterr()
+    told = json.loads(out)
+    assert (told["scene"], told["status"], told["result"]) == ("nothing.toml", 1, None)
+    assert told["errors"] == [line.removeprefix("symdyn: ") for line in err.splitlines()]
+
+
+def test_json_has_no_number_that_is_none(capsys: Capture) -> None:
+    from symdyn.cli.talk import finite
+
+    assert finite({"a": [float("nan"), 1.5, (float("inf"), "x")]}) == {"a": [None, 1.5, [None, "x"]]}
+
+
+def test_quiet_leaves_results_and_errors(tmp_path: Path, capsys: Capture) -> None:
+    scene = tmp_path / "loop.toml"
+    scene.write_text(LOOP.replace("3]", "2]"))
+    words = ["generate", str(scene), "-o", str(tmp_path)]
+    assert main(words) == 0
+    assert "poses and Jacobians are asked for by name" in capsys.readouterr().err
+    assert main([*words, "--quiet"]) == 0
+    assert capsys.readouterr() == (f"{tmp_path / 'loop.py'}\n", "")
+    assert main(["info", "nothing.toml", "--quiet"]) == 1
+    assert "there is no such file" in capsys.readouterr().err
+
+
+@pytest.mark.runs("cc")
+def test_quiet_tells_why_a_motion_ended_early(capsys: Capture) -> None:
+    words = ["simulate", PENDULUM, "--until", "1", "--forces", "tau1=1/(0.5-t)**2", "--method", "dop853", "--quiet"]
+    assert main(words) == 1
+    assert "t = 0." in capsys.readouterr().err
+
+
+LOOP = """
+[bodies.a]
+mass = 1
+inertia = [1, 1, 3]
+inertia_about = "com"
+[joints.j]
+type = "revolute"
+parent = "ground"
+child = "a"
+"""
+
+
+@pytest.mark.parametrize("spelled", ["{folder}/loop.toml", "{folder}//./loop.toml", "loop.toml", "./loop.toml"])
+def test_a_note_is_one_line_once_with_the_name_of_the_file(
+    spelled: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "loop.toml").write_text(LOOP)
+
+    assert main(["info", spelled.format(folder=tmp_path), "--allow-invalid-inertia"]) == 0
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("symdyn: loop.toml: bodies.a: inertia")
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["linearize", PENDULUM, "--force", "tau1=1"], "--force is no option of symdyn linearize; --forces?"),
+        (["simulate", PENDULUM, "--unti", "1"], "--unti is no option of symdyn simulate; --until?"),
+        (["simulate", PENDULUM, "--star=1", "--until", "1"], "--start or --start-rates?"),
+        (["info", PENDULUM, "--bynd", "m=1"], "--bynd is no option of symdyn info; --bind?"),
+        (["info", PENDULUM, "-x"], "-x is no option of symdyn info"),
+    ],
+)
+def test_an_option_that_is_none_is_told_what_was_meant(words: list[str], told: str, capsys: Capture) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(words)
+    assert told in capsys.readouterr().err
+
+
+URDF = str(next((Path(__file__).parent / "data").rglob("*.urdf")))
+
+SCENE_FIRST = {verb: words for verb, (words, _, _) in LINES.items() if {PENDULUM, TWO_LINK} & {*words}}
+
+
+def piped(path: str) -> io.TextIOWrapper:
+    return io.TextIOWrapper(io.BytesIO(Path(path).read_bytes()), encoding="ascii")
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.usefixtures("numpy_alone")
+@pytest.mark.parametrize("verb", [verb for verb in SCENE_FIRST if verb not in ("bench", "verify")])
+def test_a_scene_comes_from_stdin_as_from_its_file(
+    verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.tex").write_text(STUDENT)
+    words, status, holds = LINES[verb]
+    scene = next(word for word in words if word in (PENDULUM, TWO_LINK))
+    monkeypatch.setattr(sys, "stdin", piped(scene))
+
+    assert main(["-" if word == scene else word for word in words] + ["--json", "--quiet"]) == status
+    told = json.loads(capsys.readouterr().out)
+    assert told["scene"] == "-"
+    assert holds(told["result"])
+
+
+def test_a_robot_comes_from_stdin_too(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    assert main(["info", URDF, "--quiet"]) == 0
+    wanted = capsys.readouterr().out
+    monkeypatch.setattr(sys, "stdin", piped(URDF))
+    assert main(["info", "-", "--quiet"]) == 0
+    assert capsys.readouterr().out == wanted
+
+
+@pytest.mark.parametrize(
+    ("content", "words", "told"),
+    [
+        (b"", ["info", "-"], "symdyn: stdin: is empty; pipe a scene in"),
+        (b"\xff\xfe", ["info", "-"], "symdyn: stdin: byte 0 is not UTF-8"),
+        (b"bodies = 1", ["info", "-"], "symdyn: stdin: bodies"),
+        (b"x = 1", ["check-derivation", "-", "-"], "FILE and SCENE are both -"),
+    ],
+)
+def test_what_is_no_scene_on_stdin_is_told(
+    content: bytes, words: list[str], told: str, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content)))
+    assert main(words) > 0
+    assert told in capsys.readouterr().err
