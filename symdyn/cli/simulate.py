@@ -49,6 +49,9 @@ def add_options(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--stop", action="append", default=[], metavar="FORMULA", help="end where this crosses zero")
     verb.add_argument("--report", action="append", default=[], metavar="FORMULA", help="tell where this crosses zero")
     verb.add_argument(
+        "--ignore-limits", action="store_true", help="go on where a joint reaches a limit of its position"
+    )
+    verb.add_argument(
         "--method",
         metavar="NAME",
         help="taylor (heyoka), dop853, rk45, rk23, radau, bdf, lsoda (SciPy), cvode, adams or ida (SUNDIALS); "
@@ -87,6 +90,7 @@ def run(options: argparse.Namespace) -> int:
             progress,
             lambda line: say(f"symdyn: {line}"),
             feedback=feedback,  # type: ignore[arg-type]
+            ignore_limits=options.ignore_limits,
         )
     deliver(trajectory, options)
     ended = status(trajectory)
@@ -125,7 +129,7 @@ def told(trajectory: Trajectory) -> list[str]:
     end = float(trajectory.t[-1])
     if trajectory.stopped == INTERRUPTED:
         lines.append(f"interrupted at t = {end:g} s; what was computed until then is kept")
-    elif trajectory.events and trajectory.events[-1].stops:
+    elif trajectory.stopped != END and trajectory.complete:
         lines.append(f"stopped: {trajectory.stopped} = 0 at t = {trajectory.events[-1].t!r} s")
     elif trajectory.stopped != END:
         lines.append(trajectory.stopped)

@@ -15,7 +15,7 @@ from symdyn.scene import Quantity, Scene, SceneLike, bind, scene_of
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.equations.compiled_routines import point_names
-from symdyn.simulation.equations.crossings import passed
+from symdyn.simulation.equations.crossings import Limit
 from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
@@ -25,6 +25,7 @@ from symdyn.simulation.feedback.loop import Loop
 from symdyn.simulation.initial import Start, read_start, singular
 from symdyn.simulation.integrate import METHODS, Hit, Problem
 from symdyn.simulation.integrator import Choice, choose
+from symdyn.simulation.joint_limits import at_start, named, on_the_way, reached, stopping
 from symdyn.simulation.monitors import needed, observe
 from symdyn.simulation.prescribed.forces import Forces, held, read_forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME, close, noted, parameter_values, read_formula
@@ -63,6 +64,7 @@ def simulate(
     say: Callable[[str], None] | None = None,
     values: Mapping[str, object] | None = None,
     feedback: Feedback | Gains | Law | Mapping[str, object] | str | Path | None = None,
+    ignore_limits: bool = False,
 ) -> Trajectory:
     """Return the motion that forces give a scene from t = 0 on.
 
@@ -91,6 +93,7 @@ def simulate(
         values: of parameters, in place of those that the scene gives: numbers or formulas by name.
         feedback: a controller, whose forces are added: a function of time, coordinates and velocities that returns the
             force of every input; a `Feedback` of one, with period, delay and limits; gains, or a .json file of them.
+        ignore_limits: go on where a joint reaches a limit of its position; else the run stops there, with an event.
 
     Raises:
         SimulateError: with every fault of the arguments, one line each.
@@ -117,13 +120,14 @@ def simulate(
     if loop is not None:
         loop.start(initial.q, initial.u)
         system = replace(system, loop=loop)
-    notes = (*initial.notes, *held(scene, forces, until), *system.notes)
-    for note in notes:
-        _tell(say, note)
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])
     ready(system, x)
     flags = tuple(k < len(stops) for k in range(len(formulas)))
-    looked_for = (*flags, *(True for _ in system.ends), *(False for _ in system.limits))
+    limits = stopping(system, ignore_limits)
+    looked_for = (*flags, *(True for _ in system.ends), *limits)
+    notes = (*initial.notes, *held(scene, forces, until), *system.notes, *at_start(system, x, limits))
+    for note in notes:
+        _tell(say, note)
 
     def attempt(choice: Choice) -> tuple[Run, Problem]:
         relative = choice.method.rtol if rtol is None else rtol
@@ -139,7 +143,7 @@ def simulate(
         choice = Choice(choice.otherwise, METHODS[choice.otherwise], f"{choice.name}: {run.stopped}")
         run, problem = attempt(choice)
     found = _told(system, run, formulas, flags, reactions)
-    seen = (*found.notes, *_limits(system, x, run.hits))
+    seen = (*found.notes, *on_the_way(system, run.t, run.x, run.hits, limits))
     for note in seen:
         _tell(say, note)
     found = replace(
@@ -158,11 +162,7 @@ def _told(
     scene = system.scene
     parts = slice(0, system.nq), slice(system.nq, system.nq + system.nv)
     q, u = (run.x[:, part] for part in parts)
-    events = tuple(
-        Event(formulas[hit.event], hit.t, hit.x[parts[0]], hit.x[parts[1]], flags[hit.event])
-        for hit in run.hits
-        if hit.event < len(formulas)
-    )
+    events = _events(system, run, formulas, flags)
     with np.errstate(all="ignore"):  # a motion that leaves what is real has its last row there
         columns, monitors = observe(system, run.t, run.x)
         qdd = system.tell("rates", run.t, run.x)[:, parts[1]]
@@ -177,6 +177,21 @@ def _told(
         monitors[f"normal_force {one.row.name}"] = float(one.normal.min())
         monitors[f"friction_coefficient {one.row.name}"] = float(one.friction.max())
     return replace(found, extra=columns, monitors=monitors, notes=tuple(seen))
+
+
+def _events(system: StateEquations, run: Run, formulas: Sequence[str], flags: Sequence[bool]) -> tuple[Event, ...]:
+    """Return the zeros of formulas, and behind them the limit of a joint that ended the run."""
+    nq, nv = system.nq, system.nv
+    told = [(hit, formulas[hit.event], flags[hit.event]) for hit in run.hits if hit.event < len(formulas)]
+    if run.stopped == STOPPED and (limit := _limit(system, run.hits[-1], formulas)) is not None:
+        told.append((run.hits[-1], named(limit, system.scene), True))
+    return tuple(Event(text, hit.t, hit.x[:nq], hit.x[nq : nq + nv], stops) for hit, text, stops in told)
+
+
+def _limit(system: StateEquations, hit: Hit, formulas: Sequence[str]) -> Limit | None:
+    """Return the limit that a hit tells of, None of another event."""
+    k = hit.event - len(formulas) - len(system.ends)
+    return system.limits[k] if k >= 0 else None
 
 
 def check_run(
@@ -240,6 +255,8 @@ def _why(system: StateEquations, formulas: Sequence[str], run: Run) -> str:
         hit = run.hits[-1]
         if hit.event < len(formulas):
             return formulas[hit.event]
+        if (limit := _limit(system, hit, formulas)) is not None:
+            return reached(limit, system.scene, hit.t)
         return f"t = {hit.t:.9g} s: {system.ends[hit.event - len(formulas)]}"
     t, x = float(run.t[-1]), run.x[-1]
     if system.changes(x[: system.nq]):
@@ -252,17 +269,6 @@ def _why(system: StateEquations, formulas: Sequence[str], run: Run) -> str:
     )
     found = next(filter(None, parts), "")
     return f"{run.stopped}; {found}" if found else run.stopped
-
-
-def _limits(system: StateEquations, x: Array, hits: Sequence[Hit]) -> list[str]:
-    """Return what is said of limits of joints that a run has passed, x its start."""
-    if not system.limits:
-        return []
-    first = len(system.events) + len(system.ends)
-    beyond = system.tell("events", 0.0, x)[first:] > 0
-    times = [[hit.t for hit in hits if hit.event == first + k] for k in range(len(system.limits))]
-    told = (limit.words(system.scene) for limit in system.limits)
-    return [words for words in map(passed, told, beyond, times) if words]
 
 
 def _tell(say: Callable[[str], None] | None, line: str) -> None:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.loops.assembly import off_planes
 from symdyn.dynamics.mechanism.prescribed import prescribed
-from symdyn.dynamics.mechanism.state import quaternions
+from symdyn.dynamics.mechanism.state import quaternions, state_symbols
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.errors import SimulateError
 from symdyn.graph import Graph, tangents
@@ -34,10 +34,12 @@ from symdyn.simulation.equations.compiled_routines import (
     point_names,
     points,
 )
+from symdyn.simulation.equations.crossings import limits_of
 from symdyn.simulation.equations.decisions import written_decisions
 from symdyn.simulation.equations.opened import Opened, numbers_at, opened
 from symdyn.simulation.followed import Followed, Tied, followed
 from symdyn.simulation.initial import no_equations
+from symdyn.simulation.joint_limits import passages, passed
 from symdyn.simulation.prescribed.forces import Forces, drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME, bound, close, number_of, parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, constant, formula_law
@@ -115,7 +117,7 @@ def inverse(
         columns |= dict(zip(point_names(scene), functions("points", t, q, u).T, strict=True))
     if axes:
         columns |= reaction_columns(Trajectory(scene, t, q, u, a, tau), given=False, axes=axes)
-    notes += _impossible(scene, tau)
+    notes += (*_impossible(scene, tau), *_passed(scene, functions, t, q, u, tau))
     if say is not None:
         for note in notes:
             say(note)
@@ -170,6 +172,14 @@ def _impossible(scene: Scene, tau: Array) -> list[str]:
     ]
 
 
+def _passed(scene: Scene, functions: _Functions, t: Array, q: Array, u: Array, tau: Array) -> list[str]:
+    """Return what is to be said of limits of joints that the motion and its forces leave, at the samples."""
+    if not functions.limits:
+        return []
+    each = zip(functions.limits, functions("limits", t, q, u, tau=tau).T, strict=True)
+    return [line for limit, value in each for line in passed(limit, scene, passages(t, value > 0))]
+
+
 def _own(scene: Scene) -> dict[str, Law]:
     """Return the laws that the scene itself prescribes."""
     values = parameter_values(scene)
@@ -213,7 +223,8 @@ class _Functions:
 
     Attributes:
         closed: whether there are rows to keep; loops whose rows are all redundant have none.
-        holding: of these, whether each holds a position.
+        limits: of joints, in the order of the entries of "limits".
+        holding: of the rows, whether each holds a position.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -223,11 +234,14 @@ class _Functions:
         functions = {routine.function.name: routine.function for routine in self._made.program.routines}
         self.closed = "constraint_jacobian" in functions
         residuals = functions["constraint_residual"].entries if self.closed else ()
+        self.limits = limits_of(found.scene, graph := Graph(), state_symbols(found.scene, graph).tau)
         self.holding = np.array([not x.is_zero for x in residuals], dtype=bool)
 
-    def __call__(self, name: str, t: Any, q: Array, u: Array, a: Array | None = None) -> Array:
+    def __call__(
+        self, name: str, t: Any, q: Array, u: Array, a: Array | None = None, tau: Array | None = None
+    ) -> Array:
         """Return a function's values, one a row."""
-        known = {"q": q, "qd": u, "qdd": a, TIME: t}
+        known = {"q": q, "qd": u, "qdd": a, "tau": tau, TIME: t}
         with np.errstate(all="ignore"):  # where there is no force, the rows end, and words say so
             found = np.asarray(self._calls[name](*(known[one] for one in self._made.takes(name))), dtype=np.float64)
         return np.broadcast_to(found, (*q.shape[:-1], *self._made.program[name].function.shape))
@@ -244,7 +258,9 @@ def _compiled(scene: Opened) -> Compiled:
     H = [column[k] for k in range(len(w.state.q)) for column in columns]
     turned = tangents(w.state.rates, w.state.velocity)  # Ḣ u
     kinematics = replace(function_of(w, "kinematics", H, ("q", "qd")), shape=(len(w.state.q), w.state.n))
+    limits = [one.beyond for one in limits_of(w.scene, w.graph, w.state.tau)]
     functions += [points(w), kinematics, function_of(w, "turning", turned, ("q", "qd"))]
+    functions += [function_of(w, "limits", limits, ("q", "qd", "tau"))] if limits else []
     return compiled(w.scene, w.graph, functions)
 
 

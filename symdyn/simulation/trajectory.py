@@ -18,10 +18,10 @@ INTERRUPTED = "interrupted"
 
 @dataclass(frozen=True)
 class Event:
-    """A formula that crossed zero.
+    """A formula that crossed zero, or the limit of a joint that ended a run.
 
     Attributes:
-        formula: as the user wrote it.
+        formula: as the user wrote it; or joint and limit, such as "joint elbow: upper limit 1.57 rad".
         t: when, s.
         q, u: where, shapes (nq,) and (nv,).
         stops: whether it ended the run.
@@ -48,7 +48,7 @@ class Trajectory:
         extra: more columns by name, each of shape (N,): energies, powers, residuals, momenta, reactions.
         monitors: largest violation of each law over all samples, by name.
         events: what crossed zero, in order.
-        stopped: "end", "interrupted", the formula that ended the run, or why the integrator gave up.
+        stopped: "end", "interrupted", the formula that ended the run, or in words what else did: a limit, a failure.
         method: name of the integrator, "" where nothing was integrated.
         rtol, atol: its tolerances.
         steps, evaluations: of the integrator.
@@ -78,8 +78,8 @@ class Trajectory:
 
     @property
     def complete(self) -> bool:
-        """Whether it reached its end, or an event that was to stop it; else `stopped` says why it did not."""
-        return self.stopped == END or (bool(self.events) and self.events[-1].stops)
+        """Whether it reached its end, or a formula that was to stop it; else `stopped` says why it did not."""
+        return self.stopped == END or (bool(self.events) and self.events[-1].formula == self.stopped)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -136,9 +136,13 @@ class Solution:
         return Forces(tables=dict(zip(problem.driven, tables, strict=True)))
 
     def simulated(self, **options: Any) -> Trajectory:
-        """Return the motion that the forces give, from the same start; `options` are those of `simulate`."""
+        """Return the motion that the forces give, from the same start; `options` are those of `simulate`.
+
+        It may rest on limits of joints, and goes on where rounding passes one.
+        """
         place = self.problem.place
         start = Start(self.z[place["q"][0]], self.z[place["u"][0]])
+        options = {"ignore_limits": True} | options
         return simulate(self.scene, self.forces, until=self.duration, start=start, **options)
 
     def _forces(self) -> Array:

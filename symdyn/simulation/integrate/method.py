@@ -50,6 +50,11 @@ class Problem:
         return float(self.times[-1])
 
     @property
+    def outward(self) -> int:
+        """The first of the events that are limits, of which only passages outwards count, where they turn positive."""
+        return len(self.stops) - len(self.system.limits)
+
+    @property
     def bound(self) -> float:
         """Time beyond which no step may go: where a controller is due, else the end."""
         return self.until if self.system.loop is None else self.system.loop.due
@@ -271,7 +276,9 @@ class Watch:
         hits: list[Hit] = []
         before = step.t0
         for t, values in zip(times, self._values(times, states), strict=True):
-            for k in np.nonzero(self.last * values < 0)[0]:
+            crossed = self.last * values < 0
+            crossed[self.problem.outward :] &= values[self.problem.outward :] > 0
+            for k in np.nonzero(crossed)[0]:
                 hits.append(self._hit(step, int(k), before, float(t)))
             self.last = np.where(values == 0, self.last, values)  # a zero met exactly is seen by the next value
             before = float(t)

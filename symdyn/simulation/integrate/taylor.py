@@ -98,8 +98,14 @@ def _integrator(system: StateEquations, tolerance: float, watches: bool) -> Inte
         options["opt_level"] = 0
     if watches:
         _, formulas = translate(system, "events")
+        outward, ways = len(formulas) - len(system.limits), heyoka.event_direction
         options["nt_events"] = [
-            heyoka.nt_event(formula, lambda ta, t, sign, k=k: hit(k, t, ta)) for k, formula in enumerate(formulas)
+            heyoka.nt_event(
+                formula,
+                lambda ta, t, sign, k=k: hit(k, t, ta),
+                direction=ways.any if k < outward else ways.positive,
+            )
+            for k, formula in enumerate(formulas)
         ]
     start = np.zeros(len(variables))
     with interrupts_wait():
