@@ -16,17 +16,16 @@
     from symdyn.emit import emit, write                     source text: emit(symdyn.lower(equations), "c")
     from symdyn.build import build                          the same, compiled and loaded
 
-Everything is imported when it is first used.
+Everything is imported when it is first used: `dir(symdyn)` lists these doors and the rooms behind them.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
+from sys import modules
 
 TYPE_CHECKING = False  # importing typing would take longer than all else here
 if TYPE_CHECKING:
-    from typing import Any
-
     from symdyn.build import lambdify
     from symdyn.build.loaded import load
     from symdyn.draw import animation, picture
@@ -39,6 +38,42 @@ if TYPE_CHECKING:
     from symdyn.simulation import inverse, sensitivity, simulate
     from symdyn.transcription import collocation
     from symdyn.verify import certify
+
+    from . import (  # noqa: F401
+        bench,
+        build,
+        draw,
+        dynamics,
+        emit,
+        errors,
+        graph,
+        linear,
+        program,
+        scene,
+        simulation,
+        teach,
+        transcription,
+        verify,
+    )
+
+    __version__: str
+
+_ROOMS = (
+    "bench",
+    "build",
+    "draw",
+    "dynamics",
+    "emit",
+    "errors",
+    "graph",
+    "linear",
+    "program",
+    "scene",
+    "simulation",
+    "teach",
+    "transcription",
+    "verify",
+)
 
 _DOORS = {
     "Scene": "symdyn.scene",
@@ -81,8 +116,22 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    """Import a door when it is first asked for."""
-    if name in _DOORS:
-        return getattr(import_module(_DOORS[name]), name)
-    raise AttributeError(f"symdyn has no {name!r}; it has {', '.join(__all__)}")
+def __dir__() -> list[str]:
+    """Return what there is for a user."""
+    return [*__all__, *_ROOMS, *(name for name in globals() if name.startswith("__")), "__version__"]
+
+
+if not TYPE_CHECKING:  # else a type checker would believe that there is whatever is asked for
+
+    def __getattr__(name):
+        """Import a door or a room when it is first asked for."""
+        if name in _DOORS:
+            return getattr(import_module(_DOORS[name]), name)
+        if name in _ROOMS:
+            return import_module(f"symdyn.{name}")
+        if name == "__version__":
+            from symdyn.resources import version
+
+            return version()
+        said = f"symdyn has no {name!r}; it has {', '.join(__all__)}"
+        raise AttributeError(said, name=name, obj=modules[__name__])

@@ -1,4 +1,4 @@
-"""Where the files lie that are not Python."""
+"""What is installed beside Python's files: the folders of other files, and the version."""
 
 from __future__ import annotations
 
@@ -19,3 +19,14 @@ def _folder(name: str) -> Path:
     """Return a folder of files: inside an installed package, else beside it in a checkout."""
     installed = Path(__file__).parent / name
     return installed if installed.is_dir() else Path(__file__).parent.parent / name
+
+
+def version() -> str:
+    """Return the version that is installed."""
+    from importlib.metadata import PackageNotFoundError
+    from importlib.metadata import version as installed
+
+    try:
+        return installed("symdyn")
+    except PackageNotFoundError:
+        return "(not installed)"

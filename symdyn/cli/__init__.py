@@ -15,6 +15,7 @@ from typing import Any, NoReturn
 from symdyn.cli.streams import prepare_streams, silence_stdout
 from symdyn.cli.talk import begin, fail, print_json, say
 from symdyn.errors import SymdynError, SymdynWarning, printable
+from symdyn.resources import version
 
 VERBS = {
     "equations": "print the equations of motion",
@@ -110,17 +111,6 @@ def parser() -> argparse.ArgumentParser:
     for verb, does in VERBS.items():
         verbs.add_parser(verb, help=does).verb = verb
     return top
-
-
-def version() -> str:
-    """Return the installed version."""
-    from importlib.metadata import PackageNotFoundError
-    from importlib.metadata import version as installed
-
-    try:
-        return installed("symdyn")
-    except PackageNotFoundError:
-        return "(not installed)"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
