@@ -6,7 +6,8 @@ from pathlib import Path
 
 ROOMS = {  # room: the rooms it may import, and with them those below
     "errors": [],
-    "extras": ["errors"],
+    "rounding": ["errors"],
+    "extras": ["rounding"],
     "resources": ["extras"],
     "graph": ["errors"],
     "algebra": ["graph"],

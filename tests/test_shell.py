@@ -196,3 +196,57 @@ def test_what_is_no_scene_on_stdin_is_told(
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(content)))
     assert main(words) > 0
     assert told in capsys.readouterr().err
+
+
+ODD = """
+[parameters]
+g = 9.80665
+[bodies.rod]
+mass = 1.23456789012345
+com = [0.333333333333, 0, 0]
+inertia = [0.1, 0.1, 0.1]
+inertia_about = "com"
+[joints.swing]
+coordinate = "phi"
+type = "revolute"
+parent = "ground"
+child = "rod"
+axis = [0, 1, 0]
+limits = { lower = -1.23456789012345, upper = 2 }
+"""
+
+DIGITS = {  # a command line, and how a number of it is shown as usual, with three digits, with all
+    "equations {scene}": ("- 4.03704 ", "- 4.04 ", "- 4.0370370006996445 "),
+    "equations {scene} --format text": ("- 4.03703700069964*", "- 4.04*", "- 4.0370370006996445*"),
+    "equations {scene} --as dalembert": (" 4.03704 ", " 4.04 ", " 4.0370370006996445 "),
+    "equations {scene} --as base-parameters": ("= 0.411523", "= 0.412", "= 0.41152263004073848"),
+    "info {scene}": ("from ≈ -1.23457 to 2", "from ≈ -1.23 to 2", "from -1.23456789012345 to 2"),
+    "linearize {scene} --at phi=pi/2": ("phi_dot  -17.0214 ", "phi_dot  -17 ", "phi_dot  -17.02139958839048 "),
+    "verify {scene} --functions mass_matrix --rigorous --at phi=0.3": ("", "", ""),
+}
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.usefixtures("numpy_alone")
+@pytest.mark.parametrize("line", DIGITS)
+def test_digits_are_as_many_as_are_asked_for(line: str, tmp_path: Path, capsys: Capture) -> None:
+    scene = tmp_path / "odd.toml"
+    scene.write_text(ODD)
+    wanted = DIGITS[line]
+    for more, number in zip(([], ["--digits", "3"], ["--digits", "all"]), wanted, strict=True):
+        assert main([*line.format(scene=scene).split(), *more]) == 0
+        assert number in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("digits", ["0", "18", "-1", "x", "6.5", "٣", "9" * 5000])
+def test_what_is_no_number_of_digits_is_told(digits: str, capsys: Capture) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["info", PENDULUM, f"--digits={digits}"])
+    assert "give 1 to 17, or all" in capsys.readouterr().err
+
+
+def test_machines_get_all_digits_whatever_is_asked(tmp_path: Path, capsys: Capture) -> None:
+    scene = tmp_path / "odd.toml"
+    scene.write_text(ODD)
+    assert main(["info", str(scene), "--digits", "2", "--json"]) == 0
+    assert '"-1.23456789012345"' in capsys.readouterr().out

@@ -12,6 +12,7 @@ from symdyn.bench.measurements import Bench, Curve, Measured, MotionPrecision, P
 from symdyn.bench.plots import Dot, Series, log_log
 from symdyn.emit.escape import in_markdown
 from symdyn.emit.render import render
+from symdyn.rounding import in_digits
 from symdyn.verify.certificate import finite
 
 COLUMNS = ("implementation", "operations", "generate s", "compile s", "ns a state", "error 99 %", "best")
@@ -93,7 +94,7 @@ def _lines(curves: Sequence[Curve], motion: MotionPrecision) -> list[Series]:
 
 def nanoseconds(time: float) -> str:
     """Return a time with three digits, without an exponent."""
-    return f"{time:.3g}" if time < 1000 else f"{time:.0f}"
+    return in_digits(time, 3) if time < 1000 else f"{time:.0f}"
 
 
 def rows(bench: Bench, function: str) -> list[tuple[str, ...]]:
@@ -105,7 +106,7 @@ def rows(bench: Bench, function: str) -> list[tuple[str, ...]]:
             f"{one.generate:.2f}",
             "" if one.compile is None else f"{one.compile:.2f}",
             nanoseconds(one.call),
-            f"{one.relative:.1e}",
+            in_digits(one.relative, 2, "e"),
             "yes" if one.best else "",
         )
         for one in bench.measured
@@ -120,7 +121,7 @@ def regions(bench: Bench, function: str, region: str) -> list[tuple[str, ...]]:
         for errors in one.errors:
             if (one.function, errors.region) == (function, region):
                 spreads = (errors.ulp, errors.condition, errors.backward or ())
-                found.append((one.label, str(errors.states), *(", ".join(f"{x:.2g}" for x in s) for s in spreads)))
+                found.append((one.label, str(errors.states), *(", ".join(in_digits(x, 2) for x in s) for s in spreads)))
     return found
 
 
@@ -206,9 +207,9 @@ def curve_rows(curves: Sequence[Curve]) -> list[tuple[str, ...]]:
         (
             c.method,
             f"{p.tolerance:.0e}",
-            f"{p.seconds:.3g}",
+            in_digits(p.seconds, 3),
             str(p.evaluations),
-            f"{p.error:.1e}",
+            in_digits(p.error, 2, "e"),
             "yes" if p.best else "",
         )
         for c in curves
@@ -242,7 +243,15 @@ HARD = ("family", "case", "metric", "bound", "measured", "passed", "worst")
 def stress_rows(found: Stress) -> list[tuple[str, ...]]:
     """Return the table of hard cases, cell by cell as text."""
     return [
-        (c.family, c.name, c.metric, f"{c.bound:.2g}", f"{c.measured:.2g}", "pass" if c.passed else "FAIL", c.worst)
+        (
+            c.family,
+            c.name,
+            c.metric,
+            in_digits(c.bound, 2),
+            in_digits(c.measured, 2),
+            "pass" if c.passed else "FAIL",
+            c.worst,
+        )
         for c in found.cases
     ]
 

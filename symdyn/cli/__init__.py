@@ -16,6 +16,7 @@ from symdyn.cli.streams import prepare_streams, silence_stdout
 from symdyn.cli.talk import begin, fail, print_json, say
 from symdyn.errors import SymdynError, SymdynWarning, printable
 from symdyn.resources import version
+from symdyn.rounding import ALL, MOST, showing
 
 VERBS = {
     "equations": "print the equations of motion",
@@ -97,6 +98,21 @@ def add_talk(verb: argparse.ArgumentParser) -> None:
         "--json", action="store_true", help="print one JSON object, the same of every verb: docs/shell.md"
     )
     group.add_argument("--quiet", action="store_true", help="say nothing on stderr but errors")
+    group.add_argument(
+        "--digits",
+        type=_digits,
+        metavar="N",
+        help=f"significant digits of numbers that are rounded for people, 1 to {MOST}, or all; what machines read "
+        "(CSV, JSON, code) has all of them",
+    )
+
+
+def _digits(text: str) -> int:
+    if text == "all":
+        return ALL
+    if text.isascii() and text.isdigit() and 1 <= int(text[:3]) <= MOST:
+        return int(text)
+    raise argparse.ArgumentTypeError(f"{text} is no number of digits; give 1 to {MOST}, or all")
 
 
 def parser() -> argparse.ArgumentParser:
@@ -155,7 +171,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
 def _status(options: argparse.Namespace) -> int:
     """Run a verb and return its exit status; what ends it is told."""
     try:
-        status: int = options.run(options)
+        with showing(options.digits):
+            status: int = options.run(options)
     except SymdynError as fault:
         fail(fault)
         return 1

@@ -12,6 +12,7 @@ from symdyn.bench.report import as_json, best, choices_of, html, markdown, nanos
 from symdyn.cli.scene_options import add_reading_options, again, read_scene, split
 from symdyn.cli.talk import Waiting, give, print_table, say, wrote
 from symdyn.emit.writing import write
+from symdyn.rounding import in_digits
 
 LONG = (
     "every function is derived, compiled and measured in every implementation, at 800 states: a minute or more "
@@ -56,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
 def show(found: Bench) -> None:
     """Print the best choices of every function."""
     lines = [
-        (one.function, one.label, nanoseconds(one.call), f"{one.relative:.1e}", _worst(one.errors))
+        (one.function, one.label, nanoseconds(one.call), in_digits(one.relative, 2, "e"), _worst(one.errors))
         for function in found.functions
         for one in best(found, function)
     ]
@@ -65,7 +66,7 @@ def show(found: Bench) -> None:
     print("Errors are relative to the largest entry, in the worst region; backward errors in units of the roundoff.")
     if found.motion is not None:
         ends = [
-            (c.method, f"{p.tolerance:.0e}", f"{p.seconds:.3g}", f"{p.error:.1e}")
+            (c.method, f"{p.tolerance:.0e}", in_digits(p.seconds, 3), in_digits(p.error, 2, "e"))
             for c, p in choices_of(found.motion.precision)
         ]
         print()
@@ -77,4 +78,4 @@ def show(found: Bench) -> None:
 
 def _worst(errors: object) -> str:
     worst = [one.backward[2] for one in errors if one.backward is not None]  # type: ignore[attr-defined]
-    return f"{max(worst):.2g}" if worst else ""
+    return in_digits(max(worst), 2) if worst else ""

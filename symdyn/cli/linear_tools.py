@@ -26,6 +26,7 @@ from symdyn.linear.sampled import Sampled, along_a_step, sampled
 from symdyn.linear.symbolic import Symbolic
 from symdyn.linear.transfer import transfers
 from symdyn.linear.weights import read_weights
+from symdyn.rounding import in_digits
 from symdyn.simulation.record import write_whole
 
 Lines: TypeAlias = list[str]
@@ -83,7 +84,7 @@ def _transfer(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
             lines.append(f"{one.output} / {one.input}: 0, it does not follow")
         else:
             lines += [
-                f"{one.output} / {one.input}: gain {one.gain:.6g}",
+                f"{one.output} / {one.input}: gain {in_digits(one.gain, 6)}",
                 f"  zeros: {_listed(one.zeros)}",
                 f"  poles: {_listed(one.poles)}",
             ]
@@ -111,7 +112,7 @@ def _reach(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
         ("controllability", "no input moves", "moved", controllability(system.found)),
         ("observability", "no output shows", "seen", observability(system.found)),
     ):
-        margin = f", {found.margin:.2g} of the size of A from less" if found.rank else ""
+        margin = f", {in_digits(found.margin, 2)} of the size of A from less" if found.rank else ""
         lines.append(f"{word}: rank {found.rank} of {found.order}{margin}")
         lines += [f"  {how} the mode {shown(mark.value)} 1/s, of {', '.join(mark.states)}" for mark in found.hidden]
         near = [mark for mark in found.marks if not mark.hidden][:1]
@@ -153,7 +154,7 @@ def _animate(system: System, options: argparse.Namespace) -> tuple[Lines, Any]:
     found = moving.animate(system.found, Path(options.animate))
     lines = [
         f"{path}: the mode {shown(mode.value)} 1/s"
-        + (f", {mode.frequency:.6g} Hz, a round in {moving.PERIOD:g} s" if mode.oscillates else "")
+        + (f", {in_digits(mode.frequency, 6)} Hz, a round in {moving.PERIOD:g} s" if mode.oscillates else "")
         for path, mode in found
     ]
     return lines, [{"file": str(path), "eigenvalue": pairs_of([mode.value])[0]} for path, mode in found]
@@ -181,7 +182,7 @@ def _steps(found: Sampled) -> Data:
 
 
 def _matrix(name: str, M: Any) -> Lines:
-    cells = [[f"{x:.6g}" for x in row] for row in M.tolist()]
+    cells = [[in_digits(x, 6) for x in row] for row in M.tolist()]
     width = max(len(cell) for row in cells for cell in row)
     head = f"{name} = "
     return [

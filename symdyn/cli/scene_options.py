@@ -174,7 +174,7 @@ def again(options: argparse.Namespace, always: str = "") -> str:
     words = ["symdyn", options.verb]
     for action in options.parser._actions:
         value = getattr(options, action.dest, None)
-        if value in (None, "") or action.dest in ("json", "quiet", "digits", "output"):
+        if value in (None, "") or action.dest in ("json", "quiet", "output"):
             continue
         if not action.option_strings:
             words.append(shlex.quote(printable(Path(value).name, keep="")))

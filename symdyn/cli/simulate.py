@@ -8,6 +8,7 @@ from symdyn.cli.scene_options import add_reading_options, read_scene_to_move
 from symdyn.cli.talk import Bar, fail, say
 from symdyn.cli.trajectory_options import add_output_options, check_outputs, collected, deliver, flattened, pairs
 from symdyn.errors import SimulateError
+from symdyn.rounding import in_digits
 from symdyn.scene import Scene
 from symdyn.scene.values.table import Faults
 from symdyn.simulation import Feedback, Trajectory, read_feedback, read_forces, simulate
@@ -128,7 +129,7 @@ def told(trajectory: Trajectory) -> list[str]:
     lines = [f"event: {event.formula} = 0 at t = {event.t!r} s" for event in trajectory.events if not event.stops]
     end = float(trajectory.t[-1])
     if trajectory.stopped == INTERRUPTED:
-        lines.append(f"interrupted at t = {end:g} s; what was computed until then is kept")
+        lines.append(f"interrupted at t = {in_digits(end, 6)} s; what was computed until then is kept")
     elif trajectory.stopped != END and trajectory.complete:
         lines.append(f"stopped: {trajectory.stopped} = 0 at t = {trajectory.events[-1].t!r} s")
     elif trajectory.stopped != END:
@@ -143,11 +144,13 @@ def errors(trajectory: Trajectory) -> str:
     monitors = trajectory.monitors
     off, scale = monitors["energy"], monitors["energy_scale"]
     known = "holds to" if off <= max(NOTHING, COARSE * scale) else "is off by"
-    parts = [f"energy balance {known} {off:.2g} J of {scale:.3g} J"]
+    parts = [f"energy balance {known} {in_digits(off, 2)} J of {in_digits(scale, 3)} J"]
     if "loops" in monitors:
-        parts.append(f"loops to {monitors['loops']:.2g}, their rates to {monitors['loop_rates']:.2g}")
+        parts.append(
+            f"loops to {in_digits(monitors['loops'], 2)}, their rates to {in_digits(monitors['loop_rates'], 2)}"
+        )
     if "momenta" in monitors:
-        parts.append(f"conserved momenta to {monitors['momenta']:.2g}")
+        parts.append(f"conserved momenta to {in_digits(monitors['momenta'], 2)}")
     return ", ".join(parts)
 
 

@@ -15,6 +15,7 @@ from fractions import Fraction
 from typing import Any, Self
 
 from symdyn.errors import printable
+from symdyn.rounding import digits_or
 
 PREFIX = "symdyn: "
 PATIENCE = 2.0  # seconds after which a user wants to know what is going on
@@ -179,9 +180,11 @@ def short(text: str) -> str:
 
 
 def _rounded(number: str) -> str:
-    if len(re.sub(r"\D", "", number).strip("0")) <= LONGEST_NUMBER:
+    digits = digits_or(DIGITS)
+    longest = LONGEST_NUMBER if digits == DIGITS else digits
+    if len(re.sub(r"\D", "", number).strip("0")) <= longest:
         return number
-    return f"{float(Fraction(number)):.{DIGITS}g}"
+    return f"{float(Fraction(number)):.{digits}g}"
 
 
 def _shows_progress() -> bool:

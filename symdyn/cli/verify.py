@@ -21,6 +21,7 @@ from symdyn.cli.talk import Waiting, give, print_table
 from symdyn.emit.code.real import REALS
 from symdyn.errors import SceneError, VerifyError
 from symdyn.graph import Graph, evaluate
+from symdyn.rounding import in_digits
 from symdyn.scene import express, read_bindings
 from symdyn.scene.values.formula import parse
 from symdyn.verify import DIFFERENT, PROVED, Certificate, Rigorous, certify, rigorous
@@ -107,7 +108,7 @@ def show_bounds(found: Rigorous) -> None:
     rows: dict[tuple[str, tuple[int, ...]], dict[str, str]] = {}
     exact: dict[str, int] = {}
     for bound in found.bounds:
-        cell = f"{bound.error:.2e} ({bound.ulps:.2g})" if bound.error else "0"
+        cell = f"{in_digits(bound.error, 3, 'e')} ({in_digits(bound.ulps, 2)})" if bound.error else "0"
         rows.setdefault((bound.function, bound.index), {})[bound.module] = cell
     for (function, _), cells in rows.items():
         exact[function] = exact.get(function, 0) + all(cell == "0" for cell in cells.values())
@@ -142,7 +143,14 @@ def show(certificate: Certificate) -> None:
     primes = " and ".join(map(str, fields.primes))
     print(f"Proved at {fields.points} random points each over the primes {primes} (seed {fields.seed}).\n")
     measured = [
-        (a.function, a.module, f"{a.median_ulp:.2g}", f"{a.max_ulp:.2g}", f"{a.worst:.2g}", _word(a.passed))
+        (
+            a.function,
+            a.module,
+            in_digits(a.median_ulp, 2),
+            in_digits(a.max_ulp, 2),
+            in_digits(a.worst, 2),
+            _word(a.passed),
+        )
         for a in certificate.accuracy
     ]
     columns = ("function", "module", "median ", "max ", "of bound ", "")

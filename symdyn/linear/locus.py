@@ -22,6 +22,7 @@ from symdyn.algebra.numeric import Array
 from symdyn.errors import LinearizeError
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import SIDEWAYS, Complexes
+from symdyn.rounding import in_digits
 from symdyn.simulation.plot import framed
 
 BRACKET = 2.0**-7
@@ -57,9 +58,11 @@ class Critical:
     def __str__(self) -> str:
         """Return it in words."""
         what = (
-            f"a mode that oscillates at {self.frequency:.6g} Hz" if self.frequency else "a mode that does not oscillate"
+            f"a mode that oscillates at {in_digits(self.frequency, 6)} Hz"
+            if self.frequency
+            else "a mode that does not oscillate"
         )
-        return f"{self.value:.12g}: {what} {'begins to grow' if self.grows else 'ceases to grow'}"
+        return f"{in_digits(self.value, 12)}: {what} {'begins to grow' if self.grows else 'ceases to grow'}"
 
 
 @dataclass(frozen=True)
@@ -203,7 +206,7 @@ def told(found: Locus) -> list[str]:
     lines = [f"{found.name} = {one}" for one in found.critical]
     for low, high, count in found.ranges:
         what = {0: "nothing grows", 1: "1 eigenvalue grows"}.get(count, f"{count} eigenvalues grow")
-        lines.append(f"{found.name} = {low:.6g} ... {high:.6g}: {what}")
+        lines.append(f"{found.name} = {in_digits(low, 6)} ... {in_digits(high, 6)}: {what}")
     return lines
 
 

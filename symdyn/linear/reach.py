@@ -19,6 +19,7 @@ import numpy as np
 from symdyn.algebra.numeric import Array
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import balance, spectrum
+from symdyn.rounding import in_digits
 
 NOTHING = 1e-9
 """Singular values over the size of the balanced A below which nothing is reached."""
@@ -147,5 +148,5 @@ def shown(value: complex) -> str:
     """Return an eigenvalue, pole or zero as text: a pair once."""
     x, y = float(value.real), float(value.imag)
     if y == 0:
-        return f"{x:.6g}"
-    return f"{x:.6g} ± {abs(y):.6g}i" if abs(x) > NOTHING * abs(y) else f"±{abs(y):.6g}i"
+        return in_digits(x, 6)
+    return f"{in_digits(x, 6)} ± {in_digits(abs(y), 6)}i" if abs(x) > NOTHING * abs(y) else f"±{in_digits(abs(y), 6)}i"

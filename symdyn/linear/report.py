@@ -19,6 +19,7 @@ from symdyn.linear.linearization import Axis, Linearization
 from symdyn.linear.modes import Mode
 from symdyn.linear.symbolic import Root, Rows, Symbolic, negated
 from symdyn.linear.verdict import ZEROS, stability
+from symdyn.rounding import in_digits
 from symdyn.scene.units import coordinate_units, velocity_units
 from symdyn.simulation.prescribed.forces import drive_names
 
@@ -30,7 +31,7 @@ KINDS = {"rest": "at rest", "steady": "along a steady motion", "moving": "at an 
 
 def number(x: float, size: float = 0.0) -> str:
     """Return a number in print; one that is nothing beside `size` is 0."""
-    return "0" if abs(x) <= NOTHING * size else f"{x + 0.0:.{DIGITS}g}"
+    return "0" if abs(x) <= NOTHING * size else in_digits(x + 0.0, DIGITS)
 
 
 def text(found: Linearization, formulas: Symbolic | None = None) -> str:
@@ -169,9 +170,9 @@ def shape(mode: Mode, found: Linearization) -> str:
             continue
         angle = float(np.degrees(np.angle(x)))
         if abs(angle) < TURN or abs(abs(angle) - 180) < TURN:
-            parts.append(f"{name} {x.real:.3g}")
+            parts.append(f"{name} {in_digits(x.real, 3)}")
         else:
-            parts.append(f"{name} {abs(x):.3g} ∠ {angle:.0f}°")
+            parts.append(f"{name} {in_digits(abs(x), 3)} ∠ {angle:.0f}°")
     return ", ".join(parts)
 
 

@@ -24,6 +24,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, evaluate, growing, reachable, substitute
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.prepared import Prepared
+from symdyn.rounding import digits_or
 from symdyn.scene.units import coordinate_units
 from symdyn.simulation.equations.opened import opened
 
@@ -209,7 +210,8 @@ def _with_definitions(asked: Prepared, found: Linearization, held: tuple[str, ..
     outputs = [[graph.total(row[k] * N[k] for k in range(n)) for row in y], [
         graph.total(row[n + k] * N[k] for k in range(n)) for row in y]]  # fmt: skip
     try:
-        forms = [with_added_angles(x) for x in formulas([*told, *pulled, *outputs[0], *outputs[1]], DIGITS)]
+        most = max(DIGITS, digits_or(DIGITS))
+        forms = [with_added_angles(x) for x in formulas([*told, *pulled, *outputs[0], *outputs[1]], most)]
     except DerivationError:
         return None
     given = iter(forms)

@@ -16,6 +16,7 @@ import numpy as np
 
 from symdyn.linear.linearization import Linearization
 from symdyn.linear.modes import NOTHING, balance, spectrum, untouched
+from symdyn.rounding import in_digits
 
 ZEROS = {
     "cyclic": "of cyclic positions, on which nothing depends",
@@ -53,7 +54,7 @@ def stability(found: Linearization) -> Stability:
         fastest = all_of_it.growing[0].value.real
         count = sum(2 if mode.oscillates else 1 for mode in all_of_it.growing)
         many = "one eigenvalue has" if count == 1 else f"{count} eigenvalues have"
-        words = f"unstable: {many} a positive real part; the fastest doubles in {math.log(2) / fastest:.3g} s"
+        words = f"unstable: {many} a positive real part; the fastest doubles in {in_digits(math.log(2) / fastest, 3)} s"
         return Stability(zeros, names, "unstable", words)
     if "undecided" in zeros:
         return Stability(zeros, names, "undecided", "undecided to first order: an eigenvalue is zero, none grows")

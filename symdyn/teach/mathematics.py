@@ -12,6 +12,7 @@ from symdyn.emit.print.breaking import break_lines, latex_width
 from symdyn.emit.print.formula_text import BREAK, Latex
 from symdyn.emit.print.letters import head
 from symdyn.emit.print.printed_names import PrintName, latex_symbols
+from symdyn.rounding import in_digits
 from symdyn.scene.values.grammar import GREEK
 from symdyn.teach.document import Braced, Document, Formula, Letter, Matrix, Name, Rate, Words
 
@@ -113,7 +114,7 @@ def _is_whole(text: str, value: Fraction) -> bool:
 
 def written(value: float) -> str:
     """Return a number of prose, with four significant digits and a true minus."""
-    text = f"{0.0 if abs(value) < 1e-12 else value:.{DIGITS}g}"
+    text = in_digits(0.0 if abs(value) < 1e-12 else value, DIGITS)
     mantissa, _, exponent = text.partition("e")
     return (f"{mantissa} · 10^{int(exponent)}" if exponent else mantissa).replace("-", "−")
 

@@ -43,6 +43,7 @@ from symdyn.dynamics.recursive.moments import Moments, moments_of
 from symdyn.dynamics.recursive.rnea import rnea
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import FUNCTIONS, Expr, Op, evaluate, gradient, reachable, substitute
+from symdyn.rounding import digits_or
 from symdyn.scene import GROUND, Joint, Scene
 from symdyn.spatial import Inertia, Transform, no_inertia, symmetric
 
@@ -182,7 +183,7 @@ def base_parameters(scene: Scene) -> tuple[tuple[str, Expr], ...]:
 def base_parameter_forms(scene: Scene) -> tuple[tuple[str, Form], ...]:
     """Return the base parameters as `formulas` to read."""
     named = base_parameters(scene)
-    forms = formulas([value for _, value in named], DIGITS)
+    forms = formulas([value for _, value in named], max(DIGITS, digits_or(DIGITS)))
     return tuple((name, form) for (name, _), form in zip(named, forms, strict=True) if form != ZERO)
 
 

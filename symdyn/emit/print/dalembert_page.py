@@ -25,6 +25,7 @@ from symdyn.emit.print.letters import body_number
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.errors import DerivationError, EmitError
 from symdyn.graph import Expr, evaluate, reachable
+from symdyn.rounding import digits_or
 from symdyn.scene import Scene
 
 MOST = 60
@@ -82,7 +83,7 @@ class _Page:
 
     def __init__(self, scene: Scene, system: Equilibrium) -> None:
         self.scene, self.system = scene, system
-        self.write = Latex(latex_symbols(scene) | {TIME: TIME}, DIGITS)
+        self.write = Latex(latex_symbols(scene) | {TIME: TIME}, digits_or(DIGITS))
         self.forms = _forms(system)
         nodes = reachable([*system.right(), *(x for block in system.blocks.values() for part in block for x in part)])
         self.timed = any(node.value == TIME for node in nodes)
@@ -210,7 +211,7 @@ class _Page:
 
     def bivector(self, kind: str, index: str, entries: Sequence[Form]) -> list[str]:
         """Return one bivector as a column, or component by component where it is too wide."""
-        write = Latex({**self.write.symbols, **{name: name for name in self.names}}, DIGITS)
+        write = Latex({**self.write.symbols, **{name: name for name in self.names}}, digits_or(DIGITS))
         column = [[write.unbroken(entry)] for entry in entries]
         if matrix_width(column) + 60 < LINE:
             return list(align([[rf"& \bar F^{{{kind}}}_{{{index}}} = {bmatrix(column)}"]]))

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from symdyn.algebra.form import Form
 from symdyn.dynamics.closed_forms.closed_form import ClosedForm
 from symdyn.dynamics.closed_forms.frames_and_parameters import base_parameter_forms
-from symdyn.emit.print.formula_text import Latex, text_of
+from symdyn.emit.print.formula_text import Latex, rounded, text_of
 from symdyn.emit.print.latex_page import base_parameter_name, latex_definitions, latex_document, latex_fragment
 from symdyn.emit.print.printable import ENTRYWISE, Printable, printable
 from symdyn.emit.print.printed_names import latex_symbols
 from symdyn.emit.print.sympy_page import sympy_definitions, sympy_page
 from symdyn.emit.print.text_page import text_definitions, text_page
 from symdyn.errors import EmitError
+from symdyn.rounding import asked
 from symdyn.scene import Scene
 
 
@@ -72,7 +73,7 @@ def equations_text(
     write = FORMATS[format].document if document else FORMATS[format].page
     if write is None:
         raise EmitError(f"a document is written in LaTeX, not as {format}; leave the format out, or the document")
-    return write(printable(scene, angles == "short", FORMATS[format].digits), group)
+    return write(printable(scene, angles == "short", asked() or FORMATS[format].digits), group)
 
 
 def base_parameters_text(scene: Scene, format: str = "latex") -> str:
@@ -83,7 +84,9 @@ def base_parameters_text(scene: Scene, format: str = "latex") -> str:
         DerivationError: a formula has no closed form.
     """
     _check("format", format, FORMATS)
-    return FORMATS[format].definitions(scene, base_parameter_forms(scene))
+    digits, named = asked(), base_parameter_forms(scene)
+    shown = named if digits is None else [(name, rounded(form, digits)) for name, form in named]
+    return FORMATS[format].definitions(scene, shown)
 
 
 def _check(name: str, value: str, known: Collection[str]) -> None:

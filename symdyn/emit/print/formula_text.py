@@ -26,6 +26,7 @@ from symdyn.algebra.form import (
 )
 from symdyn.emit.print.printed_names import print_name
 from symdyn.graph import Op
+from symdyn.rounding import digits_or
 from symdyn.scene.values.grammar import takes_exponent
 from symdyn.scene.values.quantity import Quantity
 from symdyn.scene.values.spelling import spell, spell_fraction
@@ -72,11 +73,11 @@ def rounded(form: Form, digits: int) -> Form:
 
 def value_text(formula: Quantity) -> str:
     """Return what a parameter is worth for a table: its formula where that is short, else its value to six digits."""
-    text = spell(formula)
-    if len(text) <= LONGEST_VALUE:
+    text, digits = spell(formula), digits_or(6)
+    if len(text) <= max(LONGEST_VALUE, digits):
         return text
     value = Fraction(value_of(formula, {}) or 0)
-    near = significant(abs(value), 6) if value else "0"
+    near = significant(abs(value), digits) if value else "0"
     return f"≈ {'-' if value < 0 else ''}{near}"
 
 

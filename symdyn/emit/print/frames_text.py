@@ -9,6 +9,7 @@ from typing import TypedDict
 from symdyn.dynamics.closed_forms.frames_and_parameters import ChosenFrame, chosen_frames, formulas
 from symdyn.emit.print.formula_text import text_of
 from symdyn.graph import Expr, Graph, linear_form
+from symdyn.rounding import digits_or
 from symdyn.scene import JOINTS, Pose, Scene, express, spell
 from symdyn.scene.values.spelling import spell_fraction
 from symdyn.spatial import Transform
@@ -77,7 +78,7 @@ def step_text(step: tuple[str, Sequence[Expr]]) -> str:
 
 def length_text(length: Expr) -> str:
     """Return a formula."""
-    return text_of(formulas([length], DIGITS)[0])
+    return text_of(formulas([length], digits_or(DIGITS))[0])
 
 
 def angle_text(angle: Expr) -> str:

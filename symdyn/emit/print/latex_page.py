@@ -28,6 +28,7 @@ from symdyn.emit.print.formula_text import BREAK, Latex, value_text
 from symdyn.emit.print.letters import Letters, head
 from symdyn.emit.print.printable import ENTRYWISE, Coefficient, Printable, PrintedConstraints
 from symdyn.emit.print.printed_names import latex_symbols, latex_unit
+from symdyn.rounding import digits_or
 from symdyn.scene import Scene, acceleration_name
 from symdyn.scene.forces import elastic
 from symdyn.scene.units import coordinates_with_units, drives_with_units
@@ -72,7 +73,7 @@ def latex_document(page: Printable, group: str) -> str:
 
 def latex_definitions(scene: Scene, named: Sequence[tuple[str, Form]]) -> str:
     """Return `name = formula` of base parameters as displays."""
-    write = Latex(latex_symbols(scene), DIGITS)
+    write = Latex(latex_symbols(scene), digits_or(DIGITS))
     return "\n".join(align([definition(base_parameter_name(name), write(form)) for name, form in named]))
 
 
@@ -86,7 +87,9 @@ def base_parameter_name(name: str) -> str:
 def _writer(page: Printable) -> Latex:
     rows = page.constraints.rows
     named = {entry.name: None for row in rows for entry in row.G if isinstance(entry, Symbol)}
-    return Latex(latex_symbols(page.scene, [*named, *(row.multiplier for row in rows)]) | {TIME: TIME}, DIGITS)
+    return Latex(
+        latex_symbols(page.scene, [*named, *(row.multiplier for row in rows)]) | {TIME: TIME}, digits_or(DIGITS)
+    )
 
 
 def _introduction(page: Printable, group: str) -> str:
@@ -104,8 +107,9 @@ def _introduction(page: Printable, group: str) -> str:
         )
     if page.short:
         text += r" Sines and cosines go by joint number: $s_{12} = \sin(q_1 + q_2)$, $c_2 = \cos q_2$."
+    digits = digits_or(DIGITS)
     if any("." in _writer(page)(c.form) for c in page.coefficients):
-        text += f" Decimal numbers are rounded to {DIGITS} digits."
+        text += f" Decimal numbers are rounded to {digits} digits."
     return text
 
 
