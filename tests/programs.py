@@ -21,6 +21,7 @@ PROGRAMS: Mapping[str, tuple[str, ...]] = {
     "chromium": ("chromium", "chromium-browser", "google-chrome", "chrome"),
     "pdflatex": ("pdflatex",),
     "rsvg-convert": ("rsvg-convert",),
+    "pdftoppm": ("pdftoppm",),
 }
 """What tests may name, and the commands that are tried for it, in this order."""
 

@@ -47,8 +47,10 @@ def test_a_view_frames_labels_and_a_free_body(capsys: Capture) -> None:
         (["--view", "0,nan"], "azimuth and elevation are degrees"),
         (["--labels", "names"], "known are coordinates, bodies, joints, points"),
         (["--body", "link"], "did you mean link"),
-        (["-o", "arm.png"], "pictures are SVG"),
+        (["-o", "arm.jpg"], "pictures are written to .svg, .pdf, .png files"),
+        (["-o", "arm"], "pictures are written to .svg, .pdf, .png files"),
         (["-o", "/dev/null/arm.svg"], "cannot write"),
+        (["-o", "/dev/null/arm.png"], "cannot write"),
     ],
 )
 def test_a_mistake_is_one_line(words: list[str], message: str, capsys: Capture) -> None:

@@ -35,7 +35,7 @@ def test_stop_report_npz_and_plots(tmp_path: Path, capsys: pytest.CaptureFixture
     pytest.importorskip("matplotlib", reason="needs matplotlib, the extra plot")
     words = ["simulate", DOUBLE, "--until", "5", "--start", "q1=0.5,q2=0.3", "--stop", "q1 - 0.1", "--report", "q2"]
     words += ["--method", "dop853", "-o", str(tmp_path / "a.npz")]
-    for ending in ("svg", "png", "html"):
+    for ending in ("svg", "pdf", "png", "html"):
         assert main([*words, "--plot", str(tmp_path / f"a.{ending}")]) == 0
 
     err = capsys.readouterr().err
@@ -45,11 +45,15 @@ def test_stop_report_npz_and_plots(tmp_path: Path, capsys: pytest.CaptureFixture
     assert data["q"][-1, 0] == pytest.approx(0.1, abs=1e-9)
     assert json.loads(str(data["about"]))["stopped"] == "q1 - 0.1"
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    pdf = (tmp_path / "a.pdf").read_bytes()
+    assert pdf.startswith(b"%PDF")
+    assert b"matplotlib" not in pdf
+    assert b"CreationDate" not in pdf
     page = (tmp_path / "a.html").read_text()
     assert "<svg" in page
     assert "http-equiv" not in page
     assert "<script src" not in page
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.html", "a.npz", "a.png", "a.svg"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.html", "a.npz", "a.pdf", "a.png", "a.svg"]
 
 
 def test_the_page_of_a_plot_tells_what_a_contact_takes(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""`symdyn draw SCENE`: a picture of the mechanism as SVG.
+"""`symdyn draw SCENE`: a picture of the mechanism as SVG, PDF or PNG.
 
 A planar scene is seen face-on, a spatial one in a parallel projection. The position is the scene's start; where it has
 none, a position in which the coordinates can be seen. Loops are closed.
@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import argparse
 import math
-from pathlib import Path
 
 from symdyn.cli.scene_options import add_reading_options, read_scene
 from symdyn.cli.talk import Waiting, print_paths, print_text
 from symdyn.draw import free_body, picture, pose
-from symdyn.emit import write
+from symdyn.draw.picture_files import check_picture
 from symdyn.errors import DrawError
 from symdyn.scene import FormulaError, parse
 from symdyn.scene.values.formula import split_commas
@@ -23,7 +22,9 @@ from symdyn.scene.values.value import value_of
 def add_options(verb: argparse.ArgumentParser) -> None:
     """Add what the verb takes."""
     add_reading_options(verb)
-    verb.add_argument("-o", "--output", metavar="FILE", help="SVG file to write (default: standard output)")
+    verb.add_argument(
+        "-o", "--output", metavar="FILE", help="file to write: .svg, .pdf or .png (default: SVG on standard output)"
+    )
     verb.add_argument("--at", metavar="LIST", help='values of coordinates, e.g. "q1=0.3, q2=90 deg"')
     verb.add_argument(
         "--view", metavar="AZ,EL", help="azimuth and elevation of the viewer in degrees, e.g. --view=-60,30"
@@ -43,23 +44,20 @@ def add_options(verb: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Draw the scene."""
     view = None if options.view is None else _view(options.view)
-    if options.output and Path(options.output).suffix.lower() != ".svg":
-        raise DrawError(f"{options.output}: pictures are SVG; give a name that ends with .svg")
+    file = None if not options.output else check_picture(options.output)
     scene = read_scene(options)
     with Waiting() as progress:
         progress("drawing")
         q, values = pose(scene, {} if options.at is None else _at(options.at))
         if options.body is not None:
-            text = free_body(scene, options.body, q, None, values, view, scheme=options.scheme)
+            text = free_body(scene, options.body, q, None, values, view, "", options.scheme, file)
         else:
             labels = tuple(filter(None, split_commas(options.labels)))
-            text = picture(scene, q, values, view, options.frames, labels, scheme=options.scheme)
-    if not options.output:
+            text = picture(scene, q, values, view, options.frames, labels, (), "", options.scheme, file)
+    if file is None:
         print_text(text, end="")
-        return 0
-    path = Path(options.output)
-    write({path.name: text}, path.parent)
-    print_paths(path)
+    else:
+        print_paths(file)
     return 0
 
 

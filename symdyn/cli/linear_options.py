@@ -38,7 +38,7 @@ def add_asked(verb: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--speed", metavar="LIST", help="rates of a steady motion, which may name that of --over, e.g. x_dot=v"
     )
-    group.add_argument("--locus", nargs="+", metavar="FILE", help="the root locus of --over: .csv, .svg or .png")
+    group.add_argument("--locus", nargs="+", metavar="FILE", help="the root locus of --over: .csv, .svg, .pdf or .png")
 
 
 def check_asked(options: argparse.Namespace) -> None:

@@ -32,7 +32,7 @@ from symdyn.simulation.record import write_whole
 Lines: TypeAlias = list[str]
 Data: TypeAlias = dict[str, Any]
 
-PICTURES = (".svg", ".png")
+PICTURES = (".svg", ".pdf", ".png")
 
 
 @dataclass(frozen=True)
@@ -242,7 +242,7 @@ ASKED: tuple[Asked, ...] = (
     ),
     Asked(
         "--bode",
-        {"nargs": "*", "metavar": "FILE", "help": "frequency responses: .csv, .svg, .png; without a file as CSV"},
+        {"nargs": "*", "metavar": "FILE", "help": "frequency responses: .csv, .svg, .pdf, .png; without a file as CSV"},
         _bode,
         "bode",
     ),

@@ -32,7 +32,7 @@ def add_output_options(verb: argparse.ArgumentParser) -> None:
         "the joint frame on the parent) or ground",
     )
     verb.add_argument("-o", "--output", metavar="FILE", help=".csv or .npz (default: CSV on stdout)")
-    verb.add_argument("--plot", metavar="FILE", help="a plot: .svg, .png or .html")
+    verb.add_argument("--plot", metavar="FILE", help="a plot: .svg, .pdf, .png or .html")
     verb.add_argument("--animate", metavar="FILE", help="the mechanism as it moves: .html, or .svg without buttons")
 
 

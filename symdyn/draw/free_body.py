@@ -14,11 +14,12 @@ from symdyn.draw.force_arrows import Wrench, wrench
 from symdyn.draw.ground import pushes
 from symdyn.draw.label_places import Label, put
 from symdyn.draw.lettering import words
-from symdyn.draw.pictures import body_names, known_body, lines, load_wrench, watched
+from symdyn.draw.picture_files import File, check_picture
+from symdyn.draw.pictures import body_names, delivered, known_body, lines, load_wrench, watched
 from symdyn.draw.places import Array, Frame, Hinge, Places, places, unit
 from symdyn.draw.pose import pose, values_of
 from symdyn.draw.shapes import Item, dot
-from symdyn.draw.svg import Drawing, svg
+from symdyn.draw.svg import Drawing
 from symdyn.draw.view import View
 from symdyn.emit.escape import in_latex
 from symdyn.emit.print.printed_names import print_name
@@ -39,6 +40,7 @@ def free_body(
     view: tuple[float, float] | None = None,
     prefix: str = "",
     scheme: str = "auto",
+    file: File | None = None,
 ) -> str:
     """Return one moving body with `wrenches`, or with what is `acting_on` it, as SVG text; the rest is as of `picture`.
 
@@ -46,6 +48,8 @@ def free_body(
         DrawError: as of `picture`, and for a name that is no moving body.
     """
     known_body(scene, body)
+    if file is not None:
+        check_picture(file)
     found, values, shown = _found(scene, q, parameters)
     alone = _alone(scene, found, body)
     whole = watched(scene, found, values, shown, view)
@@ -73,7 +77,8 @@ def free_body(
     named_bodies = [label for label in body_names(found, seen) if label.id == f"label-body-{body}"]
     puts = put([*forced, *labels, *named_bodies], segments, np.inf)
     drawing = Drawing(f"{scene.name}: {body}", tuple(drawn), puts)
-    return svg(with_corner(drawing, scene, replace(found, gravity=np.zeros(3)), seen, segments), prefix, scheme)
+    cornered = with_corner(drawing, scene, replace(found, gravity=np.zeros(3)), seen, segments)
+    return delivered(cornered, prefix, scheme, file)
 
 
 def acting_on(

@@ -72,6 +72,11 @@ class Text:
         return "".join(pieces)
 
 
+def lowered(text: Text) -> float:
+    """Return how far below the middle of its box the line of a name lies, in units of the picture."""
+    return FONT * (0.17 if text.lowered else 0.3)
+
+
 def lettered(name: str) -> Text:
     """Return a name of code, or LaTeX such as `m_1 g`, as it is lettered."""
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):

@@ -14,6 +14,7 @@ from symdyn.draw.ground import ground, patches, planes
 from symdyn.draw.joint_symbols import symbol, triad
 from symdyn.draw.label_places import Label, put
 from symdyn.draw.lettering import words
+from symdyn.draw.picture_files import File, check_picture, write_picture
 from symdyn.draw.places import Array, Places, places
 from symdyn.draw.pose import pose, values_of
 from symdyn.draw.shapes import Item
@@ -37,6 +38,7 @@ def picture(
     wrenches: Sequence[Wrench] = (),
     prefix: str = "",
     scheme: str = "auto",
+    file: File | None = None,
 ) -> str:
     """Return a picture of the mechanism as SVG text; the same input gives the same bytes.
 
@@ -53,12 +55,24 @@ def picture(
         wrenches: more forces and couples to draw.
         prefix: in front of every id, so that several pictures fit into one page.
         scheme: "auto" follows the reader's preference; "light" and "dark" use plain colours.
+        file: where the picture is written to as well: .svg, .pdf or .png (those two by matplotlib; "auto" is light).
 
     Raises:
-        DrawError: q of another shape, an unknown name, loops that do not close, or no real value at q.
+        DrawError: q of another shape, an unknown name, loops that do not close, no real value at q, or a file of
+            another kind or that cannot be written.
     """
-    scene = scene_of(scene)
-    return svg(drawing(scene, q, parameters, view, frames, labels, wrenches), prefix, scheme)
+    if file is not None:
+        check_picture(file)
+    shown = drawing(scene_of(scene), q, parameters, view, frames, labels, wrenches)
+    return delivered(shown, prefix, scheme, file)
+
+
+def delivered(shown: Drawing, prefix: str, scheme: str, file: File | None) -> str:
+    """Return a drawing as SVG text, and write it where it shall also be."""
+    text = svg(shown, prefix, scheme)
+    if file is not None:
+        write_picture(file, shown, text, scheme)
+    return text
 
 
 @np.errstate(all="ignore")  # a place that no double holds is told by the text of the picture

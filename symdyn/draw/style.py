@@ -53,14 +53,17 @@ RULES = """
 .symdyn .couple.head{fill:[couple]}
 .symdyn .gravity{stroke:[ink]}
 .symdyn .gravity.head{fill:[ink]}
-.symdyn text{fill:[ink];\
-font-family:"STIX Two Text","Latin Modern Roman",Cambria,Georgia,"Times New Roman",serif;text-anchor:middle}
+.symdyn text{fill:[ink];font-family:serif;text-anchor:middle}
+.symdyn text:nth-child(n){\
+font-family:"STIX Two Text","Latin Modern Roman",Cambria,Georgia,"Times New Roman",serif}
 .symdyn .mark-text{fill:[mark]}
 .symdyn .force-text{fill:[force]}
 .symdyn .couple-text{fill:[couple]}
 .symdyn .i{font-style:italic}
 .symdyn .t{font-family:monospace}
 """
+
+"""Programs of Qt know no list of fonts and no selector that counts: they take the first of both rules for letters."""
 
 HALO = """\
 @supports (paint-order:stroke){.symdyn text{stroke:[paper];stroke-width:3;paint-order:stroke;stroke-linejoin:round}}

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from symdyn.draw.label_places import Put
-from symdyn.draw.lettering import FONT
+from symdyn.draw.lettering import lowered
 from symdyn.draw.places import Array
 from symdyn.draw.shapes import Item, Shape
 from symdyn.draw.style import style
@@ -124,7 +124,7 @@ def _way(shape: Shape, flat: Array) -> str:
 def _label(one: Put, prefix: str, extra: str) -> str:
     label, (x, y) = one.label, one.label.at[0]
     text = label.text
-    dx, dy = one.offset[0], one.offset[1] + FONT * (0.17 if text.lowered else 0.3)
+    dx, dy = one.offset[0], one.offset[1] + lowered(text)
     parts = [f'<g id="{name(prefix + label.id)}" transform="translate({number(x)} {number(y)})"{extra}>']
     if one.leader is not None:
         (a, b), (c, d) = one.leader

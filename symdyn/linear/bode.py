@@ -107,7 +107,7 @@ def table(found: Bode) -> str:
 
 
 def plot(found: Bode, title: str, kind: str) -> bytes:
-    """Return the plot as "svg" or "png": sizes above, phases below."""
+    """Return the plot as "svg", "pdf" or "png": sizes above, phases below."""
 
     def fill(figure: Any) -> None:
         above, below = figure.subplots(2, 1, sharex=True)

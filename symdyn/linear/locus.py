@@ -222,7 +222,7 @@ def table(found: Locus) -> str:
 
 
 def plot(found: Locus, title: str, kind: str) -> bytes:
-    """Return the plot as "svg" or "png": real and imaginary parts over the parameter, and the locus in the plane."""
+    """Return the plot as "svg", "pdf" or "png": parts over the parameter, and the locus in the plane."""
 
     def fill(figure: Any) -> None:
         over_it, plane = figure.subplots(1, 2, gridspec_kw={"width_ratios": [3, 2]})

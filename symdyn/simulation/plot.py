@@ -1,11 +1,7 @@
-"""Plots of a trajectory: coordinates, velocities, driving forces and the energy balance over time; svg, png or html."""
+"""Plots of a trajectory: coordinates, velocities, driving forces and energies over time; svg, pdf, png or html."""
 
 from __future__ import annotations
 
-import contextlib
-import importlib.util
-import io
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.draw.canvas import import_matplotlib, saved, settings
 from symdyn.dynamics.mechanism.state import quaternions
 from symdyn.emit.escape import in_html
 from symdyn.emit.render import render
@@ -23,7 +20,7 @@ from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.record import write_whole
 from symdyn.simulation.trajectory import Trajectory
 
-ENDINGS = (".svg", ".png", ".html")
+ENDINGS = (".svg", ".pdf", ".png", ".html")
 
 MONITORS = {
     "energy": "largest error of the energy balance, J",
@@ -57,7 +54,7 @@ def plot(trajectory: Trajectory, path: Path) -> None:
     """
     check_plot(path)
     kind = path.suffix.lower()
-    picture = draw(trajectory, "png" if kind == ".png" else "svg")
+    picture = draw(trajectory, "svg" if kind == ".html" else kind[1:])
     write_whole(path, _page(trajectory, picture) if kind == ".html" else picture)
 
 
@@ -82,7 +79,7 @@ def panels(trajectory: Trajectory) -> list[tuple[str, list[tuple[str, Array]]]]:
 
 
 def draw(trajectory: Trajectory, kind: str) -> bytes:
-    """Return the picture as "svg" or "png"; the same trajectory, the same bytes."""
+    """Return the picture as "svg", "pdf" or "png"; the same trajectory, the same bytes."""
     parts = panels(trajectory)
 
     def fill(figure: Any) -> None:
@@ -102,37 +99,17 @@ def draw(trajectory: Trajectory, kind: str) -> bytes:
 
 
 def framed(title: str, size: tuple[float, float], kind: str, fill: Callable[[Any], None]) -> bytes:
-    """Return a picture as "svg" or "png" that `fill` draws on a figure, its size in inches."""
-    mpl = _matplotlib()
+    """Return a picture as "svg", "pdf" or "png" that `fill` draws on a figure, its size in inches."""
+    import_matplotlib()
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    with mpl.rc_context():
-        mpl.rcdefaults()  # whatever settings stand in files of the user or of the program around us
-        mpl.rcParams.update({"svg.hashsalt": title, "svg.fonttype": "none", "font.size": 9.0})
+    with settings({"svg.hashsalt": title, "svg.fonttype": "none", "font.size": 9.0}):
         figure = Figure(figsize=size, layout="constrained")
         FigureCanvasAgg(figure)
         fill(figure)
         figure.suptitle(title, x=0.01, ha="left")
-        buffer = io.BytesIO()
-        metadata = {"Date": None} if kind == "svg" else {"Software": None}
-        figure.savefig(buffer, format=kind, dpi=150, metadata=metadata)
-    return buffer.getvalue()
-
-
-def _matplotlib() -> Any:
-    """Return matplotlib, imported where no stranger's file lies.
-
-    As it is imported it reads a file matplotlibrc in the current folder, which may have come with a scene: one that is
-    no text ends the import, and one that is text may ask for a program to typeset with.
-    """
-    if "matplotlib" not in sys.modules:
-        spec = importlib.util.find_spec("matplotlib")
-        assert spec is not None, "who plots has seen that it is importable"
-        assert spec.origin is not None, "a package that is imported has a file"
-        with contextlib.chdir(Path(spec.origin).parent / "mpl-data"):  # where its own defaults are
-            return importlib.import_module("matplotlib")
-    return sys.modules["matplotlib"]
+        return saved(figure, kind, 150)
 
 
 def _page(trajectory: Trajectory, svg: bytes) -> str:

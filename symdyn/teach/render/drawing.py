@@ -8,28 +8,19 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 
 from defusedxml import ElementTree
 
-from symdyn.draw.style import style
+from symdyn.draw.curves import Curve, curves, ellipse
+from symdyn.draw.looks import Look, look_of
 from symdyn.emit.escape import in_latex
 
 WIDTH, HEIGHT = 300.0, 230.0  # bp, at most
 SCALE = 0.62  # bp a unit, at most: labels are 17 units high
-KAPPA = 0.5523  # control points of a quarter circle
 SVG = "{http://www.w3.org/2000/svg}"
-Look = dict[str, str]
 Point = tuple[float, float]
-
-
-@dataclass(frozen=True)
-class _Rule:
-    tag: str
-    classes: frozenset[str]
-    look: Mapping[str, str]
 
 
 def tex_picture(svg: str) -> str:
@@ -37,11 +28,11 @@ def tex_picture(svg: str) -> str:
     root = ElementTree.fromstring(svg)
     left, top, width, height = map(float, root.attrib["viewBox"].split())
     scale = min(SCALE, WIDTH / width, HEIGHT / height)
-    rules = _rules()
     shapes: list[str] = []
     labels: list[str] = []
     for element, (dx, dy) in _walk(root, (0.0, 0.0)):
-        look = _look(element.tag.removeprefix(SVG), element.attrib, rules)
+        own = {name: element.attrib[name] for name in ("stroke-width",) if name in element.attrib}
+        look = look_of(element.tag.removeprefix(SVG), element.attrib.get("class", ""), **own)
         if element.tag == f"{SVG}text":
             x, y = float(element.attrib["x"]) + dx, float(element.attrib["y"]) + dy
             place = f"{scale * (x - left):.2f},{scale * (top + height - y):.2f}"
@@ -64,30 +55,6 @@ def _walk(element: Element, shift: Point) -> Iterator[tuple[Element, Point]]:
     yield element, shift
     for child in element:
         yield from _walk(child, shift)
-
-
-# Style
-
-
-def _rules() -> list[_Rule]:
-    """Return the rules of the style sheet for print, in order."""
-    found = []
-    for selectors, body in re.findall(r"^([^@{}\n][^{}]*)\{([^{}]*)\}", style("light"), re.MULTILINE):
-        look = dict(part.split(":", 1) for part in body.split(";") if ":" in part)
-        for selector in selectors.split(","):
-            tag, *classes = selector.split()[-1].split(".")
-            found.append(_Rule(tag, frozenset(classes), look))
-    return found
-
-
-def _look(tag: str, attributes: Mapping[str, str], rules: list[_Rule]) -> Look:
-    classes = set(attributes.get("class", "").split())
-    fitting = [rule for rule in rules if rule.tag in ("", tag) and rule.classes <= classes]
-    fitting.sort(key=lambda rule: (len(rule.classes), bool(rule.tag)))  # stable: the later of two alike wins
-    look: Look = {name: attributes[name] for name in ("stroke-width",) if name in attributes}
-    for rule in fitting:  # the style sheet has the last word
-        look |= rule.look
-    return look
 
 
 # Shapes
@@ -113,42 +80,22 @@ def _colour(text: str) -> str:
 def _way(element: Element) -> str:
     read = element.attrib
     if element.tag == f"{SVG}path":
-        return _path(read["d"])
+        return _told(curves(read["d"]))
     if element.tag == f"{SVG}circle":
         r = float(read["r"])
-        return _ellipse(float(read["cx"]), float(read["cy"]), r, r)
+        return _told(ellipse(float(read["cx"]), float(read["cy"]), r, r))
     turned = re.search(r"rotate\(([-\d.]+)\)", read.get("transform", ""))
     angle = math.radians(float(turned[1])) if turned else 0.0
     c, s = math.cos(angle), math.sin(angle)
-    return f"{c:.4f} {s:.4f} {-s:.4f} {c:.4f} 0 0 cm {_ellipse(0, 0, float(read['rx']), float(read['ry']))}"
+    return f"{c:.4f} {s:.4f} {-s:.4f} {c:.4f} 0 0 cm {_told(ellipse(0, 0, float(read['rx']), float(read['ry'])))}"
 
 
-def _ellipse(x: float, y: float, a: float, b: float) -> str:
-    k = KAPPA
-    quarters = [(1, 0, 0, 1), (0, 1, -1, 0), (-1, 0, 0, -1), (0, -1, 1, 0)]
-    text = f"{x + a:.2f} {y:.2f} m"
-    for p, q, u, v in quarters:
-        points = [(p + k * u, q + k * v), (u + k * p, v + k * q), (u, v)]
-        text += " " + " ".join(f"{x + a * i:.2f} {y + b * j:.2f}" for i, j in points) + " c"
-    return f"{text} h"
+# An outline is told by the same letters in both languages, but for their place.
+OPERATORS = {"M": "m", "L": "l", "C": "c", "Z": "h"}
 
 
-def _path(d: str) -> str:
-    text, x, y = [], 0.0, 0.0
-    for command, rest in re.findall(r"([MLVAZ])([^MLVAZ]*)", d):
-        values = [float(one) for one in rest.replace(",", " ").split()]
-        if command == "Z":
-            text.append("h")
-        elif command == "A":  # a quarter of a circle around (0, 0)
-            u, v = values[5], values[6]
-            k = KAPPA
-            ends = (x + k * u, y + k * v, u + k * x, v + k * y, u, v)
-            text.append(" ".join(f"{one:.2f}" for one in ends) + " c")
-            x, y = u, v
-        else:
-            x, y = (x, values[0]) if command == "V" else (values[0], values[1])
-            text.append(f"{x:.2f} {y:.2f} {'m' if command == 'M' else 'l'}")
-    return " ".join(text)
+def _told(outline: list[Curve]) -> str:
+    return " ".join(" ".join([*(f"{x:.2f} {y:.2f}" for x, y in points), OPERATORS[verb]]) for verb, points in outline)
 
 
 # Labels
