@@ -5,6 +5,7 @@
     equations = symdyn.derive(scene, ["mass_matrix"])       named functions on one expression graph
     M = symdyn.lambdify(scene, "mass_matrix")               a NumPy callable of q, (n,) or (..., n)
     arm = symdyn.load("arm.toml")                           all its functions, compiled: arm.mass_matrix(q)
+    symdyn.equations(scene).latex()                         to be read: LaTeX, text, or SymPy's matrices by .sympy()
     symdyn.closed_form(scene).sympy("k_z", 0, 1)            one coefficient for SymPy
     symdyn.certify(scene).passed                            derivations proved equal, code measured
     symdyn.simulate(scene, until=10)                        a trajectory; symdyn.inverse: the forces of a motion
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from symdyn.draw import animation, picture
     from symdyn.dynamics import derive
     from symdyn.dynamics.closed_forms.closed_form import closed_form
+    from symdyn.emit.print.equations_of_motion import equations
     from symdyn.errors import SymdynError
     from symdyn.linear import linearize
     from symdyn.program import lower
@@ -83,6 +85,7 @@ _DOORS = {
     "collocation": "symdyn.transcription",
     "closed_form": "symdyn.dynamics.closed_forms.closed_form",
     "derive": "symdyn.dynamics",
+    "equations": "symdyn.emit.print.equations_of_motion",
     "example": "symdyn.scene",
     "inverse": "symdyn.simulation",
     "lambdify": "symdyn.build",
@@ -103,6 +106,7 @@ __all__ = [
     "closed_form",
     "collocation",
     "derive",
+    "equations",
     "example",
     "inverse",
     "lambdify",

@@ -9,10 +9,11 @@ ROOMS = {  # room: the rooms it may import, and with them those below
     "rounding": ["errors"],
     "extras": ["rounding"],
     "resources": ["extras"],
+    "shown": [],
     "graph": ["errors"],
     "algebra": ["graph"],
     "spatial": ["graph"],
-    "scene": ["spatial", "resources"],
+    "scene": ["spatial", "resources", "shown"],
     "dynamics": ["scene", "algebra"],
     "program": ["dynamics"],
     "emit": ["program"],
@@ -24,6 +25,7 @@ ROOMS = {  # room: the rooms it may import, and with them those below
     "bench": ["simulation"],
     "transcription": ["simulation"],
     "teach": ["simulation"],
+    "notebook": ["teach", "transcription", "linear"],
     "cli": ["bench", "teach", "linear"],
 }
 

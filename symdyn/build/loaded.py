@@ -18,10 +18,11 @@ from symdyn.program import Program, Routine, formulate, identifier, lower
 from symdyn.program import prepare as prepare_program
 from symdyn.program.prepare import is_prepared
 from symdyn.scene import Scene, SceneLike, bind, scene_of
+from symdyn.shown import Shown
 
 
 @dataclass(frozen=True)
-class Loaded:
+class Loaded(Shown):
     """The functions of a scene; each is an attribute, and `loaded["pose:tool"]` is `loaded.pose_tool`.
 
     It pickles: the other process loads the same functions, from its cache or by compiling them.

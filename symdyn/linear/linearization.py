@@ -21,6 +21,7 @@ from symdyn.errors import LinearizeError
 from symdyn.extras import install
 from symdyn.linear.modes import Mode, Spectrum, spectrum
 from symdyn.scene import Scene
+from symdyn.shown import Shown
 
 Kind = Literal["rest", "steady", "moving"]
 
@@ -63,7 +64,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Linearization:
+class Linearization(Shown):
     """A mechanism next to an operating point.
 
     Attributes:

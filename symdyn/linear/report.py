@@ -36,7 +36,7 @@ def number(x: float, size: float = 0.0) -> str:
 
 def text(found: Linearization, formulas: Symbolic | None = None) -> str:
     """Return a system as text: where, states, matrices, modes, stability."""
-    lines = [f"{found.scene.name}, linearised {KINDS[found.kind]}", f"  {_where(found)}"]
+    lines = [f"{found.scene.name}, linearised {KINDS[found.kind]}", f"  {where(found)}"]
     lines += [f"  {note}" for note in found.notes]
     for letter, axis in (("x", found.states), ("w", found.inputs), ("y", found.outputs)):
         lines.append(f"  {letter} = ({', '.join(_named(axis)) or 'nothing'})")
@@ -88,7 +88,7 @@ def _named(axis: Axis) -> list[str]:
     return [f"{name} [{unit}]" if unit else name for name, unit in zip(axis.names, axis.units, strict=True)]
 
 
-def _where(found: Linearization) -> str:
+def where(found: Linearization) -> str:
     """Return the operating point: coordinates, velocities that are not zero, forces that are not."""
     scene, point = found.scene, found.point
     parts = [

@@ -16,6 +16,7 @@ from symdyn.dynamics.roads.named_functions import Function
 from symdyn.graph import Expr, Graph, Op
 from symdyn.graph.ops import SYMBOL
 from symdyn.scene import Scene
+from symdyn.shown import Shown
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ class Routine:
 
 
 @dataclass(frozen=True)
-class Program:
+class Program(Shown):
     """The routines of a scene on one graph of their own.
 
     Attributes:

@@ -23,6 +23,7 @@ from symdyn.graph import Graph, Op, reachable
 from symdyn.scene import Scene, SceneLike, bind, scene_of
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
+from symdyn.shown import Shown
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.variational import AGAINST, ALONG, Flow, flow
 from symdyn.simulation.equations.written import state_equations
@@ -47,7 +48,7 @@ FAILS = 1e-9
 
 
 @dataclass(frozen=True)
-class Sensitivity:
+class Sensitivity(Shown):
     """How the end of a run depends on its start and on parameters.
 
     Attributes:

@@ -9,6 +9,7 @@ import numpy as np
 
 from symdyn.algebra.numeric import Array
 from symdyn.scene import Scene, acceleration_name
+from symdyn.shown import Shown
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 
@@ -35,7 +36,7 @@ class Event:
 
 
 @dataclass(frozen=True)
-class Trajectory:
+class Trajectory(Shown):
     """A motion and its forces over time.
 
     Attributes:

@@ -13,6 +13,7 @@ from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.prescribed import prescribed
 from symdyn.graph import Graph
 from symdyn.scene import Scene, bind
+from symdyn.shown import Shown
 from symdyn.simulation import Forces, Trajectory, simulate
 from symdyn.simulation.initial import Start
 from symdyn.simulation.prescribed.forces import Table
@@ -70,7 +71,7 @@ def along(problem: Collocation, motion: Trajectory) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Solution:
+class Solution(Shown):
     """A point that a solver ended at.
 
     Attributes:

@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from symdyn.algebra.numeric import Array
 from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.scene import Scene
+from symdyn.shown import Shown
 from symdyn.transcription.grid import Grid, Places, sliced
 from symdyn.transcription.local import Local, Source
 from symdyn.transcription.slopes import Slopes
@@ -52,7 +53,7 @@ PLACES = {
 
 
 @dataclass(frozen=True, eq=False)
-class Collocation:
+class Collocation(Shown):
     """A motion of a scene that is looked for, in N intervals.
 
     Attributes:

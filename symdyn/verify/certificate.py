@@ -32,6 +32,7 @@ from symdyn.program import prepare as prepare_program
 from symdyn.program.formulation import chosen, known_road
 from symdyn.program.prepare import PREPARE, is_prepared
 from symdyn.scene import Scene, SceneLike, express, scene_of
+from symdyn.shown import Shown
 from symdyn.verify.accuracy import Accuracy, measure
 from symdyn.verify.equality import DIFFERENT, Claim, Fields, Finding, prove
 from symdyn.verify.law import Seen
@@ -43,7 +44,7 @@ Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Certificate:
+class Certificate(Shown):
     """What is known about a scene's equations and code.
 
     Attributes:

@@ -28,6 +28,7 @@ from symdyn.program import lower
 from symdyn.scene import Quantity, Scene, SceneLike, express, scene_of
 from symdyn.scene.joints.start import starting_position, starting_velocity
 from symdyn.scene.values.names import suggestion
+from symdyn.shown import Shown
 from symdyn.verify.accuracy import ROUNDOFF, TINIEST, Array, sample, values_of
 from symdyn.verify.certificate import finite, modules_of, taken
 
@@ -61,7 +62,7 @@ class Bound:
 
 
 @dataclass(frozen=True)
-class Rigorous:
+class Rigorous(Shown):
     """Guaranteed bounds of a scene's functions.
 
     Attributes:

@@ -32,6 +32,7 @@ from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, evaluate
 from symdyn.scene import JOINTS, Scene, SceneLike, express, scene_of
 from symdyn.scene.forces import elastic
+from symdyn.shown import Shown
 from symdyn.spatial import Inertia, Transform, apply, dot, no_inertia, symmetric, zero_vector
 
 Row = tuple[Polynomial, ...]
@@ -39,7 +40,7 @@ Matrix = tuple[Row, ...]
 
 
 @dataclass(frozen=True)
-class ClosedForm:
+class ClosedForm(Shown):
     """All coefficients of Lagrange's equations of a scene, elements of `ring` in normal form.
 
     Attributes:

@@ -12,6 +12,7 @@ from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
 from symdyn.scene.robot_words import coordinates_of_joints
 from symdyn.scene.units import coordinate_units, velocity_units
+from symdyn.shown import Shown
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class Function:
 
 
 @dataclass(frozen=True)
-class Equations:
+class Equations(Shown):
     """Named functions of a scene on one graph; `closing` is what was chosen about its loops."""
 
     scene: Scene

@@ -41,7 +41,7 @@ def latex_fragment(page: Printable, group: str) -> str:
     note = "% s_{12} = \\sin(q_1 + q_2), c_2 = \\cos q_2: sines and cosines by joint number\n" if page.short else ""
     lines = _displays(page, group)
     if page.constraints.rows:
-        lines.append(constraint_page(page, group, _writer(page)))
+        lines.append(constraint_page(page, group, writer(page)))
     return note + "\n".join(lines)
 
 
@@ -49,7 +49,7 @@ def latex_document(page: Printable, group: str) -> str:
     """Return a standalone document: equations, energies, symbol table."""
     from symdyn.emit.render import render
 
-    write, letters = _writer(page), Letters(page.scene)
+    write, letters = writer(page), Letters(page.scene)
     title = "Coefficients" if group == "coefficients" else "Equations"
     sections = [{"title": title, "text": _introduction(page, group), "body": "\n".join(_displays(page, group))}]
     if page.constraints.rows:
@@ -84,7 +84,8 @@ def base_parameter_name(name: str) -> str:
     return rf"{letter}_{{R{joint}}}"
 
 
-def _writer(page: Printable) -> Latex:
+def writer(page: Printable) -> Latex:
+    """Return what writes the forms of a page: names of the scene, of multipliers and of rows without a closed form."""
     rows = page.constraints.rows
     named = {entry.name: None for row in rows for entry in row.G if isinstance(entry, Symbol)}
     return Latex(
@@ -108,13 +109,13 @@ def _introduction(page: Printable, group: str) -> str:
     if page.short:
         text += r" Sines and cosines go by joint number: $s_{12} = \sin(q_1 + q_2)$, $c_2 = \cos q_2$."
     digits = digits_or(DIGITS)
-    if any("." in _writer(page)(c.form) for c in page.coefficients):
+    if any("." in writer(page)(c.form) for c in page.coefficients):
         text += f" Decimal numbers are rounded to {digits} digits."
     return text
 
 
 def _displays(page: Printable, group: str) -> list[str]:
-    write = _writer(page)
+    write = writer(page)
     motions = [definition(write.symbols[name], write(form)) for name, form in page.motions]
     return [*DISPLAYS[group](page, write), *align(motions)]
 

@@ -17,6 +17,7 @@ from typing import Any
 
 from symdyn.scene.values.element import Contact, Element, Load, Row, Strut
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector, number
+from symdyn.shown import Shown
 
 GROUND = "ground"
 
@@ -217,7 +218,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Scene:
+class Scene(Shown):
     """A mechanism, checked and in order: every joint comes after the joint of its parent.
 
     Attributes:

@@ -1,0 +1,185 @@
+"""Equations of motion as matrices and symbols of SymPy, to substitute, simplify and lambdify.
+
+M q̈ + C q̇ + g + k_E = τ + Gᵀ λ      c = C q̇
+r(q) = 0,  G q̇ = 0,  G q̈ + Ġ q̇ = 0        rows of loops and contacts
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from symdyn.algebra.form import Form, Number, Symbol, product_of, sum_of
+from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.emit.print.printable import Printable
+from symdyn.graph import Graph
+from symdyn.scene import Scene, acceleration_name, express
+from symdyn.shown import Shown
+
+HALF = Number(Fraction(1, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class SympyEquations(Shown):
+    """The equations of motion in SymPy: matrices immutable, numbers exact.
+
+    Attributes:
+        scene: the mechanism.
+        symbols: what stands for each name: parameters, coordinates, velocities (q1_dot), accelerations (q1_ddot),
+            drives, multipliers (lambda1) and t.
+        q, qd, qdd: coordinates, velocities and accelerations, shape (n, 1); rad or m, and per s.
+        M: mass matrix, shape (n, n); kg m^2, kg m or kg.
+        C: by Christoffel symbols, so that Ṁ - 2 C is skew, shape (n, n).
+        c: C q̇, shape (n, 1); N m or N.
+        g: ∂P/∂q of gravity, shape (n, 1); N m or N.
+        k_E: ∂P/∂q of springs, shape (n, 1), zero where there are none; N m or N.
+        tau: drives, declared forces, dampers, friction and loads, shape (n, 1); N m or N.
+        G: rows of loops and contacts, shape (m, n).
+        multipliers: λ, shape (m, 1); N or N m, on the child.
+        bias: Ġ q̇, shape (m, 1).
+        residual: r(q), of rows that hold positions, shape (p, 1).
+        motions: formulas in t of the coordinates whose motion is prescribed.
+        K, P: kinetic energy; potential energy of gravity and springs; J.
+        missing: why G has no closed form, "" where it has one. Its entries are then symbols such as G1_1, and there is
+            no bias and no residual.
+    """
+
+    scene: Scene
+    symbols: Mapping[str, Any]
+    q: Any
+    qd: Any
+    qdd: Any
+    M: Any
+    C: Any
+    c: Any
+    g: Any
+    k_E: Any
+    tau: Any
+    G: Any
+    multipliers: Any
+    bias: Any
+    residual: Any
+    motions: Mapping[Any, Any]
+    K: Any
+    P: Any
+    missing: str = ""
+
+    def __getitem__(self, name: str) -> Any:
+        """Return what stands for a name; KeyError if there is none, with those that there are."""
+        if name not in self.symbols:
+            raise KeyError(f"there is no {name!r}; there are {', '.join(self.symbols)}")
+        return self.symbols[name]
+
+    @cached_property
+    def values(self) -> dict[Any, Any]:
+        """Values of parameters, exact, as `subs` takes them; parameters without a value are left out.
+
+        >>> import symdyn
+        >>> arm = symdyn.equations(symdyn.example("four_bar")).sympy()
+        >>> arm.M.subs(arm.values)[2, 2]
+        343/24
+        """
+        from symdyn.algebra.sympy_algebra import graph_to_sympy
+
+        graph = Graph()
+        found = {one.name: express(one.value, graph) for one in self.scene.parameters if one.value is not None}
+        numbers = graph_to_sympy(list(found.values()))
+        return {self.symbols[name]: number for name, number in zip(found, numbers, strict=True)}
+
+    @property
+    def equations(self) -> list[Any]:
+        """The equations of motion, one `Eq` a coordinate.
+
+        >>> import symdyn
+        >>> symdyn.equations(symdyn.example("pendulum")).sympy().equations
+        [Eq(g*l*m*sin(q1) + l**2*m*q1_ddot, -b*q1_dot + tau1)]
+        """
+        from sympy import Eq
+
+        left = self.M * self.qdd + self.c + self.g + self.k_E
+        return [Eq(*sides) for sides in zip(left, self.tau + self.G.T * self.multipliers, strict=True)]
+
+
+def sympy_equations(page: Printable, dynamic: bool = False) -> SympyEquations:
+    """Return what a page says in SymPy; with `dynamic` what moves is a function of time."""
+    from sympy import ImmutableMatrix
+
+    from symdyn.algebra.sympy_algebra import form_to_sympy
+
+    scene, rows, n = page.scene, page.constraints.rows, range(len(page.rows))
+    positive = [one.name for one in scene.parameters if one.positive]
+    rates, accelerations = scene.velocities, [acceleration_name(u) for u in scene.velocities]
+    sizes = [row.multiplier for row in rows]
+    names = [*(one.name for one in scene.parameters), *scene.coordinates, *rates, *accelerations]
+    names += [*(drive for drive in scene.drives if drive), *sizes, TIME]
+    plain = {name: form_to_sympy(Symbol(name), positive) for name in names}
+    symbols = plain | _in_time(scene, sizes) if dynamic else plain
+    moved = {plain[name]: symbols[name] for name in names if dynamic and plain[name] != symbols[name]}
+
+    def write(form: Form) -> Any:
+        return form_to_sympy(form, positive).xreplace(moved)
+
+    def matrix(entries: Iterable[Sequence[Form]], width: int = 1) -> Any:
+        listed = [write(form) for row in entries for form in row]
+        return ImmutableMatrix(len(listed) // width if width else 0, width, listed)
+
+    def column(forms: Iterable[Form]) -> Any:
+        return matrix([form] for form in forms)
+
+    def alone(kind: str) -> Any:
+        return column(sum_of(c.form for c in row if c.kind == kind) for row in page.rows)
+
+    biased = [row.bias for row in rows if row.bias is not None]
+    return SympyEquations(
+        scene=scene,
+        symbols=symbols,
+        q=column(map(Symbol, scene.coordinates)),
+        qd=column(map(Symbol, rates)),
+        qdd=column(map(Symbol, accelerations)),
+        M=matrix([[c.form for c in page.inertia(i)] for i in n], len(n)),
+        C=matrix([_christoffel(page, i) for i in n], len(n)),
+        c=column(page.coriolis(i) for i in n),
+        g=alone("k_G"),
+        k_E=alone("k_E"),
+        tau=column(page.right),
+        G=matrix([row.G for row in rows], len(n)),
+        multipliers=column(map(Symbol, sizes)),
+        bias=column(biased),
+        residual=column(page.constraints.positions()),
+        motions={symbols[name]: write(form) for name, form in page.motions},
+        K=write(page.K),
+        P=write(page.P),
+        missing=page.constraints.missing,
+    )
+
+
+def _christoffel(page: Printable, i: int) -> list[Form]:
+    """Return row i of C: k_D,ij q̇_j + Σ_k k_C,i,jk q̇_k / 2, half of each product of two velocities to either one."""
+    velocities = [Symbol(u) for u in page.scene.velocities]
+    terms: list[list[Form]] = [[] for _ in velocities]
+    for c in page.rows[i]:
+        if c.of != "qd" or c.vanishes:
+            continue
+        _, j, *other = (index - 1 for index in c.indices)
+        if other:
+            terms[j].append(product_of((HALF, c.form, velocities[other[0]])))
+            terms[other[0]].append(product_of((HALF, c.form, velocities[j])))
+        else:
+            terms[j].append(product_of((c.form, velocities[j])))
+    return [sum_of(some) for some in terms]
+
+
+def _in_time(scene: Scene, multipliers: Sequence[str]) -> dict[str, Any]:
+    """Return coordinates, drives and multipliers as SymPy's `dynamicsymbols`, velocities as derivatives, and its t."""
+    from sympy.physics.vector import dynamicsymbols
+
+    found = {TIME: dynamicsymbols._t}
+    found |= {name: dynamicsymbols(name) for name in (*filter(None, scene.drives), *multipliers)}
+    for coordinate, velocity in zip(scene.coordinates, scene.velocities, strict=True):
+        found[coordinate] = dynamicsymbols(coordinate)
+        found[velocity] = found[coordinate].diff(found[TIME])
+        found[acceleration_name(velocity)] = found[velocity].diff(found[TIME])
+    return found

@@ -1,0 +1,47 @@
+"""Functions in a notebook: what each takes and returns, and what it costs."""
+
+from __future__ import annotations
+
+from symdyn.build.loaded import Loaded
+from symdyn.dynamics import Equations, Function
+from symdyn.notebook.page import Markup, head, note, table
+from symdyn.program import Program
+
+
+def derived(found: Equations) -> list[Markup]:
+    """Return the functions that were derived, and by which road."""
+    rows = [(_call(one), _shape(one.shape), one.units, one.formulation, one.text) for one in found.functions]
+    return [
+        head(found.scene.name, "functions on one expression graph"),
+        table(("function", "shape", "unit", "derived by", ""), rows),
+    ]
+
+
+def program(found: Program) -> list[Markup]:
+    """Return the routines, and how many operations each takes."""
+    rows = [
+        (_call(one.function), _shape(one.function.shape), one.counts.cost, len(one.steps), one.function.text)
+        for one in found.routines
+    ]
+    return [
+        head(found.scene.name, "straight-line program"),
+        table(("routine", "shape", "operations, weighted", "lines", ""), rows),
+    ]
+
+
+def loaded(found: Loaded) -> list[Markup]:
+    """Return how every function is called."""
+    kind = "compiled functions" if found.compiled else "functions of the NumPy module: there was no compiler"
+    return [
+        head(found.scene.name, kind),
+        table(("function", "lengths"), (text.split(": ", 1) for text in found.signatures.values())),
+        note("leading dimensions broadcast; out= takes the place of the result"),
+    ]
+
+
+def _call(one: Function) -> str:
+    return f"{one.name}({', '.join(argument.name for argument in one.arguments)})"
+
+
+def _shape(shape: tuple[int, ...]) -> str:
+    return " × ".join(map(str, shape)) if shape else "number"

@@ -1,0 +1,134 @@
+"""Equations in a notebook: as they are read, where they are not too long for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from symdyn.dynamics.closed_forms.closed_form import ClosedForm, coefficient_names
+from symdyn.emit.print.equations_of_motion import EquationsOfMotion
+from symdyn.emit.print.equations_text import equations_text
+from symdyn.emit.print.formula_text import BREAK
+from symdyn.emit.print.latex_page import coefficient_name, writer
+from symdyn.emit.print.printable import Printable, printable
+from symdyn.emit.print.printed_names import latex_symbols
+from symdyn.emit.print.sympy_equations import SympyEquations
+from symdyn.errors import SymdynError
+from symdyn.notebook.page import Markup, formula, formulas, head, note, table
+
+MOST = 1200
+"""Terms of equations beyond which nobody reads them in a notebook; a six-axis arm with numbers has a thousand."""
+
+
+def equations_of_motion(found: EquationsOfMotion) -> list[Markup]:
+    """Return the equations of motion, and those of loops and contacts."""
+    first = head(found.scene.name, "equations of motion")
+    try:
+        if (long := _length(found.closed)) > MOST:
+            return [first, note(_too_long(long, ".latex(), .text() and .sympy()"))]
+        page = found.page
+    except SymdynError as fault:
+        return [first, note(str(fault))]
+    return [first, formulas(_equations(page)), *_constraints(page)]
+
+
+def latex_of_equations(found: EquationsOfMotion) -> str:
+    """Return the equations of motion in LaTeX, "" where they are too long or there are none."""
+    try:
+        return _latex(found.closed, "equations")
+    except SymdynError:
+        return ""
+
+
+def closed_form(found: ClosedForm) -> list[Markup]:
+    """Return the coefficients that do not vanish."""
+    first = head(found.scene.name, "coefficients of the equations of motion")
+    try:
+        if (long := _length(found)) > MOST:
+            return [first, note(_too_long(long, ".form() and .sympy() of one coefficient, such as ('k_z', 0, 0),"))]
+        page = printable(found)
+    except SymdynError as fault:
+        return [first, note(str(fault))]
+    return [first, formulas(_coefficients(page))]
+
+
+def latex_of_closed_form(found: ClosedForm) -> str:
+    """Return the coefficients in LaTeX, "" where they are too long."""
+    return _latex(found, "coefficients")
+
+
+def sympy_equations(found: SympyEquations) -> list[Markup]:
+    """Return what there is, matrix by matrix, those in full that are short."""
+    from sympy.physics.vector.printing import vlatex
+
+    names = {symbol: latex for name, latex in latex_symbols(found.scene).items() if (symbol := found.symbols.get(name))}
+    rows = []
+    for name, text in MATRICES.items():
+        matrix = getattr(found, name)
+        if not matrix.rows or (name == "k_E" and matrix.is_zero_matrix):
+            continue
+        short = sum(entry.count_ops() for entry in matrix) <= SHORT
+        shown: str | Markup = f"{matrix.rows} × {matrix.cols}"
+        if short:
+            shown = formula(vlatex(matrix, symbol_names=names, mat_str="bmatrix", mat_delim=""))
+        rows.append((formula(LETTERS.get(name, name)), shown, text))
+    law = r"M \ddot q + C \dot q + g + k_E = \tau" + (r" + G^{\mathsf T} \lambda" if found.G.rows else "")
+    return [head(found.scene.name, "equations of motion in SymPy"), formula(law), table(("", "", ""), rows)]
+
+
+MATRICES = {
+    "M": "mass matrix",
+    "C": "Coriolis matrix, Ṁ - 2 C is skew",
+    "g": "gravity",
+    "k_E": "springs",
+    "tau": "drives and other forces",
+    "G": "rows of loops and contacts",
+    "multipliers": "multipliers",
+}
+"""What is shown of equations in SymPy."""
+
+LETTERS = {"k_E": "k_E", "tau": r"\tau", "multipliers": r"\lambda"}
+SHORT = 120
+"""Operations of a matrix that is shown in full."""
+
+
+def _length(closed: ClosedForm) -> int:
+    """Return the number of terms in normal form, which is known before anything is written."""
+    return sum(len(closed[key]) for key in coefficient_names(closed) if key[0] != "k_E")
+
+
+def _too_long(terms: int, way: str) -> str:
+    return f"{terms} terms are more than a notebook shows; {way} give them"
+
+
+def _latex(closed: ClosedForm, group: str) -> str:
+    return "" if _length(closed) > MOST else equations_text(closed, "latex", group)
+
+
+def _equations(page: Printable) -> Iterator[str]:
+    write = writer(page)
+    for i in range(len(page.rows)):
+        yield f"{write(page.left(i)) or '0'} {BREAK}= {write(page.driving(i))}"
+    for name, form in page.motions:
+        yield f"{write.symbols[name]} {BREAK}= {write(form)}"
+
+
+def _constraints(page: Printable) -> Iterator[Markup]:
+    """Yield what multipliers are, and the rows."""
+    found, write = page.constraints, writer(page)
+    rows = [(formula(write.symbols[row.multiplier]), row.text, row.unit) for row in found.rows]
+    yield table(("multiplier", "", "unit"), rows)
+    if found.missing:
+        yield note(f"G has no closed form: {found.missing}")
+    forms = {"positions": found.positions(), "velocities": found.rates(), "accelerations": found.accelerations()}
+    for name, rows_of in forms.items():
+        if rows_of and not found.missing:
+            yield note(f"loops and contacts, {name}")
+            yield formulas(f"{write(form)} {BREAK}= 0" for form in rows_of)
+
+
+def _coefficients(page: Printable) -> Iterator[str]:
+    write = writer(page)
+    for c in page.written:
+        yield f"{' = '.join(coefficient_name(c.kind, place) for place in c.places)} {BREAK}= {write(c.form)}"
+    for zero in page.vanishing:
+        yield f" {BREAK}= ".join([*(coefficient_name(c.kind, c.indices) for c in zero), "0"])

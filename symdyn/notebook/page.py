@@ -1,0 +1,126 @@
+"""What an object shows in a notebook, made of a few kinds of parts; all text is escaped here and nowhere else.
+
+Pictures stand in the page as data of an <img>: no script in them runs, no identifier meets that of another output, and
+they follow the reader's light or dark by themselves.
+"""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from symdyn.emit.escape import in_html
+from symdyn.emit.print.formula_text import BREAK
+from symdyn.emit.render import verbatim
+from symdyn.extras import EXTRAS, install
+from symdyn.simulation.integrate import importable
+
+
+@dataclass(frozen=True)
+class Markup:
+    """HTML that is whole: what came from a scene is escaped."""
+
+    html: str
+
+
+Cell = str | int | float | Markup
+
+MATHEMATICS = EXTRAS["teach"].modules[0]
+"""The package that makes mathematics of browsers from LaTeX."""
+
+
+def page(*parts: Markup) -> str:
+    """Return the parts as one element, with its style."""
+    inside = "\n".join(part.html for part in parts)
+    return f'<div class="symdyn-shown"><style>{verbatim("notebook/style.css")}</style>\n{inside}\n</div>'
+
+
+def head(name: str, text: str = "") -> Markup:
+    """Return the first line: what it is, and more of it."""
+    more = f" <span>{in_html(text)}</span>" if text else ""
+    return Markup(f'<p class="head">{in_html(name)}{more}</p>')
+
+
+def verdict(good: bool, text: str) -> Markup:
+    """Return a word that is good or bad news."""
+    return Markup(f'<p class="{"good" if good else "bad"}">{in_html(text)}</p>')
+
+
+def note(text: str) -> Markup:
+    """Return a line beside the matter."""
+    return Markup(f'<p class="note">{in_html(text)}</p>')
+
+
+def notes(texts: Iterable[str]) -> list[Markup]:
+    """Return lines beside the matter."""
+    return [note(f"Note: {text}") for text in texts]
+
+
+def picture(content: str | bytes, kind: str, text: str) -> Markup:
+    """Return a picture, "svg" or "png"; `text` says what is seen, for who does not see it."""
+    data = content.encode() if isinstance(content, str) else content
+    kind = "svg+xml" if kind == "svg" else kind
+    return Markup(
+        f'<figure><img alt="{in_html(text)}" src="data:image/{kind};base64,{b64encode(data).decode()}"></figure>'
+    )
+
+
+def beside(*parts: Markup) -> Markup:
+    """Return parts side by side where there is room."""
+    inside = "\n".join(part.html for part in parts)
+    return Markup(f'<div class="beside">{inside}</div>')
+
+
+def together(*parts: Markup) -> Markup:
+    """Return parts one below the other, as one."""
+    return Markup("<div>" + "\n".join(part.html for part in parts) + "</div>")
+
+
+def folded(summary: str, *parts: Markup) -> Markup:
+    """Return parts that are seen when the reader opens them."""
+    inside = "\n".join(part.html for part in parts)
+    return Markup(f"<details><summary>{in_html(summary)}</summary>\n{inside}</details>")
+
+
+def table(columns: Sequence[str], rows: Iterable[Sequence[Cell]], caption: str = "") -> Markup:
+    """Return a table; columns of numbers stand to the right, and a table without rows is nothing."""
+    listed = [list(row) for row in rows]
+    if not listed:
+        return Markup("")
+    right = [all(isinstance(cell, (int, float)) for cell in column) for column in zip(*listed, strict=True)]
+    kinds = [' class="number"' if number else "" for number in right]
+    top = f"<caption>{in_html(caption)}</caption>" if caption else ""
+    if any(columns):
+        cells = "".join(f"<th{kind}>{in_html(name)}</th>" for kind, name in zip(kinds, columns, strict=True))
+        top += f"<thead><tr>{cells}</tr></thead>"
+    body = "\n".join(
+        "<tr>" + "".join(f"<td{kind}>{_cell(cell)}</td>" for kind, cell in zip(kinds, row, strict=True)) + "</tr>"
+        for row in listed
+    )
+    return Markup(f"<table>{top}<tbody>\n{body}\n</tbody></table>")
+
+
+def _cell(cell: Cell) -> str:
+    if isinstance(cell, Markup):
+        return cell.html
+    return in_html(f"{cell:.6g}" if isinstance(cell, float) else str(cell))
+
+
+def formulas(lines: Iterable[str]) -> Markup:
+    """Return formulas, given in LaTeX with break marks, one a paragraph; or what it takes to show them."""
+    if not importable(MATHEMATICS):
+        return note(f"mathematics is shown with latex2mathml: {install('teach')}")
+    from symdyn.teach.mathml import flow
+
+    shown = "\n".join(f'<div class="flow">{flow("", line)}</div>' for line in lines)
+    return Markup(f'<div class="long">{shown}</div>')
+
+
+def formula(latex: str) -> Markup:
+    """Return a short formula in a line of text; the LaTeX itself where it cannot be shown."""
+    if not importable(MATHEMATICS):
+        return Markup(f"<code>{in_html(latex)}</code>")
+    from symdyn.teach.mathml import inline
+
+    return Markup(inline(latex.replace(BREAK, "")))

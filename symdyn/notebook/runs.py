@@ -1,0 +1,67 @@
+"""Motions in a notebook: their plots, and how they ended."""
+
+from __future__ import annotations
+
+from symdyn.extras import EXTRAS, install
+from symdyn.notebook.page import Cell, Markup, folded, head, note, notes, picture, table, verdict
+from symdyn.simulation.integrate import importable
+from symdyn.simulation.plot import MONITORS, draw
+from symdyn.simulation.trajectory import Trajectory
+from symdyn.transcription import Collocation, Solution
+
+MOST = 20_000
+"""Points of curves beyond which dots make a smaller picture than lines."""
+
+
+def trajectory(found: Trajectory) -> list[Markup]:
+    """Return the plots of a motion, how it ended, and how well the laws of mechanics were kept."""
+    count = len(found.t)
+    span = f"t = {found.t[0]:g} to {found.t[-1]:g} s, {count} samples" if count else "no samples"
+    method = f", {found.method}" if found.method else ""
+    ended = [] if found.complete else [verdict(False, f"ended by: {found.stopped}")]
+    monitors: list[tuple[str, Cell]] = []
+    for name, value in found.monitors.items():
+        kind, _, contact = name.partition(" ")
+        monitors.append((MONITORS.get(kind, kind) + (f", of {contact}" if contact else ""), float(value)))
+    events = [(event.formula, event.t, "ended the run" if event.stops else "") for event in found.events]
+    return [
+        head(found.scene.name, span + method),
+        *ended,
+        _plots(found),
+        table(("event", "t, s", ""), events),
+        folded("how well the laws of mechanics were kept", table(("", ""), monitors)) if monitors else Markup(""),
+        *notes(found.notes),
+    ]
+
+
+def _plots(found: Trajectory) -> Markup:
+    if not len(found.t):
+        return Markup("")
+    if not importable(EXTRAS["plot"].modules[0]):
+        return note(f"plots need matplotlib: {install('plot')}")
+    kind = "svg" if len(found.t) * len(found.names) <= MOST else "png"
+    return picture(draw(found, kind), kind, f"plots of {found.scene.name}")
+
+
+def collocation(found: Collocation) -> list[Markup]:
+    """Return what is looked for, and how large a problem it is."""
+    rows: list[tuple[str, Cell]] = [
+        ("intervals", len(found.grid.widths)), ("method", found.method.text), ("unknowns", found.size),
+        ("equations", found.rows), ("forces", ", ".join(found.drives) or "none"),
+        ("parameters", ", ".join(found.free) or "none"),
+    ]  # fmt: skip
+    return [head(found.scene.name, "a motion that is looked for"), table(("", ""), rows), *notes(found.notes)]
+
+
+def solution(found: Solution) -> list[Markup]:
+    """Return the motion that was found, and what the solver says."""
+    rows: list[tuple[str, Cell]] = [
+        ("objective", found.objective), ("largest miss of a bound or an equation", found.violation),
+        ("iterations", found.iterations), ("duration, s", found.duration), *found.parameters.items(),
+    ]  # fmt: skip
+    return [
+        head(found.problem.scene.name, "a motion that a solver found"),
+        verdict(found.success, found.status),
+        table(("", ""), rows),
+        _plots(found.motion),
+    ]

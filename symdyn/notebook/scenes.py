@@ -1,0 +1,53 @@
+"""A scene in a notebook: its picture, its coordinates and its parameters."""
+
+from __future__ import annotations
+
+from symdyn.draw import picture as drawn
+from symdyn.emit.print.formula_text import value_text
+from symdyn.errors import SymdynError
+from symdyn.notebook.page import Cell, Markup, beside, head, note, picture, table, together
+from symdyn.scene import Scene, spell
+from symdyn.scene.units import coordinate_units, drives_with_units
+
+
+def scene(found: Scene) -> list[Markup]:
+    """Return picture and tables of a scene."""
+    return [head(found.name, _counts(found)), beside(_picture(found), together(*_tables(found)))]
+
+
+def _picture(found: Scene) -> Markup:
+    try:
+        return picture(drawn(found), "svg", f"picture of {found.name}")
+    except SymdynError as fault:  # a mechanism that cannot be assembled is still one that has a table
+        return note(f"no picture: {fault}")
+
+
+def _counts(found: Scene) -> str:
+    """Return how much there is of what, kinds that there are."""
+    counts = {
+        "body": len(found.bodies), "coordinate": len(found.coordinates), "loop": len(found.loops),
+        "contact": len(found.contacts), "spring or damper": len(found.struts), "load": len(found.loads),
+    }  # fmt: skip
+    plural = {"body": "bodies", "spring or damper": "springs and dampers"}
+    return ", ".join(f"{n} {word if n == 1 else plural.get(word, f'{word}s')}" for word, n in counts.items() if n)
+
+
+def _tables(found: Scene) -> list[Markup]:
+    units = dict(zip(found.coordinates, coordinate_units(found), strict=True))
+    drives: dict[str, list[str]] = {}
+    for joint, drive, unit in drives_with_units(found):
+        drives.setdefault(joint.name, []).append(f"{drive}, {unit}")
+    rows = [
+        (q, units[q], joint.name, joint.type.replace("_", " "), "; ".join(drives.pop(joint.name, ())))
+        for joint in found.moving
+        for q in joint.coordinates
+    ]
+    named: list[list[Cell]] = [
+        [one.name, "" if one.value is None else value_text(one.value), one.unit, one.text] for one in found.parameters
+    ]
+    gravity = ", ".join(map(spell, found.gravity))
+    return [
+        table(("coordinate", "unit", "joint", "type", "drive"), rows),
+        table(("parameter", "value", "unit", ""), named),
+        note(f"gravity [{gravity}] m/s²"),
+    ]

@@ -1,0 +1,64 @@
+"""What was proved, in a notebook: the verdict, and behind it every claim."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from symdyn.notebook.page import Markup, folded, head, note, notes, table, verdict
+from symdyn.verify import DIFFERENT, PROVED, Certificate, Finding, Rigorous
+
+
+def certificate(found: Certificate) -> list[Markup]:
+    """Return the verdict of a certificate, what failed, and the rest folded."""
+    counts = ", ".join(f"{n} {name}" for name, n in Counter(one.verdict for one in found.findings).items())
+    likely = max((one.error_log10 for one in found.findings if one.verdict == PROVED), default=0.0)
+    sure = f"; the chance that a false one passed is below 1e{likely:.0f}" if likely else ""
+    wrong = [one for one in found.findings if one.verdict == DIFFERENT]
+    off = [one for one in found.accuracy if not one.passed]
+    fields = found.fields
+    primes = " and ".join(map(str, fields.primes))
+    return [
+        head(found.scene, "certificate"),
+        verdict(found.passed, "passed" if found.passed else "FAILED"),
+        note(f"claims: {counts or 'none'}{sure}"),
+        table(("what differs", "entry"), ((one.claim, one.where) for one in wrong)),
+        table(("too far off", "module", "error over its bound"), ((a.function, a.module, a.worst) for a in off)),
+        *([note(f"the code was refused: {found.refused}")] if found.refused else []),
+        folded(
+            f"{len(found.findings)} claims",
+            table(("claim", "verdict", "degree", "chance of error"), map(_finding, found.findings)),
+            note(f"at {fields.points} random points each over the primes {primes}, seed {fields.seed}"),
+        ),
+        folded(
+            "error of the built code against 50 digits",
+            table(
+                ("function", "module", "states", "median, ulp", "largest, ulp", "of its bound"),
+                ((a.function, a.module, a.states, a.median_ulp, a.max_ulp, a.worst) for a in found.accuracy),
+            ),
+            note("ulp of the largest entry of the result"),
+        ),
+        *notes(found.notes),
+    ]
+
+
+def _finding(one: Finding) -> tuple[str, str, str, str]:
+    sure = f"1e{one.error_log10:.0f}" if one.verdict == PROVED else ""
+    return one.claim, one.verdict, str(one.degree or ""), sure
+
+
+def rigorous(found: Rigorous) -> list[Markup]:
+    """Return whether every error is bounded, and the largest bound of every function and module."""
+    worst: dict[tuple[str, str], tuple[float, float]] = {}
+    for one in found.bounds:
+        error, ulps = worst.get((one.function, one.module), (0.0, 0.0))
+        worst[one.function, one.module] = max(error, one.error), max(ulps, one.ulps)
+    states = max((len(some) for some in found.states.values()), default=0)
+    return [
+        head(found.scene, f"guaranteed bounds of the error, {found.real}"),
+        verdict(found.passed, "every error is bounded" if found.passed else "some errors have no bound"),
+        table(
+            ("function", "module", "error, at most", "ulps, at most"), ((*key, *most) for key, most in worst.items())
+        ),
+        note(f"at {states} state{'s' * (states != 1)}; balls of up to {found.bits} bits"),
+        *notes(found.notes),
+    ]
