@@ -64,6 +64,12 @@ class NoValueError(SymdynError, ArithmeticError, ValueError):
     """A formula without a value as a double where it is asked for: log(-1), 1/0, exp(1000)."""
 
 
+class UnknownNameError(SymdynError, KeyError):
+    """A name that something does not have, asked for in brackets: run["q9"]."""
+
+    __str__ = Exception.__str__  # that of KeyError puts its text into quotes
+
+
 class EmitError(SymdynError):
     """A target that cannot express what was asked."""
 

@@ -146,6 +146,10 @@ def prepared(
             "--independent out"
         )
     forces = forces if isinstance(forces, Forces) else read_forces(scene, forces, inputs=True)
+    if forces.functions:
+        raise LinearizeError(
+            [f"{one.where}: a function has no derivatives; write a formula" for one in forces.functions]
+        )
     looked = read_outputs(scene, outputs)
     closing = LoopChoices(tuple(independent), parameters=found.closing.parameters)
     inputs = inputs_of(scene, forces)

@@ -19,14 +19,15 @@ from symdyn.simulation.equations.crossings import Limit
 from symdyn.simulation.equations.projection import Projection
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.equations.written import state_equations
-from symdyn.simulation.feedback.controller import Feedback, Law, placed, read_feedback
+from symdyn.simulation.feedback.controller import Feedback, Law, placed, placed_function, read_feedback
 from symdyn.simulation.feedback.gains import Gains
-from symdyn.simulation.feedback.loop import Loop
-from symdyn.simulation.initial import Start, read_start, singular
+from symdyn.simulation.feedback.loop import Loop, Loops
+from symdyn.simulation.initial import Start, Values, read_start, singular
 from symdyn.simulation.integrate import METHODS, Hit, Problem
 from symdyn.simulation.integrator import Choice, choose
 from symdyn.simulation.joint_limits import at_start, named, on_the_way, reached, stopping
 from symdyn.simulation.monitors import needed, observe
+from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, held, read_forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME, close, noted, parameter_values, read_formula
 from symdyn.simulation.prescribed.numbers_in_time import sample_times
@@ -49,15 +50,15 @@ FINEST, SMALLEST = 1e-16, 1e-300
 
 def simulate(
     scene: SceneLike,
-    forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
+    forces: Forces | Entries = Forces(),  # noqa: B008  frozen
     until: float = 10.0,
-    start: Mapping[str, str] | Start | None = None,
-    start_rates: Mapping[str, str] | None = None,
+    start: Values | Start | None = None,
+    start_rates: Values | None = None,
     method: str | None = None,
     rtol: float | None = None,
     atol: float | None = None,
-    stops: Sequence[str] = (),
-    reports: Sequence[str] = (),
+    stops: str | Sequence[str] = (),
+    reports: str | Sequence[str] = (),
     every: float | None = None,
     reactions: bool | str = False,
     progress: Callable[[float], None] | None = None,
@@ -78,7 +79,7 @@ def simulate(
         scene: the mechanism, its parameters bound.
         forces: driving forces, from `read_forces`, or what that takes.
         until: time of the end, s.
-        start: formulas by coordinate, in place of what the scene says; or a whole state.
+        start: formulas by coordinate, or as "q1=0.3,q2=pi/2", in place of what the scene says; or a whole state.
         start_rates: formulas by velocity.
         method: a key of `METHODS`; None chooses.
         rtol: relative tolerance of a step; None takes the method's.
@@ -103,21 +104,22 @@ def simulate(
     scene = scene_of(scene)
     scene = bind(scene, values) if values else scene
     forces = forces if isinstance(forces, Forces) else read_forces(scene, forces)
+    stops, reports = ((one,) if isinstance(one, str) else tuple(one) for one in (stops, reports))
     formulas, faults = (*stops, *reports), Faults("")
     with noted(faults):
         initial = read_start(scene, start, start_rates)
     with noted(faults):
         zeros, times = check_run(scene, until, every, rtol, atol, formulas, method, reactions)
-    loop = None
+    laws = []
     with noted(faults):
-        if feedback is not None:
-            control = placed(scene, read_feedback(scene, feedback), until)
-            loop = Loop(control, len(scene.coordinates), len(scene.velocities), until)
-            forces = replace(forces, fed=control.places)
+        laws += [placed(scene, read_feedback(scene, feedback), until)] if feedback is not None else []
+        laws += [placed_function(scene, one, until) for one in forces.functions]
+        forces = replace(forces, fed=tuple(dict.fromkeys(k for law in laws for k in law.places)))
     faults.lines[:] = dict.fromkeys(faults.lines)
     close(faults)
     system = state_equations(scene, forces, zeros, initial.q if isinstance(start, Start) else None)
-    if loop is not None:
+    if laws:
+        loop = Loops([Loop(law, len(scene.coordinates), len(scene.velocities), until) for law in laws])
         loop.start(initial.q, initial.u)
         system = replace(system, loop=loop)
     x = np.concatenate([initial.q, initial.u, np.zeros(int(system.works))])

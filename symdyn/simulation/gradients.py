@@ -29,9 +29,10 @@ from symdyn.simulation.equations.variational import AGAINST, ALONG, Flow, flow
 from symdyn.simulation.equations.written import state_equations
 from symdyn.simulation.feedback.gains import state_names
 from symdyn.simulation.forward import check_run, ready
-from symdyn.simulation.initial import Start, read_start
+from symdyn.simulation.initial import Start, Values, read_start
 from symdyn.simulation.integrate.tape import Tape, taped
 from symdyn.simulation.integrator import is_stiff
+from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, read_forces
 from symdyn.simulation.prescribed.formulas_in_time import close, noted
 
@@ -86,10 +87,10 @@ class Sensitivity(Shown):
 
 def sensitivity(
     scene: SceneLike,
-    forces: Forces | str | Sequence[str] | Mapping[str, str] = Forces(),  # noqa: B008  frozen
+    forces: Forces | Entries = Forces(),  # noqa: B008  frozen
     until: float = 10.0,
-    start: Mapping[str, str] | Start | None = None,
-    start_rates: Mapping[str, str] | None = None,
+    start: Values | Start | None = None,
+    start_rates: Values | None = None,
     parameters: str | Sequence[str] | None = None,
     of: str | Sequence[str] | None = None,
     by: str = "forward",
@@ -124,6 +125,8 @@ def sensitivity(
         initial = read_start(scene, start, start_rates)
     with noted(faults):
         check_run(scene, until, None, rtol, atol)
+    for one in forces.functions:
+        faults.add(one.where, "a function has no derivatives; write a formula")
     if by not in DOORS:
         faults.add("by", f"{by} is not known; {suggestion(by, DOORS)}")
     every, known = state_names(scene), [one.name for one in scene.parameters]

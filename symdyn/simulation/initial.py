@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -15,13 +16,14 @@ from symdyn.errors import DerivationError, SimulateError
 from symdyn.graph import Graph, evaluate, substitute
 from symdyn.scene import Scene, express, velocity_name
 from symdyn.scene.joints.start import starting_position, starting_velocity
+from symdyn.scene.values.formula import split_commas
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.equations.conserved import values_on
 from symdyn.simulation.equations.opened import numbers_at
 from symdyn.simulation.equations.system import StateEquations
 from symdyn.simulation.given import CONSISTENT, closed_rates, closed_start
-from symdyn.simulation.prescribed.formulas_in_time import close, number_of, parameter_values, read_formula
+from symdyn.simulation.prescribed.formulas_in_time import close, number_of, parameter_values, read_formula, words
 
 SINGULAR = 1e-14
 """Smallest eigenvalue of the mass matrix with unit diagonal that is not zero."""
@@ -45,14 +47,17 @@ class Start:
     notes: tuple[str, ...] = ()
 
 
-def read_start(
-    scene: Scene, start: Mapping[str, str] | Start | None = None, rates: Mapping[str, str] | None = None
-) -> Start:
+Values: TypeAlias = Mapping[str, Any] | str
+"""Formulas or numbers by name, or as in a shell, "q1=0.3,q2=pi/2"."""
+
+
+def read_start(scene: Scene, start: Values | Start | None = None, rates: Values | None = None) -> Start:
     """Return the state at t = 0, consistent with loops and prescribed motions.
 
     Args:
         scene: the mechanism, its parameters bound.
-        start: formulas in parameters by coordinate, in place of what the scene says; or a whole state, which stays.
+        start: formulas in parameters by coordinate, or as "q1=0.3,q2=pi/2", in place of what the scene says; or a whole
+            state, which stays.
         rates: likewise by velocity, or by coordinate where the velocity is its rate.
 
     Raises:
@@ -68,14 +73,14 @@ def read_start(
     moved = prescribed(scene, Graph()).place
     given_q: list[int] = []
     given_u: list[int] = []
-    for name, text in (start or {}).items():
+    for name, text in _by_name(start, "start", faults).items():
         k = _index(name, scene.coordinates, "start", faults)
         value = _value(text, values, f"start: {name}", faults)
         if k is not None and value is not None:
             q[k] = value
             given_q.append(k)
     velocities = scene.velocities
-    for name, text in (rates or {}).items():
+    for name, text in _by_name(rates, "start rates", faults).items():
         named = velocity_name(name) if name not in velocities and velocity_name(name) in velocities else name
         k = _index(named, velocities, "start rates", faults)
         value = _value(text, values, f"start rates: {name}", faults)
@@ -115,6 +120,16 @@ def no_equations(numbers: Numbers, q: Array) -> None:
     why = numbers.singular_angles(q) or numbers.lying_flat(q)
     if why:
         raise SimulateError(f"start: {why}")
+
+
+def _by_name(said: Values | None, what: str, faults: Faults) -> Mapping[str, Any]:
+    """Return formulas by name, none after a fault."""
+    if isinstance(said, str):
+        return words(split_commas(said), what, faults)
+    if said is None or isinstance(said, Mapping):
+        return said or {}
+    faults.add(what, f"a {type(said).__name__} names nothing; give values by name, such as {{'q1': 0.3}}")
+    return {}
 
 
 def _index(name: str, names: Sequence[str], where: str, faults: Faults) -> int | None:

@@ -40,6 +40,7 @@ from symdyn.simulation.equations.opened import Opened, numbers_at, opened
 from symdyn.simulation.followed import Followed, Tied, followed
 from symdyn.simulation.initial import no_equations
 from symdyn.simulation.joint_limits import passages, passed
+from symdyn.simulation.prescribed.entries import Entries
 from symdyn.simulation.prescribed.forces import Forces, drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME, bound, close, number_of, parameter_values
 from symdyn.simulation.prescribed.motion_laws import Law, constant, formula_law
@@ -57,7 +58,7 @@ NOTHING = 1e-7
 
 def inverse(
     scene: SceneLike,
-    motion: SceneMotion | str | Sequence[str] | Mapping[str, str],
+    motion: SceneMotion | Entries,
     times: npt.ArrayLike,
     reactions: bool | str = False,
     say: Callable[[str], None] | None = None,
@@ -86,7 +87,7 @@ def inverse(
     scene = scene_of(scene)
     scene = bind(scene, values) if values else scene
     motion = motion if isinstance(motion, SceneMotion) else read_motion(scene, motion)
-    t = np.atleast_1d(np.asarray(times, dtype=np.float64))
+    t = _times(times)
     axes = _check(scene, motion, t, reactions)
     functions = _Functions(scene)
     laws = _laws(scene, motion)
@@ -124,6 +125,17 @@ def inverse(
     elif stopped != END:
         warnings.warn(f"{scene.name}: {stopped}; the rows until then are kept", RuntimeWarning, stacklevel=2)
     return Trajectory(scene, t, q, u, a, tau, columns, stopped=stopped, notes=tuple(notes))
+
+
+def _times(times: npt.ArrayLike) -> Array:
+    """Return times, shape (N,); SimulateError where they are none."""
+    try:
+        found = np.atleast_1d(np.asarray(times, dtype=np.float64))
+    except (TypeError, ValueError):
+        found = np.empty((0, 0))
+    if found.ndim != 1:
+        raise SimulateError(f"times: {times!r:.60} are no times; give numbers in s that rise, such as a linspace")
+    return found
 
 
 def _followed(

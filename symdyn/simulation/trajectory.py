@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from symdyn.algebra.numeric import Array
+from symdyn.errors import UnknownNameError
 from symdyn.scene import Scene, acceleration_name
+from symdyn.scene.values.names import choice
 from symdyn.shown import Shown
 from symdyn.simulation.prescribed.forces import drive_names
 from symdyn.simulation.prescribed.formulas_in_time import TIME
@@ -95,9 +97,18 @@ class Trajectory(Shown):
         columns += [column[:, None] for column in self.extra.values()]
         return self.names, np.hstack(columns)
 
+    def keys(self) -> tuple[str, ...]:
+        """Return the names of the columns, so that a run is taken for a table."""
+        return self.names
+
     def __getitem__(self, name: str) -> Array:
-        """Return a column by name; KeyError if there is none."""
+        """Return a column by its name, shape (N,).
+
+        Raises:
+            UnknownNameError: there is none; it says what it may have been.
+        """
         names, table = self.table()
         if name not in names:
-            raise KeyError(f"no column {name}; there are {', '.join(names)}")
+            what = f"no column {name}" if isinstance(name, str) else f"columns have names, and {name!r:.40} is none"
+            raise UnknownNameError(f"{self.scene.name}: {what}; {choice(str(name), names)}")
         return table[:, names.index(name)]

@@ -35,7 +35,7 @@ from symdyn.simulation.equations.conserved import Candidates
 from symdyn.simulation.equations.crossings import Limit
 from symdyn.simulation.equations.decisions import WrittenDecisions
 from symdyn.simulation.equations.opened import Opened, opened
-from symdyn.simulation.feedback.loop import Loop
+from symdyn.simulation.feedback.loop import Loops
 from symdyn.simulation.prescribed.forces import Forces
 from symdyn.simulation.prescribed.formulas_in_time import TIME
 
@@ -80,7 +80,7 @@ class StateEquations:
         ends: what is said where the equations end; such places are entries of "events" behind those asked for.
         limits: of joints, whose passages are the last entries of "events".
         notes: what a user should know: that numbers have decided otherwise than for values before.
-        loop: the controller that is at work, None where there is none.
+        loop: the controller and the functions that are at work, None where there are none.
     """
 
     scene: Scene
@@ -102,7 +102,7 @@ class StateEquations:
     notes: tuple[str, ...] = ()
     _by_rows: Callable[[], Function | None] = field(default=lambda: None, repr=False)
     _made: dict[Any, Any] = field(default_factory=dict, repr=False)
-    loop: Loop | None = field(default=None, repr=False)
+    loop: Loops | None = field(default=None, repr=False)
 
     def at(self, scene: Scene, forces: Forces, notes: tuple[str, ...] = ()) -> StateEquations:
         """Return the same equations at the values of a scene, and under tables of forces, that they were written for.

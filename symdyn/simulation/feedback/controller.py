@@ -20,7 +20,7 @@ from symdyn.errors import SimulateError
 from symdyn.scene import Scene
 from symdyn.scene.values.table import Faults
 from symdyn.simulation.feedback.gains import Gains, gains_from, read_gains
-from symdyn.simulation.prescribed.forces import drive_names, place_of, places_of
+from symdyn.simulation.prescribed.forces import ForceFunction, drive_names, place_of, places_of
 from symdyn.simulation.prescribed.formulas_in_time import close
 
 Law: TypeAlias = Callable[[float, Array, Array], Any]
@@ -63,6 +63,7 @@ class Placed:
         places: index of the velocity of every input, shape (m,).
         least, most: what every force is cut at, shape (m,).
         initial: shape (m,).
+        title: what the law is called in messages.
     """
 
     feedback: Feedback
@@ -71,6 +72,7 @@ class Placed:
     least: tuple[float, ...]
     most: tuple[float, ...]
     initial: tuple[float, ...]
+    title: str = "feedback: the controller"
 
 
 def read_feedback(scene: Scene, what: Feedback | Gains | Law | Mapping[str, object] | str | Path) -> Feedback:
@@ -119,6 +121,12 @@ def placed(scene: Scene, feedback: Feedback, until: float) -> Placed:
     close(faults)
     least, most = zip(*(ranges[name] for name in names), strict=True)
     return Placed(feedback, names, tuple(k for k in found if k is not None), least, most, initial)
+
+
+def placed_function(scene: Scene, function: ForceFunction, until: float) -> Placed:
+    """Return a function that forces are given by as what acts all the time."""
+    found = placed(scene, Feedback(function.of, function.names), until)
+    return replace(found, title=f"{function.where}: the function")
 
 
 def _check_times(feedback: Feedback, until: float, faults: Faults) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -100,27 +101,25 @@ class Loop:
         Raises:
             ControllerError: it raised something, or returned what is no force.
         """
-        names, when = self.placed.names, f"at t = {t:.9g} s"
+        names, when, title = self.placed.names, f"at t = {t:.9g} s", self.placed.title
         try:
             said = self.law(t, q.copy(), u.copy())
         except Exception as fault:
             words = f": {fault}" if str(fault) else ""
-            raise ControllerError(f"feedback: the controller raised {type(fault).__name__}{words} {when}") from fault
+            raise ControllerError(f"{title} raised {type(fault).__name__}{words} {when}") from fault
         try:
             found = np.asarray(said, dtype=np.float64)
         except (TypeError, ValueError):
-            raise ControllerError(
-                f"feedback: the controller returned {said!r:.80}, which is no force, {when}"
-            ) from None
+            raise ControllerError(f"{title} returned {said!r:.80}, which is no force, {when}") from None
         if found.shape != (len(names),) and not (found.shape == () and len(names) == 1):
             raise ControllerError(
-                f"feedback: the controller returned numbers of shape {found.shape} {when}; "
+                f"{title} returned numbers of shape {found.shape} {when}; "
                 f"{', '.join(names)} {'takes' if len(names) == 1 else 'take'} shape ({len(names)},)"
             )
         found = found.reshape(len(names))
         for name, value in zip(names, found, strict=True):
             if not math.isfinite(value):
-                raise ControllerError(f"feedback: the controller returned {value} for {name} {when}")
+                raise ControllerError(f"{title} returned {value} for {name} {when}")
         return self._cut(found)
 
     def slope(self, t: float, q: Array, u: Array) -> Array:
@@ -161,3 +160,35 @@ class Loop:
             when, forces = self._waiting.popleft()
             self._since.append(when)
             self._held.append(forces)
+
+
+class Loops:
+    """Several that act together: a controller, and functions that forces are given by; at most one takes samples."""
+
+    def __init__(self, loops: Sequence[Loop]) -> None:
+        """Take them; each says nothing before `start`."""
+        self.loops = tuple(loops)
+        self.period = next((one.period for one in loops if one.period is not None), None)
+
+    def start(self, q: Array, u: Array) -> None:
+        """Begin at t = 0."""
+        for one in self.loops:
+            one.start(q, u)
+
+    @property
+    def due(self) -> float:
+        """The next time at which a force may change, see `Loop.due`."""
+        return min(one.due for one in self.loops)
+
+    def halt(self, t: float, q: Array, u: Array) -> bool:
+        """Let act what acts from a time on; tell whether it was due."""
+        heard = [one.halt(t, q, u) for one in self.loops]
+        return any(heard)
+
+    def __call__(self, t: npt.ArrayLike, q: Array, u: Array) -> Array:
+        """Return the sum of their forces at times () or (N,) and states, shape (nv,) or (N, nv)."""
+        return np.asarray(sum(one(t, q, u) for one in self.loops))
+
+    def slope(self, t: float, q: Array, u: Array) -> Array:
+        """Return ∂τ/∂(q, u) at a state, shape (nv, nq + nv)."""
+        return np.asarray(sum(one.slope(t, q, u) for one in self.loops))

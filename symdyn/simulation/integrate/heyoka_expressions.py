@@ -98,6 +98,8 @@ def refuses(system: StateEquations) -> str:
     """Return why the Taylor method does not apply to a system, "" if it does."""
     if system.forces.tables:
         return "a force is a table, which has no derivatives of high order"
+    if system.forces.functions:
+        return "a force is a function, which has no derivatives of high order"
     if system.forces.fed:
         return "a controller is no formula"
     branches = sorted(op.name.lower() for op in system.once(_operations) if op in (Op.ABS, Op.SIGN))

@@ -8,9 +8,10 @@ Reference: Fritsch and Butland, A method for constructing local monotone piecewi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 
@@ -21,8 +22,9 @@ from symdyn.scene import Quantity, Scene, velocity_name
 from symdyn.scene.values.names import suggestion
 from symdyn.scene.values.quantity import ZERO
 from symdyn.scene.values.table import Faults
+from symdyn.simulation.prescribed.entries import Entries, read_entries
 from symdyn.simulation.prescribed.formulas_in_time import TIME, close, parameter_values, read_formula
-from symdyn.simulation.prescribed.scene_motion import listed, split_entries
+from symdyn.simulation.prescribed.function_laws import required_arguments
 
 
 @dataclass(frozen=True)
@@ -45,18 +47,35 @@ class Table:
 
 
 @dataclass(frozen=True)
+class ForceFunction:
+    """A function that returns driving forces.
+
+    Attributes:
+        names: of the forces that it returns.
+        where: what it is called in messages.
+        of: the function, of time, s, coordinates, shape (nq,), and velocities, shape (nv,).
+    """
+
+    names: tuple[str, ...]
+    where: str
+    of: Callable[[float, Array, Array], Any]
+
+
+@dataclass(frozen=True)
 class Forces:
     """Driving forces; zero where nothing is said.
 
     Attributes:
         formulas: by index of the velocity: formulas in t, coordinates, velocities and parameters.
         tables: by index of the velocity: functions of t.
-        fed: indices of the velocities to whose force a controller adds.
+        fed: indices of the velocities to whose force a controller or a function adds.
+        functions: of t, or of t, q and u: which forces they return, and what they are called in messages.
     """
 
     formulas: Mapping[int, Quantity] = field(default_factory=dict)
     tables: Mapping[int, Table] = field(default_factory=dict)
     fed: tuple[int, ...] = ()
+    functions: tuple[ForceFunction, ...] = ()
 
     @property
     def outside(self) -> tuple[int, ...]:
@@ -98,14 +117,16 @@ def drive_names(scene: Scene) -> tuple[str, ...]:
     )
 
 
-def read_forces(scene: Scene, entries: str | Sequence[str] | Mapping[str, str], inputs: bool = False) -> Forces:
-    """Return the forces that words and files say.
+def read_forces(scene: Scene, entries: Entries, inputs: bool = False) -> Forces:
+    """Return the forces that words, files, tables, arrays and functions say.
 
     Args:
         scene: the mechanism, its parameters bound.
         entries: `name=formula`, where the name is that of a drive, a coordinate or a velocity; a .toml file of such
-            lines; or a .csv file of columns t and drives or coordinates. One or several; or formulas by name.
-        inputs: whether formulas may name what nobody knows, an input then; see `inputs_of`.
+            lines; or a .csv file of columns t and drives or coordinates. Formulas by name; beside text and numbers
+            these may be (times, values), or functions of t or of (t, q, u). A function of (t, q, u) that returns all
+            forces. A data frame, data set or run. Or a list of any of these.
+        inputs: whether formulas may name what nobody knows, an input then; see `inputs_of`. Functions are refused.
 
     Raises:
         SimulateError: with every fault, one line each.
@@ -114,29 +135,63 @@ def read_forces(scene: Scene, entries: str | Sequence[str] | Mapping[str, str], 
     faults = Faults("")
     formulas: dict[int, Quantity] = {}
     tables: dict[int, Table] = {}
-    texts, columns = split_entries(listed(entries, "forces"), "forces", faults)
+    functions: dict[int, ForceFunction] = {}
+    said = read_entries(entries, "forces", faults)
     places = places_of(scene)
     allowed = (TIME, *scene.coordinates, *scene.velocities, *values)
-    for where, name, text in texts:
+
+    def place(name: str, where: str) -> int | None:
         k = place_of(scene, places, name, where, faults)
-        formula = read_formula(text, None if inputs else allowed, f"{where}: {name}", faults)
-        if k is not None and k in formulas:
+        if k is not None and (k in formulas or k in tables or k in functions):
             faults.add(where, f"{name} has a force already")
+            return None
+        return k
+
+    for where, name, text in said.texts:
+        k = place(name, where)
+        formula = read_formula(text, None if inputs else allowed, f"{where}: {name}", faults)
         if k is not None and formula is not None:
             formulas[k] = formula
     drives = {drive: k for k, drive in enumerate(scene.drives) if drive}
-    for table in columns:  # without a column of a drive, those that are called like coordinates
+    for table in said.tables:  # without a column of a drive, those that are called like coordinates
         wanted = [name for name in table.values if name in drives] or [name for name in table.values if name in places]
+        if table.every:
+            wanted = list(table.values)
         if not wanted:
             faults.add(table.source, f"has no column of a drive; {scene.name} has {', '.join(drives) or 'none'}")
         for name in wanted:
-            k = place_of(scene, places, name, table.source, faults)
-            if k is not None and (k in formulas or k in tables):
-                faults.add(table.source, f"{name} has a force already")
-            elif k is not None:
+            k = place(name, table.source)
+            if k is not None:
                 tables[k] = Table(table.t, table.values[name])
+    for name, function in said.functions:
+        led = prescribed(scene, Graph()).place
+        names = (name,) if name else tuple(drive for drive, k in drives.items() if k not in led)
+        if not names:
+            faults.add("forces", f"{scene.name} has no drive; give a joint one")
+        found = [place(one, "forces") for one in names]
+        one = force_function(names, f"forces: {name}" if name else "forces", function, faults)
+        if one is not None and None not in found:
+            functions |= {k: one for k in found if k is not None}
+    if inputs and functions:
+        names = tuple(drive_names(scene)[k] for k in functions)
+        faults.add("forces", f"{', '.join(names)}: a function has no derivatives; write a formula")
     close(faults)
-    return Forces(formulas, tables)
+    return Forces(formulas, tables, tuple(functions), tuple(dict.fromkeys(functions.values())))
+
+
+def force_function(
+    names: tuple[str, ...], where: str, function: Callable[..., Any], faults: Faults
+) -> ForceFunction | None:
+    """Return a function of t, or of t, q and u, as one of the latter; None after a fault."""
+    count = required_arguments(function)
+    if count not in (None, 1, 3):
+        faults.add(where, f"the function takes {count} arguments; a force is a function of t, or of (t, q, u)")
+        return None
+    return ForceFunction(names, where, partial(_of_time, function) if count == 1 else function)
+
+
+def _of_time(function: Callable[[float], Any], t: float, q: Array, u: Array) -> Any:
+    return function(t)
 
 
 def inputs_of(scene: Scene, forces: Forces) -> tuple[str, ...]:

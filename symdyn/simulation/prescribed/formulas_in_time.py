@@ -89,7 +89,8 @@ def words(entries: Iterable[str], what: str, faults: Faults) -> dict[str, str]:
     for entry in entries:
         name, equals, text = (piece.strip() for piece in entry.partition("="))
         if not name or not equals or not text:
-            known = "is not name=formula" if what.startswith("--") else "is neither a file nor name=formula"
+            files = what in ("forces", "motion")
+            known = "is neither a file nor name=formula" if files else "is not name=formula"
             faults.add(what, f'"{entry}" {known}')
         elif name in found:
             faults.add(what, f"{name} is given twice, as {found[name]} and as {text}")

@@ -11,6 +11,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -30,14 +31,16 @@ class Columns:
     """Numbers over time.
 
     Attributes:
-        source: the file, for messages.
+        source: the file, or what else they come from, for messages.
         t: times, s, shape (N,), strictly rising.
         values: the other columns by name, each of shape (N,).
+        every: whether each of them must mean something; of a table those that do are taken.
     """
 
     source: str
     t: Array
     values: Mapping[str, Array]
+    every: bool = False
 
 
 def read_columns(path: Path) -> Columns:
@@ -72,6 +75,44 @@ def read_columns(path: Path) -> Columns:
     return Columns(str(path), t, {name: table[:, k] for k, name in enumerate(names) if name != TIME})
 
 
+def columns_of(source: str, times: Any, values: Mapping[str, Any], every: bool = False) -> Columns:
+    """Return arrays over times as columns.
+
+    Raises:
+        SimulateError: with every fault, one line each: what is no numbers, lengths that differ, times that do not rise.
+    """
+    faults = Faults(source)
+    t = _array(times, TIME, faults)
+    columns = {name: _array(x, name, faults) for name, x in values.items()}
+    for name, x in columns.items():
+        if x is not None and t is not None and len(x) != len(t):
+            faults.add("", f"{name} has {counted(len(x), 'value')} at {counted(len(t), 'time')}")
+    if t is not None and len(t) < 2:
+        faults.add("", f"has {counted(len(t), 'time')}; at least two are needed")
+    if t is not None:
+        for k in np.flatnonzero(np.diff(t) <= 0)[:1]:
+            faults.add("", f"t = {t[k + 1]:g} does not come after t = {t[k]:g}; sort by time")
+    close(faults)
+    assert t is not None
+    return Columns(source, t, {name: x for name, x in columns.items() if x is not None}, every)
+
+
+def _array(values: Any, name: str, faults: Faults) -> Array | None:
+    """Return finite numbers, shape (N,), None after a fault."""
+    try:
+        found = np.asarray(values)
+    except ValueError:  # rows of several lengths
+        found = np.empty((0, 0))
+    if found.ndim != 1 or found.dtype.kind not in "iuf":
+        faults.add("", f"{name} is no row of numbers, one a time")
+        return None
+    numbers = found.astype(np.float64)
+    for k in np.flatnonzero(~np.isfinite(numbers))[:1]:
+        faults.add("", f"{name} has {numbers[k]} as value {k + 1}; give finite numbers")
+        return None
+    return numbers
+
+
 def counted(number: int, noun: str) -> str:
     """Return "1 row", "2 rows"."""
     return f"{number} {noun}{'s' * (number != 1)}"
@@ -104,6 +145,10 @@ FINEST = 20_000_000
 
 def sample_times(until: float, every: float | None, faults: Faults) -> Array:
     """Return 0, every, 2 every, ..., until."""
+    for name, value in (("until", until), ("every", 1.0 if every is None else every)):
+        if not isinstance(value, Real):
+            faults.add("", f"{name} = {value!r:.40} is no number of seconds")
+            return np.zeros(1)
     if not (math.isfinite(until) and until > 0):
         faults.add("", f"until = {until:g} s is not a time after the start; give a positive one")
         return np.zeros(1)

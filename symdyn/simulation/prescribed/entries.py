@@ -1,0 +1,183 @@
+"""What forces and motions are said in: words, files, tables, arrays over time, functions, and any mixture of these.
+
+    "F=2*t"                          a formula or a law, as in a shell
+    "run.csv", "laws.toml"           files
+    {"F": "2*t", "M": 3}             formulas and numbers by name
+    {"F": (t, x)}, {"t": t, "F": x}  numbers over rising times
+    {"F": function}                  a function; whoever reads knows of what
+    a data frame, a data set, a run  columns over the column or index t; those that mean something here are taken
+    a list of any of these
+
+Every mistake is told once, by the name that it was given under.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from decimal import Decimal
+from numbers import Real
+from pathlib import Path
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+
+from symdyn.scene import Quantity, spell
+from symdyn.scene.toml import tables_of
+from symdyn.scene.values.table import Faults, show
+from symdyn.simulation.prescribed.formulas_in_time import TIME, noted, read_file, words
+from symdyn.simulation.prescribed.numbers_in_time import Columns, columns_of, read_columns
+
+
+class Tabular(Protocol):
+    """A table of a package, or a run: columns by name."""
+
+    def keys(self) -> Any:
+        """Return the names of the columns."""
+
+    def __getitem__(self, name: Any, /) -> Any:
+        """Return a column."""
+
+
+Entries: TypeAlias = str | Path | Mapping[str, Any] | Callable[..., Any] | Tabular | Sequence[Any]
+"""What the module's legend lists."""
+
+KINDS = 'a formula such as "2*t", a number, (times, values), or a function of t'
+
+
+@dataclass
+class Said:
+    """Entries sorted by kind.
+
+    Attributes:
+        texts: formulas or laws: where they stand, name, text.
+        tables: numbers over time.
+        functions: name and function; the name is "" where a function stands for all.
+    """
+
+    texts: list[tuple[str, str, str]] = field(default_factory=list)
+    tables: list[Columns] = field(default_factory=list)
+    functions: list[tuple[str, Callable[..., Any]]] = field(default_factory=list)
+
+
+def read_entries(entries: Entries, what: str, faults: Faults) -> Said:
+    """Return what entries say; `what` is the option, "forces" or "motion"."""
+    found, plain = Said(), list[str]()
+    alone = isinstance(entries, (str, Path, Mapping)) or callable(entries) or _is_table(entries)
+    for entry in [entries] if alone or not isinstance(entries, Sequence) else entries:
+        with noted(faults):
+            if isinstance(entry, (str, Path)):
+                _words(str(entry), what, found, plain, faults)
+            elif _is_table(entry):
+                found.tables.append(_table(entry, what))
+            elif isinstance(entry, Mapping):
+                _by_name(entry, what, found, faults)
+            elif callable(entry):
+                found.functions.append(("", entry))
+            else:
+                faults.add(what, f"{_spoken(entry)} says no {what}; give {KINDS} by name, text, or a table")
+    found.texts += [(what, name, text) for name, text in words(plain, what, faults).items()]
+    return found
+
+
+def _words(entry: str, what: str, found: Said, plain: list[str], faults: Faults) -> None:
+    """Sort what a shell says: a file, or name=formula."""
+    suffix = "" if "=" in entry else Path(entry).suffix.lower()
+    if suffix == ".csv":
+        found.tables.append(read_columns(Path(entry)))
+    elif suffix == ".toml":
+        found.texts += [(entry, name, text) for name, text in _toml(Path(entry), what, faults)]
+    else:
+        plain.append(entry)
+
+
+def _by_name(entries: Mapping[Any, Any], what: str, found: Said, faults: Faults) -> None:
+    """Sort what is given by name; numbers under "t" are the times of all arrays."""
+    times, over = entries.get(TIME), dict[str, Any]()
+    for name, value in entries.items():
+        text = _text(value)
+        if not isinstance(name, str):
+            faults.add(what, f"{name!r} is no name; names are text")
+        elif name == TIME:
+            if text is not None or callable(value):
+                faults.add(what, f"t = {text or 'a function'} is not what moves; t are the times of arrays")
+        elif text is not None:
+            found.texts.append((what, name, text))
+        elif callable(value):
+            found.functions.append((name, value))
+        elif times is not None and not isinstance(value, tuple):
+            over[name] = value
+        else:
+            pair = (value.index, value.to_numpy()) if hasattr(value, "to_numpy") else value
+            if isinstance(pair, (tuple, list)) and len(pair) == 2 and all(_dimensions(one) == 1 for one in pair):
+                with noted(faults):
+                    found.tables.append(columns_of(f"{what}: {name}", pair[0], {name: pair[1]}, every=True))
+            else:
+                faults.add(f"{what}: {name}", f"{_spoken(value)} is no course over time; give {KINDS}")
+    if over:
+        with noted(faults):
+            found.tables.append(columns_of(what, times, over, every=True))
+
+
+def _text(value: Any) -> str | None:
+    """Return a formula or a number as text, None for what is neither."""
+    if isinstance(value, Quantity):
+        return spell(value)
+    if isinstance(value, str):
+        return value.strip()
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (Real, Decimal)):
+        return None
+    return repr(float(value)) if isinstance(value, float) else str(value)  # NumPy's doubles have another repr
+
+
+def _is_table(entry: Any) -> bool:
+    """Tell whether something is a table of a package, or a run: columns by name over t, but no plain mapping."""
+    if isinstance(entry, dict) or not (hasattr(entry, "keys") and hasattr(entry, "__getitem__")):
+        return False
+    try:
+        return _has_index(entry) or _dimensions(entry[TIME]) == 1
+    except (KeyError, TypeError, ValueError, IndexError):
+        return False
+
+
+def _has_index(entry: Any) -> bool:
+    return getattr(getattr(entry, "index", None), "name", None) == TIME
+
+
+def _table(entry: Any, what: str) -> Columns:
+    """Return the columns of a table that are one number a time."""
+    times = entry.index if _has_index(entry) else entry[TIME]
+    names = [name for name in entry.keys() if name != TIME]  # noqa: SIM118  a data frame yields columns, a run rows
+    arrays = {name: np.asarray(entry[name]) for name in names if isinstance(name, str)}
+    numbers = {name: x for name, x in arrays.items() if x.ndim == 1 and x.dtype.kind in "iuf"}
+    return columns_of(f"{what}: {type(entry).__name__}", times, numbers)
+
+
+def _dimensions(value: Any) -> int:
+    """Return how many indices something has, -1 where its rows differ in length."""
+    try:
+        return int(np.ndim(value))
+    except ValueError:
+        return -1
+
+
+def _spoken(value: Any) -> str:
+    """Return what something is, short."""
+    kind = type(value).__name__
+    return f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else f"{kind} {value!r:.60}"
+
+
+def _toml(path: Path, table: str, faults: Faults) -> list[tuple[str, str]]:
+    """Return name and text of every entry of a TOML file, under [table] or without it."""
+    root = tables_of(read_file(path), str(path))
+    inner = root.get(table, root)
+    if not isinstance(inner, Mapping):
+        faults.add(str(path), f"{table} = {show(inner)} is not a table; write [{table}] and name = law below")
+        return []
+    found = []
+    for name, value in inner.items():
+        if isinstance(value, (str, int, Decimal)) and not isinstance(value, bool):
+            found.append((name, str(value)))
+        else:
+            faults.add(str(path), f"{name} = {show(value)} is neither a number nor a formula in quotes")
+    return found

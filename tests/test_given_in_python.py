@@ -1,0 +1,226 @@
+"""Forces and motions as words, numbers, arrays, tables and functions: the same run, and one error a mistake."""
+
+import math
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symdyn
+from symdyn.errors import LinearizeError, SimulateError
+from symdyn.scene import Scene, read
+from symdyn.simulation import inverse, read_forces, read_motion, simulate
+from symdyn.simulation.prescribed.function_laws import function_law
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+T = np.linspace(0.0, 1.0, 201)
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return read(EXAMPLES / "double_pendulum.toml")
+
+
+def _column(t: float, q: np.ndarray, u: np.ndarray) -> list[float]:
+    return [2 * math.sin(t) - q[0], 0.3]
+
+
+FORCES = {
+    "words and numbers by name": {"tau1": "2*sin(t) - q1", "tau2": 0.3},
+    "numbers of NumPy": {"tau1": "2*sin(t) - q1", "tau2": np.float64(0.3)},
+    "a function of t, q, u": {"tau1": lambda t, q, u: 2 * math.sin(t) - q[0], "tau2": 0.3},
+    "functions by coordinate, an array of one": {"q1": lambda t, q, u: 2 * np.sin([t]) - q[0], "q2": lambda t: 0.3},
+    "a formula and a function with more arguments": ["tau1=2*sin(t)-q1", {"tau2": lambda t, gain=0.3: gain}],
+    "one function of all": _column,
+}
+TABLES = {
+    "arrays": {"t": T, "tau1": 2 * np.sin(T), "tau2": np.full_like(T, 0.3)},
+    "lists and words": {"t": T.tolist(), "tau1": (2 * np.sin(T)).tolist(), "tau2": "3/10"},
+    "times and values": [{"tau1": (T, 2 * np.sin(T))}, "tau2=0.3"],
+}
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("forces", FORCES.values(), ids=FORCES)
+def test_forces_are_the_same_whatever_they_are_given_as(scene: Scene, forces: object) -> None:
+    words = simulate(scene, ["tau1=2*sin(t)-q1", "tau2=0.3"], until=1.0, method="dop853")
+    run = simulate(scene, forces, until=1.0, method="dop853")  # type: ignore[arg-type]
+
+    assert np.abs(run.q - words.q).max() < 1e-12
+    assert np.abs(run.tau - words.tau).max() < 1e-12
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize("forces", TABLES.values(), ids=TABLES)
+def test_forces_over_time_are_interpolated(scene: Scene, forces: object) -> None:
+    words = simulate(scene, {"tau1": "2*sin(t)", "tau2": "0.3"}, until=1.0, method="dop853")
+    run = simulate(scene, forces, until=1.0, method="dop853")  # type: ignore[arg-type]
+    assert np.abs(run.q - words.q).max() < 1e-6
+    assert not run.notes
+
+
+@pytest.mark.runs("cc")
+def test_tables_of_pandas_and_xarray_and_a_run_are_forces_and_motions(scene: Scene) -> None:
+    pandas, xarray = pytest.importorskip("pandas"), pytest.importorskip("xarray")
+    words = simulate(scene, {"tau1": "2*sin(t)", "tau2": "0.3"}, until=1.0, every=0.005, method="dop853")
+    frame = pandas.DataFrame({"t": T, "tau1": 2 * np.sin(T), "tau2": 0.3, "note": "x"})
+    given = [
+        frame,
+        frame.set_index("t"),
+        {"tau1": pandas.Series(2 * np.sin(T), index=T), "tau2": 0.3},
+        xarray.Dataset({"tau1": ("t", 2 * np.sin(T)), "tau2": ("t", 0 * T + 0.3)}, coords={"t": T}),
+        words,
+    ]
+    for forces in given:
+        assert np.abs(simulate(scene, forces, until=1.0, method="dop853", every=0.005).q - words.q).max() < 1e-6
+
+    moved = inverse(scene, words, words.t)
+    assert np.abs(moved.tau - words.tau).max() < 1e-8
+    only_places = inverse(scene, frame.rename(columns={"tau1": "q1", "tau2": "q2"}), T)
+    assert np.abs(only_places["q1"] - 2 * np.sin(T)).max() < 1e-15
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.long
+@pytest.mark.parametrize("method", ["radau", "cvode", "ida"])
+def test_implicit_methods_follow_functions(scene: Scene, method: str) -> None:
+    if method != "radau":
+        pytest.importorskip("sksundae")
+    words = simulate(scene, ["tau1=2*sin(t)-9*q1"], until=1.0, method="dop853")
+    run = simulate(scene, {"tau1": lambda t, q, u: 2 * math.sin(t) - 9 * q[0]}, until=1.0, method=method)
+    assert np.abs(run.q - words.q).max() < 1e-5
+
+
+@pytest.mark.runs("cc")
+def test_functions_act_beside_a_sampled_controller_and_series_give_way(scene: Scene) -> None:
+    feedback = symdyn.simulation.Feedback(lambda t, q, u: -2 * u[0], ("tau1",), period=0.1)
+    words = simulate(scene, {"tau1": "sin(t)"}, until=1.0, feedback=feedback)
+    run = simulate(scene, {"tau1": math.sin}, until=1.0, feedback=feedback)
+    assert np.abs(run["tau1"] - words["tau1"]).max() < 1e-7
+
+    said: list[str] = []
+    simulate(scene, {"tau1": math.sin}, until=0.1, say=said.append)
+    assert "no Taylor method: a force is a function" in said[0]
+
+
+MISTAKES = [
+    ("tau1=1,", "^forces: tau1: .*a comma may stand inside atan2.*$"),
+    ("tau9=1", "^forces: tau9 is neither a drive nor a coordinate; did you mean tau2.$"),
+    ({"tau9": math.sin}, "^forces: tau9 is neither a drive nor a coordinate; did you mean tau2.$"),
+    ({"t": T, "tau9": T}, "^forces: tau9 is neither a drive nor a coordinate; did you mean tau2.$"),
+    ({"tau1": [1, 2, 3]}, r"^forces: tau1: list \[1, 2, 3\] is no course over time; give a formula such as .*$"),
+    ({"tau1": None}, "^forces: tau1: NoneType None is no course over time; .*$"),
+    ({"tau1": True}, "^forces: tau1: bool True is no course over time; .*$"),
+    ({"tau1": ""}, "^forces: tau1: .*it is empty.*$"),
+    ({"tau1": math.nan}, "^forces: tau1: .*nan is not a finite number$"),
+    ({"tau1": lambda a, b: a}, r"^forces: tau1: the function takes 2 arguments; a force is a function of t, or .*$"),
+    ({1: "2"}, "^forces: 1 is no name; names are text$"),
+    ({"t": 3, "tau1": 1}, "^forces: t = 3 is not what moves; t are the times of arrays$"),
+    ({"t": T, "tau1": T[1:]}, "^forces: tau1 has 200 values at 201 times$"),
+    ({"t": T[::-1], "tau1": T}, "^forces: t = 0.995 does not come after t = 1; sort by time$"),
+    ({"tau1": (T, T * np.nan)}, "^forces: tau1: tau1 has nan as value 1; give finite numbers$"),
+    ({"t": T, "tau1": [[1], [2, 3]]}, "^forces: tau1 is no row of numbers, one a time$"),
+    ({"t": ["a", "b"], "tau1": [1, 2]}, "^forces: t is no row of numbers, one a time$"),
+    (np.zeros((3, 2)), r"^forces: an array of shape \(3, 2\) says no forces; .*$"),
+    (3, "^forces: int 3 says no forces; .*$"),
+    ([["tau1=1"]], "^forces: list .* says no forces; .*$"),
+    (("tau1=1", "tau1=2"), "^forces: tau1 is given twice, as 1 and as 2$"),
+    ({"tau1": "1", "q1": math.sin}, "^forces: q1 has a force already$"),
+    ({"tau1": "sin(", "tau2": "x"}, "^forces: tau1: .*breaks off.*\nforces: tau2: .*uses x, which is not known.*$"),
+]
+
+
+@pytest.mark.parametrize(("forces", "message"), MISTAKES, ids=[message for _, message in MISTAKES])
+def test_a_mistake_is_one_error(scene: Scene, forces: object, message: str) -> None:
+    with pytest.raises(SimulateError, match=message):
+        read_forces(scene, forces)  # type: ignore[arg-type]
+
+
+@pytest.mark.runs("cc")
+def test_a_function_that_fails_is_told_by_its_name_and_what_came_before_stands(scene: Scene) -> None:
+    for function, words in (
+        (lambda t: 1 / 0, "forces: tau1: the function raised ZeroDivisionError: division by zero at t = 0 s"),
+        (lambda t: "a", "forces: tau1: the function returned 'a', which is no force, at t = 0 s"),
+        (lambda t: [1, 2], r"forces: tau1: the function returned numbers of shape \(2,\) at t = 0 s"),
+    ):
+        with pytest.raises(SimulateError, match=words):
+            simulate(scene, {"tau1": function}, until=1.0)
+    with pytest.warns(RuntimeWarning, match="the function raised ValueError: late at t = 0.5"):
+        run = simulate(scene, {"tau1": _late}, until=1.0)
+    assert 0.3 < run.t[-1] <= 0.5
+
+
+def _late(t: float) -> float:
+    if t > 0.5:
+        raise ValueError("late")
+    return t
+
+
+def test_doors_that_differentiate_refuse_functions(scene: Scene) -> None:
+    with pytest.raises(LinearizeError, match="tau1: a function has no derivatives; write a formula"):
+        symdyn.linearize(scene, forces=read_forces(scene, {"tau1": math.sin}))
+    with pytest.raises(SimulateError, match="tau1: a function has no derivatives; write a formula"):
+        symdyn.sensitivity(scene, {"tau1": math.sin})
+
+
+LAWS = {
+    "functions, differentiated": ({"q1": lambda t: math.sin(2 * t), "q2": "0.3*t"}, 1e-9),
+    "functions of three": (
+        {"q1": lambda t: (np.sin(2 * t), 2 * np.cos(2 * t), -4 * np.sin(2 * t)), "q2": "3*t/10"}, 1e-12,
+    ),
+    "arrays": (
+        {"t": T, "q1": np.sin(2 * T), "q1_dot": 2 * np.cos(2 * T), "q1_ddot": -4 * np.sin(2 * T), "q2": "0.3*t"}, 1e-12
+    ),
+    "times and values": ([{"q1": (T, np.sin(2 * T))}, "q2=0.3*t"], 1e-2),
+}  # fmt: skip
+
+
+@pytest.mark.runs("cc")
+@pytest.mark.parametrize(("motion", "apart"), LAWS.values(), ids=LAWS)
+def test_motions_are_the_same_whatever_they_are_given_as(scene: Scene, motion: object, apart: float) -> None:
+    words = inverse(scene, ["q1=sin(2*t)", "q2=0.3*t"], T)
+    assert np.abs(inverse(scene, motion, T).tau - words.tau).max() < apart  # type: ignore[arg-type]
+
+
+def test_differences_of_a_function_are_good_to_ten_digits_and_begin_where_it_begins() -> None:
+    law = function_law(lambda t: math.exp(-t) * math.sin(5 * t), "q1")
+    x, v, a = law(T)
+    assert np.abs(v - np.exp(-T) * (5 * np.cos(5 * T) - np.sin(5 * T))).max() < 1e-11
+    assert np.abs(a - np.exp(-T) * (-24 * np.sin(5 * T) - 10 * np.cos(5 * T))).max() < 1e-9
+    assert x[0] == 0.0
+    assert np.isfinite(function_law(lambda t: t * math.sqrt(t), "q1")(np.array([0.01]))).all()
+    assert pickle.loads(pickle.dumps(function_law(math.sin, "q1")))(0.0)[0] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("motion", "message"),
+    [
+        ({"q9": math.sin}, "^motion: q9 is not a coordinate; known are q1, q2$"),
+        (math.sin, "^motion: a function moves a coordinate; give it by name; known are q1, q2$"),
+        ({"q1": lambda a, b: 1}, "^motion: q1: a function takes one argument, the time in s, and returns .*$"),
+        ({"t": T, "q7": T}, "^motion: q7 is not a coordinate; known are q1, q2$"),
+        ({"q1": [1, 2, 3]}, "^motion: q1: list .* is no course over time; .*$"),
+    ],
+)
+def test_a_mistake_in_a_motion_is_one_error(scene: Scene, motion: object, message: str) -> None:
+    with pytest.raises(SimulateError, match=message):
+        read_motion(scene, motion)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"start": [1, 2]}, r"^start: a list names nothing; give values by name, such as \{'q1': 0.3\}$"),
+        ({"start": "q1"}, '^start: "q1" is not name=formula$'),
+        ({"until": "3"}, "^until = '3' is no number of seconds$"),
+        ({"until": None}, "^until = None is no number of seconds$"),
+        ({"every": "a"}, "^every = 'a' is no number of seconds$"),
+        ({"stops": "q1 +"}, r'^event: "q1 \+" is not a usable formula: .*$'),
+    ],
+)
+def test_a_mistake_beside_forces_is_one_error(scene: Scene, given: dict[str, object], message: str) -> None:
+    with pytest.raises(SimulateError, match=message):
+        simulate(scene, **given)  # type: ignore[arg-type]
+    with pytest.raises(SimulateError, match=r"^times: 'abc' are no times; .*$"):
+        inverse(scene, {"q1": "t"}, "abc")
