@@ -83,10 +83,10 @@ def test_forces_are_read_from_text_lists_and_names(forces):
 @pytest.mark.mends("6.forces")
 def test_forces_that_are_none_are_one_fault():
     with pytest.raises((SimulateError, AttributeError)) as caught:
-        simulate(CART, lambda t: 0.5, until=0.1)
+        simulate(CART, 0.5, until=0.1)
 
     assert isinstance(caught.value, SimulateError), "a bare exception"
-    assert "give formulas" in str(caught.value)
+    assert "give a formula" in str(caught.value)
 
 
 @pytest.mark.mends("6.letters")
