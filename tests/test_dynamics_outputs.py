@@ -23,10 +23,11 @@ from symdyn.dynamics import OUTPUTS, LoopChoices, Output, Road, Unasked, Workspa
 from symdyn.dynamics.loops import loop_decisions
 from symdyn.dynamics.mechanism.prescribed import has_motion
 from symdyn.dynamics.roads.centroidal_outputs import CENTROIDAL
+from symdyn.dynamics.roads.signal_outputs import SIGNALS
 from symdyn.errors import DerivationError
 from symdyn.graph import reachable
 from symdyn.program.formulation import candidates, cheapest
-from symdyn.scene import Scene, bind, number, read, read_text
+from symdyn.scene import Scene, Signal, acceleration_name, bind, number, read, read_text, symbol
 from symdyn.scene.starters import starter
 from symdyn.verify import PROVED, certify, laws, prove
 
@@ -43,12 +44,25 @@ def scene(name: str) -> Scene:
 
 def request(name: str, one: Scene) -> str:
     """Return how an output is asked for, of the last body if it is of one."""
-    return f"{name}:{one.bodies[-1].name}" if OUTPUTS[name].place else name
+    place = OUTPUTS[name].place
+    return f"{name}:{one.outputs[0].name if place == 'output' else one.bodies[-1].name}" if place else name
+
+
+def looked(name: str, one: Scene) -> Scene:
+    """Return the scene, for rows about what a scene declares to look at with the first acceleration of it."""
+    seen = (Signal("seen", symbol(acceleration_name(one.velocities[0]))),)
+    return replace(one, outputs=seen) if name in SIGNALS else one
+
+
+def at_work(name: str, one: Scene, closing: LoopChoices | None = None) -> Workspace:
+    """Return a workspace of a scene that an output is about."""
+    return Workspace(looked(name, one), closing or LoopChoices())
 
 
 def entries(name: str, one: Scene, closing: LoopChoices | None = None) -> tuple:
     """Return the entries of an output."""
-    return derive_one(Workspace(one, closing or LoopChoices()), request(name, one)).entries
+    w = at_work(name, one, closing)
+    return derive_one(w, request(name, w.scene)).entries
 
 
 def of_trees(name: str) -> bool:
@@ -69,12 +83,14 @@ def test_every_row_says_what_it_is_where_loops_close(name: str) -> None:
         with pytest.raises(DerivationError, match=f"{name} is about trees; loops or rows close four_bar"):
             entries(name, one)
         return
+    one = looked(name, one)
     function = derive_one(Workspace(one), request(name, one))
     of_tree = row.in_loops == "tree"
     assert of_tree == function.name.startswith("tree_") or name == "tree_forces", name
     assert of_tree == function.text.endswith("; of the spanning tree, as if nothing closed it"), name
     if of_trees(name):
-        alone = derive_one(Workspace(two_link()), request(name, two_link()))
+        plain = looked(name, two_link())
+        alone = derive_one(Workspace(plain), request(name, plain))
         assert not alone.name.startswith("tree_")
         assert "spanning tree" not in alone.text
 
@@ -200,7 +216,7 @@ def loops_only(name: str) -> None:
 
 def place(name: str) -> None:
     """What is about a body or a point names it."""
-    with pytest.raises(DerivationError, match=f"{name} needs a {OUTPUTS[name].place}; write {name}:NAME"):
+    with pytest.raises(DerivationError, match=f"{name} needs an? {OUTPUTS[name].place}; write {name}:NAME"):
         derive_one(Workspace(two_link()), name)
 
 
@@ -208,6 +224,10 @@ def exists(name: str) -> None:
     """A scene is not given what is nothing of it: zeros, or an argument as it came."""
     plain = two_link()
     assert not OUTPUTS[name].exists(plain), f"{name}: {plain.name} has it"
+    if name in SIGNALS:
+        with pytest.raises(DerivationError, match=r"two_link has no outputs; declare one, such as \[outputs.y\]"):
+            derive_one(Workspace(plain), name)
+        return
     function = derive_one(Workspace(plain), name)
     nothing = all(x.is_zero for x in function.entries)
     assert nothing or function.entries in [one.symbols for one in function.arguments], name
@@ -240,9 +260,10 @@ def depends(name: str) -> None:
     }
     for choice, closing in choices.items():
         truly = choice in OUTPUTS[name].depends
-        usual, chosen = ([printed(Workspace(one, how), name) for one in some] for how in (LoopChoices(), closing))
+        usual, chosen = ([printed(at_work(name, one, how), name) for one in some] for how in (LoopChoices(), closing))
         assert (usual != chosen) == truly, f"{name}: {choice}"
-        said = derive_one(Workspace(some[0], closing), request(name, some[0])).text
+        first = looked(name, some[0])
+        said = derive_one(Workspace(first, closing), request(name, first)).text
         assert (f"; {closing.words}" in said) == truly, f"{name}: {choice}"
 
 
@@ -288,6 +309,12 @@ def multiplies(name: str) -> None:
     assert finding.verdict == PROVED, name
 
 
+def remark(name: str) -> None:
+    """The text says of a scene what no other scene has."""
+    one = looked(name, two_link())
+    assert "seen = q1_ddot" in derive_one(Workspace(one), request(name, one)).text, name
+
+
 CHECKS: dict[str, Callable[[str], None]] = {
     check.__name__: check
     for check in (
@@ -304,6 +331,7 @@ CHECKS: dict[str, Callable[[str], None]] = {
         unique,
         solves,
         multiplies,
+        remark,
     )
 }
 
@@ -346,17 +374,17 @@ def applies(name: str, field: str) -> bool:
     row = OUTPUTS[name]
     if field == "cubic":
         return not row.loops_only and row.exists(chain(4)) and row.unasked <= Unasked.WRITTEN
-    return field == "lacks" or row.exists(scene("four_bar"))
+    return field == "lacks" or row.exists(looked(name, scene("four_bar")))
 
 
 @pytest.mark.parametrize("name", [name for name, row in OUTPUTS.items() if "lagrange" in row.roads])
 def test_roads_that_grow_fast_are_not_tried_for_six_coordinates(name: str) -> None:
-    one = scene("puma560")
+    one = looked(name, scene("puma560"))
     if OUTPUTS[name].loops_only or not OUTPUTS[name].exists(one):
         return
     w = Workspace(one)
-    size = len(reachable(derive_one(w, name, "lagrange").entries))
-    assert ("lagrange" in candidates(w, name)) == (size < 750), (name, size)
+    size = len(reachable(derive_one(w, request(name, one), "lagrange").entries))
+    assert ("lagrange" in candidates(w, request(name, one))) == (size < 750), (name, size)
 
 
 # Every field of a road is true
@@ -383,7 +411,8 @@ def up_to(name: str, way: str, closed: bool) -> None:
     row = OUTPUTS[name].where_closed if closed else OUTPUTS[name]
     most = min(8, row.roads[way].up_to)
     one = read_text(starter("row", "n_four_bar", 5)) if closed or row.loops_only else chain(int(most) + 1)
-    w, asked = Workspace(one), request(name, one)
+    w = at_work(name, one)
+    asked = request(name, w.scene)
     assert way not in candidates(w, asked), way
     sizes = [len(reachable(derive_one(w, asked, road).entries)) for road in (next(iter(row.roads)), way)]
     assert sizes[0] <= sizes[1], (way, sizes)
@@ -463,7 +492,7 @@ def faulty(road: Road) -> Road:
 def test_a_fault_in_any_one_road_fails_the_certificate(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     row = OUTPUTS[name]
     some = (two_link(), scene("four_bar"), led_four_bar(), scene("heavy_top"), scene("governor"))
-    one = next(one for one in some if row.exists_in(one))
+    one = next(one for one in (looked(name, each) for each in some) if row.exists_in(one))
     assert certify(one, (request(name, one),)).passed
     known = row.where_closed if one.is_closed else row
     for way in roads_of(request(name, one), one):

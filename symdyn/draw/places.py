@@ -15,6 +15,7 @@ import numpy as np
 from symdyn.algebra.numeric import Batches
 from symdyn.dynamics.mechanism.loads import load_vectors
 from symdyn.dynamics.mechanism.placements import body_placements
+from symdyn.dynamics.mechanism.prescribed import at_time
 from symdyn.dynamics.mechanism.state import first_moment, joint_motion, placement, vector
 from symdyn.errors import DrawError
 from symdyn.graph import Expr, Graph, Op, evaluate, reachable
@@ -160,7 +161,8 @@ def places(scene: Scene, q: Array, parameters: Mapping[str, float]) -> Places:
         raise DrawError(f"{scene.name}: positions have shape {q.shape}; give (N, {len(scene.coordinates)}): {names}")
     graph = Graph()
     wanted = drawn(scene, graph)
-    known: dict[str, Any] = dict.fromkeys(("t", *scene.velocities), np.float64(0))
+    known: dict[str, Any] = dict.fromkeys(scene.velocities, np.float64(0))
+    known |= {str(node.value): np.float64(x) for node, x in at_time(scene, graph).items()}
     known |= dict(zip(scene.coordinates, q.T, strict=True))
     known |= {name: np.float64(value) for name, value in parameters.items()}
     values = {graph.symbol(name): value for name, value in known.items()}

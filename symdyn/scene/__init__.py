@@ -1,7 +1,7 @@
 """Scenes: what a user declares, from TOML, Denavit-Hartenberg tables or Python."""
 
 from symdyn.scene.binding import bind, read_bindings, without_hidden_zeros
-from symdyn.scene.build import body, dh_table, parameter, point, scene
+from symdyn.scene.build import body, dh_table, given, looked_at, parameter, point, scene
 from symdyn.scene.build_joints import (
     custom,
     cylindrical,
@@ -43,6 +43,7 @@ from symdyn.scene.values.model import (
     GROUND,
     Body,
     Coupling,
+    Input,
     Joint,
     Limits,
     Parameter,
@@ -50,6 +51,7 @@ from symdyn.scene.values.model import (
     Point,
     Pose,
     Scene,
+    Signal,
     acceleration_name,
     velocity_name,
 )
@@ -70,6 +72,7 @@ __all__ = [
     "Formula",
     "FormulaError",
     "Friction",
+    "Input",
     "Joint",
     "JointKind",
     "JointMotion",
@@ -88,6 +91,7 @@ __all__ = [
     "Row",
     "Scene",
     "SceneLike",
+    "Signal",
     "Spring",
     "Strut",
     "Written",
@@ -103,12 +107,14 @@ __all__ = [
     "express",
     "fixed",
     "free",
+    "given",
     "helical",
     "in_numbers",
     "joint",
     "knife_edge",
     "load",
     "lock",
+    "looked_at",
     "loop",
     "number",
     "parameter",

@@ -78,6 +78,32 @@ def point(name: str, body: str, at: Placement | None = None) -> Entry:
     return entry("points", name, body=body, at=at)
 
 
+def given(name: str, value: Number | None = None, *, unit: str = "", latex: str | None = None, text: str = "") -> Entry:
+    """Declare an input: a letter that somebody outside gives over time, such as a motor's voltage.
+
+    Args:
+        name: as the formulas of forces and loads write it.
+        value: what it is where nobody gives it; zero when left out.
+        unit: for tables, such as "V".
+        latex: how to print it.
+        text: a description for tables.
+    """
+    return entry("inputs", name, value=value, unit=unit, latex=latex, text=text)
+
+
+def looked_at(name: str, formula: Number, *, unit: str = "", text: str = "") -> Entry:
+    """Declare an output, a formula with a name: `grip` may be "point_tip_x - x".
+
+    Args:
+        name: of its column, and of the functions "output:NAME".
+        formula: in coordinates, velocities, accelerations, drives, inputs, parameters, t, `point_tip_x` and
+            `reaction_hinge_fx`.
+        unit: for tables; told by itself where the formula is one letter.
+        text: a description for tables.
+    """
+    return entry("outputs", name, formula=formula, unit=unit, text=text)
+
+
 def dh_table(convention: str, links: Sequence[Mapping[str, object]], parent: str = "ground") -> Entry:
     """Declare a chain by Denavit-Hartenberg rows.
 
@@ -99,6 +125,8 @@ def scene(
     points: Sequence[Entry] = (),
     loops: Sequence[Entry] = (),
     dh: Entry | None = None,
+    inputs: Sequence[Entry] | Mapping[str, Number | None] = (),
+    outputs: Sequence[Entry] | Mapping[str, Number] = (),
     source: str = "",
     allow_invalid_inertia: bool = False,
     spanning_tree: Sequence[str] | None = None,
@@ -115,6 +143,8 @@ def scene(
         points: declared by `point`.
         loops: declared by `loop`.
         dh: declared by `dh_table`.
+        inputs: declared by `given`, or a mapping of names to values where nobody gives them (None: zero).
+        outputs: declared by `looked_at`, or a mapping of names to formulas.
         source: stands in front of every fault; the name of the scene when left out.
         allow_invalid_inertia: accept inertias that no real body has, of every body.
         spanning_tree: names of the joints to cut where `joints` close loops; chosen when left out.
@@ -128,6 +158,10 @@ def scene(
         raise TypeError(f"scene() takes no {strange[0]}; {suggestion(strange[0], sections())}")
     if isinstance(parameters, Mapping):
         parameters = [parameter(key, value) for key, value in parameters.items()]
+    if isinstance(inputs, Mapping):
+        inputs = [given(key, value) for key, value in inputs.items()]
+    if isinstance(outputs, Mapping):
+        outputs = [looked_at(key, formula) for key, formula in outputs.items()]
     faults = Faults(source or str(name))
     declaration = Declaration(
         name=name,
@@ -139,6 +173,8 @@ def scene(
         loops=_entries("loop", "loop", loops, faults),
         elements={one: _entries(one, one.removesuffix("s"), some, faults) for one, some in elements.items()},
         dh=dh,
+        inputs=_entries("inputs", "given", inputs, faults),
+        outputs=_entries("outputs", "looked_at", outputs, faults),
     )
     return assemble(declaration, source, faults, allow_invalid_inertia, spanning_tree)
 

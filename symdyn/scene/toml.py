@@ -17,7 +17,10 @@ from symdyn.scene.values.model import Scene
 from symdyn.scene.values.names import check_name, suggestion
 from symdyn.scene.values.table import Entry, Faults, shorten, show
 
-TABLES = ("parameters", "bodies", "joints", "points")
+TABLES = ("parameters", "bodies", "joints", "points", "inputs", "outputs")
+
+SHORT = {"parameters": "value", "inputs": "value", "outputs": "formula"}
+"""What a number or text in place of a table says."""
 
 LARGEST_FILE = 4 * 2**20
 MOST_VALUES = 300_000
@@ -170,8 +173,8 @@ def _entries(root: Mapping[str, object], kind: str, faults: Faults) -> tuple[Ent
         where = f"{kind}.{name}"
         if isinstance(table, Mapping):
             entries.append(Entry(name, table, where))
-        elif kind == "parameters":
-            entries.append(Entry(name, {"value": table}, where))
+        elif kind in SHORT:
+            entries.append(Entry(name, {SHORT[kind]: table}, where))
         else:
             faults.add(where, f"is {show(table)}, not a table; write [{where}] and its keys below")
     return tuple(entries)

@@ -28,6 +28,7 @@ from symdyn.emit.print.printable import Printable, printable
 from symdyn.errors import DerivationError
 from symdyn.graph import Expr, Graph, Op, gradient, reachable
 from symdyn.scene import Scene, SceneLike, acceleration_name, express, scene_of
+from symdyn.scene.values.signals import as_parameters
 from symdyn.teach.differences import Difference, differences
 from symdyn.teach.rows import LEVELS, ground_rows, holds, level_of, may_be_row, scene_rows
 from symdyn.teach.student.statements import Statement, read_statements
@@ -92,7 +93,7 @@ def check_derivation(
         TeachError: the text cannot be read; the message has line, column and a caret.
         DerivationError: the scene has no closed form to compare with.
     """
-    scene = scene_of(scene)
+    scene = as_parameters(scene_of(scene))
     page = printable(scene)
     others = tuple(row.multiplier for row in page.constraints.rows)
     names = Names(scene, others)

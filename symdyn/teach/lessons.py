@@ -8,6 +8,7 @@ from symdyn.algebra.form import Form
 from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE
 from symdyn.errors import EmitError
 from symdyn.scene import Scene, SceneLike, scene_of, without_hidden_zeros
+from symdyn.scene.values.signals import as_parameters
 from symdyn.teach.balance import Balance
 from symdyn.teach.bodies import body_steps
 from symdyn.teach.document import ERRATA, Block, Document, Section, Step, Words
@@ -50,7 +51,7 @@ def walkthrough(
         EmitError: an unknown choice, or a scene that is too large to be read.
         DerivationError: the scene has no closed form, or constraints that Lagrange's road does not take.
     """
-    scene = scene_of(scene)
+    scene = as_parameters(scene_of(scene))
     for name, value, known in (("language", language, LANGUAGES), ("detail", detail, DETAILS), ("road", road, ROADS)):
         if value not in known:
             raise EmitError(f"{name} {value!r} is not known; give one of {', '.join(known)}")

@@ -14,7 +14,7 @@ from fractions import Fraction
 from symdyn.algebra.numeric import Floats
 from symdyn.draw import pose
 from symdyn.draw.pose import limits_of
-from symdyn.dynamics.mechanism.prescribed import TIME, prescribed
+from symdyn.dynamics.mechanism.prescribed import TIME, at_time, prescribed
 from symdyn.dynamics.mechanism.state import State, state_symbols
 from symdyn.errors import DrawError, NoValueError
 from symdyn.graph import Expr, Graph, evaluate
@@ -69,7 +69,7 @@ def choose_state(scene: Scene, state: State, graph: Graph, moving: bool = True) 
     """
     q, parameters, moment = _placed(scene, _parameters(scene, moving))
     values = {graph.symbol(name): value for name, value in parameters.items()}
-    values[graph.symbol(TIME)] = moment
+    values |= at_time(scene, graph, moment)
     values |= dict(zip(state.q, q, strict=True))
     given = starting_rates(scene, parameters)
     for k, (u, a) in enumerate(zip(state.qd, state.qdd, strict=True)):

@@ -24,7 +24,7 @@ import numpy as np
 from symdyn.algebra.numeric import Floats
 from symdyn.dynamics import Workspace, derive_one
 from symdyn.dynamics.loops.newton import newton, seen_closed
-from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.mechanism.prescribed import at_time
 from symdyn.dynamics.reactions.dalembert import equilibrium
 from symdyn.dynamics.reactions.least import InNumbers
 from symdyn.dynamics.reactions.ties import undriven
@@ -174,7 +174,7 @@ def _entries(w: Workspace) -> list[Expr]:
 
 def _values(w: Workspace, q: Array, u: Array, tau: Array) -> dict[Expr, float]:
     """Return values of all symbols but the accelerations, at t = 0."""
-    values = w.loops.values(q.tolist()) | {w.graph.symbol(TIME): 0.0}
+    values = w.loops.values(q.tolist()) | at_time(w.scene, w.graph)
     for symbols, numbers in ((w.state.qd, u), (w.state.tau, tau)):
         values |= dict(zip(symbols, numbers.tolist(), strict=True))
     return values

@@ -16,9 +16,24 @@ from dataclasses import dataclass
 from symdyn.dynamics.mechanism.ldl import Singular, solve
 from symdyn.graph import Expr, Graph, tangents
 from symdyn.scene import Scene, express
+from symdyn.scene.values.value import value_of
 
 TIME = "t"
 """Name of time in formulas and on the graph, s."""
+
+INPUTS = "inputs"
+"""Name of the argument of what depends on letters that are given over time."""
+
+
+def at_time(scene: Scene, graph: Graph, t: float = 0.0) -> dict[Expr, float]:
+    """Return the values of time and of inputs that nobody gives."""
+    values = {graph.symbol(one.name): float(value_of(one.value, {}) or 0) for one in scene.inputs}
+    return {graph.symbol(TIME): t} | values
+
+
+def inputs_of(scene: Scene, graph: Graph) -> tuple[Expr, ...]:
+    """Return the symbols of the inputs of a scene."""
+    return tuple(graph.symbol(one.name) for one in scene.inputs)
 
 
 def has_motion(scene: Scene) -> bool:

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from symdyn.dynamics.mechanism.cost import cost
-from symdyn.dynamics.mechanism.prescribed import TIME
 from symdyn.dynamics.roads import closed_outputs as closed
 from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads.closed_slopes import (
@@ -28,7 +27,7 @@ from symdyn.dynamics.roads.closed_slopes import (
     slopes_of_velocities,
     tangent,
 )
-from symdyn.dynamics.roads.derivative_outputs import COLUMNS, derivatives
+from symdyn.dynamics.roads.derivative_outputs import BESIDE, COLUMNS, derivatives
 from symdyn.dynamics.roads.kinks import kinks
 from symdyn.dynamics.roads.named_functions import MULTIPLIERS
 from symdyn.dynamics.roads.output import FORCES, Output, Road, Unasked, by_lagrange
@@ -268,7 +267,8 @@ CLOSED_DERIVATIVES: dict[str, Output] = {
         for name in ("forward_dynamics", "inverse_dynamics", "multipliers")
     },
     **{
-        f"{name}_by_{TIME}": replace(derivatives("", OUTPUTS[name].where_closed, TIME), loops_only=True)
+        f"{name}_by_{argument}": replace(derivatives("", OUTPUTS[name].where_closed, argument), loops_only=True)
+        for argument in BESIDE
         for name in ("forward_dynamics", "inverse_dynamics", "multipliers")
     },
     RESIDUAL: MOTION_RESIDUAL,

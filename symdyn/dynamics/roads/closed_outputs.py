@@ -10,7 +10,7 @@ from symdyn.dynamics.loops.constraint_rows import Constraints
 from symdyn.dynamics.loops.loop_workspace import LoopWorkspace
 from symdyn.dynamics.loops.partition import driven_velocities
 from symdyn.dynamics.mechanism.ldl import moves_no_mass
-from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.mechanism.prescribed import at_time
 from symdyn.dynamics.roads import result_labels as labels
 from symdyn.dynamics.roads.output import FORCES, Output, Own, Road, by_differentiation, by_lagrange
 from symdyn.dynamics.roads.tree_roads import flat
@@ -41,7 +41,7 @@ def _massive(w: Workspace) -> None:
     if not reduced.independent:
         return
     size = len(reduced.independent)
-    known = w.loops.values(w.loops.decisions.assembly.typical) | {w.graph.symbol(TIME): 0.0}
+    known = w.loops.values(w.loops.decisions.assembly.typical) | at_time(w.scene, w.graph)
     entries = evaluate(flat(reduced.mass(w.composite_mass)), Floats(), known)
     mass = np.array(entries).reshape(size, size)
     values, vectors = np.linalg.eigh(mass)
@@ -70,7 +70,8 @@ def lagrange_multipliers(w: Workspace) -> list[Expr]:
     return w.loops.lagrange_solution[1][: len(w.loops.decisions.kept)]
 
 
-def _drives(w: Workspace) -> list[Expr]:
+def drives(w: Workspace) -> list[Expr]:
+    """Return the driving forces, those of prescribed motions solved for."""
     place, tau = w.prescribed.place, list(w.state.tau)
     if not place:
         return tau
@@ -81,7 +82,8 @@ def _drives(w: Workspace) -> list[Expr]:
     return tau
 
 
-def _lagrange_drives(w: Workspace) -> list[Expr]:
+def lagrange_drives(w: Workspace) -> list[Expr]:
+    """Return them by Lagrange's equations."""
     tau = list(w.state.tau)
     if w.prescribed.place:
         extra = w.loops.lagrange_solution[1][len(w.loops.decisions.kept) :]
@@ -156,7 +158,7 @@ INVERSE_IN_LOOPS = Own(
     {"rnea": Road(inverse), "lagrange": by_lagrange(lagrange_inverse)},
     "driving forces tau of the closed mechanism for a motion that its loops allow; {undriven}",
 )
-DRIVES_IN_LOOPS = Own({"crba": Road(_drives), "lagrange": by_lagrange(_lagrange_drives)})
+DRIVES_IN_LOOPS = Own({"crba": Road(drives), "lagrange": by_lagrange(lagrange_drives)})
 
 _of_loops = partial(Output, in_loops="same", loops_only=True)
 

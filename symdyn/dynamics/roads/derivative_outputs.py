@@ -17,7 +17,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import product
 
-from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, inputs_of
 from symdyn.dynamics.roads import parameter_outputs as parameters
 from symdyn.dynamics.roads import recursive_derivatives
 from symdyn.dynamics.roads import result_labels as labels
@@ -40,6 +40,13 @@ def _label(w: Workspace, k: int) -> str:
     return rates[0] if rates else f"along {w.scene.velocities[k]}"
 
 
+def declared_inputs(w: Workspace) -> tuple[str, ...]:
+    """Return the names of the inputs; DerivationError where there are none."""
+    if not w.scene.inputs:
+        raise DerivationError(f"{w.scene.name} has no inputs to differentiate by; declare one, such as [inputs.u]")
+    return tuple(one.name for one in w.scene.inputs)
+
+
 COLUMNS: dict[str, Axis] = {
     "q": lambda w: tuple(_label(w, k) for k in range(w.state.n)),
     "qd": labels.velocities,
@@ -49,8 +56,14 @@ COLUMNS: dict[str, Axis] = {
     "ui": lambda w: tuple(str(one.value) for one in independent_symbols(w, "ui")),
     MULTIPLIERS: lambda w: tuple(f"multiplier of {name}" for name in labels.kept_rows(w)),
     TIME: labels.fixed(TIME),
+    INPUTS: declared_inputs,
 }
 """Arguments that an output is differentiated along, and what the columns stand for."""
+
+
+ALONE = {TIME: "time", INPUTS: "inputs"}
+BESIDE = tuple(ALONE)
+"""Those that no row names: an output has them where its entries do; and what they are called."""
 
 
 def directions_of(w: Workspace, argument: str) -> list[Direction]:
@@ -63,6 +76,8 @@ def directions_of(w: Workspace, argument: str) -> list[Direction]:
         symbols = multiplier_symbols(w)
     elif argument == TIME:
         symbols = (w.graph.symbol(TIME),)
+    elif argument == INPUTS:
+        symbols = inputs_of(w.scene, w.graph)
     else:
         symbols = {"qd": w.state.qd, "qdd": w.state.qdd, "tau": w.state.tau}[argument]
     return [{one: w.graph.one} for one in symbols]
@@ -150,15 +165,15 @@ def derived(row: Output, varied: Sequence[str], **changes: object) -> Output:
 def derivatives(name: str, row: Output, only: str = "") -> Output:
     """Return the row of J for a row of the table; of one argument's block alone if it is named."""
     along = (only,) if only else differentiable(row)
-    if only not in (*row.arguments, "", TIME) or not along:
+    if only not in (*row.arguments, "", *BESIDE) or not along:
         taken = ", ".join(row.arguments) or "nothing"
         raise DerivationError(f"{name} takes {taken}; it has no derivatives by {only or 'that'}")
     blocks = " | ".join(f"d{row.result}/d{one}" for one in along)
-    way = ", by time alone" if only == TIME else ", along the directions of the velocities" if "q" in along else ""
+    way = f", by {ALONE[only]} alone" if only in ALONE else ", along the directions of the velocities" * ("q" in along)
     by_hand = {
         road: Road(partial(lambda jacobian, w: jacobian(w, along), jacobian))
         for road, jacobian in JACOBIANS.get(name, {}).items()
-        if only != TIME
+        if only not in BESIDE
     }
     by_sweeps = {
         road: Road(partial(lambda sweep, w, *place: sweep(entries_of(w, row, *place), along_all(w, along)), sweep))

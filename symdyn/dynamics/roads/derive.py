@@ -12,7 +12,7 @@ from math import prod
 from symdyn.dynamics.loops.partition import LoopChoices
 from symdyn.dynamics.mechanism.ldl import Singular, moves_no_mass
 from symdyn.dynamics.mechanism.loads import refuse_ideal_friction
-from symdyn.dynamics.mechanism.prescribed import TIME, has_motion
+from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, has_motion
 from symdyn.dynamics.mechanism.tree import build_tree
 from symdyn.dynamics.roads.closed_operators import CLOSED, MANY, of_closed, words
 from symdyn.dynamics.roads.named_functions import DRIVES, Equations, Function, arguments
@@ -93,7 +93,7 @@ def _derived(workspace: Workspace, request: str, row: Output, place: str, road: 
     tree = row.in_loops == "tree" and scene.is_closed
     text = row.text.format(name=place, **_terms(scene)) + (TREE_TEXT if tree else "")
     text += row.remark(workspace, *([place] if row.place else [])) if row.remark else ""
-    taken = (*row.arguments, *((TIME,) if _takes_time(workspace.graph, entries) else ()))
+    taken = (*row.arguments, *over_time(workspace, entries))
     return Function(
         name=(TREE_NAME if tree else "") + request.replace(":", "_"),
         text=text + _chosen(workspace, row) + _loose(labels, unique),
@@ -139,8 +139,14 @@ def _terms(scene: Scene) -> dict[str, str]:
     }
 
 
-def _takes_time(graph: Graph, entries: Sequence[Expr]) -> bool:
-    return graph.names(TIME) and any(node.op is Op.SYMBOL and node.value == TIME for node in reachable(entries))
+def over_time(workspace: Workspace, entries: Sequence[Expr]) -> tuple[str, ...]:
+    """Return the names of the arguments that entries take beside those of their row: time, and inputs."""
+    symbols = {TIME: (TIME,), INPUTS: tuple(one.name for one in workspace.scene.inputs)}
+    there = {name: argument for argument, names in symbols.items() for name in names if workspace.graph.names(name)}
+    if not there:
+        return ()
+    found = {there.get(str(node.value)) for node in reachable(entries) if node.op is Op.SYMBOL}
+    return tuple(argument for argument in symbols if argument in found)
 
 
 def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
@@ -160,7 +166,8 @@ def row_of(request: str, scene: Scene | None = None) -> tuple[Output, str]:
     if row is None:
         raise DerivationError(f"there is no output {name!r}; {_those_there(name, closed)}")
     if row.place and not place:
-        raise DerivationError(f"{name} needs a {row.place}; write {name}:NAME")
+        article = "an" if row.place == "output" else "a"
+        raise DerivationError(f"{name} needs {article} {row.place}; write {name}:NAME")
     if place and not row.place:
         axes = [one.partition(":") for one in OUTPUTS if ":" in one]
         there_is = [name, *(f"{name}:{one}" for of, _, one in axes if name.startswith(of))]
@@ -209,7 +216,7 @@ def expected(scene: Scene, by: Unasked = Unasked.WRITTEN) -> list[str]:
 
 def of_place(name: str, by: Unasked = Unasked.WRITTEN) -> list[str]:
     """Return the outputs of a body or point that are wanted unasked."""
-    return [f"{output}:{name}" for output, row in OUTPUTS.items() if row.place and row.unasked <= by]
+    return [f"{one}:{name}" for one, row in OUTPUTS.items() if row.place in ("body", "point") and row.unasked <= by]
 
 
 def available(

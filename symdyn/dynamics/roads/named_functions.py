@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from symdyn.dynamics.loops.partition import LoopChoices
-from symdyn.dynamics.mechanism.prescribed import TIME
+from symdyn.dynamics.mechanism.prescribed import INPUTS, TIME, inputs_of
 from symdyn.dynamics.roads.workspace import Workspace
 from symdyn.graph import Expr, Graph
 from symdyn.scene import Scene
@@ -20,7 +20,7 @@ class Argument:
     """One argument of a function: a vector, or one number.
 
     Attributes:
-        name: "q", "qd", "qdd", "tau", "t", "params", or "prepared" in programs that prepare.
+        name: "q", "qd", "qdd", "tau", "t", "inputs", "params", or "prepared" in programs that prepare.
         symbols: graph symbols of its entries, shape (len,).
         text: what it is, for headers and docstrings.
         units: unit of each entry, "" where there is none; () where they are not told.
@@ -98,6 +98,7 @@ ARGUMENTS: dict[str, tuple[str, dict[str, str]]] = {  # text, unit by unit of th
     "qdd": ("joint accelerations", {"rad": "rad/s^2", "m": "m/s^2"}),
     "tau": ("driving forces, positive accelerates the joint", {"rad": "N m", "m": "N"}),
     TIME: ("time", {"s": "s"}),
+    INPUTS: ("inputs", {}),
     "qi": ("independent joint positions", {"rad": "rad", "m": "m"}),
     "ui": ("independent joint velocities", {"rad": "rad/s", "m": "m/s"}),
     "multipliers": ("multipliers of the rows that close loops", {"": "N or N m"}),
@@ -203,6 +204,11 @@ def arguments(workspace: Workspace, names: Sequence[str], weighed: Sequence[str]
         if name == WEIGHTS:
             nodes = direction(workspace.graph, name, len(weighed))
             result.append(Argument(name, nodes, text, (), names=runs(weighed)))
+            continue
+        if name == INPUTS:
+            told = runs([one.name for one in scene.inputs])
+            units_of = tuple(one.unit for one in scene.inputs)
+            result.append(Argument(name, inputs_of(scene, workspace.graph), f"{text}: {told}", units_of))
             continue
         if name in (MULTIPLIERS, DIRECTIONS[MULTIPLIERS]):
             decisions = workspace.loops.decisions

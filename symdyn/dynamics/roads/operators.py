@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from symdyn.dynamics.mechanism.prescribed import TIME
-from symdyn.dynamics.roads.derivative_outputs import COLUMNS, by_parameters, derivatives, differentiable
+from symdyn.dynamics.mechanism.prescribed import INPUTS
+from symdyn.dynamics.roads.derivative_outputs import BESIDE, COLUMNS, by_parameters, derivatives, differentiable
 from symdyn.dynamics.roads.directional_outputs import ALONG_ONE
 from symdyn.dynamics.roads.output import Output
 from symdyn.scene.values.names import GENERATED_NAMES
@@ -17,7 +17,7 @@ BY = "_by_"
 
 def _by(name: str, row: Output, only: str) -> Output:
     """Return the row of derivatives by an argument; by a parameter where that has the name and no argument has."""
-    argument = only in row.arguments or only in GENERATED_NAMES
+    argument = only in row.arguments or only in (*GENERATED_NAMES, INPUTS)
     return derivatives(name, row, only) if argument else by_parameters(name, row, only)
 
 
@@ -36,7 +36,7 @@ WORDS = tuple(f"NAME{one}" for one in (*OPERATORS, f"{BY}PARAMETER"))
 def words_of(name: str, row: Output) -> list[str]:
     """Return what can be asked of an output, those of arguments that it does not take left out."""
     along = differentiable(row)
-    taken = [f"{BY}{one}" for one in (*along, *([TIME] if along else []), "parameters", "PARAMETER")]
+    taken = [f"{BY}{one}" for one in (*along, *(BESIDE if along else ()), "parameters", "PARAMETER")]
     return [
         f"{name}{one}" for one in (*(OPERATORS if along else ()), f"{BY}PARAMETER") if BY not in one or one in taken
     ]

@@ -91,7 +91,7 @@ class Output:
         units: unit of the result, one line.
         in_loops: what it is where loops or rows close a scene.
         roads: derivations by name; the first is the one that code is generated from, unless `prefer` says otherwise.
-        place: "" for a whole-scene output, "body" or "point" where a name must be given.
+        place: "" for a whole-scene output, "body", "point" or "output" where a name must be given.
         own: what the row of scenes with loops or rows says, where it is another one.
         loops_only: whether only these have it.
         exists: which of those that may have it have it without being asked.
@@ -117,7 +117,7 @@ class Output:
     units: str
     in_loops: InLoops
     roads: dict[str, Road]
-    place: Literal["", "body", "point"] = ""
+    place: Literal["", "body", "point", "output"] = ""
     own: Own | None = None
     loops_only: bool = False
     exists: Callable[[Scene], bool] = lambda scene: True

@@ -22,6 +22,7 @@ from symdyn.dynamics.roads.centroidal_outputs import CENTROIDAL
 from symdyn.dynamics.roads.closed_outputs import DRIVES_IN_LOOPS, FORWARD_IN_LOOPS, INVERSE_IN_LOOPS, OF_LOOPS
 from symdyn.dynamics.roads.output import FORCES, Output, Rates, Road, Unasked, by_differentiation, by_lagrange
 from symdyn.dynamics.roads.reaction_outputs import REACTIONS
+from symdyn.dynamics.roads.signal_outputs import SIGNALS
 from symdyn.graph import Expr
 from symdyn.scene.forces import elastic
 
@@ -324,6 +325,7 @@ OUTPUTS: dict[str, Output] = {
     **OF_LOOPS,
     **REACTIONS,
     **CENTROIDAL,
+    **SIGNALS,
 }
 
 

@@ -44,6 +44,8 @@ def names(w: Workspace, only: str = "") -> tuple[str, ...]:
     """
     scene = w.declared
     there = tuple(p.name for p in scene.parameters)
+    if only in (one.name for one in scene.inputs):  # held in the same way
+        return (only,)
     without = gone(scene)
     if only in without:
         raise DerivationError(
@@ -53,7 +55,8 @@ def names(w: Workspace, only: str = "") -> tuple[str, ...]:
     if only and only not in there:
         known = f"there are {listed(there)}" if there else "it has none"
         raise DerivationError(
-            f"{scene.name}: {only} is neither an argument (q, qd, qdd, tau, t) nor a parameter of the scene; {known}"
+            f"{scene.name}: {only} is neither an argument (q, qd, qdd, tau, t, inputs) nor a parameter of the "
+            f"scene; {known}"
         )
     found = (only,) if only else tuple(name for name in there if name not in without)
     if not found:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 from symdyn.dynamics.roads import closed_outputs as loops
@@ -25,16 +26,24 @@ def _inverse(w: Workspace, axes: str) -> list[Expr]:
     return reactions(w.hanging, axes)
 
 
-def _forward(w: Workspace, axes: str) -> list[Expr]:
-    """Return reactions during the motion that driving forces give, with the multipliers of that motion."""
+Solved = Callable[[Workspace], list[Expr]]
+
+
+def forward_reactions(
+    w: Workspace, axes: str, moved: tuple[Solved, Solved, Solved] = (roads.forward, loops.forward, loops.multipliers)
+) -> list[Expr]:
+    """Return reactions during the motion that driving forces give, with the multipliers of that motion.
+
+    `moved` are the roads to accelerations of trees, to those of closed scenes, and to multipliers.
+    """
     from symdyn.dynamics.reactions.recursion import reactions
 
-    moved = w.once(loops.forward if w.scene.is_closed else roads.forward)
-    multipliers = w.once(loops.multipliers) if w.hanging.cuts else ()
-    return substitute(reactions(w.hanging, axes, multipliers), dict(zip(w.state.qdd, moved, strict=True)))
+    accelerations = w.once(moved[w.scene.is_closed])
+    multipliers = w.once(moved[2]) if w.hanging.cuts else ()
+    return substitute(reactions(w.hanging, axes, multipliers), dict(zip(w.state.qdd, accelerations, strict=True)))
 
 
-def _unique(w: Workspace, axes: str) -> tuple[bool, ...]:
+def unique(w: Workspace, axes: str) -> tuple[bool, ...]:
     """Return which entries rigid bodies determine, () for all."""
     if not w.scene.is_closed:
         return ()
@@ -56,7 +65,7 @@ def _rows(axes: str) -> dict[str, Output]:
         units="N and N m",
         in_loops="same",
         lacks="told",
-        unique=lambda w: w.once(_unique, axes),
+        unique=lambda w: w.once(unique, axes),
     )
     return {
         f"reactions{suffix}": usual(
@@ -68,7 +77,7 @@ def _rows(axes: str) -> dict[str, Output]:
         f"forward_reactions{suffix}": usual(
             f"{text}, during forward dynamics",
             ("q", "qd", "tau"),
-            roads={"recursive": Road(lambda w: _forward(w, axes))},
+            roads={"recursive": Road(lambda w: forward_reactions(w, axes))},
             unasked=Unasked.NEVER,
             depends=("independent", "alpha", "beta"),
         ),

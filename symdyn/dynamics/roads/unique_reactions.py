@@ -29,6 +29,7 @@ from symdyn.algebra.numeric import Floats
 from symdyn.dynamics.loops.loop_numbers import Array, Numbers, in_words
 from symdyn.dynamics.loops.newton import generic_places, lever_of, newton, seen_closed
 from symdyn.dynamics.loops.partition import LoopChoices
+from symdyn.dynamics.mechanism.prescribed import at_time
 from symdyn.dynamics.reactions.bivectors import frames
 from symdyn.dynamics.reactions.dalembert import COUPLING, DRIVE, ROW, Unknown, equilibrium
 from symdyn.dynamics.reactions.hanging import Hanging
@@ -204,7 +205,7 @@ def _values(
 ) -> dict[Expr, float]:
     """Return values of all symbols."""
     scene, state, graph = hanging.scene, hanging.state, hanging.graph
-    values = {graph.symbol("t"): float(t)}
+    values = at_time(scene, graph, float(t))
     for parameter in scene.parameters:
         if parameter.value is not None:
             values[graph.symbol(parameter.name)] = evaluate([express(parameter.value, graph)], Floats(), {})[0]

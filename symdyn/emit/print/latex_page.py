@@ -244,6 +244,8 @@ def symbol_table(scene: Scene, write: Latex, timed: bool) -> list[dict[str, str]
         rows.append(symbol_row(write.symbols[drive], text, unit))
     if timed:
         rows.append(symbol_row(write.symbols[TIME], "time", "s"))
+    for given in scene.inputs:
+        rows.append(symbol_row(write.symbols[given.name], given.text or "input", given.unit))
     for parameter in scene.parameters:
         value = in_latex(value_text(parameter.value)) if parameter.value is not None else ""
         rows.append(symbol_row(write.symbols[parameter.name], parameter.text or "parameter", parameter.unit, value))

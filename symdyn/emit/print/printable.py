@@ -184,6 +184,7 @@ def printable(scene: Scene | ClosedForm, short: bool = False, digits: int | None
     closed = scene if isinstance(scene, ClosedForm) else closed_form(scene)
     scene = closed.scene
     names = {parameter.name for parameter in scene.parameters} | set(scene.coordinates)
+    names |= {given.name for given in scene.inputs}
     names |= {drive for drive in scene.drives if drive}
     units = coordinate_units(scene)
     numbers = {q: i for i, (q, unit) in enumerate(zip(scene.coordinates, units, strict=True), 1) if unit == "rad"}

@@ -67,7 +67,7 @@ def _upright(part: str) -> str:
 
 
 def latex_symbols(scene: Scene, others: Iterable[str] = ()) -> dict[str, str]:
-    """Return LaTeX for every parameter, coordinate, velocity, acceleration and drive of a scene, by its name in code.
+    """Return LaTeX for every parameter, input, coordinate, velocity, acceleration and drive, by its name in code.
 
     `others` are names beside them, such as those of multipliers.
     Two names that would look alike (m1 and m_1) are told apart: the later one is printed as it is written in code.
@@ -96,6 +96,8 @@ def latex_symbols(scene: Scene, others: Iterable[str] = ()) -> dict[str, str]:
     taken.update(map(_look, found.values()))
     for parameter in scene.parameters:
         enter(parameter.name, parameter.latex)
+    for given in scene.inputs:
+        enter(given.name, given.latex)
     for drive in scene.drives:
         if drive and drive not in found:
             enter(drive)

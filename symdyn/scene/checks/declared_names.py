@@ -6,10 +6,12 @@ from symdyn.scene.checks.draft import CLOCK, KINDS, Draft, Use, uses
 from symdyn.scene.forces import FORCES
 from symdyn.scene.values.grammar import check_latex
 from symdyn.scene.values.model import GROUND, acceleration_name
-from symdyn.scene.values.names import check_name, suggestion
+from symdyn.scene.values.names import check_name, nearest, suggestion
+from symdyn.scene.values.signals import is_column
 from symdyn.scene.values.table import Faults, show, shown
 
 FAMILIES = {"parameters": "symbol", "bodies": "frame", "points": "frame", "joints": "joint", "loops": "joint"}
+FAMILIES |= {"inputs": "symbol", "outputs": "symbol"}
 """Names of one family differ; elements are a family a section."""
 
 
@@ -26,10 +28,15 @@ def check_names(draft: Draft, faults: Faults) -> None:
             _claim(faults, taken.setdefault(family, {}), where, "", one.name)
             if family == "frame" and one.name == GROUND:
                 faults.add(where, "ground is the name of what does not move; choose another")
-    for where, parameter in zip(draft.where["parameters"], scene.parameters, strict=True):
-        fault = check_latex(parameter.latex) if parameter.latex else None
+    declared = [one.latex for one in scene.parameters] + [one.latex for one in scene.inputs]
+    for where, latex in zip((*draft.where["parameters"], *draft.where["inputs"]), declared, strict=True):
+        fault = check_latex(latex) if latex else None
         if fault:
-            faults.add(where, f"latex = {show(parameter.latex)} {fault}")
+            faults.add(where, f"latex = {show(latex)} {fault}")
+    for kind in ("inputs", "outputs"):
+        for where, column in zip(draft.where[kind], getattr(scene, kind), strict=True):
+            if is_column(column.name):
+                faults.add(where, f"{show(column.name)} is a column that every run may have; choose another name")
     symbols = taken.setdefault("symbol", {})
     for where, joint in zip(draft.where["joints"], scene.joints, strict=True):
         own = [("coordinate", name) for name in joint.coordinates]
@@ -57,13 +64,18 @@ def check_symbols(draft: Draft, faults: Faults) -> None:
     for use in uses(draft):
         for name in use.quantity.symbols:
             if name not in parameters and name not in use.allowed:
-                faults.add(use.where, f"{use.key} = {shown(use.quantity)} {_why(name, use, parameters, motion)}")
+                why = _why(name, use, parameters, motion, {one.name: None for one in draft.scene.inputs})
+                faults.add(use.where, f"{use.key} = {shown(use.quantity)} {why}")
 
 
-def _why(name: str, use: Use, parameters: dict[str, None], motion: dict[str, None]) -> str:
+def _why(name: str, use: Use, parameters: dict[str, None], motion: dict[str, None], inputs: dict[str, None]) -> str:
+    if name in inputs:
+        return f"uses {name}, an input; only forces, loads and outputs may depend on what is given over time"
     if name == CLOCK:
         return "uses t, the time; only forces, loads and prescribed motions may depend on it"
     if name in motion:
         return f"uses {name}, which moves; only the force of a joint, loads and rows may depend on what moves"
-    known = [*parameters, *(other for other in motion if other in use.allowed)]
+    known = [*parameters, *(other for other in (*motion, *inputs) if other in use.allowed)]
+    near = nearest(name, sorted(use.allowed))
+    known += [near] if near and near not in known else []
     return f"uses the undefined symbol {name}; declare it in parameters ({suggestion(name, known)})"

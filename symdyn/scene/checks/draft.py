@@ -11,11 +11,12 @@ from symdyn.scene.joints import JOINTS
 from symdyn.scene.values.key import MOTION, PARAMETERS, TIME
 from symdyn.scene.values.model import Body, Joint, Limits, Pose, Scene
 from symdyn.scene.values.quantity import Quantity
+from symdyn.scene.values.signals import letters
 
 CLOCK = "t"
 """Name of the time in formulas."""
 
-KINDS = ("parameters", "bodies", "joints", "loops", "points", "elements")
+KINDS = ("parameters", "bodies", "joints", "loops", "points", "elements", "inputs", "outputs")
 
 
 @dataclass(frozen=True)
@@ -44,19 +45,22 @@ def uses(draft: Draft) -> Iterator[Use]:
     """Return every quantity but parameter values and directions, in declared order."""
     scene, where = draft.scene, draft.where
     moving = frozenset((*scene.coordinates, *scene.velocities))
+    timed = moving | {CLOCK, *(one.name for one in scene.inputs)}
     yield from _vector("", "gravity", scene.gravity)
     for place, body in zip(where["bodies"], scene.bodies, strict=True):
         yield from _body(place, body)
     for place, joint in zip(where["joints"], scene.joints, strict=True):
-        yield from _joint(place, joint, moving)
+        yield from _joint(place, joint, timed)
     for place, joint in zip(where["loops"], scene.loops, strict=True):
-        yield from _joint(place, joint, moving)
+        yield from _joint(place, joint, timed)
     for place, point in zip(where["points"], scene.points, strict=True):
         yield from _steps(place, "at", point.at)
-    allowed = {PARAMETERS: frozenset[str](), MOTION: moving, TIME: moving | {CLOCK}}
+    allowed = {PARAMETERS: frozenset[str](), MOTION: moving, TIME: timed}
     for place, one in zip(where["elements"], scene.elements, strict=True):
         for part in FORCES[one.kind].parts:
             yield from (Use(place, key, quantity, allowed[names]) for key, quantity, names in part.numbers(one))
+    for place, output in zip(where["outputs"], scene.outputs, strict=True):
+        yield Use(place, "formula", output.formula, frozenset(letters(scene, output.formula.symbols)))
 
 
 def joint_numbers(joint: Joint) -> Iterator[tuple[str, Quantity]]:
@@ -84,14 +88,14 @@ def _body(where: str, body: Body) -> Iterator[Use]:
         yield from _vector(where, f"particles[{k}].at", particle.at)
 
 
-def _joint(where: str, joint: Joint, moving: frozenset[str]) -> Iterator[Use]:
+def _joint(where: str, joint: Joint, timed: frozenset[str]) -> Iterator[Use]:
     yield from _steps(where, "origin", joint.origin)
     yield from _steps(where, "tip", joint.tip)
     for key, value in JOINTS[joint.type].values(joint):
         if isinstance(value, Pose):
             yield from _steps(where, key.name, value, frozenset(joint.coordinates))
     for k, force in enumerate(joint.forces):
-        yield Use(where, "force" if len(joint.forces) == 1 else f"forces[{k}]", force, moving | {CLOCK})
+        yield Use(where, "force" if len(joint.forces) == 1 else f"forces[{k}]", force, timed)
     if joint.motion is not None:
         yield Use(where, "motion", joint.motion, frozenset((CLOCK,)))
     yield from (Use(where, key, quantity) for key, quantity in joint_numbers(joint))

@@ -11,7 +11,7 @@ from symdyn.scene.checks.joints_and_elements import check_elements, check_joints
 from symdyn.scene.checks.topology import check_loops, check_tree
 from symdyn.scene.values.folding import FormulaError
 from symdyn.scene.values.physical import inertia_fault, mass_faults
-from symdyn.scene.values.quantity import express
+from symdyn.scene.values.quantity import Quantity, express
 from symdyn.scene.values.table import Faults, shown
 from symdyn.scene.values.value import Value, value_of
 
@@ -32,24 +32,32 @@ def check(draft: Draft, faults: Faults, allow_invalid_inertia: bool = False) -> 
 def _parameter_values(draft: Draft, faults: Faults) -> dict[str, Value]:
     values: dict[str, Value] = {}
     for where, parameter in zip(draft.where["parameters"], draft.scene.parameters, strict=True):
-        if parameter.value is None:
+        value = None if parameter.value is None else _constant(where, parameter.value, faults)
+        if parameter.value is None or value is None:
             continue
-        if parameter.value.symbols:
-            names = ", ".join(parameter.value.symbols)
-            faults.add(where, f"value = {shown(parameter.value)} uses {names}; a value may hold numbers and pi only")
-            continue
-        try:
-            express(parameter.value, Graph())  # sees that sin(pi) is zero, which a float does not
-            value = value_of(parameter.value, {})
-        except (FormulaError, ZeroDivisionError) as error:
-            why = error if isinstance(error, FormulaError) else "divides by zero"
-            faults.add(where, f"value = {shown(parameter.value)} {why}; give a finite number")
-            continue
-        assert value is not None, "a formula without symbols has a value"
         if parameter.positive and value <= 0:
             faults.add(where, f"value = {shown(parameter.value)} is not positive; correct it or drop positive = true")
         values[parameter.name] = value
+    for where, letter in zip(draft.where["inputs"], draft.scene.inputs, strict=True):
+        _constant(where, letter.value, faults)
     return values
+
+
+def _constant(where: str, value: Quantity, faults: Faults) -> Value | None:
+    """Return what a value without symbols is, None after a fault."""
+    if value.symbols:
+        names = ", ".join(value.symbols)
+        faults.add(where, f"value = {shown(value)} uses {names}; a value may hold numbers and pi only")
+        return None
+    try:
+        express(value, Graph())  # sees that sin(pi) is zero, which a float does not
+        found = value_of(value, {})
+    except (FormulaError, ZeroDivisionError) as error:
+        why = error if isinstance(error, FormulaError) else "divides by zero"
+        faults.add(where, f"value = {shown(value)} {why}; give a finite number")
+        return None
+    assert found is not None, "a formula without symbols has a value"
+    return found
 
 
 def _formulas(draft: Draft, values: Mapping[str, Value], faults: Faults) -> None:

@@ -14,13 +14,17 @@ from symdyn.scene.declaration.locking import lock, read_locks
 from symdyn.scene.declaration.spanning import span, turned
 from symdyn.scene.forces import read_elements
 from symdyn.scene.forces.force_kind import Scope
-from symdyn.scene.values.model import STANDARD_GRAVITY, Parameter, Point, Scene
+from symdyn.scene.values.model import STANDARD_GRAVITY, Input, Parameter, Point, Scene, Signal
 from symdyn.scene.values.quantity import NULL, ZERO, Vector
 from symdyn.scene.values.table import Entry, Faults, Table, show
 
 PARAMETER_KEYS = ("value", "positive", "unit", "latex", "text")
 
 POINT_KEYS = ("body", "at")
+
+INPUT_KEYS = ("value", "unit", "latex", "text")
+
+OUTPUT_KEYS = ("formula", "unit", "text")
 
 
 @dataclass(frozen=True)
@@ -30,7 +34,7 @@ class Declaration:
     Attributes:
         name: of the scene.
         gravity: raw value; None for the standard 9.81 m/s^2 along -z, False or "none" for no gravity.
-        parameters, bodies, joints, points: declared tables.
+        parameters, bodies, joints, points, inputs, outputs: declared tables.
         loops: declared joints that close loops.
         elements: declared tables of what acts, by section.
         dh: a Denavit-Hartenberg table.
@@ -45,6 +49,8 @@ class Declaration:
     loops: tuple[Entry, ...] = ()
     elements: Mapping[str, tuple[Entry, ...]] = field(default_factory=dict)
     dh: Entry | None = None
+    inputs: tuple[Entry, ...] = ()
+    outputs: tuple[Entry, ...] = ()
 
 
 def assemble(
@@ -87,12 +93,14 @@ def assemble(
         ),
         points=points,
         loops=read_loops(loops, faults),
+        inputs=tuple(_input(entry, faults) for entry in declaration.inputs),
+        outputs=tuple(_output(entry, faults) for entry in declaration.outputs),
         source=source,
     )
     elements = read_elements(declaration.elements, Scope(named, gravity, parameters), faults)
     scene = replace(scene, elements=tuple(one for _, one in elements))
     places = {"bodies": bodies, "joints": spanned.joints, "loops": loops}
-    places |= {"parameters": declaration.parameters, "points": declaration.points}
+    places |= {kind: getattr(declaration, kind) for kind in ("parameters", "points", "inputs", "outputs")}
     where = {kind: tuple(entry.where for entry in entries) for kind, entries in places.items()}
     draft = Draft(scene, where | {"elements": tuple(place for place, _ in elements)})
     positions = read_locks(joints, faults)
@@ -135,6 +143,24 @@ def _parameter(entry: Entry, faults: Faults) -> Parameter:
         latex=table.text("latex") if "latex" in table else None,
         text=table.text("text"),
     )
+
+
+def _input(entry: Entry, faults: Faults) -> Input:
+    table = Table(entry, faults, INPUT_KEYS)
+    return Input(
+        name=entry.name,
+        value=table.quantity("value"),
+        unit=table.text("unit"),
+        latex=table.text("latex") if "latex" in table else None,
+        text=table.text("text"),
+    )
+
+
+def _output(entry: Entry, faults: Faults) -> Signal:
+    table = Table(entry, faults, OUTPUT_KEYS)
+    if "formula" not in table:
+        table.fault('formula is missing; write what is looked at, such as formula = "point_tip_x"')
+    return Signal(entry.name, table.quantity("formula"), table.text("unit"), table.text("text"))
 
 
 def _point(entry: Entry, faults: Faults) -> Point:

@@ -18,7 +18,18 @@ from symdyn.scene.forces import place_of, table_of
 from symdyn.scene.forces.force_kind import Scope
 from symdyn.scene.formats.placing import exact_decimal
 from symdyn.scene.joints import JOINTS
-from symdyn.scene.values.model import STANDARD_GRAVITY, Body, Coupling, Joint, Parameter, Point, Pose, Scene
+from symdyn.scene.values.model import (
+    STANDARD_GRAVITY,
+    Body,
+    Coupling,
+    Input,
+    Joint,
+    Parameter,
+    Point,
+    Pose,
+    Scene,
+    Signal,
+)
 from symdyn.scene.values.quantity import NULL, ONE, ZERO, Quantity, Vector
 from symdyn.scene.values.spelling import spell
 from symdyn.scene.values.table import compose
@@ -42,6 +53,8 @@ def write_text(scene: Scene) -> Written:
     blocks += [_block("[loop]", chain([("name", _text(joint.name))], _placed(joint))) for joint in scene.loops]
     scope = Scope({}, scene.gravity, scene.parameters)
     blocks += [_block(place_of(one), _said(table_of(one, scope))) for one in scene.elements]
+    blocks += [_block(f"inputs.{one.name}", _input(one)) for one in scene.inputs]
+    blocks += [_block(f"outputs.{one.name}", _output(one)) for one in scene.outputs]
     return Written("\n".join(blocks))
 
 
@@ -67,6 +80,17 @@ def _parameter(parameter: Parameter) -> str:
     pairs += [("latex", _text(parameter.latex))] if parameter.latex is not None else []
     pairs += [("text", _text(parameter.text))] if parameter.text else []
     return pairs[0][1] if [key for key, _ in pairs] == ["value"] else _inline(pairs)
+
+
+def _input(one: Input) -> Iterator[tuple[str, str]]:
+    if one.value != ZERO:
+        yield "value", _number(one.value)
+    yield from ((key, _text(said)) for key in ("unit", "latex", "text") if (said := getattr(one, key)))
+
+
+def _output(one: Signal) -> Iterator[tuple[str, str]]:
+    yield "formula", _number(one.formula)
+    yield from ((key, _text(said)) for key in ("unit", "text") if (said := getattr(one, key)))
 
 
 def _body(body: Body) -> Iterator[tuple[str, str]]:

@@ -10,8 +10,9 @@ from symdyn.scene.values.value import value_of
 
 
 def moving_names(scene: Scene) -> set[str]:
-    """Return the names of coordinates, velocities and drives."""
-    names = {*scene.coordinates, *scene.velocities}
+    """Return the names of coordinates, velocities, drives, inputs and outputs."""
+    names = {*scene.coordinates, *scene.velocities, *(one.name for one in scene.inputs)}
+    names |= {one.name for one in scene.outputs}
     return names | {drive for drive in scene.drives if drive}
 
 

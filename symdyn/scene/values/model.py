@@ -218,6 +218,42 @@ class Point:
 
 
 @dataclass(frozen=True)
+class Input:
+    """A letter that somebody outside gives over time, such as a motor's voltage; forces and loads may use it.
+
+    Attributes:
+        name: as formulas write it.
+        value: what it is where nobody gives it, free of symbols.
+        unit: for tables, e.g. "V".
+        latex: how to print it; None derives it from the name.
+        text: a description for tables.
+    """
+
+    name: str
+    value: Quantity = ZERO
+    unit: str = ""
+    latex: str | None = None
+    text: str = ""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """What is looked at: a formula with a name, a letter of which may be a place or a reaction; see `signals`.
+
+    Attributes:
+        name: of its column, and behind "output:".
+        formula: in coordinates, velocities, accelerations, drives, inputs, parameters, t, points and reactions.
+        unit: for tables, e.g. "m".
+        text: a description for tables.
+    """
+
+    name: str
+    formula: Quantity
+    unit: str = ""
+    text: str = ""
+
+
+@dataclass(frozen=True)
 class Scene(Shown):
     """A mechanism, checked and in order: every joint comes after the joint of its parent.
 
@@ -230,6 +266,8 @@ class Scene(Shown):
         points: named frames.
         loops: joints that close loops: they carry nothing and have no coordinates.
         elements: what acts beside gravity and drives, in the order of `FORCES`.
+        inputs: what somebody gives over time: the argument `inputs` of generated functions, in this order.
+        outputs: what is looked at.
         source: where it was read from, for messages; not compared.
     """
 
@@ -241,6 +279,8 @@ class Scene(Shown):
     points: tuple[Point, ...] = ()
     loops: tuple[Joint, ...] = ()
     elements: tuple[Element, ...] = ()
+    inputs: tuple[Input, ...] = ()
+    outputs: tuple[Signal, ...] = ()
     source: str = field(default="", compare=False)
 
     def __hash__(self) -> int:

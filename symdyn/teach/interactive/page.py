@@ -27,6 +27,7 @@ from symdyn.emit.print.letters import Letters, head
 from symdyn.emit.render import render, verbatim
 from symdyn.errors import TeachError
 from symdyn.scene import Scene
+from symdyn.scene.values.signals import as_parameters
 from symdyn.teach.interactive.controls import controls, start
 from symdyn.teach.interactive.live import Live, by_hand, live
 from symdyn.teach.interactive.tables import exerted, force_tables
@@ -61,6 +62,7 @@ def interactive(scene: Scene, parameters: Mapping[str, float] | None = None, lan
     """
     if language not in WORDS:
         raise TeachError(f"there is no language {language!r}; there are {', '.join(WORDS)}")
+    scene = as_parameters(scene)
     begun, whole = start(scene), scene
     scene = by_hand(scene)
     if parameters:

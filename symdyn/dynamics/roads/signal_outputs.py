@@ -1,0 +1,223 @@
+"""The outputs that a person names: formulas of coordinates, rates, points, reactions and inputs, as rows of OUTPUTS.
+
+    y = f(t, q, u, u̇, λ, R, τ, w)      u̇, λ and reactions R of the motion that the forces τ and inputs w give
+
+`expressed` puts what letters stand for into formulas; who looks at outputs of another motion says what it is made of.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Container, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+from symdyn.dynamics.loops.loop_decisions import LoopDecisions, loose_rows
+from symdyn.dynamics.loops.loop_numbers import Numbers
+from symdyn.dynamics.mechanism import kinematics
+from symdyn.dynamics.roads import closed_outputs as loops
+from symdyn.dynamics.roads import result_labels as labels
+from symdyn.dynamics.roads import tree_roads as trees
+from symdyn.dynamics.roads.output import Output, Road
+from symdyn.dynamics.roads.reaction_outputs import forward_reactions
+from symdyn.dynamics.roads.reaction_outputs import unique as unique_entries
+from symdyn.dynamics.roads.workspace import Workspace
+from symdyn.errors import DerivationError
+from symdyn.graph import Expr, substitute
+from symdyn.scene import Quantity, Scene, express, spell
+from symdyn.scene.values.names import choice, suggestion
+from symdyn.scene.values.signals import AXES, COMPONENTS, LOOSE, MULTIPLIER, REACTION, point_names, reaction_axes
+
+BY_LETTER = {"force along": "f", "moment about": "m"}
+
+
+@dataclass(frozen=True)
+class Moving:
+    """What the letters of a formula stand for, each worked out when a formula names it.
+
+    Attributes:
+        accelerations: shape (nv,).
+        drives: driving forces, shape (nv,).
+        reactions: force and moment of every joint, row by row, in axes.
+        multipliers: of the kept rows.
+    """
+
+    accelerations: Callable[[], Sequence[Expr]]
+    drives: Callable[[], Sequence[Expr]]
+    reactions: Callable[[str], Sequence[Expr]]
+    multipliers: Callable[[], Sequence[Expr]]
+
+
+def expressed(
+    w: Workspace, formulas: Sequence[Quantity], moving: Moving, placed: Callable[[str], Sequence[Expr]] | None = None
+) -> list[Expr]:
+    """Return formulas as entries, `placed` telling where a point is, ground axes.
+
+    Raises:
+        DerivationError: a reaction or a multiplier that there is not.
+    """
+    named = dict.fromkeys(name for one in formulas for name in one.symbols)
+    graph, state = w.graph, w.state
+    placed = placed or (lambda name: kinematics.tree_placed(w.scene, w.tree, name).p)
+    found: dict[Expr, Expr] = {}
+    accelerations = {str(node.value): k for k, node in enumerate(state.qdd)}
+    drives = {drive: k for k, drive in enumerate(w.scene.drives) if drive}
+    for letters, values in ((accelerations, moving.accelerations), (drives, moving.drives)):
+        if any(name in letters for name in named):
+            known = values()
+            found |= {graph.symbol(name): known[k] for name, k in letters.items() if name in named}
+    for point in w.scene.points:
+        names = [f"point_{point.name}_{axis}" for axis in "xyz"]
+        if any(name in named for name in names):
+            found |= zip(map(graph.symbol, names), placed(point.name), strict=True)
+    axes = reaction_axes(w.scene)
+    for one in dict.fromkeys(axes[name] for name in named if name in axes):
+        told = reaction_names(w.scene, w.once(unique_entries, one), one)
+        found |= zip(map(graph.symbol, told), moving.reactions(one), strict=True)
+    if w.scene.is_closed and any(name.startswith(MULTIPLIER) for name in named):
+        told = w.once(kept_multipliers)
+        found |= zip(map(graph.symbol, told), moving.multipliers(), strict=False)  # of prescribed motions, others
+    for name in named:
+        if name.startswith((REACTION, MULTIPLIER)) and graph.symbol(name) not in found:
+            of = reaction_letters(w) if name.startswith(REACTION) else w.once(kept_multipliers)
+            raise DerivationError(f"outputs: {name} is not known; {suggestion(name, of)}")
+    return substitute([express(one, graph) for one in formulas], found)
+
+
+def reaction_letters(w: Workspace) -> tuple[str, ...]:
+    """Return the letters of all reactions, those that rigid bodies do not tell marked as such."""
+    return tuple(name for one in AXES for name in reaction_names(w.scene, w.once(unique_entries, one), one))
+
+
+def reaction_names(scene: Scene, unique: Sequence[bool], axes: str = "body") -> tuple[str, ...]:
+    """Return the letters of reactions in some axes, row by row; `unique` tells which ones are, () for all."""
+    ending = "" if axes == "body" else f"_{axes}"
+    names = labels.joints_of(scene)
+    each = (f"{REACTION}{name}_{component}{ending}" for name in names for component in COMPONENTS)
+    unique = unique or (True,) * (len(names) * len(COMPONENTS))
+    return tuple(f"{name}{'' if known else LOOSE}" for name, known in zip(each, unique, strict=True))
+
+
+def kept_multipliers(w: Workspace) -> tuple[str, ...]:
+    """Return the letters of the multipliers of kept rows."""
+    if not w.scene.is_closed:
+        return ()
+    decisions, numbers = w.loops.decisions, w.loops.numbers
+    return multiplier_names(w.scene, decisions, numbers, loose_rows(numbers, decisions.assembly))
+
+
+def multiplier_names(
+    scene: Scene, decisions: LoopDecisions, numbers: Numbers, loose: Container[int]
+) -> tuple[str, ...]:
+    """Return the letters of the multipliers of kept rows; `loose` are rows that nothing determines."""
+    names = [_name(scene, decisions, numbers, k) for k in decisions.kept]
+    many, seen, found = Counter(names), Counter[str](), []
+    for k, name in zip(decisions.kept, names, strict=True):
+        seen[name] += 1
+        number = f"_{seen[name]}" if many[name] > 1 else ""
+        found.append(f"{MULTIPLIER}{name}{number}{LOOSE if k in loose else ''}")
+    return tuple(found)
+
+
+def _name(scene: Scene, decisions: LoopDecisions, numbers: Numbers, k: int) -> str:
+    label = numbers.constraints.labels[k]
+    if not label.loop:
+        row = next((row for row in scene.contacts if row.name == label.owner), None)
+        return f"{label.owner}_{row.components[label.number]}" if row else label.owner
+    words = decisions.names[k].removeprefix(f"{label.owner}: ")
+    kind, _, axis = words.rpartition(" ")
+    if kind in BY_LETTER and axis in ("x", "y", "z"):
+        return f"{label.owner}_{BY_LETTER[kind]}{axis}_joint"
+    return f"{label.owner}_{words.partition(' ')[0]}"
+
+
+# Rows of the table
+
+
+def driven(w: Workspace, road: str) -> Moving:
+    """Return what letters stand for while driving forces move the scene, by recursion or by Lagrange's equations."""
+    closed, lean = w.scene.is_closed, road == "recursive"
+    of = {
+        "accelerations": ((trees.forward, trees.lagrange_forward), (loops.forward, loops.lagrange_forward)),
+        "drives": ((trees.drives_recursive, trees.drives_lagrange), (loops.drives, loops.lagrange_drives)),
+        "multipliers": ((_none, _none), (loops.multipliers, loops.lagrange_multipliers)),
+    }
+    roads = {name: pairs[closed][not lean] for name, pairs in of.items()}
+    return Moving(
+        accelerations=partial(w.once, roads["accelerations"]),
+        drives=partial(w.once, roads["drives"]),
+        reactions=partial(w.once, _REACTIONS[road]),
+        multipliers=partial(w.once, roads["multipliers"]),
+    )
+
+
+def _none(w: Workspace) -> list[Expr]:
+    return []
+
+
+_REACTIONS: Mapping[str, Callable[..., list[Expr]]] = {
+    "recursive": forward_reactions,
+    "lagrange": partial(
+        forward_reactions, moved=(trees.lagrange_forward, loops.lagrange_forward, loops.lagrange_multipliers)
+    ),
+}
+
+
+def _formulas(w: Workspace, name: str = "") -> list[Quantity]:
+    """Return the formulas of all outputs, or of one.
+
+    Raises:
+        DerivationError: there is no such output.
+    """
+    there = {one.name: one.formula for one in w.scene.outputs}
+    if not there:
+        advice = f'declare one, such as [outputs.y] formula = "{w.scene.coordinates[0]}"'
+        raise DerivationError(f"{w.scene.name} has no outputs; {advice}")
+    if name and name not in there:
+        raise DerivationError(f"{w.scene.name}: there is no output {name!r} in [outputs]; {choice(name, there)}")
+    return [there[name]] if name else list(there.values())
+
+
+def _recursive(w: Workspace, name: str = "") -> list[Expr]:
+    return expressed(w, _formulas(w, name), driven(w, "recursive"))
+
+
+def _differentiated(w: Workspace, name: str = "") -> list[Expr]:
+    return expressed(
+        w, _formulas(w, name), driven(w, "lagrange"), lambda point: kinematics.placed(w.scene, point, w.graph).p
+    )
+
+
+def _told(w: Workspace, name: str = "") -> str:
+    """Return the formulas behind a text."""
+    told = (
+        f"{one.name} = {spell(one.formula)}{f' [{one.unit}]' if one.unit else ''}"
+        for one in w.scene.outputs
+        if name in ("", one.name)
+    )
+    return f": {'; '.join(told)}"
+
+
+_USUAL = partial(
+    Output,
+    arguments=("q", "qd", "tau"),
+    result="y",
+    units="as their formulas have it",
+    in_loops="same",
+    roads={"recursive": Road(_recursive), "lagrange": Road(_differentiated, up_to=4)},
+    lacks="told",
+    depends=("independent", "alpha", "beta"),
+    remark=_told,
+)
+
+SIGNALS: dict[str, Output] = {
+    "outputs": _USUAL(
+        "outputs",
+        axes=(lambda w: tuple(one.name for one in w.scene.outputs),),
+        exists=lambda scene: bool(scene.outputs),
+    ),
+    "output": _USUAL("output {name}", axes=(), place="output"),
+}
+"""Rows of the table, about what the scene declares in [outputs]."""
+
+__all__ = ["SIGNALS", "Moving", "driven", "expressed", "kept_multipliers", "multiplier_names", "point_names"]
