@@ -22,6 +22,10 @@ PROGRAMS: Mapping[str, tuple[str, ...]] = {
     "pdflatex": ("pdflatex",),
     "rsvg-convert": ("rsvg-convert",),
     "pdftoppm": ("pdftoppm",),
+    "bash": ("bash",),
+    "zsh": ("zsh",),
+    "fish": ("fish",),
+    "cmake": ("cmake",),
 }
 """What tests may name, and the commands that are tried for it, in this order."""
 

@@ -32,7 +32,9 @@ WORDS = {  # verb: command lines behind the scene, each with its exit status
     "info": [("", 0), ("--json", 0), ("--frames", 0), ("--base-parameters", 0)],
     "draw": [("-o whole.svg", 0), ("-o disc.svg --body disc", 0), ("-o pendulum.svg --body pendulum", 0)],
     "convert": [("copy.toml", 0), ("copy.urdf", 1)],  # F has no value
-    "new": [],  # takes no scene
+    "new": [],  # takes no scene, nor do these two
+    "completion": [],
+    "doctor": [],
 }
 
 

@@ -48,6 +48,8 @@ LINES = {  # what a verb is asked, its exit status, what its result must hold
     "draw": (["draw", TWO_LINK], 0, lambda told: told.startswith("<svg")),
     "convert": (["convert", PENDULUM, "out.toml"], 0, lambda told: told == {"format": "toml", "lost": []}),
     "new": (["new", "arm"], 0, lambda told: told is None),
+    "completion": (["completion", "fish"], 0, lambda told: "complete -c symdyn" in told),
+    "doctor": (["doctor"], 0, lambda told: told["python"]),
 }
 
 
@@ -146,7 +148,9 @@ def test_an_option_that_is_none_is_told_what_was_meant(words: list[str], told: s
     assert told in capsys.readouterr().err
 
 
-URDF = str(next((Path(__file__).parent / "data").rglob("*.urdf")))
+URDF = """<robot name="rod"><link name="a"/><link name="b"><inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1"
+ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint>
+</robot>"""
 
 SCENE_FIRST = {verb: words for verb, (words, _, _) in LINES.items() if {PENDULUM, TWO_LINK} & {*words}}
 
@@ -173,10 +177,12 @@ def test_a_scene_comes_from_stdin_as_from_its_file(
     assert holds(told["result"])
 
 
-def test_a_robot_comes_from_stdin_too(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
-    assert main(["info", URDF, "--quiet"]) == 0
+def test_a_robot_comes_from_stdin_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    path = tmp_path / "rod.urdf"
+    path.write_text(URDF)
+    assert main(["info", str(path), "--quiet"]) == 0
     wanted = capsys.readouterr().out
-    monkeypatch.setattr(sys, "stdin", piped(URDF))
+    monkeypatch.setattr(sys, "stdin", piped(str(path)))
     assert main(["info", "-", "--quiet"]) == 0
     assert capsys.readouterr().out == wanted
 

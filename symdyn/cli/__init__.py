@@ -33,6 +33,8 @@ VERBS = {
     "draw": "draw the mechanism as SVG",
     "convert": "write a scene in another format",
     "new": "write a commented scene to start from",
+    "completion": "print what completes all this in a shell",
+    "doctor": "tell what is installed, and what is missing for what",
 }
 """What each verb does; it is a file here, read once it is chosen."""
 
