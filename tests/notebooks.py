@@ -5,6 +5,7 @@ python tests/notebooks.py docs/gallery/*.ipynb        writes what the cells show
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import warnings
@@ -28,6 +29,9 @@ def run(path: Path, seconds: int = 300) -> Any:
     """Return a notebook with what its cells show today."""
     from nbclient import NotebookClient
 
+    here = str(Path(sys.executable).parent)
+    if here not in os.environ["PATH"].split(os.pathsep):  # for cells that call symdyn's commands
+        os.environ["PATH"] = here + os.pathsep + os.environ["PATH"]
     book = stored(path)
     for cell in book.cells:
         cell.metadata = {}
@@ -53,11 +57,20 @@ def shown(cell: Any) -> str:
     return "\n".join(f"{text} {sorted(kind)}" for text, kind in zip(texts, kinds, strict=True))
 
 
+def picture(book: Any) -> str:
+    """Return the first picture that a notebook shows, "" for none."""
+    shown = (one.get("data", {}).get("image/svg+xml") for cell in code(book) for one in cell.outputs)
+    return next((text for text in shown if text), "")
+
+
 def main() -> None:
-    """Write what cells show into the notebooks that are named."""
-    for name in sys.argv[1:]:
-        print(name, flush=True)
-        nbformat.write(run(Path(name)), name)
+    """Write what cells show into the notebooks that are named; beside those of the gallery their first picture."""
+    for path in map(Path, sys.argv[1:]):
+        print(path, flush=True)
+        book = run(path)
+        nbformat.write(book, path)
+        if path.parent.name == "gallery":
+            path.with_suffix(".svg").write_text(picture(book) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -35,6 +35,17 @@ def test_a_notebook_is_complete_and_small(path: Path) -> None:
         assert not LOADED.search(str(one.get("data", {}).get("text/html", "")))
 
 
+@pytest.mark.parametrize(
+    "path", [path for path in notebooks.BOOKS if path.parent.name == "gallery"], ids=lambda path: path.stem
+)
+def test_the_gallery_shows_every_notebook_by_its_picture(path: Path) -> None:
+    drawn = path.with_suffix(".svg").read_text(encoding="utf-8")
+    assert drawn.strip() == notebooks.picture(notebooks.stored(path)).strip()
+    page = (path.parent / "README.md").read_text(encoding="utf-8")
+    assert f"]({path.stem}.svg)" in page
+    assert f"]({path.name})" in page
+
+
 def test_two_notebooks_are_run_in_every_test() -> None:
     assert len(SHORTEST) == 2
 
